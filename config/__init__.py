@@ -1,0 +1,4 @@
+"""
+The bundled robots: one YAML file each, found by name.
+
+"""

@@ -1,0 +1,51 @@
+"""Packaging: everything `colcon build` and `pip install` need; the version is package.xml's."""
+
+import xml.etree.ElementTree as ElementTree
+from glob import glob
+from pathlib import Path
+
+from setuptools import setup
+
+HERE = Path(__file__).parent
+NAME = 'kinematics_service'
+MANIFEST = ElementTree.parse(HERE / 'package.xml').getroot()
+
+ROS = ['ros-jazzy-rclpy[fastrtps]', 'ros-jazzy-common-interfaces']
+PEERS = ['pin', 'roboticstoolbox-python']
+TEST = ['pytest>=8', 'pytest-timeout', 'hypothesis', 'ros-jazzy-domain-coordinator', 'rosbags']
+
+setup(
+    name=NAME,
+    version=MANIFEST.findtext('version'),
+    description=MANIFEST.findtext('description'),
+    long_description=(HERE / 'README.md').read_text(encoding='utf-8'),
+    long_description_content_type='text/markdown',
+    license='Apache-2.0',
+    maintainer=MANIFEST.findtext('maintainer'),
+    python_requires='>=3.10',
+    package_dir={'': 'src', f'{NAME}.config': 'config'},
+    packages=[NAME, f'{NAME}.commands', f'{NAME}.ros', f'{NAME}.config'],
+    package_data={NAME: ['py.typed'], f'{NAME}.config': ['*.yaml']},
+    data_files=[
+        ('share/ament_index/resource_index/packages', [f'resource/{NAME}']),
+        (f'share/{NAME}', ['package.xml']),
+        (f'share/{NAME}/config', sorted(glob('config/*.yaml'))),
+    ],
+    install_requires=[
+        'numpy>=1.26',
+        'numba>=0.60',
+        'sympy>=1.12',
+        'ruamel.yaml>=0.18',
+        'pydantic>=2.6',
+        'typer>=0.12',
+        'rich>=13',
+    ],
+    extras_require={
+        'ros': ROS,
+        'test': TEST,
+        'peers': PEERS,
+        'lint': ['ruff', 'mypy'],
+    },
+    entry_points={'console_scripts': [f'{NAME} = {NAME}.__main__:main']},
+    zip_safe=False,
+)

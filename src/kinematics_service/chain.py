@@ -1,0 +1,152 @@
+"""
+A robot's table folded into the constants of the kernel.
+
+The chain is C_0 screw_z(1) C_1 screw_z(2) ... C_K: every moving row is one screw about its own z
+axis, and everything that stands still between two of them (conventions, fixed rows, base, tool) is
+one constant. So the kernel knows neither conventions nor joint types.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from . import kernel
+from .conventions import Row
+from .kernel import Floats, Integers
+from .rigid_motion import screw_z
+
+
+@dataclass(frozen=True, eq=False)
+class Chain:
+    """
+    The constants of one arm, packed as the kernel reads them.
+
+    Attributes
+    ----------
+    integers, numbers
+        Read-only arrays; the layout stands in `pack`.
+    dof, frames
+        Number of joints; number of link frames (rows + 1).
+    width, screws_at, entries
+        Length of a row of results, where the screws of the entries start in it, their number.
+
+    """
+
+    integers: Integers
+    numbers: Floats
+    dof: int
+    frames: int
+    width: int
+    screws_at: int
+    entries: int
+
+    @property
+    def jacobian_width(self) -> int:
+        """
+        Return the length of a row of results without the link frames.
+
+        """
+        return self.width - 16 * self.frames
+
+
+@dataclass(frozen=True)
+class _Element:
+    theta_0: float
+    d_0: float
+    entries: tuple[tuple[int, float, float], ...]  # joint, c_theta, c_d
+
+
+def _element(row: Row, variables: Sequence[str]) -> _Element:
+    theta, d = dict(row.theta.coefficients), dict(row.d.coefficients)
+    entries = tuple(
+        (j, theta.get(variable, 0.0), d.get(variable, 0.0))
+        for j, variable in enumerate(variables)
+        if theta.get(variable, 0.0) != 0.0 or d.get(variable, 0.0) != 0.0
+    )
+    return _Element(row.theta.constant, row.d.constant, entries)
+
+
+def fold(rows: Sequence[Row], variables: Sequence[str], base: Floats, tool: Floats) -> Chain:
+    """
+    Return the chain of a table.
+
+    Parameters
+    ----------
+    rows
+        Rows of the table, base to tool.
+    variables : n names
+        The joint variables, in the order of the Jacobian's columns.
+    base, tool : shape (4, 4)
+        Frame 0 in the base frame; the tool in the frame after the last row.
+
+    """
+    constants: list[Floats] = []
+    elements: list[_Element] = []
+    frame_parents, frame_offsets = [-1], [base]
+    still = base  # what stands still since the last screw
+    for row in rows:
+        element = _element(row, variables)
+        if element.entries:
+            constants.append(still @ row.before)
+            elements.append(element)
+            still = row.after
+        else:
+            motion = screw_z(row.theta.constant, row.d.constant)
+            still = still @ row.before @ motion @ row.after
+        frame_parents.append(len(elements) - 1)
+        frame_offsets.append(still)
+    constants.append(still @ tool)
+    return _pack(constants, elements, frame_parents, frame_offsets, len(variables))
+
+
+def _pack(
+    constants: Sequence[Floats],
+    elements: Sequence[_Element],
+    frame_parents: Sequence[int],
+    frame_offsets: Sequence[Floats],
+    dof: int,
+) -> Chain:
+    entries = [entry for element in elements for entry in element.entries]
+    first_entry = np.cumsum([0] + [len(element.entries) for element in elements])
+    # Where entry k is joint k, the screws of the entries are J itself and share its place.
+    one_to_one = [entry[0] for entry in entries] == list(range(dof))
+    screws_at = kernel.JACOBIAN_AT if one_to_one else kernel.JACOBIAN_AT + 6 * dof + 6
+    frames_at = kernel.JACOBIAN_AT + 6 * dof + 6 + (0 if one_to_one else 6 * len(entries))
+    width = frames_at + 16 * len(frame_parents)
+
+    header = np.zeros(kernel.CHAIN_HEADER, dtype=np.int64)
+    header[kernel.JOINTS] = dof
+    header[kernel.ELEMENTS] = len(elements)
+    header[kernel.ENTRIES] = len(entries)
+    header[kernel.FRAMES] = len(frame_parents)
+    header[kernel.ONE_TO_ONE] = one_to_one
+    header[kernel.SCREWS_AT] = screws_at
+    header[kernel.FRAMES_AT] = frames_at
+    header[kernel.WIDTH] = width
+    joints = np.array([entry[0] for entry in entries], dtype=np.int64)
+    integers = np.concatenate([header, first_entry, joints, frame_parents]).astype(np.int64)
+    numbers = np.concatenate(
+        [constant[:3].ravel() for constant in constants]
+        + [
+            np.array([element.theta_0 for element in elements]),
+            np.array([element.d_0 for element in elements]),
+            np.array([entry[1] for entry in entries]),
+            np.array([entry[2] for entry in entries]),
+        ]
+        + [offset[:3].ravel() for offset in frame_offsets]
+    ).astype(np.float64)
+    return Chain(
+        integers=_kept(integers),
+        numbers=_kept(numbers),
+        dof=dof,
+        frames=len(frame_parents),
+        width=width,
+        screws_at=screws_at,
+        entries=len(entries),
+    )
+
+
+def _kept(array: np.ndarray) -> np.ndarray:  # type: ignore[type-arg]
+    array.setflags(write=False)
+    return array

@@ -1,0 +1,181 @@
+"""
+The command `check`: whether robot files describe robots, and which.
+
+"""
+
+import math
+import sys
+from collections.abc import Iterator, Sequence
+from typing import Annotated
+
+import numpy as np
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from ..description import Placement
+from ..errors import Fault, KinematicsError, RobotFileError
+from ..notice import structure_in_words
+from ..robot import Robot, load_robot
+from .known_poses import PoseError, pose_errors, pose_faults
+from .printing import console, facts, heading, plain, table
+from .robots import joint_letters
+from .singularity_report import DEGREES, threshold_words
+from .textbook_table import FORMULAS, motion_text, textbook_table
+
+HELP = """
+Check robot files, and print what they say: the table as in a textbook, the joints, and what is
+true of the arm at every pose.
+
+\b
+Examples:
+  kinematics_service check my_robot.yaml
+  kinematics_service check puma560 ur5e config/*.yaml > report.txt
+
+All faults of a file are reported at once, on standard error, as file:line: where: message. Known
+poses of the file that the table does not reach are faults too. The exit code is 1 if any file has
+a fault; the other files are still checked.
+"""
+
+Files = Annotated[
+    list[str], typer.Argument(metavar='FILE...', help='Robot files, or names of bundled robots.')
+]
+
+
+def check(files: Files) -> None:
+    out = console()
+    faulty = 0
+    for index, file in enumerate(files):
+        if index:
+            out.print()
+        faults = _checked(out, file)
+        if faults:
+            faulty += 1
+            # In the order it happened, where both streams are one screen.
+            sys.stdout.flush()
+            print(plain('\n'.join(faults)), file=sys.stderr)
+    if len(files) > 1:
+        verdict = f'{faulty} of them with faults' if faulty else 'no faults'
+        out.print(heading(f'\n{len(files)} files checked, {verdict}'))
+    if faulty:
+        raise typer.Exit(1)
+
+
+def _checked(out: Console, file: str) -> list[str]:
+    # Prints what there is to say of a file, and returns its faults.
+    try:
+        robot = load_robot(file)
+    except RobotFileError as error:
+        return [str(fault) for fault in error.faults]
+    except KinematicsError as error:
+        return [str(error)]
+    errors = pose_errors(robot)
+    faults = pose_faults(robot, errors)
+    _print_robot(out, robot)
+    _print_arm(out, robot, errors, faults)
+    return [str(fault) for fault in faults]
+
+
+def _print_robot(out: Console, robot: Robot) -> None:
+    description = robot.description
+    out.print(heading(f'{robot.name} ({description.file})'))
+    about = facts()
+    about.add_row('  source', plain(robot.source) or 'not said')
+    about.add_row('  convention', FORMULAS[robot.convention])
+    if robot.convention in ('elementary', 'shape'):
+        about.add_row('  units', f'{description.angle_unit}, {description.length_unit}')
+    if description.constants:
+        about.add_row('  constants', ', '.join(_constants(robot)))
+    out.print(about)
+    out.print()
+    out.print(textbook_table(description))
+    out.print()
+    out.print(_joint_table(robot))
+    out.print()
+
+
+def _constants(robot: Robot) -> Iterator[str]:
+    for constant in robot.description.constants:
+        text, value = plain(constant.text), f'{constant.value:.6g}'
+        yield f'{constant.name} = {text}' + (f' = {value}' if _is_formula(text) else '')
+
+
+def _is_formula(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return True
+    return False
+
+
+def _joint_table(robot: Robot) -> Table:
+    named_apart = robot.joint_names != robot.variables
+    joints = table(
+        '  joint', *(['var'] if named_apart else []), 'type', 'limits [rad, m]', 'limits [deg]',
+        'rad/s, m/s',
+    )  # fmt: skip
+    joints.pad_edge = False
+    for j, name in enumerate(robot.joint_names):
+        limits, slides = robot.limits[j], robot.joint_types[j] == 'prismatic'
+        speed = robot.velocity_limits[j]
+        joints.add_row(
+            f'  {plain(name)}',
+            *([robot.variables[j]] if named_apart else []),
+            robot.joint_types[j],
+            _range(limits),
+            '' if slides or np.isinf(limits).all() else _range(limits * DEGREES),
+            f'{speed:.4g}' if math.isfinite(speed) else '',
+        )
+    return joints
+
+
+def _range(limits: Sequence[float]) -> str:
+    low, high = limits
+    if math.isinf(low) and math.isinf(high):
+        return 'none'
+    return f'{low:.4g} .. {high:.4g}'
+
+
+def _print_arm(
+    out: Console, robot: Robot, errors: Sequence[PoseError], faults: Sequence[Fault]
+) -> None:
+    task, description = robot.task, robot.description
+    full = min(len(task.rows), robot.dof)
+    arm = facts()
+    arm.add_row('  joints', f'{robot.dof}, {joint_letters(description.joints)} from the base')
+    arm.add_row('  base', _placement(description.base, "the table's frame 0"))
+    arm.add_row('  tool', _placement(description.tool, "the last row's frame"))
+    arm.add_row('  reach', f'{task.reach:.4g} m from frame 0, over 1000 poses within the limits')
+    arm.add_row('  task', f'rows {" ".join(task.rows)} of the Jacobian')
+    arm.add_row('  length', f'{task.length:.4g} m, the characteristic length')
+    arm.add_row('  rank', f'{task.generic_rank} of {full} at most poses')
+    if structure := _structure(robot):
+        arm.add_row('  structure', plain(structure))
+    arm.add_row('  measure', threshold_words(robot.thresholds))
+    if description.singularity.factors:
+        factors = (f'{factor.name}: {factor.text}' for factor in description.singularity.factors)
+        arm.add_row('  singular where', plain('\n'.join(f'{factor} = 0' for factor in factors)))
+    arm.add_row('  known poses', _known(errors, faults))
+    if description.remarks:
+        arm.add_row('  remarks', plain('\n'.join(description.remarks)))
+    out.print(arm)
+
+
+def _placement(placement: Placement, other: str) -> str:
+    where = motion_text(placement.motion)
+    return f'{plain(placement.frame)}, ' + (f'at {other}' if where == 'identity' else where)
+
+
+def _structure(robot: Robot) -> str:
+    if robot.task.structurally_deficient or not robot.task.dependent_joints:
+        return structure_in_words(robot)
+    joints = ' and '.join(robot.task.dependent_joints)
+    return f'{joints} can move at every pose without moving the task rows'
+
+
+def _known(errors: Sequence[PoseError], faults: Sequence[Fault]) -> str:
+    if not errors:
+        return 'none in the file'
+    worst = max(errors, key=lambda error: error.share)
+    verdict = f'{len(errors) - len(faults)} of {len(errors)} agree'
+    return f'{verdict}\nworst, known_poses[{worst.index}]: {worst}'

@@ -1,0 +1,100 @@
+"""
+The options several commands share, and what their values mean.
+
+"""
+
+import re
+from typing import Annotated
+
+import numpy as np
+import typer
+
+from ..errors import RobotNotFoundError
+from ..kernel import Floats
+from ..robot import Robot, find_robot_file, load_robot
+
+NUMBER = re.compile(r'[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?')
+
+RobotOption = Annotated[
+    str, typer.Option('--robot', metavar='FILE|NAME', help='A robot file, or a bundled robot.')
+]
+PositionsOption = Annotated[
+    str,
+    typer.Option(
+        '--q', metavar='NUMBERS', help='Joint positions in rad and m, in the order of the robot.'
+    ),
+]
+DegreesOption = Annotated[
+    bool,
+    typer.Option('--deg', help='Angles on the command line are in degrees; lengths stay metres.'),
+]
+JsonOption = Annotated[bool, typer.Option('--json', help='Print one JSON object, in SI units.')]
+
+
+class WrongUsage(typer.BadParameter):
+    """
+    A command line that cannot be meant: exit code 2, and its text as the sentence.
+
+    """
+
+    def format_message(self) -> str:
+        """
+        Return the sentence itself, without typer's preface.
+
+        """
+        return self.message
+
+
+def refuse_unknown_robot(name: str) -> None:
+    """
+    Refuse a `--robot` that is neither a file nor a bundled robot, as wrong usage.
+
+    """
+    try:
+        path = find_robot_file(name)
+    except RobotNotFoundError as error:
+        raise WrongUsage(f'--robot: {error}') from None
+    if not path.exists():
+        raise WrongUsage(f'--robot: there is no file {name}')
+
+
+def given_robot(name: str) -> Robot:
+    """
+    Return the robot that `--robot` names.
+
+    Raises
+    ------
+    RobotFileError
+        The file is there but not a valid robot.
+
+    """
+    refuse_unknown_robot(name)
+    return load_robot(name)
+
+
+def joint_values(robot: Robot, text: str, option: str, degrees: bool) -> Floats:
+    """
+    Return the numbers of `--q` or `--qdot`, shape (n,), rad or m (rad/s or m/s).
+
+    Accepted are commas, spaces, and brackets around them all.
+
+    """
+    words = re.split(r'\s*,\s*|\s+', text.strip().strip('[]()').strip().rstrip(','))
+    for word in words:
+        if not NUMBER.fullmatch(word):
+            raise WrongUsage(
+                f'{option}: {word!r} is not a number; write {robot.dof} numbers, such as '
+                f'{option}={",".join(["0.1"] * robot.dof)}'
+            )
+    if len(words) != robot.dof:
+        joints = f'{robot.dof} joint' if robot.dof == 1 else f'{robot.dof} joints'
+        raise WrongUsage(
+            f'{option}: {robot.name} has {joints} ({", ".join(robot.joint_names)}), '
+            f'not {len(words)}'
+        )
+    values = np.array([float(word) for word in words])
+    if degrees:
+        turning = np.array([kind != 'prismatic' for kind in robot.joint_types])
+        values[turning] = np.radians(values[turning])
+    return values
+

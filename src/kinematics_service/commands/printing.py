@@ -1,0 +1,114 @@
+"""
+What ends up on the screen: tables and sentences that fit a terminal, whole when piped.
+
+"""
+
+import json
+import math
+import os
+import sys
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from ..kernel import Floats
+
+# Where nobody looks at a width, no line is broken: the reader on the other side is a program.
+UNBROKEN = 10_000
+INDENT = (0, 2, 0, 0)
+
+
+def console() -> Console:
+    """
+    Return the console of this output: as wide as the terminal, unbroken where there is none.
+
+    Text is printed as it is: no markup, no guessed highlights; colours only on a terminal.
+
+    """
+    width = None if sys.stdout.isatty() or 'COLUMNS' in os.environ else UNBROKEN
+    return Console(width=width, markup=False, highlight=False, emoji=False)
+
+
+def plain(text: str) -> str:
+    """
+    Return a text without characters a terminal would obey.
+
+    """
+    return ''.join(c if c.isprintable() or c == '\n' else '?' for c in text)
+
+
+def table(*headers: str, title: str | None = None) -> Table:
+    """
+    Return an empty table: cells fold where the terminal is too narrow, and are never cut.
+
+    """
+    result = Table(
+        title=title, title_justify='left', title_style='bold', box=None, padding=INDENT
+    )
+    for header in headers:
+        result.add_column(header, header_style='bold', overflow='fold')
+    return result
+
+
+def facts() -> Table:
+    """
+    Return an empty list of facts: a label and what there is to say, its lines hanging.
+
+    """
+    result = Table.grid(padding=INDENT)
+    result.add_column(style='bold', no_wrap=True)
+    result.add_column(overflow='fold')
+    return result
+
+
+def heading(text: str, style: str = 'bold') -> Text:
+    """
+    Return a heading.
+
+    """
+    return Text(plain(text), style=style)
+
+
+def number(value: float, decimals: int = 6) -> str:
+    """
+    Return a number to a fixed place, without a negative zero; large and infinite ones in short.
+
+    """
+    if not math.isfinite(value) or abs(value) >= 1e4:
+        return f'{value:.{decimals}g}'
+    return f'{round(float(value), decimals) + 0.0:.{decimals}f}'
+
+
+def numbers(values: Floats, decimals: int = 6) -> str:
+    """
+    Return a row of numbers, each as wide as the widest.
+
+    """
+    texts = [number(value, decimals) for value in values]
+    width = max(map(len, texts))
+    return '  '.join(text.rjust(width) for text in texts)
+
+
+def json_text(document: dict[str, Any]) -> str:
+    """
+    Return strict JSON: arrays as lists, and null for what is infinite or not a number.
+
+    """
+    return json.dumps(_strict(document), allow_nan=False)
+
+
+def _strict(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _strict(entry) for key, entry in value.items()}
+    if isinstance(value, np.ndarray):
+        return _strict(value.tolist())
+    if isinstance(value, (list, tuple)):
+        return [_strict(entry) for entry in value]
+    if isinstance(value, np.generic):
+        return _strict(value.item())
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return value

@@ -1,0 +1,139 @@
+"""
+The commands that need ROS: the node itself, `demo` and `echo`.
+
+"""
+
+from enum import Enum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from .options import RobotOption, refuse_unknown_robot
+
+WITHOUT_ROS = (
+    "this needs ROS 2 and its rclpy, which cannot be imported here ({reason}): pip install "
+    "'kinematics_service[ros]', or source a ROS 2 Jazzy installation"
+)
+
+DEMO_HELP = """
+Move an arm that is not there: publish joint_states for the node to answer.
+
+\b
+Examples, each in a terminal beside a running node:
+  kinematics_service demo --robot puma560
+  kinematics_service demo --robot ur5e --duration 10 --trajectory smooth
+  kinematics_service demo --robot ur5e --replay recorded.csv
+"""
+
+ECHO_HELP = """
+Print what a running node says, without any other ROS tool installed.
+
+\b
+Examples:
+  kinematics_service echo pose
+  kinematics_service echo jacobian --once
+  kinematics_service echo warning --json
+  kinematics_service echo twist --node /left_arm/kinematics
+"""
+
+
+class Trajectory(str, Enum):
+    """
+    How the demo moves the joints.
+
+    """
+
+    sine = 'sine'
+    smooth = 'smooth'
+
+
+class Topic(str, Enum):
+    """
+    What `echo` can print.
+
+    """
+
+    jacobian = 'jacobian'
+    pose = 'pose'
+    twist = 'twist'
+    warning = 'warning'
+
+
+class RosMissingError(Exception):
+    """
+    ROS cannot be imported; its text says how to get it.
+
+    """
+
+
+def _without_ros(error: ImportError) -> Exception:
+    # An import of our own that fails is a mistake of ours, and stays what it is.
+    ours = (error.name or '').startswith(__package__.partition('.')[0])
+    return error if ours else RosMissingError(WITHOUT_ROS.format(reason=error))
+
+
+def node(
+    robot: str | None, ros_arguments: list[str], allow_unsecured: bool, allow_mixed_ros: bool
+) -> None:
+    """
+    Run the node until it is told to stop.
+
+    Raises
+    ------
+    RosMissingError
+        rclpy or a message package cannot be imported.
+
+    """
+    if robot is not None:
+        refuse_unknown_robot(robot)
+    try:
+        from ..ros.runner import run_node
+    except ImportError as error:
+        raise _without_ros(error) from error
+    raise typer.Exit(run_node(robot, ros_arguments, allow_unsecured, allow_mixed_ros))
+
+
+def demo(
+    context: typer.Context,
+    robot: RobotOption = 'puma560',
+    duration: Annotated[
+        float | None,
+        typer.Option(min=0.0, metavar='SECONDS', help='Stop after this time.', show_default='never'),
+    ] = None,
+    trajectory: Annotated[
+        Trajectory,
+        typer.Option(help='Sines within the limits, or smooth moves between random poses.'),
+    ] = Trajectory.sine,
+    replay: Annotated[
+        Path | None,
+        typer.Option(
+            exists=True,
+            dir_okay=False,
+            metavar='FILE.csv',
+            help='Publish recorded joint positions instead.',
+        ),
+    ] = None,
+) -> None:
+    refuse_unknown_robot(robot)
+    try:
+        from ..ros.demo import run_demo
+    except ImportError as error:
+        raise _without_ros(error) from error
+    raise typer.Exit(run_demo(robot, duration, trajectory.value, replay, context.obj))
+
+
+def echo(
+    context: typer.Context,
+    what: Annotated[Topic, typer.Argument(help='Which of its topics.')] = Topic.pose,
+    once: Annotated[bool, typer.Option('--once', help='Stop after the first message.')] = False,
+    json: Annotated[bool, typer.Option('--json', help='One JSON object a line.')] = False,
+    node: Annotated[
+        str, typer.Option(metavar='NAME', help='The full name of the node.')
+    ] = '/kinematics',
+) -> None:
+    try:
+        from ..ros.echo import run_echo
+    except ImportError as error:
+        raise _without_ros(error) from error
+    raise typer.Exit(run_echo(what.value, node, once, json, context.obj))

@@ -1,0 +1,104 @@
+"""
+The known poses of a robot file: where the tool is, by the file's own source.
+
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+from .description import JointDescription, KnownPose
+from .entries import checked, checked_list
+from .fault_report import number
+from .motion_entries import pose_motion
+from .quantities import KIND_OF, Kind, Quantities
+from .robot_schema import KnownPoseEntry, ToleranceEntry
+from .yaml_document import Path
+
+EXACT = 1e-6  # m and rad: what a datasheet with six digits can promise
+ROUND_OFF = 1e-9
+
+
+def read_known_poses(
+    data: Any, joint_count: int, joints: Sequence[JointDescription], quantities: Quantities
+) -> tuple[KnownPose, ...]:
+    """
+    Return the poses in SI units, without those that have faults.
+
+    Parameters
+    ----------
+    data
+        The list as the file has it; None where there is none.
+    joint_count
+        Number of entries in the list of joints.
+    joints
+        Their descriptions; fewer where some have faults, and then no q is read.
+    quantities
+        What the names in expressions mean.
+
+    """
+    if data is None:
+        return ()
+    path: Path = ('known_poses',)
+    items = checked_list(data, path, quantities.report, 'a list of {q, xyz, rpy}')
+    poses = [
+        _known_pose(item, (*path, index), joint_count, joints, quantities)
+        for index, item in enumerate(items)
+    ]
+    return tuple(pose for pose in poses if pose is not None)
+
+
+def _known_pose(
+    data: Any,
+    path: Path,
+    joint_count: int,
+    joints: Sequence[JointDescription],
+    quantities: Quantities,
+) -> KnownPose | None:
+    report = quantities.report
+    before = report.fault_count
+    entry = checked(KnownPoseEntry, data, path, report)
+    texts = entry.q or []
+    if entry.q is not None and joint_count and len(texts) != joint_count:
+        message = f'{len(texts)} values for {joint_count} joints'
+        report.fault((*path, 'q'), message)
+    q = _joint_vector(texts, (*path, 'q'), joints, quantities)
+    motion = pose_motion(entry.xyz, entry.rpy, path, quantities)
+    tolerance_path = (*path, 'tolerance')
+    tolerance = ToleranceEntry()
+    if entry.tolerance is not None:
+        tolerance = checked(ToleranceEntry, entry.tolerance, tolerance_path, report)
+    xyz = _tolerance(tolerance.xyz, 'length', (*tolerance_path, 'xyz'), quantities)
+    rpy = _tolerance(tolerance.rpy, 'angle', (*tolerance_path, 'rpy'), quantities)
+    if motion is None or report.fault_count > before or len(q) != joint_count:
+        return None
+    return KnownPose(q, motion, xyz, rpy)
+
+
+def _joint_vector(
+    texts: Sequence[str | None],
+    path: Path,
+    joints: Sequence[JointDescription],
+    quantities: Quantities,
+) -> tuple[float, ...]:
+    q: list[float] = []
+    if len(texts) != len(joints):
+        return ()
+    for index, (text, joint) in enumerate(zip(texts, joints, strict=True)):
+        value = quantities.fixed(text, KIND_OF[joint.type], (*path, index))
+        if value is None:
+            return ()
+        if not joint.lower - ROUND_OFF <= value <= joint.upper + ROUND_OFF:
+            limits = f'[{number(joint.lower)}, {number(joint.upper)}]'
+            sentence = f'{number(value)} lies outside the limits {limits} of {joint.name!r}'
+            quantities.report.remark((*path, index), sentence)
+        q.append(value)
+    return tuple(q)
+
+
+def _tolerance(text: str | None, kind: Kind, path: Path, quantities: Quantities) -> float:
+    value = quantities.fixed(text, kind, path)
+    if value is None:
+        return EXACT
+    if value <= 0.0:
+        quantities.report.fault(path, f'must be above 0, not {text}')
+    return value

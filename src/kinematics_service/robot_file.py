@@ -1,0 +1,202 @@
+"""
+Reads a robot file: one YAML file, one robot; see `description` for what comes out.
+
+"""
+
+import os
+import re
+from collections.abc import Sequence
+from typing import Any, NoReturn, get_args
+
+from .constant_entries import read_constants
+from .description import Constant, Convention, JointDescription, RobotDescription
+from .entries import checked
+from .errors import Fault, RobotFileError
+from .fault_report import FaultReport, quoted, shown
+from .joint_entries import joint_type_of, read_joint, read_joint_entries, read_variables
+from .known_pose_entries import read_known_poses
+from .link_rows import Row, check_helical, moving_parts, read_links
+from .motion_entries import read_placement
+from .quantities import Quantities, Units
+from .robot_schema import JointEntry, RobotEntry, UnitsEntry
+from .singularity_entry import read_singularity
+from .yaml_reader import MAX_BYTES, read_document
+
+ROBOT_NAME = re.compile(r'[A-Za-z0-9_]+')
+
+
+def read_robot_file(path: str | os.PathLike[str]) -> RobotDescription:
+    """
+    Return what a robot file says.
+
+    Raises
+    ------
+    RobotFileError
+        With all faults of the file, one a line; also where it cannot be read at all.
+
+    """
+    file = os.fspath(path)
+    try:
+        with open(path, 'rb') as stream:
+            # One byte more than is accepted: enough to refuse, also where a file never ends.
+            content = stream.read(MAX_BYTES + 1)
+    except FileNotFoundError:
+        _refuse(file, 'no such file')
+    except IsADirectoryError:
+        _refuse(file, 'is a directory: give the robot file itself')
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else str(error)
+        _refuse(file, f'cannot be read: {reason}')
+    try:
+        text = content.decode('utf-8-sig')
+    except UnicodeDecodeError as error:
+        if len(content) > MAX_BYTES:
+            _refuse(file, f'larger than {MAX_BYTES // 1024} KiB: not a robot file')
+        line = content.count(b'\n', 0, error.start) + 1
+        raise RobotFileError((Fault(file, line, '', 'is not UTF-8 text'),)) from None
+    return parse_robot(text, file)
+
+
+def parse_robot(text: str, file: str) -> RobotDescription:
+    """
+    Return what the text of a robot file says.
+
+    Parameters
+    ----------
+    text
+        YAML; a byte order mark has been taken off.
+    file
+        Its path, for messages.
+
+    Raises
+    ------
+    RobotFileError
+        With all faults of the text, one a line.
+
+    """
+    document = read_document(text, file)
+    report = FaultReport(document)
+    data = document.data
+    if not isinstance(data, dict):
+        keys = ', '.join(RobotEntry.required)
+        report.fault((), f'expected a mapping with the keys {keys}, not {shown(data)}')
+        report.raise_faults()
+    entry = checked(RobotEntry, data, (), report)
+    if entry.robot is not None and not ROBOT_NAME.fullmatch(entry.robot):
+        message = f'{quoted(entry.robot)} is not a name of letters, digits and underscores'
+        report.fault(('robot',), message)
+    units = _units(entry.units, report)
+
+    joint_entries = read_joint_entries(entry.joints, report) if 'joints' in data else []
+    constant_names = tuple(entry.constants) if isinstance(entry.constants, dict) else ()
+    variables = read_variables(joint_entries, constant_names, report)
+    moving = [variable for variable in variables if variable]
+    constants, unreadable, used = read_constants(entry.constants, units, moving, report)
+    quantities = _quantities(report, units, constants, joint_entries, variables, unreadable)
+    quantities.used.update(used)
+
+    joints = [
+        joint
+        for index, (item, variable) in enumerate(zip(joint_entries, variables, strict=True))
+        if (joint := read_joint(item, variable, index, quantities))
+    ]
+    links = None
+    convention = next((name for name in get_args(Convention) if name == entry.convention), None)
+    if convention and 'links' in data:
+        links = read_links(entry.links, convention, quantities)
+        check_helical(links or (), quantities)
+    base = read_placement(entry.base, ('base',), 'base_link', quantities)
+    tool = read_placement(entry.tool, ('tool',), 'tool0', quantities)
+    if base and tool and base.frame == tool.frame:
+        report.fault(('tool', 'frame'), f'{quoted(tool.frame)} is also the base frame')
+    singularity = read_singularity(entry.singularity, quantities)
+    known_poses = read_known_poses(entry.known_poses, len(joint_entries), joints, quantities)
+
+    report.raise_faults()
+    if not (entry.robot and convention and links and base and tool and singularity):
+        # Every part that is missing has a fault; were one forgotten, this is the safe end.
+        _refuse(file, 'is incomplete')
+    _remark(entry, constants, joints, links, quantities)
+    return RobotDescription(
+        name=entry.robot,
+        source=entry.source or '',
+        convention=convention,
+        angle_unit=units.angle,
+        length_unit=units.length,
+        constants=constants,
+        joints=tuple(joints),
+        links=links,
+        base=base,
+        tool=tool,
+        singularity=singularity,
+        known_poses=known_poses,
+        remarks=report.remarks(),
+        file=file,
+    )
+
+
+def _refuse(file: str, message: str) -> NoReturn:
+    raise RobotFileError((Fault(file, 0, '', message),))
+
+
+def _units(data: Any, report: FaultReport) -> Units:
+    if data is None:
+        return Units()
+    entry = checked(UnitsEntry, data, ('units',), report)
+    return Units('deg' if entry.angle == 'deg' else 'rad', 'mm' if entry.length == 'mm' else 'm')
+
+
+def _quantities(
+    report: FaultReport,
+    units: Units,
+    constants: Sequence[Constant],
+    entries: Sequence[JointEntry],
+    variables: Sequence[str | None],
+    unreadable: frozenset[str],
+) -> Quantities:
+    joint_types = {}
+    hidden = set(unreadable)
+    all_names_known = bool(entries)
+    values = {constant.name: constant.value for constant in constants}
+    for entry, variable in zip(entries, variables, strict=True):
+        joint_type = joint_type_of(entry)
+        name = variable or entry.variable or entry.name
+        if variable and joint_type:
+            joint_types[variable] = joint_type
+        elif name is None:
+            all_names_known = False
+        else:
+            hidden.add(name)
+            if variable is None:
+                # The expressions may call it anything.
+                all_names_known = False
+    hidden -= joint_types.keys() | values.keys()
+    return Quantities(report, units, values, joint_types, frozenset(hidden), all_names_known)
+
+
+def _remark(
+    entry: RobotEntry,
+    constants: Sequence[Constant],
+    joints: Sequence[JointDescription],
+    links: Sequence[Row],
+    quantities: Quantities,
+) -> None:
+    report = quantities.report
+    if not entry.source:
+        report.remark(('source',), 'is not given: say where the numbers come from')
+    for constant in constants:
+        if constant.name not in quantities.used:
+            report.remark(('constants', constant.name), 'is never used')
+    moved: set[str] = set()
+    for index, row in enumerate(links):
+        moving = {
+            variable
+            for _, _, expression in moving_parts(row)
+            for variable, _ in expression.affine.coefficients
+        }
+        moved |= moving
+        if not moving and entry.convention != 'elementary':
+            report.remark(('links', index), 'no joint moves this row: it is fixed')
+    for index, joint in enumerate(joints):
+        if joint.variable not in moved:
+            report.remark(('joints', index), f'{joint.name!r} stands in no row: it moves nothing')

@@ -1,0 +1,4 @@
+"""
+The ROS 2 side: the only folder that imports rclpy and message packages.
+
+"""

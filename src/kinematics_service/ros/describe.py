@@ -1,0 +1,71 @@
+"""
+The robot and the node's conventions as plain data, for `~/describe`.
+
+"""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from ..version import __version__
+from .settings import ROW_LABELS, Settings
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None
+
+
+def description_of(
+    settings: Settings, joint_states: str, topics: Sequence[str]
+) -> dict[str, Any]:
+    """
+    Return what a program needs to read the node's topics; limits are null where there are none.
+
+    """
+    robot = settings.robot
+    prefix = settings.estimator.joint_prefix
+    return {
+        'robot': robot.name,
+        'source': robot.source,
+        'convention': robot.convention,
+        'dof': robot.dof,
+        'joints': [
+            {
+                'name': prefix + name,
+                'variable': variable,
+                'type': kind,
+                'lower': _finite(low),
+                'upper': _finite(high),
+                'velocity': _finite(velocity),
+                'unit': 'm' if kind == 'prismatic' else 'rad',
+            }
+            for name, variable, kind, (low, high), velocity in zip(
+                robot.joint_names,
+                robot.variables,
+                robot.joint_types,
+                robot.limits,
+                robot.velocity_limits,
+            )
+        ],
+        'frames': {'base': settings.base_frame, 'tool': settings.tool_frame},
+        'jacobian': {
+            'axes': settings.jacobian_frame,
+            'rows': ROW_LABELS[settings.row_order].split(','),
+            'columns': [prefix + name for name in robot.joint_names],
+            'reference_point': 'origin of the tool frame',
+        },
+        'twist': {'axes': settings.twist_frame, 'rows': ROW_LABELS['linear_first'].split(',')},
+        'quaternion': 'x y z w',
+        'singularity': {
+            'task': list(robot.task.rows),
+            'length': robot.task.length,
+            'generic_rank': robot.task.generic_rank,
+            'dependent_joints': list(robot.task.dependent_joints),
+            'measure': robot.thresholds.measure,
+            'warn': robot.thresholds.warn,
+            'stop': robot.thresholds.stop,
+        },
+        'subscribes': joint_states,
+        'publishes': list(topics),
+        'version': __version__,
+    }

@@ -1,0 +1,58 @@
+"""
+Whether this machine's ROS environment is one the node may start in.
+
+"""
+
+import os
+import sys
+from pathlib import Path
+
+import rclpy
+
+
+def security_refusal() -> str | None:
+    """
+    Return why not to start where ROS_SECURITY_ENABLE asks for security that is not there.
+
+    The wheels' Fast DDS is built without DDS security, and the default strategy, Permissive, then
+    starts unsecured without a word.
+
+    """
+    if os.environ.get('ROS_SECURITY_ENABLE', '').lower() != 'true' or not rclpy_is_a_wheel():
+        return None
+    return (
+        'ROS_SECURITY_ENABLE is true, but the installed rclpy has no DDS security: the node would '
+        'run unsecured; start it with --allow-unsecured if that is meant'
+    )
+
+
+def rclpy_is_a_wheel() -> bool:
+    """
+    Return whether rclpy was installed by pip rather than by a ROS installation.
+
+    """
+    folder = Path(rclpy.__file__).resolve().parent.parent
+    return any(folder.glob('ros_rclpy-*.dist-info'))
+
+
+def mixture_refusal() -> str | None:
+    """
+    Return why not to start where the wheels' rclpy and a sourced ROS installation are mixed.
+
+    """
+    here = Path(rclpy.__file__).resolve()
+    version = f'python{sys.version_info.major}.{sys.version_info.minor}'
+    prefixes = [Path(p) for p in os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep) if p]
+    if any(here.is_relative_to(prefix.resolve()) for prefix in prefixes):
+        return None
+    for prefix in prefixes:
+        if (prefix / 'lib' / version / 'site-packages' / 'rclpy').exists() or (
+            prefix / 'lib' / 'librcl.so'
+        ).exists():
+            return (
+                f'two ROS installations are mixed: rclpy comes from {here.parent.parent}, but '
+                f'{prefix} is sourced, so which libraries are loaded is left to chance; use a '
+                'terminal without the sourced one, or an environment without the rclpy wheels '
+                '(--allow-mixed-ros starts anyway)'
+            )
+    return None

@@ -1,0 +1,106 @@
+"""
+From the command line to a running node and back to an exit code.
+
+"""
+
+import sys
+from collections.abc import Sequence
+
+import rclpy
+from rclpy.context import Context
+from rclpy.signals import SignalHandlerOptions
+
+from ..errors import KinematicsError
+from .environment import mixture_refusal, security_refusal
+from .node import KinematicsNode, RobotConflictError
+from .spin import new_executor, spin, stop_signals
+
+FINE, FAULT, WRONG_USAGE = 0, 1, 2
+
+
+def tell(sentence: str) -> None:
+    """
+    Write one line to standard error.
+
+    """
+    print(f'kinematics_service: {sentence}', file=sys.stderr, flush=True)
+
+
+def start_refusal(allow_unsecured: bool, allow_mixed_ros: bool) -> str | None:
+    """
+    Return why this environment is not one to start in, None where it is.
+
+    """
+    return (None if allow_unsecured else security_refusal()) or (
+        None if allow_mixed_ros else mixture_refusal()
+    )
+
+
+def open_context(ros_args: Sequence[str]) -> Context | None:
+    """
+    Return a context initialised with ROS arguments, without rclpy's signal handlers.
+
+    None, after one line to standard error, where the arguments are wrong.
+
+    """
+    context = Context()
+    try:
+        rclpy.init(
+            args=['kinematics_service', *ros_args],
+            context=context,
+            signal_handler_options=SignalHandlerOptions.NO,
+        )
+    except Exception as error:  # RCLError and UnknownROSArgsError share no base
+        tell('wrong ROS arguments: ' + str(error).split(', at ')[0].replace('\n', ' '))
+        return None
+    return context
+
+
+def run_node(
+    robot: str | None,
+    ros_args: Sequence[str],
+    allow_unsecured: bool = False,
+    allow_mixed_ros: bool = False,
+) -> int:
+    """
+    Run the node until SIGINT or SIGTERM; return the exit code.
+
+    Parameters
+    ----------
+    robot
+        File or bundled name; None for the parameter `robot`.
+    ros_args
+        ROS arguments, `--ros-args` included.
+    allow_unsecured, allow_mixed_ros
+        Start although security is asked for and missing, or two ROS installations are mixed.
+
+    Returns
+    -------
+    0 after a signal, 1 for a bad robot file or parameter, 2 for wrong usage.
+
+    """
+    refusal = start_refusal(allow_unsecured, allow_mixed_ros)
+    if refusal is not None:
+        tell(refusal)
+        return FAULT
+    with stop_signals() as stop:
+        context = open_context(ros_args)
+        if context is None:
+            return WRONG_USAGE
+        try:
+            try:
+                node = KinematicsNode(robot, context=context)
+            except RobotConflictError as error:
+                tell(str(error))
+                return WRONG_USAGE
+            except KinematicsError as error:
+                tell(str(error))
+                return FAULT
+            executor = new_executor(node, context)
+            fine = spin(executor, node, lambda: stop.came or not context.ok())
+            executor.remove_node(node)
+            executor.shutdown()
+            node.destroy_node()
+            return FINE if fine else FAULT
+        finally:
+            context.try_shutdown()
