@@ -42,10 +42,16 @@ app = typer.Typer(
 )
 app.command(short_help='Check robot files and print what they say.', help=check.HELP)(check.check)
 app.command(short_help='Print the pose of the tool.', help=fk.HELP)(fk.fk)
-app.command(short_help='Print the Jacobian and the twist of the tool.', help=jacobian.HELP)(jacobian.jacobian)
+app.command(short_help='Print the Jacobian and the twist of the tool.', help=jacobian.HELP)(
+    jacobian.jacobian
+)
 app.command(short_help='List the bundled robots.', help=robots.HELP)(robots.robots)
-app.command(short_help='Publish joint_states of an arm in motion.', help=ros_commands.DEMO_HELP)(ros_commands.demo)
-app.command(short_help='Print what a running node says.', help=ros_commands.ECHO_HELP)(ros_commands.echo)
+app.command(short_help='Publish joint_states of an arm in motion.', help=ros_commands.DEMO_HELP)(
+    ros_commands.demo
+)
+app.command(short_help='Print what a running node says.', help=ros_commands.ECHO_HELP)(
+    ros_commands.echo
+)
 
 WITH_ROS = ('demo', 'echo')
 
@@ -81,7 +87,9 @@ def _node(
     ] = False,
     version: Annotated[
         bool,
-        typer.Option('--version', help='Print the version.', callback=_print_version, is_eager=True),
+        typer.Option(
+            '--version', help='Print the version.', callback=_print_version, is_eager=True
+        ),
     ] = False,
 ) -> None:
     command = context.invoked_subcommand
@@ -89,9 +97,7 @@ def _node(
         ros_commands.node(robot, context.obj, allow_unsecured, allow_mixed_ros)
         return
     if robot is not None or allow_unsecured or allow_mixed_ros:
-        raise WrongUsage(
-            f'options before a command are the node\'s: write them after {command!r}'
-        )
+        raise WrongUsage(f"options before a command are the node's: write them after {command!r}")
     if context.obj and command not in WITH_ROS:
         raise WrongUsage(f'{command} takes no --ros-args: it needs no ROS')
 

@@ -28,8 +28,12 @@ class Chain:
         Read-only arrays; the layout stands in `pack`.
     dof, frames
         Number of joints; number of link frames (rows + 1).
-    width, screws_at, entries
-        Length of a row of results, where the screws of the entries start in it, their number.
+    widths
+        Length of a row of results at each depth: pose, Jacobian, all frames.
+    screws_at, entries
+        Where the screws of the entries start in a row, and their number.
+    at_rest : shape (n,)
+        Zero velocities; writable only because numba takes a read-only array for another type.
 
     """
 
@@ -37,17 +41,10 @@ class Chain:
     numbers: Floats
     dof: int
     frames: int
-    width: int
+    widths: tuple[int, int, int]
     screws_at: int
     entries: int
-
-    @property
-    def jacobian_width(self) -> int:
-        """
-        Return the length of a row of results without the link frames.
-
-        """
-        return self.width - 16 * self.frames
+    at_rest: Floats
 
 
 @dataclass(frozen=True)
@@ -141,9 +138,10 @@ def _pack(
         numbers=_kept(numbers),
         dof=dof,
         frames=len(frame_parents),
-        width=width,
+        widths=(kernel.JACOBIAN_AT, frames_at, width),
         screws_at=screws_at,
         entries=len(entries),
+        at_rest=np.zeros(dof),
     )
 
 

@@ -12,9 +12,10 @@ from .errors import ExpressionError
 from .expression_syntax import names_in, why_no_name
 from .expressions import Scope, parse_affine
 from .fault_report import FaultReport, quoted, shown
-from .quantities import INFINITE, Units
+from .quantities import Units, why_not_finite
 from .yaml_document import Path
 
+MAX_CONSTANTS = 256  # the table of a datasheet has a dozen
 PATH: Path = ('constants',)
 
 
@@ -27,6 +28,7 @@ class Constants(NamedTuple):
     constants: tuple[Constant, ...]
     unreadable: frozenset[str]
     used: frozenset[str]
+    all_names_known: bool = True
 
 
 NO_CONSTANTS = Constants((), frozenset(), frozenset())
@@ -43,7 +45,10 @@ def read_constants(
         return NO_CONSTANTS
     if not isinstance(data, dict):
         report.fault(PATH, f'expected a mapping of names to numbers, not {shown(data)}')
-        return NO_CONSTANTS
+        return NO_CONSTANTS._replace(all_names_known=False)
+    if len(data) > MAX_CONSTANTS:
+        report.fault(PATH, f'{len(data)} constants (at most {MAX_CONSTANTS})')
+        return NO_CONSTANTS._replace(all_names_known=False)
     values: dict[str, float] = {}
     constants: list[Constant] = []
     unreadable: set[str] = set()
@@ -69,8 +74,8 @@ def read_constants(
         unreadable.add(name)
         if text is None or names & (unreadable - {name}):
             continue
-        if INFINITE.fullmatch(text):
-            report.fault(path, f"'{text}' is accepted only in limits")
+        if reason := why_not_finite(text):
+            report.fault(path, reason)
             continue
         try:
             affine = parse_affine(text, Scope(units.angle, dict(values), (), {**moving, **later}))

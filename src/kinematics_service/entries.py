@@ -37,7 +37,9 @@ def _scalar(value: Any, wanted: str) -> ScalarNode:
 
 def _word(value: Any) -> str:
     text = _scalar(value, 'a text').text
-    if not text or not text.isprintable():
+    if not text:
+        raise _wrong('is empty: expected a text')
+    if not text.isprintable():
         raise _wrong(f'expected a text without control characters, not {quoted(text)}')
     if len(text) > 256:
         raise _wrong(f'too long: {len(text)} characters (at most 256)')
@@ -79,6 +81,8 @@ def did_you_mean(text: str, accepted: tuple[str, ...]) -> str:
     Return `, did you mean 'alpha'?` for a near miss, otherwise nothing.
 
     """
+    if len(text) < 3:
+        return ''  # anything is near to 'm'
     near = difflib.get_close_matches(text[:60], accepted, n=1)
     return f', did you mean {near[0]!r}?' if near else ''
 
@@ -144,7 +148,8 @@ def checked(kind: type[EntryType], data: Any, path: Path, report: FaultReport) -
             broken.add(place[0])
             if detail['type'] == 'extra_forbidden':
                 key = str(place[0])
-                message = f'unknown key{did_you_mean(key, keys)}{choice(keys)}'
+                hint = '' if report.full else did_you_mean(key, keys)
+                message = f'unknown key{hint}{choice(keys)}'
             else:
                 message = detail['msg']
             report.fault((*path, *place), message)

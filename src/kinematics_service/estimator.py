@@ -269,10 +269,18 @@ class Estimator:
             elif self.settings.velocity_source == 'message':
                 velocity, differenced = math.nan, False
             else:
-                velocity = self._table.difference(j, positions[place], stamp, self.settings.timeout)
+                velocity = self._table.difference(
+                    j, positions[place], stamp, self.settings.timeout
+                )
                 differenced = True
             self._table.store(
-                j, positions[place], velocity, differenced, stamp, sample.stamp != 0, sample.arrival
+                j,
+                positions[place],
+                velocity,
+                differenced,
+                stamp,
+                sample.stamp != 0,
+                sample.arrival,
             )
 
     def _message_velocities(self, sample: JointSample, layout: Layout) -> list[float] | None:

@@ -50,7 +50,7 @@ def why_no_name(name: str) -> str | None:
         return 'is not an identifier (letters a-z, digits, underscore; no digit first)'
     if name == 'pi' or name in ARGUMENTS_OF:
         return 'already has a meaning (reserved: pi, ' + ', '.join(ARGUMENTS_OF) + ')'
-    if name == 'inf' or keyword.iskeyword(name):
+    if name in ('inf', 'nan') or keyword.iskeyword(name):
         return 'is a reserved word'
     return None
 

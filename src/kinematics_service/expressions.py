@@ -7,11 +7,13 @@ tree is worth.
 
 import ast
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from .errors import ExpressionError
 from .expression_syntax import operands_of, postorder, syntax_tree
+
+MOST_LISTED = 20  # names in a message
 
 
 @dataclass(frozen=True)
@@ -86,8 +88,17 @@ class Scope:
                 "'pi' is not accepted in a file with 'angle: deg': write 180, or use 'angle: rad'"
             )
         return self.refused.get(name) or (
-            f'unknown name {name!r} (known: {", ".join(self.known) or "none"})'
+            f'unknown name {_short(name)!r} (known: {_listed(self.known)})'
         )
+
+
+def _short(name: str) -> str:
+    return name if len(name) <= 40 else f'{name[:37]}...'
+
+
+def _listed(names: Sequence[str]) -> str:
+    more = [f'and {len(names) - MOST_LISTED} more'] if len(names) > MOST_LISTED else []
+    return ', '.join([*map(_short, names[:MOST_LISTED]), *more]) or 'none'
 
 
 class _NotLinearError(ExpressionError):

@@ -81,12 +81,21 @@ class FaultReport:
         """
         return self._count
 
+    @property
+    def full(self) -> bool:
+        """
+        Return whether no further fault will be listed.
+
+        """
+        return self._count >= MAX_FAULTS
+
     def fault(self, path: Path, message: str) -> None:
         """
         Add what is wrong at a path.
 
         """
-        self._add(path, self._document.line(path), message)
+        # Finding a line takes time, which a file with thousands of faults could multiply.
+        self._add(path, 0 if self.full else self._document.line(path), message)
 
     def remark(self, path: Path, sentence: str) -> None:
         """

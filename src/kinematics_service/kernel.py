@@ -6,14 +6,15 @@ a task (`task.Task.integers`, `.numbers`), and rows of numbers. It stays in one 
 numba's on-disk cache does not notice an edit in another one. With `NUMBA_DISABLE_JIT=1` the same
 source runs as plain Python.
 
-Notation: an element k is one moving screw of the chain, its axis the z axis (unit vector z) through
-the point o, its motion Rz(theta) Tz(d) with theta = theta_0 + sum(c_theta q_j) and
-d = d_0 + sum(c_d q_j). Each coefficient pair (c_theta, c_d) of one joint in one element is an entry.
+Notation: an element k is one moving screw of the chain, its axis the z axis (unit vector z)
+through the point o, its motion Rz(theta) Tz(d) with theta = theta_0 + sum(c_theta q_j) and
+d = d_0 + sum(c_d q_j). Each pair (c_theta, c_d) of one joint in one element is an entry.
 """
 
 import logging
 import math
-from typing import Any, Callable, TypeVar
+from collections.abc import Callable
+from typing import Any, TypeVar
 
 import numba
 import numpy as np
@@ -46,7 +47,7 @@ def compiled(function: Function) -> Function:
 _OPTIONS: dict[str, Any] = {'nogil': True, 'fastmath': {'contract'}}
 _uncached: list[str] = []
 
-# Where things stand in Chain.integers and in a row of results; chain.py and kinematics.py use them.
+# Where things stand in Chain.integers and in a row of results.
 JOINTS, ELEMENTS, ENTRIES, FRAMES, ONE_TO_ONE, SCREWS_AT, FRAMES_AT, WIDTH = range(8)
 CHAIN_HEADER = 8
 POSE_AT, QUATERNION_AT, JACOBIAN_AT = 0, 16, 20
@@ -69,18 +70,18 @@ TASK_HEADER = 3
 ) = range(6)
 LOST_AT = 6
 
-# A singular value below this share of the largest counts as zero (rank, lost direction, distance).
+# A singular value below this share of the largest counts as zero (rank, distance).
 # Round-off of J is some 1e-15; the golden data uses the same share.
 RANK_TOLERANCE = 1e-10
 
-# Sweeps of one-sided Jacobi: six joints need five or six; 96 columns have been seen to need eleven.
+# Sweeps of one-sided Jacobi; six rows of 6 to 96 numbers were seen to need at most eight.
 MAX_SWEEPS = 60
 # Two columns are orthogonal when |a.b| <= this times |a||b|: half a digit above round-off.
 ORTHOGONAL = 1e-15
 
 
-# Sine and cosine together, a third of the time of two calls of the C library. Coefficients and
-# the three parts of pi/2 from fdlibm (Sun Microsystems 1993: k_sin.c, k_cos.c, e_rem_pio2.c).
+# Sine and cosine together in two fifths of the time of two calls of the C library. Coefficients
+# and parts of pi/2 from fdlibm (Sun Microsystems 1993: k_sin.c, k_cos.c, e_rem_pio2.c).
 SIN_3, SIN_5, SIN_7 = (
     -1.66666666666666324348e-01,
     8.33333333332248946124e-03,
@@ -358,6 +359,19 @@ def evaluate(
         if not math.isfinite(total):
             return k
     return -1
+
+
+@compiled
+def evaluate_one(
+    integers: Integers, numbers: Floats, q: Floats, qdot: Floats, depth: int, row: Floats
+) -> int:
+    """
+    Fill one row: `evaluate` for q (n,), qdot (n,) and row (width,), without reshaping in Python.
+
+    """
+    return evaluate(
+        integers, numbers, q.reshape(1, -1), qdot.reshape(1, -1), depth, row.reshape(1, -1)
+    )
 
 
 @compiled

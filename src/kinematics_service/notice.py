@@ -74,8 +74,10 @@ def joints_in_words(names: Sequence[str], motion: Floats) -> str:
 def _tendency(singularity: Singularity, robot: Robot) -> str:
     if singularity.rate is None:
         return 'unknown'
-    worsening = -singularity.rate if MEASURES[robot.thresholds.measure].small_is_bad else (
-        singularity.rate
+    worsening = (
+        -singularity.rate
+        if MEASURES[robot.thresholds.measure].small_is_bad
+        else (singularity.rate)
     )
     if abs(worsening) < 1e-9:
         return 'steady'

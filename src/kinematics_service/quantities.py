@@ -30,6 +30,16 @@ KIND_OF: Mapping[JointType, Kind] = {
 }
 
 
+def why_not_finite(text: str) -> str | None:
+    """
+    Return why YAML's words for infinity and not-a-number may not stand here, or None.
+
+    """
+    if INFINITE.fullmatch(text):
+        return f"'{text}' is accepted only in limits"
+    return f"'{text}' is not a finite number" if NOT_A_NUMBER.fullmatch(text) else None
+
+
 @dataclass(frozen=True)
 class Units:
     """
@@ -159,11 +169,8 @@ class Quantities:
     ) -> Expression | None:
         if text is None:
             return None
-        if INFINITE.fullmatch(text):
-            self.report.fault(path, f"'{text}' is accepted only in limits")
-            return None
-        if NOT_A_NUMBER.fullmatch(text) and text not in scope.known:
-            self.report.fault(path, f"'{text}' is not a finite number")
+        if reason := why_not_finite(text):
+            self.report.fault(path, reason)
             return None
         if not self._judged(text, scope):
             return None

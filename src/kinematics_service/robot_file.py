@@ -8,7 +8,7 @@ import re
 from collections.abc import Sequence
 from typing import Any, NoReturn, get_args
 
-from .constant_entries import read_constants
+from .constant_entries import Constants, read_constants
 from .description import Constant, Convention, JointDescription, RobotDescription
 from .entries import checked
 from .errors import Fault, RobotFileError
@@ -91,9 +91,8 @@ def parse_robot(text: str, file: str) -> RobotDescription:
     constant_names = tuple(entry.constants) if isinstance(entry.constants, dict) else ()
     variables = read_variables(joint_entries, constant_names, report)
     moving = [variable for variable in variables if variable]
-    constants, unreadable, used = read_constants(entry.constants, units, moving, report)
-    quantities = _quantities(report, units, constants, joint_entries, variables, unreadable)
-    quantities.used.update(used)
+    constants = read_constants(entry.constants, units, moving, report)
+    quantities = _quantities(report, units, constants, joint_entries, variables)
 
     joints = [
         joint
@@ -116,14 +115,14 @@ def parse_robot(text: str, file: str) -> RobotDescription:
     if not (entry.robot and convention and links and base and tool and singularity):
         # Every part that is missing has a fault; were one forgotten, this is the safe end.
         _refuse(file, 'is incomplete')
-    _remark(entry, constants, joints, links, quantities)
+    _remark(entry, constants.constants, joints, links, quantities)
     return RobotDescription(
         name=entry.robot,
         source=entry.source or '',
         convention=convention,
         angle_unit=units.angle,
         length_unit=units.length,
-        constants=constants,
+        constants=constants.constants,
         joints=tuple(joints),
         links=links,
         base=base,
@@ -149,15 +148,14 @@ def _units(data: Any, report: FaultReport) -> Units:
 def _quantities(
     report: FaultReport,
     units: Units,
-    constants: Sequence[Constant],
+    constants: Constants,
     entries: Sequence[JointEntry],
     variables: Sequence[str | None],
-    unreadable: frozenset[str],
 ) -> Quantities:
     joint_types = {}
-    hidden = set(unreadable)
-    all_names_known = bool(entries)
-    values = {constant.name: constant.value for constant in constants}
+    hidden = set(constants.unreadable)
+    all_names_known = bool(entries) and constants.all_names_known
+    values = {constant.name: constant.value for constant in constants.constants}
     for entry, variable in zip(entries, variables, strict=True):
         joint_type = joint_type_of(entry)
         name = variable or entry.variable or entry.name
@@ -171,7 +169,15 @@ def _quantities(
                 # The expressions may call it anything.
                 all_names_known = False
     hidden -= joint_types.keys() | values.keys()
-    return Quantities(report, units, values, joint_types, frozenset(hidden), all_names_known)
+    return Quantities(
+        report,
+        units,
+        values,
+        joint_types,
+        frozenset(hidden),
+        all_names_known,
+        set(constants.used),
+    )
 
 
 def _remark(

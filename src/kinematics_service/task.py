@@ -154,7 +154,7 @@ def find_task(
 
     """
     q = seeded_poses(limits, prismatic)
-    results = np.empty((len(q), chain.jacobian_width))
+    results = np.empty((len(q), chain.widths[kernel.JACOBIAN]))
     kernel.evaluate(
         chain.integers, chain.numbers, q, np.zeros((1, chain.dof)), kernel.JACOBIAN, results
     )

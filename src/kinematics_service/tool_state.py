@@ -92,15 +92,19 @@ class ToolState(NamedTuple):
 
         """
         frames = self.robot.chain.frames
-        at = self.robot.chain.width - 16 * frames
+        at = self.robot.chain.widths[kernel.JACOBIAN]
         return self.numbers[..., at:].reshape(*self.numbers.shape[:-1], frames, 4, 4)
 
 
 def _joint_vector(robot: Robot, q: npt.ArrayLike, name: str) -> Floats:
-    try:
-        array = np.asarray(q, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise JointVectorError(f'{name} must be numbers, shape (..., {robot.dof})') from None
+    # One form for the kernel: doubles in C order, writable (read-only is another type to numba).
+    if type(q) is np.ndarray and q.dtype == np.float64 and q.flags.carray:
+        array = q
+    else:
+        try:
+            array = np.array(q, dtype=np.float64, order='C')
+        except (TypeError, ValueError):
+            raise JointVectorError(f'{name} must be numbers, shape (..., {robot.dof})') from None
     if array.ndim == 0 or array.shape[-1] != robot.chain.dof:
         raise JointVectorError(
             f'{name} has shape {array.shape}; {robot.name} has {robot.dof} joints '
@@ -137,32 +141,35 @@ def evaluate(
     """
     chain = robot.chain
     q = _joint_vector(robot, q, 'q')
-    if qdot is None:
-        rates = _ZEROS.get(chain.dof)
-        if rates is None:
-            rates = _ZEROS[chain.dof] = np.zeros((1, chain.dof))
-    else:
+    if qdot is not None:
         qdot = _joint_vector(robot, qdot, 'qdot')
         if qdot.shape != q.shape:
-            try:
-                q, qdot = np.broadcast_arrays(q, qdot)
-            except ValueError:
-                raise JointVectorError(
-                    f'q and qdot have shapes {q.shape} and {qdot.shape}, which do not go together'
-                ) from None
-        rates = np.ascontiguousarray(qdot).reshape(-1, chain.dof)
-    flat = np.ascontiguousarray(q).reshape(-1, chain.dof)
-    width = chain.width if depth >= kernel.ALL_FRAMES else chain.jacobian_width
-    if depth == kernel.POSE:
-        width = kernel.JACOBIAN_AT
-    rows = np.empty((len(flat), width))
-    bad = kernel.evaluate(chain.integers, chain.numbers, flat, rates, depth, rows)
+            q, qdot = _broadcast(q, qdot)
+    rates = qdot if qdot is not None else chain.at_rest
+    width = chain.widths[depth]
+    if q.ndim == 1:
+        rows = np.empty(width)
+        bad = kernel.evaluate_one(chain.integers, chain.numbers, q, rates, depth, rows)
+    else:
+        flat = q.reshape(-1, chain.dof)
+        table = np.empty((len(flat), width))
+        bad = kernel.evaluate(
+            chain.integers, chain.numbers, flat, rates.reshape(-1, chain.dof), depth, table
+        )
+        rows = table.reshape(*q.shape[:-1], width)
     if bad >= 0:
         raise JointVectorError(
-            f'joint positions and velocities must be finite, and so must what follows: row {bad} is '
-            f'{flat[bad].tolist()}, {rates[bad if len(rates) > 1 else 0].tolist()}'
+            'joint positions and velocities must be finite, and what follows too: '
+            f'row {bad} is {q.reshape(-1, chain.dof)[bad].tolist()}'
         )
-    return ToolState(robot, q, qdot, rows.reshape(*q.shape[:-1], width))
+    return ToolState(robot, q, qdot, rows)
 
 
-_ZEROS: dict[int, Floats] = {}
+def _broadcast(q: Floats, qdot: Floats) -> tuple[Floats, Floats]:
+    try:
+        shape = np.broadcast_shapes(q.shape, qdot.shape)
+    except ValueError:
+        raise JointVectorError(
+            f'q and qdot have shapes {q.shape} and {qdot.shape}, which do not go together'
+        ) from None
+    return np.array(np.broadcast_to(q, shape)), np.array(np.broadcast_to(qdot, shape))

@@ -124,7 +124,9 @@ def _faults(node: Node, path: Path) -> Iterator[tuple[Path, int, str]]:
         for key, value in node.entries:
             inner = (*path, key.text)
             if key.text in seen:
-                message = f'this key stands twice, on lines {seen[key.text]} and {key.line}'
+                first = seen[key.text]
+                lines = f'lines {first} and {key.line}' if first < key.line else f'line {first}'
+                message = f'this key stands twice, on {lines}'
                 yield inner, key.line, message
             else:
                 seen[key.text] = key.line

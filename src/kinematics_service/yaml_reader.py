@@ -22,6 +22,7 @@ from ruamel.yaml.events import (
 from ruamel.yaml.reader import ReaderError
 
 from .errors import Fault, RobotFileError
+from .fault_report import quoted
 from .split_commas import rejoined_items, rejoined_values
 from .yaml_document import Document, ListNode, MappingNode, Node, ScalarNode
 
@@ -50,6 +51,7 @@ def read_document(text: str, file: str) -> Document:
     except MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         reason = ', '.join(str(part) for part in (error.context, error.problem) if part)
+        reason = reason if len(reason) <= 200 else f'{reason[:197]}...'
         advice = ' (indent with spaces)' if r"'\t'" in reason else ''
         line = mark.line + 1 if mark else 0
         raise _refusal(file, line, f'not valid YAML: {reason}{advice}') from None
@@ -112,11 +114,15 @@ class _Builder:
         if self.nodes > MAX_NODES:
             raise _refusal(self.file, line, f'more than {MAX_NODES} values: not a robot file')
         if isinstance(event, AliasEvent):
-            raise _refusal(self.file, line, f'aliases are not accepted: *{event.anchor}')
+            raise _refusal(
+                self.file, line, f'aliases are not accepted: {quoted("*" + event.anchor)}'
+            )
         if event.anchor is not None:
-            raise _refusal(self.file, line, f'anchors are not accepted: &{event.anchor}')
+            raise _refusal(
+                self.file, line, f'anchors are not accepted: {quoted("&" + event.anchor)}'
+            )
         if event.tag is not None:
-            raise _refusal(self.file, line, f'tags are not accepted: {str(event.tag)!r}')
+            raise _refusal(self.file, line, f'tags are not accepted: {quoted(str(event.tag))}')
 
     def _add(self, node: Node) -> None:
         if self.open:
@@ -134,5 +140,8 @@ class _Builder:
         for key, value in zip(children[::2], children[1::2], strict=True):
             if not isinstance(key, ScalarNode):
                 raise _refusal(self.file, key.line, 'a key must be a word, not a list or mapping')
+            if not key.text.isprintable():
+                message = f'the key {quoted(key.text)} holds control characters'
+                raise _refusal(self.file, key.line, message)
             entries.append((key, value))
         return MappingNode(tuple(rejoined_values(entries) if flow else entries), line)

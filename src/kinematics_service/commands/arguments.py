@@ -42,7 +42,7 @@ def split_ros_arguments(argv: Sequence[str]) -> Arguments:
 
 def join_numbers(argv: Sequence[str]) -> list[str]:
     """
-    Return the arguments with the numbers after --q and --qdot joined into one, as people type them.
+    Return the arguments with the numbers after --q and --qdot joined into one.
 
     `--q 0.1, -0.2 0.3` becomes `--q`, `0.1, -0.2 0.3`.
 

@@ -10,15 +10,16 @@ from typing import Annotated
 
 import numpy as np
 import typer
-from rich.console import Console
 from rich.table import Table
 
 from ..description import Placement
 from ..errors import Fault, KinematicsError, RobotFileError
+from ..kernel import Floats
 from ..notice import structure_in_words
 from ..robot import Robot, load_robot
+from ..task import SEEDED_POSES
 from .known_poses import PoseError, pose_errors, pose_faults
-from .printing import console, facts, heading, plain, table
+from .printing import Output, facts, heading, plain, table
 from .robots import joint_letters
 from .singularity_report import DEGREES, threshold_words
 from .textbook_table import FORMULAS, motion_text, textbook_table
@@ -43,11 +44,13 @@ Files = Annotated[
 
 
 def check(files: Files) -> None:
-    out = console()
+    """
+    Run the command; `HELP` is what its user reads.
+
+    """
+    out = Output()
     faulty = 0
-    for index, file in enumerate(files):
-        if index:
-            out.print()
+    for file in files:
         faults = _checked(out, file)
         if faults:
             faulty += 1
@@ -56,12 +59,12 @@ def check(files: Files) -> None:
             print(plain('\n'.join(faults)), file=sys.stderr)
     if len(files) > 1:
         verdict = f'{faulty} of them with faults' if faulty else 'no faults'
-        out.print(heading(f'\n{len(files)} files checked, {verdict}'))
+        out.print(heading(f'{len(files)} files checked, {verdict}'))
     if faulty:
         raise typer.Exit(1)
 
 
-def _checked(out: Console, file: str) -> list[str]:
+def _checked(out: Output, file: str) -> list[str]:
     # Prints what there is to say of a file, and returns its faults.
     try:
         robot = load_robot(file)
@@ -76,9 +79,8 @@ def _checked(out: Console, file: str) -> list[str]:
     return [str(fault) for fault in faults]
 
 
-def _print_robot(out: Console, robot: Robot) -> None:
+def _print_robot(out: Output, robot: Robot) -> None:
     description = robot.description
-    out.print(heading(f'{robot.name} ({description.file})'))
     about = facts()
     about.add_row('  source', plain(robot.source) or 'not said')
     about.add_row('  convention', FORMULAS[robot.convention])
@@ -86,12 +88,8 @@ def _print_robot(out: Console, robot: Robot) -> None:
         about.add_row('  units', f'{description.angle_unit}, {description.length_unit}')
     if description.constants:
         about.add_row('  constants', ', '.join(_constants(robot)))
-    out.print(about)
-    out.print()
-    out.print(textbook_table(description))
-    out.print()
-    out.print(_joint_table(robot))
-    out.print()
+    title = heading(f'{robot.name} ({description.file})')
+    out.print(title, about, '', textbook_table(description), '', _joint_table(robot), '')
 
 
 def _constants(robot: Robot) -> Iterator[str]:
@@ -110,26 +108,34 @@ def _is_formula(text: str) -> bool:
 
 def _joint_table(robot: Robot) -> Table:
     named_apart = robot.joint_names != robot.variables
+    with_speeds = bool(np.isfinite(robot.velocity_limits).any())
+    in_mm = robot.description.length_unit == 'mm'
     joints = table(
-        '  joint', *(['var'] if named_apart else []), 'type', 'limits [rad, m]', 'limits [deg]',
-        'rad/s, m/s',
-    )  # fmt: skip
-    joints.pad_edge = False
+        '  joint',
+        *(['var'] if named_apart else []),
+        'type',
+        'limits [rad, m]',
+        'limits [deg, mm]' if in_mm else 'limits [deg]',
+        *(['rad/s, m/s'] if with_speeds else []),
+    )
     for j, name in enumerate(robot.joint_names):
-        limits, slides = robot.limits[j], robot.joint_types[j] == 'prismatic'
-        speed = robot.velocity_limits[j]
+        limits, speed = robot.limits[j], robot.velocity_limits[j]
+        if robot.joint_types[j] == 'prismatic':
+            other = _range(limits * 1000.0) if in_mm else ''
+        else:
+            other = _range(limits * DEGREES)
         joints.add_row(
             f'  {plain(name)}',
-            *([robot.variables[j]] if named_apart else []),
+            *([plain(robot.variables[j])] if named_apart else []),
             robot.joint_types[j],
             _range(limits),
-            '' if slides or np.isinf(limits).all() else _range(limits * DEGREES),
-            f'{speed:.4g}' if math.isfinite(speed) else '',
+            other,
+            *([f'{speed:.4g}' if math.isfinite(speed) else 'none'] if with_speeds else []),
         )
     return joints
 
 
-def _range(limits: Sequence[float]) -> str:
+def _range(limits: Floats) -> str:
     low, high = limits
     if math.isinf(low) and math.isinf(high):
         return 'none'
@@ -137,7 +143,7 @@ def _range(limits: Sequence[float]) -> str:
 
 
 def _print_arm(
-    out: Console, robot: Robot, errors: Sequence[PoseError], faults: Sequence[Fault]
+    out: Output, robot: Robot, errors: Sequence[PoseError], faults: Sequence[Fault]
 ) -> None:
     task, description = robot.task, robot.description
     full = min(len(task.rows), robot.dof)
@@ -145,20 +151,22 @@ def _print_arm(
     arm.add_row('  joints', f'{robot.dof}, {joint_letters(description.joints)} from the base')
     arm.add_row('  base', _placement(description.base, "the table's frame 0"))
     arm.add_row('  tool', _placement(description.tool, "the last row's frame"))
-    arm.add_row('  reach', f'{task.reach:.4g} m from frame 0, over 1000 poses within the limits')
+    arm.add_row(
+        '  reach', f'{task.reach:.4g} m from frame 0, the farthest of {SEEDED_POSES} poses'
+    )
     arm.add_row('  task', f'rows {" ".join(task.rows)} of the Jacobian')
     arm.add_row('  length', f'{task.length:.4g} m, the characteristic length')
-    arm.add_row('  rank', f'{task.generic_rank} of {full} at most poses')
+    arm.add_row('  rank', f'{task.generic_rank} of {full} at almost every pose')
     if structure := _structure(robot):
         arm.add_row('  structure', plain(structure))
     arm.add_row('  measure', threshold_words(robot.thresholds))
     if description.singularity.factors:
-        factors = (f'{factor.name}: {factor.text}' for factor in description.singularity.factors)
-        arm.add_row('  singular where', plain('\n'.join(f'{factor} = 0' for factor in factors)))
+        factors = (f'{factor.name} = {factor.text}' for factor in description.singularity.factors)
+        arm.add_row('  singular factors', plain('\n'.join(factors)))
     arm.add_row('  known poses', _known(errors, faults))
     if description.remarks:
         arm.add_row('  remarks', plain('\n'.join(description.remarks)))
-    out.print(arm)
+    out.print(arm, '')
 
 
 def _placement(placement: Placement, other: str) -> str:

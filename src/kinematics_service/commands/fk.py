@@ -5,9 +5,7 @@ The command `fk`: where the tool is at given joint positions.
 
 from textwrap import indent
 
-import numpy as np
-from rich.console import Console
-
+from ..kernel import Floats
 from ..rigid_motion import roll_pitch_yaw
 from ..singularity import Singularity, singularity_of
 from ..tool_state import ToolState, evaluate
@@ -19,7 +17,7 @@ from .options import (
     given_robot,
     joint_values,
 )
-from .printing import console, facts, heading, json_text, number, numbers, plain
+from .printing import Output, facts, heading, json_text, number, numbers
 from .singularity_report import (
     DEGREES,
     JSON_KEYS,
@@ -58,13 +56,17 @@ def fk(
     deg: DegreesOption = False,
     json: JsonOption = False,
 ) -> None:
+    """
+    Run the command; `HELP` is what its user reads.
+
+    """
     arm = given_robot(robot)
     state = evaluate(arm, joint_values(arm, q, '--q', deg))
     singularity = singularity_of(state)
     if json:
         print(_document(state, singularity))
     else:
-        _print_pose(console(), state, singularity)
+        _print_pose(Output(), state, singularity)
 
 
 def _document(state: ToolState, singularity: Singularity) -> str:
@@ -86,20 +88,19 @@ def _document(state: ToolState, singularity: Singularity) -> str:
     )
 
 
-def _print_pose(out: Console, state: ToolState, singularity: Singularity) -> None:
+def _print_pose(out: Output, state: ToolState, singularity: Singularity) -> None:
     robot = state.robot
     rpy = roll_pitch_yaw(state.pose[:3, :3])
-    out.print(heading(f'{robot.name}: pose of {robot.tool_frame} in {robot.base_frame}'))
     pose = facts()
     pose.add_row('  position x y z', f'{numbers(state.position)}  m')
     pose.add_row('  quaternion x y z w', numbers(state.quaternion_xyzw))
     pose.add_row('  roll pitch yaw', f'{numbers(rpy)}  rad\n{numbers(rpy * DEGREES, 4)}  deg')
     pose.add_row('  matrix', _matrix_text(state.pose))
-    out.print(pose)
+    out.print(heading(f'{robot.name}: pose of {robot.tool_frame} in {robot.base_frame}'), pose)
     print_singularity(out, state, singularity)
 
 
-def _matrix_text(matrix: np.ndarray) -> str:
+def _matrix_text(matrix: Floats) -> str:
     texts = [[number(entry) for entry in row] for row in matrix]
     width = max(len(text) for row in texts for text in row)
     return '\n'.join('  '.join(text.rjust(width) for text in row) for row in texts)

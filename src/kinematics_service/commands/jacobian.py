@@ -8,7 +8,6 @@ from textwrap import indent
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
 from ..kernel import Floats
 from ..kinematics import in_axes
@@ -23,7 +22,7 @@ from .options import (
     given_robot,
     joint_values,
 )
-from .printing import console, heading, json_text, number, plain, table
+from .printing import Output, broken_name, heading, json_text, number, plain, table
 from .singularity_report import (
     DEGREES,
     JSON_KEYS,
@@ -83,6 +82,10 @@ def jacobian(
     deg: DegreesOption = False,
     json: JsonOption = False,
 ) -> None:
+    """
+    Run the command; `HELP` is what its user reads.
+
+    """
     arm = given_robot(robot)
     rates = None if qdot is None else joint_values(arm, qdot, '--qdot', deg)
     state = evaluate(arm, joint_values(arm, q, '--q', deg), rates)
@@ -92,7 +95,7 @@ def jacobian(
     if json:
         print(_document(state, singularity, frame, J, twist))
         return
-    out = console()
+    out = Output()
     _print_jacobian(out, arm, frame, J)
     if twist is not None:
         _print_twist(out, arm, frame, twist)
@@ -125,32 +128,37 @@ def _axes_name(robot: Robot, frame: Axes) -> str:
     return robot.base_frame if frame is Axes.base else robot.tool_frame
 
 
-def _print_jacobian(out: Console, robot: Robot, frame: Axes, J: Floats) -> None:
+def _print_jacobian(out: Output, robot: Robot, frame: Axes, J: Floats) -> None:
     axes = _axes_name(robot, frame)
-    out.print(heading(f'{robot.name}: Jacobian of the origin of {robot.tool_frame}, axes of {axes}'))
-    # As many columns side by side as the screen is wide, the others below.
-    block = max(1, (out.width - 6) // (CELL + 2))
+    out.print(
+        heading(f'{robot.name}: Jacobian of the origin of {robot.tool_frame}, axes of {axes}')
+    )
+    names = [plain(name) for name in robot.joint_names]
+    # Names on one line if there is room, else broken; then as many columns as there is room for.
+    room = out.width - len('  vx  ')
+    longest = max(CELL, *map(len, names))
+    cell = longest if robot.dof * (longest + 2) <= room else CELL
+    block = max(1, room // (cell + 2))
     for first in range(0, robot.dof, block):
-        names = robot.joint_names[first : first + block]
-        matrix = table('    ', *(plain(name) for name in names))
+        columns = slice(first, first + block)
+        matrix = table('', *(broken_name(name, cell) for name in names[columns]))
         for column in matrix.columns[1:]:
             column.justify = 'right'
             column.min_width = CELL
-            column.max_width = CELL
-        for row, entries in zip(ROWS, J[:, first : first + block]):
+            column.max_width = cell
+        for row, entries in zip(ROWS, J[:, columns]):
             matrix.add_row(f'  {row}', *(number(entry, 5) for entry in entries))
-        out.print(matrix)
+        out.print('', matrix) if first else out.print(matrix)
 
 
-def _print_twist(out: Console, robot: Robot, frame: Axes, twist: Floats) -> None:
-    out.print()
-    out.print(heading(f'Twist of {robot.tool_frame}, axes of {_axes_name(robot, frame)}'))
-    rows = table()
-    for _ in range(3):
-        rows.add_column(justify='right')
+def _print_twist(out: Output, robot: Robot, frame: Axes, twist: Floats) -> None:
+    rows = table('', '', '')
+    for column in rows.columns:
+        column.justify = 'right'
     for name, value in zip(ROWS[:3], twist[:3]):
         rows.add_row(f'  {name}', f'{number(value)} m/s')
     for name, value in zip(ROWS[3:], twist[3:]):
         rows.add_row(f'  {name}', f'{number(value)} rad/s', f'{number(value * DEGREES, 4)} deg/s')
     rows.show_header = False
-    out.print(rows)
+    title = heading(f'Twist of {robot.tool_frame}, axes of {_axes_name(robot, frame)}')
+    out.print('', title, rows)

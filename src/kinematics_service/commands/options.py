@@ -97,4 +97,3 @@ def joint_values(robot: Robot, text: str, option: str, degrees: bool) -> Floats:
         turning = np.array([kind != 'prismatic' for kind in robot.joint_types])
         values[turning] = np.radians(values[turning])
     return values
-

@@ -6,11 +6,12 @@ What ends up on the screen: tables and sentences that fit a terminal, whole when
 import json
 import math
 import os
+import re
 import sys
 from typing import Any
 
 import numpy as np
-from rich.console import Console
+from rich.console import Console, RenderableType
 from rich.table import Table
 from rich.text import Text
 
@@ -18,18 +19,39 @@ from ..kernel import Floats
 
 # Where nobody looks at a width, no line is broken: the reader on the other side is a program.
 UNBROKEN = 10_000
-INDENT = (0, 2, 0, 0)
+TRAILING_BLANKS = re.compile(r' +$', re.MULTILINE)
+GAP = (0, 2, 0, 0)
+BREAKS = re.compile(r'[^_/.-]*[_/.-]?')
 
 
-def console() -> Console:
+class Output:
     """
-    Return the console of this output: as wide as the terminal, unbroken where there is none.
+    Standard output: as wide as the terminal, unbroken where there is none.
 
     Text is printed as it is: no markup, no guessed highlights; colours only on a terminal.
 
     """
-    width = None if sys.stdout.isatty() or 'COLUMNS' in os.environ else UNBROKEN
-    return Console(width=width, markup=False, highlight=False, emoji=False)
+
+    def __init__(self) -> None:
+        width = None if sys.stdout.isatty() or 'COLUMNS' in os.environ else UNBROKEN
+        self._console = Console(width=width, markup=False, highlight=False, emoji=False)
+
+    @property
+    def width(self) -> int:
+        """
+        Return the number of characters that fit into a line.
+
+        """
+        return self._console.width
+
+    def print(self, *renderables: RenderableType) -> None:
+        """
+        Print things below each other, without the blanks that fill a table's last column.
+
+        """
+        with self._console.capture() as captured:
+            self._console.print(*renderables, sep='\n')
+        sys.stdout.write(TRAILING_BLANKS.sub('', captured.get()))
 
 
 def plain(text: str) -> str:
@@ -40,14 +62,12 @@ def plain(text: str) -> str:
     return ''.join(c if c.isprintable() or c == '\n' else '?' for c in text)
 
 
-def table(*headers: str, title: str | None = None) -> Table:
+def table(*headers: str) -> Table:
     """
     Return an empty table: cells fold where the terminal is too narrow, and are never cut.
 
     """
-    result = Table(
-        title=title, title_justify='left', title_style='bold', box=None, padding=INDENT
-    )
+    result = Table(box=None, padding=GAP, pad_edge=False)
     for header in headers:
         result.add_column(header, header_style='bold', overflow='fold')
     return result
@@ -58,7 +78,7 @@ def facts() -> Table:
     Return an empty list of facts: a label and what there is to say, its lines hanging.
 
     """
-    result = Table.grid(padding=INDENT)
+    result = Table.grid(padding=GAP)
     result.add_column(style='bold', no_wrap=True)
     result.add_column(overflow='fold')
     return result
@@ -70,6 +90,19 @@ def heading(text: str, style: str = 'bold') -> Text:
 
     """
     return Text(plain(text), style=style)
+
+
+def broken_name(name: str, width: int) -> str:
+    """
+    Return a joint name in lines of at most `width`, broken after its own separators if possible.
+
+    """
+    lines = ['']
+    for part in BREAKS.findall(name):
+        if len(lines[-1]) + len(part) > width and lines[-1]:
+            lines.append('')
+        lines[-1] += part
+    return '\n'.join(lines)
 
 
 def number(value: float, decimals: int = 6) -> str:

@@ -3,11 +3,9 @@ The command `robots`: the robots that come with the package.
 
 """
 
-from rich.text import Text
-
 from ..description import JointDescription
 from ..robot import bundled_robots
-from .printing import console, plain, table
+from .printing import Output, plain, table
 
 HELP = """
 List the robots that come with the package, a line each; any command takes their names.
@@ -32,12 +30,13 @@ def joint_letters(joints: tuple[JointDescription, ...]) -> str:
 
 
 def robots() -> None:
+    """
+    Run the command; `HELP` is what its user reads.
+
+    """
     from ..robot_file import read_robot_file
 
     lines = table('robot', 'dof', 'joints', 'convention', 'source')
-    for column in lines.columns:
-        column.no_wrap = True
-    lines.columns[-1].overflow = 'ellipsis'
     for name, path in bundled_robots().items():
         description = read_robot_file(path)
         lines.add_row(
@@ -45,6 +44,11 @@ def robots() -> None:
             str(len(description.joints)),
             joint_letters(description.joints),
             description.convention,
-            Text(plain(description.source.splitlines()[0] if description.source else '')),
+            plain(description.source.partition(';')[0]),
         )
-    console().print(lines)
+    # What does not fit on a line is left out at the end of the source, and nowhere else.
+    *others, source = lines.columns
+    source.no_wrap, source.overflow = True, 'ellipsis'
+    for column in others:
+        column.min_width = max(len(str(cell)) for cell in (column.header, *column.cells))
+    Output().print(lines)

@@ -12,7 +12,7 @@ import typer
 from .options import RobotOption, refuse_unknown_robot
 
 WITHOUT_ROS = (
-    "this needs ROS 2 and its rclpy, which cannot be imported here ({reason}): pip install "
+    'this needs ROS 2 and its rclpy, which cannot be imported here ({reason}): pip install '
     "'kinematics_service[ros]', or source a ROS 2 Jazzy installation"
 )
 
@@ -99,7 +99,9 @@ def demo(
     robot: RobotOption = 'puma560',
     duration: Annotated[
         float | None,
-        typer.Option(min=0.0, metavar='SECONDS', help='Stop after this time.', show_default='never'),
+        typer.Option(
+            min=0.0, metavar='SECONDS', help='Stop after this time.', show_default='never'
+        ),
     ] = None,
     trajectory: Annotated[
         Trajectory,
@@ -115,6 +117,10 @@ def demo(
         ),
     ] = None,
 ) -> None:
+    """
+    Run the command; `DEMO_HELP` is what its user reads.
+
+    """
     refuse_unknown_robot(robot)
     try:
         from ..ros.demo import run_demo
@@ -132,6 +138,10 @@ def echo(
         str, typer.Option(metavar='NAME', help='The full name of the node.')
     ] = '/kinematics',
 ) -> None:
+    """
+    Run the command; `ECHO_HELP` is what its user reads.
+
+    """
     try:
         from ..ros.echo import run_echo
     except ImportError as error:

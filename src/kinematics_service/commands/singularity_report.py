@@ -7,7 +7,6 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from rich.console import Console
 from rich.text import Text
 
 from ..kernel import Floats
@@ -16,10 +15,13 @@ from ..notice import direction_in_words, joints_in_words, structure_in_words
 from ..robot import Robot
 from ..singularity import Singularity
 from ..tool_state import ToolState
-from .printing import facts, heading, number, numbers, plain, table
+from .printing import Output, facts, heading, number, numbers, plain, table
 
 LEVEL_STYLES = {Level.OK: 'bold green', Level.WARN: 'bold yellow', Level.ERROR: 'bold red'}
 DEGREES = 180.0 / math.pi
+# Rates below this are noise of the difference they come from; times beyond this are never.
+STEADY = 1e-8
+LONG = 1e5
 
 JSON_KEYS = """\
   level, measure, warn, stop     OK, WARN or ERROR by the measure watched
@@ -41,18 +43,18 @@ def in_degrees(angle: float) -> str:
 
 def threshold_words(thresholds: Thresholds) -> str:
     """
-    Return where WARN and ERROR begin, `distance: WARN at 0.1 rad (5.73 deg), ERROR at ...`.
+    Return where WARN and ERROR begin, `distance: WARN below 0.1 rad (5.73 deg), ...`.
 
     """
     measure = MEASURES[thresholds.measure]
-    side = 'or less' if measure.small_is_bad else 'or more'
+    side = 'below' if measure.small_is_bad else 'above'
 
     def amount(value: float) -> str:
         return f'{value:g} rad ({in_degrees(value)})' if measure.unit == 'rad' else f'{value:g}'
 
     return (
-        f'{_spoken(measure.name)}, WARN at {amount(thresholds.warn)} {side}, '
-        f'ERROR at {amount(thresholds.stop)} {side}'
+        f'{_spoken(measure.name)}: WARN {side} {amount(thresholds.warn)}, '
+        f'ERROR {side} {amount(thresholds.stop)}'
     )
 
 
@@ -93,34 +95,29 @@ def singularity_json(robot: Robot, singularity: Singularity) -> dict[str, Any]:
     }
 
 
-def print_singularity(out: Console, state: ToolState, singularity: Singularity) -> None:
+def print_singularity(out: Output, state: ToolState, singularity: Singularity) -> None:
     """
     Print the measures of a pose, then each joint's part in it.
 
     """
     robot = state.robot
-    out.print()
     out.print(
+        '',
         heading('Singularity  ')
-        + Text(f'level {singularity.level.name}', style=LEVEL_STYLES[singularity.level])
+        + Text(f'level {singularity.level.name}', style=LEVEL_STYLES[singularity.level]),
     )
     measures = facts()
     for label, words in _measure_words(robot, singularity):
-        watched = label == _spoken(robot.thresholds.measure)
-        measures.add_row(f'  {label}', f'{words} [watched]' if watched else words)
-    out.print(measures)
-    out.print()
-    print_joints(out, state, singularity)
+        measures.add_row(f'  {label}', words)
+    out.print(measures, '')
+    _print_joints(out, state, singularity)
 
 
-def print_joints(out: Console, state: ToolState, singularity: Singularity) -> None:
-    """
-    Print a line a joint: where it is, and its part in the singularity.
-
-    """
+def _print_joints(out: Output, state: ToolState, singularity: Singularity) -> None:
+    # A line a joint: where it is, and its part in the singularity.
     robot = state.robot
     outside = beyond_limits(robot, state.q)
-    joints = table('  joint', 'position', '', 'way out', 'lost motion', '')
+    joints = table('  joint', 'position', '', 'way out', 'weakest motion', '')
     for column in joints.columns[1:5]:
         column.justify = 'right'
         column.no_wrap = True
@@ -128,20 +125,19 @@ def print_joints(out: Console, state: ToolState, singularity: Singularity) -> No
         slides = robot.joint_types[j] == 'prismatic'
         joints.add_row(
             f'  {plain(name)}',
-            f'{number(state.q[j], 4)} {"m" if slides else "rad"}',
+            f'{number(state.q[j], 4)} {"m  " if slides else "rad"}',
             '' if slides else f'{number(state.q[j] * DEGREES, 2)} deg',
-            f'{number(singularity.way_out[j], 3)}',
-            f'{number(singularity.joint_motion[j], 3)}',
+            number(singularity.way_out[j], 3),
+            number(singularity.joint_motion[j], 3),
             'beyond its limit' if name in outside else '',
         )
-    out.print(joints)
-    out.print()
-    out.print('  way out: this joint motion leads away from the singular pose fastest' + _or(singularity))
-    out.print('  lost motion: this joint motion moves the tool least')
-
-
-def _or(singularity: Singularity) -> str:
-    return '; so does its opposite' if singularity.rank < singularity.generic_rank else ''
+    either = ' (or its opposite)' if singularity.rank < singularity.generic_rank else ''
+    out.print(
+        joints,
+        '',
+        f'  way out: the joint motion that leads away fastest{either}',
+        '  weakest motion: the joint motion that moves the tool least',
+    )
 
 
 def _measure_words(robot: Robot, singularity: Singularity) -> Iterator[tuple[str, str]]:
@@ -162,35 +158,42 @@ def _measure_words(robot: Robot, singularity: Singularity) -> Iterator[tuple[str
     yield 'manipulability', f'{singularity.manipulability:.6g}'
     yield 'condition number', f'{singularity.condition_number:.4g}'
     yield 'smallest singular value', f'{singularity.smallest_singular_value:.4g}'
-    yield 'rank', f'{singularity.rank} of {full}' + (
-        f' ({singularity.generic_rank} at best)' if singularity.generic_rank < full else ''
+    yield (
+        'rank',
+        f'{singularity.rank} of {full}'
+        + (f' ({singularity.generic_rank} at best)' if singularity.generic_rank < full else ''),
     )
     if task.structurally_deficient:
         yield 'at every pose', plain(structure_in_words(robot))
     yield 'task', f'{" ".join(task.rows)}, characteristic length {task.length:.4g} m'
-    yield 'thresholds', threshold_words(robot.thresholds)
+    yield 'watched', threshold_words(robot.thresholds)
     near = at_pose or singularity.level != Level.OK
     direction = singularity.lost_direction
     yield (
         'lost direction' if near else 'weakest direction',
         f'{direction_in_words(direction)}\n'
-        f'linear {numbers(direction[:3], 3)}   angular {numbers(direction[3:], 3)}',
+        f'linear   {numbers(direction[:3], 3)}  in {plain(robot.base_frame)}\n'
+        f'angular  {numbers(direction[3:], 3)}  times length',
     )
-    yield 'joints against each other' if near else 'weakest joint motion', plain(joints_in_words(
-        robot.joint_names, singularity.joint_motion
-    ))
+    yield (
+        'joints against each other' if near else 'weakest motion',
+        plain(joints_in_words(robot.joint_names, singularity.joint_motion)),
+    )
     if singularity.rate is not None:
         yield 'along qdot', _motion_words(robot, singularity)
 
 
 def _motion_words(robot: Robot, singularity: Singularity) -> str:
-    rate = f'{_spoken(robot.thresholds.measure)} changes by {singularity.rate:.3g} per second'
+    measure = _spoken(robot.thresholds.measure)
     time = singularity.time_to_warning
     if time == 0.0:
-        return f'{rate}; beyond the WARN threshold now'
-    if math.isinf(time):
-        return f'{rate}; not approaching the WARN threshold'
-    return f'{rate}; WARN in {time:.3g} s'
+        when = 'beyond its WARN threshold now'
+    elif time > LONG:
+        when = 'not approaching its WARN threshold'
+    else:
+        when = f'WARN in {time:.3g} s'
+    rate = 0.0 if abs(singularity.rate) < STEADY else singularity.rate
+    return f'{measure} changes by {rate:.3g} per second: {when}'
 
 
 def _spoken(measure: str) -> str:

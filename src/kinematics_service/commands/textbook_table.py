@@ -44,15 +44,12 @@ def _shapes(description: RobotDescription) -> RenderableType:
     rows = table('  i', 'in', 'joint', 'out')
     for i, row in enumerate(description.links, 1):
         assert isinstance(row, ShapeRow)
-        last = i == len(description.links)
         rows.add_row(
             f'  {i}',
             motion_text(row.inner),
             'fixed' if row.joint is None else _motion_text(row.joint),
             motion_text(row.outer),
-            end_section=not last,
         )
-    rows.leading = 1
     return rows
 
 

@@ -15,9 +15,7 @@ def _finite(value: float) -> float | None:
     return float(value) if math.isfinite(value) else None
 
 
-def description_of(
-    settings: Settings, joint_states: str, topics: Sequence[str]
-) -> dict[str, Any]:
+def description_of(settings: Settings, joint_states: str, topics: Sequence[str]) -> dict[str, Any]:
     """
     Return what a program needs to read the node's topics; limits are null where there are none.
 

@@ -130,8 +130,7 @@ def _verdict(state: InputState) -> tuple[Level, str]:
             who = f'{len(state.publishers)} publishers' if state.publishers else 'no publisher'
             return (
                 Level.ERROR,
-                f'no joint state yet on {state.topic} ({who}): '
-                f'missing {", ".join(state.missing)}',
+                f'no joint state yet on {state.topic} ({who}): missing {", ".join(state.missing)}',
             )
         return Level.ERROR, f'joint states are stale: missing {", ".join(state.missing)}'
     if state.disputed:

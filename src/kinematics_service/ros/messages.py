@@ -32,7 +32,12 @@ from ..notice import Notice
 from ..singularity import Singularity
 from .settings import ROW_LABELS, Settings
 
-LEVELS = (DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR, DiagnosticStatus.STALE)
+LEVELS = (
+    DiagnosticStatus.OK,
+    DiagnosticStatus.WARN,
+    DiagnosticStatus.ERROR,
+    DiagnosticStatus.STALE,
+)
 SECOND = 1_000_000_000
 LARGEST_SECOND = 2**31 - 1
 
@@ -182,8 +187,7 @@ def link_frames_message(report: Report) -> PoseArray:
     quaternions_xyzw = np.empty((len(frames), 4))
     kernel.quaternions(frames, quaternions_xyzw)
     message.poses = [
-        _set_pose(Pose(), T[:3, 3], quaternion)
-        for T, quaternion in zip(frames, quaternions_xyzw)
+        _set_pose(Pose(), T[:3, 3], quaternion) for T, quaternion in zip(frames, quaternions_xyzw)
     ]
     return message
 

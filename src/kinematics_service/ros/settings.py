@@ -82,7 +82,11 @@ PARAMETERS = (
         VELOCITY_SOURCES,
     ),
     Parameter(
-        'publish_rate', 0.0, 'Answers a second at most, by stamp; 0: every message.', (), (0.0, 1e6)
+        'publish_rate',
+        0.0,
+        'Answers a second at most, by stamp; 0: every message.',
+        (),
+        (0.0, 1e6),
     ),
     Parameter(
         'joint_state_timeout',
@@ -92,9 +96,7 @@ PARAMETERS = (
         (1e-3, 3600.0),
     ),
     Parameter('publish_tf', False, 'Publish the tool on /tf (needs tf2_msgs).'),
-    Parameter(
-        'singularity.measure', 'distance', 'Measure the warning watches.', tuple(MEASURES)
-    ),
+    Parameter('singularity.measure', 'distance', 'Measure the warning watches.', tuple(MEASURES)),
     Parameter(
         'singularity.warn',
         0.0,
@@ -246,5 +248,3 @@ def defaults(robot: Robot) -> dict[str, Any]:
     values = {parameter.name: parameter.default for parameter in PARAMETERS}
     values['singularity.measure'] = robot.thresholds.measure
     return values
-
-

@@ -73,6 +73,10 @@ class StopSignal:
         self.came = False
 
     def __call__(self, signum: int, frame: FrameType | None) -> None:
+        """
+        Note that it came: the signal handler.
+
+        """
         self.came = True
 
 
