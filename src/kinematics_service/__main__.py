@@ -27,7 +27,7 @@ Without a command: the ROS 2 node. It hears joint_states and answers on ~/pose, 
 \b
 Examples:
   kinematics_service --robot puma560
-  kinematics_service --robot arm.yaml --ros-args -r joint_states:=/arm/joint_states
+  kinematics_service --robot arm.yaml --ros-args -r __ns:=/left
   kinematics_service check arm.yaml
   kinematics_service COMMAND --help
 """
@@ -120,15 +120,15 @@ def main(argv: Sequence[str] | None = None) -> int:
         app(join_numbers(ours), obj=ros)
     except SystemExit as end:
         return end.code if isinstance(end.code, int) else 0
-    except (KinematicsError, ros_commands.RosMissingError) as error:
+    except KinematicsError as error:
         return _failed(str(error))
+    except ros_commands.RosMissingError as error:
+        return _failed(f'kinematics_service: {error}')
     except KeyboardInterrupt:
         return 130
     except Exception as error:
-        text = ' '.join(str(error).split())
-        return _failed(
-            f'{type(error).__name__}: {text} (set KINEMATICS_TRACEBACK=1 for the details)'
-        )
+        text = ' '.join(f'{type(error).__name__}: {error}'.split())
+        return _failed(f'kinematics_service: {text} (set KINEMATICS_TRACEBACK=1 for the details)')
     return 0
 
 

@@ -133,7 +133,6 @@ class Estimator:
         self.robot = robot
         self.settings = settings
         self.counts: Counter[str] = Counter()
-        self.started = False  # whether some message was ever accepted
         self._table = JointTable(robot, settings.joint_prefix)
         self._quaternion: Floats | None = None
         self._alarm = Alarm()
@@ -156,6 +155,19 @@ class Estimator:
         self.counts[RESETS] += 1
         self._table.forget()
         self._quaternion = None
+
+    def clock_stepped_back(self, now: int, back: int) -> bool:
+        """
+        Return whether the ROS clock's step back by `back` to `now` (ns) made a reset necessary.
+
+        Where messages of the new time were faster than the clock, they have made it already.
+
+        """
+        latest = self._table.newest()
+        if latest is None or latest <= now + back // 2:
+            return False
+        self.reset()
+        return True
 
     def missing(self, arrival: int) -> tuple[str, ...]:
         """
@@ -214,7 +226,6 @@ class Estimator:
             self.counts[outcome.reason] += 1
         else:
             self.counts[ACCEPTED] += 1
-            self.started = True
         return outcome
 
     def _take(self, sample: JointSample) -> Answer | Refusal:
@@ -256,7 +267,9 @@ class Estimator:
         if latest - sample.stamp > self.settings.timeout:
             self.reset()
             return None
-        self._table.note_dispute(layout.joints, positions, sample.arrival, MOVED_APART, RETURNED)
+        self._table.note_late(
+            layout.joints, positions, sample.stamp, sample.arrival, MOVED_APART
+        )
         return Refusal(DROPPED)
 
     def _store(self, sample: JointSample, layout: Layout, positions: Sequence[float]) -> None:

@@ -141,6 +141,7 @@ def _value(text: str, scope: Scope, must_be_linear: bool) -> Affine | None:
         taken, values = values[first:], values[:first]
         operands = [value for value in taken if value is not None]
         if len(operands) < len(taken):
+            _check_divisor(node, taken)
             values.append(None)
             continue
         try:
@@ -150,6 +151,12 @@ def _value(text: str, scope: Scope, must_be_linear: bool) -> Affine | None:
                 raise
             values.append(None)
     return values[0]
+
+
+def _check_divisor(node: ast.expr, operands: list[Affine | None]) -> None:
+    divides = isinstance(node, ast.BinOp) and isinstance(node.op, ast.Div)
+    if divides and operands[1] == Affine(0.0, ()):
+        raise ExpressionError('division by zero')
 
 
 def _combined(node: ast.expr, operands: list[Affine], scope: Scope) -> Affine:

@@ -103,6 +103,13 @@ class JointTable:
         stamps = [stamp for j in joints if self._stamped[j] and (stamp := self._stamp[j])]
         return max(stamps, default=None)
 
+    def newest(self) -> int | None:
+        """
+        Return the latest time (ns) any joint is known for, None where none is.
+
+        """
+        return max((stamp for stamp in self._stamp if stamp is not None), default=None)
+
     def difference(self, j: int, position: float, stamp: int, longest: int) -> float:
         """
         Return the backward difference to a position, rad/s or m/s, or NaN where there is none.
@@ -199,6 +206,29 @@ class JointTable:
             jump = abs(position - self._position[j])
             back = abs(position - self._before[j])
             if jump > apart and back < returned * jump:
+                self._jumps[j] = [*self._jumps[j][-15:], arrival]
+
+    def note_late(
+        self,
+        joints: Sequence[int],
+        positions: Sequence[float],
+        stamp: int,
+        arrival: int,
+        apart: float,
+    ) -> None:
+        """
+        Remember joints that an older message (stamp in ns) has where they cannot have been.
+
+        A publisher whose clock is behind another's is never accepted, but it may still disagree.
+
+        """
+        for j, position in zip(joints, positions):
+            latest, velocity = self._stamp[j], self._velocity[j]
+            if latest is None:
+                continue
+            speed = 0.0 if math.isnan(velocity) else abs(velocity)
+            moved = 2.0 * speed * abs(latest - stamp) * 1e-9
+            if abs(position - self._position[j]) > apart + moved:
                 self._jumps[j] = [*self._jumps[j][-15:], arrival]
 
     def disputed(self, arrival: int, jumps: int) -> tuple[str, ...]:

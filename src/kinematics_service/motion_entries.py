@@ -149,6 +149,6 @@ def _rigid(
     )
     # The nearest rotation in the Frobenius norm: the orthogonal factor of the polar decomposition.
     U, _, Vt = np.linalg.svd(R)
-    result = matrix.copy()
+    result: npt.NDArray[np.float64] = matrix.copy()
     result[:3, :3] = U @ Vt
     return result

@@ -19,6 +19,10 @@ from .tool_state import ToolState, evaluate
 # of noise near a singular pose and change over 1e-2, so this is in the middle of both.
 STEP = 1e-5
 
+# Slower than this (rad/s or m/s) an arm stands still: encoder noise, and denormal numbers whose
+# step would be infinite.
+AT_REST = 1e-9
+
 
 @dataclass(frozen=True, eq=False)
 class Singularity:
@@ -119,7 +123,7 @@ def _rates(state: ToolState, measures: Floats) -> Floats:
     q = np.ascontiguousarray(state.q).reshape(-1, n)
     qdot = np.ascontiguousarray(state.qdot).reshape(-1, n)
     speed = np.max(np.abs(qdot), axis=1)
-    moving = speed > 0.0
+    moving = speed > AT_REST
     step = np.where(moving, STEP / np.where(moving, speed, 1.0), 0.0)
     ahead = evaluate(robot, q + step[:, None] * qdot)
     change = watched(robot, measure_rows(robot, ahead.numbers)) - watched(robot, measures)

@@ -55,13 +55,15 @@ def _task(words: Sequence[str | None], quantities: Quantities) -> tuple[str, ...
     accepted = f'(accepted: {", ".join(ROWS)})'
     if not words:
         report.fault(path, f'is empty {accepted}')
+    seen: set[str | None] = set()
     for index, word in enumerate(words):
         if word is not None and word not in ROWS:
             hint = did_you_mean(word, ROWS)
             report.fault((*path, index), f'unknown direction {quoted(word)}{hint} {accepted}')
-        elif word in words[:index]:
+        elif word in seen:
             report.fault((*path, index), f'{word!r} stands twice')
-    return tuple(row for row in ROWS if row in words)
+        seen.add(word)
+    return tuple(row for row in ROWS if row in seen)
 
 
 def _thresholds(

@@ -177,7 +177,10 @@ def find_task(
         length = float(np.sqrt(np.mean(distances**2)))
         if length < MOVED:
             length = 1.0  # the tool never leaves frame 0: nothing to compare, so unit scale
-    J_t = J[:, indices]
+    row_scales = np.array([length if i >= 3 else 1.0 for i in indices])
+    column_scales = np.array([length if slides else 1.0 for slides in prismatic])
+    # Scaled as the kernel scales it, so that ranks do not depend on the size of the arm.
+    J_t = J[:, indices] * row_scales[:, None] * column_scales
     return Task(
         rows=rows,
         length=length,
@@ -185,15 +188,14 @@ def find_task(
         dependent_joints=_dependent_joints(J_t, joint_names),
         reach=float(np.max(distances)),
         integers=_packed_integers(indices, _rank(J_t), n),
-        numbers=_packed_numbers(frame_0, indices, prismatic, length),
+        numbers=_packed_numbers(frame_0, row_scales, column_scales),
     )
 
 
 def _dependent_joints(J_t: Floats, joint_names: Sequence[str]) -> tuple[str, ...]:
     # Joint motions that move the tool at no pose are the null space of all J_t on top of another.
-    stacked = J_t.reshape(-1, J_t.shape[2])
-    _, sigma, right = np.linalg.svd(stacked.T @ stacked / len(J_t))
-    idle = right[sigma <= 1e-12 * sigma[0]]
+    _, sigma, right = np.linalg.svd(J_t.reshape(-1, J_t.shape[2]), full_matrices=False)
+    idle = right[sigma <= kernel.RANK_TOLERANCE * sigma[0]]
     return tuple(name for j, name in enumerate(joint_names) if np.any(np.abs(idle[:, j]) > 1e-6))
 
 
@@ -204,11 +206,7 @@ def _packed_integers(indices: Sequence[int], generic_rank: int, dof: int) -> Int
     return integers
 
 
-def _packed_numbers(
-    frame_0: Floats, indices: Sequence[int], prismatic: Sequence[bool], length: float
-) -> Floats:
-    row_scales = [length if i >= 3 else 1.0 for i in indices]
-    column_scales = [length if slides else 1.0 for slides in prismatic]
+def _packed_numbers(frame_0: Floats, row_scales: Floats, column_scales: Floats) -> Floats:
     numbers = np.concatenate([frame_0[:3, :3].ravel(), row_scales, column_scales])
     numbers.setflags(write=False)
     return numbers

@@ -172,4 +172,9 @@ def _broadcast(q: Floats, qdot: Floats) -> tuple[Floats, Floats]:
         raise JointVectorError(
             f'q and qdot have shapes {q.shape} and {qdot.shape}, which do not go together'
         ) from None
-    return np.array(np.broadcast_to(q, shape)), np.array(np.broadcast_to(qdot, shape))
+    # A copy in C order: by itself numpy would keep the order of the repeated axis, and numba would
+    # compile the kernel once more for it.
+    return (
+        np.array(np.broadcast_to(q, shape), order='C'),
+        np.array(np.broadcast_to(qdot, shape), order='C'),
+    )

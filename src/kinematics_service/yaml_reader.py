@@ -46,8 +46,10 @@ def read_document(text: str, file: str) -> Document:
         raise _refusal(file, 0, f'larger than {MAX_BYTES // 1024} KiB: not a robot file')
     builder = _Builder(file)
     try:
-        for event in YAML(typ='rt', pure=True).parse(text):
+        for event in YAML(typ='safe', pure=True).parse(text):
             builder.take(event)
+    except RobotFileError:
+        raise
     except MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         reason = ', '.join(str(part) for part in (error.context, error.problem) if part)
@@ -59,10 +61,8 @@ def read_document(text: str, file: str) -> Document:
         line = text.count('\n', 0, error.position) + 1
         reason = f'character {text[error.position]!a} is not accepted in YAML'
         raise _refusal(file, line, reason) from None
-    except (YAMLError, ValueError, OverflowError, AttributeError, IndexError) as error:
-        if isinstance(error, RobotFileError):
-            raise
-        # The scanner meets some malformed escapes with Python's own errors.
+    except (YAMLError, ValueError, OverflowError):
+        # The scanner meets some malformed escapes, \UFFFFFFFF, with Python's own errors.
         raise _refusal(file, 0, 'not valid YAML: malformed escape or indicator') from None
     if builder.root is None or builder.root == ScalarNode('', builder.root.line, False):
         raise _refusal(file, 0, 'the file is empty')

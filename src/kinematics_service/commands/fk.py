@@ -38,7 +38,7 @@ Positions may be negative, and separated by commas, spaces or both. Those of
 prismatic joints are in metres, with --deg too.
 
 \b
-The keys of --json, everything in m and rad; null: infinite or undefined:
+The keys of --json, in m and rad; null: infinite or undefined:
   robot, base_frame, tool_frame, joint_names, q
   beyond_limits                  names of joints outside their limits
   position                       x y z of the tool in the base frame

@@ -42,14 +42,14 @@ pose is to a singular one.
 \b
 Examples:
   kinematics_service jacobian --robot puma560 --q 0,0.8,3.1,0,0.8,0
-  kinematics_service jacobian --robot planar_3r --deg --q 20,30,40 --qdot 5,0,-2
+  kinematics_service jacobian --robot planar_2r --deg --q 20,30 --qdot 5,-2
 
 The Jacobian is the geometric one, rows vx vy vz wx wy wz, a column a joint in the order of the
 robot; its reference point is the tool's origin, its axes are those of --frame. The twist is
 J qdot in the same axes.
 
 \b
-The keys of --json, everything in m, rad, s; null: infinite, undefined, not asked:
+The keys of --json, in m, rad, s; null: infinite, undefined, not asked for:
   robot, base_frame, tool_frame, joint_names, q
   beyond_limits                  names of joints outside their limits
   frame                          base or tool

@@ -5,7 +5,8 @@ The command `robots`: the robots that come with the package.
 
 from ..description import JointDescription
 from ..robot import bundled_robots
-from .printing import Output, plain, table
+from ..robot_file import read_robot_file
+from .printing import Output, heading, plain
 
 HELP = """
 List the robots that come with the package, a line each; any command takes their names.
@@ -18,6 +19,7 @@ Example:
   kinematics_service robots
 """
 
+HEADER = ('robot', 'dof', 'joints', 'convention', 'source')
 LETTERS = {'revolute': 'R', 'prismatic': 'P', 'helical': 'H'}
 
 
@@ -34,21 +36,24 @@ def robots() -> None:
     Run the command; `HELP` is what its user reads.
 
     """
-    from ..robot_file import read_robot_file
-
-    lines = table('robot', 'dof', 'joints', 'convention', 'source')
+    out = Output()
+    rows = [HEADER]
     for name, path in bundled_robots().items():
-        description = read_robot_file(path)
-        lines.add_row(
-            plain(name),
-            str(len(description.joints)),
-            joint_letters(description.joints),
-            description.convention,
-            plain(description.source.partition(';')[0]),
+        about = read_robot_file(path)
+        letters = joint_letters(about.joints)
+        rows.append(
+            (name, str(len(about.joints)), letters, about.convention, _first(about.source))
         )
+    widths = [max(map(len, column)) for column in zip(*rows)]
     # What does not fit on a line is left out at the end of the source, and nowhere else.
-    *others, source = lines.columns
-    source.no_wrap, source.overflow = True, 'ellipsis'
-    for column in others:
-        column.min_width = max(len(str(cell)) for cell in (column.header, *column.cells))
-    Output().print(lines)
+    room = max(out.width - sum(widths[:-1]) - 2 * len(widths[:-1]), len(HEADER[-1]))
+    for i, (*cells, source) in enumerate(rows):
+        known = ''.join(plain(cell).ljust(width + 2) for cell, width in zip(cells, widths))
+        cut = source if len(source) <= room else f'{source[: room - 3]}...'
+        line = known + plain(cut)
+        out.print(line if i else heading(line))
+
+
+def _first(source: str) -> str:
+    # The first part of a source is where the numbers are from; the others are their history.
+    return source.partition(';')[0]

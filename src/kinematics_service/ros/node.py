@@ -146,6 +146,11 @@ class KinematicsNode(Node):
             self._tf = self.create_publisher(TFMessage, '/tf', OUTPUT_QOS)
 
     @property
+    def _full_name(self) -> str:
+        # With the namespace: two arms share /diagnostics.
+        return str(self.get_fully_qualified_name()).lstrip('/')
+
+    @property
     def settings(self) -> Settings:
         """
         Return the settings in force.
@@ -222,9 +227,10 @@ class KinematicsNode(Node):
         outcome = self._estimator.take(sample_of(message, received, arrival))
         if self._estimator.counts[RESETS] != resets:
             self._last_published = None
-            self.get_logger().info(
-                'stamps stepped back by more than joint_state_timeout: starting anew'
-            )
+            if self._throttle.passes(RESETS):
+                self.get_logger().info(
+                    'stamps stepped back by more than joint_state_timeout: starting anew'
+                )
         if isinstance(outcome, Refusal):
             if outcome.sentence and self._throttle.passes(outcome.reason):
                 self.get_logger().warning(f'joint state rejected: {outcome.sentence}')
@@ -238,7 +244,7 @@ class KinematicsNode(Node):
                     built = build(report)
                     if built is not None:
                         publisher.publish(built)
-            if self._tf is not None:
+            if self._settings.publish_tf:
                 self._publish_tf(report)
         self._warn(report.singularity, arrival)
 
@@ -274,7 +280,7 @@ class KinematicsNode(Node):
         self._say(notice)
 
     def _say(self, notice: Notice) -> None:
-        self._warning.publish(status_message(f'{self.get_name()}: singularity', notice))
+        self._warning.publish(status_message(f'{self._full_name}: singularity', notice))
 
     # Clocks and watches
 
@@ -292,8 +298,10 @@ class KinematicsNode(Node):
             self._say(stale_notice(self._settings.robot, sentence))
 
     def _on_clock_jump(self, jump: TimeJump) -> None:
-        if jump.delta.nanoseconds < 0 and self._estimator.started:
-            self._estimator.reset()
+        back = -jump.delta.nanoseconds
+        if back > 0 and self._estimator.clock_stepped_back(
+            self.get_clock().now().nanoseconds, back
+        ):
             self._last_published = None
             self.get_logger().info('the ROS clock jumped back: starting anew')
 
@@ -320,7 +328,7 @@ class KinematicsNode(Node):
         self._work, self._counts_said, self._diagnosed = Work(), counts, now
         message = DiagnosticArray()
         message.header.stamp = self.get_clock().now().to_msg()
-        message.status = [status_message(f'{self.get_name()}: input', input_notice(state))]
+        message.status = [status_message(f'{self._full_name}: input', input_notice(state))]
         self._diagnostics.publish(message)
 
     # Parameters
@@ -355,10 +363,13 @@ class KinematicsNode(Node):
     # Service
 
     def _describe(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        topics = {publisher.topic_name: publisher.msg_type for publisher, _ in self._outputs}
+        outputs = [publisher for publisher, _ in self._outputs]
+        topics = [
+            publisher.topic_name for publisher in (*outputs, self._warning, self._diagnostics)
+        ]
         response.success = True
         response.message = json.dumps(
-            description_of(self._settings, self._subscription.topic_name, list(topics))
+            description_of(self._settings, self._subscription.topic_name, topics)
         )
         return response
 

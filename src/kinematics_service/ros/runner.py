@@ -8,6 +8,8 @@ from collections.abc import Sequence
 
 import rclpy
 from rclpy.context import Context
+from rclpy.exceptions import ParameterException
+from rclpy.logging import LoggingSeverity, set_logger_level
 from rclpy.signals import SignalHandlerOptions
 
 from ..errors import KinematicsError
@@ -44,6 +46,7 @@ def open_context(ros_args: Sequence[str]) -> Context | None:
 
     """
     context = Context()
+    set_logger_level('rcl', LoggingSeverity.FATAL)  # it repeats what is told below
     try:
         rclpy.init(
             args=['kinematics_service', *ros_args],
@@ -51,9 +54,16 @@ def open_context(ros_args: Sequence[str]) -> Context | None:
             signal_handler_options=SignalHandlerOptions.NO,
         )
     except Exception as error:  # RCLError and UnknownROSArgsError share no base
-        tell('wrong ROS arguments: ' + str(error).split(', at ')[0].replace('\n', ' '))
+        tell(f'wrong ROS arguments: {_first_clause(error)}')
         return None
+    finally:
+        set_logger_level('rcl', LoggingSeverity.UNSET)
     return context
+
+
+def _first_clause(error: Exception) -> str:
+    # rcl appends the places in its source, each after ', at '.
+    return str(error).split(', at ')[0].replace('\n', ' ')
 
 
 def run_node(
@@ -95,6 +105,10 @@ def run_node(
                 return WRONG_USAGE
             except KinematicsError as error:
                 tell(str(error))
+                return FAULT
+            except (ParameterException, RuntimeError) as error:
+                # What rclpy itself reads: use_sim_time, QoS overrides, the names of the node.
+                tell(f'rclpy cannot start the node: {_first_clause(error)}')
                 return FAULT
             executor = new_executor(node, context)
             fine = spin(executor, node, lambda: stop.came or not context.ok())

@@ -1,0 +1,206 @@
+"""
+The demo: one process with an arm that is not there, the node, and a live table of its outputs.
+
+"""
+
+import os
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from rclpy.clock import Clock, ClockType
+from rclpy.context import Context
+from rclpy.node import Node
+from rich.console import Console
+from rich.live import Live
+
+from ..errors import KinematicsError
+from ..recording import read_recording
+from ..trajectory import TRAJECTORIES
+from .demo_report import PlainReport, invitation, motion_in_words, summary
+from .demo_screen import screen
+from .listener import Listener
+from .node import KinematicsNode, RobotConflictError
+from .runner import FAULT, FINE, WRONG_USAGE, open_context, start_refusal, tell
+from .spin import new_executor, spin, stop_signals
+from .standard_output import StandardOutput
+from .virtual_arm import Moment, VirtualArm, moments_of_recording, moments_of_trajectory
+
+NAMESPACE = '/demo'
+# The node's own rules come before the user's, so that nothing of the demo leaves its namespace.
+RULES = (
+    f'__ns:={NAMESPACE}',
+    '__node:=kinematics',
+    f'joint_states:={NAMESPACE}/joint_states',
+    f'/diagnostics:={NAMESPACE}/diagnostics',
+    f'/tf:={NAMESPACE}/tf',
+)
+# The node's introduction would be torn apart by the live table.
+QUIET = ('--ros-args', '--log-level', f'{NAMESPACE[1:]}.kinematics:=warn', '--')
+RANGE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
+# What would lead discovery off this host all the same.
+LEADS_ELSEWHERE = ('ROS_STATIC_PEERS', 'ROS_DISCOVERY_SERVER')
+
+# The live table is drawn anew after so many seconds, the plain line is written after so many.
+REDRAW, SECOND = 0.1, 1.0
+# Waiting at most so long for the parts to find each other, and for the last answers, in s.
+MEETING, FAREWELL = 5.0, 1.0
+
+
+def run_demo(
+    robot: str | None,
+    duration: float | None,
+    trajectory: str,
+    replay: str | os.PathLike[str] | None,
+    ros_args: Sequence[str],
+) -> int:
+    """
+    Move an arm that is not there through a singular pose and show what the node says of it.
+
+    Parameters
+    ----------
+    robot
+        File or bundled name; None for the node's default.
+    duration
+        Seconds until the end; None: until a signal, or the end of the recording.
+    trajectory
+        `smooth` or `sine`.
+    replay
+        CSV file to replay instead.
+    ros_args
+        ROS arguments, `--ros-args` included.
+
+    Returns
+    -------
+    0 after the duration or a signal, 1 for a bad robot file, recording or parameter, 2 for wrong
+    usage.
+
+    """
+    refusal = start_refusal(False, False)
+    if refusal is not None:
+        tell(refusal)
+        return FAULT
+    set_aside = stay_on_this_host()
+    with stop_signals() as stop:
+        context = open_context([*QUIET, *ros_args])
+        if context is None:
+            return WRONG_USAGE
+        try:
+            rules = [word for rule in RULES for word in ('-r', rule)]
+            node = KinematicsNode(robot, context=context, cli_args=['--ros-args', *rules])
+            moments, motion = _moments(node, trajectory, replay)
+            lines = invitation(
+                motion, node.get_fully_qualified_name(), f'{RANGE}={os.environ[RANGE]}', set_aside
+            )
+            return _play(node, moments, lines, duration, lambda: stop.came or not context.ok())
+        except RobotConflictError as error:
+            tell(str(error))
+            return WRONG_USAGE
+        except KinematicsError as error:
+            tell(str(error))
+            return FAULT
+        finally:
+            context.try_shutdown()
+
+
+def stay_on_this_host() -> tuple[str, ...]:
+    """
+    Limit ROS discovery to this host; return the variables that had to be set aside for that.
+
+    """
+    if os.environ.get(RANGE, '').upper() not in ('LOCALHOST', 'OFF'):
+        os.environ[RANGE] = 'LOCALHOST'
+    return tuple(name for name in LEADS_ELSEWHERE if os.environ.pop(name, ''))
+
+
+def _moments(
+    node: KinematicsNode, trajectory: str, replay: str | os.PathLike[str] | None
+) -> tuple[Iterator[Moment], str]:
+    # What the arm does, and the same in words.
+    robot = node.settings.robot
+    if replay is not None:
+        recording = read_recording(Path(replay), robot)
+        rows, seconds = len(recording.stamps), recording.due[-1]
+        words = f'{robot.name} replays {rows} joint states of {seconds:.1f} s from {replay}'
+        return moments_of_recording(recording), words
+    path = TRAJECTORIES[trajectory](robot)
+    words = f'{robot.name} moves in sines' if trajectory == 'sine' else motion_in_words(robot, path)
+    return moments_of_trajectory(path, time.time_ns()), words
+
+
+def _play(
+    node: KinematicsNode,
+    moments: Iterator[Moment],
+    lines: Sequence[str],
+    duration: float | None,
+    stopped: Callable[[], bool],
+) -> int:
+    names = [
+        node.settings.estimator.joint_prefix + name for name in node.settings.robot.joint_names
+    ]
+    arm_node, display = _helper(node, 'arm'), _helper(node, 'display')
+    arm = VirtualArm(arm_node, names, moments)
+    listener = Listener(display, node.get_fully_qualified_name())
+    output = StandardOutput()
+    executor = new_executor(node, node.context)
+    executor.add_node(arm_node)
+    executor.add_node(display)
+    output.line(*lines)
+
+    def over() -> bool:
+        return stopped() or output.closed
+
+    def turn(until: Callable[[], bool], longest: float | None = None) -> bool:
+        end = None if longest is None else time.monotonic() + longest
+        return spin(
+            executor,
+            node,
+            lambda: over() or until() or (end is not None and time.monotonic() >= end),
+        )
+
+    fine = turn(lambda: arm.heard and listener.found(node), MEETING)
+    with _report(display, listener, output):
+        listener.start()
+        arm.start()
+        fine = fine and turn(lambda: arm.finished, duration)
+        arm.stop()
+        fine = fine and turn(lambda: listener.jacobian.count >= arm.sent, FAREWELL)
+    output.line(*summary(listener, arm.sent))
+    for ended in (display, arm_node, node):
+        executor.remove_node(ended)
+        ended.destroy_node()
+    executor.shutdown()
+    return FINE if fine else FAULT
+
+
+def _helper(node: KinematicsNode, name: str) -> Node:
+    return Node(
+        name,
+        context=node.context,
+        namespace=NAMESPACE,
+        use_global_arguments=False,
+        start_parameter_services=False,
+        enable_rosout=False,
+    )
+
+
+@contextmanager
+def _report(display: Node, listener: Listener, output: StandardOutput) -> Iterator[None]:
+    # On a terminal the table on a screen of its own, which restores what was there before.
+    steady = Clock(clock_type=ClockType.STEADY_TIME)
+    if not output.is_terminal:
+        report = PlainReport(listener, output)
+        listener.then = report.warn
+        display.create_timer(SECOND, report.tick, clock=steady)
+        yield
+        return
+    console = Console(markup=False, highlight=False, emoji=False)
+
+    def drawn() -> Any:
+        return screen(listener, console.width, output.shows_blocks)
+
+    with Live(drawn(), console=console, screen=True, auto_refresh=False) as live:
+        display.create_timer(REDRAW, lambda: live.update(drawn(), refresh=True), clock=steady)
+        yield

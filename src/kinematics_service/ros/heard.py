@@ -1,0 +1,90 @@
+"""
+What was heard on one topic: the last message, how many there were, and how often they come.
+
+"""
+
+import time
+from collections import deque
+from collections.abc import Callable
+from typing import Any
+
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+from rclpy.serialization import deserialize_message
+
+# Rates are taken over so many seconds.
+WINDOW = 2.0
+
+
+class Heard:
+    """
+    A subscription that keeps the last message, as bytes until somebody wants to read it.
+
+    Parameters
+    ----------
+    node, topic, type, qos
+        As for `Node.create_subscription`.
+    then
+        Called after each message, with it as bytes.
+
+    Attributes
+    ----------
+    topic
+        Resolved name of the topic.
+    count
+        Number of messages so far.
+
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        topic: str,
+        type: Any,
+        qos: QoSProfile,
+        then: Callable[[bytes], None] | None = None,
+    ) -> None:
+        self.count = 0
+        self._type, self._then = type, then
+        self._bytes: bytes | None = None
+        self._message: Any = None
+        self._arrival = time.monotonic()
+        self._marks: deque[tuple[float, int]] = deque([(self._arrival, 0)])
+        self.topic = node.create_subscription(type, topic, self._take, qos, raw=True).topic_name
+
+    def _take(self, message: bytes) -> None:
+        self.count += 1
+        self._bytes, self._message = message, None
+        self._arrival = time.monotonic()
+        if self._then is not None:
+            self._then(message)
+
+    @property
+    def message(self) -> Any:
+        """
+        Return the last message, None before the first.
+
+        """
+        if self._message is None and self._bytes is not None:
+            self._message = deserialize_message(self._bytes, self._type)
+        return self._message
+
+    @property
+    def age(self) -> float:
+        """
+        Return the seconds since the last message was heard, or since the start of listening.
+
+        """
+        return time.monotonic() - self._arrival
+
+    def rate(self) -> float:
+        """
+        Return messages per second over the last WINDOW, from call to call.
+
+        """
+        now = time.monotonic()
+        self._marks.append((now, self.count))
+        while len(self._marks) > 2 and now - self._marks[1][0] >= WINDOW:
+            self._marks.popleft()
+        then, count = self._marks[0]
+        return (self.count - count) / (now - then) if now > then else 0.0

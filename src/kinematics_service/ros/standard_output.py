@@ -1,0 +1,53 @@
+"""
+Standard output that may be a terminal, a file, or a pipe whose reader has gone.
+
+"""
+
+import os
+import sys
+
+
+class StandardOutput:
+    """
+    Writes lines at once; a reader that has gone (`| head`) ends the output, not the program.
+
+    Attributes
+    ----------
+    closed
+        Whether the reader has gone.
+
+    """
+
+    def __init__(self) -> None:
+        self.closed = False
+
+    @property
+    def is_terminal(self) -> bool:
+        """
+        Return whether somebody looks at a screen.
+
+        """
+        return sys.stdout.isatty() and os.environ.get('TERM', '') not in ('', 'dumb')
+
+    @property
+    def shows_blocks(self) -> bool:
+        """
+        Return whether block characters can be written.
+
+        """
+        return (sys.stdout.encoding or '').lower().replace('-', '') == 'utf8'
+
+    def line(self, *lines: str) -> None:
+        """
+        Write lines and flush.
+
+        """
+        if self.closed:
+            return
+        try:
+            sys.stdout.write(''.join(f'{line}\n' for line in lines))
+            sys.stdout.flush()
+        except BrokenPipeError:
+            self.closed = True
+            # What is still in the buffer must not raise again when the interpreter ends.
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -1,0 +1,145 @@
+"""
+An arm that is not there: a node that publishes joint states along a path or from a recording.
+
+"""
+
+import time
+from array import array
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from sensor_msgs.msg import JointState
+
+from ..kernel import Floats
+from ..recording import Recording
+from ..trajectory import Trajectory
+from .messages import time_message
+from .topics import JOINT_STATES
+
+# Joint states a second along a path.
+RATE = 50.0
+# After a longer pause (the process was stopped, say) the motion goes on where it was, in s.
+LATE = 0.5
+QUEUE = 1000
+
+
+class Moment(NamedTuple):
+    """
+    One joint state: when it is due after the start (s), its stamp (ns), positions, velocities.
+
+    """
+
+    due: float
+    stamp: int
+    q: Floats
+    qdot: Floats | None
+
+
+def moments_of_trajectory(trajectory: Trajectory, start: int) -> Iterator[Moment]:
+    """
+    Yield joint states along a path without end, stamped from `start` (ns) on.
+
+    """
+    k = 0
+    while True:
+        due = k / RATE
+        yield Moment(due, start + round(due * 1e9), *trajectory.at(due))
+        k += 1
+
+
+def moments_of_recording(recording: Recording) -> Iterator[Moment]:
+    """
+    Yield the joint states of a recording, with its own stamps.
+
+    """
+    velocities = recording.velocities
+    for k, due in enumerate(recording.due.tolist()):
+        qdot = None if velocities is None else velocities[k]
+        yield Moment(due, int(recording.stamps[k]), recording.positions[k], qdot)
+
+
+class VirtualArm:
+    """
+    Publishes moments when they are due, from `start` on.
+
+    Parameters
+    ----------
+    node
+        Its node; the topic is `joint_states` in its namespace.
+    names
+        Joint names, in the order of the moments' positions.
+    moments
+        What to publish.
+
+    Attributes
+    ----------
+    sent
+        Number of joint states so far.
+    finished
+        Whether the last moment is past.
+
+    """
+
+    def __init__(self, node: Node, names: list[str], moments: Iterator[Moment]) -> None:
+        self.sent = 0
+        self.finished = False
+        self._message = JointState(name=names)
+        self._moments = moments
+        self._publisher = node.create_publisher(JointState, JOINT_STATES, QUEUE)
+        self._timer = node.create_timer(
+            3600.0, self._turn, clock=Clock(clock_type=ClockType.STEADY_TIME)
+        )
+
+    @property
+    def heard(self) -> bool:
+        """
+        Return whether anybody listens.
+
+        """
+        return bool(self._publisher.get_subscription_count() > 0)
+
+    def start(self) -> None:
+        """
+        Publish the first moment now and the others when they are due.
+
+        """
+        self._start = time.monotonic()
+        self._advance()
+        self._turn()
+
+    def stop(self) -> None:
+        """
+        Publish nothing more.
+
+        """
+        self._timer.cancel()
+
+    def _advance(self) -> None:
+        moment = next(self._moments, None)
+        self.finished = moment is None
+        if moment is not None:
+            self._next = moment
+
+    def _turn(self) -> None:
+        late = time.monotonic() - self._start - self._next.due
+        if late > LATE:
+            self._start += late
+        while not self.finished and time.monotonic() >= self._start + self._next.due:
+            self._publish(self._next)
+            self._advance()
+        if self.finished:
+            self._timer.cancel()
+            return
+        pause = self._start + self._next.due - time.monotonic()
+        self._timer.timer_period_ns = max(1, round(pause * 1e9))
+        self._timer.reset()
+
+    def _publish(self, moment: Moment) -> None:
+        message = self._message
+        message.header.stamp = time_message(moment.stamp)
+        message.position = array('d', moment.q.tobytes())
+        message.velocity = array('d', b'' if moment.qdot is None else moment.qdot.tobytes())
+        self._publisher.publish(message)
+        self.sent += 1

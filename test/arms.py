@@ -1,0 +1,59 @@
+"""
+The arms and poses the tests run over: every bundled robot, and random ones of every kind.
+
+"""
+
+import functools
+import math
+
+import numpy as np
+from random_robots import CONVENTIONS, random_arm
+
+import kinematics_service as ks
+
+BUNDLED = tuple(ks.bundled_robots())
+# Convention, number of joints, seed: `standard-7-0`.
+RANDOM = tuple(f'{convention}-{dof}-0' for convention in CONVENTIONS for dof in range(1, 13))
+EVERY_ARM = BUNDLED + RANDOM
+
+
+@functools.cache
+def arm_of(name):
+    """
+    Return the random arm of a name `convention-joints-seed`, as the generator has it.
+
+    """
+    convention, dof, seed = name.split('-')
+    return random_arm(int(seed), int(dof), convention)
+
+
+@functools.cache
+def robot_of(name):
+    """
+    Return the robot of a bundled name, or of a random arm's.
+
+    """
+    return ks.load_robot(name) if name in BUNDLED else ks.robot_from_text(arm_of(name).text())
+
+
+def sliding(robot):
+    """
+    Return whether each joint slides.
+
+    """
+    return np.array([kind == 'prismatic' for kind in robot.joint_types])
+
+
+def poses(robot, count=20, seed=0):
+    """
+    Return joint positions where it hurts: uniform, zero, +-pi, the limits, all but singular.
+
+    """
+    random = np.random.default_rng(seed)
+    low, high = np.clip(robot.limits, -math.pi, math.pi).T
+    uniform = random.uniform(low, high, (count, robot.dof))
+    zero = np.zeros((1, robot.dof))
+    straight = np.where(random.random((2, robot.dof)) < 0.5, 0.0, np.pi / 2)
+    near = 1e-7 * random.uniform(-1, 1, (3, robot.dof)) + np.concatenate([zero, straight])
+    turns = np.full((2, robot.dof), math.pi) * [[1.0], [-1.0]]
+    return np.concatenate([uniform, zero, straight, near, turns, [low, high]])

@@ -1,0 +1,80 @@
+"""
+What all tests share: a ROS domain of their own, and nothing of the user's ROS environment.
+
+Library tests need no ROS: nothing here imports rclpy unless a test asks for an arm.
+"""
+
+import os
+import random
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pytest
+
+ROS_SETTINGS = (
+    'AMENT_PREFIX_PATH',
+    'ROS_DOMAIN_ID',
+    'ROS_NAMESPACE',
+    'ROS_SECURITY_ENABLE',
+    'ROS_STATIC_PEERS',
+)
+
+
+@pytest.fixture(scope='session')
+def ros_domain() -> Iterator[int]:
+    """
+    Return a domain no other test process uses, set for this process and its children.
+
+    """
+    coordinator = pytest.importorskip(
+        'domain_coordinator', reason='needs ros-jazzy-domain-coordinator'
+    )
+    start = random.SystemRandom().randrange(100)
+    candidates = iter(range(start, start + 100))
+    before = dict(os.environ)
+    with coordinator.domain_id(lambda: next(candidates) % 100 + 1) as domain:
+        for name in ROS_SETTINGS:
+            os.environ.pop(name, None)
+        os.environ['ROS_DOMAIN_ID'] = str(domain)
+        os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
+        yield domain
+        os.environ.clear()
+        os.environ.update(before)
+
+
+@pytest.fixture
+def arm(ros_domain: int) -> Iterator[Callable[..., Any]]:
+    """
+    Return a function that starts a node and a peer of it, see `ros_harness.Arm`.
+
+    """
+    from ros_harness import Arm
+
+    arms: list[Arm] = []
+
+    def start(*args: Any, **options: Any) -> Arm:
+        arms.append(Arm(*args, **options))
+        return arms[-1]
+
+    yield start
+    for one in arms:
+        one.close()
+
+
+@pytest.fixture
+def process(ros_domain: int) -> Iterator[Callable[..., Any]]:
+    """
+    Return a function that starts a node as a process of its own, see `ros_harness.NodeProcess`.
+
+    """
+    from ros_harness import NodeProcess
+
+    processes: list[NodeProcess] = []
+
+    def start(*args: Any, **options: Any) -> NodeProcess:
+        processes.append(NodeProcess(*args, **options))
+        return processes[-1]
+
+    yield start
+    for one in processes:
+        one.kill()

@@ -1,0 +1,356 @@
+"""
+A node and a peer that talks to it, in one context; and a node as a process.
+
+Everything waits for what it waits for, with a deadline; nothing sleeps in the hope that it came.
+"""
+
+import os
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import pytest
+
+rclpy = pytest.importorskip('rclpy', reason='needs ROS 2: ros-jazzy-rclpy or a sourced Jazzy')
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus  # noqa: E402
+from rclpy.context import Context  # noqa: E402
+from rclpy.executors import SingleThreadedExecutor  # noqa: E402
+from rclpy.node import Node  # noqa: E402
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy  # noqa: E402
+from rclpy.signals import SignalHandlerOptions  # noqa: E402
+from sensor_msgs.msg import JointState  # noqa: E402
+
+from kinematics_service.ros.node import KinematicsNode  # noqa: E402
+
+# Nothing that is waited for takes longer than this on a busy machine of two cores (s).
+DEADLINE = 10.0
+RELIABLE = QoSProfile(depth=1000)
+BEST_EFFORT = QoSProfile(depth=1000, reliability=ReliabilityPolicy.BEST_EFFORT)
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+SECOND = 1_000_000_000
+# Stamps of tests begin here (ns): any number but 0 that is not the time of day.
+START = 1_000 * SECOND + 123_456_789
+STEP = 10_000_000
+
+
+def joint_state(
+    names: Sequence[str],
+    position: Sequence[float],
+    velocity: Sequence[float] = (),
+    stamp: int = 0,
+) -> JointState:
+    """
+    Return a message; its stamp in ns, 0 for none.
+
+    """
+    message = JointState(name=names, position=position, velocity=velocity)
+    message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp, SECOND)
+    return message
+
+
+def nanoseconds(stamp: Any) -> int:
+    """
+    Return a builtin_interfaces Time in ns.
+
+    """
+    return int(stamp.sec) * SECOND + int(stamp.nanosec)
+
+
+def values_of(status: DiagnosticStatus) -> dict[str, str]:
+    """
+    Return the key-values of a status.
+
+    """
+    return {pair.key: pair.value for pair in status.values}
+
+
+def level_of(status: DiagnosticStatus) -> int:
+    """
+    Return the level of a status as a number: 0 OK, 1 WARN, 2 ERROR, 3 STALE.
+
+    """
+    return status.level[0]
+
+
+class Peer:
+    """
+    A node of the tests with its executor, in a context of its own unless one is given.
+
+    """
+
+    def __init__(self, context: Context | None = None, args: Sequence[str] = ()) -> None:
+        self._owns = context is None
+        self.context = context or Context()
+        if context is None:
+            rclpy.init(
+                args=['test', *args],
+                context=self.context,
+                signal_handler_options=SignalHandlerOptions.NO,
+            )
+        self.executor = SingleThreadedExecutor(context=self.context)
+        self.peer = Node('peer', context=self.context, use_global_arguments=False)
+        self.executor.add_node(self.peer)
+        self._others: list[Node] = []
+
+    def spin_until(self, true: Callable[[], bool], what: str, seconds: float = DEADLINE) -> None:
+        """
+        Turn the executor until `true()`; fail after `seconds`.
+
+        """
+        deadline = time.monotonic() + seconds
+        while not true():
+            if time.monotonic() > deadline:
+                pytest.fail(f'after {seconds} s still no {what}')
+            self.executor.spin_once(timeout_sec=0.01)
+
+    def add(self, node: Node) -> Node:
+        """
+        Spin and close another node together with the peer.
+
+        """
+        self.executor.add_node(node)
+        self._others.append(node)
+        return node
+
+    def other(self, name: str) -> Node:
+        """
+        Return one more node of the tests.
+
+        """
+        return self.add(Node(name, context=self.context, use_global_arguments=False))
+
+    def listen(self, topic: str, kind: Any, qos: QoSProfile = RELIABLE) -> list[Any]:
+        """
+        Return a list that fills with the messages of a topic, once its publisher is matched.
+
+        """
+        heard: list[Any] = []
+        subscription = self.peer.create_subscription(kind, topic, heard.append, qos)
+        self.spin_until(lambda: subscription.get_publisher_count() > 0, f'publisher of {topic}')
+        return heard
+
+    def speaker(self, topic: str, qos: QoSProfile = RELIABLE, node: Node | None = None) -> Any:
+        """
+        Return a publisher of joint states, once its subscriber is matched.
+
+        """
+        publisher = (node or self.peer).create_publisher(JointState, topic, qos)
+        self.spin_until(lambda: publisher.get_subscription_count() > 0, f'listener to {topic}')
+        return publisher
+
+    def call(self, kind: Any, service: str, request: Any) -> Any:
+        """
+        Return the response of a service.
+
+        """
+        client = self.peer.create_client(kind, service)
+        self.spin_until(client.service_is_ready, f'service {service}')
+        future = client.call_async(request)
+        self.spin_until(future.done, f'response of {service}')
+        return future.result()
+
+    def close(self) -> None:
+        """
+        Destroy the nodes, and the context where it is the peer's own.
+
+        """
+        for node in (*self._others, self.peer):
+            self.executor.remove_node(node)
+            node.destroy_node()
+        self.executor.shutdown()
+        if self._owns:
+            self.context.try_shutdown()
+
+
+class Arm(Peer):
+    """
+    A node under test with a peer that sends joint states to it and hears its answers.
+
+    Parameters
+    ----------
+    robot
+        As `KinematicsNode` takes it.
+    ros_args
+        Arguments after `--ros-args`.
+    **options
+        As rclpy.node.Node takes them.
+
+    """
+
+    def __init__(self, robot: str = 'craig_3r', ros_args: Sequence[str] = (), **options: Any):
+        super().__init__(args=('--ros-args', *ros_args) if ros_args else ())
+        self.node = KinematicsNode(robot, context=self.context, **options)
+        self.add(self.node)
+        self.robot = self.node.settings.robot
+        self.names = [
+            self.node.settings.estimator.joint_prefix + name for name in self.robot.joint_names
+        ]
+        self.stamp = START
+        self._topic = self.node._subscription.topic_name
+        self._publisher: Any = None
+        self._poses: list[Any] | None = None
+        self._diagnostics: list[DiagnosticArray] | None = None
+
+    def topic(self, name: str) -> str:
+        """
+        Return the full name of a topic of the node, given without its `~/`.
+
+        """
+        return f'{self.node.get_fully_qualified_name()}/{name}'
+
+    def hear(self, name: str, kind: Any, qos: QoSProfile = RELIABLE) -> list[Any]:
+        """
+        Return a list that fills with the messages of one of the node's topics.
+
+        """
+        return self.listen(self.topic(name), kind, qos)
+
+    def publish(self, message: JointState) -> None:
+        """
+        Publish a message as it is.
+
+        """
+        if self._publisher is None:
+            self._publisher = self.speaker(self._topic)
+        self._publisher.publish(message)
+
+    def send(
+        self, position: Sequence[float], velocity: Sequence[float] = (), stamp: int | None = None
+    ) -> int:
+        """
+        Publish positions of all joints; return the stamp, STEP after the last if not given.
+
+        """
+        if stamp is None:
+            self.stamp += STEP
+            stamp = self.stamp
+        self.publish(joint_state(self.names, position, velocity, stamp))
+        return stamp
+
+    @property
+    def poses(self) -> list[Any]:
+        """
+        Return the poses heard so far, since it was first asked for.
+
+        """
+        if self._poses is None:
+            from geometry_msgs.msg import PoseStamped
+
+            self._poses = self.hear('pose', PoseStamped)
+        return self._poses
+
+    def answer(self, position: Sequence[float], *args: Any, **options: Any) -> Any:
+        """
+        Send positions and return the pose that answers them.
+
+        """
+        poses = self.poses
+        stamp = self.send(position, *args, **options)
+        self.spin_until(
+            lambda: bool(poses) and nanoseconds(poses[-1].header.stamp) == stamp,
+            f'pose of {list(position)}',
+        )
+        return poses[-1]
+
+    def stamps(self) -> list[int]:
+        """
+        Return the stamps of the poses heard so far.
+
+        """
+        return [nanoseconds(pose.header.stamp) for pose in self.poses]
+
+    def diagnose(self) -> DiagnosticStatus:
+        """
+        Return the diagnostics of now, without waiting for the second.
+
+        """
+        if self._diagnostics is None:
+            self._diagnostics = self.listen('/diagnostics', DiagnosticArray)
+        heard = len(self._diagnostics)
+        self.node._diagnose()
+        self.spin_until(lambda: len(self._diagnostics or ()) > heard, 'diagnostics')
+        return self._diagnostics[-1].status[0]
+
+    def counts(self) -> dict[str, str]:
+        """
+        Return the values of the diagnostics of now.
+
+        """
+        return values_of(self.diagnose())
+
+
+class NodeProcess:
+    """
+    `python -m kinematics_service` as a process; its standard error is read as it comes.
+
+    """
+
+    def __init__(
+        self,
+        *arguments: str,
+        ready: bool = True,
+        environment: Mapping[str, str] | None = None,
+        command: Sequence[str] = ('-m', 'kinematics_service'),
+    ) -> None:
+        self.lines: list[str] = []
+        self._ready = threading.Event()
+        self.popen = subprocess.Popen(
+            [sys.executable, *command, *arguments],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+            text=True,
+            errors='replace',
+            env={**os.environ, **(environment or {})},
+        )
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
+        if ready:
+            self.wait_until_ready()
+
+    def _read(self) -> None:
+        for line in self.popen.stderr or ():
+            self.lines.append(line.rstrip('\n'))
+            if 'listening to' in line:
+                self._ready.set()
+        self._ready.set()
+
+    def wait_until_ready(self) -> None:
+        """
+        Return when the node listens; fail where it ends instead.
+
+        """
+        if not self._ready.wait(30.0) or not any('listening to' in line for line in self.lines):
+            self.kill()
+            pytest.fail('the node did not start: ' + ' | '.join(self.lines))
+
+    def wait(self, seconds: float = 30.0) -> int:
+        """
+        Return the exit code of a process that ends by itself.
+
+        """
+        code = self.popen.wait(seconds)
+        self._reader.join(seconds)
+        return code
+
+    @property
+    def stderr(self) -> str:
+        """
+        Return what was written to standard error so far.
+
+        """
+        return '\n'.join(self.lines)
+
+    def kill(self) -> None:
+        """
+        End the process if it still runs.
+
+        """
+        if self.popen.poll() is None:
+            self.popen.kill()
+        self.popen.wait()
+        self._reader.join(5.0)

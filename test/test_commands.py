@@ -1,0 +1,455 @@
+"""
+The command line, as a user meets it: what it prints, where, and with which exit code.
+
+"""
+
+import json
+import math
+import os
+import re
+import subprocess
+import sys
+import types
+
+import numpy as np
+import pytest
+
+import kinematics_service as ks
+from kinematics_service.__main__ import main
+from kinematics_service.commands import fk, jacobian
+from kinematics_service.commands.arguments import join_numbers, split_ros_arguments
+
+COMMANDS = ('check', 'fk', 'jacobian', 'robots', 'demo', 'echo')
+ROBOTS = tuple(ks.bundled_robots())
+NARROW = 80
+
+TWO_FAULTS = """\
+robot: bad
+convention: standard
+joints:
+  - {name: q1, type: revolute}
+links:
+  - {a: L1, alpha: 0, d: 0, theta: q1}
+  - {a: 1, alpha: 0, d: 0, theta: q2}
+"""
+FINE = """\
+robot: fine
+convention: standard
+joints:
+  - {name: q1, type: revolute}
+links:
+  - {a: 1, alpha: 0, d: 0, theta: q1}
+known_poses:
+  - {q: [0], xyz: [1, 0, 0], rpy: [0, 0, 0]}
+"""
+
+
+@pytest.fixture(autouse=True)
+def whole_lines(monkeypatch):
+    monkeypatch.delenv('COLUMNS', raising=False)
+    monkeypatch.delenv('KINEMATICS_TRACEBACK', raising=False)
+
+
+@pytest.fixture
+def narrow(monkeypatch):
+    monkeypatch.setenv('COLUMNS', str(NARROW))
+
+
+def answer(capsys, *argv):
+    code = main(argv)
+    assert code == 0, capsys.readouterr().err
+    out, err = capsys.readouterr()
+    assert err == ''
+    return out
+
+
+def refusal(capsys, *argv, code):
+    assert main(argv) == code
+    err = capsys.readouterr().err
+    assert 'Traceback' not in err
+    return err
+
+
+def middle(robot):
+    bounded = np.isfinite(robot.limits).all(axis=1)
+    return np.where(bounded, np.where(bounded[:, None], robot.limits, 0.0).mean(axis=1), 0.3)
+
+
+def joined(q):
+    return ','.join(repr(float(value)) for value in q)
+
+
+@pytest.mark.parametrize('command', COMMANDS)
+def test_each_command_explains_itself_by_an_example_that_fits(capsys, narrow, command):
+    text = answer(capsys, command, '--help')
+    assert f'kinematics_service {command}' in text
+    assert max(map(len, text.splitlines())) <= NARROW
+
+
+def test_the_help_without_a_command_names_every_command(capsys, narrow):
+    text = answer(capsys, '--help')
+    assert all(re.search(rf'^  {command} ', text, re.MULTILINE) for command in COMMANDS)
+    assert 'completion' not in text
+    assert max(map(len, text.splitlines())) <= NARROW
+
+
+def test_the_version_is_that_of_the_package(capsys):
+    assert answer(capsys, '--version') == f'kinematics_service {ks.__version__}\n'
+
+
+def test_robots_are_listed_a_line_each(capsys):
+    header, *lines = answer(capsys, 'robots').splitlines()
+    assert header.split() == ['robot', 'dof', 'joints', 'convention', 'source']
+    assert [line.split()[0] for line in lines] == list(ROBOTS)
+    (rrp,) = (line for line in lines if line.startswith('rrp_elementary'))
+    assert rrp.split()[1:4] == ['3', 'RRP', 'elementary']
+
+
+def test_robots_fit_a_terminal_with_their_names_whole(capsys, narrow):
+    _, *lines = answer(capsys, 'robots').splitlines()
+    assert [line.split()[0] for line in lines] == list(ROBOTS)
+    assert max(map(len, lines)) <= NARROW
+
+
+@pytest.mark.parametrize('name', ROBOTS)
+def test_every_bundled_robot_checks_and_fits_a_terminal(capsys, narrow, name):
+    robot = ks.load_robot(name)
+    text = answer(capsys, 'check', name)
+    lines = text.splitlines()
+    # A path is as long as it is: the first line names the file.
+    assert max(map(len, lines[2:])) <= NARROW
+    assert all(joint in text for joint in robot.joint_names)
+    assert f'{len(robot.description.known_poses)} agree' in text
+    assert '…' not in text
+    assert not any(line.endswith(' ') for line in lines)
+
+
+def test_check_prints_the_table_of_the_textbook(capsys):
+    text = answer(capsys, 'check', 'craig_3r')
+    assert 'modified (Craig), T = Rx(alpha) Tx(a) Rz(theta) Tz(d)' in text
+    assert re.search(r'i +a\(i-1\) \[m\] +alpha\(i-1\) \[rad\] +d \[m\] +theta \[rad\]', text)
+    assert re.search(r'2 +L1 +-pi/2 +0 +q2', text)
+
+
+def test_check_says_which_joints_work_against_each_other_at_every_pose(capsys):
+    text = answer(capsys, 'check', 'six_joint_dh')
+    structure = next(line for line in text.splitlines() if 'against each other' in line)
+    assert 'theta1' in structure
+    assert 'theta2' in structure
+    assert 'theta3' not in structure
+    assert 'rank 5 of 6' in structure
+
+
+def test_check_reports_all_faults_of_all_files_and_still_checks_the_others(capsys, tmp_path):
+    bad, fine = tmp_path / 'bad.yaml', tmp_path / 'fine.yaml'
+    bad.write_text(TWO_FAULTS)
+    fine.write_text(FINE)
+    missing = tmp_path / 'missing.yaml'
+    assert main(['check', str(bad), str(missing), 'nosuch', str(fine)]) == 1
+    out, err = capsys.readouterr()
+    assert [line.partition(': ')[0] for line in err.splitlines()] == [
+        f'{bad}:6',
+        f'{bad}:7',
+        str(missing),
+        "no robot 'nosuch'",
+    ]
+    assert '1 of 1 agree' in out
+    assert out.endswith('4 files checked, 3 of them with faults\n')
+
+
+def test_a_known_pose_that_the_table_misses_is_a_fault(capsys, tmp_path):
+    file = tmp_path / 'off.yaml'
+    file.write_text(FINE.replace('xyz: [1, 0, 0]', 'xyz: [1, 0.01, 0]'))
+    assert main(['check', str(file)]) == 1
+    out, err = capsys.readouterr()
+    assert err == (
+        f'{file}: known_poses[0]: the table puts the tool elsewhere: '
+        'off by 0.01 m (tolerance 1e-06), 0 rad (tolerance 1e-06)\n'
+    )
+    assert '0 of 1 agree' in out
+
+
+@pytest.mark.parametrize('name', ROBOTS)
+def test_fk_and_jacobian_in_json_are_what_the_library_says(capsys, name):
+    robot = ks.load_robot(name)
+    q, qdot = middle(robot), np.linspace(-0.5, 0.4, robot.dof)
+    pose = json.loads(answer(capsys, 'fk', '--robot', name, '--q', joined(q), '--json'))
+    assert pose['matrix'] == ks.forward_kinematics(robot, q).tolist()
+    assert pose['position'] == [row[3] for row in pose['matrix'][:3]]
+    assert pose['joint_names'] == list(robot.joint_names)
+
+    arguments = ('--q', joined(q), '--qdot', joined(qdot), '--frame', 'tool', '--json')
+    velocity = json.loads(answer(capsys, 'jacobian', '--robot', name, *arguments))
+    assert velocity['jacobian'] == ks.jacobian(robot, q, 'tool').tolist()
+    assert velocity['twist'] == ks.twist(robot, q, qdot, 'tool').tolist()
+    assert velocity['singularity']['distance'] == ks.singularity(robot, q).distance
+    assert velocity['singularity']['level'] in ('OK', 'WARN', 'ERROR')
+
+
+@pytest.mark.parametrize(('command', 'help_text'), [('fk', fk.HELP), ('jacobian', jacobian.HELP)])
+def test_every_key_of_the_json_is_documented(capsys, command, help_text):
+    text = answer(capsys, command, '--robot', 'planar_2r', '--q', '0,0', '--json')
+    document = json.loads(text)
+    documented = set(re.findall(r'\w+', help_text.partition('keys of --json')[2]))
+    assert documented >= set(document) | set(document['singularity'])
+
+
+def test_json_has_null_for_what_is_infinite():
+    def refuse(constant):
+        raise AssertionError(f'{constant} is not JSON')
+
+    arguments = ['--robot', 'planar_2r', '--q', '0,1', '--qdot', '0,1', '--json']
+    run = subprocess.run(
+        [sys.executable, '-m', 'kinematics_service', 'jacobian', *arguments],
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    document = json.loads(run.stdout, parse_constant=refuse)
+    assert document['singularity']['time_to_warning'] is None
+    assert document['singularity']['rate'] > 0.0
+
+
+def test_degrees_are_for_joints_that_turn(capsys):
+    text = answer(capsys, 'fk', '--robot', 'spherical_rrp', '--deg', '--q', '90,-45,0.5', '--json')
+    assert json.loads(text)['q'] == [math.pi / 2, -math.pi / 4, 0.5]
+
+
+@pytest.mark.parametrize(
+    'written',
+    [
+        ['--q', '-0.1,0.2,3e-1'],
+        ['--q=-0.1,0.2,3e-1'],
+        ['--q', '-0.1, +.2 0.3'],
+        ['--q', '-0.1', '0.2', '0.3'],
+        ['--q', '-0.1,', '0.2,', '0.3'],
+        ['--q', '-0.1', ',', '0.2', ',', '0.3'],
+        ['--q=', '-0.1', '0.2', '0.3'],
+        ['--q', '[-0.1, 0.2, 0.3]'],
+    ],
+)
+def test_positions_may_be_written_as_people_write_them(capsys, written):
+    text = answer(capsys, 'fk', '--robot', 'craig_3r', *written, '--json')
+    assert json.loads(text)['q'] == [-0.1, 0.2, 0.3]
+
+
+def test_numbers_are_joined_after_options_that_take_them_and_nowhere_else():
+    assert join_numbers(['check', '1', '2']) == ['check', '1', '2']
+    assert join_numbers(['--q', '1', '--deg', '2']) == ['--q', '1', '--deg', '2']
+    assert join_numbers(['--q', '1', '2', '--qdot', '-3', '4']) == ['--q', '1 2', '--qdot', '-3 4']
+
+
+def test_fk_says_how_near_the_pose_is_in_words(capsys):
+    text = answer(capsys, 'fk', '--robot', 'planar_2r', '--deg', '--q', '0,3')
+    assert 'level WARN' in text
+    assert 'about 3 deg of joint motion to a singular pose' in text
+    assert 'lost direction' in text
+    text = answer(capsys, 'fk', '--robot', 'planar_2r', '--q', '0,0')
+    assert 'level ERROR' in text
+    assert 'this pose is singular' in text
+    assert re.search(r'rank +1 of 2', text)
+    assert re.search(r'lost direction +motion along x\n', text)
+    assert re.search(r'q2 .* -?1\.000 ', text)
+    assert 'leads away fastest (or its opposite)' in text
+
+
+def test_fk_names_joints_beyond_their_limits(capsys):
+    arguments = ('fk', '--robot', 'puma560', '--deg', '--q', '0,0,0,0,101,0')
+    assert re.search(r'^ +j5 .*beyond its limit$', answer(capsys, *arguments), re.MULTILINE)
+    assert json.loads(answer(capsys, *arguments, '--json'))['beyond_limits'] == ['j5']
+
+
+@pytest.mark.parametrize('name', ['ur5e', 'panda', 'craig_3r', 'scara_hsr065'])
+@pytest.mark.parametrize('command', ['fk', 'jacobian'])
+def test_poses_and_jacobians_fit_a_terminal_uncut(capsys, narrow, command, name):
+    robot = ks.load_robot(name)
+    text = answer(capsys, command, '--robot', name, '--q', joined(middle(robot)))
+    assert max(map(len, text.splitlines())) <= NARROW
+    assert '…' not in text
+
+
+def test_a_jacobian_too_wide_for_the_terminal_goes_on_below(capsys, narrow):
+    robot = ks.load_robot('panda')
+    q = middle(robot)
+    text = answer(capsys, 'jacobian', '--robot', 'panda', '--q', joined(q))
+    shown = [line.split()[1:] for line in text.splitlines() if line.startswith('  vx ')]
+    assert np.allclose(
+        [float(entry) for block in shown for entry in block],
+        ks.jacobian(robot, q)[0],
+        atol=0.6e-5,  # five decimals are shown
+    )
+
+
+def test_the_labelled_jacobian_and_twist_are_the_librarys(capsys):
+    arguments = ('--robot', 'craig_3r', '--q', '0.1,0.2,0.3', '--qdot', '1,0,0')
+    lines = answer(capsys, 'jacobian', *arguments).splitlines()
+    assert lines[1].split() == ['q1', 'q2', 'q3']
+    assert [line.split()[0] for line in lines[2:8]] == ['vx', 'vy', 'vz', 'wx', 'wy', 'wz']
+    robot = ks.load_robot('craig_3r')
+    J = ks.jacobian(robot, [0.1, 0.2, 0.3])
+    shown = [[float(entry) for entry in line.split()[1:]] for line in lines[2:8]]
+    assert np.allclose(shown, J, atol=0.6e-5)
+    assert '  wz  1.000000 rad/s  57.2958 deg/s' in lines
+
+
+@pytest.mark.parametrize(
+    ('argv', 'sentence'),
+    [
+        (['fk', '--robot', 'craig_3r', '--q', '1,2'],
+         'Error: --q: craig_3r has 3 joints (q1, q2, q3), not 2\n'),
+        (['fk', '--robot', 'craig_3r', '--q', '1,2,pi'],
+         "Error: --q: 'pi' is not a number; write 3 numbers, such as --q=0.1,0.1,0.1\n"),
+        (['jacobian', '--robot', 'craig_3r', '--q', '1,2,3', '--qdot', 'nan,0,0'],
+         "Error: --qdot: 'nan' is not a number; write 3 numbers, such as --qdot=0.1,0.1,0.1\n"),
+        (['fk', '--robot', 'craig', '--q', '1'],
+         "Error: --robot: no robot 'craig': did you mean 'craig_3r'? "),
+        (['fk', '--robot', 'no/such.yaml', '--q', '1'],
+         'Error: --robot: there is no file no/such.yaml\n'),
+        (['--robot', 'nosuch'], "Error: --robot: no robot 'nosuch': "),
+        (['demo', '--robot', 'nosuch'], "Error: --robot: no robot 'nosuch': "),
+        (['--robot', 'puma560', 'robots'],
+         "Error: options before a command are the node's: write them after 'robots'\n"),
+        (['robots', '--ros-args', '-p', 'a:=1'],
+         'Error: robots takes no --ros-args: it needs no ROS\n'),
+        (['fk', '--q', '1'], "Error: Missing option '--robot'.\n"),
+        (['nosuch'], "Error: No such command 'nosuch'.\n"),
+        (['echo', 'everything'], 'everything'),
+        (['demo', '--replay', 'no_such.csv'], 'no_such.csv'),
+    ],
+)  # fmt: skip
+def test_wrong_usage_is_refused_in_a_sentence(capsys, argv, sentence):
+    assert sentence in refusal(capsys, *argv, code=2)
+
+
+def test_a_robot_file_with_faults_is_a_failure_not_wrong_usage(capsys, tmp_path):
+    file = tmp_path / 'bad.yaml'
+    file.write_text(TWO_FAULTS)
+    err = refusal(capsys, 'fk', '--robot', str(file), '--q', '1', code=1)
+    assert err.startswith(f'{file}:6: links[0].a: ')
+    assert len(err.splitlines()) == 2
+
+
+@pytest.mark.parametrize(
+    ('argv', 'ours', 'ros'),
+    [
+        ([], [], []),
+        (['--robot', 'x'], ['--robot', 'x'], []),
+        (['--ros-args', '-p', 'a:=1'], [], ['--ros-args', '-p', 'a:=1']),
+        (['a', '--ros-args', '-r', 'b:=c', '--', 'd'], ['a', 'd'],
+         ['--ros-args', '-r', 'b:=c', '--']),
+        (['--ros-args', '1', '--', 'a', '--ros-args', '2'], ['a'],
+         ['--ros-args', '1', '--', '--ros-args', '2']),
+        (['a', '--', 'b'], ['a', '--', 'b'], []),
+    ],
+)  # fmt: skip
+def test_ros_arguments_are_cut_out_wherever_they_stand(argv, ours, ros):
+    assert split_ros_arguments(argv) == (ours, ros)
+
+
+def stand_in(monkeypatch, module, function, code):
+    # A module of the ROS folder that only notes how it was called.
+    calls = []
+    fake = types.ModuleType(f'kinematics_service.ros.{module}')
+
+    def note(*arguments):
+        calls.append(arguments)
+        return code
+
+    setattr(fake, function, note)
+    monkeypatch.setitem(sys.modules, fake.__name__, fake)
+    return calls
+
+
+@pytest.mark.parametrize('code', [0, 1, 2])
+def test_without_a_command_the_node_runs_and_its_exit_code_is_ours(monkeypatch, code):
+    calls = stand_in(monkeypatch, 'runner', 'run_node', code)
+    assert main(['--ros-args', '-r', '__ns:=/left', '--', '--allow-mixed-ros']) == code
+    assert main(['--robot', 'ur5e', '--allow-unsecured']) == code
+    assert calls == [
+        (None, ['--ros-args', '-r', '__ns:=/left', '--'], False, True),
+        ('ur5e', [], True, False),
+    ]
+
+
+def test_demo_and_echo_hand_on_what_they_were_told(monkeypatch, tmp_path):
+    recording = tmp_path / 'recorded.csv'
+    recording.write_text('')
+    demos = stand_in(monkeypatch, 'demo', 'run_demo', 0)
+    echoes = stand_in(monkeypatch, 'echo', 'run_echo', 0)
+    assert main(['demo', '--ros-args', '-r', 'a:=b']) == 0
+    assert main(['demo', '--duration', '2', '--trajectory', 'smooth', '--robot', 'ur5e']) == 0
+    assert main(['demo', '--replay', str(recording)]) == 0
+    assert main(['echo', 'warning', '--once', '--json', '--node', '/left/kinematics']) == 0
+    assert [(*call[:3], call[3] and str(call[3]), call[4]) for call in demos] == [
+        ('puma560', None, 'sine', None, ['--ros-args', '-r', 'a:=b']),
+        ('ur5e', 2.0, 'smooth', None, []),
+        ('puma560', None, 'sine', str(recording), []),
+    ]
+    assert echoes == [('warning', '/left/kinematics', True, True, [])]
+
+
+def test_without_ros_the_node_says_how_to_get_it(capsys, monkeypatch):
+    monkeypatch.setitem(sys.modules, 'rclpy', None)
+    for module in [name for name in sys.modules if name.startswith('kinematics_service.ros.')]:
+        monkeypatch.delitem(sys.modules, module)
+    err = refusal(capsys, code=1)
+    assert len(err.splitlines()) == 1
+    assert "pip install 'kinematics_service[ros]'" in err
+    assert 'source a ROS 2 Jazzy installation' in err
+
+
+def fail_with(monkeypatch, error):
+    def raise_error(*_):
+        raise error
+
+    monkeypatch.setattr('kinematics_service.commands.robots.bundled_robots', raise_error)
+
+
+def test_an_unexpected_error_is_one_line(capsys, monkeypatch):
+    fail_with(monkeypatch, RuntimeError('first\nsecond'))
+    assert refusal(capsys, 'robots', code=1) == (
+        'kinematics_service: RuntimeError: first second '
+        '(set KINEMATICS_TRACEBACK=1 for the details)\n'
+    )
+
+
+def test_the_details_of_an_unexpected_error_are_there_when_asked_for(capsys, monkeypatch):
+    monkeypatch.setenv('KINEMATICS_TRACEBACK', '1')
+    fail_with(monkeypatch, RuntimeError('deep down'))
+    assert main(['robots']) == 1
+    assert 'Traceback (most recent call last)' in capsys.readouterr().err
+
+
+def test_ctrl_c_ends_with_130_and_no_words(capsys, monkeypatch):
+    fail_with(monkeypatch, KeyboardInterrupt())
+    assert refusal(capsys, 'robots', code=130) == ''
+
+
+def test_a_reader_that_leaves_early_is_no_error():
+    names = ROBOTS * 3  # more than a pipe holds
+    with subprocess.Popen(
+        [sys.executable, '-m', 'kinematics_service', 'check', *names],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    ) as process:  # fmt: skip
+        assert process.stdout.readline().startswith(ROBOTS[0])
+        process.stdout.close()
+        assert process.stderr.read() == ''
+
+
+def test_what_is_piped_has_no_colours_and_whole_lines(capsys, monkeypatch):
+    monkeypatch.setenv('TERM', 'xterm-256color')
+    text = answer(capsys, 'check', 'ur3e')
+    assert '\x1b' not in text
+    (source,) = (line for line in text.splitlines() if line.startswith('  source'))
+    assert source.endswith(ks.load_robot('ur3e').source)
+
+
+@pytest.mark.parametrize('argv', [['--help'], ['robots'], ['fk', '--help'], ['check', 'ur5e']])
+def test_commands_without_ros_import_neither_rclpy_nor_sympy(argv):
+    program = (
+        'import sys; from kinematics_service.__main__ import main; main(sys.argv[1:]); '
+        'heavy = {"rclpy", "sympy", "matplotlib"} & set(sys.modules); sys.exit(str(heavy or ""))'
+    )
+    run = subprocess.run(
+        [sys.executable, '-c', program, *argv],
+        capture_output=True, text=True, env={**os.environ, 'COLUMNS': '80'},
+    )  # fmt: skip
+    assert run.stderr.strip() == ''

@@ -1,0 +1,214 @@
+"""
+Expressions: what they are worth, what is refused and why, and that nothing else ever happens.
+
+"""
+
+import contextlib
+import math
+import random
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from kinematics_service.errors import ExpressionError, KinematicsError
+from kinematics_service.expression_syntax import MAX_CHARACTERS
+from kinematics_service.expressions import Affine, Scope, check_function, parse_affine
+
+ROUND_OFF = 1e-9  # relative; trees of up to a few dozen operations, each good to 1e-16
+SCOPE = Scope('rad', {'L1': 0.5, 'l': 2.0}, ('q1', 'q2', 'phi3'))
+DEGREES = Scope('deg', {}, ('q1',))
+
+
+@pytest.mark.parametrize(
+    ('text', 'constant', 'coefficients'),
+    [
+        ('0', 0.0, {}),
+        ('-0', 0.0, {}),
+        ('017', 17.0, {}),
+        ('1e-3', 0.001, {}),
+        ('.5', 0.5, {}),
+        ('5.', 5.0, {}),
+        ('1.5E+2', 150.0, {}),
+        ('-pi/2', -math.pi / 2, {}),
+        ('2 - 3 - 4', -5.0, {}),
+        ('8/4/2', 1.0, {}),
+        ('2 + 3*4', 14.0, {}),
+        ('-(2 + 3)*4', -20.0, {}),
+        ('- - -1', -1.0, {}),
+        ('+L1', 0.5, {}),
+        ('sqrt(2)/2', math.sqrt(2) / 2, {}),
+        ('atan2(1, -1)', 3 * math.pi / 4, {}),
+        ('sin(pi/6)*cos(0)', math.sin(math.pi / 6), {}),
+        ('-q2', 0.0, {'q2': -1.0}),
+        ('q2 + pi/2', math.pi / 2, {'q2': 1.0}),
+        ('l + phi3', 2.0, {'phi3': 1.0}),
+        ('pi - (phi3 - q2)', math.pi, {'q2': 1.0, 'phi3': -1.0}),
+        ('(q1 + 1)/l*3', 1.5, {'q1': 1.5}),
+        ('q1 - q1', 0.0, {}),
+        ('sin(q1 - q1)', 0.0, {}),
+        ('0*q1*q2', 0.0, {}),
+        ('1\n + 2', 3.0, {}),
+    ],
+)
+def test_value(text: str, constant: float, coefficients: dict[str, float]) -> None:
+    affine = parse_affine(text, SCOPE)
+    assert affine == Affine(constant, tuple(coefficients.items()))
+    assert math.copysign(1.0, affine.constant) == math.copysign(1.0, constant)
+
+
+def test_coefficients_are_in_the_order_of_the_joints() -> None:
+    names = [name for name, _ in parse_affine('phi3 + q2 + q1', SCOPE).coefficients]
+    assert names == ['q1', 'q2', 'phi3']
+
+
+def test_trigonometry_follows_the_angle_unit() -> None:
+    assert parse_affine('sin(30)', DEGREES).constant == pytest.approx(0.5, rel=ROUND_OFF)
+    assert parse_affine('cos(60)', DEGREES).constant == pytest.approx(0.5, rel=ROUND_OFF)
+    assert parse_affine('atan2(1, 1)', DEGREES).constant == 45.0
+    assert parse_affine('sqrt(4)', DEGREES).constant == 2.0
+
+
+@pytest.mark.parametrize(
+    ('text', 'reason'),
+    [
+        ('', 'expected a number or an expression, not an empty text'),
+        ('p1', "unknown name 'p1' (known: pi, L1, l, q1, q2, phi3)"),
+        ('True', "unknown name 'True' (known: pi, L1, l, q1, q2, phi3)"),
+        ('__import__', "unknown name '__import__' (known: pi, L1, l, q1, q2, phi3)"),
+        ('tan(1)', "unknown function 'tan' (known: sqrt, sin, cos, atan2)"),
+        ('eval(1)', "unknown function 'eval' (known: sqrt, sin, cos, atan2)"),
+        ('sin', "'sin' is a function: write sin(...)"),
+        ('L1(2)', "'L1' is not a function: write L1*(...) for a product"),
+        ('atan2(1)', 'atan2() takes 2 arguments, not 1'),
+        ('sin(1, 2)', 'sin() takes 1 argument, not 2'),
+        ('sin()', "')' where a number or a name is expected"),
+        ('0x10', "'0x10' is not a number: write decimal digits"),
+        ('1_0', "'1_0' is not a number: write decimal digits"),
+        ('1j', "'1j' is not a number: write decimal digits"),
+        ('1e', "'1e' is not a number: write decimal digits"),
+        ('1.2.3', "'1.2.3' is not a number: write decimal digits"),
+        ('2q1', "'2q1' is not a number: write 2*q1 for a product"),
+        ('1:30', "'1:30' is text, not a number: write 90 or 1.5 for 1:30"),
+        ('2**3', "'**' is not accepted: write x*x for a square"),
+        ('7//2', "'//' is not accepted: write / to divide"),
+        ('7 % 2', "unexpected character '%' (accepted: numbers, names, + - * / ( ) ,)"),
+        ('L1.real', "unexpected character '.' (accepted: numbers, names, + - * / ( ) ,)"),
+        ('[1]', "unexpected character '[' (accepted: numbers, names, + - * / ( ) ,)"),
+        ("'1'", 'unexpected character "\'" (accepted: numbers, names, + - * / ( ) ,)'),
+        ('θ1', "character 'θ' is not ASCII: write names in the letters a to z"),
+        ('٣', "character '٣' is not ASCII: write names in the letters a to z"),
+        ('2 3', "an operator is missing between '2' and '3'"),
+        ('2(3)', "an operator is missing between '2' and '('"),
+        ('(1', "'(' is never closed"),
+        ('1)', "')' without '('"),
+        ('1 +', "ends after '+'"),
+        ('*1', "'*' where a number or a name is expected"),
+        ('(1, 2)', "',' is accepted only between the arguments of a function"),
+        ('1/0', 'division by zero'),
+        ('1/(L1 - 0.5)', 'division by zero'),
+        ('sqrt(-4)', 'square root of a negative number, -4'),
+        ('1e999', '1e999 is too large: not a finite number'),
+        ('1e308*10', 'the result is too large: not a finite number'),
+        ('1e308*10*q1', 'the result is too large: not a finite number'),
+        ('q1*q2', 'not linear in the joint variables: q1 is multiplied by q2'),
+        ('(q1 + q2)*phi3', 'not linear in the joint variables: q1 and q2 is multiplied by phi3'),
+        ('sin(q1)', 'not linear in the joint variables: q1 stands inside sin()'),
+        ('1/q1', 'not linear in the joint variables: division by q1'),
+        ('1+' * 200 + '1', 'too long: 401 characters (at most 400)'),
+        ('(' * 33 + '1' + ')' * 33, 'nested too deeply (at most 32 parentheses)'),
+    ],
+)
+def test_refused(text: str, reason: str) -> None:
+    with pytest.raises(ExpressionError) as caught:
+        parse_affine(text, SCOPE)
+    assert str(caught.value) == reason
+    assert isinstance(caught.value, (KinematicsError, ValueError))
+
+
+def test_pi_is_refused_in_degrees() -> None:
+    with pytest.raises(ExpressionError, match="'pi' is not accepted in a file with 'angle: deg'"):
+        parse_affine('pi/2', DEGREES)
+
+
+def test_many_known_names_are_cut() -> None:
+    scope = Scope('rad', {f'c{i}': 1.0 for i in range(50)})
+    with pytest.raises(ExpressionError, match=r'c18, and 31 more\)'):
+        parse_affine('x', scope)
+
+
+def test_the_longest_and_the_deepest_are_accepted() -> None:
+    assert parse_affine('-' * (MAX_CHARACTERS - 1) + '1', SCOPE).constant == -1.0
+    assert parse_affine('1+' * 199 + '1', SCOPE).constant == 200.0
+    assert parse_affine('(' * 32 + '1' + ')' * 32, SCOPE).constant == 1.0
+
+
+@pytest.mark.parametrize('text', ['sin(q1)', 'q1*q2*q1', 'L1 + l*cos(q1 + q2)', 'sqrt(q1)/q2'])
+def test_a_function_may_be_nonlinear(text: str) -> None:
+    check_function(text, SCOPE)
+
+
+@pytest.mark.parametrize('text', ['sin(q1', 'q9', 'sin(q1)*1/0', 'sin(q1) + sqrt(-1)'])
+def test_a_function_is_checked(text: str) -> None:
+    with pytest.raises(ExpressionError):
+        check_function(text, SCOPE)
+
+
+@settings(max_examples=500, deadline=None)
+@given(st.text(max_size=60))
+def test_any_text_is_a_value_or_an_expression_error(text: str) -> None:
+    _only_expression_errors(text)
+
+
+PIECES = st.sampled_from(
+    ['q1', 'q2', 'L1', 'pi', 'sin', 'sqrt(', 'atan2(', '(', ')', ',', '+', '-', '*', '/', '**']
+    + ['1', '0', '.5', '1e308', '1e-308', '0x1', '1j', ' ', 'lambda', 'x.y', '\n', 'if', 'not']
+)
+
+
+@settings(max_examples=1000, deadline=None)
+@given(st.lists(PIECES, max_size=40))
+def test_any_pieces_are_a_value_or_an_expression_error(pieces: list[str]) -> None:
+    _only_expression_errors(''.join(pieces))
+
+
+def _only_expression_errors(text: str) -> None:
+    with contextlib.suppress(ExpressionError):
+        affine = parse_affine(text, SCOPE)
+        assert math.isfinite(affine.constant)
+        assert all(math.isfinite(factor) and factor for _, factor in affine.coefficients)
+    with contextlib.suppress(ExpressionError):
+        check_function(text, SCOPE)
+
+
+@pytest.mark.parametrize('seed', range(100))
+def test_affine_agrees_with_arithmetic_on_numbers(seed: int) -> None:
+    # An independent road: the same tree built once as text and once as plain numbers.
+    generator = random.Random(seed)
+    point = {name: generator.uniform(-3.0, 3.0) for name in SCOPE.variables}
+    text, value = _linear(generator, point, depth=3)
+    if len(text) > MAX_CHARACTERS:
+        pytest.skip('the generated text is longer than an expression may be')
+    affine = parse_affine(text, SCOPE)
+    at_point = affine.constant + sum(factor * point[name] for name, factor in affine.coefficients)
+    assert at_point == pytest.approx(value, rel=ROUND_OFF, abs=ROUND_OFF)
+
+
+def _linear(generator: random.Random, point: dict[str, float], depth: int) -> tuple[str, float]:
+    if depth == 0:
+        name = generator.choice(list(point))
+        return name, point[name]
+    left, left_value = _linear(generator, point, depth - 1)
+    number = generator.choice([0.25, 3.0, 12.5, 1e-3])
+    match generator.randrange(5):
+        case 0:
+            right, right_value = _linear(generator, point, depth - 1)
+            return f'({left} + {right})', left_value + right_value
+        case 1:
+            right, right_value = _linear(generator, point, depth - 1)
+            return f'{left} - ({right})', left_value - right_value
+        case 2:
+            return f'{number}*({left})', number * left_value
+        case 3:
+            return f'({left})/{number}', left_value / number
+    return f'-({left}) + sin({number})', -left_value + math.sin(number)

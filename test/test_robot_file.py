@@ -1,0 +1,591 @@
+"""
+The robot-file reader: what a file says in SI units, and the exact words for each thing wrong.
+
+"""
+
+import math
+import os
+import re
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from kinematics_service.description import (
+    DhRow,
+    ElementaryMotion,
+    KnownPose,
+    RobotDescription,
+    ShapeRow,
+)
+from kinematics_service.errors import Fault, KinematicsError, RobotFileError
+from kinematics_service.robot_file import parse_robot, read_robot_file
+
+ROUND_OFF = 1e-15
+# Of processor time, so that a busy machine changes little: the worst answer takes 0.6.
+SECONDS = 2.0
+BROKEN = Path(__file__).parent / 'broken_robots'
+
+CRAIG = """\
+robot: craig_3r
+source: "001, table on page 1"
+convention: modified
+constants: {L1: 0.12, L2: 0.4, L3: 0.3}
+joints:
+  - {name: q1, type: revolute, limits: [-pi, pi], velocity: 2.0}
+  - {name: arm-1/j.2, variable: q2, type: revolute, limits: [-pi/2, inf]}
+  - {name: q3, type: revolute}
+links:
+  - {a: 0,  alpha: 0,     d: 0, theta: q1}
+  - {a: L1, alpha: -pi/2, d: 0, theta: q2}
+  - {a: L2, alpha: 0,     d: 0, theta: q3}
+  - {a: L3, alpha: 0,     d: 0, theta: 0}
+tool: {xyz: [0, 0, 0.1]}
+known_poses:
+  - {q: [0, 0, 0], xyz: [0.82, 0.1, 0], rpy: [-pi/2, 0, 0], tolerance: {rpy: 1e-3}}
+"""
+
+
+def minimal(joints: str, links: str, convention: str = 'standard', more: str = '') -> str:
+    return (
+        f'robot: minimal\nsource: a test\nconvention: {convention}\n{more}'
+        f'joints:\n{joints}\nlinks:\n{links}\n'
+    )
+
+
+def parse(text: str) -> RobotDescription:
+    return parse_robot(text, 'robot.yaml')
+
+
+def faults(text: str) -> list[str]:
+    with pytest.raises(RobotFileError) as caught:
+        parse(text)
+    return str(caught.value).splitlines()
+
+
+def test_craig_3r() -> None:
+    robot = parse(CRAIG)
+    assert (robot.name, robot.convention, robot.file) == ('craig_3r', 'modified', 'robot.yaml')
+    assert [joint.name for joint in robot.joints] == ['q1', 'arm-1/j.2', 'q3']
+    assert [joint.variable for joint in robot.joints] == ['q1', 'q2', 'q3']
+    assert (robot.joints[0].lower, robot.joints[0].upper) == (-math.pi, math.pi)
+    assert (robot.joints[1].lower, robot.joints[1].upper) == (-math.pi / 2, math.inf)
+    assert (robot.joints[2].lower, robot.joints[2].upper) == (-math.inf, math.inf)
+    assert [joint.velocity for joint in robot.joints] == [2.0, math.inf, math.inf]
+    second = robot.links[1]
+    assert isinstance(second, DhRow)
+    assert (second.a.text, second.a.affine.constant) == ('L1', 0.12)
+    assert second.alpha.affine.constant == -math.pi / 2
+    assert second.theta.affine.coefficients == (('q2', 1.0),)
+    assert (robot.base.frame, robot.tool.frame) == ('base_link', 'tool0')
+    assert robot.tool.motion.texts == ('0', '0', '0.1', '0', '0', '0')
+    assert robot.tool.motion.matrix[2, 3] == 0.1
+    (pose,) = robot.known_poses
+    assert isinstance(pose, KnownPose)
+    assert pose.q == (0.0, 0.0, 0.0)
+    assert (pose.tolerance_xyz, pose.tolerance_rpy) == (1e-6, 1e-3)
+    assert robot.remarks == ('line 13: links[3]: no joint moves this row: it is fixed',)
+
+
+def test_the_description_is_frozen_down_to_its_arrays() -> None:
+    robot = parse(CRAIG)
+    with pytest.raises(AttributeError):
+        robot.name = 'other'  # type: ignore[misc]
+    with pytest.raises(ValueError, match='read-only'):
+        robot.tool.motion.matrix[0, 0] = 2.0
+
+
+def test_the_same_text_gives_equal_descriptions() -> None:
+    assert parse(CRAIG) == parse(CRAIG)
+    assert parse(CRAIG) != parse(CRAIG.replace('0.1]', '0.2]'))
+    assert hash(parse(CRAIG).tool) == hash(parse(CRAIG).tool)
+
+
+@pytest.mark.parametrize(
+    ('angle', 'length', 'quarter', 'third', 'metre'),
+    [
+        ('rad', 'm', 'pi/2', '0.3', '1'),
+        ('deg', 'm', '90', '0.3', '1'),
+        ('rad', 'mm', 'pi/2', '300', '1000'),
+        ('deg', 'mm', '90', '300', '1000'),
+    ],
+)
+def test_units_apply_to_every_number(
+    angle: str, length: str, quarter: str, third: str, metre: str
+) -> None:
+    text = f"""\
+robot: units
+convention: standard
+units: {{angle: {angle}, length: {length}}}
+constants: {{L: {third}}}
+joints:
+  - {{name: q1, type: revolute, limits: [-{quarter}, {quarter}], velocity: 2*{quarter}}}
+  - {{name: q2, type: prismatic, limits: [0, {metre}], velocity: {third}}}
+  - {{name: q3, type: helical, limits: [-{quarter}, {quarter}]}}
+links:
+  - {{a: L, alpha: {quarter}, d: 0, theta: -2*q1 + {quarter}}}
+  - {{a: 0, alpha: "atan2(1, 0)", d: q2 + L, theta: 0}}
+  - {{a: L*sin({quarter}), alpha: 0, d: "{third}/({quarter})*q3", theta: q3}}
+base: {{xyz: [L, 0, {metre}], rpy: [0, 0, {quarter}]}}
+singularity: {{length: {third}, warn: {quarter}, stop: {quarter}/2}}
+known_poses:
+  - q: [{quarter}, {third}, {quarter}]
+    xyz: [{metre}, 0, 0]
+    rpy: [0, {quarter}, 0]
+    tolerance: {{xyz: {third}, rpy: {quarter}}}
+"""
+    robot = parse(text)
+    half_pi = math.pi / 2
+    first, second, third_row = robot.links
+    assert isinstance(first, DhRow)
+    assert isinstance(second, DhRow)
+    assert isinstance(third_row, DhRow)
+    assert robot.joints[0].upper == pytest.approx(half_pi, abs=ROUND_OFF)
+    assert robot.joints[0].velocity == pytest.approx(math.pi, abs=ROUND_OFF)
+    assert (robot.joints[1].upper, robot.joints[1].velocity) == (1.0, 0.3)
+    assert robot.joints[2].lower == pytest.approx(-half_pi, abs=ROUND_OFF)
+    assert first.a.affine.constant == 0.3
+    assert first.alpha.affine.constant == pytest.approx(half_pi, abs=ROUND_OFF)
+    assert first.theta.affine.constant == pytest.approx(half_pi, abs=ROUND_OFF)
+    assert first.theta.affine.coefficients == (('q1', -2.0),)
+    assert second.alpha.affine.constant == pytest.approx(half_pi, abs=ROUND_OFF)
+    assert second.d.affine.constant == 0.3
+    assert second.d.affine.coefficients == (('q2', 1.0),)
+    assert third_row.a.affine.constant == pytest.approx(0.3, abs=ROUND_OFF)
+    assert third_row.theta.affine.coefficients == (('q3', 1.0),)
+    ((name, pitch),) = third_row.d.affine.coefficients
+    assert (name, pitch) == ('q3', pytest.approx(0.3 / half_pi, abs=ROUND_OFF))  # m per rad
+    turned = [[0, -1, 0, 0.3], [1, 0, 0, 0], [0, 0, 1, 1], [0, 0, 0, 1]]
+    assert robot.base.motion.matrix == pytest.approx(np.array(turned), abs=ROUND_OFF)
+    assert robot.singularity.length == 0.3
+    assert robot.singularity.warn == pytest.approx(half_pi, abs=ROUND_OFF)
+    assert robot.singularity.stop == pytest.approx(half_pi / 2, abs=ROUND_OFF)
+    (pose,) = robot.known_poses
+    assert pose.q == pytest.approx((half_pi, 0.3, half_pi), abs=ROUND_OFF)
+    assert pose.motion.matrix[:3, 3].tolist() == [1.0, 0.0, 0.0]
+    assert pose.motion.matrix[2, 0] == pytest.approx(-1.0, abs=ROUND_OFF)
+    assert (pose.tolerance_xyz, pose.tolerance_rpy) == (0.3, pytest.approx(half_pi))
+
+
+def test_a_constant_keeps_the_units_of_the_file() -> None:
+    joints, links = '  - {name: q1, type: revolute}', '  - {a: L, alpha: 0, d: 0, theta: q1}'
+    more = 'units: {length: mm}\nconstants: {K: 425, L: K + 1}\n'
+    robot = parse(minimal(joints, links, more=more))
+    assert [(c.name, c.text, c.value) for c in robot.constants] == [
+        ('K', '425', 425.0),
+        ('L', 'K + 1', 426.0),
+    ]
+    row = robot.links[0]
+    assert isinstance(row, DhRow)
+    assert row.a.affine.constant == 0.426
+
+
+def test_rpy_is_yaw_times_pitch_times_roll() -> None:
+    roll, pitch, yaw = 0.3, -0.7, 1.1
+    text = CRAIG.replace('{xyz: [0, 0, 0.1]}', f'{{rpy: [{roll}, {pitch}, {yaw}]}}')
+
+    def turn(angle: float, i: int, j: int) -> np.ndarray:
+        R = np.eye(3)
+        R[i, i] = R[j, j] = math.cos(angle)
+        R[j, i], R[i, j] = math.sin(angle), -math.sin(angle)
+        return R
+
+    expected = turn(yaw, 0, 1) @ turn(pitch, 2, 0) @ turn(roll, 1, 2)
+    R = parse(text).tool.motion.matrix[:3, :3]
+    assert pytest.approx(expected, abs=ROUND_OFF) == R
+
+
+def test_elementary_motions() -> None:
+    text = minimal(
+        '  - {name: theta1, type: revolute}\n  - {name: d3, type: prismatic}',
+        '  [Rz(theta1), Tz(0.5), "Ry(atan2(1, 1))", Tx( d3 + 0.1 )]',
+        'elementary',
+    )
+    links = parse(text).links
+    assert [link.axis for link in links if isinstance(link, ElementaryMotion)] == [
+        'Rz',
+        'Tz',
+        'Ry',
+        'Tx',
+    ]
+    last = links[-1]
+    assert isinstance(last, ElementaryMotion)
+    assert (last.argument.text, last.argument.affine.constant) == ('d3 + 0.1', 0.1)
+
+
+def test_a_helical_joint_is_two_elementary_motions() -> None:
+    joints = '  - {name: q1, type: helical}'
+    links = parse(minimal(joints, '  [Rz(q1), Tz(0.01*q1)]', 'elementary')).links
+    last = links[1]
+    assert isinstance(last, ElementaryMotion)
+    assert last.argument.affine.coefficients == (('q1', 0.01),)
+
+
+def test_coupled_joints_stand_in_several_rows() -> None:
+    joints = '  - {name: q1, type: revolute}\n  - {name: q2, type: revolute}'
+    rows = (
+        '  - {a: 1, alpha: 0, d: 0, theta: q1}\n  - {a: 1, alpha: 0, d: 0, theta: pi - (q2 - q1)}'
+    )
+    row = parse(minimal(joints, rows)).links[1]
+    assert isinstance(row, DhRow)
+    assert row.theta.affine.coefficients == (('q1', 1.0), ('q2', -1.0))
+
+
+SHAPE_JOINT = '  - {name: q1, type: revolute}'
+
+
+def test_shape_rows() -> None:
+    rows = """\
+  - in: [[1, 0, 0, 0.1], [0, 0, -1, 0], [0, 1, 0, 0]]
+    joint: Rz(q1)
+  - out: {xyz: [0, 0, 0.5]}
+"""
+    robot = parse(minimal(SHAPE_JOINT, rows, 'shape'))
+    first, second = robot.links
+    assert isinstance(first, ShapeRow)
+    assert isinstance(second, ShapeRow)
+    expected = [[1, 0, 0, 0.1], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]]
+    assert first.inner.matrix.tolist() == expected
+    assert len(first.inner.texts) == 16
+    assert first.inner.texts[6] == '-1'
+    assert first.outer.matrix.tolist() == np.eye(4).tolist()
+    assert second.joint is None
+    assert second.outer.matrix[2, 3] == 0.5
+
+
+def test_a_printed_matrix_becomes_the_nearest_rotation_and_is_remarked_on() -> None:
+    c = '0.7071068'  # seven printed digits of sqrt(2)/2
+    rows = f'  - {{in: [[{c}, -{c}, 0, 0], [{c}, {c}, 0, 0], [0, 0, 1, 0]], joint: Rz(q1)}}'
+    robot = parse(minimal(SHAPE_JOINT, rows, 'shape'))
+    row = robot.links[0]
+    assert isinstance(row, ShapeRow)
+    R = row.inner.matrix[:3, :3]
+    assert pytest.approx(np.eye(3), abs=4 * ROUND_OFF) == R.T @ R
+    assert R[0, 0] == pytest.approx(math.sqrt(0.5), abs=ROUND_OFF)
+    assert len(robot.remarks) == 1
+    assert re.fullmatch(
+        r'line 7: links\[0\]\.in: is 5\.3\d*e-08 from a rotation matrix: the nearest rotation is '
+        'used instead',
+        robot.remarks[0],
+    )
+
+
+def test_an_exact_matrix_is_kept_to_the_last_bit() -> None:
+    rows = (
+        '  - in: [[sqrt(2)/2, -sqrt(2)/2, 0, 0], [sqrt(2)/2, sqrt(2)/2, 0, 0], [0, 0, 1, 0]]\n'
+        '    joint: Rz(q1)'
+    )
+    row = parse(minimal(SHAPE_JOINT, rows, 'shape')).links[0]
+    assert isinstance(row, ShapeRow)
+    assert row.inner.matrix[0, 0] == math.sqrt(2.0) / 2.0
+
+
+def test_singularity_defaults() -> None:
+    singularity = parse(CRAIG).singularity
+    assert (singularity.task, singularity.length) == (None, None)
+    assert (singularity.measure, singularity.warn, singularity.stop) == ('distance', 0.1, 0.03)
+    condition = parse(CRAIG + 'singularity: {measure: condition_number}\n').singularity
+    assert (condition.warn, condition.stop) == (17.0, 30.0)
+
+
+def test_a_task_is_a_set_in_one_order() -> None:
+    text = CRAIG + 'singularity: {task: [rz, y, x], factors: {elbow: sin(q3), tip: L1 + q2*q3}}\n'
+    singularity = parse(text).singularity
+    assert singularity.task == ('x', 'y', 'rz')
+    assert [(factor.name, factor.text) for factor in singularity.factors] == [
+        ('elbow', 'sin(q3)'),
+        ('tip', 'L1 + q2*q3'),
+    ]
+
+
+def test_numbers_are_those_of_yaml_1_2() -> None:
+    row = parse(CRAIG.replace('a: L1', 'a: 017').replace('a: L2', 'a: 1e-3')).links
+    assert isinstance(row[1], DhRow)
+    assert isinstance(row[2], DhRow)
+    assert (row[1].a.affine.constant, row[2].a.affine.constant) == (17.0, 1e-3)
+
+
+@pytest.mark.parametrize('name', ['1', 'on', 'no', 'x-1', 'arm/left.j1', 'Gelenk_ä'])
+def test_a_joint_name_is_any_text_with_a_variable(name: str) -> None:
+    robot = parse(CRAIG.replace('name: q1,', f'name: {name}, variable: q1,'))
+    assert robot.joints[0].name == name
+
+
+def test_remarks_say_what_looks_like_a_mistake() -> None:
+    text = """\
+robot: remarkable
+convention: standard
+constants: {L1: 1, L2: 2}
+joints:
+  - {name: q1, type: revolute, limits: [-180, 180], velocity: 180}
+  - {name: q2, type: prismatic, limits: [0, 500]}
+  - {name: q3, type: revolute}
+links:
+  - {a: L1, alpha: 90, d: 0, theta: q1}
+  - {a: 0, alpha: 0, d: q2, theta: 0}
+  - {a: 1, alpha: 0, d: 0, theta: 0}
+known_poses:
+  - {q: [200, 0, 0], xyz: [0, 0, 0], rpy: [0, 0, 0]}
+"""
+    assert parse(text).remarks == (
+        'line 1: source: is not given: say where the numbers come from',
+        'line 3: constants.L2: is never used',
+        'line 5: joints[0].limits: limits of 28.6479 turns: are these degrees?',
+        'line 5: joints[0].velocity: 180 per second is very fast: which unit?',
+        'line 6: joints[1].limits: a stroke to 500 m: are these millimetres?',
+        "line 7: joints[2]: 'q3' stands in no row: it moves nothing",
+        'line 9: links[0].alpha: 90 rad is more than a turn: are these degrees?',
+        'line 11: links[2]: no joint moves this row: it is fixed',
+        "line 13: known_poses[0].q[0]: 200 lies outside the limits [-180, 180] of 'q1'",
+    )
+
+
+def test_radians_in_a_file_of_degrees_are_remarked_on() -> None:
+    joints = '  - {name: q1, type: revolute, limits: [-3.14, 3.14]}'
+    rows = '  - {a: 1, alpha: 0, d: 0, theta: q1}'
+    (remark,) = parse(minimal(joints, rows, more='units: {angle: deg}\n')).remarks
+    assert remark == 'line 6: joints[0].limits: limits within 3.14 deg: are these radians?'
+
+
+def expected_faults() -> dict[str, str]:
+    sections = re.split(r'^\[(.+\.yaml)\]\n', (BROKEN / 'expected.txt').read_text(), flags=re.M)
+    return {name: text.strip() for name, text in zip(sections[1::2], sections[2::2], strict=True)}
+
+
+def test_every_broken_robot_is_expected() -> None:
+    assert sorted(expected_faults()) == sorted(path.name for path in BROKEN.glob('*.yaml'))
+
+
+@pytest.mark.parametrize('name', sorted(expected_faults()))
+def test_broken_robot(name: str) -> None:
+    path = str(BROKEN / name)
+    with pytest.raises(RobotFileError) as caught:
+        read_robot_file(path)
+    assert str(caught.value).replace(path, name) == expected_faults()[name]
+
+
+def test_all_faults_at_once_in_the_order_of_the_file() -> None:
+    text = (
+        CRAIG.replace('name: q1,', 'name: "a,b", variable: q1,')
+        .replace('alpha: -pi/2', 'alpha: p1')
+        .replace('theta: q3', 'thata: q3')
+        .replace('L2: 0.4', 'L2: 1/0')
+        .replace('robot: craig_3r', 'robot: craig 3r')
+    )
+    assert faults(text) == [
+        "robot.yaml:1: robot: 'craig 3r' is not a name of letters, digits and underscores",
+        'robot.yaml:4: constants.L2: division by zero',
+        "robot.yaml:6: joints[0].name: 'a,b' holds a comma or white space, "
+        'which no joint name may',
+        "robot.yaml:11: links[1].alpha: unknown name 'p1' (known: pi, L1, L3)",
+        "robot.yaml:12: links[2]: the key 'theta' is missing "
+        '(a row of the table needs: a, alpha, d, theta)',
+        "robot.yaml:12: links[2].thata: unknown key, did you mean 'theta'? "
+        '(accepted: a, alpha, d, theta)',
+    ]
+
+
+def test_one_wrong_definition_is_one_fault() -> None:
+    assert len(faults(CRAIG.replace('L1: 0.12', 'L1: zero'))) == 1
+    assert len(faults(CRAIG.replace('name: q3, type: revolute', 'name: q3, type: revolt'))) == 1
+    assert len(faults(CRAIG.replace('name: q3, type: revolute', 'type: revolute'))) == 1
+    assert len(faults(CRAIG.replace('variable: q2, ', ''))) == 1
+
+
+def test_a_fault_knows_its_parts() -> None:
+    with pytest.raises(RobotFileError) as caught:
+        parse(CRAIG.replace('alpha: -pi/2', 'alpha: p1'))
+    (fault,) = caught.value.faults
+    message = "unknown name 'p1' (known: pi, L1, L2, L3)"
+    assert fault == Fault('robot.yaml', 11, 'links[1].alpha', message)
+    assert str(fault) == f'robot.yaml:11: links[1].alpha: {message}'
+    assert isinstance(caught.value, KinematicsError)
+    assert isinstance(caught.value, ValueError)
+
+
+def test_a_hundred_faults_are_enough() -> None:
+    rows = '  - {a: x, alpha: 0, d: 0, theta: q1}\n' * 150
+    lines = faults(minimal('  - {name: q1, type: revolute}', rows))
+    assert len(lines) == 101
+    assert lines[-1] == 'robot.yaml: 50 more faults are not listed'
+
+
+def test_files_that_cannot_be_read(tmp_path: Path) -> None:
+    def refusal(path: str | os.PathLike[str]) -> str:
+        with pytest.raises(RobotFileError) as caught:
+            read_robot_file(path)
+        return str(caught.value)
+
+    missing = tmp_path / 'nosuch.yaml'
+    assert refusal(missing) == f'{missing}: no such file'
+    assert refusal(tmp_path) == f'{tmp_path}: is a directory: give the robot file itself'
+    assert refusal('a\0b') == 'a\0b: cannot be read: embedded null byte'
+    (tmp_path / 'large.yaml').write_text('#' * 300_000)
+    assert refusal(tmp_path / 'large.yaml').endswith('larger than 256 KiB: not a robot file')
+    (tmp_path / 'binary.yaml').write_bytes(b'\xff' * 300_000)
+    assert refusal(tmp_path / 'binary.yaml').endswith('larger than 256 KiB: not a robot file')
+    (tmp_path / 'nothing.yaml').write_bytes(b'')
+    assert refusal(tmp_path / 'nothing.yaml').endswith('nothing.yaml: the file is empty')
+
+
+def test_a_byte_order_mark_and_crlf_are_read(tmp_path: Path) -> None:
+    path = tmp_path / 'windows.yaml'
+    path.write_bytes(b'\xef\xbb\xbf' + CRAIG.replace('\n', '\r\n').encode())
+    assert read_robot_file(path).name == 'craig_3r'
+
+
+HEAD = 'robot: x\nconvention: standard\njoints: [{name: q1, type: revolute}]\nlinks: '
+BOMBS = {
+    'laughter': 'a: &a [x, x]\nb: &b [*a, *a]\nc: [*b, *b]\n',
+    'items': f'{HEAD}[{"0," * 120_000}]',
+    'opening_brackets': '[' * 200_000,
+    'dashes': '- ' * 100_000,
+    'questions': '? ' * 100_000,
+    'comments': '#\n' * 130_000,
+    'equal_keys': 'a: 1\n' * 40_000,
+    'keys': ''.join(f'a{i}: 1\n' for i in range(9_900)),
+    'one_long_text': 'a ' * 130_000,
+    'parentheses': f'{HEAD}["{"(" * 200_000}"]',
+    'open_pieces': f'{HEAD}[{"(," * 19_000}]',
+    'constants': f'{HEAD}[]\nconstants: {{{", ".join(f"c{i}: c{i + 1}" for i in range(9_000))}}}',
+    'constants_of_constants': HEAD
+    + '[]\nconstants: {c0: 1e9, '
+    + ', '.join(f'c{i}: c{i - 1}*c{i - 1}' for i in range(1, 200))
+    + '}',
+    'task': f'{HEAD}[]\nsingularity: {{task: [{"x," * 19_000}]}}',
+    'digits': f'{HEAD}[{{a: {"9" * 200_000}, alpha: 0, d: 0, theta: q1}}]',
+    'bangs': '!' * 200_000,
+    'surrogate': 'robot: "\\ud800"',
+    'surrogate_key': '"\\ud800": 1',
+    'escape': 'robot: "\\UFFFFFFFF"',
+    'lone_surrogate': 'robot: \ud800',
+    'null_byte': '\0',
+}
+
+
+@pytest.mark.parametrize('name', BOMBS)
+def test_a_bomb_is_refused_in_time(name: str) -> None:
+    start = time.thread_time()
+    with pytest.raises(RobotFileError) as caught:
+        parse(BOMBS[name])
+    assert time.thread_time() - start < SECONDS
+    assert len(str(caught.value)) < 50_000
+
+
+FRAGMENTS = st.sampled_from(
+    [
+        '{',
+        '}',
+        '[',
+        ']',
+        ':',
+        ': ',
+        ',',
+        '-',
+        '- ',
+        '(',
+        ')',
+        '"',
+        "'",
+        '\n',
+        '\n  ',
+        '#',
+        '&a',
+        '*a',
+    ]
+    + [
+        '!!x',
+        '|',
+        '>',
+        '%',
+        '@',
+        '`',
+        'inf',
+        '.nan',
+        'true',
+        'null',
+        '~',
+        'pi',
+        'q1',
+        'sin(',
+        '1e999',
+    ]
+    + [
+        '\t',
+        '\0',
+        'é',
+        '\ud800',
+        '? ',
+        '<<: ',
+        '---\n',
+        '"\\x00"',
+        '[[]]',
+        '{}',
+        'xyz: [0]',
+        'in: x',
+    ]
+)
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.text(max_size=200))
+def test_any_text_is_a_robot_or_a_robot_file_error(text: str) -> None:
+    _only_robot_file_errors(text)
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.binary(max_size=200))
+def test_any_bytes_are_a_robot_or_a_robot_file_error(content: bytes) -> None:
+    _only_robot_file_errors(content.decode('latin-1'))
+
+
+@settings(max_examples=500, deadline=None)
+@given(
+    st.sampled_from(['craig', *sorted(expected_faults())]),
+    st.lists(st.tuples(st.floats(0, 1), st.integers(0, 8), FRAGMENTS), max_size=5),
+)
+def test_any_damage_is_a_robot_or_a_robot_file_error(
+    name: str, damage: list[tuple[float, int, str]]
+) -> None:
+    text = CRAIG if name == 'craig' else (BROKEN / name).read_bytes().decode('latin-1')[:2000]
+    for position, removed, inserted in damage:
+        at = int(position * len(text))
+        text = text[:at] + inserted + text[at + removed :]
+    _only_robot_file_errors(text)
+
+
+def _only_robot_file_errors(text: str) -> None:
+    start = time.thread_time()
+    refusal = None
+    try:
+        parse(text)
+    except RobotFileError as error:
+        refusal = error
+    assert time.thread_time() - start < SECONDS
+    if refusal:
+        assert refusal.faults
+        assert len(str(refusal).splitlines()) == len(refusal.faults)
+        assert 'incomplete' not in str(refusal)
+
+
+def test_reading_imports_neither_sympy_nor_numba_nor_ros() -> None:
+    # Without the package's own __init__, which brings the kernel along.
+    import kinematics_service.robot_file as robot_file
+
+    program = f"""
+import sys, types
+package = types.ModuleType('kinematics_service')
+package.__path__ = [{os.path.dirname(robot_file.__file__)!r}]
+sys.modules['kinematics_service'] = package
+import kinematics_service.robot_file
+print(*sorted({{'sympy', 'numba', 'rclpy', 'scipy', 'matplotlib'}} & sys.modules.keys()))
+"""
+    done = subprocess.run(
+        [sys.executable, '-c', program], capture_output=True, text=True, check=True, timeout=60
+    )
+    assert done.stdout.strip() == ''
