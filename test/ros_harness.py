@@ -209,13 +209,31 @@ class Arm(Peer):
         """
         return self.listen(self.topic(name), kind, qos)
 
+    def attach(self) -> None:
+        """
+        Make the publisher that `publish` uses; it does so itself where it was not done.
+
+        """
+        self._publisher = self.speaker(self._topic)
+
+    def await_publishers(self, number: int) -> None:
+        """
+        Return when the node hears so many publishers of joint states.
+
+        That a publisher knows the node is not enough: a best-effort listener loses what was sent
+        before it knows the publisher, too.
+
+        """
+        listener = self.node._subscription
+        self.spin_until(lambda: listener.get_publisher_count() == number, f'{number} publishers')
+
     def publish(self, message: JointState) -> None:
         """
         Publish a message as it is.
 
         """
         if self._publisher is None:
-            self._publisher = self.speaker(self._topic)
+            self.attach()
         self._publisher.publish(message)
 
     def send(

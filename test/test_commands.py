@@ -311,6 +311,7 @@ def test_the_labelled_jacobian_and_twist_are_the_librarys(capsys):
          'Error: robots takes no --ros-args: it needs no ROS\n'),
         (['fk', '--q', '1'], "Error: Missing option '--robot'.\n"),
         (['nosuch'], "Error: No such command 'nosuch'.\n"),
+        (['demo', '--duration', 'nan'], '--duration'),
         (['echo', 'everything'], 'everything'),
         (['demo', '--replay', 'no_such.csv'], 'no_such.csv'),
     ],
@@ -375,13 +376,13 @@ def test_demo_and_echo_hand_on_what_they_were_told(monkeypatch, tmp_path):
     demos = stand_in(monkeypatch, 'demo', 'run_demo', 0)
     echoes = stand_in(monkeypatch, 'echo', 'run_echo', 0)
     assert main(['demo', '--ros-args', '-r', 'a:=b']) == 0
-    assert main(['demo', '--duration', '2', '--trajectory', 'smooth', '--robot', 'ur5e']) == 0
+    assert main(['demo', '--duration', '2', '--trajectory', 'sine', '--robot', 'ur5e']) == 0
     assert main(['demo', '--replay', str(recording)]) == 0
     assert main(['echo', 'warning', '--once', '--json', '--node', '/left/kinematics']) == 0
     assert [(*call[:3], call[3] and str(call[3]), call[4]) for call in demos] == [
-        ('puma560', None, 'sine', None, ['--ros-args', '-r', 'a:=b']),
-        ('ur5e', 2.0, 'smooth', None, []),
-        ('puma560', None, 'sine', str(recording), []),
+        (None, None, 'smooth', None, ['--ros-args', '-r', 'a:=b']),
+        ('ur5e', 2.0, 'sine', None, []),
+        (None, None, 'smooth', str(recording), []),
     ]
     assert echoes == [('warning', '/left/kinematics', True, True, [])]
 

@@ -46,7 +46,7 @@ app.command(short_help='Print the Jacobian and the twist of the tool.', help=jac
     jacobian.jacobian
 )
 app.command(short_help='List the bundled robots.', help=robots.HELP)(robots.robots)
-app.command(short_help='Publish joint_states of an arm in motion.', help=ros_commands.DEMO_HELP)(
+app.command(short_help='Show the node at work without a robot.', help=ros_commands.DEMO_HELP)(
     ros_commands.demo
 )
 app.command(short_help='Print what a running node says.', help=ros_commands.ECHO_HELP)(

@@ -35,15 +35,27 @@ def _scalar(value: Any, wanted: str) -> ScalarNode:
     return value
 
 
-def _word(value: Any) -> str:
+# Names are short; a source may be a whole citation, or several.
+LONGEST_NAME, LONGEST_CITATION = 256, 2000
+
+
+def _text(value: Any, longest: int) -> str:
     text = _scalar(value, 'a text').text
     if not text:
         raise _wrong('is empty: expected a text')
     if not text.isprintable():
         raise _wrong(f'expected a text without control characters, not {quoted(text)}')
-    if len(text) > 256:
-        raise _wrong(f'too long: {len(text)} characters (at most 256)')
+    if len(text) > longest:
+        raise _wrong(f'too long: {len(text)} characters (at most {longest})')
     return text
+
+
+def _word(value: Any) -> str:
+    return _text(value, LONGEST_NAME)
+
+
+def _citation(value: Any) -> str:
+    return _text(value, LONGEST_CITATION)
 
 
 def _number(value: Any) -> str:
@@ -96,6 +108,7 @@ def choice(accepted: tuple[str, ...]) -> str:
 
 
 Word = Annotated[str | None, PlainValidator(_word)]
+Citation = Annotated[str | None, PlainValidator(_citation)]
 Number = Annotated[str | None, PlainValidator(_number)]
 Numbers = Annotated[list[Number], BeforeValidator(_listed(None, 'a list of numbers'))]
 Pair = Annotated[list[Number], BeforeValidator(_listed(2, 'two numbers, [lower, upper]'))]

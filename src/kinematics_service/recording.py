@@ -144,8 +144,8 @@ class _Reader:
 
     def _accepted(self) -> str:
         return (
-            f'accepted, separated by commas: {STAMP} in seconds, {POSITION}<joint> for every joint, and '
-            f'{VELOCITY}<joint> for all of them or none; joints of {self.robot.name}: '
+            f'accepted, separated by commas: {STAMP} in seconds, {POSITION}<joint> for every '
+            f'joint, and {VELOCITY}<joint> for all of them or none; joints of {self.robot.name}: '
             f'{_listed(self.robot.joint_names)}'
         )
 

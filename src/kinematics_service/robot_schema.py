@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
-from .entries import Entry, Number, Numbers, Pair, Triple, Word, Words, one_of
+from .entries import Citation, Entry, Number, Numbers, Pair, Triple, Word, Words, one_of
 
 
 class RobotEntry(Entry):
@@ -21,7 +21,7 @@ class RobotEntry(Entry):
     required = ('robot', 'convention', 'joints', 'links')
 
     robot: Word = None
-    source: Word = None
+    source: Citation = None
     convention: Annotated[str | None, one_of('standard', 'modified', 'elementary', 'shape')] = None
     units: Any = None
     constants: Any = None

@@ -181,13 +181,14 @@ def find_task(
     column_scales = np.array([length if slides else 1.0 for slides in prismatic])
     # Scaled as the kernel scales it, so that ranks do not depend on the size of the arm.
     J_t = J[:, indices] * row_scales[:, None] * column_scales
+    generic_rank = _rank(J_t)
     return Task(
         rows=rows,
         length=length,
-        generic_rank=_rank(J_t),
+        generic_rank=generic_rank,
         dependent_joints=_dependent_joints(J_t, joint_names),
         reach=float(np.max(distances)),
-        integers=_packed_integers(indices, _rank(J_t), n),
+        integers=_packed_integers(indices, generic_rank, n),
         numbers=_packed_numbers(frame_0, row_scales, column_scales),
     )
 

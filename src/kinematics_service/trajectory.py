@@ -93,7 +93,8 @@ def smooth_trajectory(robot: Robot) -> Trajectory:
     inside = _inside(robot)
     s, d = _clearest_way(robot, singular_poses(robot, inside), inside)
     if not np.any(d):
-        s, d = _clearest_way(robot, seeded_poses(inside, _sliding(robot).tolist())[:STARTS], inside)
+        anywhere = seeded_poses(inside, _sliding(robot).tolist())[:STARTS]
+        s, d = _clearest_way(robot, anywhere, inside)
     speeds = _speeds(robot, SPEED_SHARE, FREE_TURNING, FREE_SLIDING)
     fastest = float(np.max(np.abs(d) * STEEPEST / speeds))
     period = max(SHORTEST_PERIOD, 2.0 * math.pi * fastest)
@@ -120,7 +121,7 @@ def sine_trajectory(robot: Robot) -> Trajectory:
     low, high = inside[:, 0], inside[:, 1]
     amplitude = np.minimum(1.0, 0.5 * (high - low))
     w = np.arange(1.0, n + 1.0)
-    # A limited joint below twice its share of the limit, an unlimited one as fast as the document's.
+    # Limited joints at their share of the limit, the others as fast as the document's.
     speeds = _speeds(robot, SPEED_SHARE, math.inf, math.inf)
     clock = min(1.0, float(np.min(speeds / (amplitude * w))))
     return Trajectory(

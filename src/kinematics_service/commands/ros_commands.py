@@ -3,13 +3,14 @@ The commands that need ROS: the node itself, `demo` and `echo`.
 
 """
 
+import math
 from enum import Enum
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from .options import RobotOption, refuse_unknown_robot
+from .options import WrongUsage, refuse_unknown_robot
 
 WITHOUT_ROS = (
     'this needs ROS 2 and its rclpy, which cannot be imported here ({reason}): pip install '
@@ -17,13 +18,17 @@ WITHOUT_ROS = (
 )
 
 DEMO_HELP = """
-Move an arm that is not there: publish joint_states for the node to answer.
+Show the node at work without a robot: an arm that is not there moves, and what the node says of
+it is printed. All of it stays on this computer, in the namespace /demo.
 
 \b
-Examples, each in a terminal beside a running node:
-  kinematics_service demo --robot puma560
-  kinematics_service demo --robot ur5e --duration 10 --trajectory smooth
+Examples:
+  kinematics_service demo
+  kinematics_service demo --robot ur5e --duration 10 --trajectory sine
   kinematics_service demo --robot ur5e --replay recorded.csv
+
+A recording has a line for each moment and these columns, in s, rad and m: stamp, position.JOINT
+for each joint of the robot, and, if known, velocity.JOINT.
 """
 
 ECHO_HELP = """
@@ -96,7 +101,14 @@ def node(
 
 def demo(
     context: typer.Context,
-    robot: RobotOption = 'puma560',
+    robot: Annotated[
+        str | None,
+        typer.Option(
+            metavar='FILE|NAME',
+            help='A robot file, or a bundled robot.',
+            show_default='puma560',
+        ),
+    ] = None,
     duration: Annotated[
         float | None,
         typer.Option(
@@ -105,8 +117,10 @@ def demo(
     ] = None,
     trajectory: Annotated[
         Trajectory,
-        typer.Option(help='Sines within the limits, or smooth moves between random poses.'),
-    ] = Trajectory.sine,
+        typer.Option(
+            help='smooth: to and fro through a singular pose; sine: sines within the limits.'
+        ),
+    ] = Trajectory.smooth,
     replay: Annotated[
         Path | None,
         typer.Option(
@@ -121,7 +135,10 @@ def demo(
     Run the command; `DEMO_HELP` is what its user reads.
 
     """
-    refuse_unknown_robot(robot)
+    if robot is not None:
+        refuse_unknown_robot(robot)
+    if duration is not None and not math.isfinite(duration):
+        raise WrongUsage(f'--duration: {duration} is not a time')
     try:
         from ..ros.demo import run_demo
     except ImportError as error:

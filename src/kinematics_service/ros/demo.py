@@ -8,12 +8,10 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
 from rclpy.clock import Clock, ClockType
-from rclpy.context import Context
 from rclpy.node import Node
-from rich.console import Console
+from rich.console import Console, Group
 from rich.live import Live
 
 from ..errors import KinematicsError
@@ -45,8 +43,9 @@ LEADS_ELSEWHERE = ('ROS_STATIC_PEERS', 'ROS_DISCOVERY_SERVER')
 
 # The live table is drawn anew after so many seconds, the plain line is written after so many.
 REDRAW, SECOND = 0.1, 1.0
-# Waiting at most so long for the parts to find each other, and for the last answers, in s.
-MEETING, FAREWELL = 5.0, 1.0
+# Waiting at most so long for the parts to find each other, and for the last answers (after a
+# signal too), in s.
+MEETING, FAREWELL = 5.0, 0.4
 
 
 def run_demo(
@@ -126,7 +125,8 @@ def _moments(
         words = f'{robot.name} replays {rows} joint states of {seconds:.1f} s from {replay}'
         return moments_of_recording(recording), words
     path = TRAJECTORIES[trajectory](robot)
-    words = f'{robot.name} moves in sines' if trajectory == 'sine' else motion_in_words(robot, path)
+    smooth = trajectory == 'smooth'
+    words = motion_in_words(robot, path) if smooth else f'{robot.name} moves in sines'
     return moments_of_trajectory(path, time.time_ns()), words
 
 
@@ -166,7 +166,12 @@ def _play(
         arm.start()
         fine = fine and turn(lambda: arm.finished, duration)
         arm.stop()
-        fine = fine and turn(lambda: listener.jacobian.count >= arm.sent, FAREWELL)
+        farewell = time.monotonic() + FAREWELL
+        fine = fine and spin(
+            executor,
+            node,
+            lambda: listener.answered >= arm.sent or time.monotonic() >= farewell,
+        )
     output.line(*summary(listener, arm.sent))
     for ended in (display, arm_node, node):
         executor.remove_node(ended)
@@ -198,9 +203,16 @@ def _report(display: Node, listener: Listener, output: StandardOutput) -> Iterat
         return
     console = Console(markup=False, highlight=False, emoji=False)
 
-    def drawn() -> Any:
+    def drawn() -> Group:
         return screen(listener, console.width, output.shows_blocks)
 
-    with Live(drawn(), console=console, screen=True, auto_refresh=False) as live:
+    with Live(
+        drawn(),
+        console=console,
+        screen=True,
+        auto_refresh=False,
+        redirect_stdout=False,
+        redirect_stderr=False,
+    ) as live:
         display.create_timer(REDRAW, lambda: live.update(drawn(), refresh=True), clock=steady)
         yield

@@ -31,7 +31,7 @@ def motion_in_words(robot: Robot, trajectory: Trajectory) -> str:
         return f'{robot.name} moves; inside its limits no singular pose with room around was found'
     joints = ' '.join(number(position, 3) for position in trajectory.centre)
     return (
-        f'{robot.name} moves through the singular pose {joints}, '
+        f'{robot.name} moves through the singular pose q = {joints} '
         f'once in {trajectory.period / 2.0:.0f} s'
     )
 
@@ -123,7 +123,7 @@ def summary(listener: Listener, sent: int) -> list[str]:
             f'{nearest.distance:.4f} rad ({math.degrees(nearest.distance):.1f} deg){where}'
         )
     if listener.levels:
-        shown = ' '.join(listener.levels[:LEVELS])
+        shown = ' > '.join(listener.levels[:LEVELS])
         more = len(listener.levels) - LEVELS
         lines.append(f'levels: {shown}' + (f' and {more} more' if more > 0 else ''))
     return lines

@@ -13,13 +13,14 @@ from rich.text import Text
 from ..commands.printing import plain
 from ..kernel import Floats
 from ..measures import Level
-from .listener import MEASURES, Listener
+from .listener import INTERVAL, MEASURES, Listener
 from .live_table import STYLES, bars, coloured, matrix_lines, number
 from .readings import LayoutError, Warned, matrix_of, pose_of, velocity_of
 
 # A sentence has so many lines, so that nothing below it jumps.
-SENTENCE_LINES = 3
-LABEL = 16
+SENTENCE_LINES = 2
+LABEL = 18
+LEFT_COLUMN = 22
 NARROW = 8
 # A bar of full height is this distance, in rad.
 FULL = 0.5
@@ -52,7 +53,8 @@ def screen(listener: Listener, width: int, blocks: bool) -> Group:
     ]
     if blocks:
         shown = list(listener.history)[-(width - LABEL) :]
-        lines.append(_labelled('last distances', bars(shown, FULL)))
+        label = f'distance, {len(shown) * INTERVAL:.0f} s'
+        lines.append(_labelled(label, bars(shown, FULL)))
     lines.append(
         Text(f'elsewhere: python -m kinematics_service echo jacobian --node {listener.source}')
     )
@@ -76,9 +78,10 @@ def _warning(warned: Warned | None, width: int) -> list[Text]:
     if warned is None:
         return [Text('waiting for the node'), *[Text()] * (SENTENCE_LINES - 1)]
     sentence = plain(warned.sentence)
-    if warned.level == Level.OK.name:
-        # Said when the level became OK: the numbers in it are those of that moment.
-        sentence = sentence.partition(':')[0]
+    if warned.level != Level.STALE.name:
+        # The numbers in it are those of the moment it was said; those of now stand below.
+        head, _, tail = sentence.partition(': ')
+        sentence = '; '.join(part for part in (head, tail.partition('; ')[2]) if part)
     indent = ' ' * 7
     lines = textwrap.wrap(
         warned.level.ljust(len(indent)) + sentence,
@@ -96,11 +99,14 @@ def _motion(listener: Listener) -> list[Text]:
     if listener.pose.message is not None:
         heard = pose_of(listener.pose.message)
         degrees = [math.degrees(angle) for angle in heard.roll_pitch_yaw]
-        pose = f'{_narrow(heard.position)} m    rpy{_narrow(degrees, 1)} deg'
+        pose = f'{_narrow(heard.position)} m    rpy {_narrow(degrees, 1)} deg'
     if listener.twist.message is not None:
         velocity = velocity_of(listener.twist.message)
-        twist = f'{_narrow(velocity.linear)} m/s  ang{_narrow(velocity.angular)} rad/s'
-    return [_labelled('tool  x y z', pose), _labelled('twist x y z', twist)]
+        twist = f'{_narrow(velocity.linear)} m/s  ang {_narrow(velocity.angular)} rad/s'
+    return [
+        Text.assemble(('tool  x y z ', 'bold'), pose),
+        Text.assemble(('twist x y z ', 'bold'), twist),
+    ]
 
 
 def _narrow(values: Sequence[float] | Floats, decimals: int = 4) -> str:
@@ -114,18 +120,20 @@ def _jacobian(listener: Listener, width: int) -> list[Text]:
         lines = matrix_lines(matrix_of(listener.jacobian.message), width)
     except LayoutError as error:
         return [_labelled('Jacobian', str(error))]
-    # The label stands in the corner above the row labels if the first name leaves room for it.
     return [Text(line) for line in lines]
 
 
 def _measures(listener: Listener) -> list[Text]:
     value = {name: listener.measure(name) for name in MEASURES}
-    distance = value['distance']
+    distance = listener.measure('distance')
     warned = listener.warned
     level = warned.level if warned else ''
     near = {}
     if warned is not None and level in (Level.WARN.name, Level.ERROR.name):
         near = warned.values
+    always = []
+    if warned is not None and 'structural' in warned.values:
+        always = [_labelled('always', plain(warned.values['structural']))]
     shown = NOTHING
     if distance is not None:
         shown = f'{distance:.4f} rad = {math.degrees(distance):.1f} deg'
@@ -136,13 +144,14 @@ def _measures(listener: Listener) -> list[Text]:
     return [
         _labelled('distance', shown, STYLES.get(level, '')),
         *(
-            _labelled(left, _measure(value[first]).ljust(24)).append_text(
+            _labelled(left, _measure(value[first]).ljust(LEFT_COLUMN)).append_text(
                 _labelled(right, _measure(value[second]))
             )
             for left, first, right, second in pairs
         ),
+        *always,
         _labelled('lost direction', plain(near.get('lost_direction_in_words', NOTHING))),
-        _labelled('joints in strife', plain(near.get('joints_against_each_other', NOTHING))),
+        _labelled('joints opposed', plain(near.get('joints_against_each_other', NOTHING))),
     ]
 
 

@@ -137,7 +137,7 @@ def _verdict(state: InputState) -> tuple[Level, str]:
         return (
             Level.WARN,
             f'publishers disagree about {", ".join(state.disputed)}: '
-            f'{" and ".join(state.publishers)}',
+            f'{" and ".join(dict.fromkeys(state.publishers))}',
         )
     if state.beyond:
         return Level.WARN, f'beyond the limits: {", ".join(state.beyond)}'

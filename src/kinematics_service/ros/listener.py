@@ -19,13 +19,8 @@ from .heard import Heard
 from .readings import Pose, Warned, pose_of, warned_of
 from .topics import OUTPUT_QOS, WARNING, WARNING_QOS
 
-MEASURES = (
-    'distance',
-    'determinant',
-    'manipulability',
-    'condition_number',
-    'smallest_singular_value',
-)
+DISTANCE = 'singularity/distance'
+MEASURES = ('determinant', 'manipulability', 'condition_number', 'smallest_singular_value')
 # The history has an entry for so many seconds, and so many entries.
 INTERVAL = 0.25
 LONGEST_HISTORY = 400
@@ -82,12 +77,8 @@ class Listener:
         self.pose = hear('pose', PoseStamped)
         self.jacobian = hear('jacobian', Float64MultiArray)
         self.twist = hear('twist', TwistStamped)
-        self.measures = {
-            name: hear(
-                f'singularity/{name}', Float64, self._note if name == 'distance' else None
-            )
-            for name in MEASURES
-        }
+        self.measures = {name: hear(f'singularity/{name}', Float64) for name in MEASURES}
+        self.distance = hear(DISTANCE, Float64, self._note)
         warning = WARNING.replace('~', source)
         self.warning = Heard(node, warning, DiagnosticStatus, WARNING_QOS, self._warn)
 
@@ -96,7 +87,14 @@ class Listener:
         Return whether the node's publishers have found all that is listened to.
 
         """
-        ours = [self.pose, self.jacobian, self.twist, *self.measures.values(), self.warning]
+        ours = [
+            self.pose,
+            self.jacobian,
+            self.twist,
+            self.distance,
+            self.warning,
+            *self.measures.values(),
+        ]
         topics = {heard.topic for heard in ours}
         found = {p.topic_name for p in node.publishers if p.get_subscription_count() > 0}
         return topics <= found
@@ -116,12 +114,20 @@ class Listener:
         """
         return time.monotonic() - self.started
 
+    @property
+    def answered(self) -> int:
+        """
+        Return how many messages were answered to the end: the distance is published last.
+
+        """
+        return self.distance.count
+
     def measure(self, name: str) -> float | None:
         """
         Return the last value of a measure, None where none came.
 
         """
-        message = self.measures[name].message
+        message = (self.distance if name == 'distance' else self.measures[name]).message
         return None if message is None else float(message.data)
 
     def _note(self, message: bytes) -> None:

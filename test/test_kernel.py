@@ -1,0 +1,347 @@
+"""
+The compiled functions on their own: sine and cosine, singular values, determinant, quaternions.
+
+"""
+
+import logging
+import math
+import os
+import shutil
+import subprocess
+import sys
+from fractions import Fraction
+from pathlib import Path
+
+import mpmath
+import numpy as np
+import pytest
+from arms import robot_of
+from tolerances import ROUND_OFF
+
+import kinematics_service as ks
+from kinematics_service import kernel
+
+PACKAGE = Path(ks.__file__).parent
+TESTS = Path(__file__).parent
+COMPILED = os.environ.get('NUMBA_DISABLE_JIT', '0') == '0'
+compiled_only = pytest.mark.skipif(not COMPILED, reason='about the compiled kernel')
+
+# Errors of sine and cosine, in units in the last place; fdlibm promises less than one.
+LAST_PLACES = 2.0
+
+
+def angles():
+    # Every magnitude, multiples of a quarter turn and their neighbours, and beyond the reduction.
+    random = np.random.default_rng(0)
+    magnitudes = 10.0 ** random.uniform(-300, 5, 2000) * random.choice([-1, 1], 2000)
+    ordinary = random.uniform(-1000, 1000, 2000)
+    quarters = random.integers(-63661, 63661, 1000) * (math.pi / 2)
+    eighths = (random.integers(-31830, 31830, 500) + 0.5) * (math.pi / 2)  # where quarters change
+    close = np.concatenate([quarters, eighths, [kernel.LARGEST_REDUCED]])
+    neighbours = [np.nextafter(close, sign * np.inf) for sign in (1, -1)]
+    huge = 10.0 ** random.uniform(5, 22, 500) * random.choice([-1, 1], 500)
+    few = [0.0, -0.0, 5e-324, 1e-310, math.pi, -math.pi, 2 * math.pi, 1e300, 1.7e308]
+    return np.concatenate([magnitudes, ordinary, close, *neighbours, huge, few])
+
+
+def test_sine_and_cosine_to_two_units_in_the_last_place():
+    worst = 0.0
+    with mpmath.workdps(50):
+        for x in angles().tolist():
+            # mpmath reduces with the digits a huge angle needs by itself.
+            for found, exact in zip(kernel._sincos(x), (mpmath.sin(x), mpmath.cos(x))):
+                place = math.ulp(float(exact))
+                worst = max(worst, float(abs(mpmath.mpf(found) - exact)) / place)
+    assert worst <= LAST_PLACES
+
+
+def test_sine_and_cosine_lie_on_the_circle():
+    s, c = np.array([kernel._sincos(x) for x in angles().tolist()]).T
+    np.testing.assert_allclose(s * s + c * c, 1.0, rtol=0, atol=4 * np.finfo(float).eps)
+
+
+def decomposed(A):
+    # Rows of A as the kernel takes them: singular values, directions of the rows, turns.
+    count, length = A.shape
+    rows, turns, sigma = A.copy(), np.eye(count), np.empty(count)
+    kernel._orthogonalise(rows, turns, count, length)
+    kernel._sort_by_norm(rows, turns, sigma, count, length)
+    kernel._unit_rows(rows, sigma, count, length)
+    return sigma, rows, turns
+
+
+SHAPES = [(k, length) for k in range(1, 7) for length in (k, k + 1, 12) if length >= k]
+
+
+@pytest.mark.parametrize(('count', 'length'), SHAPES)
+def test_singular_values_are_those_of_numpy(count, length):
+    random = np.random.default_rng(count * 100 + length)
+    for _ in range(20):
+        A = random.normal(size=(count, length)) * 10.0 ** random.uniform(-3, 3)
+        sigma, rows, turns = decomposed(A)
+        expected = np.linalg.svd(A, compute_uv=False)
+        np.testing.assert_allclose(sigma, expected, rtol=0, atol=1e-13 * expected[0])
+        # turns @ A = diag(sigma) rows, with orthonormal rows and orthogonal turns.
+        np.testing.assert_allclose(
+            turns.T @ np.diag(sigma) @ rows, A, rtol=0, atol=1e-14 * expected[0] * length
+        )
+        np.testing.assert_allclose(rows @ rows.T, np.eye(count), rtol=0, atol=ROUND_OFF)
+        np.testing.assert_allclose(turns @ turns.T, np.eye(count), rtol=0, atol=ROUND_OFF)
+
+
+def test_small_singular_values_of_graded_matrices_keep_their_digits():
+    # Rows of lengths 1 to 1e-15: numpy keeps the largest's round-off, one-sided Jacobi each own.
+    random = np.random.default_rng(1)
+    for _ in range(10):
+        A = 10.0 ** -np.arange(0.0, 18.0, 3.0)[:, None] * random.normal(size=(6, 6))
+        with mpmath.workdps(60):
+            exact = mpmath.svd_r(mpmath.matrix(A.tolist()), compute_uv=False)
+        sigma = decomposed(A)[0]
+        np.testing.assert_allclose(sigma, [float(value) for value in exact], rtol=1e-12)
+
+
+@pytest.mark.parametrize('rank', range(6))
+@pytest.mark.parametrize('length', [6, 9])
+def test_directions_are_orthonormal_at_rank_loss(rank, length):
+    random = np.random.default_rng(rank)
+    for trial in range(10):
+        A = random.normal(size=(6, rank)) @ random.normal(size=(rank, length))
+        if trial % 2:  # exactly, not to round-off
+            A = np.zeros((6, length))
+            A[:rank, :rank] = np.diag(random.uniform(1, 2, rank))
+        sigma, rows, turns = decomposed(A)
+        assert np.all(sigma[rank:] <= kernel.RANK_TOLERANCE * sigma[0])
+        np.testing.assert_allclose(rows @ rows.T, np.eye(6), rtol=0, atol=ROUND_OFF)
+        np.testing.assert_allclose(turns @ turns.T, np.eye(6), rtol=0, atol=ROUND_OFF)
+
+
+def test_equal_and_parallel_rows_are_decomposed_too():
+    for A in (np.eye(6), np.ones((4, 4)), np.full((2, 5), 1e-30), np.diag([1.0, 1.0, 1e-9])):
+        sigma, rows, turns = decomposed(A)
+        np.testing.assert_allclose(
+            sigma, np.linalg.svd(A, compute_uv=False), rtol=0, atol=1e-14 * max(sigma)
+        )
+        np.testing.assert_allclose(rows @ rows.T, np.eye(len(A)), rtol=0, atol=ROUND_OFF)
+
+
+@pytest.mark.parametrize('size', range(1, 7))
+def test_determinant(size):
+    random = np.random.default_rng(size)
+    for _ in range(20):
+        A = random.normal(size=(size, size))
+        assert kernel._determinant(A.copy(), size) == pytest.approx(np.linalg.det(A), rel=1e-12)
+        whole = random.integers(-5, 6, (size, size))
+        exact = exact_determinant(whole.tolist())
+        found = kernel._determinant(whole.astype(float), size)
+        assert found == pytest.approx(float(exact), rel=1e-13, abs=1e-11)
+
+
+def exact_determinant(rows):
+    if not rows:
+        return Fraction(1)
+    total = Fraction(0)
+    for k, first in enumerate(rows[0]):
+        minor = [row[:k] + row[k + 1 :] for row in rows[1:]]
+        total += (-1) ** k * first * exact_determinant(minor)
+    return total
+
+
+def test_determinant_of_exactly_dependent_rows_is_zero():
+    A = np.arange(9.0).reshape(3, 3)
+    A[2] = 0.0
+    assert kernel._determinant(A, 3) == 0.0
+    assert kernel._determinant(np.zeros((1, 1)), 1) == 0.0
+
+
+def rotations(axes, angles):
+    # Rodrigues: R = I + sin(angle) K + (1 - cos(angle)) K^2.
+    K = np.zeros((len(axes), 3, 3))
+    for k, (x, y, z) in enumerate(axes):
+        K[k] = [[0, -z, y], [z, 0, -x], [-y, x, 0]]
+    s, c = np.sin(angles)[:, None, None], np.cos(angles)[:, None, None]
+    return np.eye(3) + s * K + (1 - c) * (K @ K)
+
+
+def test_quaternions_are_axis_and_half_angle():
+    random = np.random.default_rng(2)
+    axes = random.normal(size=(3000, 3))
+    axes[:30] = np.repeat(np.eye(3), 10, axis=0)
+    axes[30:60] = np.repeat([[1, 1, 0], [0, 1, 1], [1, 1, 1]], 10, axis=0)
+    axes /= np.linalg.norm(axes, axis=1, keepdims=True)
+    angle = random.uniform(-math.pi, math.pi, 3000)
+    # Where the textbook formula by the trace loses its digits: half a turn, and none.
+    angle[:1500:3] = math.pi - 10.0 ** random.uniform(-12, -1, 500)
+    angle[1:1500:3] = 10.0 ** random.uniform(-12, -1, 500)
+    poses = np.zeros((3000, 4, 4))
+    poses[:, :3, :3] = rotations(axes, angle)
+    poses[:, 3, 3] = 1.0
+    found = np.empty((3000, 4))
+    kernel.quaternions(poses, found)
+    expected = np.concatenate([axes * np.sin(angle / 2)[:, None], np.cos(angle / 2)[:, None]], 1)
+    np.testing.assert_allclose(np.linalg.norm(found, axis=1), 1.0, rtol=0, atol=1e-15)
+    assert np.all(found[:, 3] >= 0.0)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-14)
+
+
+def test_quaternion_of_half_turns_and_identity():
+    poses = np.array([np.eye(4), np.diag([1.0, -1, -1, 1]), np.diag([-1.0, 1, -1, 1])])
+    found = np.empty((3, 4))
+    kernel.quaternions(poses, found)
+    assert np.array_equal(found, [[0, 0, 0, 1], [1, 0, 0, 0], [0, 1, 0, 0]])
+
+
+@pytest.mark.parametrize('name', ['panda', 'craig_3r', 'offset_stanford_shape'])
+def test_the_pose_and_its_quaternion_are_one_rotation(name):
+    robot = robot_of(name)
+    q = np.random.default_rng(3).uniform(-math.pi, math.pi, (200, robot.dof))
+    state = ks.evaluate(robot, q)
+    x, y, z, w = state.quaternion_xyzw.T
+    R = np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+    np.testing.assert_allclose(
+        np.moveaxis(R, -1, 0), state.pose[:, :3, :3], rtol=0, atol=ROUND_OFF
+    )
+
+
+@compiled_only
+def test_no_way_of_handing_over_positions_compiles_the_kernel_again():
+    # A second signature is seconds of compiling in the middle of a run.
+    robot = robot_of('panda')
+    q = np.full(7, 0.3)
+    ks.singularity(robot, q, q)
+    ks.singularity(robot, q[None], q[None])
+    functions = (kernel.evaluate, kernel.evaluate_one, kernel.measure)
+    before = [len(function.signatures) for function in functions]
+    still = q.copy()
+    still.setflags(write=False)
+    forms = (
+        q.tolist(),
+        tuple(q),
+        still,
+        q.astype(np.float32),
+        q.astype('>f8'),
+        np.arange(7),
+        np.zeros((5, 7), order='F'),
+        np.zeros((7, 5)).T,
+        np.zeros((10, 7))[::2],
+        np.zeros((5, 14))[:, ::2],
+        np.broadcast_to(q, (5, 7)),
+        np.zeros((2, 3, 7)),
+        np.zeros((0, 7)),
+        np.zeros(8, dtype='f8')[1:],
+        np.frombuffer(b'\0' + q.tobytes(), dtype='f8', offset=1),
+    )
+    for form in forms:
+        ks.link_frames(robot, form)
+        ks.singularity(robot, form)
+        ks.singularity(robot, form, q)
+        ks.singularity(robot, q, form)
+    assert [len(function.signatures) for function in functions] == before
+
+
+@compiled_only
+def test_nothing_grows_over_a_hundred_thousand_calls():
+    robot = robot_of('ur3e')
+    q = np.random.default_rng(4).uniform(-math.pi, math.pi, (100, 6))
+
+    def call(times):
+        for k in range(times):
+            state = ks.evaluate(robot, q[k % 100], q[k % 100])
+            ks.singularity(robot, q[k % 100])
+            del state
+
+    def resident_kib():
+        pages = int(Path('/proc/self/statm').read_text().split()[1])
+        return pages * os.sysconf('SC_PAGE_SIZE') / 1024
+
+    if not Path('/proc/self/statm').exists():
+        pytest.skip('reads the resident memory from /proc')
+    call(5_000)
+    before = resident_kib()
+    call(100_000)
+    # One leaked row of results a call would be 40 MiB.
+    assert resident_kib() - before < 2048
+
+
+def run_python(arguments, environment, cwd=None):
+    return subprocess.run(
+        [sys.executable, *arguments],
+        env=environment,
+        cwd=cwd,
+        capture_output=True,
+        text=True,
+        timeout=200,
+    )
+
+
+@compiled_only
+def test_the_same_source_passes_as_plain_python():
+    systems = 's001 or s002 or s003c or s000b or craig'
+    result = run_python(
+        [
+            *('-m', 'pytest', '-q', '-x', '-p', 'no:cacheprovider'),
+            str(TESTS / 'test_kernel.py'),
+            str(TESTS / 'test_golden.py'),
+            *('-k', f'test_kernel or (test_pose_jacobian_and_twist and ({systems}))'),
+        ],
+        {**os.environ, 'NUMBA_DISABLE_JIT': '1'},
+        cwd=TESTS.parent,
+    )
+    assert result.returncode == 0, result.stdout + result.stderr
+    assert ' passed' in result.stdout
+
+
+NOWHERE_TO_WRITE = """
+import logging
+logging.basicConfig(format='%(levelname)s %(name)s %(message)s')
+import kinematics_service as ks
+from kinematics_service import kernel
+assert __import__('os').path.samefile(ks.__path__[0], PATH), ks.__path__
+T = ks.forward_kinematics(ks.load_robot('planar_2r'), [0.0, 0.0])
+assert T[0, 3] == 2.0
+assert len(kernel._uncached) > 10
+"""
+
+
+@compiled_only
+def test_without_a_place_for_the_cache_it_runs_and_says_so_once(tmp_path):
+    # A copy of the package whose __pycache__ is a file, and a home that is one: nothing can be
+    # written there, not even by root.
+    copy = tmp_path / 'kinematics_service'
+    shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns('__pycache__', '*.nb?'))
+    shutil.copytree(ks.bundled_robots()['planar_2r'].parent, copy / 'config')
+    (copy / '__pycache__').write_text('')
+    nowhere = tmp_path / 'file'
+    nowhere.write_text('')
+    environment = {
+        key: value
+        for key, value in os.environ.items()
+        if not key.startswith(('NUMBA_', 'XDG_', 'IPYTHON'))
+    }
+    environment |= {
+        'HOME': str(nowhere / 'home'),
+        'PYTHONPATH': str(tmp_path),
+        'PYTHONDONTWRITEBYTECODE': '1',
+    }
+    code = NOWHERE_TO_WRITE.replace('PATH', repr(str(copy)))
+    result = run_python(['-c', code], environment, cwd=tmp_path)
+    assert result.returncode == 0, result.stderr
+    lines = result.stderr.splitlines()
+    assert len(lines) == 1, result.stderr
+    assert lines[0].startswith('WARNING kinematics_service.kernel no writable place for the comp')
+    assert 'set NUMBA_CACHE_DIR to a writable directory' in lines[0]
+
+
+def test_a_kernel_that_cannot_be_cached_for_another_reason_is_not_hidden(monkeypatch, caplog):
+    def njit(**options):
+        raise ValueError('something else')
+
+    monkeypatch.setattr(kernel.numba, 'njit', njit)
+    with pytest.raises(ValueError, match='something else'), caplog.at_level(logging.WARNING):
+        kernel.compiled(lambda: None)
+    assert not caplog.records

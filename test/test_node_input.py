@@ -1,0 +1,510 @@
+"""
+What the node answers to what it hears: the input table, a test or more for each row.
+
+"""
+
+import math
+
+import numpy as np
+import pytest
+
+pytest.importorskip('rclpy', reason='needs ROS 2')
+
+from diagnostic_msgs.msg import DiagnosticStatus
+from geometry_msgs.msg import TwistStamped
+from rclpy.serialization import serialize_message
+from ros_harness import (
+    BEST_EFFORT,
+    LATCHED,
+    RELIABLE,
+    SECOND,
+    START,
+    STEP,
+    joint_state,
+    level_of,
+    nanoseconds,
+    values_of,
+)
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import JointState
+
+import kinematics_service as ks
+
+ROUND_OFF = 1e-12
+Q = (0.3, -0.4, 1.2)
+NAMES = ['q1', 'q2', 'q3']
+OK, WARN, ERROR, STALE = range(4)
+SHORT = ['-p', 'joint_state_timeout:=0.2']
+
+
+def position(q):
+    return ks.forward_kinematics(ks.load_robot('craig_3r'), q)[:3, 3]
+
+
+def expect(pose, q):
+    p = pose.pose.position
+    np.testing.assert_allclose([p.x, p.y, p.z], position(q), atol=ROUND_OFF)
+
+
+# Names
+
+
+def test_names_may_come_in_any_order_with_others_between(arm):
+    one = arm()
+    poses = one.poses
+    names = ['wheel', 'q3', 'q1', 'finger', 'q2']
+    one.publish(joint_state(names, (9.0, Q[2], Q[0], math.nan, Q[1]), (), START))
+    one.spin_until(lambda: poses, 'pose')
+    expect(poses[0], Q)
+
+
+def test_a_message_with_none_of_our_names_is_counted_without_a_warning(arm):
+    one = arm()
+    one.answer(Q)
+    one.publish(joint_state(['a', 'b'], (1.0,), (), START + 2 * STEP))
+    one.publish(joint_state([], (), (), START + 2 * STEP))
+    one.answer(Q, stamp=START + 3 * STEP)
+    status = one.diagnose()
+    assert level_of(status) == OK
+    assert values_of(status)['ignored: none of our joints'] == '2'
+    assert one.stamps() == [START + STEP, START + 3 * STEP]
+
+
+def test_a_hundred_thousand_names_are_read(arm):
+    one = arm()
+    names = [f'joint_{k}' for k in range(100_000)]
+    poses = one.poses
+    one.publish(joint_state([*names, *NAMES], [0.0] * 100_000 + list(Q), (), START + 1))
+    one.spin_until(lambda: poses, 'pose')
+    expect(poses[0], Q)
+    one.publish(joint_state(names, [0.0] * 100_000, (), START + 2))
+    expect(one.answer(Q), Q)
+
+
+def test_names_that_are_no_utf_8_do_no_harm(arm):
+    one = arm()
+    poses = one.poses
+    message = joint_state(['XXXX', *NAMES], (9.0, *Q), (), START)
+    raw = serialize_message(message)
+    assert raw.count(b'XXXX') == 1
+    publisher = one.speaker('/joint_states')
+    publisher.publish(raw.replace(b'XXXX', b'\xff\xfe\x80\xc3'))
+    one.spin_until(lambda: poses, 'pose')
+    expect(poses[0], Q)
+
+
+def test_bytes_that_are_no_message_do_no_harm(arm):
+    one = arm()
+    publisher = one.speaker('/joint_states')
+    raw = serialize_message(joint_state(NAMES, Q, (), START))
+    for broken in (raw[:20], raw[:-9], b'\x00\x01\x00\x00' + b'\xff' * 60, b'\x00\x01\x00\x00'):
+        publisher.publish(broken)
+    expect(one.answer(Q), Q)
+    assert len(one.poses) == 1
+
+
+# Several messages and publishers
+
+
+def test_joints_of_two_drivers_are_merged(arm):
+    one = arm()
+    poses = one.poses
+    first = one.speaker('/joint_states')
+    second = one.speaker('/joint_states', node=one.other('hand'))
+    first.publish(joint_state(NAMES[:2], Q[:2], (), START))
+    one.spin_until(lambda: one.counts()['waiting for other joints'] == '1', 'first half')
+    assert values_of(one.diagnose())['missing joints'] == 'q3'
+    second.publish(joint_state(NAMES[2:], Q[2:], (), START + 7))
+    one.spin_until(lambda: len(poses) == 1, 'pose')
+    first.publish(joint_state(NAMES[:2], (1.0, 1.0), (), START + 9))
+    one.spin_until(lambda: len(poses) == 2, 'pose')
+    expect(poses[0], Q)
+    expect(poses[1], (1.0, 1.0, Q[2]))
+    assert one.stamps() == [START + 7, START + 9]
+
+
+def test_a_joint_that_falls_silent_makes_the_arm_stale_though_others_speak(arm):
+    one = arm(ros_args=SHORT)
+    warnings = one.hear('singularity/warning', DiagnosticStatus, LATCHED)
+    one.answer(Q)
+    one.spin_until(lambda: warnings, 'first warning')
+
+    def stale():
+        one.stamp += STEP
+        one.publish(joint_state(NAMES[:2], Q[:2], (), one.stamp))
+        return level_of(warnings[-1]) == STALE
+
+    one.spin_until(stale, 'warning STALE')
+    assert warnings[-1].message == 'no joint state of q3 on /joint_states'
+    assert level_of(one.diagnose()) == ERROR
+
+
+def test_publishers_that_disagree_are_both_named_with_the_joint(arm):
+    one = arm()
+    first = one.speaker('/joint_states')
+    second = one.speaker('/joint_states', node=one.other('impostor'))
+
+    def disputed():
+        for publisher, shift in ((first, 0.0), (second, 0.5)):
+            one.stamp += STEP
+            publisher.publish(joint_state(NAMES, (Q[0], Q[1] + shift, Q[2]), (), one.stamp))
+            one.executor.spin_once(timeout_sec=0.01)
+        return level_of(one.diagnose()) == WARN
+
+    poses = one.poses
+    first.publish(joint_state(NAMES, Q, (), one.stamp))
+    one.spin_until(lambda: poses, 'pose')
+    one.spin_until(disputed, 'dispute')
+    status = one.diagnose()
+    assert status.message == 'publishers disagree about q2: /impostor and /peer'
+    assert values_of(status)['joints told differently by publishers'] == 'q2'
+
+
+def test_publishers_that_agree_are_not_accused(arm):
+    one = arm()
+    first = one.speaker('/joint_states')
+    second = one.speaker('/joint_states', node=one.other('twin'))
+    poses = one.poses
+    for k in range(20):
+        q = (0.01 * k, 0.2, 0.3)
+        for publisher in (first, second):
+            one.stamp += STEP
+            publisher.publish(joint_state(NAMES, q, (), one.stamp))
+    one.spin_until(lambda: len(poses) == 40, 'poses')
+    status = one.diagnose()
+    assert level_of(status) == OK
+    assert values_of(status)['publishers'] == '2'
+
+
+@pytest.mark.parametrize('qos', [RELIABLE, BEST_EFFORT], ids=['reliable', 'best effort'])
+def test_reliable_and_best_effort_publishers_are_heard(arm, qos):
+    one = arm()
+    poses = one.poses
+    one.speaker('/joint_states', qos).publish(joint_state(NAMES, Q, (), START))
+    one.spin_until(lambda: poses, 'pose')
+
+
+def test_a_publisher_that_comes_late_is_heard(arm):
+    one = arm()
+    one.answer(Q)
+    late = one.speaker('/joint_states', node=one.other('late'))
+    late.publish(joint_state(NAMES, Q, (), one.stamp + STEP))
+    one.spin_until(lambda: len(one.poses) == 2, 'pose')
+
+
+# Positions
+
+
+def test_an_empty_position_is_ignored_and_counted(arm):
+    one = arm()
+    one.answer(Q)
+    one.publish(joint_state(NAMES, (), (1.0, 2.0, 3.0), START + 2 * STEP))
+    one.answer(Q, stamp=START + 3 * STEP)
+    status = one.diagnose()
+    assert level_of(status) == OK
+    assert values_of(status)['ignored: no position'] == '1'
+    assert len(one.poses) == 2
+
+
+@pytest.mark.parametrize(
+    ('names', 'q', 'reason'),
+    [
+        (NAMES, (1.0, 2.0), 'position and name of different length'),
+        (NAMES, (1.0, 2.0, 3.0, 4.0), 'position and name of different length'),
+        ([*NAMES, 'q1'], (1.0, 2.0, 3.0, 1.0), 'joint named twice'),
+        (NAMES, (1.0, math.nan, 3.0), 'position not finite'),
+        (NAMES, (1.0, 2.0, math.inf), 'position not finite'),
+        (NAMES, (-math.inf, 2.0, 3.0), 'position not finite'),
+        (NAMES, (1e308, 2.0, 3.0), 'position too large'),
+    ],
+)
+def test_a_bad_message_is_rejected_whole_and_the_next_good_one_answered(arm, names, q, reason):
+    one = arm()
+    one.answer(Q)
+    for k in range(3):
+        one.publish(joint_state(names, q, (), START + (2 + k) * STEP))
+    good = one.answer((0.1, 0.2, 0.3), stamp=START + 9 * STEP)
+    expect(good, (0.1, 0.2, 0.3))
+    assert one.stamps() == [START + STEP, START + 9 * STEP]
+    status = one.diagnose()
+    assert level_of(status) == WARN
+    assert status.message == f'messages rejected: {reason}'
+    assert values_of(status)['rejected'] == '3'
+    assert values_of(status)[f'rejected: {reason}'] == '3'
+    assert level_of(one.diagnose()) == OK
+
+
+def test_rejections_are_logged_once_in_a_while(arm, capfd):
+    one = arm()
+    for k in range(50):
+        one.send((math.nan, 0.0, 0.0), stamp=START + k)
+    one.answer(Q)
+    lines = [line for line in capfd.readouterr().err.splitlines() if 'rejected' in line]
+    assert len(lines) == 1
+    assert "position of joint 'q1' is nan" in lines[0]
+
+
+def test_a_joint_beyond_its_limit_is_answered_and_named(arm):
+    one = arm('ur3e')
+    q = [0.1, 0.2, 6.5, 0.4, 0.5, 100.0]
+    p = one.answer(q).pose.position
+    expected = ks.forward_kinematics(ks.load_robot('ur3e'), q)[:3, 3]
+    np.testing.assert_allclose([p.x, p.y, p.z], expected, atol=ROUND_OFF)
+    status = one.diagnose()
+    assert level_of(status) == WARN
+    assert status.message == 'beyond the limits: elbow_joint'
+
+
+# Velocities
+
+
+@pytest.mark.parametrize('velocity', [(), (1.0,), (1.0, math.nan, 1.0), (1.0, 2.0, 3.0, 4.0)])
+def test_without_velocities_the_twist_is_that_of_differences(arm, velocity):
+    one = arm()
+    twists = one.hear('twist', TwistStamped)
+    one.answer(Q, velocity)
+    one.answer((Q[0] + 0.02, Q[1], Q[2]), velocity)  # 2 rad/s about axis 1
+    one.spin_until(lambda: twists, 'twist')
+    assert [nanoseconds(twist.header.stamp) for twist in twists] == [one.stamp]
+    assert twists[0].twist.angular.z == pytest.approx(2.0, abs=1e-9)
+    status = one.diagnose()
+    assert values_of(status)['velocity source'] == 'difference'
+    assert status.message == 'fine; velocities are differences of positions'
+
+
+def test_differences_of_a_joint_without_limits_take_the_shortest_angle(arm):
+    one = arm()
+    twists = one.hear('twist', TwistStamped)
+    one.answer((math.pi - 0.01, 0.2, 0.3))
+    one.answer((-math.pi + 0.01, 0.2, 0.3))
+    one.spin_until(lambda: twists, 'twist')
+    assert twists[0].twist.angular.z == pytest.approx(2.0, abs=1e-9)
+
+
+def test_there_is_no_twist_after_a_gap(arm):
+    one = arm()
+    twists = one.hear('twist', TwistStamped)
+    one.answer(Q)
+    one.answer(Q, stamp=one.stamp + SECOND + 1)
+    one.answer(Q, stamp=one.stamp + SECOND + STEP)
+    one.spin_until(lambda: twists, 'twist')
+    assert [nanoseconds(twist.header.stamp) for twist in twists] == [one.stamp + SECOND + STEP]
+
+
+def test_velocity_source_message_publishes_no_twist_without_velocities(arm):
+    one = arm(ros_args=['-p', 'velocity_source:=message'])
+    twists = one.hear('twist', TwistStamped)
+    one.answer(Q)
+    one.answer(Q)
+    assert one.counts()['velocity source'] == 'none'
+    one.answer(Q, (0.0, 0.0, 0.5))
+    one.spin_until(lambda: twists, 'twist')
+    assert len(twists) == 1
+
+
+# Stamps
+
+
+@pytest.mark.parametrize('back', [0, 1, STEP, SECOND])
+def test_an_equal_or_slightly_older_stamp_is_dropped(arm, back):
+    one = arm()
+    one.answer(Q, stamp=START + 5 * SECOND)
+    one.send((9.0, 9.0, 9.0), stamp=START + 5 * SECOND - back)
+    one.answer(Q, stamp=START + 5 * SECOND + 1)
+    assert len(one.poses) == 2
+    assert one.counts()['dropped: stamp not newer'] == '1'
+    assert one.counts()['resets'] == '0'
+
+
+def test_a_big_step_back_starts_anew_and_is_said_once(arm, capfd):
+    one = arm()
+    twists = one.hear('twist', TwistStamped)
+    one.answer(Q, stamp=START)
+    for k in range(3):
+        expect(one.answer((0.1 * k, 0.2, 0.3), stamp=k * STEP + 1), (0.1 * k, 0.2, 0.3))
+    one.spin_until(lambda: len(twists) == 2, 'twists')
+    assert [nanoseconds(twist.header.stamp) for twist in twists] == [STEP + 1, 2 * STEP + 1]
+    assert one.counts()['resets'] == '1'
+    assert capfd.readouterr().err.count('starting anew') == 1
+
+
+def test_a_message_without_stamp_is_answered_with_the_time_of_receipt(arm):
+    one = arm()
+    poses = one.poses
+    twists = one.hear('twist', TwistStamped)
+    before = one.peer.get_clock().now().nanoseconds
+    for k in range(3):
+        one.send((0.1 * k, 0.2, 0.3), stamp=0)
+        one.spin_until(lambda k=k: len(poses) == k + 1, 'pose')
+    after = one.peer.get_clock().now().nanoseconds
+    one.spin_until(lambda: len(twists) == 2, 'twists of differences')
+    stamps = one.stamps()
+    assert before <= stamps[0] < stamps[1] < stamps[2] <= after
+    rate = 0.1 / ((stamps[1] - stamps[0]) * 1e-9)
+    assert twists[0].twist.angular.z == pytest.approx(rate, rel=1e-6)
+    assert one.counts()['not stamped'] == '3'
+
+
+def raw_stamp(sec, nanosec):
+    message = joint_state(NAMES, Q)
+    message.header.stamp.sec, message.header.stamp.nanosec = sec, nanosec
+    return message
+
+
+@pytest.mark.parametrize(
+    ('sec', 'nanosec'),
+    [
+        (2**31 - 1, 999_999_999),
+        (-(2**31), 0),
+        (-1, 5),
+        (5, 4_000_000_000),
+        (-1, 1_000_000_000),
+        (2**31 - 1, 4_294_967_295),
+    ],
+)
+def test_a_stamp_that_is_nonsense_is_answered_and_the_next_good_one_too(arm, sec, nanosec):
+    one = arm()
+    poses = one.poses
+    one.publish(raw_stamp(sec, nanosec))
+    one.spin_until(lambda: poses, 'pose')
+    expect(poses[0], Q)
+    assert 0 <= poses[0].header.stamp.nanosec < SECOND
+    sane = -(2**31) * SECOND <= sec * SECOND + nanosec < 2**31 * SECOND
+    if sane and sec * SECOND + nanosec != 0:
+        assert nanoseconds(poses[0].header.stamp) == sec * SECOND + nanosec
+    expect(one.answer((0.1, 0.2, 0.3)), (0.1, 0.2, 0.3))
+
+
+# Silence and clocks
+
+
+def test_silence_is_said_once_and_ends_with_the_next_message(arm):
+    one = arm(ros_args=SHORT)
+    warnings = one.hear('singularity/warning', DiagnosticStatus, LATCHED)
+    one.answer(Q)
+    one.spin_until(lambda: len(warnings) == 2, 'warning STALE')
+    assert [level_of(warning) for warning in warnings] == [OK, STALE]
+    assert warnings[1].message == 'no joint state of q1, q2, q3 on /joint_states'
+    ticks = []
+    one.peer.create_timer(0.25, lambda: ticks.append(None))
+    one.spin_until(lambda: len(ticks) == 3, 'time for more warnings')
+    assert len(warnings) == 2
+    assert len(one.poses) == 1
+    status = one.diagnose()
+    assert level_of(status) == ERROR
+    assert values_of(status)['missing joints'] == 'q1, q2, q3'
+    expect(one.answer(Q), Q)
+    one.spin_until(lambda: len(warnings) == 3, 'warning OK')
+    assert level_of(warnings[2]) == OK
+    assert level_of(one.diagnose()) == OK
+
+
+def test_an_arm_never_heard_is_said_to_be_stale_once(arm):
+    one = arm(ros_args=SHORT)
+    warnings = one.hear('singularity/warning', DiagnosticStatus, LATCHED)
+    one.spin_until(lambda: warnings, 'warning')
+    assert level_of(warnings[0]) == STALE
+
+
+def ticking(one):
+    """
+    Return a function that sets the simulated clock and waits until the node has it.
+
+    """
+    clock = one.peer.create_publisher(Clock, '/clock', 10)
+    one.spin_until(lambda: clock.get_subscription_count() > 0, 'listener to /clock')
+
+    def tick(seconds):
+        message = Clock()
+        message.clock.sec, message.clock.nanosec = divmod(round(seconds * 1e9), SECOND)
+        clock.publish(message)
+        one.spin_until(
+            lambda: one.node.get_clock().now().nanoseconds == round(seconds * 1e9), 'clock'
+        )
+
+    return tick
+
+
+SIMULATED = ['-p', 'use_sim_time:=true']
+
+
+def test_without_stamps_the_simulated_time_is_used(arm):
+    one = arm(ros_args=SIMULATED)
+    tick = ticking(one)
+    poses = one.poses
+    tick(12.5)
+    one.send(Q, stamp=0)
+    one.spin_until(lambda: poses, 'pose')
+    assert one.stamps() == [12_500_000_000]
+
+
+def test_silence_is_noticed_while_the_simulated_clock_stands_still(arm):
+    one = arm(ros_args=[*SIMULATED, *SHORT])
+    ticking(one)(12.5)
+    warnings = one.hear('singularity/warning', DiagnosticStatus, LATCHED)
+    one.answer(Q, stamp=12 * SECOND)
+    one.spin_until(lambda: len(warnings) == 2, 'warning STALE')
+    assert level_of(warnings[1]) == STALE
+
+
+@pytest.mark.parametrize('first', ['clock', 'message'])
+@pytest.mark.parametrize('back', [0.3, 40.0])
+def test_a_simulated_clock_that_jumps_back_resets_once(arm, capfd, first, back):
+    one = arm(ros_args=SIMULATED)
+    tick = ticking(one)
+    tick(50.0)
+    one.answer(Q, stamp=50 * SECOND)
+    late = round((50.0 - back) * 1e9)
+    if first == 'clock':
+        tick(50.0 - back)
+        one.answer(Q, stamp=late + 1)
+    elif back > 1.0:
+        one.answer(Q, stamp=late + 1)
+        tick(50.0 - back)
+    else:
+        one.send(Q, stamp=late + 1)  # dropped: only the clock can tell it from a late message
+        one.answer(Q, stamp=50 * SECOND + 1)
+        tick(50.0 - back)
+        one.answer(Q, stamp=late + 2)
+    one.answer(Q, stamp=late + STEP)
+    assert one.counts()['resets'] == '1'
+    assert capfd.readouterr().err.count('starting anew') == 1
+
+
+def test_a_simulated_clock_that_runs_on_resets_nothing(arm):
+    one = arm(ros_args=SIMULATED)
+    tick = ticking(one)
+    for k in range(1, 20):
+        tick(10.0 * k)
+        one.answer(Q, stamp=10 * k * SECOND)
+    assert one.counts()['resets'] == '0'
+
+
+def test_an_error_of_our_own_is_counted_and_the_node_goes_on(arm, capfd):
+    one = arm()
+    one.answer(Q)
+    take = one.node._estimator.take
+
+    def broken(sample):
+        one.node._estimator.take = take
+        raise RuntimeError('made for the test')
+
+    one.node._estimator.take = broken
+    one.send(Q)
+    expect(one.answer((0.1, 0.2, 0.3)), (0.1, 0.2, 0.3))
+    status = one.diagnose()
+    assert level_of(status) == WARN
+    assert values_of(status)['internal errors'] == '1'
+    assert capfd.readouterr().err.count('made for the test') == 1
+
+
+def test_positions_as_large_as_doubles_can_be_are_rejected(arm):
+    one = arm('scara_hsr065')
+    good = [0.1, 0.2, 0.05, 0.3]
+    one.answer(good)
+    for huge in (1e308, -1e308, 1.7976931348623157e308):
+        one.send([0.1, 0.2, huge, 0.3])
+    one.answer(good)
+    assert len(one.poses) == 2
+    assert one.counts()['rejected: position too large'] == '3'
+    assert isinstance(joint_state([], ()), JointState)

@@ -1,0 +1,144 @@
+"""
+Two arms on one network: neither hears the other.
+
+"""
+
+import json
+
+import numpy as np
+import pytest
+
+pytest.importorskip('rclpy', reason='needs ROS 2')
+
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PoseStamped
+from ros_harness import Arm, joint_state, nanoseconds
+from std_msgs.msg import Float64MultiArray
+from std_srvs.srv import Trigger
+
+import kinematics_service as ks
+
+ROUND_OFF = 1e-12
+LEFT, RIGHT = (0.1, 0.2, 0.3), (-0.5, 0.6, -0.7)
+
+
+def position(message):
+    p = message.pose.position
+    return np.array([p.x, p.y, p.z])
+
+
+def expected(q):
+    return ks.forward_kinematics(ks.load_robot('craig_3r'), q)[:3, 3]
+
+
+@pytest.fixture
+def two(arm):
+    """
+    Return two arms in namespaces of their own, with prefixes of joints and frames.
+
+    """
+    return {
+        side: arm(
+            'craig_3r',
+            ['-p', f'joint_prefix:={side}_', '-p', f'frame_prefix:={side}/'],
+            namespace=f'/{side}',
+        )
+        for side in ('left', 'right')
+    }
+
+
+def test_two_arms_in_two_namespaces_answer_their_own_joints_only(two):
+    left, right = two['left'], two['right']
+    assert left.node.get_fully_qualified_name() == '/left/kinematics'
+    right.poses  # noqa: B018 listens from here on
+    pose = left.answer(LEFT)
+    np.testing.assert_allclose(position(pose), expected(LEFT), atol=ROUND_OFF)
+    assert pose.header.frame_id == 'left/base_link'
+    pose = right.answer(RIGHT)
+    np.testing.assert_allclose(position(pose), expected(RIGHT), atol=ROUND_OFF)
+    assert pose.header.frame_id == 'right/base_link'
+    assert len(left.poses) == len(right.poses) == 1
+
+
+def test_the_columns_of_the_jacobian_carry_the_prefix(two):
+    left = two['left']
+    jacobians = left.hear('jacobian', Float64MultiArray)
+    left.send(LEFT)
+    left.spin_until(lambda: jacobians, 'Jacobian')
+    assert jacobians[0].layout.dim[1].label == 'left_q1,left_q2,left_q3'
+    told = json.loads(left.call(Trigger, '/left/kinematics/describe', Trigger.Request()).message)
+    assert told['frames'] == {'base': 'left/base_link', 'tool': 'left/tool0'}
+    assert told['subscribes'] == '/left/joint_states'
+
+
+def test_the_diagnostics_of_two_arms_can_be_told_apart(two):
+    left, right = two['left'], two['right']
+    arrays = left.listen('/diagnostics', DiagnosticArray)
+
+    def names():
+        right.executor.spin_once(timeout_sec=0.0)
+        return {array.status[0].name for array in arrays}
+
+    left.spin_until(
+        lambda: names() >= {'left/kinematics: input', 'right/kinematics: input'}, 'both arms'
+    )
+
+
+def shared(arm) -> dict[str, Arm]:
+    return {
+        side: arm(
+            'craig_3r',
+            ['-p', f'joint_prefix:={side}_', '-r', 'joint_states:=/joint_states'],
+            namespace=f'/{side}',
+        )
+        for side in ('left', 'right')
+    }
+
+
+def sum_of_counts(one):
+    counts = one.counts()
+    return int(counts['accepted']) + int(counts['ignored: none of our joints'])
+
+
+def both_joints(left, right, stamp):
+    names = [f'{side}_{name}' for side in ('right', 'left') for name in ('q3', 'q1', 'q2')]
+    order = (2, 0, 1)
+    q = [right[i] for i in order] + [left[i] for i in order]
+    return joint_state(names, q, (), stamp)
+
+
+def test_two_arms_share_one_topic_and_one_message(arm):
+    arms = shared(arm)
+    poses = {side: one.hear('pose', PoseStamped) for side, one in arms.items()}
+    publisher = arms['left'].speaker('/joint_states')
+    for one in arms.values():
+        one.await_publishers(1)
+    publisher.publish(both_joints(LEFT, RIGHT, 77))
+    for side, q in (('left', LEFT), ('right', RIGHT)):
+        arms[side].spin_until(lambda side=side: poses[side], f'pose of the {side} arm')
+        np.testing.assert_allclose(position(poses[side][0]), expected(q), atol=ROUND_OFF)
+        assert nanoseconds(poses[side][0].header.stamp) == 77
+
+
+def test_two_arms_share_one_topic_with_a_message_for_each(arm):
+    arms = shared(arm)
+    left, right = arms['left'], arms['right']
+    left_poses, right_poses = left.poses, right.poses
+    for one in (left, right):
+        one.attach()
+    for one in (left, right):
+        one.await_publishers(2)
+    for k in range(5):
+        # The same stamps for both: what one arm has heard must not make the other's look old.
+        stamp = 1000 + k
+        left.send(LEFT, stamp=stamp)
+        right.send(RIGHT, stamp=stamp)
+    left.spin_until(lambda: len(left_poses) == 5, 'poses of the left arm')
+    right.spin_until(lambda: len(right_poses) == 5, 'poses of the right arm')
+    for one, q in ((left, LEFT), (right, RIGHT)):
+        np.testing.assert_allclose(position(one.poses[-1]), expected(q), atol=ROUND_OFF)
+        one.spin_until(lambda one=one: sum_of_counts(one) == 10, 'all messages')
+        values = one.counts()
+        assert values['accepted'] == '5'
+        assert values['ignored: none of our joints'] == '5'
+        assert values['joints told differently by publishers'] == ''
