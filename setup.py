@@ -7,6 +7,7 @@ from pathlib import Path
 from setuptools import setup
 
 HERE = Path(__file__).parent
+README = HERE / 'README.md'
 NAME = 'kinematics_service'
 MANIFEST = ElementTree.parse(HERE / 'package.xml').getroot()
 
@@ -18,7 +19,8 @@ setup(
     name=NAME,
     version=MANIFEST.findtext('version'),
     description=MANIFEST.findtext('description'),
-    long_description=(HERE / 'README.md').read_text(encoding='utf-8'),
+    # colcon's symlinked build folder has no README.
+    long_description=README.read_text(encoding='utf-8') if README.exists() else '',
     long_description_content_type='text/markdown',
     license='Apache-2.0',
     maintainer=MANIFEST.findtext('maintainer'),
@@ -37,7 +39,7 @@ setup(
         'sympy>=1.12',
         'ruamel.yaml>=0.18',
         'pydantic>=2.6',
-        'typer>=0.12',
+        'typer>=0.15',
         'rich>=13',
     ],
     extras_require={

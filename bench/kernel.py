@@ -15,7 +15,7 @@ import kinematics_service as ks
 from kinematics_service import kernel
 from kinematics_service.conventions import table_rows
 from kinematics_service.rigid_motion import screw_z
-from kinematics_service.singularity import measure_rows
+from kinematics_service.singularities import measure_rows
 
 ROUNDS, CALLS = 7, 20_000
 

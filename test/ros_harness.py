@@ -133,13 +133,21 @@ class Peer:
         self.spin_until(lambda: subscription.get_publisher_count() > 0, f'publisher of {topic}')
         return heard
 
-    def speaker(self, topic: str, qos: QoSProfile = RELIABLE, node: Node | None = None) -> Any:
+    def speaker(
+        self,
+        topic: str,
+        qos: QoSProfile = RELIABLE,
+        node: Node | None = None,
+        listeners: int = 1,
+    ) -> Any:
         """
-        Return a publisher of joint states, once its subscriber is matched.
+        Return a publisher of joint states, once it knows its listeners.
 
         """
         publisher = (node or self.peer).create_publisher(JointState, topic, qos)
-        self.spin_until(lambda: publisher.get_subscription_count() > 0, f'listener to {topic}')
+        self.spin_until(
+            lambda: publisher.get_subscription_count() == listeners, f'listeners to {topic}'
+        )
         return publisher
 
     def call(self, kind: Any, service: str, request: Any) -> Any:
@@ -209,16 +217,16 @@ class Arm(Peer):
         """
         return self.listen(self.topic(name), kind, qos)
 
-    def attach(self) -> None:
+    def attach(self, listeners: int = 1) -> None:
         """
-        Make the publisher that `publish` uses; it does so itself where it was not done.
+        Make the publisher that `publish` uses, for so many listeners.
 
         """
-        self._publisher = self.speaker(self._topic)
+        self._publisher = self.speaker(self._topic, listeners=listeners)
 
     def await_publishers(self, number: int) -> None:
         """
-        Return when the node hears so many publishers of joint states.
+        Return when the node knows so many publishers of joint states.
 
         That a publisher knows the node is not enough: a best-effort listener loses what was sent
         before it knows the publisher, too.

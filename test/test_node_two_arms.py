@@ -110,7 +110,7 @@ def both_joints(left, right, stamp):
 def test_two_arms_share_one_topic_and_one_message(arm):
     arms = shared(arm)
     poses = {side: one.hear('pose', PoseStamped) for side, one in arms.items()}
-    publisher = arms['left'].speaker('/joint_states')
+    publisher = arms['left'].speaker('/joint_states', listeners=2)
     for one in arms.values():
         one.await_publishers(1)
     publisher.publish(both_joints(LEFT, RIGHT, 77))
@@ -125,7 +125,7 @@ def test_two_arms_share_one_topic_with_a_message_for_each(arm):
     left, right = arms['left'], arms['right']
     left_poses, right_poses = left.poses, right.poses
     for one in (left, right):
-        one.attach()
+        one.attach(listeners=2)
     for one in (left, right):
         one.await_publishers(2)
     for k in range(5):

@@ -2,23 +2,64 @@
 Kinematics of any arm given by its Denavit-Hartenberg table: a library and a ROS 2 node.
 
 The library needs no ROS: `load_robot`, `forward_kinematics`, `jacobian`, `twist`, `singularity`.
+Each name is imported when it is first used, so that the command line answers `--help`, and hears
+Ctrl-C, before the kernel is loaded.
 """
 
-from .errors import JointVectorError as JointVectorError
-from .errors import KinematicsError as KinematicsError
-from .errors import RobotFileError as RobotFileError
-from .errors import RobotNotFoundError as RobotNotFoundError
-from .kinematics import forward_kinematics as forward_kinematics
-from .kinematics import jacobian as jacobian
-from .kinematics import link_frames as link_frames
-from .kinematics import twist as twist
-from .measures import Level as Level
-from .robot import Robot as Robot
-from .robot import bundled_robots as bundled_robots
-from .robot import load_robot as load_robot
-from .robot import robot_from_text as robot_from_text
-from .singularity import Singularity as Singularity
-from .singularity import singularity as singularity
-from .tool_state import ToolState as ToolState
-from .tool_state import evaluate as evaluate
-from .version import __version__ as __version__
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .bundle import bundled_robots as bundled_robots
+    from .errors import JointVectorError as JointVectorError
+    from .errors import KinematicsError as KinematicsError
+    from .errors import RobotFileError as RobotFileError
+    from .errors import RobotNotFoundError as RobotNotFoundError
+    from .kinematics import forward_kinematics as forward_kinematics
+    from .kinematics import jacobian as jacobian
+    from .kinematics import link_frames as link_frames
+    from .kinematics import twist as twist
+    from .measures import Level as Level
+    from .robot import Robot as Robot
+    from .robot import load_robot as load_robot
+    from .robot import robot_from_text as robot_from_text
+    from .singularities import Singularity as Singularity
+    from .singularities import singularity as singularity
+    from .tool_state import ToolState as ToolState
+    from .tool_state import evaluate as evaluate
+    from .version import __version__ as __version__
+
+_HOME = {
+    'bundled_robots': 'bundle',
+    'JointVectorError': 'errors',
+    'KinematicsError': 'errors',
+    'RobotFileError': 'errors',
+    'RobotNotFoundError': 'errors',
+    'forward_kinematics': 'kinematics',
+    'jacobian': 'kinematics',
+    'link_frames': 'kinematics',
+    'twist': 'kinematics',
+    'Level': 'measures',
+    'Robot': 'robot',
+    'load_robot': 'robot',
+    'robot_from_text': 'robot',
+    'Singularity': 'singularities',
+    'singularity': 'singularities',
+    'ToolState': 'tool_state',
+    'evaluate': 'tool_state',
+    '__version__': 'version',
+}
+
+__all__ = list(_HOME)
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
+    value = getattr(import_module(f'.{_HOME[name]}', __name__), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_HOME})

@@ -1,105 +1,10 @@
 """
-The command line: `python -m kinematics_service`, installed as `kinematics_service`.
+The way in: `python -m kinematics_service`, installed as `kinematics_service`.
 
 """
 
-import io
-import os
 import sys
-import traceback
 from collections.abc import Sequence
-from typing import Annotated
-
-import typer
-
-from .commands import check, fk, jacobian, robots, ros_commands
-from .commands.arguments import join_numbers, split_ros_arguments
-from .commands.options import WrongUsage
-from .errors import KinematicsError
-from .version import __version__
-
-HELP = """
-Pose, Jacobian, twist and singularity warning of any arm given by its Denavit-Hartenberg table.
-
-Without a command: the ROS 2 node. It hears joint_states and answers on ~/pose, ~/jacobian,
-~/twist, ~/singularity/warning and others. Arguments from --ros-args on are ROS's own.
-
-\b
-Examples:
-  kinematics_service --robot puma560
-  kinematics_service --robot arm.yaml --ros-args -r __ns:=/left
-  kinematics_service check arm.yaml
-  kinematics_service COMMAND --help
-"""
-
-app = typer.Typer(
-    add_completion=False,
-    pretty_exceptions_enable=False,
-    rich_markup_mode=None,
-    invoke_without_command=True,
-    help=HELP,
-    context_settings={'help_option_names': ['-h', '--help']},
-)
-app.command(short_help='Check robot files and print what they say.', help=check.HELP)(check.check)
-app.command(short_help='Print the pose of the tool.', help=fk.HELP)(fk.fk)
-app.command(short_help='Print the Jacobian and the twist of the tool.', help=jacobian.HELP)(
-    jacobian.jacobian
-)
-app.command(short_help='List the bundled robots.', help=robots.HELP)(robots.robots)
-app.command(short_help='Show the node at work without a robot.', help=ros_commands.DEMO_HELP)(
-    ros_commands.demo
-)
-app.command(short_help='Print what a running node says.', help=ros_commands.ECHO_HELP)(
-    ros_commands.echo
-)
-
-WITH_ROS = ('demo', 'echo')
-
-
-def _print_version(wanted: bool) -> None:
-    if wanted:
-        print(f'kinematics_service {__version__}')
-        raise typer.Exit()
-
-
-@app.callback()
-def _node(
-    context: typer.Context,
-    robot: Annotated[
-        str | None,
-        typer.Option(
-            metavar='FILE|NAME',
-            help="A robot file, or a bundled robot (see 'robots').",
-            show_default='puma560',
-        ),
-    ] = None,
-    allow_unsecured: Annotated[
-        bool,
-        typer.Option(
-            '--allow-unsecured', help='Start although ROS_SECURITY_ENABLE cannot be honoured.'
-        ),
-    ] = False,
-    allow_mixed_ros: Annotated[
-        bool,
-        typer.Option(
-            '--allow-mixed-ros', help='Start although two ROS installations are mixed here.'
-        ),
-    ] = False,
-    version: Annotated[
-        bool,
-        typer.Option(
-            '--version', help='Print the version.', callback=_print_version, is_eager=True
-        ),
-    ] = False,
-) -> None:
-    command = context.invoked_subcommand
-    if command is None:
-        ros_commands.node(robot, context.obj, allow_unsecured, allow_mixed_ros)
-        return
-    if robot is not None or allow_unsecured or allow_mixed_ros:
-        raise WrongUsage(f"options before a command are the node's: write them after {command!r}")
-    if context.obj and command not in WITH_ROS:
-        raise WrongUsage(f'{command} takes no --ros-args: it needs no ROS')
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -112,31 +17,13 @@ def main(argv: Sequence[str] | None = None) -> int:
         Without the program's name; default: that of this process.
 
     """
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors='replace')  # rather '?' than no answer
-    ours, ros = split_ros_arguments(sys.argv[1:] if argv is None else argv)
     try:
-        app(join_numbers(ours), obj=ros)
-    except SystemExit as end:
-        return end.code if isinstance(end.code, int) else 0
-    except KinematicsError as error:
-        return _failed(str(error))
-    except ros_commands.RosMissingError as error:
-        return _failed(f'kinematics_service: {error}')
+        # Imported here, so that Ctrl-C while numba loads ends as quietly as later.
+        from .commands.command_line import run
+
+        return run(argv)
     except KeyboardInterrupt:
         return 130
-    except Exception as error:
-        text = ' '.join(f'{type(error).__name__}: {error}'.split())
-        return _failed(f'kinematics_service: {text} (set KINEMATICS_TRACEBACK=1 for the details)')
-    return 0
-
-
-def _failed(sentence: str) -> int:
-    if os.environ.get('KINEMATICS_TRACEBACK'):
-        traceback.print_exc()
-    print(sentence, file=sys.stderr)
-    return 1
 
 
 if __name__ == '__main__':

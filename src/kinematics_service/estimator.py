@@ -19,7 +19,7 @@ from .joint_table import JointTable, Layout
 from .kernel import Floats
 from .measures import Level
 from .robot import Robot
-from .singularity import Singularity, watched_value
+from .singularities import Singularity, watched_value
 from .tool_state import ToolState, evaluate
 
 VELOCITY_SOURCES = ('auto', 'message', 'difference')

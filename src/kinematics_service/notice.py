@@ -12,7 +12,7 @@ import numpy as np
 from .kernel import Floats
 from .measures import MEASURES, Level
 from .robot import Robot
-from .singularity import Singularity, watched_value
+from .singularities import Singularity, watched_value
 
 # A component below this share of the largest is left out of the words.
 NEGLIGIBLE = 0.1

@@ -3,19 +3,16 @@ A robot: one arm as its file describes it, with everything that can be known bef
 
 """
 
-import difflib
 import os
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from importlib import resources
-from pathlib import Path
 
 import numpy as np
 
+from .bundle import find_robot_file
 from .chain import Chain, fold
 from .conventions import table_rows
 from .description import RobotDescription
-from .errors import Fault, KinematicsError, RobotFileError, RobotNotFoundError
+from .errors import Fault, KinematicsError, RobotFileError
 from .kernel import Floats
 from .measures import Thresholds, thresholds_for
 from .robot_file import parse_robot, read_robot_file
@@ -158,44 +155,6 @@ def with_singularity(
             robot.chain, robot.joint_names, robot.limits, prismatic, task.rows, length
         )
     return replace(robot, task=task, thresholds=thresholds or robot.thresholds)
-
-
-def bundled_robots() -> Mapping[str, Path]:
-    """
-    Return the files of the bundled robots by name, in alphabetical order.
-
-    """
-    folder = resources.files('kinematics_service.config')
-    return {
-        entry.name.removesuffix('.yaml'): Path(str(entry))
-        for entry in sorted(folder.iterdir(), key=lambda entry: entry.name)
-        if entry.name.endswith('.yaml')
-    }
-
-
-def find_robot_file(name: str | os.PathLike[str]) -> Path:
-    """
-    Return the file of a robot given by bundled name or by path.
-
-    Raises
-    ------
-    RobotNotFoundError
-        Neither a file nor a bundled robot; the message lists the names.
-
-    """
-    text = os.fspath(name)
-    bundled = bundled_robots()
-    if text in bundled:
-        return bundled[text]
-    path = Path(text)
-    looks_like_a_path = path.suffix in ('.yaml', '.yml') or path.name != text
-    if path.exists() or looks_like_a_path:
-        return path
-    near = difflib.get_close_matches(text, bundled, n=1)
-    hint = f'did you mean {near[0]!r}? ' if near else ''
-    raise RobotNotFoundError(
-        f'no robot {text!r}: {hint}give a YAML file or one of: {", ".join(bundled)}'
-    )
 
 
 def load_robot(name: str | os.PathLike[str]) -> Robot:

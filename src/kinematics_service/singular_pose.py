@@ -7,7 +7,7 @@ import numpy as np
 
 from .kernel import Floats
 from .robot import Robot
-from .singularity import singularity
+from .singularities import singularity
 from .task import seeded_poses
 
 # So many seeded poses are let go, and so often: the distance is a first-order estimate, so each

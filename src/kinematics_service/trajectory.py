@@ -14,7 +14,7 @@ import numpy.typing as npt
 from .kernel import Floats
 from .robot import Robot
 from .singular_pose import STARTS, singular_poses
-from .singularity import singularity
+from .singularities import singularity
 from .task import seeded_poses
 
 # A path stays away from limits by this share of their range, and of a one-sided limit by this.

@@ -7,7 +7,7 @@ from textwrap import indent
 
 from ..kernel import Floats
 from ..rigid_motion import roll_pitch_yaw
-from ..singularity import Singularity, singularity_of
+from ..singularities import Singularity, singularity_of
 from ..tool_state import ToolState, evaluate
 from .options import (
     DegreesOption,

@@ -12,7 +12,7 @@ import typer
 from ..kernel import Floats
 from ..kinematics import in_axes
 from ..robot import Robot
-from ..singularity import Singularity, singularity_of
+from ..singularities import Singularity, singularity_of
 from ..tool_state import ToolState, evaluate
 from .options import (
     DegreesOption,

@@ -9,9 +9,10 @@ from typing import Annotated
 import numpy as np
 import typer
 
+from ..bundle import find_robot_file
 from ..errors import RobotNotFoundError
 from ..kernel import Floats
-from ..robot import Robot, find_robot_file, load_robot
+from ..robot import Robot, load_robot
 
 NUMBER = re.compile(r'[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?')
 

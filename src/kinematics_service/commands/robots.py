@@ -3,8 +3,8 @@ The command `robots`: the robots that come with the package.
 
 """
 
+from ..bundle import bundled_robots
 from ..description import JointDescription
-from ..robot import bundled_robots
 from ..robot_file import read_robot_file
 from .printing import Output, heading, plain
 

@@ -13,7 +13,7 @@ from ..kernel import Floats
 from ..measures import MEASURES, Level, Thresholds
 from ..notice import direction_in_words, joints_in_words, structure_in_words
 from ..robot import Robot
-from ..singularity import Singularity
+from ..singularities import Singularity
 from ..tool_state import ToolState
 from .printing import Output, facts, heading, number, numbers, plain, table
 

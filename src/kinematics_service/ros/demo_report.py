@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 from ..commands.printing import plain
 from ..robot import Robot
-from ..singularity import singularity
+from ..singularities import singularity
 from ..trajectory import Trajectory
 from .listener import Listener
 from .live_table import number

@@ -4,6 +4,7 @@ The demo's live table: everything in it was heard on the node's topics.
 """
 
 import math
+import os
 import textwrap
 from collections.abc import Sequence
 
@@ -150,10 +151,18 @@ def _measures(listener: Listener) -> list[Text]:
             for left, first, right, second in pairs
         ),
         *always,
-        _labelled('lost direction', plain(near.get('lost_direction_in_words', NOTHING))),
-        _labelled('joints opposed', plain(near.get('joints_against_each_other', NOTHING))),
+        _labelled('lost direction', plain(near.get('lost_direction', NOTHING))),
+        _labelled('joints opposed', _shortened(near.get('joints_against_each_other', NOTHING))),
     ]
 
 
 def _measure(value: float | None) -> str:
     return 'none' if value is None else f'{value:+.4g}' if value < 0.0 else f' {value:.4g}'
+
+
+def _shortened(joints: str) -> str:
+    # "a_joint + b_joint" is easier to read without what all names end in.
+    names = [word for word in plain(joints).split(' ') if word not in '+-']
+    common = os.path.commonprefix([name[::-1] for name in names])[::-1]
+    ending = common[common.find('_') :] if '_' in common and len(names) > 1 else ''
+    return plain(joints).replace(ending, '') if ending else plain(joints)

@@ -29,7 +29,7 @@ from ..joint_sample import JointSample
 from ..kernel import Floats
 from ..kinematics import in_axes
 from ..notice import Notice
-from ..singularity import Singularity
+from ..singularities import Singularity
 from .settings import ROW_LABELS, Settings
 
 LEVELS = (

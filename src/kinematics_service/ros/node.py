@@ -3,6 +3,7 @@ The node: JointState in; pose, Jacobian, twist and singularity warning out.
 
 """
 
+import copy
 import json
 import time
 from collections import Counter
@@ -27,7 +28,7 @@ from ..estimator import NOT_STAMPED, RESETS, Answer, Estimator, Refusal
 from ..measures import Level
 from ..notice import Notice, notice_of, stale_notice, structure_in_words
 from ..robot import Robot, load_robot
-from ..singularity import Singularity, singularity_of
+from ..singularities import Singularity, singularity_of
 from ..task import seeded_poses
 from ..tool_state import evaluate
 from .describe import description_of
@@ -116,11 +117,15 @@ class KinematicsNode(Node):
         self._introduce(default=robot is None and name == ROBOT.default)
 
     def _open_topics(self) -> None:
+        # Overrides are written into the profile that is given: each topic needs its own.
         overridable = QoSOverridingOptions.with_default_policies()
         self._outputs: list[tuple[Publisher, Any]] = [
             (
                 self.create_publisher(
-                    topic.type, topic.name, OUTPUT_QOS, qos_overriding_options=overridable
+                    topic.type,
+                    topic.name,
+                    copy.copy(OUTPUT_QOS),
+                    qos_overriding_options=overridable,
                 ),
                 topic.build,
             )
@@ -134,7 +139,7 @@ class KinematicsNode(Node):
             JointState,
             JOINT_STATES,
             self._on_joint_state,
-            JOINT_STATES_QOS,
+            copy.copy(JOINT_STATES_QOS),
             qos_overriding_options=overridable,
         )
         self.create_service(Trigger, DESCRIBE, self._describe)

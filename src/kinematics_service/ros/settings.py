@@ -204,7 +204,9 @@ def settings_from(values: Mapping[str, Any], robot: Robot) -> Settings:
     base = _checked_name('base_frame', values['base_frame'], 'a frame') or robot.base_frame
     tool = _checked_name('tool_frame', values['tool_frame'], 'a frame') or robot.tool_frame
     if base == tool:
-        raise _refuse('tool_frame', tool, 'a name other than that of the base frame')
+        raise SettingsError(
+            f'parameters base_frame and tool_frame: both are {tool!r}, but two frames have two names'
+        )
     if values['publish_tf'] and not tf_is_importable():
         raise _refuse('publish_tf', True, 'only where the package tf2_msgs can be imported')
     rate = values['publish_rate']
