@@ -107,6 +107,16 @@ class Peer:
                 pytest.fail(f'after {seconds} s still no {what}')
             self.executor.spin_once(timeout_sec=0.01)
 
+    def drain(self) -> None:
+        """
+        Turn the executor until it has nothing to do.
+
+        """
+        wake = time.monotonic()
+        while time.monotonic() - wake < 0.02:
+            wake = time.monotonic()
+            self.executor.spin_once(timeout_sec=0.03)
+
     def add(self, node: Node) -> Node:
         """
         Spin and close another node together with the peer.
@@ -191,7 +201,11 @@ class Arm(Peer):
 
     def __init__(self, robot: str = 'craig_3r', ros_args: Sequence[str] = (), **options: Any):
         super().__init__(args=('--ros-args', *ros_args) if ros_args else ())
-        self.node = KinematicsNode(robot, context=self.context, **options)
+        try:
+            self.node = KinematicsNode(robot, context=self.context, **options)
+        except BaseException:
+            self.close()
+            raise
         self.add(self.node)
         self.robot = self.node.settings.robot
         self.names = [

@@ -267,9 +267,7 @@ class Estimator:
         if latest - sample.stamp > self.settings.timeout:
             self.reset()
             return None
-        self._table.note_late(
-            layout.joints, positions, sample.stamp, sample.arrival, MOVED_APART
-        )
+        self._table.note_late(layout.joints, positions, sample.stamp, sample.arrival, MOVED_APART)
         return Refusal(DROPPED)
 
     def _store(self, sample: JointSample, layout: Layout, positions: Sequence[float]) -> None:

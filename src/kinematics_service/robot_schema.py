@@ -137,6 +137,19 @@ class KnownPoseEntry(PoseEntry):
     tolerance: Any = None
 
 
+class FactorEntry(Entry):
+    """
+    A named function of the joints whose zeros are singular poses.
+
+    """
+
+    noun = 'a singular factor'
+    required = ('name', 'expression')
+
+    name: Word = None
+    expression: Number = None
+
+
 class SingularityEntry(Entry):
     """
     What is called singular, and when to warn.

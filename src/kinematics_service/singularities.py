@@ -126,7 +126,9 @@ def _rates(state: ToolState, measures: Floats) -> Floats:
     moving = speed > AT_REST
     step = np.where(moving, STEP / np.where(moving, speed, 1.0), 0.0)
     ahead = evaluate(robot, q + step[:, None] * qdot)
-    change = watched(robot, measure_rows(robot, ahead.numbers)) - watched(robot, measures)
+    here, there = watched(robot, measures), watched(robot, measure_rows(robot, ahead.numbers))
+    # A condition number that is and stays infinite does not change.
+    change = np.subtract(there, here, out=np.zeros_like(here), where=there != here)
     return np.divide(change, step, out=np.zeros_like(change), where=moving)
 
 

@@ -8,11 +8,11 @@ from collections.abc import Sequence
 from typing import Any, get_args
 
 from .description import Factor, Measure, SingularityDescription
-from .entries import checked, checked_number, did_you_mean
+from .entries import checked, checked_list, did_you_mean
 from .expression_syntax import names_in
 from .fault_report import number, quoted, shown
 from .quantities import Kind, Quantities
-from .robot_schema import SingularityEntry
+from .robot_schema import FactorEntry, SingularityEntry
 from .yaml_document import Path
 
 ROWS = ('x', 'y', 'z', 'rx', 'ry', 'rz')
@@ -118,19 +118,19 @@ def _in_range(value: float, measure: Measure, path: Path, quantities: Quantities
 
 def _factors(data: Any, quantities: Quantities) -> tuple[Factor, ...]:
     report, path = quantities.report, (*PATH, 'factors')
-    if not isinstance(data, dict):
-        wanted = 'a mapping of names to expressions, {elbow: sin(q3)}'
-        report.fault(path, f'expected {wanted}, not {shown(data)}')
-        return ()
-    factors = []
-    for name, value in data.items():
-        place = (*path, name)
-        if not name.strip() or not name.isprintable() or len(name) > 64:
-            report.fault(place, f'{quoted(name)} is not a name of 1 to 64 printable characters')
-        text = quantities.function(checked_number(value, place, report), place)
+    factors: list[Factor] = []
+    for index, item in enumerate(checked_list(data, path, report, 'a list of {name, expression}')):
+        place = (*path, index)
+        entry = checked(FactorEntry, item, place, report)
+        if entry.name in [factor.name for factor in factors]:
+            report.fault((*place, 'name'), f'{quoted(entry.name)} is already a factor')
+        if entry.expression is None:
+            continue
+        where = (*place, 'expression')
+        text = quantities.function(entry.expression, where)
         if text is None:
             continue
         if not names_in(text) & set(quantities.joint_types):
-            report.fault(place, 'names no joint variable: it never changes')
-        factors.append(Factor(name, text))
+            report.fault(where, 'names no joint variable: it never changes')
+        factors.append(Factor(entry.name or '', text))
     return tuple(factors)

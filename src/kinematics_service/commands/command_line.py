@@ -137,4 +137,3 @@ def _failed(sentence: str) -> int:
         traceback.print_exc()
     print(sentence, file=sys.stderr)
     return 1
-

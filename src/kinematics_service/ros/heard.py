@@ -56,6 +56,8 @@ class Heard:
         self.count += 1
         self._bytes, self._message = message, None
         self._arrival = time.monotonic()
+        if self.count == 1:
+            self._marks = deque([(self._arrival, 1)])
         if self._then is not None:
             self._then(message)
 

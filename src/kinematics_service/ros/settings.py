@@ -205,7 +205,7 @@ def settings_from(values: Mapping[str, Any], robot: Robot) -> Settings:
     tool = _checked_name('tool_frame', values['tool_frame'], 'a frame') or robot.tool_frame
     if base == tool:
         raise SettingsError(
-            f'parameters base_frame and tool_frame: both are {tool!r}, but two frames have two names'
+            f'parameters base_frame and tool_frame: both are {tool!r}, and must differ'
         )
     if values['publish_tf'] and not tf_is_importable():
         raise _refuse('publish_tf', True, 'only where the package tf2_msgs can be imported')

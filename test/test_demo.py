@@ -1,0 +1,324 @@
+"""
+The demo as a process: what it says, how it ends, and that nothing of it leaves its namespace.
+
+"""
+
+import contextlib
+import fcntl
+import os
+import pty
+import re
+import select
+import signal
+import struct
+import subprocess
+import sys
+import termios
+import time
+
+import numpy as np
+import pytest
+
+pytest.importorskip('rclpy', reason='needs ROS 2')
+
+from geometry_msgs.msg import PoseStamped
+from ros_harness import Peer
+from sensor_msgs.msg import JointState
+
+import kinematics_service as ks
+from kinematics_service.ros.demo import RANGE, stay_on_this_host
+
+DEADLINE = 60.0
+SUMMARY = re.compile(
+    r'^([\d.]+) s: (\d+) joint states sent; heard (\d+) poses, (\d+) Jacobians, (\d+) twists, '
+    r'(\d+) warnings$',
+    re.MULTILINE,
+)
+NEAREST = re.compile(r'^nearest to a singular pose at [\d.]+ s: distance ([\d.]+) rad', re.M)
+ENTER_SCREEN, LEAVE_SCREEN, SHOW_CURSOR = b'\x1b[?1049h', b'\x1b[?1049l', b'\x1b[?25h'
+
+
+def command(*arguments):
+    return [sys.executable, '-m', 'kinematics_service', 'demo', *arguments]
+
+
+def demo(*arguments, **environment):
+    return subprocess.run(
+        command(*arguments),
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        timeout=DEADLINE,
+        env={**os.environ, **environment},
+        check=False,
+    )
+
+
+@pytest.fixture
+def started(ros_domain):
+    """
+    Return a function that starts a demo whose standard output is read line by line.
+
+    """
+    with contextlib.ExitStack() as stack:
+
+        def start(*arguments):
+            process = subprocess.Popen(
+                command(*arguments),
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+                text=True,
+            )
+            stack.callback(process.wait)
+            stack.callback(process.kill)
+            return process
+
+        yield start
+
+
+def line_with(process, text):
+    """
+    Return the next line of a process that has a text in it.
+
+    """
+    for line in process.stdout:
+        if text in line:
+            return line
+    pytest.fail(f'it ended without {text!r}: {process.stderr.read()}')
+
+
+def test_three_seconds_lead_through_a_singular_pose(ros_domain):
+    # The first crossing of the default path is at 3 s.
+    done = demo('--duration', '3.5')
+    assert (done.returncode, done.stderr) == (0, '')
+    assert '\x1b' not in done.stdout
+    assert 'puma560 moves through the singular pose' in done.stdout
+    assert 'echo jacobian --node /demo/kinematics' in done.stdout
+    assert f'ROS_DOMAIN_ID={ros_domain} {RANGE}=LOCALHOST ros2 topic echo' in done.stdout
+    for level in ('OK: not near a', 'WARN: near a', 'ERROR: at a'):
+        assert f' s  {level} singularity: distance ' in done.stdout
+    seconds, *counts = SUMMARY.search(done.stdout).groups()
+    sent, poses, jacobians, twists, warnings = map(int, counts)
+    assert 3.5 <= float(seconds) < 10.0
+    assert 100 <= sent <= 177
+    assert sent == poses == jacobians == twists
+    assert warnings >= 3
+    assert float(NEAREST.search(done.stdout)[1]) < 0.01
+    assert 'levels: OK > WARN > ERROR' in done.stdout
+
+
+@pytest.mark.parametrize('robot', ['scara_hsr065', 'six_joint_dh', 'panda'])
+@pytest.mark.parametrize('trajectory', ['smooth', 'sine'])
+def test_other_arms_and_the_other_trajectory(ros_domain, robot, trajectory):
+    done = demo('--robot', robot, '--trajectory', trajectory, '--duration', '1')
+    assert done.returncode == 0
+    assert 'Traceback' not in done.stderr
+    assert f'{robot} moves ' in done.stdout
+    sent, poses = map(int, SUMMARY.search(done.stdout).groups()[1:3])
+    assert sent == poses > 10
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize('times', [1, 2])
+def test_a_signal_in_the_middle_ends_it_with_a_summary(started, number, times):
+    process = started()
+    line_with(process, ' s  tool ')
+    for _ in range(times):
+        process.send_signal(number)
+    begin = time.monotonic()
+    rest, errors = process.communicate(timeout=DEADLINE)
+    assert (process.returncode, errors) == (0, '')
+    assert time.monotonic() - begin < 2.0
+    sent, poses = map(int, SUMMARY.search(rest).groups()[1:3])
+    assert sent == poses > 0
+
+
+def test_a_reader_that_goes_ends_it_without_a_word(started):
+    process = started()
+    line_with(process, ' s  tool ')
+    process.stdout.close()
+    assert process.wait(DEADLINE) == 0
+    assert process.stderr.read() == ''
+
+
+def test_everything_is_in_its_namespace(started):
+    process = started('--ros-args', '-r', '__ns:=/live', '-r', 'joint_states:=/joint_states')
+    line_with(process, ' s  tool ')
+    peer = Peer()
+    try:
+        states = peer.listen('/demo/joint_states', JointState)
+        poses = peer.listen('/demo/kinematics/pose', PoseStamped)
+        peer.spin_until(lambda: len(states) > 5 and len(poses) > 5, 'messages of the demo')
+        topics = {name for name, _ in peer.peer.get_topic_names_and_types()}
+        assert {name for name in topics if not name.startswith('/demo/')} <= {
+            '/rosout',
+            '/parameter_events',
+        }
+        nodes = {
+            (name, space)
+            for name, space in peer.peer.get_node_names_and_namespaces()
+            if name != 'peer'
+        }
+        assert nodes == {('kinematics', '/demo'), ('arm', '/demo'), ('display', '/demo')}
+    finally:
+        peer.close()
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=DEADLINE)
+    assert (process.returncode, errors) == (0, '')
+
+
+def test_the_answers_are_those_of_the_library(started):
+    process = started('--robot', 'craig_3r')
+    line_with(process, ' s  tool ')
+    peer = Peer()
+    try:
+        states = peer.listen('/demo/joint_states', JointState)
+        poses = peer.listen('/demo/kinematics/pose', PoseStamped)
+        peer.spin_until(lambda: len(states) > 20 and len(poses) > 20, 'messages of the demo')
+    finally:
+        peer.close()
+    robot = ks.load_robot('craig_3r')
+    positions = {str(state.header.stamp): list(state.position) for state in states}
+    compared = 0
+    for pose in poses:
+        if str(pose.header.stamp) in positions:
+            xyz = ks.forward_kinematics(robot, positions[str(pose.header.stamp)])[:3, 3]
+            p = pose.pose.position
+            assert np.array([p.x, p.y, p.z]) == pytest.approx(xyz, abs=1e-12)
+            compared += 1
+    assert compared > 10
+
+
+def test_a_replay_keeps_the_stamps_and_ends_by_itself(ros_domain, tmp_path):
+    rows = [f'{100 + 0.05 * k:.2f},{0.01 * k},{0.5 - 0.02 * k}' for k in range(31)]
+    file = tmp_path / 'motion.csv'
+    file.write_text('\n'.join(['stamp,position.q1,position.q2', *rows]))
+    peer = Peer()
+    try:
+        poses = []
+        peer.peer.create_subscription(PoseStamped, '/demo/kinematics/pose', poses.append, 100)
+        with subprocess.Popen(
+            command('--robot', 'planar_2r', '--replay', str(file)),
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        ) as process:
+            peer.spin_until(lambda: process.poll() is not None, 'end of the replay', DEADLINE)
+            output, errors = process.communicate()
+    finally:
+        peer.close()
+    assert (process.returncode, errors) == (0, '')
+    assert 'planar_2r replays 31 joint states of 1.5 s from' in output
+    seconds, sent, heard, _, twists, _ = map(float, SUMMARY.search(output).groups())
+    assert (sent, heard, twists) == (31, 31, 30)
+    assert seconds >= 1.5
+    stamps = [pose.header.stamp.sec * 10**9 + pose.header.stamp.nanosec for pose in poses]
+    assert set(stamps) <= {100 * 10**9 + 50_000_000 * k for k in range(31)}
+
+
+def test_a_shorter_duration_ends_a_replay(ros_domain, tmp_path):
+    file = tmp_path / 'motion.csv'
+    file.write_text('stamp,position.q1,position.q2\n1,0,1\n2,0,1\n1000,0,1\n')
+    done = demo('--robot', 'planar_2r', '--replay', str(file), '--duration', '1.5')
+    assert (done.returncode, done.stderr) == (0, '')
+    assert SUMMARY.search(done.stdout)[2] == '2'
+
+
+def test_a_bad_recording_is_one_sentence(ros_domain, tmp_path):
+    file = tmp_path / 'motion.csv'
+    file.write_text('stamp,position.q1,position.q2\n0,0,much\n')
+    done = demo('--robot', 'planar_2r', '--replay', str(file))
+    assert (done.returncode, done.stdout) == (1, '')
+    assert done.stderr == (
+        f"kinematics_service: {file}:2: column 'position.q2': 'much' is not a finite number\n"
+    )
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'code', 'words'),
+    [
+        (['-p', 'jacobian_frame:=wrist'], 1, 'jacobian_frame'),
+        (['-p', 'singularity.warn:=1'], 1, 'singularity.warn'),
+        (['-r', 'nonsense'], 2, 'wrong ROS arguments'),
+    ],
+)
+def test_a_bad_setting_is_one_sentence(ros_domain, arguments, code, words):
+    done = demo('--ros-args', *arguments)
+    assert (done.returncode, done.stdout) == (code, '')
+    assert words in done.stderr
+    assert 'Traceback' not in done.stderr
+
+
+def test_a_parameter_of_the_user_holds(ros_domain):
+    done = demo('--duration', '1', '--ros-args', '-p', 'joint_prefix:=left_')
+    assert done.returncode == 0
+    sent, poses = map(int, SUMMARY.search(done.stdout).groups()[1:3])
+    assert sent == poses > 10
+
+
+@pytest.mark.parametrize(
+    ('before', 'after'),
+    [
+        ('', 'LOCALHOST'),
+        ('SUBNET', 'LOCALHOST'),
+        ('SYSTEM_DEFAULT', 'LOCALHOST'),
+        ('LOCALHOST', 'LOCALHOST'),
+        ('OFF', 'OFF'),
+    ],
+)
+def test_discovery_stays_on_this_host(monkeypatch, before, after):
+    monkeypatch.setenv(RANGE, before)
+    monkeypatch.setenv('ROS_STATIC_PEERS', '192.0.2.1')
+    monkeypatch.setenv('ROS_DISCOVERY_SERVER', '')
+    assert stay_on_this_host() == ('ROS_STATIC_PEERS',)
+    assert os.environ[RANGE] == after
+    assert 'ROS_STATIC_PEERS' not in os.environ
+
+
+def on_terminal(columns, lines, arguments, ends_by, seconds=DEADLINE):
+    """
+    Run a demo on a terminal; return its exit code and what it wrote.
+
+    A signal `ends_by` is sent once the table shows a Jacobian; None to let it end by itself.
+
+    """
+    master, slave = pty.openpty()
+    fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack('HHHH', lines, columns, 0, 0))
+    settings = termios.tcgetattr(slave)
+    environment = {**os.environ, 'TERM': 'xterm-256color', 'PYTHONUTF8': '1'}
+    environment.pop('COLUMNS', None)
+    environment.pop('LINES', None)
+    with subprocess.Popen(
+        command(*arguments), stdin=slave, stdout=slave, stderr=slave, env=environment
+    ) as process:
+        written, deadline, told = b'', time.monotonic() + seconds, ends_by is None
+        while process.poll() is None or select.select([master], [], [], 0.1)[0]:
+            if time.monotonic() > deadline:
+                process.kill()
+                pytest.fail(f'still running: {written[-2000:]!r}')
+            if select.select([master], [], [], 0.05)[0]:
+                written += os.read(master, 65536)
+            if not told and b'wz ' in written:
+                process.send_signal(ends_by)
+                told = True
+    assert termios.tcgetattr(slave) == settings
+    os.close(master)
+    os.close(slave)
+    return process.returncode, written
+
+
+@pytest.mark.parametrize('ends_by', [signal.SIGINT, signal.SIGTERM, None])
+def test_on_a_terminal_the_table_comes_and_goes(ros_domain, ends_by):
+    code, written = on_terminal(80, 24, ['--duration', '3', '--robot', 'ur5e'], ends_by)
+    assert code == 0
+    assert b'Traceback' not in written
+    assert written.count(ENTER_SCREEN) == written.count(LEAVE_SCREEN) == 1
+    assert written.rindex(SHOW_CURSOR) > written.index(ENTER_SCREEN)
+    before, _, rest = written.partition(ENTER_SCREEN)
+    table, _, after = rest.partition(LEAVE_SCREEN)
+    assert b'ros2 topic echo' in before
+    assert b'joint states sent' in after
+    shown = re.sub(rb'\x1b\[[0-9;?]*[A-Za-z]', b'', table).decode()
+    for words in ('ur5e  /demo/kinematics', 'OK', 'lift_joint', 'det(J)', 'condition number'):
+        assert words in shown

@@ -1,0 +1,308 @@
+"""
+Echo as a process: what it prints of another process's node, and how it ends.
+
+"""
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+pytest.importorskip('rclpy', reason='needs ROS 2')
+
+from ros_harness import Peer
+from std_msgs.msg import Float64MultiArray, MultiArrayDimension
+
+import kinematics_service as ks
+from kinematics_service.ros.live_table import bars, matrix_lines, number, warned_lines
+from kinematics_service.ros.readings import LayoutError, Warned, matrix_of
+
+Q, QDOT = (0.3, -0.4, 1.2), (0.5, -0.25, 1.0)
+DEADLINE = 60.0
+ROWS = ['vx', 'vy', 'vz', 'wx', 'wy', 'wz']
+
+
+class Echo:
+    """
+    `python -m kinematics_service echo` as a process.
+
+    """
+
+    def __init__(self, *arguments):
+        self.popen = subprocess.Popen(
+            [sys.executable, '-m', 'kinematics_service', 'echo', *arguments],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+
+    @property
+    def ended(self):
+        return self.popen.poll() is not None
+
+    def end(self):
+        """
+        Return exit code, standard output and standard error.
+
+        """
+        output, errors = self.popen.communicate(timeout=DEADLINE)
+        return self.popen.returncode, output, errors
+
+
+@pytest.fixture
+def echo(ros_domain):
+    """
+    Return a function that starts an echo.
+
+    """
+    started = []
+
+    def start(*arguments):
+        started.append(Echo(*arguments))
+        return started[-1]
+
+    yield start
+    for one in started:
+        one.popen.kill()
+        one.popen.communicate()
+
+
+def move_until(arm, true, what):
+    """
+    Send the same joint state fifty times a second until `true()`.
+
+    """
+    sent = 0.0
+
+    def moved():
+        nonlocal sent
+        if time.monotonic() - sent > 0.02:
+            sent = time.monotonic()
+            arm.send(Q, QDOT)
+        return true()
+
+    arm.spin_until(moved, what, DEADLINE)
+
+
+def once(arm, echo, *arguments):
+    """
+    Return exit code, output and errors of an `echo --once` beside a moving arm.
+
+    """
+    one = echo(*arguments, '--once')
+    move_until(arm, lambda: one.ended, 'end of the echo')
+    return one.end()
+
+
+def test_one_jacobian_as_json(arm, echo):
+    code, output, errors = once(arm('craig_3r'), echo, 'jacobian', '--json')
+    assert (code, errors) == (0, '')
+    document = json.loads(output)
+    assert document['rows'] == ROWS
+    assert document['columns'] == ['q1', 'q2', 'q3']
+    # Full precision: what is printed is what was computed.
+    J = ks.jacobian(ks.load_robot('craig_3r'), Q)
+    assert np.array(document['jacobian']) == pytest.approx(J, abs=1e-15)
+
+
+def test_one_pose_and_one_twist_as_json(arm, echo):
+    one, robot = arm('craig_3r'), ks.load_robot('craig_3r')
+    code, output, _ = once(one, echo, 'pose', '--json')
+    pose = json.loads(output)
+    T = ks.forward_kinematics(robot, Q)
+    assert code == 0
+    assert pose['frame'] == robot.base_frame
+    assert pose['position'] == pytest.approx(T[:3, 3], abs=1e-15)
+    assert pose['quaternion_xyzw'] == pytest.approx(ks.evaluate(robot, Q).quaternion_xyzw)
+    roll, pitch, yaw = pose['roll_pitch_yaw']
+    assert T[2, 0] == pytest.approx(-np.sin(pitch))
+    assert T[2, 1] == pytest.approx(np.cos(pitch) * np.sin(roll))
+    assert T[1, 0] == pytest.approx(np.cos(pitch) * np.sin(yaw))
+    assert set(pose['stamp']) == {'sec', 'nanosec'}
+
+    code, output, _ = once(one, echo, 'twist', '--json')
+    twist = json.loads(output)
+    assert code == 0
+    assert twist['linear'] + twist['angular'] == pytest.approx(ks.twist(robot, Q, QDOT))
+
+
+def test_a_late_echo_still_gets_the_last_warning(arm, echo):
+    one = arm('craig_3r')
+    one.answer((0.3, -0.4, 0.0), QDOT)
+    late = echo('warning', '--once', '--json')
+    one.spin_until(lambda: late.ended, 'end of the echo', DEADLINE)
+    code, output, errors = late.end()
+    assert (code, errors) == (0, '')
+    warned = json.loads(output)
+    assert warned['level'] == 'ERROR'
+    assert warned['sentence'].startswith('at a singularity: distance ')
+    assert warned['values']['robot'] == 'craig_3r'
+    assert len(output.splitlines()) == 1
+
+
+def test_labels_are_those_of_the_message(arm, echo):
+    one = arm('craig_3r', ['-p', 'row_order:=angular_first', '-p', 'joint_prefix:=left/'])
+    code, output, _ = once(one, echo, 'jacobian')
+    assert code == 0
+    header, *rows = output.splitlines()
+    assert header.split() == ['left/q1', 'left/q2', 'left/q3']
+    assert [row.split()[0] for row in rows] == [*ROWS[3:], *ROWS[:3]]
+    J = ks.jacobian(ks.load_robot('craig_3r'), Q)
+    shown = np.array([[float(entry) for entry in row.split()[1:]] for row in rows])
+    assert shown == pytest.approx(np.concatenate([J[3:], J[:3]]), abs=5e-5)
+
+
+@pytest.mark.parametrize('name', ['/left/kinematics', 'left/kinematics', 'left/kinematics/'])
+def test_a_node_is_found_with_and_without_slashes(arm, echo, name):
+    code, output, errors = once(arm('craig_3r', namespace='/left'), echo, 'pose', '--node', name)
+    assert (code, errors) == (0, '')
+    assert output.splitlines()[0].startswith('position x y z')
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_a_pipe_gets_plain_blocks_until_a_signal(arm, echo, number):
+    one, piped = arm('craig_3r'), echo('twist')
+    publisher = next(p for p in one.node.publishers if p.topic_name.endswith('/twist'))
+    move_until(one, lambda: publisher.get_subscription_count() > 0, 'echo')
+    first = len(one.poses)
+    move_until(one, lambda: len(one.poses) > first + 10, 'ten answers')
+    piped.popen.send_signal(number)
+    code, output, errors = piped.end()
+    assert (code, errors) == (0, '')
+    assert '\x1b' not in output
+    blocks = output.split('---\n')
+    assert len(blocks) > 5
+    assert blocks.pop() == ''
+    for block in blocks:
+        assert re.fullmatch(r'linear vx vy vz +.*m/s, axes of .*\nangular wx wy wz +.*\n', block)
+
+
+def test_a_reader_that_goes_ends_it_without_a_word(arm, echo):
+    one, piped = arm('craig_3r'), echo('pose', '--json')
+    os.set_blocking(piped.popen.stdout.fileno(), False)
+    move_until(one, lambda: piped.popen.stdout.readline() != '', 'first line')
+    piped.popen.stdout.close()
+    move_until(one, lambda: piped.ended, 'end of the echo')
+    assert piped.popen.returncode == 0
+    assert piped.popen.stderr.read() == ''
+
+
+def test_nobody_there_is_explained_and_given_up(arm, echo, ros_domain):
+    begin = time.monotonic()
+    one, lost = arm('craig_3r', namespace='/left'), echo('pose', '--once')
+    one.spin_until(lambda: lost.ended, 'end of the echo', DEADLINE)
+    code, output, errors = lost.end()
+    assert (code, output) == (1, '')
+    explained, gave_up = errors.splitlines()
+    assert explained == (
+        'kinematics_service: waiting for /kinematics/pose: nobody publishes it; kinematics nodes '
+        'here: /left/kinematics; try --node /left/kinematics'
+    )
+    assert gave_up == 'kinematics_service: gave up after 10 s without a publisher'
+    assert time.monotonic() - begin > 10.0
+
+
+def test_a_silent_node_is_explained_and_waited_for(arm, echo):
+    one, waiting = arm('craig_3r'), echo('pose', '--once')
+    words = []
+    os.set_blocking(waiting.popen.stderr.fileno(), False)
+    one.spin_until(
+        lambda: words.append(waiting.popen.stderr.readline()) or any(words), 'words', DEADLINE
+    )
+    said = ''.join(words)
+    assert 'waiting for /kinematics/pose: it has 1 publisher, which says nothing' in said
+    move_until(one, lambda: waiting.ended, 'end of the echo')
+    assert waiting.popen.returncode == 0
+
+
+@pytest.mark.parametrize('name', ['a b', '', '/', '1st', 'a//b'])
+def test_a_name_that_is_none_is_wrong_usage(echo, name):
+    code, output, errors = echo('pose', '--node', name).end()
+    assert (code, output) == (2, '')
+    assert 'Traceback' not in errors
+    assert errors.startswith('kinematics_service: --node ')
+
+
+def array(rows, columns, data, offset=0, stride=None):
+    message = Float64MultiArray(data=data)
+    n = columns.count(',') + 1
+    message.layout.data_offset = offset
+    message.layout.dim = [
+        MultiArrayDimension(label=rows, size=rows.count(',') + 1, stride=len(data)),
+        MultiArrayDimension(label=columns, size=n, stride=stride or n),
+    ]
+    return message
+
+
+def test_a_matrix_is_read_by_its_layout():
+    matrix = matrix_of(array('a,b', 'x,y', [0.0, 1, 2, 9, 3, 4, 9], offset=1, stride=3))
+    assert matrix.rows == ('a', 'b')
+    assert matrix.columns == ('x', 'y')
+    assert matrix.values.tolist() == [[1, 2], [3, 4]]
+
+
+@pytest.mark.parametrize(
+    'message',
+    [
+        Float64MultiArray(data=[1.0, 2.0]),
+        array('a,b', 'x,y', [1.0, 2.0, 3.0]),
+        array('a', 'x,y', [1.0, 2.0], stride=1),
+        array('a,b', 'x', [1.0, 2.0], offset=1),
+    ],
+)
+def test_a_layout_that_does_not_fit_is_refused(message):
+    with pytest.raises(LayoutError):
+        matrix_of(message)
+
+
+def test_a_foreign_layout_is_one_line_not_an_end(ros_domain, echo):
+    peer = Peer()
+    try:
+        publisher = peer.peer.create_publisher(Float64MultiArray, '/kinematics/jacobian', 10)
+        one = echo('jacobian', '--once')
+        peer.spin_until(lambda: publisher.get_subscription_count() > 0, 'echo', DEADLINE)
+        publisher.publish(Float64MultiArray(data=[1.0]))
+        peer.spin_until(lambda: one.ended, 'end of the echo', DEADLINE)
+    finally:
+        peer.close()
+    assert one.end() == (
+        1,
+        '',
+        'kinematics_service: /kinematics/jacobian: the layout has 0 dimensions, not rows and '
+        'columns\n',
+    )
+
+
+@pytest.mark.parametrize('width', [20, 40, 80, 200])
+def test_a_matrix_fits_the_terminal(width):
+    robot = ks.load_robot('panda')
+    matrix = matrix_of(
+        array(','.join(ROWS), ','.join(robot.joint_names), np.arange(42.0).tolist())
+    )
+    lines = matrix_lines(matrix, width)
+    assert max(map(len, lines)) <= width
+    entries = [word for line in lines for word in line.split() if word.startswith('+')]
+    assert sorted(map(float, entries)) == list(range(42))
+
+
+def test_numbers_have_no_negative_zero_and_never_outgrow_their_cell():
+    assert number(-1e-9) == '+0.0000'
+    for value in (0.0, -999.99994, 999.99996, 1e3, -1e300, 1e-300, np.inf, -np.inf, np.nan):
+        assert len(number(value)) <= 9
+
+
+def test_what_a_terminal_would_obey_is_not_printed():
+    warned = Warned('WARN', 'name', 'near \x1b[31m red', {'key\x07': 'a\x1b]0;b'})
+    lines = warned_lines(warned, 80)
+    assert not any('\x1b' in line or '\x07' in line for line in lines)
+
+
+def test_bars_grow_with_the_values():
+    assert bars([0.0, 0.25, 0.5, 7.0, np.inf], 0.5) == '▁▅███'

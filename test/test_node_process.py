@@ -1,0 +1,325 @@
+"""
+The node as a process: signals, exit codes, what is refused at start, cost when idle.
+
+"""
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip('rclpy', reason='needs ROS 2')
+
+from geometry_msgs.msg import PoseStamped
+from ros_harness import START, STEP, NodeProcess, Peer, joint_state, nanoseconds
+
+Q = (0.3, -0.4, 1.2)
+NAMES = ['q1', 'q2', 'q3']
+RUNS = 5
+# The contract's second for the way out.
+WAY_OUT = 1.0
+
+LOAD = """
+import time, rclpy
+from sensor_msgs.msg import JointState
+rclpy.init()
+node = rclpy.create_node('load')
+publisher = node.create_publisher(JointState, 'joint_states', 100)
+message = JointState(name=['q1', 'q2', 'q3'], position=[0.1, 0.2, 0.3], velocity=[0.1, 0.2, 0.3])
+begin = time.monotonic()
+k = 0
+while k < 600_000:
+    message.header.stamp = node.get_clock().now().to_msg()
+    message.position[0] = 1e-3 * (k % 1000)
+    publisher.publish(message)
+    k += 1
+    time.sleep(max(0.0, begin + 1e-3 * k - time.monotonic()))  # a thousand a second
+"""
+
+
+@pytest.fixture
+def peer(ros_domain):
+    peer = Peer()
+    yield peer
+    peer.close()
+
+
+@pytest.fixture
+def load(ros_domain):
+    """
+    Run a publisher of a thousand joint states a second.
+
+    """
+    with subprocess.Popen([sys.executable, '-c', LOAD]) as publisher:
+        yield publisher
+        publisher.kill()
+
+
+def answered(peer, topic='/kinematics/pose'):
+    """
+    Send joint states until a node answers; return its pose.
+
+    """
+    poses = []
+    peer.peer.create_subscription(PoseStamped, topic, poses.append, 100)
+    publisher = peer.speaker('/joint_states')
+    stamp = START
+
+    def heard():
+        nonlocal stamp
+        stamp += STEP
+        publisher.publish(joint_state(NAMES, Q, (), stamp))
+        return bool(poses)
+
+    peer.spin_until(heard, f'answer on {topic}', 20.0)
+    assert nanoseconds(poses[0].header.stamp) <= stamp
+    return poses[0]
+
+
+def tell(process, number, times, pause):
+    """
+    Send a signal once or twice; return exit code and the seconds it took.
+
+    """
+    begin = time.monotonic()
+    process.popen.send_signal(number)
+    if times == 2:
+        # Not to wait for anything: the second signal has to come in the middle of the clean-up.
+        time.sleep(pause)
+        process.popen.send_signal(number)
+    code = process.wait()
+    return code, time.monotonic() - begin
+
+
+def expect_a_clean_end(process, code, seconds):
+    assert 'Traceback' not in process.stderr, process.stderr
+    assert code == 0, process.stderr
+    assert seconds < WAY_OUT
+
+
+SIGNALS = pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM], ids=lambda s: s.name)
+TIMES = pytest.mark.parametrize('times', [1, 2], ids=['once', 'twice'])
+
+
+@SIGNALS
+@TIMES
+def test_an_idle_node_ends_cleanly_at_a_signal(process, number, times):
+    nodes = [process('--robot', 'craig_3r', ready=False) for _ in range(RUNS)]
+    for node in nodes:
+        node.wait_until_ready()
+    for k, node in enumerate(nodes):
+        expect_a_clean_end(node, *tell(node, number, times, 0.005 + 0.011 * k))
+
+
+@SIGNALS
+@TIMES
+def test_a_busy_node_ends_cleanly_at_a_signal(process, peer, load, number, times):
+    poses = []
+    peer.peer.create_subscription(PoseStamped, '/kinematics/pose', poses.append, 100)
+    following = process('--robot', 'craig_3r')
+    for k in range(RUNS):
+        node = following
+        peer.spin_until(lambda: len(poses) > 20, 'answers to the load', 20.0)
+        if k + 1 < RUNS:
+            following = process('--robot', 'craig_3r', ready=False)
+        expect_a_clean_end(node, *tell(node, number, times, 0.005 + 0.011 * k))
+        following.wait_until_ready()
+        peer.drain()
+        poses.clear()
+
+
+@SIGNALS
+def test_a_node_that_is_still_starting_ends_cleanly_at_a_signal(process, number):
+    node = process('--robot', 'puma560', ready=False)
+    deadline = time.monotonic() + 20.0
+    while b'libfastrtps' not in Path(f'/proc/{node.popen.pid}/maps').read_bytes():
+        assert time.monotonic() < deadline
+    code, _ = tell(node, number, 1, 0.0)
+    assert 'Traceback' not in node.stderr
+    assert code in (0, 130, -number)
+
+
+def test_a_node_answers_another_process(process, peer):
+    process('--robot', 'craig_3r')
+    pose = answered(peer)
+    assert pose.header.frame_id == 'base_link'
+    assert pose.pose.position.z == pytest.approx(0.4 * 0.3894183423 - 0.3 * 0.7173560909, abs=1e-9)
+
+
+def test_names_of_a_node_are_set_on_its_command_line(process, peer):
+    process(
+        *('--robot', 'craig_3r', '--ros-args', '-r', '__ns:=/cell', '-r', '__node:=arm'),
+        *('-r', 'joint_states:=/joint_states', '-p', 'base_frame:=table'),
+    )
+    assert answered(peer, '/cell/arm/pose').header.frame_id == 'table'
+
+
+def test_an_idle_node_costs_next_to_nothing(process):
+    node = process('--robot', 'craig_3r')
+    stat = Path(f'/proc/{node.popen.pid}/stat')
+
+    def ticks():
+        fields = stat.read_text().rpartition(')')[2].split()
+        return int(fields[11]) + int(fields[12])
+
+    settled = threading.Event()
+    settled.wait(5.0)  # a cost a second takes seconds: nothing is waited for
+    before, begin = ticks(), time.monotonic()
+    settled.wait(4.0)
+    share = (ticks() - before) / os.sysconf('SC_CLK_TCK') / (time.monotonic() - begin)
+    assert share < 0.02
+
+
+@pytest.mark.skipif(not Path('/dev/shm').is_dir(), reason='no /dev/shm here')
+def test_a_node_that_was_told_to_end_leaves_no_shared_memory_behind(process, peer):
+    node = process('--robot', 'craig_3r')
+    answered(peer)
+    opened = shared_memory(node.popen.pid)
+    assert opened
+    expect_a_clean_end(node, *tell(node, signal.SIGTERM, 1, 0.0))
+    # The peer, and tests that run beside this one, may use a segment together with the node.
+    for pid in Path('/proc').glob('[0-9]*'):
+        opened -= shared_memory(pid.name)
+    assert [name for name in opened if Path(name).exists() or Path(f'{name}_el').exists()] == []
+
+
+def shared_memory(pid):
+    """
+    Return the files of Fast DDS in /dev/shm that a process has mapped.
+
+    """
+    try:
+        lines = Path(f'/proc/{pid}/maps').read_text().splitlines()
+    except OSError:
+        return set()
+    return {line.split()[-1] for line in lines if '/dev/shm/fastrtps' in line}
+
+
+# What is refused at start
+
+
+def refusal(*arguments, environment=None, command=('-m', 'kinematics_service')):
+    """
+    Return exit code and standard error of a node that does not start.
+
+    """
+    process = NodeProcess(*arguments, ready=False, environment=environment, command=command)
+    try:
+        return process.wait(), process.stderr
+    finally:
+        process.kill()
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'code', 'sentence'),
+    [
+        (('--robot', 'craig_4r'), 2, "no robot 'craig_4r'"),
+        (('--robot', 'nowhere.yaml'), 2, 'nowhere.yaml'),
+        (('--ros-args', '-p', 'robot:=craig_4r'), 1, "no robot 'craig_4r'"),
+        (('--ros-args', '-p', 'twist_frame:=world'), 1, 'one of base, tool'),
+        (('--ros-args', '-p', 'publish_rate:=1'), 1, 'write 1.0'),
+        (('--ros-args', '-p', 'publish_rate:=-1.0'), 1, 'publish_rate'),
+        (('--ros-args', '-p', 'joint_state_timeout:=.nan'), 1, 'joint_state_timeout'),
+        (('--ros-args', '-p', 'singularity.stop:=0.5'), 1, 'below warn'),
+        (('--ros-args', '-p', 'use_sim_time:=5'), 1, 'use_sim_time'),
+        (
+            ('--ros-args', '-p', 'qos_overrides./joint_states.subscription.reliability:=no'),
+            1,
+            'reliability',
+        ),
+        (('--robot', 'craig_3r', '--ros-args', '-p', 'robot:=puma560'), 2, 'differ'),
+        (('--ros-args', '-p', 'nonsense'), 2, 'nonsense'),
+        (('--ros-args', '--params-file', 'nowhere.yaml'), 2, 'nowhere.yaml'),
+        (('--ros-args', '-r', '__node:=a/b'), 2, 'a/b'),
+        (('--ros-args', '--nonsense'), 2, '--nonsense'),
+    ],
+    ids=lambda x: ' '.join(x) if isinstance(x, tuple) and isinstance(x[0], str) else '',
+)
+def test_a_wrong_start_is_one_sentence_and_an_exit_code(ros_domain, arguments, code, sentence):
+    told, stderr = refusal(*arguments)
+    assert told == code, stderr
+    assert sentence in stderr.splitlines()[-1]
+    assert 'Traceback' not in stderr
+    usage = [line for line in stderr.splitlines()[:-1] if line]
+    assert all(line.startswith(('Usage:', 'Try ')) for line in usage), stderr
+
+
+def test_a_node_that_cannot_be_secured_does_not_start(process):
+    environment = {'ROS_SECURITY_ENABLE': 'true'}
+    code, stderr = refusal('--robot', 'craig_3r', environment=environment)
+    assert code == 1
+    assert '--allow-unsecured' in stderr
+    assert len(stderr.splitlines()) == 1
+    process('--robot', 'craig_3r', '--allow-unsecured', environment=environment)
+
+
+def test_two_mixed_ros_installations_do_not_start(process, tmp_path):
+    (tmp_path / 'lib').mkdir()
+    (tmp_path / 'lib' / 'librcl.so').touch()
+    environment = {'AMENT_PREFIX_PATH': str(tmp_path)}
+    code, stderr = refusal('--robot', 'craig_3r', environment=environment)
+    assert code == 1
+    assert str(tmp_path) in stderr
+    assert '--allow-mixed-ros' in stderr
+    assert len(stderr.splitlines()) == 1
+    process('--robot', 'craig_3r', '--allow-mixed-ros', environment=environment)
+
+
+def test_an_ament_prefix_without_ros_is_no_mixture(process, tmp_path):
+    process('--robot', 'craig_3r', environment={'AMENT_PREFIX_PATH': str(tmp_path)})
+
+
+# Other executors, checked messages
+
+
+WITHOUT_EVENTS_EXECUTOR = """
+import sys
+sys.modules['rclpy.experimental'] = None
+from kinematics_service.ros.runner import run_node
+sys.exit(run_node('craig_3r', []))
+"""
+
+DEAF_EVENTS_EXECUTOR = """
+import sys
+import rclpy.experimental
+class Deaf:
+    def __init__(self, context):
+        pass
+    add_node = remove_node = lambda self, node: None
+    shutdown = lambda self: None
+    spin_once = lambda self, timeout_sec=None: None
+rclpy.experimental.EventsExecutor = Deaf
+from kinematics_service.ros.runner import run_node
+sys.exit(run_node('craig_3r', []))
+"""
+
+
+@pytest.mark.parametrize(
+    'program', [WITHOUT_EVENTS_EXECUTOR, DEAF_EVENTS_EXECUTOR], ids=['missing', 'deaf']
+)
+def test_without_the_events_executor_the_default_one_does_the_work(process, peer, program):
+    node = process(command=('-c', program))
+    answered(peer)
+    expect_a_clean_end(node, *tell(node, signal.SIGTERM, 1, 0.0))
+    assert ('using SingleThreadedExecutor' in node.stderr) == (program is DEAF_EVENTS_EXECUTOR)
+
+
+def test_every_field_of_every_message_has_its_own_type(ros_domain):
+    here = Path(__file__).parent
+    run = subprocess.run(
+        [
+            *(sys.executable, '-m', 'pytest', '-q', '-p', 'no:cacheprovider'),
+            *(str(here / 'test_node_topics.py'), '-k', 'not second and not noise'),
+        ],
+        cwd=here.parent,
+        env={**os.environ, 'ROS_PYTHON_CHECK_FIELDS': '1'},
+        capture_output=True,
+        text=True,
+    )
+    assert run.returncode == 0, run.stdout[-3000:]
+    assert 'passed' in run.stdout

@@ -1,0 +1,396 @@
+"""
+The distance to the nearest singular pose, the directions that go with it, and the time left.
+
+"""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from arms import BUNDLED, EVERY_ARM, poses, robot_of, sliding
+from test_measures import arm, scaled, task_jacobian
+from tolerances import QUOTIENT, ROUND_OFF
+
+import kinematics_service as ks
+from kinematics_service.measures import Thresholds
+from kinematics_service.robot import with_singularity
+
+every_arm = pytest.mark.parametrize('name', EVERY_ARM)
+
+# Central differences of ln w: the step's square times third derivatives that grow as 1 / distance
+# cubed, and round-off over the step; poses are kept this far from singular ones.
+LOG_STEP, LOG_DIFFERENCE, KEPT_AWAY = 1e-5, 1e-5, 0.02
+
+
+def joint_scale(robot):
+    # A unit of joint motion: a radian, or a characteristic length of a prismatic joint.
+    return np.where(sliding(robot), robot.task.length, 1.0)
+
+
+def log_product(robot, q):
+    # ln of the product of the first singular values, by numpy.
+    sigma = np.linalg.svd(scaled(robot, task_jacobian(robot, q)), compute_uv=False)
+    return np.sum(np.log(sigma[..., : robot.task.generic_rank]), axis=-1)
+
+
+def log_gradient(robot, q):
+    columns = []
+    for step in LOG_STEP * np.diag(joint_scale(robot)):
+        columns.append(log_product(robot, q + step) - log_product(robot, q - step))
+    return np.stack(columns, axis=-1) / (2 * LOG_STEP)
+
+
+def uniform(robot, count, seed=0):
+    random = np.random.default_rng(seed)
+    low, high = np.clip(robot.limits, -math.pi, math.pi).T
+    return random.uniform(low, high, (count, robot.dof))
+
+
+@every_arm
+def test_distance_and_way_out_are_the_gradient_of_the_log_of_the_product(name):
+    robot = robot_of(name)
+    q = uniform(robot, 60)
+    found = ks.singularity(robot, q)
+    clear = found.distance > KEPT_AWAY
+    gradient = log_gradient(robot, q)
+    norm = np.linalg.norm(gradient, axis=1)
+    capped = norm < 1 / math.pi
+    expected = np.where(capped, math.pi, 1 / np.where(capped, 1.0, norm))
+    sure = clear & (np.abs(norm - 1 / math.pi) > LOG_DIFFERENCE)
+    np.testing.assert_allclose(found.distance[sure], expected[sure], rtol=LOG_DIFFERENCE)
+    # The way out is that gradient, of unit length in units of joint motion; back in rad or m.
+    steep = clear & (norm > 1e-3)
+    way = found.way_out / joint_scale(robot)
+    np.testing.assert_allclose(
+        way[steep] * norm[steep, None], gradient[steep], rtol=0, atol=LOG_DIFFERENCE / KEPT_AWAY
+    )
+    np.testing.assert_allclose(np.linalg.norm(way[steep], axis=1), 1.0, rtol=0, atol=ROUND_OFF)
+
+
+@every_arm
+def test_distance_is_an_angle_between_zero_and_pi(name):
+    robot = robot_of(name)
+    found = ks.singularity(robot, poses(robot, 200))
+    assert np.all((found.distance >= 0.0) & (found.distance <= math.pi))
+    assert np.all((found.distance == 0.0) == (found.rank < found.generic_rank))
+
+
+@every_arm
+def test_lost_direction_and_joint_motion_are_singular_vectors(name):
+    robot = robot_of(name)
+    q = poses(robot)
+    found = ks.singularity(robot, q)
+    J = scaled(robot, task_jacobian(robot, q))
+    to_base = robot.description.base.motion.matrix[:3, :3]
+    lost = (found.lost_direction.reshape(-1, 2, 3) @ to_base).reshape(-1, 6)  # frame 0 axes
+    rows = [('x', 'y', 'z', 'rx', 'ry', 'rz').index(row) for row in robot.task.rows]
+    others = np.delete(lost, rows, axis=1)
+    assert np.all(np.abs(others) < ROUND_OFF)
+    left, right = lost[:, rows], found.joint_motion / joint_scale(robot)
+    for vectors in (left, right):
+        np.testing.assert_allclose(np.linalg.norm(vectors, axis=1), 1.0, rtol=0, atol=ROUND_OFF)
+    sigma = found.smallest_singular_value
+    size = ROUND_OFF * np.max(found.singular_values)
+    # J right = sigma left and left J = sigma right, unless the arm has idle joints besides.
+    regular = found.rank >= found.generic_rank
+    moved = (J @ right[:, :, None])[..., 0]
+    asked = (left[:, None, :] @ J)[:, 0]
+    np.testing.assert_allclose(
+        moved[regular], (sigma[:, None] * left)[regular], rtol=0, atol=size
+    )
+    np.testing.assert_allclose(
+        asked[regular], (sigma[:, None] * right)[regular], rtol=0, atol=size
+    )
+    # Where rank is lost no joint gives that motion, and that joint motion gives none.
+    tolerance = 1e-9 * np.max(found.singular_values)
+    np.testing.assert_allclose(moved[~regular], 0.0, rtol=0, atol=tolerance)
+    np.testing.assert_allclose(asked[~regular], 0.0, rtol=0, atol=tolerance)
+
+
+@every_arm
+def test_the_way_out_leads_away_to_first_order(name):
+    robot = robot_of(name)
+    q = uniform(robot, 60, seed=1)
+    found = ks.singularity(robot, q)
+    near = (found.distance < 0.5) & (found.distance > 1e-3)
+    step = 1e-4 * found.distance[near, None] * found.way_out[near]
+    q = q[near]
+    gained = log_product(robot, q + step) - log_product(robot, q - step)
+    # Along the gradient ln w grows by its norm, 1 / distance, times the step.
+    np.testing.assert_allclose(gained, 2e-4, rtol=1e-3)
+
+
+SINGULAR = {
+    'planar_2r': [[0.3, 0.0], [1.0, math.pi]],
+    'planar_3r': [[0.3, 0.0, 1.0]],
+    'anthropomorphic_3r': [[0.4, 0.7, 0.0], [0.4, 0.7, math.pi]],
+    'craig_3r': [[0.4, 0.7, 0.0]],
+    'rrp_elementary': [[0.4, math.pi / 2, 0.2], [0.4, 0.3, -0.4]],
+    'spherical_rrp': [[0.4, 0.0, 0.5], [0.4, 0.9, 0.0]],
+    'scara_hsr065': [[0.1, 0.0, 0.1, 1.0]],
+    'ur3e': [[0.1, -1.0, 0.0, 0.5, 0.6, 0.7], [0.1, -1.0, 1.2, 0.5, 0.0, 0.7]],
+    'puma560': [[0.1, 0.8, -0.5, 0.4, 0.0, 0.3]],
+    'offset_stanford_dh': [[0.1, 0.8, 0.2, 0.4, 0.0, 0.3]],
+    'kuka_iiwa14': [[0.4, 0.5, 0.6, 0.0, 0.3, 0.8, 0.2]],
+}
+
+
+@pytest.mark.parametrize('name', SINGULAR)
+def test_rank_loss_has_distance_zero_and_a_way_out_either_way(name):
+    robot = robot_of(name)
+    for q in np.array(SINGULAR[name]):
+        found = ks.singularity(robot, q)
+        assert found.rank < found.generic_rank
+        assert found.distance == 0.0
+        assert found.level is ks.Level.ERROR
+        assert found.condition_number > 1e9
+        assert np.linalg.norm(found.way_out / joint_scale(robot)) == pytest.approx(1.0)
+        for sign in (1, -1):
+            away = ks.singularity(robot, q + sign * 0.01 * found.way_out)
+            assert away.rank == found.generic_rank
+            assert away.distance > 0.003
+
+
+@pytest.mark.parametrize('name', SINGULAR)
+def test_distance_to_a_singular_pose_is_right_to_first_order(name):
+    # Away from the pose along the way out, by so much joint motion.
+    robot = robot_of(name)
+    for q in np.array(SINGULAR[name]):
+        found = ks.singularity(robot, q)
+        # Boom lengths enter the determinant squared, where ln w rises twice as fast.
+        share = 2.0 if name.endswith('rrp') or name.startswith('rrp') else 1.0
+        share = share if abs(found.way_out[-1]) > 0.1 else 1.0
+        for step in (1e-2, 1e-3, 1e-4):
+            near = ks.singularity(robot, q + step * found.way_out)
+            assert near.distance * share == pytest.approx(step, rel=50 * step + 1e-5)
+
+
+def test_planar_2r_by_its_closed_form():
+    # w = |sin q2|, so |grad ln w| = |cot q2|.
+    robot = robot_of('planar_2r')
+    q = uniform(robot, 2000)
+    expected = np.minimum(np.abs(np.tan(q[:, 1])), math.pi)
+    np.testing.assert_allclose(ks.singularity(robot, q).distance, expected, rtol=QUOTIENT)
+
+
+def closed_form(name, q, length):
+    # 1 / |grad ln |det|| by hand, prismatic joints in units of the length.
+    if name in ('anthropomorphic_3r', 'craig_3r'):
+        L1, L2, L3 = (0.0 if name.startswith('a') else 0.12), 0.4, 0.3
+        s2, s23 = np.sin(q[:, 1]), np.sin(q[:, 1] + q[:, 2])
+        r = L1 + L2 * np.cos(q[:, 1]) + L3 * np.cos(q[:, 1] + q[:, 2])
+        slopes = [-(L2 * s2 + L3 * s23) / r, 1 / np.tan(q[:, 2]) - L3 * s23 / r]
+    elif name == 'rrp_elementary':
+        slopes = [-np.tan(q[:, 1]), 2 * length / (0.4 + q[:, 2])]
+    else:
+        slopes = [1 / np.tan(q[:, 1]), 2 * length / q[:, 2]]
+    return np.minimum(1 / np.hypot(*slopes), math.pi)
+
+
+@pytest.mark.parametrize(
+    'name', ['anthropomorphic_3r', 'craig_3r', 'rrp_elementary', 'spherical_rrp']
+)
+def test_distance_by_its_closed_form(name):
+    robot = robot_of(name)
+    q = uniform(robot, 5000)
+    found = ks.singularity(robot, q).distance
+    expected = closed_form(name, q, robot.task.length)
+    near = expected > 1e-4
+    np.testing.assert_allclose(found[near], expected[near], rtol=1e-8)
+
+
+def sheets(name):
+    # Points of the curve in the q2, q3 plane where the tip is on the first axis.
+    L1, L2, L3 = (0.0 if name.startswith('a') else 0.12), 0.4, 0.3
+    q2 = np.linspace(-math.pi, math.pi, 2001)
+    cosine = -(L1 + L2 * np.cos(q2)) / L3
+    q2, cosine = q2[np.abs(cosine) <= 1.0], cosine[np.abs(cosine) <= 1.0]
+    return np.concatenate([[q2, -q2 + sign * np.arccos(cosine)] for sign in (1, -1)], axis=1).T
+
+
+def true_distances(name, q):
+    turn = 2 * math.pi
+    elbow = np.abs(q[:, 2] - math.pi * np.round(q[:, 2] / math.pi))
+    points = sheets(name)
+    apart = q[:, None, 1:] - points
+    apart -= turn * np.round(apart / turn)
+    return np.minimum(elbow, np.sqrt(np.min(np.sum(apart**2, axis=-1), axis=1)))
+
+
+@pytest.mark.parametrize('name', ['anthropomorphic_3r', 'craig_3r'])
+def test_distance_against_the_true_one(name):
+    # First order: right where one sheet is near, too small where several are,
+    # too large only between two that face each other. No pose this near goes without a warning.
+    robot = robot_of(name)
+    q = uniform(robot, 2000, seed=2)
+    # As many again close to the curve and to the folded elbow, where estimates are worst.
+    close = q.copy()
+    random = np.random.default_rng(3)
+    close[:1000, 1:] = random.choice(sheets(name), 1000) + random.uniform(-0.03, 0.03, (1000, 2))
+    close[1000:, 2] = math.pi + random.uniform(-0.03, 0.03, 1000)
+    q = np.concatenate([q, close])
+    found, true = ks.singularity(robot, q), true_distances(name, q)
+    near = (true > 3e-3) & (true < 0.02)
+    assert np.median(found.distance[near] / true[near]) == pytest.approx(1.0, abs=0.02)
+    assert np.sum(true < 0.03) > 1500
+    assert np.all(found.distance[true < 0.03] < robot.thresholds.warn)
+    assert np.all(found.level[true < 0.03] > ks.Level.OK)
+
+
+def test_a_warning_means_something_on_a_ur3e():
+    # Of random poses over full turns, so many lie this near.
+    robot = robot_of('ur3e')
+    q = np.random.default_rng(0).uniform(-math.pi, math.pi, (20_000, 6))
+    distance = ks.singularity(robot, q).distance
+    assert np.mean(distance < 0.1) == pytest.approx(0.21, abs=0.01)
+    assert np.mean(distance < 0.05) == pytest.approx(0.11, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ('links', 'types'),
+    [
+        ('Rz(q1), Ry(q2), Tx(1), Ry(q3), Tx(0.8), Ry(q4), Tx(0.3)', 'rrrr'),
+        ('Rz(q1), Ry(q2), Tx(1), Ry(q3), Tx(0.8), Ry(q4), Tx(0.3), Rx(q5), Tz(0.1)', 'rrrrr'),
+        ('Rz(q1), Tz(q2), Tx(0.2), Tx(q3), Ry(q4), Tx(0.3), Rz(q5), Ty(0.1)', 'rpprr'),
+        ('Rz(q1), Tx(0.3), Ry(q2), Tz(q3), Rz(q4), Tx(0.2)', 'rrpr'),
+    ],
+)
+def test_arms_with_fewer_joints_than_rows_have_a_distance_too(links, types):
+    robot = arm(links, types)
+    assert len(robot.task.rows) > robot.dof
+    q = uniform(robot, 100)
+    found = ks.singularity(robot, q)
+    J = task_jacobian(robot, q)
+    gram = np.linalg.det(np.swapaxes(J, -1, -2) @ J)
+    np.testing.assert_allclose(found.manipulability**2, gram, rtol=1e-7, atol=1e-12)
+    assert found.determinant is None
+    gradient = np.linalg.norm(log_gradient(robot, q), axis=1)
+    clear = found.distance > KEPT_AWAY
+    expected = 1 / np.maximum(gradient, 1 / math.pi)
+    np.testing.assert_allclose(found.distance[clear], expected[clear], rtol=1e-4)
+
+
+def test_manipulability_of_a_redundant_arm():
+    robot = robot_of('panda')
+    q = np.array([0.3, 0.5, -0.2, -2.0, 0.1, 1.6, 0.4])
+    J = ks.jacobian(robot, q)
+    assert ks.singularity(robot, q).manipulability == pytest.approx(
+        math.sqrt(np.linalg.det(J @ J.T)), rel=QUOTIENT
+    )
+
+
+def test_the_lost_direction_of_a_stretched_planar_arm_is_along_its_links():
+    found = ks.singularity(robot_of('planar_2r'), [0.7, 0.0])
+    along = [math.cos(0.7), math.sin(0.7), 0, 0, 0, 0]
+    assert abs(found.lost_direction @ along) == pytest.approx(1.0, abs=ROUND_OFF)
+    # Stretched, J = [2 t, t]: joint 1 against twice joint 2.
+    against = np.array([1.0, -2.0]) / math.sqrt(5.0)
+    assert abs(found.joint_motion @ against) == pytest.approx(1.0, abs=ROUND_OFF)
+    # Only the elbow leads out.
+    np.testing.assert_allclose(np.abs(found.way_out), [0.0, 1.0], rtol=0, atol=ROUND_OFF)
+
+
+MEASURED = {
+    'distance': Thresholds('distance', 0.1, 0.03),
+    'determinant': Thresholds('determinant', 0.01, 0.001),
+    'manipulability': Thresholds('manipulability', 0.01, 0.001),
+    'smallest_singular_value': Thresholds('smallest_singular_value', 0.05, 0.01),
+    'condition_number': Thresholds('condition_number', 17.0, 30.0),
+}
+
+
+@pytest.mark.parametrize('measure', MEASURED)
+def test_time_to_warning_against_stepping_forward_in_time(measure):
+    robot = with_singularity(robot_of('puma560'), thresholds=MEASURED[measure])
+    random = np.random.default_rng(5)
+    q, qdot = uniform(robot, 3000), random.uniform(-1, 1, (3000, 6))
+    found = ks.singularity(robot, q, qdot)
+    beyond = found.level > ks.Level.OK
+    assert np.all(found.time_to_warning[beyond] == 0.0)
+    assert np.all(found.time_to_warning[~beyond] > 0.0)
+    # Soon enough for a first-order forecast: half the time further half the margin must be gone.
+    soon = (found.time_to_warning < 0.02) & ~beyond
+    assert np.sum(soon) >= 10
+    warn = robot.thresholds.warn
+    times = found.time_to_warning[soon]
+    at = np.abs(getattr(found, measure)[soon])
+    late = q[soon] + times[:, None] * qdot[soon]
+    arrived = np.abs(getattr(ks.singularity(robot, late), measure))
+    share = (arrived - warn) / (at - warn)
+    assert np.quantile(np.abs(share), 0.9) < 0.15
+    # Never approached: going the other way, the forecast is for ever.
+    back = ks.singularity(robot, q[soon], -qdot[soon])
+    assert np.all(np.isinf(back.time_to_warning) | (back.rate * found.rate[soon] > 0.0))
+
+
+def test_time_to_warning_of_a_planar_arm():
+    # distance = tan q2, so at q2 = 0.3 and qdot2 = -0.5 the margin shrinks by 0.5 sec^2 q2.
+    robot = robot_of('planar_2r')
+    found = ks.singularity(robot, [0.2, 0.3], [1.0, -0.5])
+    rate = -0.5 / math.cos(0.3) ** 2
+    assert found.rate == pytest.approx(rate, rel=1e-4)
+    assert found.time_to_warning == pytest.approx((math.tan(0.3) - 0.1) / -rate, rel=1e-4)
+    away = ks.singularity(robot, [0.2, 0.3], [1.0, 0.5])
+    assert away.rate == pytest.approx(-rate, rel=1e-4)
+    assert away.time_to_warning == math.inf
+    for q2, qdot2 in ((0.3, 0.0), (0.05, 0.0)):
+        still = ks.singularity(robot, [0.2, q2], [0.0, qdot2])
+        assert still.rate == 0.0
+        assert still.time_to_warning == (math.inf if q2 > 0.1 else 0.0)
+    assert ks.singularity(robot, [0.2, 0.3]).time_to_warning is None
+    assert ks.singularity(robot, [0.2, 0.3]).rate is None
+
+
+@pytest.mark.filterwarnings('error')
+@pytest.mark.parametrize('measure', MEASURED)
+@pytest.mark.parametrize(
+    ('name', 'q'),
+    [
+        ('anthropomorphic_3r', [0.3, 0.0, 0.0]),
+        ('anthropomorphic_3r', [0.3, math.pi / 2, 0.0]),
+        ('spherical_rrp', [0.3, 0.4, 0.0]),
+    ],
+)
+def test_motion_within_the_singular_set_is_no_trouble(name, q, measure):
+    # The first joint turns about a line the tool is on, or an arm without length: the measure stays
+    # where it is, be it infinite.
+    robot = with_singularity(robot_of(name), thresholds=MEASURED[measure])
+    found = ks.singularity(robot, q, [1.0, 0.0, 0.0])
+    assert found.time_to_warning == 0.0
+    assert found.level is ks.Level.ERROR
+    assert not math.isnan(found.rate)
+
+
+@pytest.mark.filterwarnings('error')
+@every_arm
+def test_every_pose_has_numbers(name):
+    robot = robot_of(name)
+    q = poses(robot)
+    found = ks.singularity(robot, q, np.ones_like(q))
+    for field in dataclasses.fields(found):
+        numbers = getattr(found, field.name)
+        if field.name in ('condition_number', 'time_to_warning'):
+            assert not np.any(np.isnan(numbers)), field.name
+        elif numbers is not None:
+            assert np.all(np.isfinite(numbers)), field.name
+
+
+@pytest.mark.parametrize('name', BUNDLED)
+def test_one_pose_gives_plain_numbers(name):
+    robot = robot_of(name)
+    q = np.full(robot.dof, 0.3)
+    found = ks.singularity(robot, q, q)
+    for number in (found.manipulability, found.condition_number, found.distance):
+        assert type(number) is float
+    assert found.determinant is None or type(found.determinant) is float
+    assert np.ndim(found.rank) == np.ndim(found.time_to_warning) == np.ndim(found.rate) == 0
+
+
+def test_results_are_frozen():
+    found = ks.singularity(robot_of('puma560'), np.zeros(6))
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        found.distance = 1.0
+    for vector in (found.lost_direction, found.joint_motion, found.way_out, found.singular_values):
+        with pytest.raises(ValueError, match='read-only'):
+            vector[0] = 1.0
