@@ -3,6 +3,7 @@ The arms and poses the tests run over: every bundled robot, and random ones of e
 
 """
 
+import dataclasses
 import functools
 import math
 
@@ -10,6 +11,7 @@ import numpy as np
 from random_robots import CONVENTIONS, random_arm
 
 import kinematics_service as ks
+from kinematics_service.robot import build_robot
 
 BUNDLED = tuple(ks.bundled_robots())
 # Convention, number of joints, seed: `standard-7-0`.
@@ -34,6 +36,19 @@ def robot_of(name):
 
     """
     return ks.load_robot(name) if name in BUNDLED else ks.robot_from_text(arm_of(name).text())
+
+
+@functools.cache
+def without_factors(name):
+    """
+    Return the robot of a name without its named singular factors: judged by J alone.
+
+    """
+    description = robot_of(name).description
+    if not description.singularity.factors:
+        return robot_of(name)
+    judged = dataclasses.replace(description.singularity, factors=())
+    return build_robot(dataclasses.replace(description, singularity=judged))
 
 
 def sliding(robot):

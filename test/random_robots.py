@@ -183,7 +183,9 @@ class Arm:
             limits = ''
             if j in self.limited:
                 low, high = (-0.4, 0.9) if kind == 'prismatic' else (-2.5, 2.0)
-                written = [write.number('T' if kind == 'prismatic' else 'R', x) for x in (low, high)]
+                written = [
+                    write.number('T' if kind == 'prismatic' else 'R', x) for x in (low, high)
+                ]
                 limits = f', limits: [{written[0]}, {written[1]}]'
             lines.append(f'  - {{name: joint_{j}, variable: q{j}, type: {kind}{limits}}}')
         lines.append('links:')
@@ -312,8 +314,15 @@ def _elementary(random, convention, joint, kind, pitch):
     axis = str(random.choice(list('xyz')))
     sign = float(random.choice([1.0, 1.0, -1.0]))
     moved = ('T' if kind == 'prismatic' else 'R') + axis
-    rows = [(Motion(moved, _angles(random, 1)[0] if moved[0] == 'R' else _length(random),
-                    _terms(joint, sign)),)]
+    rows = [
+        (
+            Motion(
+                moved,
+                _angles(random, 1)[0] if moved[0] == 'R' else _length(random),
+                _terms(joint, sign),
+            ),
+        )
+    ]
     if pitch:
         rows.append((Motion('T' + axis, 0.0, _terms(joint, pitch)),))
     for axis in random.permutation(list('xyz'))[:2]:

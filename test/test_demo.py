@@ -88,9 +88,9 @@ def line_with(process, text):
     pytest.fail(f'it ended without {text!r}: {process.stderr.read()}')
 
 
-def test_three_seconds_lead_through_a_singular_pose(ros_domain):
-    # The first crossing of the default path is at 3 s.
-    done = demo('--duration', '3.5')
+def test_five_seconds_lead_through_a_singular_pose(ros_domain):
+    # The first crossing of the default path is at 3 s; a busy machine may stall for the rest.
+    done = demo('--duration', '5')
     assert (done.returncode, done.stderr) == (0, '')
     assert '\x1b' not in done.stdout
     assert 'puma560 moves through the singular pose' in done.stdout
@@ -100,8 +100,8 @@ def test_three_seconds_lead_through_a_singular_pose(ros_domain):
         assert f' s  {level} singularity: distance ' in done.stdout
     seconds, *counts = SUMMARY.search(done.stdout).groups()
     sent, poses, jacobians, twists, warnings = map(int, counts)
-    assert 3.5 <= float(seconds) < 10.0
-    assert 100 <= sent <= 177
+    assert 5.0 <= float(seconds) < 10.0
+    assert 100 <= sent <= 252
     assert sent == poses == jacobians == twists
     assert warnings >= 3
     assert float(NEAREST.search(done.stdout)[1]) < 0.01

@@ -60,6 +60,15 @@ def test_sine_and_cosine_lie_on_the_circle():
     np.testing.assert_allclose(s * s + c * c, 1.0, rtol=0, atol=4 * np.finfo(float).eps)
 
 
+def test_angles_that_overflow_are_refused_and_raise_nothing_else():
+    # theta3 - theta2 of finite angles that is not finite, and not a number in the next row.
+    robot = robot_of('parallelogram_left')
+    for q in ([0.0, -1.7e308, 1.7e308], [0.0, 1.7e308, -1.7e308]):
+        with pytest.raises(ks.JointVectorError, match='must be finite'):
+            ks.jacobian(robot, q)
+    assert all(map(math.isnan, (*kernel._sincos(math.inf), *kernel._sincos(math.nan))))
+
+
 def decomposed(A):
     # Rows of A as the kernel takes them: singular values, directions of the rows, turns.
     count, length = A.shape

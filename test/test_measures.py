@@ -94,7 +94,13 @@ DEFAULT_TASKS = {
         5,
         'q1 q2',
     ),
-    'a joint that moves nothing': ('Rz(q1), Tx(1), Rz(q2), Tx(1), Rx(0*q3)', 'rrr', 'x y rz', 2, 'q3'),
+    'a joint that moves nothing': (
+        'Rz(q1), Tx(1), Rz(q2), Tx(1), Rx(0*q3)',
+        'rrr',
+        'x y rz',
+        2,
+        'q3',
+    ),
 }
 
 
@@ -241,7 +247,9 @@ def test_another_length_scales_angular_rows_and_prismatic_columns(name):
         assert other.task.rows == robot.task.rows
         one, found = ks.singularity(robot, q), ks.singularity(other, q)
         sigma = np.linalg.svd(scaled(other, task_jacobian(other, q)), compute_uv=False)
-        np.testing.assert_allclose(found.singular_values, sigma, rtol=0, atol=1e-12 * np.max(sigma))
+        np.testing.assert_allclose(
+            found.singular_values, sigma, rtol=0, atol=1e-12 * np.max(sigma)
+        )
         # Never scaled.
         assert np.array_equal(found.manipulability, one.manipulability)
         if robot.task.square:

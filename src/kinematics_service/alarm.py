@@ -32,19 +32,28 @@ class Alarm(NamedTuple):
         The lost direction said last.
     said : ns
         When something was said last, steady clock.
+    factor
+        Index of the nearest named factor said last; None where there are none.
 
     """
 
     level: Level = Level.OK
     direction: Floats | None = None
     said: int | None = None
+    factor: int | None = None
 
-    def step(self, level: Level, direction: Floats | None, arrival: int) -> tuple['Alarm', bool]:
+    def step(
+        self,
+        level: Level,
+        direction: Floats | None,
+        arrival: int,
+        factor: int | None = None,
+    ) -> tuple['Alarm', bool]:
         """
         Return the alarm after a state of this level, and whether to say it.
 
-        Said are the first state, each change of level, each turn of the lost direction while not
-        OK, and once a second while it is WARN or ERROR.
+        Said are the first state, each change of level, each turn of the lost direction and change
+        of the nearest factor while not OK, and once a second while it is WARN or ERROR.
 
         """
         if self.said is None or level != self.level:
@@ -53,9 +62,10 @@ class Alarm(NamedTuple):
             say = False
         else:
             since = arrival - self.said
-            say = since >= REPEAT or (since >= TURNS_APART and self._turned(direction))
+            another = factor != self.factor or self._turned(direction)
+            say = since >= REPEAT or (since >= TURNS_APART and another)
         if say:
-            return Alarm(level, direction, arrival), True
+            return Alarm(level, direction, arrival, factor), True
         return self._replace(level=level), False
 
     def _turned(self, direction: Floats | None) -> bool:

@@ -7,7 +7,8 @@ one constant. So the kernel knows neither conventions nor joint types.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -17,8 +18,36 @@ from .kernel import Floats, Integers
 from .rigid_motion import screw_z
 
 
+class FrozenArrays:
+    """
+    Base of frozen dataclasses whose arrays, those named in `READ_ONLY`, are frozen too.
+
+    Copies and unpickled ones are rebuilt by the constructor: otherwise their arrays would be
+    writable, which to numba is another type, and seconds of compiling.
+
+    """
+
+    READ_ONLY: ClassVar[tuple[str, ...]]
+
+    def __post_init__(self) -> None:
+        """
+        Freeze the arrays.
+
+        """
+        for name in self.READ_ONLY:
+            getattr(self, name).setflags(write=False)
+
+    def __reduce__(self) -> tuple[type, tuple[Any, ...]]:
+        """
+        Rebuild by the constructor.
+
+        """
+        values = (getattr(self, field.name) for field in fields(self))  # type: ignore[arg-type]
+        return type(self), tuple(values)
+
+
 @dataclass(frozen=True, eq=False)
-class Chain:
+class Chain(FrozenArrays):
     """
     The constants of one arm, packed as the kernel reads them.
 
@@ -36,6 +65,8 @@ class Chain:
         Zero velocities; writable only because numba takes a read-only array for another type.
 
     """
+
+    READ_ONLY = ('integers', 'numbers')
 
     integers: Integers
     numbers: Floats
@@ -134,8 +165,8 @@ def _pack(
         + [offset[:3].ravel() for offset in frame_offsets]
     ).astype(np.float64)
     return Chain(
-        integers=_kept(integers),
-        numbers=_kept(numbers),
+        integers=integers,
+        numbers=numbers,
         dof=dof,
         frames=len(frame_parents),
         widths=(kernel.JACOBIAN_AT, frames_at, width),
@@ -143,8 +174,3 @@ def _pack(
         entries=len(entries),
         at_rest=np.zeros(dof),
     )
-
-
-def _kept(array: np.ndarray) -> np.ndarray:  # type: ignore[type-arg]
-    array.setflags(write=False)
-    return array

@@ -205,7 +205,13 @@ class Estimator:
         level = self.robot.thresholds.level(
             watched_value(self.robot, singularity), self._alarm.level
         )
-        self._alarm, say = self._alarm.step(level, singularity.lost_direction, arrival)
+        factors = singularity.factors
+        self._alarm, say = self._alarm.step(
+            level,
+            singularity.lost_direction,
+            arrival,
+            None if factors is None else factors.nearest,
+        )
         return level, say
 
     def go_stale(self, arrival: int) -> bool:

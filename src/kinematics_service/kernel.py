@@ -70,6 +70,21 @@ TASK_HEADER = 3
 ) = range(6)
 LOST_AT = 6
 
+# Operations of a factor's tape (factors.py): operands are earlier steps, or a joint.
+(
+    CONSTANT,
+    JOINT,
+    SUM,
+    DIFFERENCE,
+    PRODUCT,
+    QUOTIENT,
+    NEGATIVE,
+    SINE,
+    COSINE,
+    SQUARE_ROOT,
+    ARC_TANGENT,
+) = range(11)
+
 # A singular value below this share of the largest counts as zero (rank, distance).
 # Round-off of J is some 1e-15; the golden data uses the same share.
 RANK_TOLERANCE = 1e-10
@@ -112,7 +127,9 @@ LARGEST_REDUCED = 1e5
 
 @compiled
 def _sincos(x: float) -> Any:
-    if abs(x) > LARGEST_REDUCED:
+    if not abs(x) <= LARGEST_REDUCED:
+        if not math.isfinite(x):  # a sum of huge angles; plain Python would raise here
+            return math.nan, math.nan
         return math.sin(x), math.cos(x)
     turns = math.floor(x * TWO_BY_PI + 0.5)
     first = x - turns * HALF_PI_1
@@ -726,3 +743,86 @@ def measure(
     """
     for k in range(rows.shape[0]):
         _measure_one(integers, task_integers, task_numbers, rows[k], measures[k])
+
+
+@compiled
+def _factor_step(
+    operation: int, a: float, b: float, x: Floats, y: Floats, number: float, gradient: Floats
+) -> float:
+    # Value of one operation; its gradient is da * x + db * y.
+    da, db, value = 0.0, 0.0, 0.0
+    if operation == SUM:
+        value, da, db = a + b, 1.0, 1.0
+    elif operation == DIFFERENCE:
+        value, da, db = a - b, 1.0, -1.0
+    elif operation == PRODUCT:
+        value, da, db = a * b, b, a
+    elif operation == QUOTIENT:
+        if b == 0.0:
+            value, da, db = math.nan, math.nan, math.nan
+        else:
+            value, da, db = a / b, 1.0 / b, -a / (b * b)
+    elif operation == NEGATIVE:
+        value, da = -a, -1.0
+    elif operation == SINE:
+        s, c = _sincos(number * a)
+        value, da = s, number * c
+    elif operation == COSINE:
+        s, c = _sincos(number * a)
+        value, da = c, -number * s
+    elif operation == SQUARE_ROOT:
+        if a > 0.0:
+            value = math.sqrt(a)
+            da = 0.5 / value
+        elif a < 0.0:
+            value, da = math.nan, math.nan
+    elif operation == ARC_TANGENT:
+        squares = a * a + b * b
+        value = math.atan2(a, b) / number
+        if squares > 0.0:
+            da, db = b / squares / number, -a / squares / number
+    for j in range(gradient.size):
+        gradient[j] = da * x[j] + db * y[j]
+    return value
+
+
+@compiled
+def evaluate_factors(
+    integers: Integers, numbers: Floats, ends: Integers, q: Floats, results: Floats
+) -> None:
+    """
+    Fill `results` (N, factors, 1 + n) with value and gradient of each factor at q (N, n).
+
+    Parameters
+    ----------
+    integers, numbers, ends
+        The tape: operation and operands of each step, its constant or scale, the factors' steps.
+
+    """
+    steps, n = integers.shape[0], q.shape[1]
+    values = np.empty(steps)
+    gradients = np.empty((steps, n))
+    for k in range(q.shape[0]):
+        for i in range(steps):
+            operation, first, second = integers[i, 0], integers[i, 1], integers[i, 2]
+            if operation == CONSTANT or operation == JOINT:
+                for j in range(n):
+                    gradients[i, j] = 0.0
+                values[i] = numbers[i]
+                if operation == JOINT:
+                    values[i] = numbers[i] * q[k, first]
+                    gradients[i, first] = numbers[i]
+            else:
+                values[i] = _factor_step(
+                    operation,
+                    values[first],
+                    values[second],
+                    gradients[first],
+                    gradients[second],
+                    numbers[i],
+                    gradients[i],
+                )
+        for f in range(ends.size):
+            results[k, f, 0] = values[ends[f]]
+            for j in range(n):
+                results[k, f, 1 + j] = gradients[ends[f], j]

@@ -117,7 +117,7 @@ def thresholds_for(
     if measure == 'determinant' and not task.square:
         raise KinematicsError(
             f'the determinant needs a square Jacobian: the task has {len(task.rows)} rows '
-            f'({" ".join(task.rows)}) for {len(task.numbers) - 9 - len(task.rows)} joints; '
+            f'({" ".join(task.rows)}) for {len(task.column_scales)} joints; '
             'choose distance or manipulability'
         )
     if measure == 'determinant' and task.structurally_deficient:

@@ -17,6 +17,9 @@ from .singularities import Singularity, watched_value
 # A component below this share of the largest is left out of the words.
 NEGLIGIBLE = 0.1
 
+# An expression longer than this stands in the values only, not in the sentence.
+SHORT = 24
+
 
 @dataclass(frozen=True)
 class Notice:
@@ -121,7 +124,8 @@ def notice_of(
         sentence = f'not near a singularity: {shown}'
     else:
         head = 'at a singularity' if level == Level.ERROR else 'near a singularity'
-        sentence = f'{head}: {shown}; losing {lost} in {base_frame}'
+        named = _nearest_factor(robot, singularity)
+        sentence = f'{head}: {named}{shown}; losing {lost} in {base_frame}'
         if tendency in ('towards', 'away'):
             sentence += f'; moving {tendency}' + (' from it' if tendency == 'away' else ' it')
     out = ' '.join(f'{name}={share:+.3f}' for name, share in zip(names, singularity.way_out))
@@ -145,9 +149,42 @@ def notice_of(
         ('tendency', tendency),
         ('time_to_warning', _seconds(singularity.time_to_warning)),
     ]
+    values += _factor_values(robot, singularity, names)
     if robot.task.structurally_deficient:
         values.append(('structural', structure_in_words(robot)))
     return Notice(level, sentence, tuple(values))
+
+
+def _nearest_factor(robot: Robot, singularity: Singularity) -> str:
+    factors = singularity.factors
+    if factors is None:
+        return ''
+    k = factors.nearest
+    # An incomplete list may not hold what is near.
+    if not robot.factors.complete and factors.distances[k] > 1.5 * singularity.distance:
+        return ''
+    text = robot.factors.texts[k]
+    shown = f': {text}' if len(text) <= SHORT else ''
+    return f'{factors.names[k]}{shown} = {factors.values[k]:.3g}, '
+
+
+def _factor_values(
+    robot: Robot, singularity: Singularity, names: Sequence[str]
+) -> list[tuple[str, str]]:
+    factors = singularity.factors
+    if factors is None:
+        return []
+    k = factors.nearest
+    motion = ' '.join(
+        f'{name}={share:+.4f}' for name, share in zip(names, factors.motions[k]) if share != 0.0
+    )
+    return [
+        ('factor', factors.names[k]),
+        ('factor_expression', robot.factors.texts[k]),
+        ('factor_value', f'{factors.values[k]:.9g}'),
+        ('factor_distance', f'{factors.distances[k]:.9g}'),
+        ('joint_motion_to_its_zero', motion),
+    ]
 
 
 def _seconds(time: float | None) -> str:

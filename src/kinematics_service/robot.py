@@ -9,18 +9,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .bundle import find_robot_file
-from .chain import Chain, fold
+from .chain import Chain, FrozenArrays, fold
 from .conventions import table_rows
 from .description import RobotDescription
 from .errors import Fault, KinematicsError, RobotFileError
+from .factors import Factors, read_factors
 from .kernel import Floats
 from .measures import Thresholds, thresholds_for
 from .robot_file import parse_robot, read_robot_file
-from .task import Task, find_task
+from .task import Task, find_task, seeded_poses
 
 
 @dataclass(frozen=True, eq=False)
-class Robot:
+class Robot(FrozenArrays):
     """
     One arm, frozen: its joints, frames, chain and task.
 
@@ -40,12 +41,15 @@ class Robot:
         Names of the frames poses are given in and of.
     rows
         Number of rows of the table.
-    chain, task, thresholds
-        Constants of the kernel, rows singularities are judged by, and when to warn.
+    chain, task, thresholds, factors
+        Constants of the kernel, rows singularities are judged by, when to warn, and the named
+        functions whose zeros are singular poses.
     description
         The robot file itself, in SI units.
 
     """
+
+    READ_ONLY = ('limits', 'velocity_limits')
 
     name: str
     source: str
@@ -61,6 +65,7 @@ class Robot:
     chain: Chain
     task: Task
     thresholds: Thresholds
+    factors: Factors
     description: RobotDescription
 
     @property
@@ -100,8 +105,6 @@ def build_robot(description: RobotDescription) -> Robot:
     variables = tuple(joint.variable for joint in joints)
     limits = np.array([[joint.lower, joint.upper] for joint in joints])
     velocity_limits = np.array([joint.velocity for joint in joints])
-    limits.setflags(write=False)
-    velocity_limits.setflags(write=False)
     chain = fold(
         table_rows(description),
         variables,
@@ -110,15 +113,10 @@ def build_robot(description: RobotDescription) -> Robot:
     )
     settings = description.singularity
     names = tuple(joint.name for joint in joints)
+    prismatic = [joint.type == 'prismatic' for joint in joints]
     try:
-        task = find_task(
-            chain,
-            names,
-            limits,
-            [joint.type == 'prismatic' for joint in joints],
-            settings.task,
-            settings.length,
-        )
+        task = find_task(chain, names, limits, prismatic, settings.task, settings.length)
+        factors = read_factors(description, chain, task, seeded_poses(limits, prismatic))
         thresholds = thresholds_for(task, settings.measure, settings.warn, settings.stop)
     except KinematicsError as error:
         raise RobotFileError((Fault(description.file, 1, 'singularity', str(error)),)) from None
@@ -137,6 +135,7 @@ def build_robot(description: RobotDescription) -> Robot:
         chain=chain,
         task=task,
         thresholds=thresholds,
+        factors=factors,
         description=description,
     )
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from . import kernel
+from . import kernel, measure_table
 from .kernel import Floats
 from .measures import Level
 from .robot import Robot
@@ -22,6 +22,36 @@ STEP = 1e-5
 # Slower than this (rad/s or m/s) an arm stands still: encoder noise, and denormal numbers whose
 # step would be infinite.
 AT_REST = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class FactorMeasures:
+    """
+    The named factors of the robot file at a pose; see `Singularity.factors`.
+
+    Attributes
+    ----------
+    names
+        F names, as in the robot file.
+    values, distances : shape (..., F)
+        Value of each factor, and the first-order joint motion to its zero, rad, 0 to pi.
+    motions : shape (..., F, n)
+        That motion, rad or m.
+
+    """
+
+    names: tuple[str, ...]
+    values: Floats
+    distances: Floats
+    motions: Floats
+
+    @property
+    def nearest(self) -> int:
+        """
+        Return the index of the factor nearest to its zero, for one pose.
+
+        """
+        return int(np.argmin(self.distances))
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +75,8 @@ class Singularity:
     rank, generic_rank
         Rank here, and at random poses.
     distance
-        First-order estimate of the joint motion to the nearest singular pose, rad, 0 to pi.
+        First-order estimate of the joint motion to the nearest singular pose, rad, 0 to pi; of the
+        named factors where the robot file lists them.
     lost_direction : shape (..., 6)
         Unit vector of the tool motion that takes most joint motion, in base axes: linear, then
         angular times the length.
@@ -61,6 +92,8 @@ class Singularity:
         None without qdot.
     level
         OK, WARN or ERROR by the robot's thresholds, without hysteresis.
+    factors
+        The named factors, where the robot file lists some; otherwise None.
 
     """
 
@@ -78,6 +111,7 @@ class Singularity:
     rate: Any
     time_to_warning: Any
     level: Any
+    factors: FactorMeasures | None
 
 
 _COLUMN = {
@@ -94,11 +128,7 @@ def measure_rows(robot: Robot, rows: Floats) -> Floats:
     Return the measures of evaluated rows (N, width), one row each, as `kernel.measure` lays out.
 
     """
-    n, m = robot.dof, len(robot.task.rows)
-    measures = np.empty((len(rows), kernel.LOST_AT + 6 + 2 * n + min(m, n)))
-    task = robot.task
-    kernel.measure(robot.chain.integers, task.integers, task.numbers, rows, measures)
-    return measures
+    return measure_table.measure_rows(robot.chain, robot.task, rows)
 
 
 def watched(robot: Robot, measures: Floats) -> Floats:
@@ -117,6 +147,24 @@ def watched_value(robot: Robot, singularity: Singularity) -> float:
     return abs(float(getattr(singularity, robot.thresholds.measure)))
 
 
+def _measures_of(state: ToolState) -> tuple[Floats, Floats | None]:
+    # Measures of every row, and the distances to the zeros of the factors where there are some:
+    # they do not suffer between two singular sets, and where their product is the determinant
+    # nothing else is needed.
+    robot = state.robot
+    measures = measure_rows(robot, state.numbers.reshape(-1, state.numbers.shape[-1]))
+    if not robot.factors:
+        return measures, None
+    q = state.q.reshape(-1, robot.dof)
+    distances = robot.factors.distances(q, robot.task.column_scales)
+    nearest = np.min(distances, axis=1)
+    estimate = measures[:, kernel.DISTANCE]
+    if not robot.factors.complete:
+        nearest = np.minimum(nearest, estimate)
+    measures[:, kernel.DISTANCE] = np.where(estimate == 0.0, 0.0, nearest)
+    return measures, distances
+
+
 def _rates(state: ToolState, measures: Floats) -> Floats:
     # Forward difference along qdot of the watched measure, per second.
     robot, n = state.robot, state.robot.dof
@@ -126,7 +174,7 @@ def _rates(state: ToolState, measures: Floats) -> Floats:
     moving = speed > AT_REST
     step = np.where(moving, STEP / np.where(moving, speed, 1.0), 0.0)
     ahead = evaluate(robot, q + step[:, None] * qdot)
-    here, there = watched(robot, measures), watched(robot, measure_rows(robot, ahead.numbers))
+    here, there = watched(robot, measures), watched(robot, _measures_of(ahead)[0])
     # A condition number that is and stays infinite does not change.
     change = np.subtract(there, here, out=np.zeros_like(here), where=there != here)
     return np.divide(change, step, out=np.zeros_like(change), where=moving)
@@ -149,7 +197,7 @@ def singularity_of(state: ToolState) -> Singularity:
     """
     robot, n = state.robot, state.robot.dof
     leading = state.numbers.shape[:-1]
-    measures = measure_rows(robot, state.numbers.reshape(-1, state.numbers.shape[-1]))
+    measures, distances = _measures_of(state)
     values = watched(robot, measures)
     rates = times = None
     if state.qdot is not None:
@@ -184,6 +232,25 @@ def singularity_of(state: ToolState) -> Singularity:
         rate=None if rates is None else shaped(rates),
         time_to_warning=None if times is None else shaped(times),
         level=shaped(levels) if leading else Level(int(levels[0])),
+        factors=_factor_measures(state, distances, leading),
+    )
+
+
+def _factor_measures(
+    state: ToolState, distances: Floats | None, leading: tuple[int, ...]
+) -> FactorMeasures | None:
+    if distances is None:
+        return None
+    factors = state.robot.factors
+    q = state.q.reshape(-1, state.robot.dof)
+    values = factors.evaluate(q)[..., 0]
+    motions = factors.motions(q, state.robot.task.column_scales)
+    count = len(factors.names)
+    return FactorMeasures(
+        names=factors.names,
+        values=values.reshape(*leading, count),
+        distances=distances.reshape(*leading, count),
+        motions=motions.reshape(*leading, count, state.robot.dof),
     )
 
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from . import kernel
-from .chain import Chain
+from .chain import Chain, FrozenArrays
 from .errors import KinematicsError
 from .kernel import Floats, Integers
 
@@ -25,7 +25,7 @@ MOVED = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class Task:
+class Task(FrozenArrays):
     """
     The rows J_t of the Jacobian, in the axes of frame 0, and what is true of them at every pose.
 
@@ -48,6 +48,8 @@ class Task:
 
     """
 
+    READ_ONLY = ('integers', 'numbers')
+
     rows: tuple[str, ...]
     length: float
     generic_rank: int
@@ -65,13 +67,20 @@ class Task:
         return bool(self.integers[kernel.SQUARE])
 
     @property
+    def column_scales(self) -> Floats:
+        """
+        Return what a unit of each joint counts in rad, shape (n,): the length for prismatic ones.
+
+        """
+        return self.numbers[9 + len(self.rows) :]
+
+    @property
     def structurally_deficient(self) -> bool:
         """
         Return whether J_t has full rank at no pose at all.
 
         """
-        joints = len(self.numbers) - 9 - len(self.rows)
-        return self.generic_rank < min(len(self.rows), joints)
+        return self.generic_rank < min(len(self.rows), len(self.column_scales))
 
 
 def seeded_poses(limits: Floats, prismatic: Sequence[bool]) -> Floats:
@@ -202,12 +211,8 @@ def _dependent_joints(J_t: Floats, joint_names: Sequence[str]) -> tuple[str, ...
 
 def _packed_integers(indices: Sequence[int], generic_rank: int, dof: int) -> Integers:
     header = [len(indices), generic_rank, int(len(indices) == dof)]
-    integers = np.array([*header, *indices], dtype=np.int64)
-    integers.setflags(write=False)
-    return integers
+    return np.array([*header, *indices], dtype=np.int64)
 
 
 def _packed_numbers(frame_0: Floats, row_scales: Floats, column_scales: Floats) -> Floats:
-    numbers = np.concatenate([frame_0[:3, :3].ravel(), row_scales, column_scales])
-    numbers.setflags(write=False)
-    return numbers
+    return np.concatenate([frame_0[:3, :3].ravel(), row_scales, column_scales])

@@ -111,7 +111,7 @@ def _motion(listener: Listener) -> list[Text]:
 
 
 def _narrow(values: Sequence[float] | Floats, decimals: int = 4) -> str:
-    return ''.join(number(float(value), decimals).rjust(NARROW) for value in values)
+    return ''.join(f' {number(float(value), decimals).rjust(NARROW - 1)}' for value in values)
 
 
 def _jacobian(listener: Listener, width: int) -> list[Text]:

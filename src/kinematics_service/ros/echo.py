@@ -13,7 +13,7 @@ from rclpy.clock import Clock, ClockType
 from rclpy.exceptions import InvalidTopicNameException
 from rclpy.node import Node
 from rclpy.serialization import deserialize_message
-from rclpy.validate_topic_name import validate_topic_name
+from rclpy.validate_full_topic_name import validate_full_topic_name
 from rich.console import Console, Group
 from rich.live import Live
 from rich.text import Text
@@ -65,7 +65,7 @@ def run_echo(what: str, node: str, once: bool, as_json: bool, ros_args: Sequence
     echoed = ECHO_TOPICS[what]
     topic = echoed.name.replace('~', '/' + node.strip('/'))
     try:
-        validate_topic_name(topic)
+        validate_full_topic_name(topic)
     except InvalidTopicNameException:
         tell(f'--node {node}: not the name of a node, such as /kinematics or /arm/kinematics')
         return WRONG_USAGE

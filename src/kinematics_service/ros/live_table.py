@@ -14,8 +14,7 @@ from ..kernel import Floats
 from ..measures import Level
 from .readings import Matrix, Pose, Velocity, Warned
 
-# Width of a number with four decimals, its sign and a gap; and how wide a column may grow for its
-# joint's name.
+# Width of a number and a gap, and how wide a column may grow for its joint's name.
 CELL, WIDEST_CELL = 9, 14
 ROW_LABEL = 4
 STYLES = {
@@ -29,11 +28,17 @@ BARS = '▁▂▃▄▅▆▇█'
 
 def number(value: float, decimals: int = 4) -> str:
     """
-    Return a number with its sign, without a negative zero; large and infinite ones in short.
+    Return a number with its sign, without a negative zero, in at most eight characters.
+
+    Where they do not suffice, with fewer decimals, or in short (`+1.5e+03`).
 
     """
-    if not math.isfinite(value) or abs(value) >= 1000.0:
-        return f'{value:+.2e}' if math.isfinite(value) else f'{value:+}'
+    if not math.isfinite(value):
+        return f'{value:+}'
+    if abs(round(value, decimals)) >= 100.0:
+        decimals = min(decimals, 3)
+    if abs(round(value, decimals)) >= 1000.0:
+        return f'{value:+.1e}'
     return f'{round(value, decimals) + 0.0:+.{decimals}f}'
 
 
@@ -62,10 +67,12 @@ def matrix_lines(matrix: Matrix, width: int) -> list[str]:
         headers = [_header(name, cell - 1) for name in columns[part]]
         for k in range(-max(map(len, headers)), 0):
             cells = (header[k] if -k <= len(header) else '' for header in headers)
-            lines.append(' ' * margin + ''.join(text.rjust(cell) for text in cells))
+            lines.append(' ' * margin + ''.join(f' {text.rjust(cell - 1)}' for text in cells))
         for name, values in zip(rows, matrix.values[:, part].tolist()):
-            cells = (number(value).rjust(cell) for value in values)
-            lines.append(name.rjust(margin) + ''.join(cells))
+            cells = (number(value) for value in values)
+            lines.append(
+                name.rjust(margin) + ''.join(f' {text.rjust(cell - 1)}' for text in cells)
+            )
     return lines
 
 

@@ -3,6 +3,7 @@ From the command line to a running node and back to an exit code.
 
 """
 
+import gc
 import sys
 from collections.abc import Sequence
 
@@ -111,6 +112,9 @@ def run_node(
                 tell(f'rclpy cannot start the node: {_first_clause(error)}')
                 return FAULT
             executor = new_executor(node, context)
+            # What is there now stays. To look through it takes the garbage collector some 80 ms,
+            # which would fall between two messages, and more on the way out.
+            gc.freeze()
             fine = spin(executor, node, lambda: stop.came or not context.ok())
             executor.remove_node(node)
             executor.shutdown()

@@ -50,7 +50,7 @@ def reason_of_silence(node: Node, topic: str) -> str:
         )
     found = kinematics_nodes(node)
     nodes = f'kinematics nodes here: {", ".join(found)}' if found else 'no kinematics node is here'
-    hint = f'try --node {found[0]}' if found else f'is it running, {_environment()}?'
+    hint = f'try --node {found[0]}' if found else f'is one running, {_environment()}?'
     return f'waiting for {topic}: nobody publishes it; {nodes}; {hint}'
 
 

@@ -1,0 +1,343 @@
+"""
+Exact trigonometry as arithmetic: polynomials in lengths and in exp(i q), exponents of any sign.
+
+cos q = (z + 1/z) / 2 and sin q = (z - 1/z) / 2i with z = exp(i q). What is equal for every q has
+the same terms here, so "the difference is exactly zero" needs no simplifier.
+"""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import sympy
+
+# A monomial is one integer: the exponents are its digits to the base 2^16, each of either sign, so
+# that monomials are multiplied by one addition.
+BITS = 16
+HALF = 1 << (BITS - 1)
+MASK = (1 << BITS) - 1
+
+Kind = Literal['angle', 'fixed_angle', 'number']
+
+
+@dataclass(frozen=True)
+class Generator:
+    """
+    What a polynomial is made of.
+
+    Parameters
+    ----------
+    kind
+        `angle`: exp(i meaning) of a joint variable; `fixed_angle`: of a constant one; `number`:
+        the meaning itself, a length, a prismatic variable, or a number that is no fraction.
+    meaning
+        A sympy expression, rad or the file's length unit.
+
+    """
+
+    kind: Kind
+    meaning: Any
+
+
+@dataclass
+class Ring:
+    """
+    The generators met so far; the one thing here with a memory, it only ever grows.
+
+    """
+
+    generators: list[Generator] = field(default_factory=list)
+    places: dict[tuple[Kind, Any], int] = field(default_factory=dict)
+
+    def place(self, kind: Kind, meaning: Any) -> int:
+        """
+        Return the place of a generator among the digits.
+
+        """
+        key = (kind, meaning)
+        if key not in self.places:
+            self.places[key] = len(self.generators)
+            self.generators.append(Generator(kind, meaning))
+        return self.places[key]
+
+    @property
+    def offset(self) -> int:
+        """
+        Return what makes every digit of a monomial positive when added.
+
+        """
+        return sum(HALF << (BITS * k) for k in range(len(self.generators)))
+
+    def exponents(self, monomial: int) -> tuple[int, ...]:
+        """
+        Return the exponents of a monomial, one a generator.
+
+        """
+        shifted = monomial + self.offset
+        return tuple(
+            ((shifted >> (BITS * k)) & MASK) - HALF for k in range(len(self.generators))
+        )
+
+    def monomial(self, exponents: Iterable[int]) -> int:
+        """
+        Return the monomial of these exponents.
+
+        """
+        return sum(e << (BITS * k) for k, e in enumerate(exponents))
+
+    def number(self, value: int, divisor: int = 1) -> 'Laurent':
+        """
+        Return a fraction.
+
+        """
+        return Laurent(self, {0: value} if value else {}, {}, divisor)
+
+    def power(self, place: int, exponent: int = 1) -> 'Laurent':
+        """
+        Return a generator to a power.
+
+        """
+        return Laurent(self, {exponent << (BITS * place): 1}, {}, 1)
+
+    def length(self, expression: Any) -> 'Laurent':
+        """
+        Return a sympy expression without angles: numbers, symbols, their sums and products.
+
+        What is neither (a square root, a decimal fraction) becomes a generator of its own, so that
+        the fractions of the arithmetic stay those of cosines and the factoring stays generic.
+
+        """
+        if expression.is_Integer:
+            return self.number(int(expression))
+        if expression.is_Add:
+            return total(self, (self.length(part) for part in expression.args))
+        if expression.is_Mul:
+            result = self.number(1)
+            for part in expression.args:
+                result = result * self.length(part)
+            return result
+        if expression.is_Pow and expression.exp.is_Integer and expression.base.is_Symbol:
+            return self.power(self.place('number', expression.base), int(expression.exp))
+        if expression.is_Rational and expression.q in (2, 4):
+            return self.number(int(expression.p), int(expression.q))
+        if expression.is_Rational and expression.is_negative:
+            return -self.length(-expression)
+        return self.power(self.place('number', expression))
+
+
+@dataclass(frozen=True, eq=False)
+class Laurent:
+    """
+    A polynomial with complex coefficients (real + i imaginary) / divisor, all integers.
+
+    """
+
+    ring: Ring
+    real: Mapping[int, int]
+    imaginary: Mapping[int, int]
+    divisor: int = 1
+
+    def __bool__(self) -> bool:
+        return bool(self.real or self.imaginary)
+
+    def __len__(self) -> int:
+        return len(self.real) + len(self.imaginary)
+
+    def __neg__(self) -> 'Laurent':
+        return self.scaled(-1)
+
+    def __add__(self, other: 'Laurent') -> 'Laurent':
+        return total(self.ring, (self, other))
+
+    def __sub__(self, other: 'Laurent') -> 'Laurent':
+        return total(self.ring, (self, -other))
+
+    def __mul__(self, other: 'Laurent') -> 'Laurent':
+        real: dict[int, int] = {}
+        imaginary: dict[int, int] = {}
+        _add_product(real, self.real, other.real, 1)
+        _add_product(real, self.imaginary, other.imaginary, -1)
+        _add_product(imaginary, self.real, other.imaginary, 1)
+        _add_product(imaginary, self.imaginary, other.real, 1)
+        return Laurent(
+            self.ring, _without_zeros(real), _without_zeros(imaginary), self.divisor * other.divisor
+        )
+
+    def scaled(self, factor: int, divisor: int = 1) -> 'Laurent':
+        """
+        Return the product with a fraction.
+
+        """
+        if factor == 0:
+            return self.ring.number(0)
+        return Laurent(
+            self.ring,
+            {m: factor * c for m, c in self.real.items()},
+            {m: factor * c for m, c in self.imaginary.items()},
+            self.divisor * divisor,
+        )
+
+    def times_i(self, power: int = 1) -> 'Laurent':
+        """
+        Return the product with a power of i.
+
+        """
+        match power % 4:
+            case 0:
+                return self
+            case 2:
+                return -self
+            case 1:
+                minus = {m: -c for m, c in self.imaginary.items()}
+                return Laurent(self.ring, minus, self.real, self.divisor)
+        minus = {m: -c for m, c in self.real.items()}
+        return Laurent(self.ring, self.imaginary, minus, self.divisor)
+
+    def derivative(self, place: int, per_unit: int = 1) -> 'Laurent':
+        """
+        Return the derivative: by the angle of an angle generator, by a number itself.
+
+        Parameters
+        ----------
+        place
+            Of the generator.
+        per_unit
+            The generator is exp(i q / per_unit).
+
+        """
+        shift, offset = BITS * place, self.ring.offset
+        is_angle = self.ring.generators[place].kind != 'number'
+        lowered = 0 if is_angle else 1 << shift
+
+        def part(terms: Mapping[int, int]) -> dict[int, int]:
+            result = {}
+            for monomial, c in terms.items():
+                e = (((monomial + offset) >> shift) & MASK) - HALF
+                if e:
+                    result[monomial - lowered] = e * c
+            return result
+
+        result = Laurent(self.ring, part(self.real), part(self.imaginary), self.divisor)
+        return result.times_i().scaled(1, per_unit) if is_angle else result
+
+    def terms(self) -> dict[tuple[int, ...], tuple[int, int]]:
+        """
+        Return the coefficients (real, imaginary) by exponents, the divisor left out.
+
+        """
+        return {
+            self.ring.exponents(m): (self.real.get(m, 0), self.imaginary.get(m, 0))
+            for m in {**self.real, **self.imaginary}
+        }
+
+    def reduced(self) -> 'Laurent':
+        """
+        Return the same with the smallest integers.
+
+        """
+        common = math.gcd(self.divisor, *self.real.values(), *self.imaginary.values())
+        if common == 1:
+            return self
+        return Laurent(
+            self.ring,
+            {m: c // common for m, c in self.real.items()},
+            {m: c // common for m, c in self.imaginary.items()},
+            self.divisor // common,
+        )
+
+
+def _add_product(
+    into: dict[int, int], one: Mapping[int, int], other: Mapping[int, int], sign: int
+) -> None:
+    if len(one) > len(other):
+        one, other = other, one
+    pairs = tuple(other.items())
+    get = into.get
+    for m, c in one.items():
+        c *= sign
+        for n, d in pairs:
+            into[m + n] = get(m + n, 0) + c * d
+
+
+def _without_zeros(terms: dict[int, int]) -> dict[int, int]:
+    return {m: c for m, c in terms.items() if c}
+
+
+def total(ring: Ring, parts: Iterable[Laurent]) -> Laurent:
+    """
+    Return a sum.
+
+    """
+    summands = [part for part in parts if part]
+    if len(summands) == 1:
+        return summands[0]
+    divisor = math.lcm(1, *(part.divisor for part in summands))
+    real: dict[int, int] = {}
+    imaginary: dict[int, int] = {}
+    for part in summands:
+        factor = divisor // part.divisor
+        for into, terms in ((real, part.real), (imaginary, part.imaginary)):
+            for m, c in terms.items():
+                into[m] = into.get(m, 0) + factor * c
+    return Laurent(ring, _without_zeros(real), _without_zeros(imaginary), divisor).reduced()
+
+
+def from_terms(
+    ring: Ring, terms: Mapping[tuple[int, ...], tuple[int, int]], divisor: int = 1
+) -> Laurent:
+    """
+    Return the polynomial of coefficients (real, imaginary) by exponents.
+
+    """
+    real = {ring.monomial(e): a for e, (a, _) in terms.items() if a}
+    imaginary = {ring.monomial(e): b for e, (_, b) in terms.items() if b}
+    return Laurent(ring, real, imaginary, divisor).reduced()
+
+
+Matrix = tuple[tuple[Laurent, ...], ...]
+Vector = tuple[Laurent, ...]
+
+
+def product(one: Matrix, other: Matrix) -> Matrix:
+    """
+    Return a matrix product.
+
+    """
+    ring = one[0][0].ring
+    columns = tuple(zip(*other))
+    return tuple(tuple(dot(ring, row, column) for column in columns) for row in one)
+
+
+def dot(ring: Ring, one: Sequence[Laurent], other: Sequence[Laurent]) -> Laurent:
+    """
+    Return the sum of products.
+
+    """
+    return total(ring, (a * b for a, b in zip(one, other) if a and b))
+
+
+def cross(one: Sequence[Laurent], other: Sequence[Laurent]) -> Vector:
+    """
+    Return the vector product of two triples.
+
+    """
+    return tuple(
+        one[(k + 1) % 3] * other[(k + 2) % 3] - one[(k + 2) % 3] * other[(k + 1) % 3]
+        for k in range(3)
+    )
+
+
+def exponential(ring: Ring, angle: Any) -> Laurent:
+    """
+    Return exp(i angle) of a constant angle, a sympy expression in rad; quarter turns exactly.
+
+    """
+    quarters = sympy.nsimplify(angle * 2 / sympy.pi) if angle.has(sympy.pi) else angle
+    if quarters.is_Integer:
+        if angle == 0 or angle.has(sympy.pi):
+            return ring.number(1).times_i(int(quarters))
+        quarters = None
+    if angle.is_negative:
+        return ring.power(ring.place('fixed_angle', -angle), -1)
+    return ring.power(ring.place('fixed_angle', angle))

@@ -1,0 +1,145 @@
+"""
+Who may import what, and how files look: the rules of the design that a program can check.
+
+"""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import kinematics_service as ks
+
+PACKAGE = Path(ks.__file__).parent
+FILES = sorted(path.relative_to(PACKAGE).as_posix() for path in PACKAGE.rglob('*.py'))
+
+# Files that may be longer than 300 lines, and why.
+LONGEST = 300
+LONGER = {
+    'kernel.py': 'the on-disk cache of numba does not notice an edit in another file',
+    'estimator.py': 'the one object with memory',
+    'ros/node.py': 'one class: the node',
+}
+
+
+def of_ros(module):
+    top = module.split('.')[0]
+    return top.startswith(('rcl', 'ros', 'tf2_', 'ament')) or top.endswith(
+        ('_msgs', '_srvs', '_interfaces')
+    )
+
+
+def one_of(*names):
+    return lambda module: module.split('.')[0] in names
+
+
+# What is imported, and the files that may.
+RULES = {
+    'ROS': (of_ros, lambda file: file.startswith('ros/')),
+    'numba': (one_of('numba', 'llvmlite'), lambda file: file == 'kernel.py'),
+    'sympy': (one_of('sympy', 'mpmath'), lambda file: 'symbol' in file),
+    'YAML': (one_of('ruamel', 'yaml'), lambda file: file == 'yaml_reader.py'),
+    'pydantic': (
+        one_of('pydantic', 'pydantic_core'),
+        lambda file: file in ('robot_schema.py', 'entries.py'),
+    ),
+    'matplotlib': (one_of('matplotlib'), lambda file: 'plot' in file),
+    'the viewer': (one_of('viser', 'trimesh'), lambda file: 'view' in file),
+    'scipy': (one_of('scipy'), lambda file: False),
+}
+
+
+def tree(file):
+    return ast.parse((PACKAGE / file).read_text(encoding='utf-8'), file)
+
+
+def imports(file):
+    # Absolute names of every module imported anywhere in a file, inside functions too.
+    package = ['kinematics_service', *file.split('/')[:-1]]
+    for node in ast.walk(tree(file)):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            above = package[: len(package) - node.level + 1] if node.level else []
+            parts = [*above, *([node.module] if node.module else [])]
+            yield '.'.join(parts)
+            yield from ('.'.join([*parts, alias.name]) for alias in node.names)
+
+
+def test_there_is_something_to_check():
+    assert {'kernel.py', 'ros/node.py', 'commands/fk.py'} <= set(FILES)
+    assert 'numba' in set(imports('kernel.py'))
+    assert 'kinematics_service.kernel' in set(imports('ros/messages.py')) | set(imports('task.py'))
+
+
+@pytest.mark.parametrize('rule', RULES)
+def test_only_these_files_import(rule):
+    concerns, may = RULES[rule]
+    offenders = {
+        file: sorted({module for module in imports(file) if concerns(module)})
+        for file in FILES
+        if not may(file) and any(map(concerns, imports(file)))
+    }
+    assert not offenders
+
+
+def test_the_library_knows_neither_the_node_nor_the_command_line():
+    for file in FILES:
+        if file == '__main__.py' or file.startswith(('ros/', 'commands/')):
+            continue
+        outer = ('kinematics_service.ros', 'kinematics_service.commands')
+        assert not [module for module in imports(file) if module.startswith(outer)], file
+
+
+@pytest.mark.parametrize('file', FILES)
+def test_every_module_has_a_docstring(file):
+    docstring = ast.get_docstring(tree(file), clean=False)
+    assert docstring
+    assert docstring.startswith('\n') or len(docstring.splitlines()) == 1
+
+
+@pytest.mark.parametrize('file', FILES)
+def test_files_are_short(file):
+    lines = len((PACKAGE / file).read_text(encoding='utf-8').splitlines())
+    assert lines <= LONGEST or file in LONGER
+
+
+@pytest.mark.parametrize('file', FILES)
+def test_nothing_is_evaluated_from_text(file):
+    called = {
+        node.func.id
+        for node in ast.walk(tree(file))
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name)
+    }
+    assert not called & {'eval', 'exec', 'compile', '__import__'}
+
+
+def modules_after(code):
+    names = "print(*{name.split('.')[0] for name in __import__('sys').modules})"
+    result = subprocess.run(
+        [sys.executable, '-c', f'{code}\n{names}'],
+        capture_output=True,
+        text=True,
+        timeout=100,
+        check=True,
+    )
+    return set(result.stdout.split())
+
+
+def test_the_library_needs_neither_ros_nor_sympy_nor_matplotlib():
+    loaded = modules_after(
+        'import kinematics_service as ks\n'
+        '[getattr(ks, name) for name in ks.__all__]\n'
+        "ks.singularity(ks.load_robot('craig_3r'), [0.1, 0.2, 0.3])"
+    )
+    assert 'numba' in loaded
+    assert not loaded & {'rclpy', 'sympy', 'matplotlib', 'viser', 'typer', 'rich'}
+    # A wheel of ROS may put a module of its own into every start of Python.
+    assert not {name for name in loaded - modules_after('') if of_ros(name)}
+
+
+def test_importing_the_package_alone_loads_nothing_heavy():
+    loaded = modules_after('import kinematics_service')
+    assert not loaded & {'numpy', 'numba', 'pydantic', 'ruamel', 'sympy', 'rclpy'}

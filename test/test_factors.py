@@ -1,0 +1,186 @@
+"""
+Named singular factors: evaluated live, checked against the arm, and told in the warning.
+
+"""
+
+import math
+
+import numpy as np
+import pytest
+from tolerances import DIFFERENCE, DIFFERENCE_STEP
+
+import kinematics_service as ks
+from kinematics_service.estimator import Estimator, EstimatorSettings
+from kinematics_service.joint_sample import JointSample
+from kinematics_service.notice import notice_of
+from kinematics_service.task import seeded_poses
+
+FACTORED = [name for name in ks.bundled_robots() if ks.load_robot(name).factors]
+MILLISECOND = 1_000_000
+
+ARM = """
+robot: arm
+convention: standard
+units: {{angle: {angle}, length: {length}}}
+constants: {{L1: {L1}, L2: {L2}}}
+joints:
+  - {{name: q1, type: revolute}}
+  - {{name: q2, type: revolute}}
+links:
+  - {{a: L1, alpha: 0, d: 0, theta: q1}}
+  - {{a: L2, alpha: 0, d: 0, theta: q2}}
+singularity:
+  factors:
+    - {{name: {name}, expression: "{expression}"}}
+"""
+
+
+def arm(expression, name='elbow', angle='rad', length='m'):
+    L1, L2 = (0.5, 0.4) if length == 'm' else (500, 400)
+    return ks.robot_from_text(
+        ARM.format(angle=angle, length=length, L1=L1, L2=L2, name=name, expression=expression),
+        'arm.yaml',
+    )
+
+
+def poses(robot, count=1000):
+    sliding = [kind == 'prismatic' for kind in robot.joint_types]
+    return seeded_poses(robot.limits, sliding)[:count]
+
+
+@pytest.mark.parametrize('name', FACTORED)
+def test_the_factors_of_a_bundled_robot_are_its_determinant(name):
+    robot = ks.load_robot(name)
+    assert robot.factors.complete
+    q = poses(robot)
+    values = np.abs(robot.factors.evaluate(q)[..., 0])
+    determinants = np.abs(ks.singularity(robot, q).determinant)
+    powers = np.array([2.0 if factor == 'boom_length' else 1.0 for factor in robot.factors.names])
+    if robot.name.startswith('offset_stanford'):
+        powers[:] = 1.0
+    product = np.prod(values**powers, axis=1)
+    constant = np.median(determinants / product)
+    np.testing.assert_allclose(constant * product, determinants, rtol=1e-12, atol=1e-12 * constant)
+
+
+@pytest.mark.parametrize('name', FACTORED)
+def test_gradients_are_central_differences(name):
+    robot = ks.load_robot(name)
+    q = poses(robot, 50)
+    gradients = robot.factors.evaluate(q)[..., 1:]
+    for j in range(robot.dof):
+        step = np.zeros(robot.dof)
+        step[j] = DIFFERENCE_STEP
+        ahead, behind = (robot.factors.evaluate(q + s * step)[..., 0] for s in (1, -1))
+        difference = (ahead - behind) / (2 * DIFFERENCE_STEP)
+        np.testing.assert_allclose(gradients[..., j], difference, atol=DIFFERENCE)
+
+
+def test_every_operation_has_its_derivative():
+    # The bracket has no zeros, so the product is singular where the sine is.
+    text = 'sin(q2)*(2 + cos(q1)/3 - sqrt(4 + sin(q1)) + atan2(sin(q1), 2 + cos(q2)) - -1)/(+2)'
+    robot = arm(text)
+    q = poses(robot, 20)
+    results = robot.factors.evaluate(q)
+    q1, q2 = q.T
+    value = (
+        np.sin(q2)
+        * (
+            2
+            + np.cos(q1) / 3
+            - np.sqrt(4 + np.sin(q1))
+            + np.arctan2(np.sin(q1), 2 + np.cos(q2))
+            + 1
+        )
+        / 2
+    )
+    np.testing.assert_allclose(results[:, 0, 0], value, atol=1e-14)
+    for j in range(2):
+        step = np.zeros(2)
+        step[j] = DIFFERENCE_STEP
+        ahead, behind = (robot.factors.evaluate(q + s * step)[:, 0, 0] for s in (1, -1))
+        difference = (ahead - behind) / (2 * DIFFERENCE_STEP)
+        np.testing.assert_allclose(results[:, 0, 1 + j], difference, atol=DIFFERENCE)
+
+
+def test_a_factor_of_a_file_in_degrees_and_millimetres_is_the_same():
+    radians, degrees = arm('sin(q2)'), arm('sin(q2)', angle='deg', length='mm')
+    q = poses(radians, 20)
+    np.testing.assert_allclose(
+        radians.factors.evaluate(q), degrees.factors.evaluate(q), atol=1e-14
+    )
+
+
+def test_the_distance_of_a_single_factor_is_the_angle_to_its_zero():
+    robot = arm('sin(q2)')
+    found = ks.singularity(robot, [0.3, 0.02])
+    assert found.distance == pytest.approx(math.tan(0.02))
+    assert found.factors.names == ('elbow',)
+    np.testing.assert_allclose(found.factors.motions, [[0.0, -math.tan(0.02)]])
+    assert ks.singularity(robot, [0.3, 0.0]).distance == 0.0
+
+
+def test_between_two_singular_sheets_the_factors_do_not_overestimate():
+    # Craig's arm where the gradients of ln w cancel: the factors know both distances.
+    robot = ks.load_robot('craig_3r')
+    q = poses(robot)
+    found = ks.singularity(robot, q)
+    elbow = np.abs(q[:, 2])
+    elbow = np.minimum(elbow, math.pi - elbow)
+    close = elbow < 0.05
+    assert np.sum(close) > 10
+    assert np.all(found.distance[close] <= np.tan(elbow[close]) + 1e-12)
+
+
+def test_a_factor_whose_zeros_are_no_singular_poses_is_refused():
+    with pytest.raises(ks.RobotFileError) as refusal:
+        arm('cos(q2)')
+    assert str(refusal.value).startswith(
+        "arm.yaml:1: singularity: factor 'elbow' (cos(q2)) is zero at q = ["
+    )
+    assert 'which is no singular pose: the smallest singular value there is' in str(refusal.value)
+
+
+def test_an_incomplete_list_keeps_the_estimate_of_the_rest():
+    text = ks.load_robot('craig_3r')
+    import dataclasses
+
+    from kinematics_service.robot import build_robot
+
+    judged = dataclasses.replace(
+        text.description.singularity, factors=text.description.singularity.factors[:1]
+    )
+    robot = build_robot(dataclasses.replace(text.description, singularity=judged))
+    assert not robot.factors.complete
+    on_axis = [0.0, math.pi / 2, -math.pi / 2 - math.acos(-0.12 / 0.3)]
+    assert ks.singularity(robot, on_axis).distance == pytest.approx(0.0, abs=1e-9)
+
+
+def test_the_warning_names_the_nearest_factor_and_the_motion_to_its_zero():
+    robot = ks.load_robot('ur5e')
+    found = ks.singularity(robot, [0.3, -1.2, 0.02, -0.5, 1.0, 0.0], np.zeros(6))
+    notice = notice_of(robot, found, ks.Level.ERROR, 'base')
+    assert notice.sentence.startswith('at a singularity: elbow: sin(q3) = 0.02, distance 0.02 rad')
+    values = dict(notice.values)
+    assert values['factor'] == 'elbow'
+    assert values['joint_motion_to_its_zero'] == 'elbow_joint=-0.0200'
+
+
+def test_another_nearest_factor_is_said_at_once():
+    robot = ks.load_robot('ur5e')
+    estimator = Estimator(robot, EstimatorSettings())
+    said = []
+    for k in range(100):
+        t = k / 99
+        # From the elbow's zero into the wrist's, without leaving ERROR.
+        q = [0.3, -1.2, 0.001 + 0.02 * t, -0.5, 0.0215 - 0.02 * t, 0.0]
+        stamp = (1 + k) * 10 * MILLISECOND
+        sample = JointSample(robot.joint_names, q, [0.0] * 6, stamp, stamp, stamp)
+        found = ks.singularity(robot, estimator.take(sample).state.q)
+        level, say = estimator.judge(found, stamp)
+        assert level == ks.Level.ERROR
+        if say:
+            said.append(found.factors.names[found.factors.nearest])
+    assert said[0] == 'elbow'
+    assert said[-1] == 'wrist'
+    assert len(said) <= 4

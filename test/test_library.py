@@ -1,0 +1,230 @@
+"""
+The library as a user meets it: names, errors, frozen data, several threads.
+
+"""
+
+import copy
+import dataclasses
+import pickle
+import re
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+from arms import BUNDLED, robot_of
+
+import kinematics_service as ks
+from kinematics_service import kernel
+
+FUNCTIONS = {
+    'forward_kinematics': lambda robot, q: ks.forward_kinematics(robot, q),
+    'link_frames': lambda robot, q: ks.link_frames(robot, q),
+    'jacobian': lambda robot, q: ks.jacobian(robot, q),
+    'twist': lambda robot, q: ks.twist(robot, q, np.zeros(robot.dof)),
+    'singularity': lambda robot, q: ks.singularity(robot, q),
+    'evaluate': lambda robot, q: ks.evaluate(robot, q),
+}
+every_function = pytest.mark.parametrize('function', FUNCTIONS.values(), ids=FUNCTIONS.keys())
+
+
+def test_the_public_names_are_there():
+    promised = {
+        'bundled_robots',
+        'load_robot',
+        'robot_from_text',
+        'forward_kinematics',
+        'link_frames',
+        'jacobian',
+        'twist',
+        'singularity',
+        'evaluate',
+        'Robot',
+        'ToolState',
+        'Singularity',
+        'Level',
+        'KinematicsError',
+        'RobotFileError',
+        'RobotNotFoundError',
+        'JointVectorError',
+        '__version__',
+    }
+    assert promised <= set(ks.__all__)
+    assert promised <= set(dir(ks))
+    for name in ks.__all__:
+        assert getattr(ks, name) is not None
+    with pytest.raises(AttributeError, match="has no attribute 'forward_kinematic'"):
+        ks.forward_kinematic  # noqa: B018
+
+
+def test_errors_are_of_one_family_and_value_errors():
+    for error in (ks.RobotFileError, ks.RobotNotFoundError, ks.JointVectorError):
+        assert issubclass(error, ks.KinematicsError)
+        assert issubclass(error, ValueError)
+
+
+def test_a_robot_is_found_by_name_and_by_path(tmp_path):
+    by_name = ks.load_robot('craig_3r')
+    path = tmp_path / 'mine.yaml'
+    path.write_bytes(ks.bundled_robots()['craig_3r'].read_bytes())
+    for place in (path, str(path)):
+        assert np.array_equal(ks.load_robot(place).chain.numbers, by_name.chain.numbers)
+
+
+def test_an_unknown_robot_is_refused_with_the_names():
+    with pytest.raises(ks.RobotNotFoundError) as refusal:
+        ks.load_robot('puma650')
+    listed = ', '.join(BUNDLED)
+    assert str(refusal.value) == (
+        f"no robot 'puma650': did you mean 'puma560'? give a YAML file or one of: {listed}"
+    )
+    with pytest.raises(ks.RobotFileError, match=r'^nowhere/arm\.yaml: no such file$'):
+        ks.load_robot('nowhere/arm.yaml')
+
+
+@every_function
+@pytest.mark.parametrize(
+    ('q', 'message'),
+    [
+        (
+            [0.0, 0.0],
+            'q has shape (2,); craig_3r has 3 joints (q1, q2, q3), so it must be (..., 3)',
+        ),
+        (0.0, 'q has shape (); craig_3r has 3 joints (q1, q2, q3), so it must be (..., 3)'),
+        (
+            np.zeros((3, 2)),
+            'q has shape (3, 2); craig_3r has 3 joints (q1, q2, q3), so it must be (..., 3)',
+        ),
+        (['a', 'b', 'c'], 'q must be numbers, shape (..., 3)'),
+        ([[0.0, 0.0, 0.0], [0.0]], 'q must be numbers, shape (..., 3)'),
+        ({'q1': 0.0}, 'q must be numbers, shape (..., 3)'),
+    ],
+)
+def test_joint_vectors_of_the_wrong_shape(function, q, message):
+    with pytest.raises(ks.JointVectorError) as refusal:
+        function(robot_of('craig_3r'), q)
+    assert str(refusal.value) == message
+
+
+@every_function
+@pytest.mark.parametrize('bad', [np.nan, np.inf, -np.inf])
+def test_joint_vectors_that_are_not_finite(function, bad):
+    robot = robot_of('craig_3r')
+    with pytest.raises(ks.JointVectorError, match='must be finite'):
+        function(robot, [0.0, bad, 0.0])
+    batch = np.zeros((2, 4, 3))
+    batch[1, 2, 1] = bad
+    with pytest.raises(ks.JointVectorError, match=r'must be finite.*row 6 is'):
+        function(robot, batch)
+
+
+def test_velocities_that_do_not_fit():
+    robot = robot_of('craig_3r')
+    with pytest.raises(ks.JointVectorError, match=r'^qdot has shape \(2,\); craig_3r has 3'):
+        ks.twist(robot, np.zeros(3), np.zeros(2))
+    with pytest.raises(ks.JointVectorError) as refusal:
+        ks.twist(robot, np.zeros((4, 3)), np.zeros((5, 3)))
+    assert str(refusal.value) == (
+        'q and qdot have shapes (4, 3) and (5, 3), which do not go together'
+    )
+    for velocity in (np.nan, np.inf):
+        with pytest.raises(ks.JointVectorError, match='must be finite'):
+            ks.twist(robot, np.zeros(3), [0.0, velocity, 0.0])
+
+
+def test_numbers_too_large_for_a_finite_result_are_refused():
+    robot = robot_of('rrp_elementary')
+    with pytest.raises(ks.JointVectorError, match='and what follows too: row 0 is'):
+        ks.twist(robot, [0.0, 0.0, 1e300], [1e300, 0.0, 0.0])
+
+
+def test_the_frame_is_base_or_tool():
+    robot, q = robot_of('craig_3r'), np.zeros(3)
+    for function in (lambda f: ks.jacobian(robot, q, frame=f), lambda f: ks.twist(robot, q, q, f)):
+        with pytest.raises(ks.KinematicsError) as refusal:
+            function('world')
+        assert str(refusal.value) == "frame must be 'base' or 'tool', not 'world'"
+
+
+@pytest.mark.parametrize('name', BUNDLED)
+def test_a_robot_says_what_it_is(name):
+    robot = robot_of(name)
+    n = robot.dof
+    assert robot.name == name
+    assert len(robot.joint_names) == len(robot.variables) == len(robot.joint_types) == n
+    assert robot.limits.shape == (n, 2)
+    assert robot.velocity_limits.shape == (n,)
+    assert np.all(robot.limits[:, 0] < robot.limits[:, 1])
+    assert np.all(robot.velocity_limits > 0.0)
+    assert len(robot.continuous) == n
+    assert robot.rows == len(robot.description.links)
+    assert repr(robot) == f'Robot({name!r}, {n} joints, {robot.convention})'
+
+
+def frozen_arrays(robot):
+    return (
+        robot.limits,
+        robot.velocity_limits,
+        robot.chain.numbers,
+        robot.chain.integers,
+        robot.task.numbers,
+        robot.task.integers,
+    )
+
+
+def test_a_robot_is_frozen_down_to_its_arrays():
+    robot = robot_of('puma560')
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        robot.name = 'other'
+    for array in frozen_arrays(robot):
+        with pytest.raises(ValueError, match='read-only'):
+            array[0] = 0
+
+
+def test_results_are_the_callers_own():
+    # Writing into a result changes neither the robot nor the next result.
+    robot, q = robot_of('puma560'), np.full(6, 0.3)
+    first = ks.forward_kinematics(robot, q)
+    kept = first.copy()
+    first[:] = 0.0
+    ks.jacobian(robot, q)[:] = 0.0
+    ks.link_frames(robot, q)[:] = 0.0
+    assert np.array_equal(ks.forward_kinematics(robot, q), kept)
+    assert np.array_equal(q, np.full(6, 0.3))
+
+
+def test_the_same_number_by_every_road():
+    robot, q = robot_of('panda'), np.linspace(-1, 1, 7)
+    whole = ks.evaluate(robot, q, q, depth=kernel.ALL_FRAMES)
+    middle = ks.evaluate(robot, q, q)
+    assert np.array_equal(whole.pose, ks.forward_kinematics(robot, q))
+    assert np.array_equal(whole.pose, middle.pose)
+    assert np.array_equal(whole.jacobian, ks.jacobian(robot, q))
+    assert np.array_equal(whole.twist, ks.twist(robot, q, q))
+    assert np.array_equal(whole.link_frames, ks.link_frames(robot, q))
+    assert np.array_equal(whole.position, whole.pose[:3, 3])
+
+
+@pytest.mark.parametrize(
+    'copied', [copy.deepcopy, lambda robot: pickle.loads(pickle.dumps(robot))]
+)
+def test_a_robot_crosses_processes(copied):
+    robot = robot_of('scara_hsr065')
+    other = copied(robot)
+    q = np.full(4, 0.1)
+    assert np.array_equal(ks.jacobian(other, q), ks.jacobian(robot, q))
+    assert ks.singularity(other, q).distance == ks.singularity(robot, q).distance
+    for array in frozen_arrays(other):
+        assert not array.flags.writeable
+
+
+def test_threads_share_a_robot():
+    robot = robot_of('panda')
+    batches = np.random.default_rng(0).uniform(-1, 1, (16, 500, 7))
+    expected = [ks.singularity(robot, q).distance for q in batches]
+    with ThreadPoolExecutor(4) as pool:
+        found = list(pool.map(lambda q: ks.singularity(robot, q).distance, batches))
+    assert np.array_equal(found, expected)
+
+
+def test_the_version_is_that_of_the_manifest():
+    assert re.fullmatch(r'\d+\.\d+\.\d+', ks.__version__)
