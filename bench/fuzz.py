@@ -109,7 +109,9 @@ class Hostile:
         m.position = [0.0] * count
 
     def make_odd_names(self, m):
-        m.name = [self.random.choice(['', ' ', 'q1 ', 'Q1', '\0', 'é' * 300, 'q\n1']) for _ in NAMES]
+        m.name = [
+            self.random.choice(['', ' ', 'q1 ', 'Q1', '\0', 'é' * 300, 'q\n1']) for _ in NAMES
+        ]
 
     def make_frame(self, m):
         m.header.frame_id = 'x' * self.random.randrange(10_000)

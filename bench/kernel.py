@@ -97,8 +97,10 @@ def main():
     for name, value in times.items():
         print(f'{name:40}{value:8.0f}{value / reference:8.2f}')
     per_pose = nanoseconds(whole_batch, 3) / arguments.batch
-    print(f'{"batch of " + str(arguments.batch) + ", a pose":40}{per_pose:8.0f}'
-          f'{per_pose / reference:8.2f}')
+    print(
+        f'{"batch of " + str(arguments.batch) + ", a pose":40}{per_pose:8.0f}'
+        f'{per_pose / reference:8.2f}'
+    )
 
 
 if __name__ == '__main__':

@@ -115,8 +115,10 @@ def listen(arguments):
         print(f'{"jacobian":10}{len(jacobians):9}{lost:6}{percentiles(answers)}')
     else:
         print(f'{"jacobian":10}{len(jacobians):9}{lost:6}')
-    print(f'CPU of the node: {used / elapsed * 100:.0f} % of a core, '
-          f'{used / max(len(poses), 1) * 1e6:.0f} us a message')
+    print(
+        f'CPU of the node: {used / elapsed * 100:.0f} % of a core, '
+        f'{used / max(len(poses), 1) * 1e6:.0f} us a message'
+    )
 
 
 def main():

@@ -64,10 +64,10 @@ def arm(ros_domain: int) -> Iterator[Callable[..., Any]]:
 @pytest.fixture
 def process(ros_domain: int) -> Iterator[Callable[..., Any]]:
     """
-    Return a function that starts a node as a process of its own, see `ros_harness.NodeProcess`.
+    Return a function that starts a node as a process of its own, see `node_process.NodeProcess`.
 
     """
-    from ros_harness import NodeProcess
+    from node_process import NodeProcess
 
     processes: list[NodeProcess] = []
 

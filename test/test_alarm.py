@@ -77,6 +77,30 @@ def test_a_lost_direction_that_turns_with_every_message_makes_no_storm():
     assert sum(said(steps)) <= 21
 
 
+def with_factors(*steps):
+    alarm, answers = Alarm(), []
+    for level, factor, at in steps:
+        alarm, say = alarm.step(level, X, at * MILLISECOND, factor)
+        answers.append(say)
+    return answers
+
+
+def test_another_nearest_factor_is_said():
+    assert with_factors((Level.WARN, 0, 0), (Level.WARN, 1, 100), (Level.WARN, 1, 200)) == [
+        True,
+        True,
+        False,
+    ]
+
+
+def test_another_nearest_factor_of_a_fine_state_is_not_said():
+    assert with_factors((Level.OK, 0, 0), (Level.OK, 1, 100)) == [True, False]
+
+
+def test_factors_that_take_turns_with_every_message_make_no_storm():
+    assert sum(with_factors(*((Level.WARN, at % 2, at) for at in range(1000)))) <= 21
+
+
 def test_a_turn_of_a_fine_state_is_not_said():
     assert said([(Level.OK, X, 0), (Level.OK, turned(90), 100)]) == [True, False]
 

@@ -192,6 +192,14 @@ def test_results_are_the_callers_own():
     assert np.array_equal(q, np.full(6, 0.3))
 
 
+def test_a_state_keeps_the_positions_it_was_evaluated_at():
+    q, qdot = np.full(6, 0.3), np.full(6, 0.1)
+    state = ks.evaluate(robot_of('puma560'), q, qdot)
+    q[:], qdot[:] = 9.0, 9.0
+    assert np.all(state.q == 0.3)
+    assert np.all(state.qdot == 0.1)
+
+
 def test_the_same_number_by_every_road():
     robot, q = robot_of('panda'), np.linspace(-1, 1, 7)
     whole = ks.evaluate(robot, q, q, depth=kernel.ALL_FRAMES)

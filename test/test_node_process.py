@@ -16,11 +16,14 @@ import pytest
 pytest.importorskip('rclpy', reason='needs ROS 2')
 
 from geometry_msgs.msg import PoseStamped
-from ros_harness import START, STEP, NodeProcess, Peer, joint_state, nanoseconds
+from node_process import NodeProcess
+from ros_harness import START, STEP, Peer, joint_state, nanoseconds
 
 Q = (0.3, -0.4, 1.2)
 NAMES = ['q1', 'q2', 'q3']
 RUNS = 5
+# So many answers of a node that has ended may still wait to be heard.
+QUEUE = 50
 # The contract's second for the way out.
 WAY_OUT = 1.0
 
@@ -120,16 +123,15 @@ def test_an_idle_node_ends_cleanly_at_a_signal(process, number, times):
 @TIMES
 def test_a_busy_node_ends_cleanly_at_a_signal(process, peer, load, number, times):
     poses = []
-    peer.peer.create_subscription(PoseStamped, '/kinematics/pose', poses.append, 100)
+    peer.peer.create_subscription(PoseStamped, '/kinematics/pose', poses.append, QUEUE)
     following = process('--robot', 'craig_3r')
     for k in range(RUNS):
         node = following
-        peer.spin_until(lambda: len(poses) > 20, 'answers to the load', 20.0)
+        peer.spin_until(lambda: len(poses) > QUEUE + 50, 'answers to the load', 20.0)
         if k + 1 < RUNS:
             following = process('--robot', 'craig_3r', ready=False)
         expect_a_clean_end(node, *tell(node, number, times, 0.005 + 0.011 * k))
         following.wait_until_ready()
-        peer.drain()
         poses.clear()
 
 
@@ -314,7 +316,11 @@ def test_every_field_of_every_message_has_its_own_type(ros_domain):
     run = subprocess.run(
         [
             *(sys.executable, '-m', 'pytest', '-q', '-p', 'no:cacheprovider'),
-            *(str(here / 'test_node_topics.py'), '-k', 'not second and not noise'),
+            *(
+                str(here / 'test_node_topics.py'),
+                '-k',
+                'librarys or stamp or axes or numbers or say',
+            ),
         ],
         cwd=here.parent,
         env={**os.environ, 'ROS_PYTHON_CHECK_FIELDS': '1'},

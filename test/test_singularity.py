@@ -222,33 +222,47 @@ def true_distances(name, q):
     return np.minimum(elbow, np.sqrt(np.min(np.sum(apart**2, axis=-1), axis=1)))
 
 
+# Estimate by true distance, true distances of 0.02 to 0.05 rad. From J alone it is too small where
+# several sheets are near and too large between two that face each other: half to threefold was
+# seen. Named factors are judged one by one.
+SHARES = {'factors': (0.9, 1.1), 'no factors': (0.45, 3.5)}
+
+
+@pytest.mark.parametrize('judged', SHARES)
 @pytest.mark.parametrize('name', ['anthropomorphic_3r', 'craig_3r'])
-def test_distance_against_the_true_one(name):
-    # First order: right where one sheet is near, too small where several are,
-    # too large only between two that face each other. No pose this near goes without a warning.
-    robot = without_factors(name)
+def test_distance_against_the_true_one(name, judged):
+    robot = robot_of(name) if judged == 'factors' else without_factors(name)
     q = uniform(robot, 2000, seed=2)
     # As many again close to the curve and to the folded elbow, where estimates are worst.
     close = q.copy()
     random = np.random.default_rng(3)
-    close[:1000, 1:] = random.choice(sheets(name), 1000) + random.uniform(-0.03, 0.03, (1000, 2))
-    close[1000:, 2] = math.pi + random.uniform(-0.03, 0.03, 1000)
+    close[:1000, 1:] = random.choice(sheets(name), 1000) + random.uniform(-0.06, 0.06, (1000, 2))
+    close[1000:, 2] = math.pi + random.uniform(-0.06, 0.06, 1000)
     q = np.concatenate([q, close])
     found, true = ks.singularity(robot, q), true_distances(name, q)
-    near = (true > 3e-3) & (true < 0.02)
-    assert np.median(found.distance[near] / true[near]) == pytest.approx(1.0, abs=0.02)
-    assert np.sum(true < 0.03) > 1500
-    assert np.all(found.distance[true < 0.03] < robot.thresholds.warn)
+    # Nearer than this the points of the curve are too far apart to tell.
+    near = (true > 0.02) & (true < 0.05)
+    shares = found.distance[near] / true[near]
+    assert np.sum(near) > 500
+    assert np.median(shares) == pytest.approx(1.0, abs=0.02)
+    low, high = SHARES[judged]
+    assert low < np.min(shares)
+    assert np.max(shares) < high
+    # No pose this near goes without a warning, be it estimated threefold.
+    assert np.sum(true < 0.03) > 500
     assert np.all(found.level[true < 0.03] > ks.Level.OK)
 
 
 def test_a_warning_means_something_on_a_ur3e():
     # Of random poses over full turns, so many lie this near.
-    robot = without_factors('ur3e')
     q = np.random.default_rng(0).uniform(-math.pi, math.pi, (20_000, 6))
-    distance = ks.singularity(robot, q).distance
+    distance = ks.singularity(without_factors('ur3e'), q).distance
     assert np.mean(distance < 0.1) == pytest.approx(0.21, abs=0.01)
     assert np.mean(distance < 0.05) == pytest.approx(0.11, abs=0.01)
+    # By its shoulder, elbow and wrist, one by one, it is about the same.
+    distance = ks.singularity(robot_of('ur3e'), q).distance
+    assert np.mean(distance < 0.1) == pytest.approx(0.20, abs=0.015)
+    assert np.mean(distance < 0.05) == pytest.approx(0.105, abs=0.015)
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from typing import Any, get_args
 from .description import Factor, Measure, SingularityDescription
 from .entries import checked, checked_list, did_you_mean
 from .expression_syntax import names_in
-from .fault_report import number, quoted, shown
+from .fault_report import number, quoted
 from .quantities import Kind, Quantities
 from .robot_schema import FactorEntry, SingularityEntry
 from .yaml_document import Path

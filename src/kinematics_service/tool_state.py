@@ -97,14 +97,12 @@ class ToolState(NamedTuple):
 
 
 def _joint_vector(robot: Robot, q: npt.ArrayLike, name: str) -> Floats:
-    # One form for the kernel: doubles in C order, writable (read-only is another type to numba).
-    if type(q) is np.ndarray and q.dtype == np.float64 and q.flags.carray:
-        array = q
-    else:
-        try:
-            array = np.array(q, dtype=np.float64, order='C')
-        except (TypeError, ValueError):
-            raise JointVectorError(f'{name} must be numbers, shape (..., {robot.dof})') from None
+    # A copy in the one form the kernel takes, doubles in C order, writable (read-only is another
+    # type to numba): and the state keeps the numbers the kernel ran on, whatever the caller does.
+    try:
+        array = np.array(q, dtype=np.float64, order='C')
+    except (TypeError, ValueError):
+        raise JointVectorError(f'{name} must be numbers, shape (..., {robot.dof})') from None
     if array.ndim == 0 or array.shape[-1] != robot.chain.dof:
         raise JointVectorError(
             f'{name} has shape {array.shape}; {robot.name} has {robot.dof} joints '

@@ -16,10 +16,10 @@ from ..description import Placement
 from ..errors import Fault, KinematicsError, RobotFileError
 from ..kernel import Floats
 from ..notice import structure_in_words
+from ..printing import Output, facts, heading, plain, table
 from ..robot import Robot, load_robot
 from ..task import SEEDED_POSES
 from .known_poses import PoseError, pose_errors, pose_faults
-from .printing import Output, facts, heading, plain, table
 from .robots import joint_letters
 from .singularity_report import DEGREES, threshold_words
 from .textbook_table import FORMULAS, motion_text, textbook_table

@@ -6,6 +6,7 @@ The command `fk`: where the tool is at given joint positions.
 from textwrap import indent
 
 from ..kernel import Floats
+from ..printing import Output, facts, heading, json_text, number, numbers
 from ..rigid_motion import roll_pitch_yaw
 from ..singularities import Singularity, singularity_of
 from ..tool_state import ToolState, evaluate
@@ -17,7 +18,6 @@ from .options import (
     given_robot,
     joint_values,
 )
-from .printing import Output, facts, heading, json_text, number, numbers
 from .singularity_report import (
     DEGREES,
     JSON_KEYS,

@@ -11,6 +11,7 @@ import typer
 
 from ..kernel import Floats
 from ..kinematics import in_axes
+from ..printing import Output, broken_name, heading, json_text, number, plain, table
 from ..robot import Robot
 from ..singularities import Singularity, singularity_of
 from ..tool_state import ToolState, evaluate
@@ -22,7 +23,6 @@ from .options import (
     given_robot,
     joint_values,
 )
-from .printing import Output, broken_name, heading, json_text, number, plain, table
 from .singularity_report import (
     DEGREES,
     JSON_KEYS,

@@ -5,8 +5,8 @@ The command `robots`: the robots that come with the package.
 
 from ..bundle import bundled_robots
 from ..description import JointDescription
+from ..printing import Output, heading, plain
 from ..robot_file import read_robot_file
-from .printing import Output, heading, plain
 
 HELP = """
 List the robots that come with the package, a line each; any command takes their names.

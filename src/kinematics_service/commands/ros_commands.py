@@ -36,8 +36,8 @@ Print what a running node says, without any other ROS tool installed.
 
 \b
 Examples:
-  kinematics_service echo pose
-  kinematics_service echo jacobian --once
+  kinematics_service echo
+  kinematics_service echo pose --once
   kinematics_service echo warning --json
   kinematics_service echo twist --node /left_arm/kinematics
 """
@@ -148,7 +148,7 @@ def demo(
 
 def echo(
     context: typer.Context,
-    what: Annotated[Topic, typer.Argument(help='Which of its topics.')] = Topic.pose,
+    what: Annotated[Topic, typer.Argument(help='Which of its topics.')] = Topic.jacobian,
     once: Annotated[bool, typer.Option('--once', help='Stop after the first message.')] = False,
     json: Annotated[bool, typer.Option('--json', help='One JSON object a line.')] = False,
     node: Annotated[

@@ -12,10 +12,10 @@ from rich.text import Text
 from ..kernel import Floats
 from ..measures import MEASURES, Level, Thresholds
 from ..notice import direction_in_words, joints_in_words, structure_in_words
+from ..printing import Output, facts, heading, number, numbers, plain, table
 from ..robot import Robot
 from ..singularities import Singularity
 from ..tool_state import ToolState
-from .printing import Output, facts, heading, number, numbers, plain, table
 
 LEVEL_STYLES = {Level.OK: 'bold green', Level.WARN: 'bold yellow', Level.ERROR: 'bold red'}
 DEGREES = 180.0 / math.pi

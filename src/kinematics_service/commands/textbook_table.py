@@ -10,7 +10,7 @@ from rich.console import RenderableType
 from rich.text import Text
 
 from ..description import DhRow, ElementaryMotion, RigidMotion, RobotDescription, ShapeRow
-from .printing import plain, table
+from ..printing import plain, table
 
 FORMULAS = {
     'standard': 'standard, T = Rz(theta) Tz(d) Tx(a) Rx(alpha)',

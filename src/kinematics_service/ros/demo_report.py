@@ -7,7 +7,7 @@ import math
 import os
 from collections.abc import Sequence
 
-from ..commands.printing import plain
+from ..printing import plain
 from ..robot import Robot
 from ..singularities import singularity
 from ..trajectory import Trajectory

@@ -11,9 +11,9 @@ from collections.abc import Sequence
 from rich.console import Group
 from rich.text import Text
 
-from ..commands.printing import plain
 from ..kernel import Floats
 from ..measures import Level
+from ..printing import plain
 from .listener import INTERVAL, MEASURES, Listener
 from .live_table import STYLES, bars, coloured, matrix_lines, number
 from .readings import LayoutError, Warned, matrix_of, pose_of, velocity_of
@@ -82,6 +82,9 @@ def _warning(warned: Warned | None, width: int) -> list[Text]:
     if warned.level != Level.STALE.name:
         # The numbers in it are those of the moment it was said; those of now stand below.
         head, _, tail = sentence.partition(': ')
+        factor = plain(warned.values.get('factor', ''))
+        if factor and tail.startswith(factor):
+            head += f' ({factor})'
         sentence = '; '.join(part for part in (head, tail.partition('; ')[2]) if part)
     indent = ' ' * 7
     lines = textwrap.wrap(

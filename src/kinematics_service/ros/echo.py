@@ -18,7 +18,7 @@ from rich.console import Console, Group
 from rich.live import Live
 from rich.text import Text
 
-from ..commands.printing import json_text
+from ..printing import json_text
 from .echo_topics import ECHO_TOPICS, EchoTopic
 from .heard import Heard
 from .live_table import coloured

@@ -9,9 +9,9 @@ from collections.abc import Sequence
 
 from rich.text import Text
 
-from ..commands.printing import broken_name, plain
 from ..kernel import Floats
 from ..measures import Level
+from ..printing import broken_name, plain
 from .readings import Matrix, Pose, Velocity, Warned
 
 # Width of a number and a gap, and how wide a column may grow for its joint's name.

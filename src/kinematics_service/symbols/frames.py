@@ -209,7 +209,7 @@ def arithmetic_of(description: RobotDescription, names: Names) -> Arithmetic:
         A joint turns an axis by an irrational part of its angle.
 
     """
-    units = {variable: 1 for variable in names.variables}
+    units = dict.fromkeys(names.variables, 1)
     for link in description.links:
         for text in _turning_texts(link):
             for variable, factor in names.affine(text, is_angle=True)[1].items():

@@ -75,9 +75,7 @@ class Ring:
 
         """
         shifted = monomial + self.offset
-        return tuple(
-            ((shifted >> (BITS * k)) & MASK) - HALF for k in range(len(self.generators))
-        )
+        return tuple(((shifted >> (BITS * k)) & MASK) - HALF for k in range(len(self.generators)))
 
     def monomial(self, exponents: Iterable[int]) -> int:
         """
@@ -161,7 +159,10 @@ class Laurent:
         _add_product(imaginary, self.real, other.imaginary, 1)
         _add_product(imaginary, self.imaginary, other.real, 1)
         return Laurent(
-            self.ring, _without_zeros(real), _without_zeros(imaginary), self.divisor * other.divisor
+            self.ring,
+            _without_zeros(real),
+            _without_zeros(imaginary),
+            self.divisor * other.divisor,
         )
 
     def scaled(self, factor: int, divisor: int = 1) -> 'Laurent':

@@ -99,7 +99,9 @@ def names_of(description: RobotDescription, locked: Mapping[str, str] | None = N
     known = [joint.variable for joint in description.joints]
     for name in locked:
         if name not in known:
-            raise DerivationError(f'no joint variable {name!r} to lock (known: {", ".join(known)})')
+            raise DerivationError(
+                f'no joint variable {name!r} to lock (known: {", ".join(known)})'
+            )
     in_angles = _names_in_angles(description)
     meanings: dict[str, Any] = {}
     values: dict[Any, float] = {}

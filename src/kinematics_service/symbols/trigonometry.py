@@ -4,7 +4,7 @@ Polynomials in exp(i q) written as people write them: sines and cosines of the a
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any
 
@@ -49,6 +49,7 @@ class Writer:
     arithmetic: Arithmetic
     sums: Basis
     singles: Basis
+    _numbers: dict[Any, Any] = field(default_factory=dict)
 
     def expression(self, value: Laurent) -> Any:
         """
@@ -63,8 +64,8 @@ class Writer:
             if self.singles != self.sums:
                 candidates.append(self._products(split, self.singles))
             candidates.append(self._cosines_of_sums(split))
-        divided = [candidate / value.divisor for candidate in candidates]
-        return min(divided, key=sympy.count_ops)
+        shortest = min(candidates, key=sympy.count_ops) / value.divisor
+        return shortest.xreplace({symbol: number for number, symbol in self._numbers.items()})
 
     def matrix(self, rows: Matrix) -> Any:
         """
@@ -99,9 +100,18 @@ class Writer:
         summands = []
         for exponents, c in terms.items():
             if c[imaginary]:
-                powers = (generators[k].meaning ** e for k, e in enumerate(exponents) if e)
+                powers = (
+                    self._letter(generators[k].meaning) ** e for k, e in enumerate(exponents) if e
+                )
                 summands.append(sympy.Mul(sympy.Integer(c[imaginary]), *powers))
         return _tidied(sympy.Add(*summands)) if summands else sympy.Integer(0)
+
+    def _letter(self, meaning: Any) -> Any:
+        # Numbers are letters while an expression is built: sympy would make 0.0825 cos q + 0.4 a
+        # fraction in front of a sum of integers.
+        if meaning.is_Symbol:
+            return meaning
+        return self._numbers.setdefault(meaning, sympy.Symbol(f'_{len(self._numbers)}'))
 
     def _cosines_of_sums(self, groups: Mapping[Exponents, Terms]) -> Any:
         # Real: the group of -e is the conjugate of that of e, so each pair is one cosine, one sine.

@@ -15,7 +15,7 @@ from rich.console import Console, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from ..kernel import Floats
+from .kernel import Floats
 
 # Where nobody looks at a width, no line is broken: the reader on the other side is a program.
 UNBROKEN = 10_000

@@ -1,0 +1,274 @@
+"""
+What a sheet of singular poses means: its name from the geometry, and the motion lost there.
+
+Found at poses on the sheet, with the numbers of the file: a name needs every one of them.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..kernel import Floats
+
+# At Newton's poses on a sheet the round-off is 1e-12; what is not zero there is above 1e-3.
+ZERO = 1e-7
+AXES = 'xyz'
+
+
+@dataclass(frozen=True)
+class Arm:
+    """
+    An arm at N poses, in numbers.
+
+    Attributes
+    ----------
+    J : shape (N, 6, n), m and rad
+        Of the tool, base axes.
+    J_t : shape (N, m, n)
+        The task rows, scaled so that metres and radians compare.
+    frames : shape (N, rows + 1, 4, 4)
+        As `link_frames` gives them.
+    axes, origins : shape (N, n, 3)
+        Of each joint that moves one row only; nan elsewhere.
+    tool : shape (N, 3)
+    turns
+        Whether each joint turns.
+    names
+        Of the joint variables.
+
+    """
+
+    J: Floats
+    J_t: Floats
+    frames: Floats
+    axes: Floats
+    origins: Floats
+    tool: Floats
+    turns: tuple[bool, ...]
+    names: tuple[str, ...]
+
+    @property
+    def poses(self) -> int:
+        """
+        Return N.
+
+        """
+        return len(self.J)
+
+
+def parallel(one: Floats, other: Floats) -> bool:
+    """
+    Return whether directions (N, 3) are parallel at every pose.
+
+    """
+    return bool(np.all(np.linalg.norm(np.cross(one, other), axis=-1) < ZERO))
+
+
+def wrist_point(arm: Arm, angular: bool) -> Floats:
+    """
+    Return the point the position of the arm is judged by, shape (N, 3).
+
+    Where the task has angular rows: the one in which the last three axes meet, else the last two;
+    the tool otherwise.
+
+    """
+    turning = [j for j, turns in enumerate(arm.turns) if turns]
+    if not angular or len(turning) < 3:
+        return arm.tool
+    for count in (3, 2):
+        last = turning[-count:]
+        point = _meeting_point(arm, last)
+        if point is not None:
+            return point
+    return arm.tool
+
+
+def _meeting_point(arm: Arm, joints: Sequence[int]) -> Floats | None:
+    # Least squares over the axes: sum (I - z z^T)(p - o) = 0.
+    z, o = arm.axes[:, joints], arm.origins[:, joints]
+    if np.isnan(z).any() or parallel(z[:, 0], z[:, 1]):
+        return None
+    P = np.eye(3) - z[..., :, None] * z[..., None, :]
+    A = P.sum(axis=1)
+    b = (P @ o[..., None]).sum(axis=1)
+    p = np.linalg.lstsq(A[0], b[0], rcond=None)[0] if len(A) == 1 else np.linalg.pinv(A) @ b
+    p = np.asarray(p).reshape(-1, 3)
+    miss = np.linalg.norm((P @ (p[:, None, :] - o)[..., None])[..., 0], axis=-1)
+    return p if bool(np.all(miss < ZERO)) else None
+
+
+def name_of(arm: Arm, joints: Sequence[int], angular: bool) -> str | None:
+    """
+    Return wrist, elbow, shoulder or boom_length, or None where the geometry is none of these.
+
+    Parameters
+    ----------
+    arm
+        At poses on the sheet.
+    joints
+        Indices of the joints in the factor.
+    angular
+        Whether the task has angular rows.
+
+    """
+    if all(not arm.turns[j] for j in joints):
+        return 'boom_length'
+    if angular and _is_wrist(arm):
+        return 'wrist'
+    point = wrist_point(arm, angular)
+    if _is_elbow(arm, joints, point, angular):
+        return 'elbow'
+    return 'shoulder' if _is_shoulder(arm, point) else None
+
+
+def _is_wrist(arm: Arm) -> bool:
+    turning = [j for j, turns in enumerate(arm.turns) if turns][-3:]
+    pairs = [(i, j) for k, i in enumerate(turning) for j in turning[k + 1 :]]
+    return len(turning) == 3 and any(
+        parallel(arm.axes[:, i], arm.axes[:, j]) and j - i > 1 for i, j in pairs
+    )
+
+
+def _is_elbow(arm: Arm, joints: Sequence[int], point: Floats, angular: bool) -> bool:
+    # Stretched or folded: two neighbouring parallel axes and the wrist point, or the next parallel
+    # axis, in one plane; or, for a single joint, the distance shoulder to wrist at an extreme.
+    n = len(arm.turns)
+    for i in range(n - 1):
+        if not (arm.turns[i] and arm.turns[i + 1]) or i + 1 not in joints:
+            continue
+        z, o = arm.axes[:, i], arm.origins[:, i]
+        if np.isnan(z).any() or not parallel(z, arm.axes[:, i + 1]):
+            continue
+        ends = [point] + [
+            arm.origins[:, k] for k in range(i + 2, n) if parallel(z, arm.axes[:, k])
+        ]
+        across = np.cross(z, arm.origins[:, i + 1] - o)
+        if any(np.all(np.abs(np.sum(across * (e - o), axis=-1)) < ZERO) for e in ends):
+            return True
+    if len(joints) == 1 and angular and arm.turns[joints[0]] and 1 < joints[0] < n - 3:
+        k = joints[0]
+        shoulder = _meeting_point(arm, [0, 1])
+        if shoulder is not None:
+            rate = np.cross(arm.axes[:, k], point - arm.origins[:, k])
+            return bool(np.all(np.abs(np.sum(rate * (point - shoulder), axis=-1)) < ZERO))
+    return False
+
+
+def _is_shoulder(arm: Arm, point: Floats) -> bool:
+    # The wrist point in the plane of axis 1 and the direction of axis 2; on axis 1 itself where
+    # nothing is offset to the side.
+    if len(arm.turns) < 2 or not arm.turns[0]:
+        return False
+    z, o = arm.axes[:, 0], arm.origins[:, 0]
+    second = arm.axes[:, 1]
+    if np.isnan(z).any() or np.isnan(second).any() or parallel(z, second):
+        return False
+    normal = np.cross(z, second)
+    return bool(np.all(np.abs(np.sum(normal * (point - o), axis=-1)) < ZERO))
+
+
+def rank_at(J_t: Floats) -> int:
+    """
+    Return the rank most of the poses have.
+
+    """
+    sigma = np.linalg.svd(J_t, compute_uv=False)
+    ranks = np.sum(sigma > ZERO * np.max(sigma), axis=1)
+    return int(np.bincount(ranks).argmax())
+
+
+def lost_motion(arm: Arm, task_rows: Sequence[int], rank: int, scales: Floats) -> str | None:
+    """
+    Return in words which motion of the tool no joint motion gives, or None where none is simple.
+
+    Parameters
+    ----------
+    arm
+        At poses on the sheet.
+    task_rows
+        Indices among x y z rx ry rz, axes of frame 0.
+    rank
+        There; words are found where one direction is lost.
+    scales : shape (m,)
+        What the task rows of `J_t` are multiplied by.
+
+    """
+    kept = np.linalg.svd(arm.J_t, compute_uv=False)
+    good = np.sum(kept > ZERO * np.max(kept), axis=1) == rank
+    if len(task_rows) - rank != 1 or not good.any():
+        return None
+    left = np.linalg.svd(arm.J_t[good])[0][:, :, -1] * scales
+    wrench = np.zeros((len(left), 6))
+    wrench[:, list(task_rows)] = left
+    R0 = arm.frames[good, 0, :3, :3]
+    force = (R0 @ wrench[:, :3, None])[..., 0]
+    moment = (R0 @ wrench[:, 3:, None])[..., 0]
+    frames, tool = arm.frames[good], arm.tool[good]
+    if len(task_rows) < 6 or np.all(np.linalg.norm(moment, axis=1) < ZERO):
+        if np.all(np.linalg.norm(moment, axis=1) < ZERO):
+            where = _direction(force, frames)
+            return f'translation of the tool along {where}' if where else None
+        if np.all(np.linalg.norm(force, axis=1) < ZERO):
+            where = _direction(moment, frames)
+            return f'rotation about {where}' if where else None
+        return None
+    return _lost_screw(force, moment, frames, tool)
+
+
+def _lost_screw(force: Floats, moment: Floats, frames: Floats, tool: Floats) -> str | None:
+    size = np.linalg.norm(force, axis=1) + np.linalg.norm(moment, axis=1)
+    turning = None
+    for k in range(frames.shape[1]):
+        about = moment + np.cross(tool - frames[:, k, :3, 3], force)
+        if np.all(np.linalg.norm(about, axis=1) < ZERO * size):
+            where = _direction(force, frames)
+            place = f'translation of the origin of frame {k}'
+            return f'{place} along {where}' if where else f'{place} along one line'
+        where = _direction(about, frames)
+        if where and turning is None:
+            turning = f'rotation about {where} with the origin of frame {k} held still'
+    return turning
+
+
+def _direction(vectors: Floats, frames: Floats) -> str | None:
+    # The first frame in whose axes the direction is the same at every pose, axes before others.
+    length = np.linalg.norm(vectors, axis=1)
+    if np.any(length < ZERO):
+        return None
+    unit = vectors / length[:, None]
+    constant = None
+    for k in range(frames.shape[1]):
+        seen = np.einsum('nji,nj->ni', frames[:, k, :3, :3], unit)
+        upright = seen * np.sign(seen[:, np.argmax(np.abs(seen[0]))])[:, None]
+        if np.max(np.abs(upright - upright[0])) > 1e-6:
+            continue
+        main = int(np.argmax(np.abs(upright[0])))
+        if abs(upright[0, main] - 1.0) < 1e-6:
+            return f'{AXES[main]} of frame {k}'
+        if constant is None:
+            numbers = ', '.join(f'{x:.3g}' for x in upright[0])
+            constant = f'({numbers}) in the axes of frame {k}'
+    return constant
+
+
+def idle_motion(arm: Arm, rank: int) -> str | None:
+    """
+    Return in words the joint motion that does not move the task, if it is the same everywhere.
+
+    """
+    n = arm.J_t.shape[2]
+    sigma, right = np.linalg.svd(arm.J_t)[1:]
+    good = np.sum(sigma > ZERO * np.max(sigma), axis=1) == rank
+    if n - rank != 1 or not good.any():
+        return None
+    idle = right[good][:, -1]
+    idle = idle / np.max(np.abs(idle), axis=1, keepdims=True)
+    idle = idle * np.sign(idle[:, np.argmax(np.abs(idle[0]))])[:, None]
+    moving = np.any(np.abs(idle) > 1e-6, axis=0)
+    joints = [name for name, moves in zip(arm.names, moving) if moves]
+    if len(joints) == 1:
+        return f'{joints[0]} moves nothing'
+    if len(joints) == n:
+        return None
+    return f'{", ".join(joints[:-1])} and {joints[-1]} work against each other'
