@@ -16,7 +16,7 @@ def _folder() -> Path:
     try:
         return Path(str(resources.files('kinematics_service.config')))
     except ModuleNotFoundError:
-        # `colcon build --symlink-install` knows one source folder only: the checkout has the other.
+        # `colcon build --symlink-install` knows one source folder only; the checkout has both.
         return Path(__file__).resolve().parents[2] / 'config'
 
 

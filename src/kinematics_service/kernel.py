@@ -805,7 +805,7 @@ def evaluate_factors(
     for k in range(q.shape[0]):
         for i in range(steps):
             operation, first, second = integers[i, 0], integers[i, 1], integers[i, 2]
-            if operation == CONSTANT or operation == JOINT:
+            if operation <= JOINT:
                 for j in range(n):
                     gradients[i, j] = 0.0
                 values[i] = numbers[i]

@@ -98,11 +98,11 @@ class Names:
         if key in self.constants:
             return self.constants[key]
         if key in COORDINATES:
-            return sp.Symbol(f'{COORDINATES[key]} of the tool')
+            return sp.Symbol(COORDINATES[key])
         if found := SHORTHAND.fullmatch(key):
             return self._shorthand(found, token)
         if found := ROTATION_ENTRY.fullmatch(key):
-            return sp.Symbol(f'r{found[1]}{found[2]} of the tool')
+            return sp.Symbol(f'r{found[1]}{found[2]}')
         if key in ('I', 'eye'):
             return sp.Integer(1)
         quantity = quantity_of(key)
@@ -156,7 +156,7 @@ def coordinates() -> tuple[Any, ...]:
     Return the symbols of the point's coordinates x, y, z.
 
     """
-    return tuple(sp.Symbol(f'{axis} of the tool') for axis in 'xyz')
+    return tuple(sp.Symbol(axis) for axis in 'xyz')
 
 
 def rotation_entries() -> dict[tuple[int, int], Any]:

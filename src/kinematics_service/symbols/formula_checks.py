@@ -1,0 +1,397 @@
+"""
+Whether a formula is right: one kind of check for each kind of statement.
+
+Every check can say what is left of the difference when an entry of the formula is replaced, which
+is how likely causes are tested.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import sympy as sp  # type: ignore[import-untyped]
+
+from ..robot import Robot
+from .formula_names import Names, reading_of
+from .formula_numbers import DEGREE, Evaluation, Floats
+from .formula_poses import Poses
+from .formula_quantities import ROWS, TASK_ROWS, Quantity, Reading, numeric
+from .formula_statements import Statement
+from .formula_table import Table, TableRow
+from .formula_world import World
+
+Mask = npt.NDArray[np.bool_]
+
+# Round-off of formulas with some hundred operations, relative to the larger of both values and 1.
+ROUND_OFF = 1e-9
+# Share of the poses at which one branch of an inverse must hit: fewer are coincidences.
+BRANCH = 0.1
+
+
+@dataclass(frozen=True, eq=False)
+class Check:
+    """
+    A statement at its poses.
+
+    """
+
+    robot: Robot
+    names: Names
+    statement: Statement
+    poses: Poses
+
+    @property
+    def expressions(self) -> Any:
+        """
+        Return the person's matrix.
+
+        """
+        return self.statement.value
+
+    @cached_property
+    def reading(self) -> Reading:
+        """
+        Return how the person counts frames and orders rows.
+
+        """
+        return reading_of(self.statement.settings)
+
+    @cached_property
+    def world(self) -> World:
+        """
+        Return the robot as it is, at the poses.
+
+        """
+        return World(self.names.table, self.poses.values, self.poses.count)
+
+    @cached_property
+    def evaluation(self) -> Evaluation:
+        """
+        Return what the person's expressions are evaluated with.
+
+        """
+        values: Mapping[Any, Floats] = self.poses.values
+        degrees = self.statement.settings.degrees
+        if degrees:
+            table = self.names.table
+            values = {
+                **values,
+                **{
+                    symbol: values[symbol] / DEGREE
+                    for symbol, kind in zip(table.variables, table.joint_types)
+                    if kind != 'prismatic'
+                },
+            }
+        return Evaluation(values, self.poses.count, degrees)
+
+    @cached_property
+    def person(self) -> Floats:
+        """
+        Return what the person's formula is worth, shape (N, rows, columns).
+
+        """
+        return self.evaluation.of_matrix(self.expressions)
+
+    @property
+    def tolerance(self) -> float:
+        """
+        Return the largest difference that counts as none.
+
+        """
+        decimals = self.statement.decimals
+        if not decimals:
+            return ROUND_OFF
+        return 0.5000001 * 10.0**-decimals
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """
+        Return rows and columns of the person's formula.
+
+        """
+        return int(self.expressions.rows), int(self.expressions.cols)
+
+    def gap(self, one: Floats, other: Floats) -> Floats:
+        """
+        Return the difference relative to the larger value and 1; infinite where one is undefined.
+
+        """
+        with np.errstate(all='ignore'):
+            if self.statement.decimals:
+                gap = np.abs(one - other)
+            else:
+                gap = np.abs(one - other) / (1.0 + np.maximum(np.abs(one), np.abs(other)))
+        return np.where(np.isfinite(gap), gap, np.inf)
+
+    def agrees(self, one: Floats, other: Floats) -> Mask:
+        """
+        Return for each entry whether two sets of values are equal at all poses.
+
+        """
+        result: Mask = np.all(self.gap(one, other) <= self.tolerance, axis=0)
+        return result
+
+    @cached_property
+    def right(self) -> Floats:
+        """
+        Return what the formula should be worth, shape (N, rows, columns).
+
+        """
+        raise NotImplementedError
+
+    @cached_property
+    def wrong(self) -> Mask:
+        """
+        Return which entries differ at some pose.
+
+        """
+        return ~self.agrees(self.person, self.right)
+
+    def passes(self, i: int, j: int, expression: Any) -> bool:
+        """
+        Return whether the formula is right at (i, j) with another expression there.
+
+        """
+        values = self.evaluation.of(expression)
+        return bool(self.agrees(values, self.right[:, i, j]))
+
+
+class QuantityCheck(Check):
+    """
+    A matrix, vector or determinant against the robot's.
+
+    """
+
+    @property
+    def quantity(self) -> Quantity:
+        """
+        Return what the formula is about.
+
+        """
+        assert self.statement.quantity is not None
+        return self.statement.quantity
+
+    @cached_property
+    def right(self) -> Floats:
+        """
+        Return what the formula should be worth.
+
+        """
+        return self.right_of(self.world)
+
+    def right_of(
+        self, world: World, quantity: Quantity | None = None, reading: Reading | None = None
+    ) -> Floats:
+        """
+        Return the quantity in another world, cut to the person's shape.
+
+        """
+        quantity = quantity or self.quantity
+        return self.cut(self.whole_of(world, quantity, reading or self.reading), quantity)
+
+    def whole_of(self, world: World, quantity: Quantity, reading: Reading) -> Floats:
+        """
+        Return the quantity with all its rows.
+
+        """
+        if quantity.kind == 'det':
+            return task_determinant(self.robot, world)[:, None, None]
+        if quantity.kind == 'general':
+            return _general(self.names.table, world)
+        return numeric(quantity, world, reading)
+
+    def cut(self, whole: Floats, quantity: Quantity) -> Floats:
+        """
+        Return the rows the person wrote, or the whole where its shape is another one.
+
+        """
+        rows, columns = self.shape
+        size = whole.shape[1:]
+        if size == (rows, columns):
+            return whole
+        if size == (3, 1) and (rows, columns) == (1, 3):
+            return np.swapaxes(whole, 1, 2)
+        if size == (3, 1) and (rows, columns) == (4, 1):
+            return np.concatenate([whole, np.ones((len(whole), 1, 1))], axis=1)
+        if size == (4, 4) and (rows, columns) in ((3, 4), (3, 3)):
+            return whole[:, :rows, :columns]
+        if quantity.kind == 'jacobian' and quantity.part == 'all':
+            picked = self.jacobian_rows
+            if len(picked) == rows:
+                return whole[:, picked]
+            if size == (6, 1) and (rows, columns) == (1, 6):
+                return np.swapaxes(whole, 1, 2)
+        return whole
+
+    @property
+    def jacobian_rows(self) -> list[int]:
+        """
+        Return the rows of J the person wrote: all, the task's, or the linear ones.
+
+        """
+        rows, order = self.shape[0], list(range(6))
+        if self.reading.angular_first:
+            order = [3, 4, 5, 0, 1, 2]
+        if rows == 6:
+            return list(range(6))
+        task = [TASK_ROWS.index(name) for name in self.robot.task.rows]
+        kept = task if rows == len(task) else [0, 1, 2]
+        return [order.index(k) for k in kept]
+
+    @property
+    def fits(self) -> bool:
+        """
+        Return whether the person's matrix has the right shape.
+
+        """
+        return self.right.shape[1:] == self.shape
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """
+        Return names of the Jacobian's rows; empty for other quantities.
+
+        """
+        if self.quantity.kind != 'jacobian' or not self.fits:
+            return ()
+        order = ROWS[3:] + ROWS[:3] if self.reading.angular_first else ROWS
+        if self.quantity.part != 'all':
+            order = ROWS[:3] if self.quantity.part == 'v' else ROWS[3:]
+            return order
+        return tuple(order[k] for k in self.jacobian_rows)
+
+
+def task_determinant(robot: Robot, world: World) -> Floats:
+    """
+    Return det(J_t) of the task's rows in the axes of frame 0, shape (N,); NaN if not square.
+
+    """
+    J, R = world.jacobian, np.swapaxes(world.base[:, :3, :3], 1, 2)
+    J = np.concatenate([R @ J[:, :3], R @ J[:, 3:]], axis=1)
+    rows = [TASK_ROWS.index(name) for name in robot.task.rows]
+    if len(rows) != J.shape[2]:
+        return np.full(len(J), np.nan)
+    return np.linalg.det(J[:, rows])
+
+
+def _general(table: Table, world: World) -> Floats:
+    symbols = {name: sp.Symbol(f'{name}_i') for name in ('a', 'alpha', 'd', 'theta')}
+    row = TableRow(table.convention, **symbols)
+    general = replace(table, rows=(row,), variables=())
+    return World(general, world.evaluation.values, world.poses).rows[0]
+
+
+class EquationCheck(Check):
+    """
+    An equation between known names: both sides are equal at every pose.
+
+    """
+
+    @cached_property
+    def right(self) -> Floats:
+        """
+        Return the left side, shape (N, 1, 1).
+
+        """
+        return self.evaluation.of(self.statement.left)[:, None, None]
+
+
+@dataclass(frozen=True, eq=False)
+class SolutionCheck(Check):
+    """
+    A formula of the inverse kinematics: put into the forward kinematics it gives the joint back.
+
+    Parameters
+    ----------
+    others
+        The formulas of the same file for other joints.
+
+    """
+
+    others: tuple[Statement, ...] = ()
+
+    @cached_property
+    def right(self) -> Floats:
+        """
+        Return the joint variable itself, shape (N, 1, 1).
+
+        """
+        return self.poses.values[self.variable][:, None, None]
+
+    @property
+    def variable(self) -> Any:
+        """
+        Return the symbol of the joint.
+
+        """
+        return self.names.table.variables[self.statement.joint]
+
+    @property
+    def turns(self) -> bool:
+        """
+        Return whether the joint's value counts modulo a full turn.
+
+        """
+        return self.names.table.joint_types[self.statement.joint] != 'prismatic'
+
+    def hits(self, values: Floats) -> Mask:
+        """
+        Return at which poses values of the formula are the joint's.
+
+        """
+        difference = self.in_radians(values) - self.right[:, 0, 0]
+        if self.turns:
+            difference = np.remainder(difference + np.pi, 2.0 * np.pi) - np.pi
+        # An angle near the end of acos has half the digits.
+        result: Mask = np.abs(difference) <= max(self.tolerance, 1e-7)
+        return result
+
+    def in_radians(self, values: Floats) -> Floats:
+        """
+        Return a formula's values in SI units.
+
+        """
+        degrees = self.statement.settings.degrees and self.turns
+        return values * DEGREE if degrees else values
+
+    @cached_property
+    def share(self) -> float:
+        """
+        Return the share of the poses at which the formula gives the joint's own value.
+
+        """
+        return float(np.mean(self.hits(self.person[:, 0, 0])))
+
+    @cached_property
+    def reaches(self) -> bool:
+        """
+        Return whether the file's formulas together lead the tool back to every point.
+
+        """
+        values = dict(self.poses.values)
+        for statement in self.others:
+            check = SolutionCheck(self.robot, self.names, statement, self.poses)
+            values[check.variable] = check.in_radians(check.person[:, 0, 0])
+        if not all(np.all(np.isfinite(v)) for v in values.values()):
+            return False
+        there = World(self.names.table, values, self.poses.count).pose
+        gap = self.gap(there[:, :3, 3], self.world.pose[:, :3, 3])
+        return bool(np.all(gap <= 1e-7))
+
+    @cached_property
+    def wrong(self) -> Mask:
+        """
+        Return whether the formula is wrong, shape (1, 1).
+
+        """
+        return np.array([[self.share < BRANCH]])
+
+    def passes(self, i: int, j: int, expression: Any) -> bool:
+        """
+        Return whether another formula gives the joint back at enough poses.
+
+        """
+        return float(np.mean(self.hits(self.evaluation.of(expression)))) >= BRANCH
