@@ -189,42 +189,46 @@ def lost_motion(arm: Arm, task_rows: Sequence[int], rank: int, scales: Floats) -
     task_rows
         Indices among x y z rx ry rz, axes of frame 0.
     rank
-        There; words are found where one direction is lost.
+        There.
     scales : shape (m,)
         What the task rows of `J_t` are multiplied by.
 
     """
-    kept = np.linalg.svd(arm.J_t, compute_uv=False)
-    good = np.sum(kept > ZERO * np.max(kept), axis=1) == rank
-    if len(task_rows) - rank != 1 or not good.any():
+    U, sigma, _ = np.linalg.svd(arm.J_t)
+    good = np.sum(sigma > ZERO * np.max(sigma), axis=1) == rank
+    missing = len(task_rows) - rank
+    if missing < 1 or not good.any():
         return None
-    left = np.linalg.svd(arm.J_t[good])[0][:, :, -1] * scales
+    frames, tool = arm.frames[good], arm.tool[good]
+    R0 = frames[:, 0, :3, :3]
+    if missing > 1:
+        if rank == 1 and tuple(task_rows) == (0, 1, 2):
+            where = _direction((R0 @ U[good][:, :, :1])[..., 0], frames)
+            return f'every translation of the tool but that along {where}' if where else None
+        return f'{missing} of {len(task_rows)} directions'
+    left = U[good][:, :, -1] * scales
     wrench = np.zeros((len(left), 6))
     wrench[:, list(task_rows)] = left
-    R0 = arm.frames[good, 0, :3, :3]
     force = (R0 @ wrench[:, :3, None])[..., 0]
     moment = (R0 @ wrench[:, 3:, None])[..., 0]
-    frames, tool = arm.frames[good], arm.tool[good]
-    if len(task_rows) < 6 or np.all(np.linalg.norm(moment, axis=1) < ZERO):
-        if np.all(np.linalg.norm(moment, axis=1) < ZERO):
-            where = _direction(force, frames)
-            return f'translation of the tool along {where}' if where else None
-        if np.all(np.linalg.norm(force, axis=1) < ZERO):
-            where = _direction(moment, frames)
-            return f'rotation about {where}' if where else None
-        return None
+    if np.all(np.linalg.norm(moment, axis=1) < ZERO):
+        where = _direction(force, frames) or 'a line that depends on the pose'
+        return f'translation of the tool along {where}'
+    if np.all(np.linalg.norm(force, axis=1) < ZERO):
+        where = _direction(moment, frames) or 'a line that depends on the pose'
+        return f'rotation about {where}'
     return _lost_screw(force, moment, frames, tool)
 
 
 def _lost_screw(force: Floats, moment: Floats, frames: Floats, tool: Floats) -> str | None:
     size = np.linalg.norm(force, axis=1) + np.linalg.norm(moment, axis=1)
     turning = None
-    for k in range(frames.shape[1]):
+    for k in reversed(range(frames.shape[1])):
         about = moment + np.cross(tool - frames[:, k, :3, 3], force)
         if np.all(np.linalg.norm(about, axis=1) < ZERO * size):
             where = _direction(force, frames)
             place = f'translation of the origin of frame {k}'
-            return f'{place} along {where}' if where else f'{place} along one line'
+            return f'{place} along {where or "a line that depends on the pose"}'
         where = _direction(about, frames)
         if where and turning is None:
             turning = f'rotation about {where} with the origin of frame {k} held still'

@@ -190,12 +190,12 @@ def remainder_of(rests: Sequence[Laurent], writer: Writer, arithmetic: Arithmeti
     for rest in rests:
         total = total + rest * rest
     product = factored(total, arithmetic)
-    constant = writer.expression(product.constant)
-    inside = sympy.Integer(1)
+    inside = writer.expression(product.constant)
     for factor in product.factors:
         inside *= writer.expression(factor.value) ** factor.power
-    outside = sympy.Abs(sympy.sqrt(constant)) if constant.is_number else sympy.sqrt(constant)
-    return outside * sympy.sqrt(inside)
+    squares = sympy.Add(*(writer.expression(rest) ** 2 for rest in rests))
+    shortest = min((inside, sympy.factor_terms(squares)), key=sympy.count_ops)
+    return sympy.sqrt(shortest)
 
 
 def singular_factors(
