@@ -43,6 +43,15 @@ def compiled(function: Function) -> Function:
         return numba.njit(**_OPTIONS)(function)  # type: ignore[no-any-return]
 
 
+def is_being_compiled() -> bool:
+    """
+    Return whether the kernel was not in the cache of this machine, so that it is or was compiled.
+
+    """
+    stats = getattr(evaluate, 'stats', None)  # with NUMBA_DISABLE_JIT=1 it is a plain function
+    return stats is not None and bool(stats.cache_misses)
+
+
 # 'contract' lets a product and a sum be one rounded operation; nothing else is given up.
 _OPTIONS: dict[str, Any] = {'nogil': True, 'fastmath': {'contract'}}
 _uncached: list[str] = []

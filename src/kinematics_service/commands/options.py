@@ -12,6 +12,7 @@ import typer
 from ..bundle import find_robot_file
 from ..errors import RobotNotFoundError
 from ..kernel import Floats
+from ..patience import patience
 from ..robot import Robot, load_robot
 
 NUMBER = re.compile(r'[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?')
@@ -70,7 +71,8 @@ def given_robot(name: str) -> Robot:
 
     """
     refuse_unknown_robot(name)
-    return load_robot(name)
+    with patience():
+        return load_robot(name)
 
 
 def joint_values(robot: Robot, text: str, option: str, degrees: bool) -> Floats:

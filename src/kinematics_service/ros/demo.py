@@ -15,6 +15,7 @@ from rich.console import Console, Group
 from rich.live import Live
 
 from ..errors import KinematicsError
+from ..patience import patience
 from ..recording import read_recording
 from ..trajectory import TRAJECTORIES
 from .demo_report import PlainReport, invitation, motion_in_words, summary
@@ -88,7 +89,8 @@ def run_demo(
             return WRONG_USAGE
         try:
             rules = [word for rule in RULES for word in ('-r', rule)]
-            node = KinematicsNode(robot, context=context, cli_args=['--ros-args', *rules])
+            with patience():
+                node = KinematicsNode(robot, context=context, cli_args=['--ros-args', *rules])
             moments, motion = _moments(node, trajectory, replay)
             lines = invitation(
                 motion, node.get_fully_qualified_name(), f'{RANGE}={os.environ[RANGE]}', set_aside

@@ -14,6 +14,7 @@ from rclpy.logging import LoggingSeverity, set_logger_level
 from rclpy.signals import SignalHandlerOptions
 
 from ..errors import KinematicsError
+from ..patience import patience
 from .environment import mixture_refusal, security_refusal
 from .node import KinematicsNode, RobotConflictError
 from .spin import new_executor, spin, stop_signals
@@ -100,7 +101,8 @@ def run_node(
             return WRONG_USAGE
         try:
             try:
-                node = KinematicsNode(robot, context=context)
+                with patience():
+                    node = KinematicsNode(robot, context=context)
             except RobotConflictError as error:
                 tell(str(error))
                 return WRONG_USAGE

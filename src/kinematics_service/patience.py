@@ -1,0 +1,38 @@
+"""
+A word to whoever waits while the kernel is compiled, once on each machine.
+
+"""
+
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from . import kernel
+
+# Reading the kernel from its cache takes less (s).
+LONG = 1.0
+
+
+@contextmanager
+def patience() -> Iterator[None]:
+    """
+    Say on standard error, after a while, that the kernel is being compiled, if that is why.
+
+    """
+
+    def tell() -> None:
+        if kernel.is_being_compiled():
+            print(
+                'kinematics_service: compiling the kernel; this takes some seconds, once',
+                file=sys.stderr,
+                flush=True,
+            )
+
+    timer = threading.Timer(LONG, tell)
+    timer.daemon = True
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()

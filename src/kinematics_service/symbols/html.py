@@ -1,0 +1,89 @@
+"""
+A derivation as one page that needs nothing else: formulas in MathML, which browsers draw.
+
+"""
+
+from collections.abc import Sequence
+from html import escape
+from typing import Any
+
+from sympy.printing.mathml import MathMLPresentationPrinter
+
+from .file_factors import decimal
+from .report import Block, Equation, Heading
+
+STYLE = """
+body { font: 16px/1.5 system-ui, sans-serif; max-width: 70rem; margin: 2rem auto; padding: 0 1rem;
+       color: #1c1c1c; background: #fff; }
+h1 { font-size: 1.6rem; } h2 { font-size: 1.25rem; margin-top: 2.5rem;
+     border-bottom: 1px solid #ccc; }
+h3 { font-size: 1.05rem; margin-bottom: 0.3rem; }
+p { margin: 0.4rem 0; }
+.formula { overflow-x: auto; padding: 0.4rem 0; }
+@media (prefers-color-scheme: dark) { body { color: #e6e6e6; background: #181818; } }
+"""
+GREEK = {'alpha', 'beta', 'gamma', 'theta', 'phi', 'psi', 'omega'}
+MATHML = '<math xmlns="http://www.w3.org/1998/Math/MathML" display="{}">{}</math>'
+
+
+class DecimalMathMLPrinter(MathMLPresentationPrinter):  # type: ignore[misc]
+    """
+    Sympy's MathML, with decimals where the file had decimals.
+
+    """
+
+    def _print_Rational(self, expr: Any) -> Any:
+        text = decimal(expr)
+        if text is None:
+            return super()._print_Rational(expr)
+        number = self.dom.createElement('mn')
+        number.appendChild(self.dom.createTextNode(text))
+        return number
+
+
+def html_of(blocks: Sequence[Block]) -> str:
+    """
+    Return a complete HTML page.
+
+    """
+    title = next(block.text for block in blocks if isinstance(block, Heading))
+    lines = ['<!DOCTYPE html>', '<html lang="en">', '<head>', '<meta charset="utf-8">']
+    lines += ['<meta name="viewport" content="width=device-width">']
+    lines += [f'<title>{escape(title)}</title>', f'<style>{STYLE}</style>', '</head>', '<body>']
+    for block in blocks:
+        if isinstance(block, Heading):
+            lines.append(f'<h{block.level}>{escape(block.text)}</h{block.level}>')
+        elif isinstance(block, Equation):
+            row = f'<mrow>{_left(block.left)}<mo>=</mo>{mathml(block.right)}</mrow>'
+            lines.append(f'<div class="formula">{MATHML.format("block", row)}</div>')
+        else:
+            parts = (
+                escape(p) if isinstance(p, str) else MATHML.format('inline', mathml(p))
+                for p in block.parts
+            )
+            lines.append(f'<p>{"".join(parts)}</p>')
+    return '\n'.join([*lines, '</body>', '</html>', ''])
+
+
+def mathml(expression: Any) -> str:
+    """
+    Return an expression as presentation MathML without the outer element.
+
+    """
+    printer = DecimalMathMLPrinter({'mat_delim': '['})
+    return str(printer._print(expression).toxml())
+
+
+def _left(left: str) -> str:
+    if left == 'det J':
+        return '<mo>det</mo><mi>J</mi>'
+    if left.startswith('\\dot'):
+        return '<mover><mi>q</mi><mo>.</mo></mover><mo>(</mo><mi>t</mi><mo>)</mo>'
+    name, _, index = left.replace('{', '').replace('}', '').lstrip('\\').partition('_')
+    name, opened, rest = name.partition('(')
+    symbol = f'&{name};' if name in GREEK else escape(name)
+    tail = f'<mo>(</mo><mi>{escape(rest.rstrip(")"))}</mi><mo>)</mo>' if opened else ''
+    kind = 'mn' if symbol.isdigit() else 'mi'
+    if index:
+        return f'<msub><{kind}>{symbol}</{kind}><mi>{escape(index)}</mi></msub>{tail}'
+    return f'<{kind}>{symbol}</{kind}>{tail}'
