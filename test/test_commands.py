@@ -303,7 +303,6 @@ def test_the_labelled_jacobian_and_twist_are_the_librarys(capsys):
          "Error: --robot: no robot 'craig': did you mean 'craig_3r'? "),
         (['fk', '--robot', 'no/such.yaml', '--q', '1'],
          'Error: --robot: there is no file no/such.yaml\n'),
-        (['--robot', 'nosuch'], "Error: --robot: no robot 'nosuch': "),
         (['demo', '--robot', 'nosuch'], "Error: --robot: no robot 'nosuch': "),
         (['--robot', 'puma560', 'robots'],
          "Error: options before a command are the node's: write them after 'robots'\n"),

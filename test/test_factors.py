@@ -16,6 +16,12 @@ from kinematics_service.notice import notice_of
 from kinematics_service.task import seeded_poses
 
 FACTORED = [name for name in ks.bundled_robots() if ks.load_robot(name).factors]
+# The others list what all minors share: no product of factors is their determinant.
+SQUARE = [
+    name
+    for name in FACTORED
+    if ks.load_robot(name).task.square and not ks.load_robot(name).task.structurally_deficient
+]
 MILLISECOND = 1_000_000
 
 ARM = """
@@ -48,7 +54,7 @@ def poses(robot, count=1000):
     return seeded_poses(robot.limits, sliding)[:count]
 
 
-@pytest.mark.parametrize('name', FACTORED)
+@pytest.mark.parametrize('name', SQUARE)
 def test_the_factors_of_a_bundled_robot_are_its_determinant(name):
     robot = ks.load_robot(name)
     assert robot.factors.complete

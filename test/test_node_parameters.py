@@ -23,7 +23,7 @@ from std_msgs.msg import Float64, Float64MultiArray
 
 import kinematics_service as ks
 from kinematics_service.errors import KinematicsError
-from kinematics_service.ros.node import RobotConflictError
+from kinematics_service.ros.parameters import RobotConflictError
 from kinematics_service.ros.settings import PARAMETERS, ROBOT
 
 ROUND_OFF = 1e-12

@@ -220,8 +220,8 @@ def refusal(*arguments, environment=None, command=('-m', 'kinematics_service')):
 @pytest.mark.parametrize(
     ('arguments', 'code', 'sentence'),
     [
-        (('--robot', 'craig_4r'), 2, "no robot 'craig_4r'"),
-        (('--robot', 'nowhere.yaml'), 2, 'nowhere.yaml'),
+        (('--robot', 'craig_4r'), 1, "no robot 'craig_4r'"),
+        (('--robot', 'nowhere.yaml'), 1, 'nowhere.yaml'),
         (('--ros-args', '-p', 'robot:=craig_4r'), 1, "no robot 'craig_4r'"),
         (('--ros-args', '-p', 'twist_frame:=world'), 1, 'one of base, tool'),
         (('--ros-args', '-p', 'publish_rate:=1'), 1, 'write 1.0'),

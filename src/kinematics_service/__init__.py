@@ -15,6 +15,11 @@ if TYPE_CHECKING:
     from .errors import KinematicsError as KinematicsError
     from .errors import RobotFileError as RobotFileError
     from .errors import RobotNotFoundError as RobotNotFoundError
+    from .inverse.aim import TargetError as TargetError
+    from .inverse.result import IkFamily as IkFamily
+    from .inverse.result import IkResult as IkResult
+    from .inverse.result import IkSolution as IkSolution
+    from .inverse.solve import inverse_kinematics as inverse_kinematics
     from .kinematics import forward_kinematics as forward_kinematics
     from .kinematics import jacobian as jacobian
     from .kinematics import link_frames as link_frames
@@ -25,6 +30,8 @@ if TYPE_CHECKING:
     from .robot import robot_from_text as robot_from_text
     from .singularities import Singularity as Singularity
     from .singularities import singularity as singularity
+    from .symbols.derivation import Derivation as Derivation
+    from .symbols.derivation import derive as derive
     from .tool_state import ToolState as ToolState
     from .tool_state import evaluate as evaluate
     from .version import __version__ as __version__
@@ -35,6 +42,11 @@ _HOME = {
     'KinematicsError': 'errors',
     'RobotFileError': 'errors',
     'RobotNotFoundError': 'errors',
+    'TargetError': 'inverse.aim',
+    'IkFamily': 'inverse.result',
+    'IkResult': 'inverse.result',
+    'IkSolution': 'inverse.result',
+    'inverse_kinematics': 'inverse.solve',
     'forward_kinematics': 'kinematics',
     'jacobian': 'kinematics',
     'link_frames': 'kinematics',
@@ -45,6 +57,8 @@ _HOME = {
     'robot_from_text': 'robot',
     'Singularity': 'singularities',
     'singularity': 'singularities',
+    'Derivation': 'symbols.derivation',
+    'derive': 'symbols.derivation',
     'ToolState': 'tool_state',
     'evaluate': 'tool_state',
     '__version__': 'version',

@@ -835,3 +835,859 @@ def evaluate_factors(
             results[k, f, 0] = values[ends[f]]
             for j in range(n):
                 results[k, f, 1 + j] = gradients[ends[f], j]
+
+
+# Where the border of what a joint can reach is: a cosine beyond 1 by less is taken as 1, since the
+# target may be that border in all but its last digits; what is not reached fails the proof after.
+BORDER = 1e-6
+# Two roots nearer than the square root of this are one to round-off.
+APART = 1e-16
+# Roots of a polynomial that should lie on the unit circle (or the real line): a double one is
+# known to the square root of round-off, one of multiplicity four to its fourth root.
+OFF_CIRCLE = 1e-3
+# Coefficients, and squared lengths against those of the arm, below this share are zero.
+NOTHING = 1e-12
+ROOT_SWEEPS = 60
+
+# Ways to the candidates (inverse/plan.py): what is asked of `inverse_candidates`.
+POSITION_3, SPHERICAL_WRIST, PARALLEL_AXES = range(3)
+# Most candidates there can be: 2 x 4 of three joints, doubled by a wrist.
+MOST_CANDIDATES = 32
+
+
+@compiled
+def _dot(a: Any, b: Any) -> float:
+    return float(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
+
+
+@compiled
+def _cross(a: Any, b: Any) -> Any:
+    return (
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    )
+
+
+@compiled
+def _plus(a: Any, factor: float, b: Any) -> Any:
+    return (a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2])
+
+
+@compiled
+def _three(table: Floats, k: int, at: int) -> Any:
+    return (table[k, at], table[k, at + 1], table[k, at + 2])
+
+
+@compiled
+def _turned(axis: Any, angle: float, v: Any) -> Any:
+    # Rodrigues.
+    s, c = _sincos(angle)
+    along = _dot(axis, v) * (1.0 - c)
+    w = _cross(axis, v)
+    return (
+        c * v[0] + s * w[0] + along * axis[0],
+        c * v[1] + s * w[1] + along * axis[1],
+        c * v[2] + s * w[2] + along * axis[2],
+    )
+
+
+@compiled
+def _moved(screws: Floats, k: int, value: float, point: Any) -> Any:
+    # A point carried along by screw k: row k is its axis, a point on it, 1 where it slides.
+    axis = _three(screws, k, 0)
+    if screws[k, 6] > 0.5:
+        return _plus(point, value, axis)
+    origin = _three(screws, k, 3)
+    return _plus(origin, 1.0, _turned(axis, value, _plus(point, -1.0, origin)))
+
+
+@compiled
+def _angle(axis: Any, a: Any, b: Any, otherwise: float) -> float:
+    # By how much to turn a about the axis until it points where b does; `otherwise` if it is on
+    # the axis, and any angle does.
+    sine = _dot(axis, _cross(a, b))
+    cosine = _dot(a, b) - _dot(axis, a) * _dot(axis, b)
+    off_axis = _dot(a, a) - _dot(axis, a) ** 2
+    if off_axis <= 1e-24 * _dot(a, a) or (sine == 0.0 and cosine == 0.0):
+        return otherwise
+    return math.atan2(sine, cosine)
+
+
+@compiled
+def _circle_roots(A: float, B: float, C: float, roots: Floats) -> int:
+    # Angles with A cos + B sin = C: their number, up to 2; -1 where every angle does.
+    radius = math.hypot(A, B)
+    if radius == 0.0 or radius <= 1e-14 * abs(C):
+        return -1 if C == 0.0 else 0
+    share = C / radius
+    if abs(share) > 1.0 + BORDER:
+        return 0
+    middle = math.atan2(B, A)
+    # Always two: where they meet, round-off would hide that other joints tell them apart.
+    half = math.atan2(math.sqrt(max((1.0 - share) * (1.0 + share), APART)), share)
+    roots[0] = middle + half
+    roots[1] = middle - half
+    return 2
+
+
+@compiled
+def _polynomial_roots(c: Any, degree: int, z: Any) -> None:
+    # All roots of c[0] + ... + c[degree] z^degree, c[degree] not 0 (Aberth 1973, Ehrlich 1967).
+    radius = 0.0
+    for k in range(degree):
+        radius = max(radius, (abs(c[k]) / abs(c[degree])) ** (1.0 / (degree - k)))
+    for k in range(degree):
+        turn = 2.0 * math.pi * k / degree + 0.4
+        z[k] = radius * complex(math.cos(turn), math.sin(turn))
+    if radius == 0.0:
+        return
+    for _ in range(ROOT_SWEEPS):
+        largest = 0.0
+        for k in range(degree):
+            value, slope = c[degree], 0j
+            for i in range(degree - 1, -1, -1):
+                slope = slope * z[k] + value
+                value = value * z[k] + c[i]
+            if abs(value) == 0.0:
+                continue
+            others = 0j
+            for i in range(degree):
+                if i != k and z[i] != z[k]:
+                    others += 1.0 / (z[k] - z[i])
+            below = slope - value * others
+            if abs(below) == 0.0:
+                continue
+            step = value / below
+            z[k] -= step
+            largest = max(largest, abs(step))
+        if largest <= 4e-16 * radius:
+            return
+
+
+@compiled
+def _constraints(screws: Floats, p: Any, F: Floats) -> None:
+    # What joint 1 leaves of u, the point before it moves it to p: two conditions
+    # F[k, 0] |u|^2 + F[k, 1:4] . u + F[k, 4] = 0, the origin being the point of axis 1.
+    z1, z2 = _three(screws, 0, 0), _three(screws, 1, 0)
+    if screws[0, 6] > 0.5:
+        a = _cross(z1, z2)
+        if _dot(a, a) < NOTHING:
+            a = _cross(z1, (1.0, 0.0, 0.0) if abs(z1[0]) < 0.6 else (0.0, 1.0, 0.0))
+        length = math.sqrt(_dot(a, a))
+        a = (a[0] / length, a[1] / length, a[2] / length)
+        b = _cross(z1, a)
+        F[0, 0], F[1, 0] = 0.0, 0.0
+        F[0, 4], F[1, 4] = -_dot(a, p), -_dot(b, p)
+    else:
+        a, b = z1, (0.0, 0.0, 0.0)
+        F[0, 0], F[1, 0] = 0.0, 1.0
+        F[0, 4], F[1, 4] = -_dot(z1, p), -_dot(p, p)
+    for i in range(3):
+        F[0, 1 + i], F[1, 1 + i] = a[i], b[i]
+
+
+@compiled
+def _left_over(F: Floats, k: int, u: Any) -> float:
+    return float(F[k, 0] * _dot(u, u) + _dot(_three(F, k, 1), u) + F[k, 4])
+
+
+@compiled
+def _guide(F: Floats, k: int, z2: Any, o2: Any) -> Any:
+    # Condition k turned by joint 2 is guide . v = `_wanted`, v the part of u across axis 2.
+    guide = _plus(_three(F, k, 1), 2.0 * F[k, 0], o2)
+    return _plus(guide, -_dot(guide, z2), z2)
+
+
+@compiled
+def _wanted(F: Floats, k: int, b: Any, across: float) -> float:
+    return -float(_left_over(F, k, b) + F[k, 0] * across)
+
+
+@compiled
+def _eliminated(
+    F: Floats, z2: Any, o2: Any, slides: bool, guides: Any, squares: Any, w: Any
+) -> Any:
+    # A number that is zero where joints 1 and 2 can bring w to the target, and the size of its
+    # terms. It is of second degree in w, whose square is linear in the cosine and sine of joint 3.
+    if slides:
+        along = _dot(_three(F, 0, 1), z2)
+        rest = _left_over(F, 0, w)
+        if F[1, 0] == 0.0 or abs(along) <= 1e-9:
+            return rest, abs(_dot(_three(F, 0, 1), w)) + abs(F[0, 4])
+        u = _plus(w, -rest / along, z2)
+        return along * along * _left_over(F, 1, u), along * along * (_dot(u, u) + abs(F[1, 4]))
+    height = _dot(z2, _plus(w, -1.0, o2))
+    b = _plus(o2, height, z2)
+    v = _plus(w, -1.0, b)
+    across = _dot(v, v)
+    first, second = _wanted(F, 0, b, across), _wanted(F, 1, b, across)
+    size_0 = abs(_dot(_three(F, 0, 1), b)) + abs(F[0, 4])
+    size_1 = F[1, 0] * (_dot(b, b) + across) + abs(_dot(_three(F, 1, 1), b)) + abs(F[1, 4])
+    if squares[0] == 0.0:
+        return first, size_0
+    if squares[1] == 0.0:
+        return second, size_1
+    value = first * first * squares[1] + second * second * squares[0]
+    size = size_0 * size_0 * squares[1] + size_1 * size_1 * squares[0]
+    product = across * squares[0] * squares[1]
+    return value - product, size + product
+
+
+@compiled
+def _third_joint(
+    screws: Floats, point: Any, F: Floats, guides: Any, squares: Any, scale: float, roots: Floats
+) -> int:
+    # Positions of joint 3 at which joints 1 and 2 can do the rest; -1 where any does.
+    z2, o2 = _three(screws, 1, 0), _three(screws, 1, 3)
+    slides_2, slides_3 = screws[1, 6] > 0.5, screws[2, 6] > 0.5
+    g = np.empty(5)
+    size = 0.0
+    for j in range(5):
+        x = scale * (j - 2.0) if slides_3 else 2.0 * math.pi * j / 5.0
+        w = _moved(screws, 2, x, point)
+        g[j], terms = _eliminated(F, z2, o2, slides_2, guides, squares, w)
+        size = max(size, terms)
+    c = np.zeros(5, dtype=np.complex128)
+    if slides_3:
+        c[0] = g[2]
+        c[1] = (g[0] - 8.0 * g[1] + 8.0 * g[3] - g[4]) / 12.0
+        c[2] = (-g[0] + 16.0 * g[1] - 30.0 * g[2] + 16.0 * g[3] - g[4]) / 24.0
+        c[3] = (-g[0] + 2.0 * g[1] - 2.0 * g[3] + g[4]) / 12.0
+        c[4] = (g[0] - 4.0 * g[1] + 6.0 * g[2] - 4.0 * g[3] + g[4]) / 24.0
+    else:
+        # g = c0 + Re(c1 e^ix + c2 e^2ix), times 2 e^2ix: a quartic in e^ix.
+        for k in range(3):
+            for j in range(5):
+                turn = -2.0 * math.pi * k * j / 5.0
+                c[2 + k] += 0.4 * g[j] * complex(math.cos(turn), math.sin(turn))
+        c[1], c[0] = c[3].conjugate(), c[4].conjugate()
+    largest = 0.0
+    for k in range(5):
+        largest = max(largest, abs(c[k]))
+    if largest <= NOTHING * size:
+        return -1
+    if not slides_3 and abs(c[4]) <= NOTHING * largest:
+        return _circle_roots(2.0 * c[3].real, -2.0 * c[3].imag, -c[2].real, roots)
+    degree = 4
+    while degree > 0 and abs(c[degree]) <= NOTHING * largest:
+        degree -= 1
+    z = np.zeros(4, dtype=np.complex128)
+    _polynomial_roots(c, degree, z)
+    # Two roots that round-off has merged stand beside the line, or the circle, as far as they were
+    # apart on it: they are put back by as much to either side.
+    count = 0
+    for k in range(degree):
+        if slides_3:
+            if abs(z[k].imag) <= OFF_CIRCLE * (1.0 + abs(z[k])):
+                roots[count] = scale * (z[k].real + z[k].imag)
+                count += 1
+        elif abs(abs(z[k]) - 1.0) <= OFF_CIRCLE:
+            roots[count] = math.atan2(z[k].imag, z[k].real) + math.log(abs(z[k]))
+            count += 1
+    return count
+
+
+@compiled
+def _second_joint(
+    screws: Floats, F: Floats, guides: Any, squares: Any, w: Any, free: float, roots: Floats
+) -> int:
+    # Positions of joint 2 that bring w to where joint 1 can take over.
+    z2, o2 = _three(screws, 1, 0), _three(screws, 1, 3)
+    if screws[1, 6] > 0.5:
+        k = 1 if F[1, 0] == 0.0 else 0
+        along = _dot(_three(F, k, 1), z2)
+        if abs(along) > 1e-9:
+            roots[0] = -_left_over(F, k, w) / along
+            return 1
+        if F[1, 0] == 0.0:
+            roots[0] = free
+            return 1
+        # |w + d z2|^2 is given.
+        middle = -_dot(w, z2)
+        square = middle * middle - _left_over(F, 1, w)
+        if square < -BORDER * (middle * middle + abs(F[1, 4])):
+            return 0
+        half = math.sqrt(max(square, APART * (middle * middle + abs(F[1, 4]))))
+        roots[0], roots[1] = middle + half, middle - half
+        return 2
+    height = _dot(z2, _plus(w, -1.0, o2))
+    b = _plus(o2, height, z2)
+    from_axis = _plus(w, -1.0, b)
+    across = _dot(from_axis, from_axis)
+    if squares[0] > 0.0 and squares[1] > 0.0:
+        v = _plus((0.0, 0.0, 0.0), _wanted(F, 0, b, across) / squares[0], guides[0])
+        v = _plus(v, _wanted(F, 1, b, across) / squares[1], guides[1])
+        roots[0] = _angle(z2, from_axis, v, free)
+        return 1
+    k = 0 if squares[0] > 0.0 else 1
+    if squares[k] == 0.0:
+        roots[0] = free
+        return 1
+    guide = guides[k]
+    count = _circle_roots(
+        _dot(guide, from_axis),
+        _dot(guide, _cross(z2, from_axis)),
+        _wanted(F, k, b, across),
+        roots,
+    )
+    if count < 0:
+        roots[0] = free
+        return 1
+    return count
+
+
+@compiled
+def _first_three(screws: Floats, point: Any, p: Any, free: Floats, found: Floats) -> int:
+    # Positions of three joints that bring a point to p: fills `found` (m, 3). The points of axes
+    # 1 and 2 are the feet of their common perpendicular, so the two guides are orthogonal.
+    o1 = _three(screws, 0, 3)
+    here = screws[:3].copy()
+    for k in range(3):
+        for i in range(3):
+            here[k, 3 + i] -= o1[i]
+    point, p = _plus(point, -1.0, o1), _plus(p, -1.0, o1)
+    F = np.empty((2, 5))
+    _constraints(here, p, F)
+    z1, z2, o2 = _three(here, 0, 0), _three(here, 1, 0), _three(here, 1, 3)
+    guides = (_guide(F, 0, z2, o2), _guide(F, 1, z2, o2))
+    scale = math.sqrt(_dot(p, p)) + math.sqrt(_dot(point, point)) + math.sqrt(_dot(o2, o2))
+    first, second = _dot(guides[0], guides[0]), _dot(guides[1], guides[1])
+    squares = (
+        first if first > 1e-18 else 0.0,
+        second if second > 1e-18 * (scale * scale if F[1, 0] > 0.0 else 1.0) else 0.0,
+    )
+    thirds, seconds = np.empty(4), np.empty(2)
+    count_3 = _third_joint(here, point, F, guides, squares, max(scale, 1e-300), thirds)
+    if count_3 < 0:
+        thirds[0] = free[2]
+        count_3 = 1
+    count = 0
+    for i in range(count_3):
+        w = _moved(here, 2, thirds[i], point)
+        count_2 = _second_joint(here, F, guides, squares, w, free[1], seconds)
+        for j in range(count_2):
+            u = _moved(here, 1, seconds[j], w)
+            if here[0, 6] > 0.5:
+                found[count, 0] = _dot(z1, _plus(p, -1.0, u))
+            else:
+                found[count, 0] = _angle(z1, u, p, free[0])
+            found[count, 1] = seconds[j]
+            found[count, 2] = thirds[i]
+            count += 1
+    return count
+
+
+@compiled
+def _across(axis: Any) -> Any:
+    v = _cross(axis, (1.0, 0.0, 0.0) if abs(axis[0]) < 0.6 else (0.0, 1.0, 0.0))
+    length = math.sqrt(_dot(v, v))
+    return (v[0] / length, v[1] / length, v[2] / length)
+
+
+@compiled
+def _times_vector(T: Floats, v: Any) -> Any:
+    return (
+        T[0, 0] * v[0] + T[0, 1] * v[1] + T[0, 2] * v[2],
+        T[1, 0] * v[0] + T[1, 1] * v[1] + T[1, 2] * v[2],
+        T[2, 0] * v[0] + T[2, 1] * v[1] + T[2, 2] * v[2],
+    )
+
+
+@compiled
+def _times_point(T: Floats, v: Any) -> Any:
+    return _plus(_times_vector(T, v), 1.0, (T[0, 3], T[1, 3], T[2, 3]))
+
+
+@compiled
+def _back(screws: Floats, values: Floats, count: int, v: Any) -> Any:
+    # A direction as it was before the first `count` joints turned it.
+    for k in range(count):
+        if screws[k, 6] < 0.5:
+            v = _turned(_three(screws, k, 0), -values[k], v)
+    return v
+
+
+@compiled
+def _wrist(screws: Floats, T: Floats, arm: Floats, free: Floats, found: Floats) -> int:
+    # The last three joints turn what the first three (positions `arm`) leave of the rotation.
+    a, b, c = _three(screws, 3, 0), _three(screws, 4, 0), _three(screws, 5, 0)
+    goal = _back(screws, arm, 3, _times_vector(T, c))
+    ab, bc = _dot(a, b), _dot(b, c)
+    roots = np.empty(2)
+    count = _circle_roots(
+        _dot(a, c) - ab * bc, _dot(a, _cross(b, c)), _dot(a, goal) - ab * bc, roots
+    )
+    if count < 0:
+        roots[0] = free[4]
+        count = 1
+    side = _across(c)
+    goal_side = _back(screws, arm, 3, _times_vector(T, side))
+    for i in range(count):
+        angle = _angle(a, _turned(b, roots[i], c), goal, free[3])
+        found[i, 3] = angle
+        found[i, 4] = roots[i]
+        rest = _turned(b, -roots[i], _turned(a, -angle, goal_side))
+        found[i, 5] = _angle(c, side, rest, free[5])
+    return count
+
+
+@compiled
+def _with_wrist(screws: Floats, T: Floats, point: Any, free: Floats, found: Floats) -> int:
+    # Axes 4 to 6 meet in `point`, so joints 1 to 3 alone bring it to its place.
+    arms, wrists = np.empty((8, 3)), np.empty((2, 6))
+    count = 0
+    for i in range(_first_three(screws, point, _times_point(T, point), free, arms)):
+        for j in range(_wrist(screws, T, arms[i], free, wrists)):
+            for k in range(3):
+                found[count, k] = arms[i, k]
+                found[count, 3 + k] = wrists[j, 3 + k]
+            count += 1
+    return count
+
+
+@compiled
+def _with_parallel_axes(screws: Floats, T: Floats, point: Any, free: Floats, found: Floats) -> int:
+    # Axes 2, 3, 4 are parallel, 5 and 6 meet in `point`: joints 2 to 4 leave the height of that
+    # point along axis 2 as it is, which gives joint 1; then the direction of axis 2 gives joints
+    # 5 and 6; what is left is an arm in a plane.
+    z1, z, z5, z6 = (
+        _three(screws, 0, 0),
+        _three(screws, 1, 0),
+        _three(screws, 4, 0),
+        _three(screws, 5, 0),
+    )
+    o1, o2, o4 = _three(screws, 0, 3), _three(screws, 1, 3), _three(screws, 3, 3)
+    firsts, fifths, thirds = np.empty(2), np.empty(2), np.empty(2)
+    # z . (turned(z1, x, ...)) of the goal taken back by joint 1 is the height at rest.
+    goal = _plus(_times_point(T, point), -1.0, o1)
+    still = _dot(z, z1) * _dot(z1, goal)
+    count_1 = _circle_roots(
+        _dot(z, goal) - still,
+        -_dot(z, _cross(z1, goal)),
+        _dot(z, _plus(point, -1.0, o1)) - still,
+        firsts,
+    )
+    if count_1 < 0:
+        firsts[0] = free[0]
+        count_1 = 1
+    count = 0
+    for i in range(count_1):
+        # R^T (z as joint 1 turns it), which joints 6 and 5 must turn into z.
+        z_now = _turned(z1, firsts[i], z)
+        seen = (
+            T[0, 0] * z_now[0] + T[1, 0] * z_now[1] + T[2, 0] * z_now[2],
+            T[0, 1] * z_now[0] + T[1, 1] * z_now[1] + T[2, 1] * z_now[2],
+            T[0, 2] * z_now[0] + T[1, 2] * z_now[1] + T[2, 2] * z_now[2],
+        )
+        still = _dot(z6, z5) * _dot(z5, z)
+        count_5 = _circle_roots(
+            _dot(z6, z) - still,
+            -_dot(z6, _cross(z5, z)),
+            _dot(z6, seen) - still,
+            fifths,
+        )
+        if count_5 < 0:
+            fifths[0] = free[4]
+            count_5 = 1
+        for j in range(count_5):
+            sixth = _angle(z6, seen, _turned(z5, -fifths[j], z), free[5])
+            # G = E1^-1 T E6^-1 E5^-1 moves within the plane across z: its turn, and where it
+            # brings the point of axis 4.
+            start = _moved(screws, 5, -sixth, _moved(screws, 4, -fifths[j], o4))
+            goal_4 = _moved(screws, 0, -firsts[i], _times_point(T, start))
+            side = _across(z)
+            side_now = _turned(z6, -sixth, _turned(z5, -fifths[j], side))
+            side_now = _turned(z1, -firsts[i], _times_vector(T, side_now))
+            total = _angle(z, side, side_now, 0.0)
+            to_goal = _plus(goal_4, -1.0, o2)
+            o3 = _three(screws, 2, 3)
+            upper, lower = _plus(o3, -1.0, o2), _plus(o4, -1.0, o3)
+            upper = _plus(upper, -_dot(upper, z), z)
+            lower = _plus(lower, -_dot(lower, z), z)
+            reach = _dot(to_goal, to_goal) - _dot(to_goal, z) ** 2
+            count_3 = _circle_roots(
+                2.0 * _dot(upper, lower),
+                2.0 * _dot(upper, _cross(z, lower)),
+                reach - _dot(upper, upper) - _dot(lower, lower),
+                thirds,
+            )
+            if count_3 < 0:
+                thirds[0] = free[2]
+                count_3 = 1
+            for k in range(count_3):
+                bent = _plus(upper, 1.0, _turned(z, thirds[k], lower))
+                second = _angle(z, bent, to_goal, free[1])
+                found[count, 0] = firsts[i]
+                found[count, 1] = second
+                found[count, 2] = thirds[k]
+                found[count, 3] = total - second - thirds[k]
+                found[count, 4] = fifths[j]
+                found[count, 5] = sixth
+                count += 1
+    return count
+
+
+@compiled
+def inverse_candidates(
+    way: int, screws: Floats, point: Floats, T: Floats, free: Floats, found: Floats
+) -> int:
+    """
+    Fill `found` with joint positions that may bring the tool to its target; return their number.
+
+    Candidates, not solutions: `refine` sharpens them and says how far off each is.
+
+    Parameters
+    ----------
+    way
+        POSITION_3, SPHERICAL_WRIST or PARALLEL_AXES.
+    screws : shape (k, 7)
+        Each joint at rest: its axis, a point on it, 1 where it slides.
+    point : shape (3,), m
+        The point that is brought to its place first, at rest.
+    T : shape (4, 4)
+        The motion from rest to the target.
+    free : shape (k,), rad or m
+        Positions of joints that may have any.
+    found : shape (MOST_CANDIDATES, k), rad or m
+        The candidates.
+
+    """
+    start = (point[0], point[1], point[2])
+    if way == POSITION_3:
+        return int(_first_three(screws, start, _times_point(T, start), free, found))
+    if way == SPHERICAL_WRIST:
+        return int(_with_wrist(screws, T, start, free, found))
+    return int(_with_parallel_axes(screws, T, start, free, found))
+
+
+# Aim (inverse/aim.py), 44 numbers: the target 4 x 4; the rotation of the axes the rows are in
+# (3 x 3); six weights of the rows (1, the length for angular rows, 0 for rows not asked for).
+AIM_AXES, AIM_WEIGHTS, AIM_SIZE = 16, 25, 31
+# A smaller error is round-off of forward kinematics, as a share of the length.
+ROUND_OFF = 1e-15
+# Where nothing is gained any more: so many steps that shrink the error by less than this share.
+SLOW, PATIENCE = 1e-3, 12
+STIFFEST = 1e8
+
+
+@compiled
+def _rotation_vector(R: Any) -> Any:
+    # Axis times angle of the nine numbers of a rotation matrix.
+    x, y, z = R[7] - R[5], R[2] - R[6], R[3] - R[1]
+    sine = math.sqrt(x * x + y * y + z * z)
+    cosine = R[0] + R[4] + R[8] - 1.0
+    angle = math.atan2(sine, cosine)
+    if sine > 1e-9:
+        share = angle / sine
+        return (x * share, y * share, z * share)
+    if cosine > 0.0:
+        return (0.5 * x, 0.5 * y, 0.5 * z)
+    # Half a turn: any column of R + I shows the axis, the longest is the safest.
+    if R[0] >= R[4] and R[0] >= R[8]:
+        a, b, c = R[0] + 1.0, R[3], R[6]
+    elif R[4] >= R[8]:
+        a, b, c = R[1], R[4] + 1.0, R[7]
+    else:
+        a, b, c = R[2], R[5], R[8] + 1.0
+    share = angle / math.sqrt(a * a + b * b + c * c)
+    return (a * share, b * share, c * share)
+
+
+@compiled
+def _turned_back(aim: Floats, v: Any) -> Any:
+    at = AIM_AXES
+    return (
+        aim[at] * v[0] + aim[at + 3] * v[1] + aim[at + 6] * v[2],
+        aim[at + 1] * v[0] + aim[at + 4] * v[1] + aim[at + 7] * v[2],
+        aim[at + 2] * v[0] + aim[at + 5] * v[1] + aim[at + 8] * v[2],
+    )
+
+
+@compiled
+def _miss(aim: Floats, row: Floats, error: Floats) -> float:
+    # Fills `error` (6,) with what the pose of a row lacks, weighted, and returns its square.
+    linear = _turned_back(aim, (aim[3] - row[3], aim[7] - row[7], aim[11] - row[11]))
+    at = AIM_WEIGHTS
+    angular = (0.0, 0.0, 0.0)
+    if aim[at + 3] + aim[at + 4] + aim[at + 5] > 0.0:
+        R = (
+            aim[0] * row[0] + aim[1] * row[1] + aim[2] * row[2],
+            aim[0] * row[4] + aim[1] * row[5] + aim[2] * row[6],
+            aim[0] * row[8] + aim[1] * row[9] + aim[2] * row[10],
+            aim[4] * row[0] + aim[5] * row[1] + aim[6] * row[2],
+            aim[4] * row[4] + aim[5] * row[5] + aim[6] * row[6],
+            aim[4] * row[8] + aim[5] * row[9] + aim[6] * row[10],
+            aim[8] * row[0] + aim[9] * row[1] + aim[10] * row[2],
+            aim[8] * row[4] + aim[9] * row[5] + aim[10] * row[6],
+            aim[8] * row[8] + aim[9] * row[9] + aim[10] * row[10],
+        )
+        angular = _turned_back(aim, _rotation_vector(R))
+    square = 0.0
+    for i in range(3):
+        error[i] = aim[at + i] * linear[i]
+        error[3 + i] = aim[at + 3 + i] * angular[i]
+        square += error[i] ** 2 + error[3 + i] ** 2
+    return square
+
+
+@compiled
+def _weighted_columns(aim: Floats, row: Floats, scales: Floats, columns: Floats) -> None:
+    # Columns of J in the axes of the rows, as rows of `columns` (n, 6), weighted like the error;
+    # a unit of each joint counts scales[j] (0: the joint is held).
+    n = scales.shape[0]
+    at, J = AIM_WEIGHTS, JACOBIAN_AT
+    for j in range(n):
+        linear = _turned_back(aim, (row[J + j], row[J + n + j], row[J + 2 * n + j]))
+        angular = _turned_back(aim, (row[J + 3 * n + j], row[J + 4 * n + j], row[J + 5 * n + j]))
+        for i in range(3):
+            columns[j, i] = scales[j] * aim[at + i] * linear[i]
+            columns[j, 3 + i] = scales[j] * aim[at + 3 + i] * angular[i]
+
+
+@compiled
+def _damped_step(A: Floats, g: Floats, damping: float, L: Floats, step: Floats) -> bool:
+    # Solves (A + damping) step = g by Cholesky; False where round-off makes that impossible.
+    n = g.shape[0]
+    for i in range(n):
+        for j in range(i + 1):
+            value = A[i, j]
+            if i == j:
+                value += damping
+            for k in range(j):
+                value -= L[i, k] * L[j, k]
+            if i == j:
+                if not value > 0.0:
+                    return False
+                L[i, i] = math.sqrt(value)
+            else:
+                L[i, j] = value / L[j, j]
+    for i in range(n):
+        value = g[i]
+        for k in range(i):
+            value -= L[i, k] * step[k]
+        step[i] = value / L[i, i]
+    for i in range(n - 1, -1, -1):
+        value = step[i]
+        for k in range(i + 1, n):
+            value -= L[k, i] * step[k]
+        step[i] = value / L[i, i]
+    return True
+
+
+@compiled
+def _refine_one(
+    integers: Integers,
+    numbers: Floats,
+    aim: Floats,
+    scales: Floats,
+    limits: Floats,
+    damping: float,
+    steps: int,
+    q: Floats,
+    rest: Floats,
+    rows: Floats,
+    work: Floats,
+) -> float:
+    n = q.shape[0]
+    columns, A, L = work[:n, :6], work[:n, 6 : 6 + n], work[:n, 6 + n : 6 + 2 * n]
+    g, step, trial = work[n, :n], work[n + 1, :n], work[n + 2 : n + 3, :n]
+    error = work[n + 3, :6]
+    trial[0] = q
+    _evaluate_one(integers, numbers, trial, rest, JACOBIAN, rows, 0, 0)
+    square = _miss(aim, rows[0], error)
+    length = max(aim[AIM_WEIGHTS + 3], aim[AIM_WEIGHTS + 4], aim[AIM_WEIGHTS + 5], 1e-3)
+    enough = (ROUND_OFF * length) ** 2
+    slow = 0
+    fresh = True
+    size = 0.0
+    for _ in range(steps):
+        if square <= enough or slow >= PATIENCE:
+            break
+        if fresh:
+            _weighted_columns(aim, rows[0], scales, columns)
+            size = 0.0
+            for i in range(n):
+                g[i] = 0.0
+                for k in range(6):
+                    g[i] += columns[i, k] * error[k]
+                for j in range(i + 1):
+                    A[i, j] = 0.0
+                    for k in range(6):
+                        A[i, j] += columns[i, k] * columns[j, k]
+                size = max(size, A[i, i])
+            fresh = False
+        if size == 0.0:
+            break
+        if not _damped_step(A, g, damping * size + 1e-18 * size, L, step):
+            damping = max(10.0 * damping, 1e-15)
+            continue
+        moved = 0.0
+        for j in range(n):
+            value = q[j] + scales[j] * step[j]
+            value = min(max(value, limits[j, 0]), limits[j, 1])
+            moved = max(moved, abs(value - q[j]))
+            trial[0, j] = value
+        if moved == 0.0:
+            break
+        _evaluate_one(integers, numbers, trial, rest, JACOBIAN, rows, 0, 0)
+        new = _miss(aim, rows[0], error)
+        if new < square:
+            slow = slow + 1 if new > (1.0 - SLOW) * square else 0
+            for j in range(n):
+                q[j] = trial[0, j]
+            square = new
+            damping = min(0.1 * damping, square / (length * length))
+            fresh = True
+        else:
+            # A refused step at the level of round-off is the end.
+            if square <= (1e-12 * length) ** 2 or damping > STIFFEST:
+                break
+            damping = max(8.0 * damping, 1e-12)
+            # `error` is the refused one's now, but g and A are still those of q.
+            slow += 1 if moved < 1e-13 else 0
+    return math.sqrt(square)
+
+
+@compiled
+def refine(
+    integers: Integers,
+    numbers: Floats,
+    aim: Floats,
+    scales: Floats,
+    limits: Floats,
+    damping: float,
+    steps: int,
+    q: Floats,
+    errors: Floats,
+) -> None:
+    """
+    Move each row of q to where the tool misses its target least: Levenberg-Marquardt.
+
+    Parameters
+    ----------
+    integers, numbers
+        `Chain.integers` and `Chain.numbers`.
+    aim : shape (AIM_SIZE,)
+        What is aimed at: see AIM_AXES.
+    scales : shape (n,)
+        What a unit of each joint counts, as `Task.column_scales`, inverted; 0 holds a joint.
+    limits : shape (n, 2), rad or m
+        No joint leaves these; infinite where it may.
+    damping
+        At first, as a share of the largest column of J squared: 1e-3 from afar, 0 at a solution.
+    steps
+        Steps at most.
+    q : shape (N, n), rad or m
+        Starts, overwritten.
+    errors : shape (N,), m
+        What is left: the norm of the weighted rows.
+
+    """
+    n = q.shape[1]
+    rest = np.zeros((1, n))
+    rows = np.empty((1, integers[FRAMES_AT]))
+    work = np.empty((n + 4, max(6 + 2 * n, n)))
+    for k in range(q.shape[0]):
+        errors[k] = _refine_one(
+            integers, numbers, aim, scales, limits, damping, steps, q[k], rest, rows, work
+        )
+
+
+@compiled
+def free_motions(
+    integers: Integers,
+    numbers: Floats,
+    aim: Floats,
+    scales: Floats,
+    q: Floats,
+    sigma: Floats,
+    motions: Floats,
+) -> None:
+    """
+    Fill the singular values of the aim's rows of J, and the joint motions that belong to them.
+
+    Parameters
+    ----------
+    integers, numbers, aim, scales
+        As `refine` takes them.
+    q : shape (N, n), rad or m
+        Joint positions.
+    sigma : shape (N, n), m
+        Singular values, descending; those beyond the rows asked for are 0.
+    motions : shape (N, n, n)
+        Unit joint motions, scaled ones, a row a singular value.
+
+    """
+    n = q.shape[1]
+    rest = np.zeros((1, n))
+    rows = np.empty((1, integers[FRAMES_AT]))
+    columns = np.empty((n, 6))
+    for k in range(q.shape[0]):
+        _evaluate_one(integers, numbers, q[k : k + 1], rest, JACOBIAN, rows, 0, 0)
+        _weighted_columns(aim, rows[0], scales, columns)
+        V = motions[k]
+        for i in range(n):
+            for j in range(n):
+                V[i, j] = 1.0 if i == j else 0.0
+        _orthogonalise(columns, V, n, 6)
+        _sort_by_norm(columns, V, sigma[k], n, 6)
+
+
+@compiled
+def _sign(value: float, size: float) -> int:
+    if abs(value) <= 1e-9 * size:
+        return 0
+    return 1 if value > 0.0 else -1
+
+
+@compiled
+def postures(way: int, screws: Floats, point: Floats, psi: Floats, signs: Integers) -> None:
+    """
+    Fill `signs` (N, 3) with 1, -1 or 0 (none): shoulder right, elbow up, wrist not flipped.
+
+    Parameters
+    ----------
+    way, screws, point
+        As `inverse_candidates` takes them.
+    psi : shape (N, k), rad or m
+        Positions of the screws.
+    signs : shape (N, 3)
+        The postures.
+
+    """
+    z1, z2 = _three(screws, 0, 0), _three(screws, 1, 0)
+    o1, o2 = _three(screws, 0, 3), _three(screws, 1, 3)
+    side = _cross(z2, z1)
+    has_shoulder = screws[0, 6] < 0.5 and screws[1, 6] < 0.5 and _dot(side, side) > 1e-9
+    elbow = _cross(z2, _three(screws, 2, 0))
+    has_elbow = screws[1, 6] < 0.5 and screws[2, 6] < 0.5 and _dot(elbow, elbow) < 1e-12
+    has_elbow = has_elbow and has_shoulder
+    for i in range(psi.shape[0]):
+        signs[i, 0] = signs[i, 1] = signs[i, 2] = 0
+        # The tool of joints 1 to 3, in the frame joint 1 carries along.
+        end = (point[0], point[1], point[2])
+        if way == PARALLEL_AXES:
+            end = _moved(screws, 3, psi[i, 3], end)
+        end = _moved(screws, 1, psi[i, 1], _moved(screws, 2, psi[i, 2], end))
+        if has_shoulder:
+            reach = _plus(end, -1.0, o1)
+            signs[i, 0] = _sign(_dot(side, reach), math.sqrt(_dot(reach, reach)))
+        if has_elbow:
+            if way == PARALLEL_AXES:
+                tip = _moved(screws, 2, psi[i, 2], _three(screws, 3, 3))
+                tip = _moved(screws, 1, psi[i, 1], tip)
+            else:
+                tip = end
+            chord = _plus(tip, -1.0, o2)
+            chord = _plus(chord, -_dot(chord, z2), z2)
+            upper = _plus(_moved(screws, 1, psi[i, 1], _three(screws, 2, 3)), -1.0, o2)
+            upper = _plus(upper, -_dot(upper, z2), z2)
+            square = _dot(chord, chord)
+            if square > 0.0:
+                off = _plus(upper, -_dot(upper, chord) / square, chord)
+                signs[i, 1] = _sign(_dot(off, z1), math.sqrt(_dot(upper, upper)))
+        if way != POSITION_3:
+            a = _three(screws, 4, 0)
+            first = _turned(a, -psi[i, 4], _three(screws, 3, 0))
+            signs[i, 2] = _sign(_dot(_cross(first, a), _three(screws, 5, 0)), 1.0)

@@ -9,6 +9,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from . import kernel
+from .robot import load_robot
+from .singularities import singularity
 
 # Reading the kernel from its cache takes less (s).
 LONG = 1.0
@@ -36,3 +38,15 @@ def patience() -> Iterator[None]:
         yield
     finally:
         timer.cancel()
+
+
+def ready_kernel() -> None:
+    """
+    Compile the kernel, or read it from its cache, before anything else is begun.
+
+    So Ctrl-C meets nothing that would have to be cleaned up.
+
+    """
+    with patience():
+        robot = load_robot('planar_2r')
+        singularity(robot, [0.1, 0.2], [0.3, 0.4])

@@ -10,6 +10,7 @@ import re
 import tempfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
 from ruamel.yaml import YAML
 from ruamel.yaml.nodes import MappingNode, Node
@@ -75,7 +76,7 @@ def _entry(mapping: MappingNode, name: str) -> tuple[Node, Node] | None:
     return next((pair for pair in mapping.value if pair[0].value == name), None)
 
 
-def _last_line(node: Node) -> int:
+def _last_line(node: Any) -> int:
     # A block's end mark is where the next thing begins, comments and blank lines between.
     if isinstance(node, MappingNode) and not node.flow_style and node.value:
         return _last_line(node.value[-1][1])
@@ -101,12 +102,13 @@ def _flow_text(text: str, value: Node) -> list[str]:
 
 
 def _comments(lines: list[str]) -> dict[str, str]:
-    # The comment at the end of each line, by the key the line begins with.
+    # The comment at the end of each line, by the factor the line names; '' for the key's own.
     found = {}
     for line in lines:
-        match = re.match(r'\s*([^:#]+?)\s*:.*?(\s+#.*)$', line.rstrip('\n'))
-        if match:
-            found[match[1]] = match[2]
+        comment = re.search(r'\s+#.*$', line.rstrip('\n'))
+        named = re.search(r'name:\s*"?([^,"}]+?)"?\s*[,}]', line)
+        if comment:
+            found[named[1] if named and 'factors:' not in line else ''] = comment[0]
     return found
 
 
@@ -114,12 +116,17 @@ def _factor_lines(
     factors: Mapping[str, str], indent: str, comments: Mapping[str, str] | None = None
 ) -> list[str]:
     comments = comments or {}
-    lines = [f'{indent}factors:{comments.get("factors", "")}\n']
+    lines = [f'{indent}factors:{comments.get("", "")}\n']
     for name, expression in factors.items():
-        key = name if re.fullmatch(r'[A-Za-z_][\w .]*', name) else f'"{name}"'
-        # An expression with a comma would be two entries in braces; here a plain scalar holds it.
-        lines.append(f'{indent}  {key}: {expression}{comments.get(name, "")}\n')
+        entry = f'{{name: {_scalar(name)}, expression: {_scalar(expression)}}}'
+        lines.append(f'{indent}  - {entry}{comments.get(name, "")}\n')
     return lines
+
+
+def _scalar(text: str) -> str:
+    # In braces a comma would end the entry.
+    plain = re.fullmatch(r'[\w .*/()+-]+', text) and not text.startswith(('-', '*', ' '))
+    return text if plain else '"' + text.replace('\\', '\\\\').replace('"', '\\"') + '"'
 
 
 def replace_file(path: Path, text: str) -> None:

@@ -14,7 +14,7 @@ import typer
 
 from ..errors import KinematicsError
 from ..version import __version__
-from . import check, fk, jacobian, robots, ros_commands
+from . import check, compare, derive, fk, jacobian, robots, ros_commands
 from .arguments import join_numbers, split_ros_arguments
 from .options import WrongUsage
 
@@ -45,6 +45,10 @@ app.command(short_help='Print the pose of the tool.', help=fk.HELP)(fk.fk)
 app.command(short_help='Print the Jacobian and the twist of the tool.', help=jacobian.HELP)(
     jacobian.jacobian
 )
+app.command(short_help='Compare your own formulas with the right ones.', help=compare.HELP)(
+    compare.compare
+)
+app.command(short_help='Derive the kinematics exactly.', help=derive.HELP)(derive.derive)
 app.command(short_help='List the bundled robots.', help=robots.HELP)(robots.robots)
 app.command(short_help='Show the node at work without a robot.', help=ros_commands.DEMO_HELP)(
     ros_commands.demo

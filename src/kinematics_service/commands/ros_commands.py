@@ -90,8 +90,6 @@ def node(
         rclpy or a message package cannot be imported.
 
     """
-    if robot is not None:
-        refuse_unknown_robot(robot)
     try:
         from ..ros.runner import run_node
     except ImportError as error:

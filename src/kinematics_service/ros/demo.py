@@ -15,13 +15,14 @@ from rich.console import Console, Group
 from rich.live import Live
 
 from ..errors import KinematicsError
-from ..patience import patience
+from ..patience import ready_kernel
 from ..recording import read_recording
 from ..trajectory import TRAJECTORIES
 from .demo_report import PlainReport, invitation, motion_in_words, summary
 from .demo_screen import screen
 from .listener import Listener
-from .node import KinematicsNode, RobotConflictError
+from .node import KinematicsNode
+from .parameters import RobotConflictError
 from .runner import FAULT, FINE, WRONG_USAGE, open_context, start_refusal, tell
 from .spin import new_executor, spin, stop_signals
 from .standard_output import StandardOutput
@@ -83,14 +84,14 @@ def run_demo(
         tell(refusal)
         return FAULT
     set_aside = stay_on_this_host()
+    ready_kernel()
     with stop_signals() as stop:
         context = open_context([*QUIET, *ros_args])
         if context is None:
             return WRONG_USAGE
         try:
             rules = [word for rule in RULES for word in ('-r', rule)]
-            with patience():
-                node = KinematicsNode(robot, context=context, cli_args=['--ros-args', *rules])
+            node = KinematicsNode(robot, context=context, cli_args=['--ros-args', *rules])
             moments, motion = _moments(node, trajectory, replay)
             lines = invitation(
                 motion, node.get_fully_qualified_name(), f'{RANGE}={os.environ[RANGE]}', set_aside

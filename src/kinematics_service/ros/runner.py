@@ -14,9 +14,10 @@ from rclpy.logging import LoggingSeverity, set_logger_level
 from rclpy.signals import SignalHandlerOptions
 
 from ..errors import KinematicsError
-from ..patience import patience
+from ..patience import ready_kernel
 from .environment import mixture_refusal, security_refusal
-from .node import KinematicsNode, RobotConflictError
+from .node import KinematicsNode
+from .parameters import RobotConflictError
 from .spin import new_executor, spin, stop_signals
 
 FINE, FAULT, WRONG_USAGE = 0, 1, 2
@@ -95,14 +96,14 @@ def run_node(
     if refusal is not None:
         tell(refusal)
         return FAULT
+    ready_kernel()
     with stop_signals() as stop:
         context = open_context(ros_args)
         if context is None:
             return WRONG_USAGE
         try:
             try:
-                with patience():
-                    node = KinematicsNode(robot, context=context)
+                node = KinematicsNode(robot, context=context)
             except RobotConflictError as error:
                 tell(str(error))
                 return WRONG_USAGE

@@ -11,6 +11,11 @@ from geometry_msgs.msg import PoseArray, PoseStamped, TwistStamped, VelocityStam
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from std_msgs.msg import Float64, Float64MultiArray
 
+from ..estimator import Answer
+from ..kernel import ALL_FRAMES
+from ..singularities import singularity_of
+from ..task import seeded_poses
+from ..tool_state import evaluate
 from .messages import (
     Report,
     jacobian_message,
@@ -20,6 +25,7 @@ from .messages import (
     twist_message,
     velocity_message,
 )
+from .settings import Settings
 
 # A best-effort subscription hears reliable and best-effort publishers alike.
 JOINT_STATES_QOS = QoSProfile(
@@ -72,3 +78,18 @@ TOPICS = (
     _measure('distance'),
     Topic('~/link_frames', PoseArray, link_frames_message),
 )
+
+
+def warm_up(settings: Settings) -> None:
+    """
+    Build every message once: the kernel is compiled, or read from its cache, before the first one.
+
+    """
+    robot = settings.robot
+    prismatic = [kind == 'prismatic' for kind in robot.joint_types]
+    q = seeded_poses(robot.limits, prismatic)[0]
+    state = evaluate(robot, q, q, depth=ALL_FRAMES)
+    answer = Answer(state, state.quaternion_xyzw, 0, 'message')
+    report = Report(answer, singularity_of(state), settings)
+    for topic in TOPICS:
+        topic.build(report)

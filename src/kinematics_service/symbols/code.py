@@ -115,9 +115,7 @@ def _latex(derivation: Derivation) -> str:
 
 
 def _aligned(replaced: Sequence[tuple[Any, Any]], left: str, reduced: Any) -> list[str]:
-    lines = [
-        rf'\[ {sympy.latex(symbol)} = {sympy.latex(value)} \]' for symbol, value in replaced
-    ]
+    lines = [rf'\[ {sympy.latex(symbol)} = {sympy.latex(value)} \]' for symbol, value in replaced]
     return [*lines, rf'\[ {left} = {sympy.latex(reduced)} \]']
 
 

@@ -9,32 +9,22 @@ from functools import cached_property
 from math import comb
 from typing import Any
 
-import numpy as np
 import sympy
 
 from ..robot import Robot
 from . import jacobian as ways
+from .arithmetic import Arithmetic, arithmetic_of
 from .bench import Bench, bench_of, row_indices
 from .determinant import Minors, View, minors_of, simplest_view
-from .frames import Arithmetic, Frames, arithmetic_of, frames_of
-from .laurent import Matrix
+from .frames import Frames, frames_of
+from .matrices import Matrix
+from .minors import generic_rank, independent_columns, product_of, remainder_of
 from .names import DerivationError, Names, names_of
-from .singular_set import (
-    Determinant,
-    SingularSet,
-    crossings_of,
-    generic_rank,
-    independent_columns,
-    product_of,
-    remainder_of,
-    row_names,
-    singular_factors,
-)
+from .singular_set import Determinant, SingularSet, crossings_of, row_names, singular_factors
 from .trigonometry import Writer, writer_of
 
 # Minors of a strongly redundant arm grow like binomials; beyond this they are not written out.
 MOST_MINORS = 100
-STEP = 1e-6
 
 Progress = Callable[[str], None]
 
@@ -145,28 +135,12 @@ class Derivation:
         return self.exact.writer.matrix((*J[3:], *J[:3]) if angular_first else J)
 
     @cached_property
-    def analytic_difference(self) -> float:
+    def central_difference(self) -> float:
         """
         Return how far J is from central differences of T at a seeded pose, m and rad.
 
         """
-        from ..kinematics import forward_kinematics, jacobian
-
-        bench = self.exact.bench
-        q = bench.random(1)
-        numbers = bench.whole(q)[0]
-        worst = 0.0
-        J = jacobian(self.robot, numbers)
-        for k in bench.moving:
-            step = np.zeros(self.robot.dof)
-            step[k] = STEP
-            above = forward_kinematics(self.robot, numbers + step)
-            below = forward_kinematics(self.robot, numbers - step)
-            rate = (above - below) / (2 * STEP)
-            turning = rate[:3, :3] @ forward_kinematics(self.robot, numbers)[:3, :3].T
-            column = [*rate[:3, 3], turning[2, 1], turning[0, 2], turning[1, 0]]
-            worst = max(worst, float(np.max(np.abs(J[:, k] - column))))
-        return worst
+        return self.exact.bench.central_difference()
 
 
 @dataclass(frozen=True, eq=False)
@@ -276,9 +250,7 @@ def _singular_set(exact: Exact, tell: Progress) -> SingularSet:
     names = [v.name for v in arithmetic.names.variables]
     dependent = tuple(_dependent(bench, names)) if rank < min(n, len(bench.rows)) else ()
     if minors is None:
-        determinant = Determinant(
-            False, None, None, None, '', row_names(bench.rows), (), 0, False
-        )
+        determinant = Determinant(False, None, None, None, '', row_names(bench.rows), (), 0, False)
         return SingularSet(determinant, (), (), rank, dependent, False)
     tell('factors')
     product, rests = product_of(minors, arithmetic)
@@ -286,13 +258,13 @@ def _singular_set(exact: Exact, tell: Progress) -> SingularSet:
     factors = singular_factors(product, bench, arithmetic, writer, arithmetic.names)
     constant = writer.expression(product.constant)
     remainder = remainder_of(rests, writer, arithmetic)
-    expression = constant
-    for factor in factors:
-        base = factor.expression if minors.square else sympy.Abs(factor.expression)
-        expression = sympy.Mul(expression, base**factor.power)
+    bases = [f.expression if minors.square else sympy.Abs(f.expression) for f in factors]
+    powers = [base**factor.power for base, factor in zip(bases, factors)]
+    # The constant last: sympy would multiply a lone sum out.
+    expression = constant * sympy.Mul(*powers, remainder)
     determinant = Determinant(
         square=minors.square and square and rank == n,
-        expression=sympy.Mul(expression, remainder) if rests else expression,
+        expression=expression,
         constant=constant,
         remainder=remainder,
         view=f'axes of {minors.view.axes}, point: {minors.view.point}',

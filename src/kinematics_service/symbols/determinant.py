@@ -9,9 +9,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
-from .frames import Arithmetic, Frames
+from .arithmetic import Arithmetic
+from .frames import Frames
 from .jacobian import Axis, _columns, axes_seen_from, geometric, in_axes_of
-from .laurent import Laurent, Matrix, Vector, cross, total
+from .laurent import Laurent, total
+from .matrices import Matrix, Vector, cross
 
 LINEAR, ANGULAR = (0, 1, 2), (3, 4, 5)
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import sympy
 
-from .frames import Arithmetic
+from .arithmetic import Arithmetic
 from .laurent import Laurent, from_terms
 from .trigonometry import Writer
 
@@ -29,6 +29,8 @@ class Family:
         Values of that joint by the others; k is any integer.
     condition
         When they exist, a sympy relation; None: always.
+    free
+        Where all of these are 0 every value of that joint is a solution; empty: nowhere.
     equation
         The factor, which is 0 there.
 
@@ -37,18 +39,21 @@ class Family:
     variable: Any
     solutions: tuple[Any, ...]
     condition: Any
+    free: tuple[Any, ...]
     equation: Any
 
 
 @dataclass(frozen=True)
 class _Solved:
-    # cosine cos y + sine sin y + rest = 0 with y = the joint + shift; slides: slope d + rest = 0.
+    # cosine cos y + sine sin y + rest = 0 with y = multiple * joint + shift;
+    # where it slides, cosine * joint + rest = 0.
     variable: Any
     shift: Any
     cosine: Laurent
     sine: Laurent
     rest: Laurent
     slides: bool
+    multiple: int
     simplicity: tuple[int, ...]
 
 
@@ -64,11 +69,14 @@ def family_of(value: Laurent, arithmetic: Arithmetic, writer: Writer) -> Family:
         for solved in _candidates(value, arithmetic, variable, index)
     ]
     if not found:
-        return Family(None, (), None, equation)
+        return Family(None, (), None, (), equation)
     best = min(found, key=lambda solved: solved.simplicity)
     solutions, condition = _roots(best, writer)
-    shifted = tuple(root - best.shift for root in solutions)
-    return Family(best.variable, shifted, condition, equation)
+    shifted = tuple(sympy.expand_mul((root - best.shift) / best.multiple) for root in solutions)
+    parts = [writer.expression(part) for part in (best.cosine, best.sine, best.rest)]
+    moving = any(_has_joint(part, writer) for part in parts[:2])
+    free = tuple(dict.fromkeys(part for part in parts if part != 0)) if moving else ()
+    return Family(best.variable, shifted, condition, free, equation)
 
 
 def _candidates(
@@ -83,13 +91,14 @@ def _candidates(
         above = _part(value, sliding, 1)
         rest = _part(value, sliding, 0)
         moves = int(_moves(above, arithmetic))
-        simplicity = (moves, int(bool(rest)), len(above), -index)
-        return [_Solved(variable, sympy.Integer(0), above, above, rest, True, simplicity)]
-    if by_length != {0} or not by_angle <= {-1, 0, 1} or len(by_angle) == 1:
+        simple = (moves, 0, int(bool(rest)), 1, len(above), -index)
+        return [_Solved(variable, sympy.Integer(0), above, above, rest, True, 1, simple)]
+    multiple = max(by_angle)
+    if by_length != {0} or multiple < 1 or not by_angle <= {-multiple, 0, multiple}:
         return []
     if arithmetic.units[variable] != 1:
         return []
-    above = _part(value, turning, 1)
+    above = _part(value, turning, multiple)
     rest = _part(value, turning, 0)
     common = _common_turn(above, arithmetic)
     shift = sympy.Add(
@@ -99,14 +108,14 @@ def _candidates(
     if _moves(pure, arithmetic):
         pure, shift = above, sympy.Integer(0)
     # f = A z + C + conj(A) / z = 2 Re A cos y - 2 Im A sin y + C.
-    conjugate = _part(value, turning, -1)
+    conjugate = _part(value, turning, -multiple)
     if shift != 0:
         conjugate = _times_monomial(conjugate, list(common))
     cosine, sine = pure + conjugate, (pure - conjugate).times_i()
     moves = int(_moves(cosine, arithmetic) or _moves(sine, arithmetic))
     parts = int(bool(cosine)) + int(bool(sine))
-    simplicity = (moves, int(bool(rest)), parts, len(pure), -index)
-    return [_Solved(variable, shift, cosine, sine, rest, False, simplicity)]
+    simplicity = (moves, multiple - 1, int(bool(rest)), parts, len(pure), -index)
+    return [_Solved(variable, shift, cosine, sine, rest, False, multiple, simplicity)]
 
 
 def _part(value: Laurent, place: int, exponent: int) -> Laurent:

@@ -67,7 +67,7 @@ def file_text(expression: Any, degrees: bool) -> str:
         It has no such form, or is too long.
 
     """
-    text = FilePrinter().doprint(expression)
+    text = str(FilePrinter().doprint(expression))
     if degrees and expression.has(sympy.pi):
         raise DerivationError('pi has no meaning in a file in degrees')
     try:
@@ -96,7 +96,7 @@ def factors_to_write(derivation: Derivation) -> dict[str, str]:
             name = name if len(name) <= 24 else 'determinant'
             name = name if name not in texts else f'factor_{len(texts) + 1}'
         texts[name] = kept.get(name) or file_text(factor.expression, degrees)
-    return texts
+    return dict(sorted(texts.items(), key=lambda pair: [*kept, pair[0]].index(pair[0])))
 
 
 def disagreement(derivation: Derivation, robot: Robot) -> float:
@@ -136,7 +136,7 @@ def disagreement(derivation: Derivation, robot: Robot) -> float:
 
 
 def _same_zero(one: Any, other: Any) -> bool:
-    return sympy.simplify(one / other).is_number
+    return bool(sympy.simplify(one / other).is_number)
 
 
 def checked_text(derivation: Derivation, text: str) -> None:

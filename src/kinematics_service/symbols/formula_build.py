@@ -51,6 +51,8 @@ def build(node: Node, lookup: Lookup) -> Value:
     parts = [_unwrapped(part) for part in parts]
     try:
         return _OPERATIONS[node.kind](node, *parts)
+    except FormulaError:
+        raise
     except (sp.ShapeError, ValueError, TypeError, NotImplementedError) as error:
         reason = str(error) or type(error).__name__
         raise _fault(node, f'{node.at.written!r} cannot be done here: {reason}') from None
@@ -233,6 +235,8 @@ _SCALAR: dict[str, Callable[..., Value]] = {
 
 def _called(node: Node, arguments: list[Value]) -> Value:
     if node.text == 'cross':
+        if not all(map(is_matrix, arguments)):
+            raise _fault(node, 'a cross product is taken of two vectors of 3 entries')
         return _crossed(node, *arguments)
     if node.text == 'inv':
         return _inverse(node, *arguments)

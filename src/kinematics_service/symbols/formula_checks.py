@@ -1,5 +1,5 @@
 """
-Whether a formula is right: one kind of check for each kind of statement.
+Whether a formula is right: the check of a matrix, a vector or a determinant.
 
 Every check can say what is left of the difference when an entry of the formula is replaced, which
 is how likely causes are tested.
@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-import sympy as sp  # type: ignore[import-untyped]
 
 from ..robot import Robot
 from .formula_names import Names, reading_of
@@ -20,15 +19,13 @@ from .formula_numbers import DEGREE, Evaluation, Floats
 from .formula_poses import Poses
 from .formula_quantities import ROWS, TASK_ROWS, Quantity, Reading, numeric
 from .formula_statements import Statement
-from .formula_table import Table, TableRow
+from .formula_table import Table, general_row
 from .formula_world import World
 
 Mask = npt.NDArray[np.bool_]
 
 # Round-off of formulas with some hundred operations, relative to the larger of both values and 1.
 ROUND_OFF = 1e-9
-# Share of the poses at which one branch of an inverse must hit: fewer are coincidences.
-BRANCH = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,6 +147,19 @@ class Check:
         """
         return ~self.agrees(self.person, self.right)
 
+    @cached_property
+    def is_one_configuration(self) -> bool:
+        """
+        Return whether all poses are one, so that many things may be equal by coincidence.
+
+        """
+        given = {*self.poses.chosen, *(s.name for s in self.names.table.constants)}
+        still = not self.poses.randomised and not self.expressions.free_symbols - {
+            s for s in self.poses.values if s.name in given
+        }
+        same = float(np.ptp(self.right, axis=0).max()) < 1e-12
+        return still and same and bool(self.poses.chosen)
+
     def passes(self, i: int, j: int, expression: Any) -> bool:
         """
         Return whether the formula is right at (i, j) with another expression there.
@@ -257,10 +267,9 @@ class QuantityCheck(Check):
         """
         if self.quantity.kind != 'jacobian' or not self.fits:
             return ()
-        order = ROWS[3:] + ROWS[:3] if self.reading.angular_first else ROWS
         if self.quantity.part != 'all':
-            order = ROWS[:3] if self.quantity.part == 'v' else ROWS[3:]
-            return order
+            return ROWS[:3] if self.quantity.part == 'v' else ROWS[3:]
+        order = ROWS[3:] + ROWS[:3] if self.reading.angular_first else ROWS
         return tuple(order[k] for k in self.jacobian_rows)
 
 
@@ -274,124 +283,9 @@ def task_determinant(robot: Robot, world: World) -> Floats:
     rows = [TASK_ROWS.index(name) for name in robot.task.rows]
     if len(rows) != J.shape[2]:
         return np.full(len(J), np.nan)
-    return np.linalg.det(J[:, rows])
+    return np.asarray(np.linalg.det(J[:, rows]))
 
 
 def _general(table: Table, world: World) -> Floats:
-    symbols = {name: sp.Symbol(f'{name}_i') for name in ('a', 'alpha', 'd', 'theta')}
-    row = TableRow(table.convention, **symbols)
-    general = replace(table, rows=(row,), variables=())
+    general = replace(table, rows=(general_row(table),), variables=())
     return World(general, world.evaluation.values, world.poses).rows[0]
-
-
-class EquationCheck(Check):
-    """
-    An equation between known names: both sides are equal at every pose.
-
-    """
-
-    @cached_property
-    def right(self) -> Floats:
-        """
-        Return the left side, shape (N, 1, 1).
-
-        """
-        return self.evaluation.of(self.statement.left)[:, None, None]
-
-
-@dataclass(frozen=True, eq=False)
-class SolutionCheck(Check):
-    """
-    A formula of the inverse kinematics: put into the forward kinematics it gives the joint back.
-
-    Parameters
-    ----------
-    others
-        The formulas of the same file for other joints.
-
-    """
-
-    others: tuple[Statement, ...] = ()
-
-    @cached_property
-    def right(self) -> Floats:
-        """
-        Return the joint variable itself, shape (N, 1, 1).
-
-        """
-        return self.poses.values[self.variable][:, None, None]
-
-    @property
-    def variable(self) -> Any:
-        """
-        Return the symbol of the joint.
-
-        """
-        return self.names.table.variables[self.statement.joint]
-
-    @property
-    def turns(self) -> bool:
-        """
-        Return whether the joint's value counts modulo a full turn.
-
-        """
-        return self.names.table.joint_types[self.statement.joint] != 'prismatic'
-
-    def hits(self, values: Floats) -> Mask:
-        """
-        Return at which poses values of the formula are the joint's.
-
-        """
-        difference = self.in_radians(values) - self.right[:, 0, 0]
-        if self.turns:
-            difference = np.remainder(difference + np.pi, 2.0 * np.pi) - np.pi
-        # An angle near the end of acos has half the digits.
-        result: Mask = np.abs(difference) <= max(self.tolerance, 1e-7)
-        return result
-
-    def in_radians(self, values: Floats) -> Floats:
-        """
-        Return a formula's values in SI units.
-
-        """
-        degrees = self.statement.settings.degrees and self.turns
-        return values * DEGREE if degrees else values
-
-    @cached_property
-    def share(self) -> float:
-        """
-        Return the share of the poses at which the formula gives the joint's own value.
-
-        """
-        return float(np.mean(self.hits(self.person[:, 0, 0])))
-
-    @cached_property
-    def reaches(self) -> bool:
-        """
-        Return whether the file's formulas together lead the tool back to every point.
-
-        """
-        values = dict(self.poses.values)
-        for statement in self.others:
-            check = SolutionCheck(self.robot, self.names, statement, self.poses)
-            values[check.variable] = check.in_radians(check.person[:, 0, 0])
-        if not all(np.all(np.isfinite(v)) for v in values.values()):
-            return False
-        there = World(self.names.table, values, self.poses.count).pose
-        gap = self.gap(there[:, :3, 3], self.world.pose[:, :3, 3])
-        return bool(np.all(gap <= 1e-7))
-
-    @cached_property
-    def wrong(self) -> Mask:
-        """
-        Return whether the formula is wrong, shape (1, 1).
-
-        """
-        return np.array([[self.share < BRANCH]])
-
-    def passes(self, i: int, j: int, expression: Any) -> bool:
-        """
-        Return whether another formula gives the joint back at enough poses.
-
-        """
-        return float(np.mean(self.hits(self.evaluation.of(expression)))) >= BRANCH

@@ -127,11 +127,11 @@ def read_formulas(text: str) -> FormulaFile:
             if found := SETTING.fullmatch(chunk.text):
                 local = False
                 words = found[1].lower()
-                column = found.start(2) + 1
+                column = len(chunk.text) - len(found[2].lstrip()) + 1
                 if words == 'singular':
-                    raw.append(_claim(found[2], chunk.line, column, settings))
+                    raw.append(_claim(found[2].lstrip(), chunk.line, column, settings))
                 else:
-                    settings = _set(settings, words, found[2], chunk.line, column)
+                    settings = _set(settings, words, found[2].lstrip(), chunk.line, column)
                 continue
             body = LATEX_WHERE.sub(lambda m: 'where' + ' ' * (len(m[0]) - 5), chunk.text)
             column = 1
@@ -211,15 +211,14 @@ def _depth(line: str) -> int:
     environments = BRACED.findall(text)
     begun = sum(found.startswith('\\begin') for found in environments)
     text = BRACED.sub('', text)
-    opened, closed = (sum(text.count(c) for c in signs) for signs in ('([{', ')]}'))
-    return opened - closed + 2 * begun - len(environments)
+    depth: int = 2 * begun - len(environments)
+    return depth + sum({'(': 1, '[': 1, '{': 1, ')': -1, ']': -1, '}': -1}.get(c, 0) for c in text)
 
 
 def _equations(
     chunk: _Chunk, body: str, column: int, settings: Settings, local: bool
 ) -> Iterator[Raw]:
-    tokens = [token for token in tokens_of(body, chunk.line, column)]
-    for part in _split(tokens, (';', ',')):
+    for part in _split(tokens_of(body, chunk.line, column), (';', ',')):
         if part:
             yield _equation(part, settings, local, chunk.by_lines)
 

@@ -11,7 +11,7 @@ import numpy as np
 import sympy as sp  # type: ignore[import-untyped]
 
 from .formula_checks import QuantityCheck
-from .formula_table import EYE, Table, TableRow
+from .formula_table import EYE, Table
 from .formula_variant import Variant
 from .formula_world import World
 
@@ -131,13 +131,14 @@ def one_row(check: QuantityCheck) -> Iterator[Variant]:
             continue
         where = f'row {i + 1}'
         if row.alpha not in (0, sp.pi):
-            yield _at(check, table.with_row(i, alpha=-row.alpha), f'alpha of {where}: its sign')
+            sentence = f'alpha of {where} has the wrong sign'
+            yield _at(check, table.with_row(i, alpha=-row.alpha), sentence)
             yield _at(check, table.with_row(i, alpha=ZERO), f'alpha of {where} taken for 0')
         for name in ('a', 'd'):
             if getattr(row, name) != 0:
                 sentence = f'{name} of {where} ({getattr(row, name)}) is left out'
                 yield _at(check, table.with_row(i, **{name: ZERO}), sentence)
-                sentence = f'{name} of {where}: its sign'
+                sentence = f'{name} of {where} ({getattr(row, name)}) has the wrong sign'
                 yield _at(check, table.with_row(i, **{name: -getattr(row, name)}), sentence)
         if row.a != row.d:
             exchanged = table.with_row(i, a=row.d, d=row.a)
@@ -154,7 +155,7 @@ def row_left_out(check: QuantityCheck) -> Iterator[Variant]:
         yield _at(check, table.with_row(i, **_STILL), f'row {i + 1} is left out')
 
 
-_STILL = {name: ZERO for name in ('a', 'alpha', 'd', 'theta', 'argument')} | {
+_STILL = dict.fromkeys(('a', 'alpha', 'd', 'theta', 'argument'), ZERO) | {
     'axis': '',
     'inner': EYE,
     'outer': EYE,
@@ -171,7 +172,7 @@ def shifted_column(check: QuantityCheck) -> Iterator[Variant]:
         return
     for name in ('theta', 'd', 'a', 'alpha'):
         column = [getattr(row, name) for row in table.rows]
-        for first in range(len(column) - 1):
+        for first in reversed(range(len(column) - 1)):
             up = [*column[:first], *column[first + 1 :], ZERO]
             down = [*column[:first], ZERO, *column[first:-1]]
             for shifted, way in ((up, 'up'), (down, 'down')):
@@ -218,11 +219,12 @@ def missing_length(check: QuantityCheck) -> Iterator[Variant]:
         for variable, kind in zip(table.variables, table.joint_types)
         if kind == 'prismatic'
     ]
-    for symbol in (*table.constants, *sliding):
+    general = [sp.Symbol('a_i'), sp.Symbol('d_i')] if check.quantity.kind == 'general' else []
+    for symbol in (*table.constants, *sliding, *general):
         if np.any(values[symbol] != 0.0):
             changed = {**values, symbol: np.zeros(check.poses.count)}
             world = World(table, changed, check.poses.count)
-            yield Variant(f'{symbol} is missing: as if it were 0', check.right_of(world))
+            yield Variant(f'{symbol} is missing, as if it were 0', check.right_of(world))
 
 
 def exchanged_lengths(check: QuantityCheck) -> Iterator[Variant]:
@@ -265,13 +267,3 @@ def other_joint_value(check: QuantityCheck) -> Iterator[Variant]:
                 here = f'{np.degrees(values[symbol][0]):g} deg'
                 sentence = f'right for {symbol} = {degrees} deg, not for {symbol} = {here}'
                 yield Variant(sentence, check.right_of(world))
-
-
-def row_of(check: QuantityCheck) -> TableRow | None:
-    """
-    Return the row a matrix is about, if it is about one.
-
-    """
-    if check.quantity.kind == 'row':
-        return check.names.table.rows[check.quantity.i - 1]
-    return None

@@ -22,7 +22,8 @@ TASK_ROWS = ('x', 'y', 'z', 'rx', 'ry', 'rz')
 ACCEPTED = (
     'T, T_03 (frame 0 to 3), T_2 or A_2 (row 2), A_i (any row), R, R_2, p, p_14, o_2, z_2, '
     's_o1 (o_0 - o_n), J, J_v, J_w, J_2, J_v2, J_w2, D_2 (dT/dq2 with the rotation taken out), '
-    'det, a joint variable (inverse kinematics), or an equation between known names'
+    'det, a joint variable (inverse kinematics), an equation between known names; other names '
+    "with a line such as 'meaning: R_C = o_3'"
 )
 
 

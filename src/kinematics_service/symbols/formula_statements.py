@@ -43,7 +43,7 @@ class Statement:
     conditions
         Of a claim, pairs of a joint index and an expression in k.
     decimals
-        Places the file prints its numbers with where the formula is nothing but numbers, else None.
+        Decimal places of a formula that is nothing but numbers, else None.
 
     """
 
@@ -87,13 +87,14 @@ class _Reader:
         self.global_: dict[str, Raw] = {}
         self.local: dict[int, dict[str, Raw]] = {}  # by the index of the formula above
         self.used: set[int] = set()
+        self.known: dict[tuple[int, int, bool, bool], Any] = {}
 
     def read(self) -> Understood:
         formulas: list[tuple[int, Raw]] = []
         last = -1
         for index, raw in enumerate(self.file.raw):
             key = self._definition_key(raw)
-            if raw.local and key and last >= 0:
+            if raw.local and key and last >= 0 and not _is_formula(key, raw.right):
                 self.local.setdefault(last, {})[key] = raw
                 continue
             if key:
@@ -169,10 +170,7 @@ class _Reader:
 
     def _made(self, kind: str, raw: Raw, value: Any, **more: Any) -> Statement:
         matrix = value if is_matrix(value) else sp.ImmutableDenseMatrix([[value]])
-        for entry in matrix:
-            if size_of(entry) > LONGEST:
-                message = f'{_text(raw.left)!r} is longer than this command can compare'
-                raise FormulaError(message, raw.line, raw.left.at.column)
+        _refuse_long(matrix, raw.left.at)
         decimals = None
         if all(entry.is_Rational for entry in matrix):
             decimals = max((_decimals(n.text) for n in _numbers(raw.right)), default=0)
@@ -228,7 +226,13 @@ class _Reader:
                 message = 'definitions nested too deep'
                 raise FormulaError(message, token.line, token.column)
             self.used.add(id(raw))
-            return self._value(raw.right, index, settings, general, integers, (*open_, key))
+            place = (id(raw), index, general, integers)
+            if place not in self.known:
+                chain = (*open_, key)
+                value = self._value(raw.right, index, settings, general, integers, chain)
+                _refuse_long(value, token)
+                self.known[place] = value
+            return self.known[place]
 
         own = self.file.raw[index].left
         opened = open_ or ((own.text,) if own.kind == 'name' else ())
@@ -250,6 +254,19 @@ class _Reader:
                     f'formula uses it; known are {ACCEPTED}'
                 )
                 self.faults.append(FormulaError(message, raw.line, raw.left.at.column))
+
+
+def _refuse_long(value: Any, at: Token) -> None:
+    entries = value if is_matrix(value) else (value,)
+    if any(size_of(entry) > LONGEST for entry in entries):
+        message = f'{at.written!r} is longer than this command can compare'
+        raise FormulaError(message, at.line, at.column)
+
+
+def _is_formula(key: str, right: Node) -> bool:
+    # After `where` stand definitions, until a formula with a name of its own comes.
+    quantity = quantity_of(key)
+    return quantity is not None and (quantity.kind == 'det' or right.kind == 'matrix')
 
 
 def _numbers(node: Node) -> Iterator[Node]:

@@ -1,8 +1,8 @@
-"""
+r"""
 The grammar of formulas: a recursive descent from tokens to a tree; nothing is ever evaluated.
 
-Accepted are sums, products (also implicit: `2 L1 c1`), powers, functions, `\\frac`, `\\sqrt`,
-matrices as `[a b; c d]`, `[[a, b], [c, d]]`, `Matrix(...)` or `\\begin{bmatrix}`, transposes,
+Accepted are sums, products (also implicit: `2 L1 c1`), powers, functions, `\frac`, `\sqrt`,
+matrices as `[a b; c d]`, `[[a, b], [c, d]]`, `Matrix(...)` or `\begin{bmatrix}`, transposes,
 inverses and cross products.
 """
 
@@ -30,7 +30,7 @@ class Node:
     Parameters
     ----------
     kind
-        `number`, `name`, `call`, `matrix`, or an operator: + - * / ^ x (cross), neg, deg, ' and inv.
+        `number`, `name`, `call`, `matrix`, or an operator: + - * / ^ x (cross), neg, deg, '.
     text
         The number, the name, or the function.
     parts
@@ -66,7 +66,7 @@ def parse(tokens: Sequence[Token], last: Token) -> Node:
         The words do not make an expression.
 
     """
-    parser = _Parser([t for t in tokens], last)
+    parser = _Parser(list(tokens), last)
     parser.skip_newlines()
     node = parser.sum()
     parser.skip_newlines()
@@ -308,10 +308,11 @@ class _Parser:
             raise FormulaError(message, function.line, function.column)
         node = self.postfix(self.primary())
         after = self.next
-        if node.kind == 'number' and after is not None and after.kind == 'name':
-            if after.text not in FUNCTIONS and after.text != 'frac':
-                node = Node('*', '', (node, self.primary()), after)
-        return node
+        if node.kind != 'number' or after is None or after.kind != 'name':
+            return node
+        if after.text in FUNCTIONS or after.text == 'frac':
+            return node
+        return Node('*', '', (node, self.primary()), after)
 
     def _environment(self, opening: Token) -> Node:
         before, self.by_blanks = self.by_blanks, False

@@ -274,6 +274,15 @@ def _row(row: DhRow | ElementaryMotion | ShapeRow, convention: str, units: _Unit
             return replace(moving, inner=units.pose(row.inner), outer=units.pose(row.outer))
 
 
+def general_row(table: Table) -> TableRow:
+    """
+    Return a row of the table's convention with symbols a_i, alpha_i, d_i, theta_i.
+
+    """
+    symbols = {name: sp.Symbol(f'{name}_i') for name in ('a', 'alpha', 'd', 'theta')}
+    return TableRow(table.convention, **symbols)
+
+
 def table_of(description: RobotDescription) -> Table:
     """
     Return the table of a robot file, in symbols.

@@ -1,7 +1,7 @@
-"""
+r"""
 The words of a formula as people type it: plain, sympy, MATLAB or LaTeX, in one stream of tokens.
 
-Names lose their underscores and braces (`\\theta_{1}`, `theta_1` and `theta1` are one name), Greek
+Names lose their underscores and braces (`\theta_{1}`, `theta_1` and `theta1` are one name), Greek
 letters get their English names, and what only spaces or sizes a LaTeX formula is left out.
 """
 
@@ -77,7 +77,7 @@ class Token:
     Parameters
     ----------
     kind
-        `number`, `name`, `operator`, `begin`, `end`, `row` (a LaTeX row end), `newline`, `degrees`.
+        `number`, `name`, `operator`, `begin`, `end`, `row` (of LaTeX), `newline`, `degrees`.
     text
         The number, the name without underscores, or the operator in its plain form.
     written

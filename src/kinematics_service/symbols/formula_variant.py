@@ -54,6 +54,9 @@ class Cause:
         Parts of a matrix it may explain: the whole, a block, a column, a row, an entry.
     variants
         Its mistaken versions.
+    many
+        Has so many versions that one of them fits a single configuration by chance; tried at
+        random poses only.
 
     """
 
@@ -61,3 +64,4 @@ class Cause:
     kinds: tuple[str, ...]
     scopes: tuple[str, ...]
     variants: Callable[[QuantityCheck], Iterator[Variant]]
+    many: bool = False

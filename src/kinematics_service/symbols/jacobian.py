@@ -10,8 +10,10 @@ from typing import Any
 
 import sympy
 
-from .frames import Arithmetic, ExactRow, Frames, inverse
-from .laurent import Laurent, Matrix, Vector, cross, dot, product, total
+from .arithmetic import Arithmetic, inverse
+from .frames import ExactRow, Frames
+from .laurent import Laurent, total
+from .matrices import Matrix, Vector, cross, dot, product
 
 
 @dataclass(frozen=True)
@@ -54,7 +56,6 @@ def axes_seen_from(frames: Frames, frame: int) -> tuple[Axis, ...]:
 
 def _row_starts(frames: Frames, frame: int) -> Iterable[tuple[int, Matrix]]:
     # The frame before each row, in the frame asked for, multiplied outwards from there.
-    ring = frames.base[0][0].ring
     if frame < 0:
         yield from enumerate(frames.in_base[:-1])
         return
@@ -68,7 +69,6 @@ def _row_starts(frames: Frames, frame: int) -> Iterable[tuple[int, Matrix]]:
     for row in reversed(range(frame)):
         T = product(T, inverse(frames.row_transforms[row]))
         yield row, T
-    assert ring is not None
 
 
 def coupling(frames: Frames, arithmetic: Arithmetic) -> Any:

@@ -50,6 +50,7 @@ def json_of(
                 'joint': None if factor.family.variable is None else str(factor.family.variable),
                 'solutions': [str(s) for s in factor.family.solutions],
                 'condition': _strings(factor.family.condition),
+                'free_where_zero': [str(e) for e in factor.family.free],
                 'rank': factor.rank,
                 'lost': factor.lost,
                 'idle': factor.idle,

@@ -79,5 +79,3 @@ def latex_of(blocks: Sequence[Block]) -> str:
             parts = (escaped(p) if isinstance(p, str) else f'${formula(p)}$' for p in block.parts)
             lines.append(''.join(parts) + r'\par')
     return '\n'.join([*lines, r'\end{document}', ''])
-
-

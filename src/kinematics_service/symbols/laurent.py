@@ -6,11 +6,9 @@ the same terms here, so "the difference is exactly zero" needs no simplifier.
 """
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
-
-import sympy
 
 # A monomial is one integer: the exponents are its digits to the base 2^16, each of either sign, so
 # that monomials are multiplied by one addition.
@@ -294,51 +292,3 @@ def from_terms(
     real = {ring.monomial(e): a for e, (a, _) in terms.items() if a}
     imaginary = {ring.monomial(e): b for e, (_, b) in terms.items() if b}
     return Laurent(ring, real, imaginary, divisor).reduced()
-
-
-Matrix = tuple[tuple[Laurent, ...], ...]
-Vector = tuple[Laurent, ...]
-
-
-def product(one: Matrix, other: Matrix) -> Matrix:
-    """
-    Return a matrix product.
-
-    """
-    ring = one[0][0].ring
-    columns = tuple(zip(*other))
-    return tuple(tuple(dot(ring, row, column) for column in columns) for row in one)
-
-
-def dot(ring: Ring, one: Sequence[Laurent], other: Sequence[Laurent]) -> Laurent:
-    """
-    Return the sum of products.
-
-    """
-    return total(ring, (a * b for a, b in zip(one, other) if a and b))
-
-
-def cross(one: Sequence[Laurent], other: Sequence[Laurent]) -> Vector:
-    """
-    Return the vector product of two triples.
-
-    """
-    return tuple(
-        one[(k + 1) % 3] * other[(k + 2) % 3] - one[(k + 2) % 3] * other[(k + 1) % 3]
-        for k in range(3)
-    )
-
-
-def exponential(ring: Ring, angle: Any) -> Laurent:
-    """
-    Return exp(i angle) of a constant angle, a sympy expression in rad; quarter turns exactly.
-
-    """
-    quarters = sympy.nsimplify(angle * 2 / sympy.pi) if angle.has(sympy.pi) else angle
-    if quarters.is_Integer:
-        if angle == 0 or angle.has(sympy.pi):
-            return ring.number(1).times_i(int(quarters))
-        quarters = None
-    if angle.is_negative:
-        return ring.power(ring.place('fixed_angle', -angle), -1)
-    return ring.power(ring.place('fixed_angle', angle))

@@ -5,12 +5,13 @@ Polynomials in numbers, and poses on their zeros.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from ..kernel import Floats
-from .frames import Arithmetic
+from .arithmetic import Arithmetic
 from .laurent import Laurent
 
 STEPS = 60
@@ -33,7 +34,7 @@ def values_of(arithmetic: Arithmetic) -> Any:
     return values
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Numbers:
     """
     A real polynomial and its gradient as functions of joint positions.
@@ -50,7 +51,7 @@ class Numbers:
         Return the value at q, shape (...,).
 
         """
-        return _evaluated(self.value, self.arithmetic, np.asarray(q, dtype=float))
+        return self._function(np.asarray(q, dtype=float))
 
     def gradient(self, q: Floats) -> Floats:
         """
@@ -58,33 +59,47 @@ class Numbers:
 
         """
         q = np.asarray(q, dtype=float)
-        columns = [
-            _evaluated(self.arithmetic.derivative(self.value, variable), self.arithmetic, q)
-            for variable in self.arithmetic.names.variables
-        ]
-        return np.stack(columns, axis=-1)
+        return np.stack([function(q) for function in self._derivatives], axis=-1)
+
+    @cached_property
+    def _function(self) -> '_Sum':
+        return _sum_of(self.value, self.arithmetic, values_of(self.arithmetic))
+
+    @cached_property
+    def _derivatives(self) -> tuple['_Sum', ...]:
+        arithmetic, values = self.arithmetic, values_of(self.arithmetic)
+        return tuple(
+            _sum_of(arithmetic.derivative(self.value, variable), arithmetic, values)
+            for variable in arithmetic.names.variables
+        )
 
 
-def _evaluated(value: Laurent, arithmetic: Arithmetic, q: Floats) -> Floats:
+@dataclass(frozen=True, eq=False)
+class _Sum:
+    # sum of c exp(i turns q) q^powers, the constants multiplied into c.
+    coefficients: Any
+    turns: Floats
+    powers: Any
+
+    def __call__(self, q: Floats) -> Floats:
+        terms = self.coefficients * np.exp(1j * (q @ self.turns))
+        for k in np.flatnonzero(np.any(self.powers, axis=0)):
+            terms = terms * q[..., k, None] ** self.powers[:, k]
+        return np.asarray(np.sum(terms, axis=-1).real)
+
+
+def _sum_of(value: Laurent, arithmetic: Arithmetic, values: Any) -> _Sum:
     ring, variables = arithmetic.ring, arithmetic.names.variables
     terms = value.terms()
-    if not terms:
-        return np.zeros(q.shape[:-1])
-    exponents = np.array(list(terms))
-    coefficients = np.array([complex(a, b) for a, b in terms.values()]) / value.divisor
-    constants = values_of(arithmetic)
-    used = np.any(exponents != 0, axis=0)
-    total = np.broadcast_to(coefficients, (*q.shape[:-1], len(coefficients))).astype(complex)
-    for k in np.flatnonzero(used):
-        generator = ring.generators[int(k)]
-        if generator.meaning in variables:
-            x = q[..., variables.index(generator.meaning)]
-            unit = arithmetic.units[generator.meaning]
-            base = np.exp(1j * x / unit) if generator.kind == 'angle' else x.astype(complex)
-        else:
-            base = np.broadcast_to(constants[k], q.shape[:-1])
-        total = total * base[..., None] ** exponents[:, k]
-    return np.asarray(np.sum(total, axis=-1).real)
+    exponents = np.array(list(terms), dtype=int).reshape(len(terms), len(ring.generators))
+    c = np.array([complex(a, b) for a, b in terms.values()], dtype=complex) / value.divisor
+    for k in np.flatnonzero(~np.isnan(values)):
+        if np.any(exponents[:, k]):
+            c = c * values[k] ** exponents[:, k]
+    angles = [arithmetic.angle_place(v) for v in variables]
+    units = np.array([arithmetic.units[v] for v in variables], dtype=float)
+    lengths = [ring.place('number', v) for v in variables]
+    return _Sum(c, (exponents[:, angles] / units).T, exponents[:, lengths])
 
 
 def poses_on(functions: Sequence[Numbers], starts: Floats, scale: Floats) -> Floats:

@@ -52,8 +52,12 @@ class Equation:
 Block = Heading | Sentence | Equation
 
 
-def report_of(derivation: Derivation, frame: str | None = None, path: Path | None = None,
-              span: tuple[float, float] = (0.0, 6.3)) -> tuple[Block, ...]:
+def report_of(
+    derivation: Derivation,
+    frame: str | None = None,
+    path: Path | None = None,
+    span: tuple[float, float] = (0.0, 6.3),
+) -> tuple[Block, ...]:
     """
     Return a derivation as blocks.
 
@@ -119,7 +123,7 @@ def _jacobian(derivation: Derivation, frame: str) -> Iterator[Block]:
     for name, left in derivation.methods.items():
         if left:
             yield say(f'{name} differs in {left} terms (a rounded matrix in the file?)')
-    worst = derivation.analytic_difference
+    worst = derivation.central_difference
     yield say(f'Central differences of T at a random pose differ by {worst:.1e}.')
 
 
@@ -190,6 +194,9 @@ def _sheet(factor: SingularFactor) -> Iterator[Block]:
         yield Equation(sympy.latex(family.variable), solution)
     if family.condition is not None:
         yield say('exists if and only if ', family.condition)
+    if family.free:
+        parts = [part for e in family.free for part in (e, ' and ')][:-1]
+        yield say('Every value of it where ', *parts, ' vanish together.')
     if factor.rank is None:
         yield say('No pose was found on it with the lengths of the file.')
         return
@@ -209,7 +216,9 @@ def _path(path: Path, span: tuple[float, float]) -> Iterator[Block]:
     yield Equation('v(t)', path.v)
     yield Equation('\\omega(t)', path.omega)
     crossings = path.crossings(*span)
-    yield say(f'Meets the singular set {len(crossings)} times between {span[0]:g} and {span[1]:g} s.')
+    yield say(
+        f'Meets the singular set {len(crossings)} times between {span[0]:g} and {span[1]:g} s.'
+    )
     for crossing in crossings:
         how = ' (touches)' if crossing.touches else ''
         yield say(f't = {crossing.time:.6f} s: {_short(crossing.name)}{how}')

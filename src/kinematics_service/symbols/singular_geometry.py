@@ -4,7 +4,7 @@ What a sheet of singular poses means: its name from the geometry, and the motion
 Found at poses on the sheet, with the numbers of the file: a name needs every one of them.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -98,7 +98,7 @@ def _meeting_point(arm: Arm, joints: Sequence[int]) -> Floats | None:
     return p if bool(np.all(miss < ZERO)) else None
 
 
-def name_of(arm: Arm, joints: Sequence[int], angular: bool) -> str | None:
+def name_of(arm: Arm, elsewhere: Arm, joints: Sequence[int], angular: bool) -> str | None:
     """
     Return wrist, elbow, shoulder or boom_length, or None where the geometry is none of these.
 
@@ -106,6 +106,8 @@ def name_of(arm: Arm, joints: Sequence[int], angular: bool) -> str | None:
     ----------
     arm
         At poses on the sheet.
+    elsewhere
+        At other poses, where what gives the name must not hold.
     joints
         Indices of the joints in the factor.
     angular
@@ -114,12 +116,14 @@ def name_of(arm: Arm, joints: Sequence[int], angular: bool) -> str | None:
     """
     if all(not arm.turns[j] for j in joints):
         return 'boom_length'
-    if angular and _is_wrist(arm):
-        return 'wrist'
-    point = wrist_point(arm, angular)
-    if _is_elbow(arm, joints, point, angular):
-        return 'elbow'
-    return 'shoulder' if _is_shoulder(arm, point) else None
+    tests: dict[str, Callable[[Arm], bool]] = {
+        'wrist': lambda seen: angular and _is_wrist(seen),
+        'elbow': lambda seen: _is_elbow(seen, joints, wrist_point(seen, angular), angular),
+        'shoulder': lambda seen: _is_shoulder(seen, wrist_point(seen, angular)),
+    }
+    return next(
+        (name for name, holds in tests.items() if holds(arm) and not holds(elsewhere)), None
+    )
 
 
 def _is_wrist(arm: Arm) -> bool:
@@ -178,7 +182,9 @@ def rank_at(J_t: Floats) -> int:
     return int(np.bincount(ranks).argmax())
 
 
-def lost_motion(arm: Arm, task_rows: Sequence[int], rank: int, scales: Floats) -> str | None:
+def lost_motion(
+    arm: Arm, task_rows: Sequence[int], rank: int, generic: int, scales: Floats
+) -> str | None:
     """
     Return in words which motion of the tool no joint motion gives, or None where none is simple.
 
@@ -190,6 +196,8 @@ def lost_motion(arm: Arm, task_rows: Sequence[int], rank: int, scales: Floats) -
         Indices among x y z rx ry rz, axes of frame 0.
     rank
         There.
+    generic
+        The rank at most poses; where that is not full, some motion is lost everywhere.
     scales : shape (m,)
         What the task rows of `J_t` are multiplied by.
 
@@ -197,6 +205,8 @@ def lost_motion(arm: Arm, task_rows: Sequence[int], rank: int, scales: Floats) -
     U, sigma, _ = np.linalg.svd(arm.J_t)
     good = np.sum(sigma > ZERO * np.max(sigma), axis=1) == rank
     missing = len(task_rows) - rank
+    if generic < min(arm.J_t.shape[1:]):
+        return f'{generic - rank} of the {generic} directions there are elsewhere'
     if missing < 1 or not good.any():
         return None
     frames, tool = arm.frames[good], arm.tool[good]

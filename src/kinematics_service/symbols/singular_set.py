@@ -14,12 +14,10 @@ import sympy
 from ..kernel import Floats
 from ..robot import Robot
 from ..task import ROW_NAMES
+from .arithmetic import Arithmetic
 from .bench import Bench
-from .determinant import Minors
-from .factors import Factored, RealFactor, factored
+from .factors import Factored
 from .family import Family, family_of
-from .frames import Arithmetic
-from .laurent import Laurent
 from .names import Names
 from .numeric import Numbers, poses_on, typical_size
 from .singular_geometry import idle_motion, lost_motion, name_of, rank_at
@@ -143,61 +141,6 @@ class SingularSet:
     complete: bool
 
 
-def product_of(minors: Minors, arithmetic: Arithmetic) -> tuple[Factored, list[Laurent]]:
-    """
-    Return the common factors of all minors, and what is left of each.
-
-    """
-    products = [factored(value, arithmetic) for value in minors.values if value]
-    products.sort(key=lambda product: sum(len(f.value) for f in product.factors))
-    if not products:
-        return Factored(arithmetic.ring.number(0), (), True), []
-    first = products[0]
-    if len(minors.values) == 1:
-        return first, []
-    common = []
-    for factor in first.factors:
-        powers = [
-            next((g.power for g in other.factors if _same(g.value, factor.value)), 0)
-            for other in products
-        ]
-        if min(powers):
-            common.append(RealFactor(factor.value, min(powers)))
-    rests = []
-    for other in products:
-        rest = other.constant
-        for g in other.factors:
-            shared = next((c.power for c in common if _same(c.value, g.value)), 0)
-            for _ in range(g.power - shared):
-                rest = rest * g.value
-        rests.append(rest)
-    complete = all(product.complete for product in products)
-    return Factored(arithmetic.ring.number(1), tuple(common), complete), rests
-
-
-def _same(one: Laurent, other: Laurent) -> bool:
-    return not (one - other) or not (one + other)
-
-
-def remainder_of(rests: Sequence[Laurent], writer: Writer, arithmetic: Arithmetic) -> Any:
-    """
-    Return sqrt of the sum of squares of what is left of the minors, its constant part outside.
-
-    """
-    if not rests:
-        return sympy.Integer(1)
-    total = arithmetic.ring.number(0)
-    for rest in rests:
-        total = total + rest * rest
-    product = factored(total, arithmetic)
-    inside = writer.expression(product.constant)
-    for factor in product.factors:
-        inside *= writer.expression(factor.value) ** factor.power
-    squares = sympy.Add(*(writer.expression(rest) ** 2 for rest in rests))
-    shortest = min((inside, sympy.factor_terms(squares)), key=sympy.count_ops)
-    return sympy.sqrt(shortest)
-
-
 def singular_factors(
     product: Factored, bench: Bench, arithmetic: Arithmetic, writer: Writer, names: Names
 ) -> tuple[SingularFactor, ...]:
@@ -207,6 +150,8 @@ def singular_factors(
     """
     robot = bench.robot
     listed = file_factors(robot, names)
+    elsewhere = bench.arm(bench.random(200))
+    generic = rank_at(elsewhere.J_t)
     found, taken = [], set()
     for factor in product.factors:
         numbers = Numbers(factor.value, arithmetic)
@@ -219,10 +164,10 @@ def singular_factors(
         if len(poses):
             arm = bench.arm(poses)
             rank = rank_at(arm.J_t)
-            lost = lost_motion(arm, bench.rows, rank, bench.row_scales)
+            lost = lost_motion(arm, bench.rows, rank, generic, bench.row_scales)
             idle = idle_motion(arm, rank)
             angular = any(i >= 3 for i in bench.rows)
-            geometric = name_of(arm, joints, angular)
+            geometric = name_of(arm, elsewhere, joints, angular)
         expression = writer.expression(factor.value)
         name = _listed_name(listed, numbers, bench, names) or geometric or str(expression)
         if name in taken:
@@ -252,9 +197,7 @@ def file_factors(robot: Robot, names: Names) -> dict[str, Any]:
     in_file: dict[Any, Any] = {}
     if robot.description.angle_unit == 'deg':
         kinds = dict(zip(robot.variables, robot.joint_types))
-        in_file = {
-            v: v * 180 / sympy.pi for v in names.variables if kinds[v.name] != 'prismatic'
-        }
+        in_file = {v: v * 180 / sympy.pi for v in names.variables if kinds[v.name] != 'prismatic'}
     return {
         factor.name: names.expression(factor.text).subs(in_file)
         for factor in robot.description.singularity.factors
@@ -307,7 +250,7 @@ def crossings_of(
 
     """
     count = len(factors)
-    groups = [*combinations(range(count), 2)]
+    groups: list[tuple[int, ...]] = [*combinations(range(count), 2)]
     if count > 2:
         groups.append(tuple(range(count)))
     found = []
@@ -320,35 +263,6 @@ def crossings_of(
         within = bool(bench.inside(poses).any())
         found.append(Crossing(tuple(factors[k].name for k in group), rank, within))
     return tuple(found)
-
-
-def independent_columns(bench: Bench) -> tuple[int, ...]:
-    """
-    Return the joints left when those that only repeat others are left out, first ones first.
-
-    """
-    J_t = bench.arm(bench.random(200)).J_t
-    stacked = J_t.reshape(-1, J_t.shape[2])
-    full = _column_rank(stacked)
-    kept = list(range(J_t.shape[2]))
-    for j in list(kept):
-        without = [k for k in kept if k != j]
-        if len(kept) > full and _column_rank(stacked[:, without]) == full:
-            kept = without
-    return tuple(kept)
-
-
-def _column_rank(stacked: Floats) -> int:
-    sigma = np.linalg.svd(stacked, compute_uv=False)
-    return int(np.sum(sigma > 1e-9 * sigma[0]))
-
-
-def generic_rank(bench: Bench) -> int:
-    """
-    Return the rank of the task rows at most poses.
-
-    """
-    return rank_at(bench.arm(bench.random(200)).J_t)
 
 
 def row_names(rows: Sequence[int]) -> tuple[str, ...]:

@@ -10,8 +10,10 @@ from typing import Any
 
 import sympy
 
-from .frames import Arithmetic, Frames
-from .laurent import Laurent, Matrix
+from .arithmetic import Arithmetic
+from .frames import Frames
+from .laurent import Laurent
+from .matrices import Matrix
 
 Exponents = tuple[int, ...]
 Terms = dict[Exponents, tuple[int, int]]
@@ -50,6 +52,7 @@ class Writer:
     sums: Basis
     singles: Basis
     _numbers: dict[Any, Any] = field(default_factory=dict)
+    _written: dict[Any, Any] = field(default_factory=dict)
 
     def expression(self, value: Laurent) -> Any:
         """
@@ -58,6 +61,12 @@ class Writer:
         """
         if not value:
             return sympy.Integer(0)
+        key = (frozenset(value.real.items()), frozenset(value.imaginary.items()), value.divisor)
+        if key not in self._written:
+            self._written[key] = self._shortest(value)
+        return self._written[key]
+
+    def _shortest(self, value: Laurent) -> Any:
         split = self._split(value)
         candidates = [self._products(split, self.sums)]
         if len(value) <= LARGE:
@@ -114,7 +123,7 @@ class Writer:
         return self._numbers.setdefault(meaning, sympy.Symbol(f'_{len(self._numbers)}'))
 
     def _cosines_of_sums(self, groups: Mapping[Exponents, Terms]) -> Any:
-        # Real: the group of -e is the conjugate of that of e, so each pair is one cosine, one sine.
+        # Real: the group of -e is the conjugate of that of e: each pair is one cosine, one sine.
         angles = self._angles_of_generators()
         result = sympy.Integer(0)
         for exponents, terms in groups.items():

@@ -1,0 +1,69 @@
+"""
+Arms with more joints than the target has rows: a continuum for every target, and one pose of it.
+
+"""
+
+import numpy as np
+
+from ..kernel import Floats
+from ..robot import Robot
+from .aim import Aim
+from .families import Family, nearer, tangent
+from .plan import Plan
+from .representatives import AT_LIMIT
+from .search import PROVED, Best, refined, starts
+
+# So many starts inside the limits, at first and when those have not arrived.
+FEW, MANY = 24, 240
+
+
+def redundant_family(
+    robot: Robot, aim: Aim, plan: Plan, near: Floats, random: np.random.Generator
+) -> tuple[Family | None, Best]:
+    """
+    Return the family of a target at a pose near `near`, inside the limits if any is.
+
+    """
+    limits = np.array(robot.limits)
+    best = Best(near, np.inf)
+    for count, bounded in ((FEW, True), (MANY, True), (FEW, False)):
+        q = starts(robot, plan, random, count)
+        q[0] = near
+        if bounded:
+            q = _into(robot, q, random)
+        arrived = refined(robot, aim, plan.scales, q, True, limits if bounded else None)
+        k = int(np.argmin(arrived.errors))
+        if bounded and arrived.errors[k] < best.error:
+            best = Best(arrived.q[k], float(arrived.errors[k]))
+        good = np.flatnonzero(arrived.errors < PROVED)
+        if not len(good):
+            continue
+        distance = np.linalg.norm((arrived.q[good] - near) / plan.scales, axis=1)
+        one = good[int(np.argmin(distance))]
+        q_one = arrived.q[one]
+        dimension = _dimension(robot, aim, plan, q_one)
+        motions = tangent(robot, aim, plan, q_one, dimension)
+        family = Family(q_one, float(arrived.errors[one]), motions, False)
+        slack = limits + [-AT_LIMIT / 2, AT_LIMIT / 2]
+        open_limits = slack if bounded else np.full_like(slack, np.inf) * [-1.0, 1.0]
+        return nearer(robot, aim, plan, family, near, open_limits), best
+    return None, best
+
+
+def _dimension(robot: Robot, aim: Aim, plan: Plan, q: Floats) -> int:
+    from ..kernel import AIM_WEIGHTS
+
+    rows = int(np.sum(aim.numbers[AIM_WEIGHTS : AIM_WEIGHTS + 6] > 0.0))
+    return max(robot.dof - rows, 1)
+
+
+def _into(robot: Robot, q: Floats, random: np.random.Generator) -> Floats:
+    # Starts on a full turn moved into narrower limits.
+    low, high = robot.limits.T
+    bounded = np.isfinite(low) & np.isfinite(high)
+    q = q.copy()
+    inside = random.uniform(np.where(bounded, low, 0.0), np.where(bounded, high, 1.0), q.shape)
+    outside = bounded & ((q < low) | (q > high))
+    q = np.where(outside, inside, q)
+    q[0] = np.clip(q[0], low, high)
+    return np.asarray(np.clip(q, low, high))

@@ -1,0 +1,86 @@
+"""
+An arm as screws: the axis of each moving element while all joints are at zero, and the tool there.
+
+The tool's pose is exp(s_1 psi_1) ... exp(s_k psi_k) home, psi = coupling q: the product of
+exponentials (Brockett 1984), in which a geometry can be recognised whatever the convention.
+"""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from .. import kernel
+from ..chain import Chain, FrozenArrays
+from ..kernel import Floats
+from ..rigid_motion import screw_z
+
+
+@dataclass(frozen=True, eq=False)
+class Screws(FrozenArrays):
+    """
+    The screws of an arm, base to tool, in the base frame.
+
+    Attributes
+    ----------
+    axes, points : shape (k, 3), m
+        Unit vectors; points on them.
+    slides : shape (k,)
+        Whether a screw is a translation; otherwise it is a rotation.
+    coupling : shape (k, n)
+        How each moves with the joints.
+    home : shape (4, 4)
+        The tool where every joint is zero.
+
+    """
+
+    READ_ONLY: ClassVar = ('axes', 'points', 'coupling', 'home')
+
+    axes: Floats
+    points: Floats
+    slides: tuple[bool, ...]
+    coupling: Floats
+    home: Floats
+
+    @property
+    def tool(self) -> Floats:
+        """
+        Return the tool's origin where every joint is zero, shape (3,), m.
+
+        """
+        return self.home[:3, 3]
+
+
+def screws_of(chain: Chain) -> Screws:
+    """
+    Return the screws of a chain.
+
+    An element that turns and slides is two of them, one after the other on the same axis.
+
+    """
+    integers, numbers = chain.integers, chain.numbers
+    elements, entries = int(integers[kernel.ELEMENTS]), chain.entries
+    first = integers[kernel.CHAIN_HEADER :]
+    joints = first[elements + 1 : elements + 1 + entries]
+    at = 12 * (elements + 1)
+    theta_0, d_0 = numbers[at : at + elements], numbers[at + elements : at + 2 * elements]
+    c_theta = numbers[at + 2 * elements : at + 2 * elements + entries]
+    c_d = numbers[at + 2 * elements + entries : at + 2 * elements + 2 * entries]
+    axes, points, slides, coupling = [], [], [], []
+    T = np.eye(4)
+    for k in range(elements + 1):
+        constant = np.vstack([numbers[12 * k : 12 * k + 12].reshape(3, 4), [0, 0, 0, 1]])
+        T = T @ constant
+        if k == elements:
+            break
+        for ratios, is_slide in ((c_theta, False), (c_d, True)):
+            moves = np.zeros(chain.dof)
+            for e in range(first[k], first[k + 1]):
+                moves[joints[e]] += ratios[e]
+            if np.any(moves):
+                axes.append(T[:3, 2].copy())
+                points.append(T[:3, 3].copy())
+                slides.append(is_slide)
+                coupling.append(moves)
+        T = T @ screw_z(theta_0[k], d_0[k])
+    return Screws(np.array(axes), np.array(points), tuple(slides), np.array(coupling), T)

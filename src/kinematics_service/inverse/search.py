@@ -1,0 +1,230 @@
+"""
+Solutions by search: many starts, each refined by the kernel, until all have been seen often.
+
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from .. import kernel
+from ..kernel import Floats
+from ..robot import Robot
+from .aim import Aim
+from .plan import Plan
+
+# What counts as a solution (m): forward kinematics misses the target by less.
+PROVED = 1e-10
+# Solutions nearer than this (rad, scaled) are one; nearer than the second, they are if the point
+# halfway is a solution too: the two that meet at the border of the workspace.
+SAME, MAYBE_SAME = 1e-8, 1e-2
+FAR_STEPS, NEAR_STEPS = 80, 12
+DAMPING = 1e-3
+BATCH = 48
+# Every solution must have been met so often (Good 1953: what has been met once hints at what has
+# not been met), or the search ends at so many starts, fewer where no start arrives at all.
+MET, MOST_STARTS, HOPELESS = 4, 1920, 384
+
+
+class Found(NamedTuple):
+    """
+    Distinct solutions.
+
+    Attributes
+    ----------
+    q : shape (m, n), rad or m
+        Joint positions, each a solution.
+    errors : shape (m,), m
+        What is left of each.
+
+    """
+
+    q: Floats
+    errors: Floats
+
+
+class Best(NamedTuple):
+    """
+    The least error of a search, and where: shape (n,), rad or m.
+
+    """
+
+    q: Floats
+    error: float
+
+
+NOWHERE = np.array([[-np.inf, np.inf]])
+
+
+def refined(
+    robot: Robot,
+    aim: Aim,
+    scales: Floats,
+    q: Floats,
+    far: bool = False,
+    limits: Floats | None = None,
+) -> Found:
+    """
+    Return joint positions (m, n) moved to where they miss the target least.
+
+    Parameters
+    ----------
+    robot, aim
+        The arm and its target.
+    scales : shape (n,)
+        What a unit of each joint counts; 0 where it is held.
+    q : shape (m, n), rad or m
+        Starts.
+    far
+        Whether they are starts from anywhere, rather than candidates.
+    limits : shape (n, 2), rad or m
+        Where the joints must stay; default: nowhere in particular.
+
+    """
+    q = np.array(q, dtype=np.float64, order='C')
+    errors = np.empty(len(q))
+    if limits is None:
+        limits = np.repeat(NOWHERE, robot.dof, axis=0)
+    chain = robot.chain
+    kernel.refine(
+        chain.integers,
+        chain.numbers,
+        aim.numbers,
+        scales,
+        np.array(limits),
+        DAMPING if far else 0.0,
+        FAR_STEPS if far else NEAR_STEPS,
+        q,
+        errors,
+    )
+    return Found(q, errors)
+
+
+def errors_at(robot: Robot, aim: Aim, scales: Floats, q: Floats) -> Floats:
+    """
+    Return by how much the tool misses the target at joint positions (m, n), shape (m,), m.
+
+    """
+    chain = robot.chain
+    errors = np.empty(len(q))
+    free = np.repeat(NOWHERE, robot.dof, axis=0)
+    q = np.array(q, dtype=np.float64, order='C')
+    kernel.refine(chain.integers, chain.numbers, aim.numbers, scales, free, 0.0, 0, q, errors)
+    return errors
+
+
+def apart(plan: Plan, a: Floats, b: Floats) -> Floats:
+    """
+    Return b - a (..., n), full turns left out.
+
+    """
+    away = b - a
+    turning = np.isfinite(plan.periods)
+    if np.any(turning):
+        period = plan.periods[turning]
+        away[..., turning] -= period * np.round(away[..., turning] / period)
+    return away
+
+
+def distinct(robot: Robot, aim: Aim, plan: Plan, found: Found) -> tuple[Found, list[int]]:
+    """
+    Return the proved ones of what was found, each once, and how often each was met.
+
+    """
+    order = np.argsort(found.errors, kind='stable')
+    order = order[found.errors[order] < PROVED]
+    q, errors = found.q[order], found.errors[order]
+    if not len(q):
+        return Found(q, errors), []
+    between = apart(plan, q[:, None], q[None, :])
+    distance = np.max(np.abs(between) / plan.scales, axis=2)
+    same = distance < SAME
+    close = (distance < MAYBE_SAME) & ~same & np.tri(len(q), k=-1, dtype=bool)
+    if np.any(close):
+        i, j = np.nonzero(close)
+        halfway = errors_at(robot, aim, plan.scales, q[i] + between[i, j] / 2)
+        same[i, j] = same[j, i] = halfway < np.maximum(
+            PROVED, 2 * np.maximum(errors[i], errors[j])
+        )
+    kept: list[int] = []
+    met: list[int] = []
+    for k in range(len(q)):
+        for at, one in enumerate(kept):
+            if same[k, one]:
+                met[at] += 1
+                break
+        else:
+            kept.append(k)
+            met.append(1)
+    return Found(q[kept], errors[kept]), met
+
+
+def starts(robot: Robot, plan: Plan, random: np.random.Generator, count: int) -> Floats:
+    """
+    Return random joint positions (count, n): full turns, and where a joint has no turn its limits.
+
+    A joint that slides without limits starts within twice the arm's reach.
+
+    """
+    low, high = np.array(robot.limits.T)
+    far = 2.0 * max(robot.task.reach, 1e-6)
+    for j in range(robot.dof):
+        if np.isfinite(plan.periods[j]):
+            low[j], high[j] = -np.pi, np.pi
+            continue
+        span = far if robot.joint_types[j] == 'prismatic' else np.pi
+        if np.isinf(low[j]) and np.isinf(high[j]):
+            low[j], high[j] = -span, span
+        elif np.isinf(low[j]):
+            low[j] = high[j] - 2 * span
+        elif np.isinf(high[j]):
+            high[j] = low[j] + 2 * span
+    return random.uniform(low, high, (count, robot.dof))
+
+
+def search(
+    robot: Robot, aim: Aim, plan: Plan, near: Floats, random: np.random.Generator
+) -> tuple[Found, Best]:
+    """
+    Return all solutions met, limits left aside, and the least error.
+
+    """
+    everything = Found(np.empty((0, robot.dof)), np.empty(0))
+    all_met: list[int] = []
+    best = Best(near, np.inf)
+    # What is held is held where it was asked to be near.
+    frozen = plan.held == 0.0
+    tried = 0
+    while tried < MOST_STARTS:
+        q = starts(robot, plan, random, BATCH)
+        if tried == 0:
+            q[0] = near
+        q[:, frozen] = near[frozen]
+        tried += BATCH
+        arrived = refined(robot, aim, plan.held, q, far=True)
+        k = int(np.argmin(arrived.errors))
+        if arrived.errors[k] < best.error:
+            best = Best(arrived.q[k], float(arrived.errors[k]))
+        new, met = distinct(robot, aim, plan, arrived)
+        merged = Found(
+            np.concatenate([everything.q, new.q]), np.concatenate([everything.errors, new.errors])
+        )
+        everything, all_met = _merged(robot, aim, plan, merged, [*all_met, *met])
+        if not all_met and tried >= HOPELESS:
+            break
+        if len(all_met) > MOST_STARTS // 40:  # not points but a continuum
+            break
+        if all_met and min(all_met) >= MET and tried >= 2 * BATCH:
+            break
+    return everything, best
+
+
+def _merged(
+    robot: Robot, aim: Aim, plan: Plan, found: Found, met: list[int]
+) -> tuple[Found, list[int]]:
+    result, _ = distinct(robot, aim, plan, found)
+    counts = [0] * len(result.q)
+    for q, count in zip(found.q, met):
+        away = np.max(np.abs(apart(plan, result.q, q[None, :])) / plan.scales, axis=1)
+        counts[int(np.argmin(away))] += count
+    return result, counts

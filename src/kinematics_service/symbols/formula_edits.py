@@ -1,0 +1,301 @@
+"""
+Small repairs of a person's own expression: a sign, an index, a bracket, exchanged arguments.
+
+Each repair is tried; the one that makes the formula right names the mistake.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Any
+
+import sympy as sp  # type: ignore[import-untyped]
+
+LONGEST_EDITED = 400  # nodes; beyond, a formula is only located
+MOST_TERMS = 7
+
+
+@dataclass(frozen=True)
+class Edit:
+    """
+    A repaired expression, and what was wrong if it is right.
+
+    """
+
+    sentence: str
+    expression: Any
+
+
+@dataclass(frozen=True)
+class Repair:
+    """
+    A kind of repair: a name for the list of what was tried, and its versions.
+
+    """
+
+    name: str
+    edits: Callable[[Any, tuple[Any, ...]], Iterator[Edit]]
+
+
+def places(expression: Any, path: tuple[int, ...] = ()) -> Iterator[tuple[tuple[int, ...], Any]]:
+    """
+    Yield every part of an expression and the way to it.
+
+    """
+    yield path, expression
+    for k, part in enumerate(expression.args):
+        yield from places(part, (*path, k))
+
+
+def replaced(expression: Any, path: tuple[int, ...], part: Any) -> Any:
+    """
+    Return an expression with the part at the end of a path replaced.
+
+    """
+    if not path:
+        return part
+    arguments = list(expression.args)
+    arguments[path[0]] = replaced(arguments[path[0]], path[1:], part)
+    return expression.func(*arguments)
+
+
+def _sums(e: Any) -> Iterator[tuple[tuple[int, ...], Any]]:
+    return ((path, part) for path, part in places(e) if part.is_Add)
+
+
+def signs(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
+    """
+    Yield the expression with the sign of one or more of its terms changed.
+
+    """
+    yield Edit('the sign of the whole is wrong', -e)
+    for size in (1, 2, 3):
+        for path, part in _sums(e):
+            if len(part.args) > MOST_TERMS and size > 1:
+                continue
+            if size < len(part.args):
+                for chosen in combinations(part.args, size):
+                    total = part - 2 * sp.Add(*chosen)
+                    text = ', '.join(_text(term) for term in chosen)
+                    terms = 'term has' if size == 1 else 'terms have'
+                    where = f' in {_text(part)}' if path else ''
+                    sentence = f'the {terms} the wrong sign: {text}{where}'
+                    yield Edit(sentence, replaced(e, path, total))
+
+
+def extra_terms(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
+    """
+    Yield the expression without one of its terms, or without one of its factors.
+
+    """
+    for path, part in places(e):
+        if part.is_Add:
+            for term in part.args:
+                yield Edit(f'the term {_text(term)} is too many', replaced(e, path, part - term))
+        if part.is_Mul:
+            for k, factor in enumerate(part.args):
+                rest = part.func(*part.args[:k], *part.args[k + 1 :])
+                yield Edit(f'the factor {_text(factor)} is too many', replaced(e, path, rest))
+    if e != 0:
+        yield Edit(f'{_text(e)} does not belong here: the entry is 0', sp.Integer(0))
+
+
+def sine_and_cosine(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
+    """
+    Yield the expression with a sine and a cosine exchanged.
+
+    """
+    other = {sp.sin: sp.cos, sp.cos: sp.sin}
+    for path, part in places(e):
+        if part.func in other:
+            right = other[part.func](*part.args)
+            sentence = f'{part} stands where {right} belongs'
+            yield Edit(sentence, replaced(e, path, right))
+            sentence = f'{part} stands where -{right} belongs'
+            yield Edit(sentence, replaced(e, path, -right))
+    pairs = [part for _, part in places(e) if part.func in other]
+    if len(set(pairs)) > 1:
+        changes = {part: other[part.func](*part.args) for part in pairs}
+        yield Edit('sines and cosines are exchanged', e.subs(changes, simultaneous=True))
+
+
+def symbols_exchanged(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
+    """
+    Yield the expression with one symbol for another, at one place or everywhere.
+
+    """
+    free = sorted(e.free_symbols, key=str)
+    for one in free:
+        for other in symbols:
+            if one != other:
+                sentence = f'{one} stands where {other} belongs'
+                yield Edit(sentence, e.subs(one, other))
+    for path, part in places(e):
+        if part.is_Symbol:
+            for other in symbols:
+                if other != part:
+                    sentence = f'{part} stands where {other} belongs, at one place'
+                    yield Edit(sentence, replaced(e, path, other))
+    for one, other in combinations(free, 2):
+        changes = {one: other, other: one}
+        yield Edit(f'{one} and {other} are exchanged', e.subs(changes, simultaneous=True))
+
+
+def angles(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
+    """
+    Yield the expression with another joint, or a quarter turn, in the argument of a function.
+
+    """
+    for path, part in places(e):
+        if part.func not in (sp.sin, sp.cos, sp.tan):
+            continue
+        argument = part.args[0]
+        changes = [term for s in symbols for term in (s, -s)] + [sp.pi / 2, -sp.pi / 2, sp.pi]
+        for change in changes:
+            right = part.func(argument + change)
+            sentence = f'{part} stands where {right} belongs'
+            yield Edit(sentence, replaced(e, path, right))
+
+
+def brackets(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
+    """
+    Yield the expression with a factor of one term for several terms: a bracket that was lost.
+
+    """
+    factors = {part for _, part in places(e) if part.func in (sp.sin, sp.cos) or part.is_Symbol}
+    for path, part in _sums(e):
+        if len(part.args) > MOST_TERMS:
+            continue
+        for size in range(1, len(part.args)):
+            for chosen in combinations(part.args, size):
+                inner = sp.Add(*chosen)
+                for factor in sorted(factors, key=str):
+                    total = part - inner + factor * inner
+                    sentence = f'a bracket is lost: {factor} multiplies {_text(inner)}'
+                    yield Edit(sentence, replaced(e, path, total))
+
+
+def lost_plus(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
+    """
+    Yield the expression with a product made a sum of two products.
+
+    """
+    for path, part in places(e):
+        if not part.is_Mul or len(part.args) > MOST_TERMS:
+            continue
+        for size in range(1, len(part.args) // 2 + 1):
+            for chosen in combinations(part.args, size):
+                one = sp.Mul(*chosen)
+                other = sp.Mul(*(f for f in part.args if f not in chosen))
+                for total, sign in ((one + other, 'plus'), (one - other, 'minus')):
+                    sentence = f'a {sign} sign is lost between {_text(one)} and {_text(other)}'
+                    yield Edit(sentence, replaced(e, path, total))
+
+
+def arguments(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
+    """
+    Yield the expression with the arguments of an inverse function exchanged, negated, inverted.
+
+    """
+    for path, part in places(e):
+        if part.func == sp.atan2:
+            y, x = part.args
+            versions = (
+                ((-y, x), 'the first argument of atan2 has the wrong sign'),
+                ((y, -x), 'the second argument of atan2 has the wrong sign'),
+                ((-y, -x), 'both arguments of atan2 have the wrong sign'),
+                ((x, y), 'the arguments of atan2 are exchanged'),
+                ((-x, y), 'the arguments of atan2 are exchanged, and the first one is negative'),
+                ((x, -y), 'the arguments of atan2 are exchanged, and the second one is negative'),
+                ((-x, -y), 'the arguments of atan2 are exchanged, and both are negative'),
+            )
+            for pair, sentence in versions:
+                right = sp.atan2(*pair)
+                yield Edit(f'{sentence}: {_text(right)}', replaced(e, path, right))
+        elif part.func in (sp.atan, sp.asin, sp.acos):
+            x = part.args[0]
+            versions_of_one = (
+                (part.func(-x), f'the argument of {part.func} has the wrong sign'),
+                (part.func(1 / x), f'the argument of {part.func} is the reciprocal'),
+                (part.func(-1 / x), f'the argument of {part.func} is the negative reciprocal'),
+                (sp.acos(x) if part.func == sp.asin else sp.asin(x), 'asin and acos exchanged'),
+            )
+            for right, sentence in versions_of_one:
+                yield Edit(f'{sentence}: {_text(right)}', replaced(e, path, right))
+    yield Edit('it is the reciprocal of what it should be', 1 / e)
+    yield Edit('it is the negative reciprocal of what it should be', -1 / e)
+    for path, part in places(e):
+        if path and part.is_Mul and any(f.is_Pow and f.exp == -1 for f in part.args):
+            yield Edit(f'{_text(part)} is upside down', replaced(e, path, 1 / part))
+
+
+def units(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
+    """
+    Yield the expression with its numbers in degrees, millimetres, or its result in degrees.
+
+    """
+    changed, inside = e, False
+    for part in {p for _, p in places(e) if p.func in (sp.sin, sp.cos, sp.tan)}:
+        number, rest = part.args[0].as_coeff_Add()
+        if number != 0:
+            changed = changed.subs(part, part.func(number * sp.pi / 180 + rest))
+            inside = True
+    if inside:
+        yield Edit('a number in sin or cos is in degrees', changed)
+    yield Edit('the result is in degrees', e * sp.pi / 180)
+    yield Edit('the result is in radians, degrees were asked for', e * 180 / sp.pi)
+    yield Edit('it is in mm', e / 1000)
+
+
+def powers(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
+    """
+    Yield the expression with a square forgotten or too many, or a factor 2.
+
+    """
+    for path, part in places(e):
+        if part.is_Symbol or part.func in (sp.sin, sp.cos):
+            above = e
+            for k in path[:-1]:
+                above = above.args[k]
+            if above.is_Pow:
+                continue
+            yield Edit(f'{part} should be squared', replaced(e, path, part**2))
+        if part.is_Pow and part.exp == 2:
+            yield Edit(f'{part.base} should not be squared', replaced(e, path, part.base))
+        if part.is_Pow and part.exp == sp.Rational(1, 2):
+            yield Edit(f'the root of {_text(part.base)}', replaced(e, path, part.base))
+    for _, part in _sums(e):
+        for term in part.args:
+            for factor, text in ((2, 'twice'), (sp.Rational(1, 2), 'half of')):
+                yield Edit(f'{text} {_text(term)} belongs there', e - term + factor * term)
+
+
+def quarter_turns(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
+    """
+    Yield the result of an inverse on another branch, or counted from another zero.
+
+    """
+    turns = ((sp.pi, '180 deg'), (sp.pi / 2, '90 deg'), (-sp.pi / 2, '-90 deg'))
+    for turn, text in turns:
+        yield Edit(f'{text} must be added', e + turn)
+        yield Edit(f'the sign is wrong and {text} must be added', turn - e)
+
+
+EDITS = (
+    Repair('sign of a term', signs),
+    Repair('arguments of atan2 and its kin', arguments),
+    Repair('sine for cosine', sine_and_cosine),
+    Repair('index of a joint or a length', symbols_exchanged),
+    Repair('angle of a function', angles),
+    Repair('lost bracket', brackets),
+    Repair('lost plus', lost_plus),
+    Repair('extra term or factor', extra_terms),
+    Repair('squares and twos', powers),
+    Repair('degrees and millimetres in an entry', units),
+)
+SOLUTION_EDITS = (EDITS[1], EDITS[0], *EDITS[2:], Repair('zero of the angle', quarter_turns))
+
+
+def _text(e: Any) -> str:
+    text = str(e)
+    return text if len(text) <= 80 else f'{text[:77]}...'

@@ -1,0 +1,173 @@
+"""
+Factors of half angles put together to whole ones, and made real.
+
+"""
+
+import math
+from collections.abc import Sequence
+
+from .arithmetic import Arithmetic
+from .laurent import Laurent, from_terms
+
+Terms = dict[tuple[int, ...], tuple[int, int]]
+
+
+def _angle_places(arithmetic: Arithmetic) -> list[int]:
+    return [k for k, g in enumerate(arithmetic.ring.generators) if g.kind != 'number']
+
+
+def _degrees(terms: Terms, places: Sequence[int]) -> list[int]:
+    return [max(e[k] for e in terms) + min(e[k] for e in terms) for k in places]
+
+
+def paired(halves: list[tuple[Terms, int]], arithmetic: Arithmetic) -> list[tuple[Terms, int]]:
+    """
+    Return whole factors and their powers.
+
+    """
+    # Those of even degree in every angle are whole. The others come in pairs: with the factor that
+    # half a turn of their odd angles makes of them, with their conjugate, or with themselves.
+    places = _angle_places(arithmetic)
+    open_: dict[int, tuple[Terms, int]] = {}
+    result: list[tuple[Terms, int]] = []
+    for k, (terms, power) in enumerate(halves):
+        if _is_whole(terms, places):
+            result.append((terms, power))
+        else:
+            open_[k] = (terms, power)
+    while open_:
+        k, (terms, power) = next(iter(open_.items()))
+        del open_[k]
+        partner = next(
+            (
+                j
+                for j, (other, _) in open_.items()
+                for wanted in (_shifted(terms, places), _conjugate(terms, places))
+                if _proportional(wanted, other) and _is_whole(_times(terms, other), places)
+            ),
+            None,
+        )
+        if partner is None:
+            partner = next(
+                (j for j, (o, _) in open_.items() if _is_whole(_times(terms, o), places)), None
+            )
+        if partner is None:
+            square = _times(terms, terms)
+            result.append((square, power // 2) if power % 2 == 0 else (terms, power))
+            continue
+        other, other_power = open_.pop(partner)
+        shared = min(power, other_power)
+        result.append((_times(terms, other), shared))
+        for rest, count in ((terms, power - shared), (other, other_power - shared)):
+            if count:
+                open_[k if rest is terms else partner] = (rest, count)
+    return result
+
+
+def _is_whole(terms: Terms, places: Sequence[int]) -> bool:
+    return not any(d % 2 for d in _degrees(terms, places)) and _proportional(
+        _conjugate(terms, places), terms
+    )
+
+
+def _shifted(terms: Terms, places: Sequence[int]) -> Terms:
+    odd = [k for k, d in zip(places, _degrees(terms, places)) if d % 2]
+    # One of the odd angles is turned by half a turn; turning two of a sum would be a full one.
+    return (
+        {e: (a, b) if e[odd[0]] % 2 == 0 else (-a, -b) for e, (a, b) in terms.items()}
+        if odd
+        else terms
+    )
+
+
+def _conjugate(terms: Terms, places: Sequence[int]) -> Terms:
+    angles = set(places)
+    return _lowered(
+        {
+            tuple(-x if k in angles else x for k, x in enumerate(e)): (a, -b)
+            for e, (a, b) in terms.items()
+        }
+    )
+
+
+def _lowered(terms: Terms) -> Terms:
+    n = len(next(iter(terms)))
+    lowest = [min(e[k] for e in terms) for k in range(n)]
+    return {tuple(x - low for x, low in zip(e, lowest)): c for e, c in terms.items()}
+
+
+def _times(one: Terms, other: Terms) -> Terms:
+    result: Terms = {}
+    for e, (a, b) in one.items():
+        for f, (c, d) in other.items():
+            key = tuple(x + y for x, y in zip(e, f))
+            p, q = result.get(key, (0, 0))
+            result[key] = (p + a * c - b * d, q + a * d + b * c)
+    return {e: c for e, c in result.items() if c != (0, 0)}
+
+
+def _proportional(one: Terms, other: Terms) -> bool:
+    # Up to a complex number; monomials are taken off before.
+    one, other = _lowered(one), _lowered(other)
+    if set(one) != set(other):
+        return False
+    key = next(iter(one))
+    (a, b), (c, d) = one[key], other[key]
+    return all(
+        # one[e] * other[key] == other[e] * one[key]
+        (p * c - q * d, p * d + q * c) == (r * a - s * b, r * b + s * a)
+        for e, (p, q) in one.items()
+        for r, s in [other[e]]
+    )
+
+
+def upright(terms: Terms, arithmetic: Arithmetic) -> Laurent:
+    """
+    Return a factor as a polynomial that is its own conjugate.
+
+    """
+    # The monomial and the complex number taken off that make it real: f = conjugate of f.
+    places = _angle_places(arithmetic)
+    n = len(next(iter(terms)))
+    shift = [0] * n
+    for k, d in zip(places, _degrees(terms, places)):
+        shift[k] = d // 2
+    for k in range(n):
+        if k not in places:
+            shift[k] = min(0, *(e[k] for e in terms))
+    moved = {tuple(x - s for x, s in zip(e, shift)): c for e, c in terms.items()}
+    angles = set(places)
+
+    def mirrored(e: tuple[int, ...]) -> tuple[int, ...]:
+        return tuple(-x if k in angles else x for k, x in enumerate(e))
+
+    e = next(iter(moved))
+    (a, b), (c, d) = moved[e], moved[mirrored(e)]
+    # g = u f with u c(e) conjugate to u c(-e): u^2 = conj(c(-e)) / c(e), a unit; all of ours are
+    # powers of i times 1 + i at most.
+    for p, q in ((1, 0), (0, 1), (1, 1), (1, -1)):
+        one = (p * a - q * b, p * b + q * a)
+        two = (p * c - q * d, p * d + q * c)
+        if one == (two[0], -two[1]):
+            unit = (p, q)
+            break
+    else:
+        unit = (1, 0)
+    p, q = unit
+    real = {e: (p * a - q * b, p * b + q * a) for e, (a, b) in moved.items()}
+    common = math.gcd(*(x for pair in real.values() for x in pair))
+    real = {e: (a // common, b // common) for e, (a, b) in real.items()}
+    if _leading_is_negative(real):
+        real = {e: (-a, -b) for e, (a, b) in real.items()}
+    result = from_terms(arithmetic.ring, real)
+    # A pair e, -e is 2 cos or 2 sin: halved, unless a constant part would become a fraction.
+    still = [c for e, c in real.items() if not any(e[k] for k in places)]
+    turning = len(still) < len(real)
+    balanced = all(a % 2 == 0 and b % 2 == 0 for a, b in still)
+    return result.scaled(1, 2).reduced() if turning and balanced else result
+
+
+def _leading_is_negative(terms: Terms) -> bool:
+    # A convention: sin q and cos q, not their negatives.
+    a, b = terms[max(terms)]
+    return a < 0 or (a == 0 and b > 0)

@@ -1,0 +1,68 @@
+"""
+Derivations the tests share: each arm is derived once.
+
+"""
+
+import functools
+import json
+from pathlib import Path
+
+import sympy
+
+import kinematics_service as ks
+
+GOLDEN = Path(__file__).parent / 'golden'
+SYMBOLIC = json.loads((GOLDEN / 'symbolic.json').read_text())
+
+# Golden system: bundled robots that are the same arm.
+SYSTEMS = {
+    's000a_anthropomorphic_dh': ('anthropomorphic_3r',),
+    's000b_parallelogram_closed_loop': ('parallelogram_left', 'parallelogram_right'),
+    's000c_spherical_rrp_dh': ('spherical_rrp',),
+    's001_craig_3r_mdh': ('craig_3r',),
+    's002_rrp_ets': ('rrp_elementary',),
+    's003a_sheth_uicker_6dof': ('offset_stanford_shape', 'offset_stanford_dh'),
+    's003b_dh_as_printed_6dof': ('offset_stanford_printed',),
+    's003c_dh_matched_6dof': ('offset_stanford_dh', 'offset_stanford_shape'),
+    's004a_six_joint_dh_generic': ('six_joint_dh',),
+    's004b_six_joint_dh_unit': ('six_joint_dh_unit',),
+}
+
+
+@functools.cache
+def derived(name, *locked):
+    """
+    Return the derivation of a bundled robot, joints locked as in `q3=0`.
+
+    """
+    return ks.derive(ks.load_robot(name), dict(text.split('=') for text in locked))
+
+
+def golden(system, name, text):
+    """
+    Return a golden string as a sympy expression in the symbols of a bundled robot.
+
+    """
+    derivation = derived(name)
+    entry = SYMBOLIC[system]
+    joints = dict(zip(entry['vars'], derivation.variables))
+    lengths = {n: derivation.names.meanings.get(n, sympy.Symbol(n)) for n in entry['lengths']}
+    return sympy.sympify(str(text), locals={**lengths, **joints})
+
+
+def zero(expression):
+    """
+    Return whether an expression simplifies to zero.
+
+    """
+    expression = sympy.expand(sympy.expand_trig(expression))
+    return expression == 0 or sympy.simplify(expression) == 0
+
+
+def same(one, other):
+    """
+    Return whether two matrices are equal, entry by entry.
+
+    """
+    assert one.shape == other.shape
+    return all(zero(a - b) for a, b in zip(one, other))

@@ -1,0 +1,169 @@
+"""
+Factors in robot files: the product is the determinant, and `--write` keeps what the user wrote.
+
+"""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from derivations import derived
+
+import kinematics_service as ks
+from kinematics_service.robot_file_writer import RobotFileWriteError, with_factors
+from kinematics_service.symbols.file_factors import (
+    checked_text,
+    disagreement,
+    factors_to_write,
+    file_text,
+)
+from kinematics_service.symbols.names import DerivationError
+
+LISTED = [
+    name
+    for name in ks.bundled_robots()
+    if ks.load_robot(name).description.singularity.factors and name != 'kuka_iiwa14'
+]
+PRODUCT = 1e-12
+
+
+@pytest.mark.parametrize('name', LISTED)
+def test_the_product_of_the_files_factors_is_the_determinant(name):
+    assert disagreement(derived(name), ks.load_robot(name)) <= PRODUCT
+
+
+@pytest.mark.parametrize('name', LISTED)
+def test_the_file_lists_every_factor_by_its_name(name):
+    listed = [factor.name for factor in ks.load_robot(name).description.singularity.factors]
+    assert sorted(derived(name).factors) == sorted(listed)
+
+
+@pytest.mark.parametrize(
+    'name',
+    [
+        'puma560',
+        'ur5e',
+        'anthropomorphic_3r',
+        'craig_3r',
+        'planar_2r',
+        'planar_3r',
+        'scara_hsr065',
+    ],
+)
+def test_default_names_are_those_of_the_geometry(name):
+    # Without the file's own names the geometry gives the same ones.
+    head, _, tail = bundled_text(name).partition('singularity:')
+    bare = ks.robot_from_text(head + tail[tail.index('known_poses:') :])
+    assert sorted(ks.derive(bare).factors) == sorted(derived(name).factors)
+
+
+def bundled_text(name):
+    from kinematics_service.bundle import find_robot_file
+
+    return find_robot_file(name).read_text()
+
+
+@pytest.mark.parametrize('name', LISTED)
+def test_writing_changes_nothing_but_the_factors(name):
+    text = bundled_text(name)
+    changed = with_factors(text, factors_to_write(derived(name)))
+    checked_text(derived(name), changed)
+    ours = [line for line in text.splitlines() if 'expression:' not in line]
+    theirs = [line for line in changed.splitlines() if 'expression:' not in line]
+    kept = [line for line in ours if line in theirs]
+    assert len(ours) - len(kept) <= 2
+    assert with_factors(changed, factors_to_write(derived(name))) == changed
+
+
+BARE = """\
+robot: arm            # mine
+convention: standard
+joints:
+  - {name: q1, type: revolute}   # waist
+  - {name: q2, type: revolute}
+links:
+  - {a: 1, alpha: 0, d: 0, theta: q1}
+  - {a: 1, alpha: 0, d: 0, theta: q2}
+%s
+# the end
+"""
+FACTORS = {'elbow': 'sin(q2)'}
+
+
+@pytest.mark.parametrize(
+    ('section', 'expected'),
+    [
+        ('', 'singularity:\n  factors:\n    - {name: elbow, expression: sin(q2)}\n'),
+        (
+            'singularity: {task: [x, y]}   # plane',
+            'singularity:   # plane\n  task: [x, y]\n  factors:\n'
+            '    - {name: elbow, expression: sin(q2)}\n',
+        ),
+        (
+            'singularity:\n    warn: 0.2   # careful\n    stop: 0.1',
+            'singularity:\n    warn: 0.2   # careful\n    stop: 0.1\n    factors:\n'
+            '      - {name: elbow, expression: sin(q2)}\n',
+        ),
+        (
+            'singularity:\n  factors:   # two\n    - {name: elbow, expression: sin(-q2)}  # bent',
+            'singularity:\n  factors:   # two\n    - {name: elbow, expression: sin(q2)}  # bent\n',
+        ),
+    ],
+)
+def test_factors_go_where_the_user_would_write_them(section, expected):
+    changed = with_factors(BARE % section, FACTORS)
+    assert expected in changed
+    assert '# mine' in changed
+    assert '# waist' in changed
+    assert changed.count('# the end') == 1
+    robot = ks.robot_from_text(changed)
+    assert robot.description.singularity.factors[0].text == 'sin(q2)'
+
+
+def test_braces_over_several_lines_are_not_touched():
+    text = BARE % 'singularity: {task: [x,\n  y]}'
+    with pytest.raises(RobotFileWriteError, match=r'singularity\.task: spread over several lines'):
+        with_factors(text, FACTORS)
+
+
+def test_a_file_whose_factors_are_not_the_determinants_is_left_alone(tmp_path):
+    with pytest.raises(DerivationError, match='the file is left as it was'):
+        checked_text(
+            derived('planar_2r'),
+            with_factors(bundled_text('planar_2r'), {'elbow': 'sin(q2)*(2 + cos(q2))'}),
+        )
+
+
+def test_write_from_the_command_line(tmp_path):
+    file = tmp_path / 'arm.yaml'
+    file.write_text(BARE % '')
+    file.chmod(0o640)
+    command = [sys.executable, '-m', 'kinematics_service', 'derive', str(file), '--write']
+    answer = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert 'elbow' in answer.stdout
+    assert ks.load_robot(file).description.singularity.factors[0].name == 'elbow'
+    assert file.stat().st_mode & 0o777 == 0o640
+    assert [path.name for path in tmp_path.iterdir()] == ['arm.yaml']
+
+
+def test_expressions_of_a_file_have_no_powers():
+    derivation = derived('craig_3r')
+    q2 = derivation.variables[1]
+    assert file_text(q2**2 / 4, degrees=False) in ('q2*q2/4', '0.25*q2*q2')
+
+
+def test_no_factor_that_all_minors_share():
+    # The Panda's minors share nothing; with one joint locked it has a determinant.
+    locked = derived('panda', 'q5=0')
+    assert locked.singular_set.determinant.square
+    assert len(locked.factors) == 3
+    (whole,) = derived('panda', 'q3=0').singular_set.factors
+    assert whole.irreducible
+
+
+def test_the_minors_of_the_iiwa_share_the_elbow():
+    found = derived('kuka_iiwa14', 'A7=0')
+    assert found.singular_set.determinant.square
+    values = np.array([f.power for f in found.singular_set.factors])
+    assert values.min() >= 1
