@@ -26,7 +26,14 @@ setup(
     maintainer=MANIFEST.findtext('maintainer'),
     python_requires='>=3.10',
     package_dir={'': 'src', f'{NAME}.config': 'config'},
-    packages=[NAME, f'{NAME}.commands', f'{NAME}.inverse', f'{NAME}.ros', f'{NAME}.symbols', f'{NAME}.config'],
+    packages=[
+        NAME,
+        f'{NAME}.commands',
+        f'{NAME}.inverse',
+        f'{NAME}.ros',
+        f'{NAME}.symbols',
+        f'{NAME}.config',
+    ],
     package_data={NAME: ['py.typed'], f'{NAME}.config': ['*.yaml']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{NAME}']),

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 NUMBERS = re.compile(r'[-+]?[\d.,][\d.,eE+-]*')
-TAKES_NUMBERS = ('--q', '--qdot')
+TAKES_NUMBERS = ('--q', '--qdot', '--near', '--xyz', '--rpy', '--quaternion')
 
 
 class Arguments(NamedTuple):
@@ -42,7 +42,7 @@ def split_ros_arguments(argv: Sequence[str]) -> Arguments:
 
 def join_numbers(argv: Sequence[str]) -> list[str]:
     """
-    Return the arguments with the numbers after --q and --qdot joined into one.
+    Return the arguments with the numbers after --q, --xyz and the like joined into one.
 
     `--q 0.1, -0.2 0.3` becomes `--q`, `0.1, -0.2 0.3`.
 

@@ -164,4 +164,4 @@ def rotation_entries() -> dict[tuple[int, int], Any]:
     Return the symbols r11 to r33 of the tool's rotation.
 
     """
-    return {(i, j): sp.Symbol(f'r{i + 1}{j + 1} of the tool') for i in range(3) for j in range(3)}
+    return {(i, j): sp.Symbol(f'r{i + 1}{j + 1}') for i in range(3) for j in range(3)}

@@ -143,6 +143,9 @@ class _Reader:
         value = self._value(raw.right, index, raw.settings, general)
         if raw.left.kind == 'name' and key not in COORDINATES:
             if (constant := self.names.constant(key)) is not None and not is_matrix(value):
+                if not value.is_number:
+                    message = f'{constant} is a constant of the robot: give it a number'
+                    raise FormulaError(message, raw.line, raw.left.at.column)
                 return constant, value
             joint = self.names.joint(key)
             if joint is not None:
@@ -194,6 +197,12 @@ class _Reader:
                 raise FormulaError(message, at.line, at.column)
             value = self._value(condition.right, index, raw.settings, False, integers=True)
             self._refuse_matrix(value, condition)
+            table = self.names.table
+            known = {*table.variables, *table.constants, sp.Symbol('k')}
+            if value.free_symbols - known:
+                at = condition.left.at
+                message = 'a singular value is made of joints, constants and the integer k'
+                raise FormulaError(message, at.line, at.column)
             conditions.append((joint, value))
         statement = self._made('claim', raw, sp.Integer(0), conditions=tuple(conditions))
         text = ', '.join(
