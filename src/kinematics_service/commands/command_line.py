@@ -14,7 +14,7 @@ import typer
 
 from ..errors import KinematicsError
 from ..version import __version__
-from . import check, compare, derive, fk, jacobian, robots, ros_commands
+from . import check, compare, derive, fk, ik, jacobian, robots, ros_commands
 from .arguments import join_numbers, split_ros_arguments
 from .options import WrongUsage
 
@@ -42,6 +42,7 @@ app = typer.Typer(
 )
 app.command(short_help='Check robot files and print what they say.', help=check.HELP)(check.check)
 app.command(short_help='Print the pose of the tool.', help=fk.HELP)(fk.fk)
+app.command(short_help='Find joint positions for a pose of the tool.', help=ik.HELP)(ik.ik)
 app.command(short_help='Print the Jacobian and the twist of the tool.', help=jacobian.HELP)(
     jacobian.jacobian
 )

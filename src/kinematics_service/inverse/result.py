@@ -179,7 +179,8 @@ class IkResult(Sequence[IkSolution]):
     solutions
         The sequence itself.
     families
-        Continua of solutions; empty for most targets.
+        Continua of solutions; empty for most targets. A curved one may be listed at several of
+        its poses.
     status
         `solved`: there is an isolated solution inside the limits. `family`: only families are.
         `outside_limits`: the target can be reached, but not inside the limits. `unreachable`.

@@ -169,6 +169,8 @@ def _result(
     nearest = None
     if not inside:
         nearest = _nearest(task, solutions, continua, best)
+    if respect_limits:
+        continua = tuple(family for family in continua if family.feasible)
     return IkResult(wanted, continua, status, reason, method, nearest)
 
 
@@ -180,11 +182,13 @@ def _status(
 ) -> tuple[Status, str]:
     if inside:
         word = 'solution' if len(inside) == 1 else 'solutions'
-        more = f', and {len(families)} continuous families' if families else ''
+        count = sum(family.feasible for family in families)
+        more = f', and {count} continuous {"family" if count == 1 else "families"}'
+        more = more if count else ''
         return 'solved', f'{len(inside)} {word} inside the limits{more}'
     if any(family.feasible for family in families):
         joints = ', '.join(dict.fromkeys(name for f in families for name in f.joints))
-        return 'family', f'the target leaves these joints free to move together: {joints}'
+        return 'family', f'the target leaves joints free to move: {joints}'
     beyond: list[IkSolution | IkFamily] = [*solutions, *families]
     if beyond:
         names = ', '.join(dict.fromkeys(name for one in beyond for name in one.beyond))
@@ -266,7 +270,8 @@ def _nearest(
     q = np.clip(q, *robot.limits.T)
     arrived = refined(robot, aim, plan.scales, q, True, robot.limits)
     k = int(np.argmin(arrived.errors))
-    return _nearest_pose(task, arrived.q[k], float(arrived.errors[k]))
+    q = representatives(robot, plan, arrived.q[k][None], task.near).q[0]
+    return _nearest_pose(task, q, float(arrived.errors[k]))
 
 
 def _nearest_pose(task: _Task, q: Floats, error: float) -> NearestPose:

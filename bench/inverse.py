@@ -1,0 +1,240 @@
+"""
+Inverse kinematics: how many originating positions are found, how exactly, and how fast.
+
+    python bench/inverse.py [--poses 10000] [--peers 300] [--eaik PYTHON]
+
+The first table is the round trip over random poses inside the limits of each arm. The second
+compares, pose by pose in the same run, with roboticstoolbox's `ik_LM` (C++) on the same chain, and
+with EAIK where a Python that has it is named. `ik_LM` gives one solution a call; its success is
+counted by this library's forward kinematics. Times are medians.
+"""
+
+import argparse
+import json
+import math
+import subprocess
+import sys
+import time
+
+import numpy as np
+
+import kinematics_service as ks
+from kinematics_service.conventions import table_rows
+
+PROVED = 1e-10
+SAME = 1e-5  # of originating positions: near singular poses the last digits of a pose decide
+THREE = [
+    'anthropomorphic_3r',
+    'craig_3r',
+    'parallelogram_left',
+    'parallelogram_right',
+    'rrp_elementary',
+    'spherical_rrp',
+]
+SIX = [
+    'puma560',
+    'ur3e',
+    'ur5e',
+    'ur10e',
+    'offset_stanford_dh',
+    'offset_stanford_shape',
+    'offset_stanford_printed',
+    'six_joint_dh',
+    'six_joint_dh_unit',
+]
+PEERED = ['puma560', 'ur5e', 'offset_stanford_printed', 'six_joint_dh']
+
+EAIK = """
+import json, sys, time
+import numpy as np
+from eaik.IK_HP import HPRobot
+case = json.load(sys.stdin)
+robot = HPRobot(np.array(case['axes']), np.array(case['points']))
+times, found = [], []
+for T in np.array(case['targets']):
+    start = time.perf_counter()
+    answer = robot.IK(T)
+    times.append(time.perf_counter() - start)
+    found.append([list(map(float, q)) for q in answer.Q])
+json.dump({'times': times, 'found': found}, sys.stdout)
+"""
+
+
+def inside_limits(robot, count, seed=1):
+    low, high = np.array(robot.limits.T)
+    for j, kind in enumerate(robot.joint_types):
+        span = 1.0 if kind == 'prismatic' else 2 * math.pi
+        if np.isinf(low[j]) and np.isinf(high[j]):
+            low[j] = -span / 2
+        if np.isinf(high[j]):
+            high[j] = low[j] + span
+    return np.random.default_rng(seed).uniform(low, high, (count, robot.dof))
+
+
+def away(robot, a, b):
+    difference = np.asarray(a) - np.asarray(b)
+    turning = np.array([kind == 'revolute' for kind in robot.joint_types])
+    difference[..., turning] -= 2 * math.pi * np.round(difference[..., turning] / (2 * math.pi))
+    return float(np.max(np.abs(difference)))
+
+
+def round_trip(name, poses):
+    robot = ks.load_robot(name)
+    q = inside_limits(robot, poses)
+    targets = ks.forward_kinematics(robot, q)
+    targets = targets[:, :3, 3] if robot.dof == 3 else targets
+    ks.inverse_kinematics(robot, targets[0])
+    times, hits, worst, count = [], 0, 0.0, 0
+    for one, target in zip(q, targets):
+        start = time.perf_counter()
+        result = ks.inverse_kinematics(robot, target)
+        times.append(time.perf_counter() - start)
+        hits += any(away(robot, s.q, one) < SAME for s in result) or any(
+            family.distance(one) < SAME for family in result.families
+        )
+        worst = max([worst, *(s.residual for s in (*result, *result.families))])
+        count += len(result) + len(result.families)
+    times = 1e6 * np.array(times)
+    print(
+        f'{name:24s} {100.0 * hits / poses:8.3f} % {worst:9.1e} {count / poses:6.2f} '
+        f'{np.median(times):9.0f} {np.percentile(times, 99):9.0f} '
+        f'{np.sum(times) / count:9.1f}  {result.method}',
+        flush=True,
+    )
+
+
+def toolbox_arm(robot):
+    import roboticstoolbox as rtb
+
+    # One link a screw, from the table itself: before, the joint about or along z, after.
+    chain = rtb.ET.SE3(robot.description.base.motion.matrix)
+    variables = list(robot.variables)
+    for row in table_rows(robot.description):
+        chain = chain * rtb.ET.SE3(row.before)
+        theta, d = dict(row.theta.coefficients), dict(row.d.coefficients)
+        chain = chain * rtb.ET.Rz(row.theta.constant) * rtb.ET.tz(row.d.constant)
+        for coefficients, make in ((theta, rtb.ET.Rz), (d, rtb.ET.tz)):
+            for variable, factor in coefficients.items():
+                if abs(factor) == 1.0:
+                    joint = make(jindex=variables.index(variable), flip=factor < 0)
+                    k = variables.index(variable)
+                    limits = robot.limits[k]
+                    finite = np.where(np.isfinite(limits), limits, [-math.pi, math.pi])
+                    if robot.joint_types[k] == 'prismatic':
+                        finite = np.where(np.isfinite(limits), limits, [0.0, 1.0])
+                    joint.qlim = finite
+                    chain = chain * joint
+        chain = chain * rtb.ET.SE3(row.after)
+    return chain * rtb.ET.SE3(robot.description.tool.motion.matrix)
+
+
+def ours(robot, targets):
+    times, found = [], []
+    for target in targets:
+        start = time.perf_counter()
+        result = ks.inverse_kinematics(robot, target)
+        times.append(time.perf_counter() - start)
+        found.append([*(s.q for s in result), *(family.q for family in result.families)])
+    return np.array(times), found
+
+
+def toolbox(robot, targets):
+    arm = toolbox_arm(robot)
+    check = arm.eval(np.full(robot.dof, 0.1))
+    np.testing.assert_allclose(
+        check, ks.forward_kinematics(robot, np.full(robot.dof, 0.1)), atol=1e-9
+    )
+    times, found = [], []
+    for target in targets:
+        start = time.perf_counter()
+        q, success, *_ = arm.ik_LM(target, tol=1e-20)
+        times.append(time.perf_counter() - start)
+        found.append([q] if success else [])
+    return np.array(times), found
+
+
+def eaik(robot, targets, python):
+    from kinematics_service.inverse.screws import screws_of
+
+    screws = screws_of(robot.chain)
+    if any(screws.slides) or not np.array_equal(screws.coupling, np.eye(robot.dof)):
+        return None
+    # EAIK's offsets: from one axis to the next, in base axes at rest; its tool is not turned.
+    points = np.vstack([screws.points, screws.tool])
+    offsets = np.vstack([points[:1], np.diff(points, axis=0)])
+    turn = screws.home[:3, :3]
+    moved = np.array(targets)
+    moved[:, :3, :3] = moved[:, :3, :3] @ turn.T
+    case = {
+        'axes': screws.axes.T.tolist(),
+        'points': offsets.T.tolist(),
+        'targets': moved.tolist(),
+    }
+    run = subprocess.run(
+        [python, '-c', EAIK], input=json.dumps(case), capture_output=True, text=True
+    )
+    if run.returncode:
+        print(f'  EAIK: {run.stderr.strip().splitlines()[-1]}')
+        return None
+    answer = json.loads(run.stdout)
+    return np.array(answer['times']), [[np.array(q) for q in qs] for qs in answer['found']]
+
+
+def compare(name, count, python):
+    robot = ks.load_robot(name)
+    targets = ks.forward_kinematics(robot, inside_limits(robot, count, 2))
+    ours(robot, targets[:2])
+    rows = {'kinematics_service': ours(robot, targets), 'ik_LM': toolbox(robot, targets)}
+    if python:
+        rows['EAIK'] = eaik(robot, targets, python)
+    for peer, row in rows.items():
+        if row is None:
+            print(f'{name:24s} {peer:20s} has no such arm')
+            continue
+        times, found = row
+        solved, total, worst = 0, 0, 0.0
+        for target, qs in zip(targets, found):
+            errors = [
+                np.max(np.abs(ks.forward_kinematics(robot, q) - target))
+                for q in qs
+                if np.all(np.isfinite(q))
+            ]
+            good = [error for error in errors if error < PROVED]
+            solved += bool(good)
+            total += len(good)
+            worst = max([worst, *good])
+        print(
+            f'{name:24s} {peer:20s} {100.0 * solved / count:8.2f} % {total / count:6.2f} '
+            f'{1e6 * np.median(times):9.1f} {1e6 * np.sum(times) / max(total, 1):9.1f} '
+            f'{worst:9.1e}',
+            flush=True,
+        )
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
+    parser.add_argument('--poses', type=int, default=10_000)
+    parser.add_argument('--peers', type=int, default=300)
+    parser.add_argument('--eaik', metavar='PYTHON', default='')
+    parser.add_argument('robots', nargs='*', default=[*THREE, *SIX])
+    arguments = parser.parse_args()
+    print(f'{arguments.poses} random poses inside the limits; Python {sys.version.split()[0]}')
+    print(
+        f'{"robot":24s} {"origin":>10s} {"residual":>9s} {"a set":>6s} {"us a set":>9s} '
+        f'{"99 %":>9s} {"us a sol.":>9s}'
+    )
+    for name in arguments.robots:
+        round_trip(name, arguments.poses)
+    if not arguments.peers:
+        return
+    print(f'\n{arguments.peers} poses; solved: at least one solution within {PROVED:g}')
+    print(
+        f'{"robot":24s} {"":20s} {"solved":>10s} {"a set":>6s} {"us a call":>9s} '
+        f'{"us a sol.":>9s} {"worst":>9s}'
+    )
+    for name in PEERED:
+        compare(name, arguments.peers, arguments.eaik)
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,109 @@
+"""
+The command `ik`: what it prints, in words and as JSON, and its exit codes.
+
+"""
+
+import json
+
+import numpy as np
+import pytest
+
+import kinematics_service as ks
+from kinematics_service.commands.command_line import run
+
+Q = [0.3, -1.0, 1.0, 0.2, 0.7, 1.0]
+
+
+def answer(capsys, *argv):
+    code = run(['ik', *argv])
+    return code, capsys.readouterr()
+
+
+def pose_arguments(robot):
+    T = ks.forward_kinematics(robot, Q)
+    quaternion = ks.evaluate(robot, Q).quaternion_xyzw
+    return (
+        '--xyz=' + ','.join(map(repr, T[:3, 3].tolist())),
+        '--quaternion=' + ','.join(map(repr, quaternion.tolist())),
+    )
+
+
+def test_json_has_every_solution(capsys):
+    robot = ks.load_robot('ur5e')
+    code, streams = answer(capsys, '--robot', 'ur5e', *pose_arguments(robot), '--json')
+    document = json.loads(streams.out)
+    assert code == 0
+    assert document['status'] == 'solved'
+    assert document['method'] == 'closed form'
+    assert len(document['solutions']) == 8
+    assert document['nearest'] is None
+    assert min(np.max(np.abs(np.subtract(one['q'], Q))) for one in document['solutions']) < 1e-9
+    assert {one['wrist'] for one in document['solutions']} == {'flip', 'no_flip'}
+
+
+def test_a_table_for_people(capsys):
+    code, streams = answer(
+        capsys, '--robot', 'craig_3r', '--xyz', '0.4', '0.1', '-0.2', '--near', '0,0.5,0.5'
+    )
+    assert code == 0
+    assert '4 solutions inside the limits' in streams.out
+    assert 'shoulder right, elbow up' in streams.out
+
+
+def test_roll_pitch_yaw_may_be_degrees(capsys):
+    robot = ks.load_robot('puma560')
+    code, streams = answer(
+        capsys,
+        '--robot',
+        'puma560',
+        '--xyz',
+        '0.3,0.4,0.9',
+        '--rpy',
+        '10,20,30',
+        '--deg',
+        '--json',
+    )
+    assert code == 0
+    q = json.loads(streams.out)['solutions'][0]['q']
+    from kinematics_service.rigid_motion import roll_pitch_yaw
+
+    found = np.degrees(roll_pitch_yaw(ks.forward_kinematics(robot, q)[:3, :3]))
+    np.testing.assert_allclose(found, [10, 20, 30], atol=1e-9)
+
+
+def test_unreachable_is_exit_code_1_with_the_nearest_pose(capsys):
+    code, streams = answer(capsys, '--robot', 'craig_3r', '--xyz', '2,0,0')
+    assert code == 1
+    assert 'no joint positions bring the tool there' in streams.out
+    assert '1.18 m off in position' in streams.out
+
+
+def test_all_prints_what_is_beyond_the_limits(capsys):
+    arguments = ('--robot', 'rrp_elementary', '--xyz', '0.2,0.1,0.5')
+    code, streams = answer(capsys, *arguments)
+    assert code == 1
+    assert 'reached only beyond the limits of d3' in streams.out
+    code, streams = answer(capsys, *arguments, '--all', '--json')
+    assert [one['beyond'] for one in json.loads(streams.out)['solutions']] == [['d3']] * 4
+
+
+def test_a_family_says_which_joints_are_free(capsys):
+    code, streams = answer(capsys, '--robot', 'spherical_rrp', '--xyz', '0,0,0.9')
+    assert code == 0
+    assert 'a straight line; theta1 moves' in streams.out
+
+
+@pytest.mark.parametrize(
+    ('argv', 'sentence'),
+    [
+        (('--xyz', '1,2'), "--xyz: '1,2' is not 3 numbers"),
+        (('--xyz', '1,2,x'), "--xyz: '1,2,x' is not 3 numbers"),
+        (('--xyz', '1,2,3', '--near', '0'), '--near: craig_3r has 3 joints'),
+        (('--xyz', '1,2,3', '--rpy', '0,0,0', '--quaternion', '0,0,0,1'), 'give one'),
+        (('--xyz', '1,2,3', '--quaternion', '0,0,0,2'), 'unit length'),
+    ],
+)
+def test_wrong_usage_is_exit_code_2(capsys, argv, sentence):
+    code, streams = answer(capsys, '--robot', 'craig_3r', *argv)
+    assert code == 2
+    assert sentence in streams.err

@@ -1,0 +1,270 @@
+"""
+Inverse kinematics on every arm: round trips, limits, families, and targets that cannot be reached.
+
+"""
+
+import math
+
+import numpy as np
+import pytest
+from arms import BUNDLED, RANDOM, robot_of
+
+import kinematics_service as ks
+from kinematics_service.inverse.plan import plan_for
+from kinematics_service.singular_pose import singular_poses
+from kinematics_service.task import ROW_NAMES
+
+PROVED = 1e-10  # the contract: forward kinematics misses the target by less
+# The originating q: its pose is known to 1e-16, and random poses are rarely worse than 1e-9 apart.
+SAME = 1e-7
+POSES = 300
+
+THREE = (
+    'anthropomorphic_3r', 'craig_3r', 'parallelogram_left', 'parallelogram_right',
+    'rrp_elementary', 'spherical_rrp',
+)  # fmt: skip
+CLOSED = (
+    'puma560', 'offset_stanford_dh', 'offset_stanford_shape', 'ur3e', 'ur5e', 'ur10e',
+)  # fmt: skip
+SEARCHED = ('offset_stanford_printed', 'planar_2r', 'planar_3r', 'scara_hsr065')
+ON_ONE_AXIS = ('six_joint_dh', 'six_joint_dh_unit')
+REDUNDANT = ('panda', 'kuka_iiwa14', 'kinova_gen3')
+
+
+def inside_limits(robot, count, seed=0):
+    low, high = np.array(robot.limits.T)
+    for j, kind in enumerate(robot.joint_types):
+        span = 1.0 if kind == 'prismatic' else 2 * math.pi
+        if np.isinf(low[j]) and np.isinf(high[j]):
+            low[j] = -span / 2
+        if np.isinf(high[j]):
+            high[j] = low[j] + span
+    return np.random.default_rng(seed).uniform(low, high, (count, robot.dof))
+
+
+def target_of(robot, q):
+    T = ks.forward_kinematics(robot, q)
+    return T[:3, 3] if robot.task.rows == ('x', 'y', 'z') else T
+
+
+def away(robot, a, b):
+    periods = plan_for(robot, ROW_NAMES).periods
+    difference = np.asarray(a) - np.asarray(b)
+    turns = np.where(np.isfinite(periods), np.round(difference / periods), 0.0)
+    return np.max(np.abs(difference - turns * np.where(np.isfinite(periods), periods, 0.0)))
+
+
+def contains(robot, result, q, same=SAME):
+    return any(away(robot, one.q, q) < same for one in result) or any(
+        family.distance(q) < same for family in result.families
+    )
+
+
+def assert_honest(robot, target, result):
+    """Whatever the answer is, it is true."""
+    aim = np.asarray(target)
+    for one in [*result, *result.families]:
+        T = ks.forward_kinematics(robot, one.q)
+        miss = np.linalg.norm(aim[..., -1][:3] - T[:3, 3] if aim.ndim == 2 else aim - T[:3, 3])
+        if aim.ndim == 2:
+            miss += robot.task.length * np.linalg.norm(aim[:3, :3] - T[:3, :3])
+        assert miss < 2 * PROVED
+        assert one.residual < PROVED
+        assert one.feasible == (not one.beyond)
+        slack = 1e-8
+        inside = np.all(
+            (one.q >= robot.limits[:, 0] - slack) & (one.q <= robot.limits[:, 1] + slack)
+        )
+        assert inside or not one.feasible
+        assert not one.q.flags.writeable
+    assert result.reason
+    assert (result.nearest is None) == (result.status == 'solved')
+    if result.nearest is not None:
+        nearest = result.nearest
+        assert np.all(np.isfinite(nearest.q))
+        assert np.all(nearest.q >= robot.limits[:, 0] - 1e-8)
+        assert np.all(nearest.q <= robot.limits[:, 1] + 1e-8)
+        assert math.isfinite(nearest.residual)
+    if result.status in ('unreachable', 'outside_limits'):
+        assert nearest.residual >= PROVED
+
+
+@pytest.mark.parametrize('name', THREE + CLOSED + SEARCHED)
+def test_the_originating_positions_are_among_the_solutions(name):
+    robot = robot_of(name)
+    for q in inside_limits(robot, POSES if name in THREE + CLOSED else 60):
+        target = target_of(robot, q)
+        result = ks.inverse_kinematics(robot, target)
+        assert result.status == 'solved'
+        assert contains(robot, result, q), q
+        assert all(one.residual < PROVED and one.feasible for one in result)
+
+
+@pytest.mark.parametrize('name', THREE + CLOSED)
+def test_a_closed_form_is_found_from_the_chain(name):
+    robot = robot_of(name)
+    result = ks.inverse_kinematics(robot, target_of(robot, inside_limits(robot, 1, 5)[0]))
+    assert result.method == 'closed form'
+
+
+@pytest.mark.parametrize('name', ON_ONE_AXIS)
+def test_two_joints_on_one_axis_make_families_that_contain_the_origin(name):
+    robot = robot_of(name)
+    for q in inside_limits(robot, 40):
+        result = ks.inverse_kinematics(robot, ks.forward_kinematics(robot, q))
+        assert result.status == 'family'
+        assert not len(result)
+        assert any(family.contains(q) for family in result.families)
+        for family in result.families:
+            assert family.straight
+            assert family.joints == ('theta1', 'theta2')
+            along = family.q + 1.3 * family.motions[0]
+            T = ks.forward_kinematics(robot, along)
+            np.testing.assert_allclose(T, ks.forward_kinematics(robot, q), rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize('name', REDUNDANT)
+def test_a_redundant_arm_answers_with_a_pose_of_its_family(name):
+    robot = robot_of(name)
+    for q in inside_limits(robot, 40):
+        target = ks.forward_kinematics(robot, q)
+        result = ks.inverse_kinematics(robot, target, near=q)
+        assert result.status == 'family'
+        assert_honest(robot, target, result)
+        assert result.families[0].feasible
+        assert away(robot, result.families[0].q, q) < SAME
+        assert_honest(robot, target, ks.inverse_kinematics(robot, target))
+
+
+@pytest.mark.parametrize('name', RANDOM[:6] + RANDOM[12:18] + RANDOM[24:30] + RANDOM[36:42])
+def test_random_arms_find_the_originating_positions(name):
+    robot = robot_of(name)
+    for q in inside_limits(robot, 3, 1):
+        target = ks.forward_kinematics(robot, q)
+        result = ks.inverse_kinematics(robot, target)
+        assert_honest(robot, target, result)
+        assert contains(robot, result, q, 1e-5)
+
+
+@pytest.mark.parametrize('name', BUNDLED)
+def test_hard_targets_get_an_honest_answer(name):
+    robot = robot_of(name)
+    within = np.where(np.isfinite(robot.limits), robot.limits, [-2.0, 2.0])
+    random = np.random.default_rng(7)
+    singular = singular_poses(robot, within)[:3]
+    near = [s + e * random.uniform(-1, 1, robot.dof) for s in singular for e in (1e-4, 1e-9)]
+    hard = [np.clip(np.zeros(robot.dof), *robot.limits.T), *within.T, *singular, *near]
+    for q in hard:
+        q = np.clip(q, *robot.limits.T)
+        target = target_of(robot, q)
+        result = ks.inverse_kinematics(robot, target, near=q)
+        assert result.status in ('solved', 'family'), q
+        assert_honest(robot, target, result)
+        assert_honest(robot, target, ks.inverse_kinematics(robot, target, respect_limits=False))
+    far = np.array(target)
+    far[(slice(3), 3) if far.ndim == 2 else ...] += 1e3
+    assert_honest(robot, far, ks.inverse_kinematics(robot, far))
+
+
+@pytest.mark.parametrize('beyond', [1e-3, 1e-6, 2e-9])
+@pytest.mark.parametrize('name', ['anthropomorphic_3r', 'craig_3r', 'parallelogram_left'])
+def test_just_beyond_the_reach_is_unreachable_and_just_inside_is_not(name, beyond):
+    robot = robot_of(name)
+    lengths = {
+        'anthropomorphic_3r': (0.0, 0.7), 'craig_3r': (0.12, 0.82), 'parallelogram_left': (0, 0.75)
+    }  # fmt: skip
+    shoulder, reach = lengths[name]
+    if name == 'anthropomorphic_3r':
+        reach = float(np.linalg.norm(ks.forward_kinematics(robot, [0, 0, 0])[:3, 3]))
+    outside = ks.inverse_kinematics(robot, [reach + beyond, 0.0, 0.0])
+    assert outside.status == 'unreachable'
+    assert outside.nearest.residual == pytest.approx(beyond, rel=1e-3)
+    inside = ks.inverse_kinematics(robot, [reach - beyond, 0.0, 0.0])
+    assert inside.status == 'solved'
+    assert len(inside) >= 2
+    border = ks.inverse_kinematics(robot, [reach, 0.0, 0.0])
+    assert border.status == 'solved'
+
+
+def test_solutions_are_the_representatives_nearest_to_near():
+    robot = ks.load_robot('ur5e')
+    q = np.array([5.0, -5.5, 1.1, -4.0, 0.4, 6.0])
+    result = ks.inverse_kinematics(robot, ks.forward_kinematics(robot, q), near=q)
+    np.testing.assert_allclose(result[0].q, q, atol=1e-9)
+    assert len(ks.inverse_kinematics(robot, ks.forward_kinematics(robot, q))) == len(result)
+
+
+def test_solutions_outside_the_limits_name_the_limit():
+    robot = ks.load_robot('rrp_elementary')
+    result = ks.inverse_kinematics(robot, [0.2, 0.1, 0.5])
+    assert result.status == 'outside_limits'
+    assert 'd3' in result.reason
+    assert not len(result)
+    assert 0.0 < result.nearest.residual == pytest.approx(0.4 - math.hypot(0.2, 0.1), abs=1e-6)
+    everything = ks.inverse_kinematics(robot, [0.2, 0.1, 0.5], respect_limits=False)
+    assert [one.beyond for one in everything] == [('d3',)] * 4
+    assert all(one.margin < 0.0 and not one.feasible for one in everything)
+
+
+def test_without_limits_angles_are_in_the_half_open_turn():
+    robot = ks.load_robot('craig_3r')
+    for q in inside_limits(robot, 50, 3):
+        for one in ks.inverse_kinematics(robot, target_of(robot, q)):
+            assert np.all((one.q > -math.pi) & (one.q <= math.pi))
+
+
+def test_postures_tell_the_solutions_apart():
+    robot = ks.load_robot('ur5e')
+    result = ks.inverse_kinematics(robot, ks.forward_kinematics(robot, [0.3, -1, 1, 0.2, 0.7, 1]))
+    assert len(result) == 8
+    assert len({one.posture for one in result}) == 8
+    assert str(result[0].posture).startswith('shoulder ')
+
+
+def test_rows_may_be_chosen():
+    robot = ks.load_robot('scara_hsr065')
+    q = np.array([0.3, 0.8, 0.1, -0.5])
+    T = ks.forward_kinematics(robot, q)
+    T[:3, :3] = T[:3, :3] @ [
+        [1, 0, 0],
+        [0, np.cos(0.2), -np.sin(0.2)],
+        [0, np.sin(0.2), np.cos(0.2)],
+    ]
+    assert ks.inverse_kinematics(robot, T).status == 'unreachable'
+    free = ks.inverse_kinematics(robot, T, rows=['x', 'y', 'z'])
+    assert free.status == 'family'
+    assert {name for family in free.families for name in family.joints} == {'joint_4'}
+
+
+def test_the_same_seed_gives_the_same_answer():
+    robot = ks.load_robot('offset_stanford_printed')
+    T = ks.forward_kinematics(robot, inside_limits(robot, 1)[0])
+    first, second = ks.inverse_kinematics(robot, T), ks.inverse_kinematics(robot, T)
+    assert [one.q.tolist() for one in first] == [one.q.tolist() for one in second]
+    other = ks.inverse_kinematics(robot, T, seed=5)
+    assert len(other) == len(first)
+
+
+@pytest.mark.parametrize(
+    ('target', 'complaint'),
+    [
+        ([1.0, 2.0], 'shape'),
+        (np.full((4, 4), np.nan), 'finite'),
+        ([np.inf, 0, 0], 'finite'),
+        (np.diag([1.0, 1, -1, 1]), 'rigid'),
+        (np.diag([2.0, 1, 1, 1]), 'rigid'),
+        ('somewhere', 'numbers'),
+    ],
+)
+def test_what_is_no_target_is_refused(target, complaint):
+    with pytest.raises(ks.TargetError, match=complaint):
+        ks.inverse_kinematics(ks.load_robot('puma560'), target)
+
+
+def test_near_must_be_joint_positions():
+    robot = ks.load_robot('craig_3r')
+    for near in ([0.0], [0, 0, np.nan], 'here'):
+        with pytest.raises(ks.JointVectorError, match='near'):
+            ks.inverse_kinematics(robot, [0.3, 0, 0], near=near)
+    with pytest.raises(ks.TargetError, match='rows'):
+        ks.inverse_kinematics(robot, [0.3, 0, 0], rows=['x', 'rz'])
