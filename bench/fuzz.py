@@ -146,7 +146,8 @@ def main():
     publisher = node.create_publisher(JointState, 'joint_states', 1000)
     executor = EventsExecutor()
     executor.add_node(node)
-    log = tempfile.TemporaryFile('w+')  # a pipe that nobody empties would stop the node
+    # A file: a pipe that nobody empties would stop the node.
+    log = tempfile.TemporaryFile('w+')  # noqa: SIM115
     server = subprocess.Popen(
         [sys.executable, '-m', 'kinematics_service', '--robot', ROBOT],
         stderr=log,
@@ -155,7 +156,7 @@ def main():
     checked, memory = 0, []
 
     def good_one_is_answered():
-        # One second ahead of all before it would be 'older'; so it begins a new time, as a bag does.
+        # Stamped anew at each try: what came before may have been stamped in the future.
         message.name, message.velocity = list(NAMES), [0.0] * 3
         message.position = [hostile.random.uniform(-3, 3) for _ in NAMES]
         message.header.frame_id = ''

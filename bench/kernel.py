@@ -21,7 +21,7 @@ ROUNDS, CALLS = 7, 20_000
 
 
 def nanoseconds(function, calls=CALLS):
-    """Return the least time of a call over ROUNDS rounds: the one other programs disturbed least."""
+    """Return the least time of a call over ROUNDS rounds: the one least disturbed."""
     function()
     best = np.inf
     for _ in range(ROUNDS):
@@ -42,7 +42,8 @@ def pinocchio_twin(robot):
         still = still @ row.before
         if row.theta.coefficients:
             ((variable, coefficient),) = row.theta.coefficients
-            assert coefficient == 1.0 and not row.d.coefficients
+            assert coefficient == 1.0
+            assert not row.d.coefficients
             placement = pin.SE3(still @ screw_z(row.theta.constant, row.d.constant))
             joint = model.addJoint(joint, pin.JointModelRZ(), placement, names[variable])
             still = row.after
