@@ -138,7 +138,7 @@ def ours(robot, targets):
     return np.array(times), found
 
 
-def toolbox(robot, targets):
+def toolbox(robot, targets, tolerance):
     arm = toolbox_arm(robot)
     check = arm.eval(np.full(robot.dof, 0.1))
     np.testing.assert_allclose(
@@ -147,9 +147,9 @@ def toolbox(robot, targets):
     times, found = [], []
     for target in targets:
         start = time.perf_counter()
-        q, success, *_ = arm.ik_LM(target, tol=1e-20)
+        answer = arm.ik_LM(target, tol=tolerance)
         times.append(time.perf_counter() - start)
-        found.append([q] if success else [])
+        found.append([np.array(answer.q)] if answer.success else [])
     return np.array(times), found
 
 
@@ -184,10 +184,15 @@ def compare(name, count, python):
     robot = ks.load_robot(name)
     targets = ks.forward_kinematics(robot, inside_limits(robot, count, 2))
     ours(robot, targets[:2])
-    rows = {'kinematics_service': ours(robot, targets), 'ik_LM': toolbox(robot, targets)}
+    rows = {
+        'kinematics_service': (ours(robot, targets), PROVED),
+        # Its tolerance is half the square of the error: as exact as ours, and its default.
+        'ik_LM, tol 1e-20': (toolbox(robot, targets, 1e-20), PROVED),
+        'ik_LM, tol 1e-6': (toolbox(robot, targets, 1e-6), 2e-3),
+    }
     if python:
-        rows['EAIK'] = eaik(robot, targets, python)
-    for peer, row in rows.items():
+        rows['EAIK'] = (eaik(robot, targets, python), PROVED)
+    for peer, (row, near_enough) in rows.items():
         if row is None:
             print(f'{name:24s} {peer:20s} has no such arm')
             continue
@@ -199,7 +204,7 @@ def compare(name, count, python):
                 for q in qs
                 if np.all(np.isfinite(q))
             ]
-            good = [error for error in errors if error < PROVED]
+            good = [error for error in errors if error < near_enough]
             solved += bool(good)
             total += len(good)
             worst = max([worst, *good])
@@ -227,7 +232,9 @@ def main():
         round_trip(name, arguments.poses)
     if not arguments.peers:
         return
-    print(f'\n{arguments.peers} poses; solved: at least one solution within {PROVED:g}')
+    print(
+        f'\n{arguments.peers} poses; solved: at least one solution within {PROVED:g} (2e-3 at 1e-6)'
+    )
     print(
         f'{"robot":24s} {"":20s} {"solved":>10s} {"a set":>6s} {"us a call":>9s} '
         f'{"us a sol.":>9s} {"worst":>9s}'

@@ -1369,6 +1369,10 @@ ROUND_OFF = 1e-15
 # Where nothing is gained any more: so many steps that shrink the error by less than this share.
 SLOW, PATIENCE = 1e-3, 12
 STIFFEST = 1e8
+# Solutions nearer than this (rad, scaled) are one; nearer than the second, they may be.
+SAME_SOLUTION, MAYBE_SAME = 1e-8, 1e-2
+# Beyond a limit by less is at the limit: what the last digits of a solution do (rad, m).
+AT_LIMIT = 1e-9
 
 
 @compiled
@@ -1691,3 +1695,134 @@ def postures(way: int, screws: Floats, point: Floats, psi: Floats, signs: Intege
             a = _three(screws, 4, 0)
             first = _turned(a, -psi[i, 4], _three(screws, 3, 0))
             signs[i, 2] = _sign(_dot(_cross(first, a), _three(screws, 5, 0)), 1.0)
+
+
+@compiled
+def off_rotation(T: Floats) -> float:
+    """
+    Return by how much the rotation of a pose (4, 4) is not orthogonal; infinite for a mirror.
+
+    """
+    off = 0.0
+    for i in range(3):
+        for j in range(i + 1):
+            product = T[i, 0] * T[j, 0] + T[i, 1] * T[j, 1] + T[i, 2] * T[j, 2]
+            off = max(off, abs(product - (1.0 if i == j else 0.0)))
+    a = (T[0, 0], T[0, 1], T[0, 2])
+    b = (T[1, 0], T[1, 1], T[1, 2])
+    if _dot(_cross(a, b), (T[2, 0], T[2, 1], T[2, 2])) < 0.0:
+        return math.inf
+    return off
+
+
+@compiled
+def _without_turns(away: float, period: float) -> float:
+    return away - period * math.floor(away / period + 0.5) if math.isfinite(period) else away
+
+
+@compiled
+def distinct(
+    integers: Integers,
+    numbers: Floats,
+    aim: Floats,
+    scales: Floats,
+    periods: Floats,
+    proved: float,
+    q: Floats,
+    errors: Floats,
+    which: Integers,
+    met: Integers,
+) -> int:
+    """
+    Fill `which` with the rows of q that are solutions, each solution once; return their number.
+
+    Two rows are one solution where they are equal to round-off, full turns left out, or where
+    they are near each other and the point halfway is a solution too: at the border of the
+    workspace two solutions meet, and are told apart as long as the target can tell.
+
+    Parameters
+    ----------
+    integers, numbers, aim, scales
+        As `refine` takes them.
+    periods : shape (n,)
+        Turn after which a joint is back, or infinite.
+    proved
+        Rows with less of an error are solutions, m.
+    q, errors : shape (N, n), (N,)
+        Joint positions and by how much they miss, the least first.
+    which, met : shape (N,)
+        Rows kept, and how many rows each stands for.
+
+    """
+    n = q.shape[1]
+    free = np.empty((n, 2))
+    free[:, 0], free[:, 1] = -math.inf, math.inf
+    rest = np.zeros((1, n))
+    rows = np.empty((1, integers[FRAMES_AT]))
+    work = np.empty((n + 4, max(6 + 2 * n, n)))
+    halfway = np.empty(n)
+    count = 0
+    for k in range(q.shape[0]):
+        if not errors[k] < proved:
+            break
+        known = False
+        for i in range(count):
+            one = which[i]
+            distance = 0.0
+            for j in range(n):
+                away = _without_turns(q[k, j] - q[one, j], periods[j])
+                halfway[j] = q[one, j] + 0.5 * away
+                distance = max(distance, abs(away) / scales[j])
+            if distance < SAME_SOLUTION:
+                known = True
+            elif distance < MAYBE_SAME:
+                error = _refine_one(
+                    integers, numbers, aim, scales, free, 0.0, 0, halfway, rest, rows, work
+                )
+                known = error < max(proved, 2.0 * errors[k])
+            if known:
+                met[i] += 1
+                break
+        if not known:
+            which[count] = k
+            met[count] = 1
+            count += 1
+    return count
+
+
+@compiled
+def representatives(limits: Floats, periods: Floats, near: Floats, q: Floats) -> None:
+    """
+    Turn each row of q by full turns: into the limits if that can be, and there nearest to `near`.
+
+    Parameters
+    ----------
+    limits : shape (n, 2), rad or m
+        Infinite where there are none.
+    periods : shape (n,)
+        Turn after which a joint is back, or infinite.
+    near : shape (n,), rad or m
+        Half a turn from it, the upper one is taken.
+    q : shape (N, n), rad or m
+        Overwritten.
+
+    """
+    for k in range(q.shape[0]):
+        for j in range(q.shape[1]):
+            period = periods[j]
+            if not math.isfinite(period):
+                continue
+            low, high = limits[j, 0] - AT_LIMIT, limits[j, 1] + AT_LIMIT
+            x = near[j] - _without_turns(near[j] - q[k, j], period)
+            if x <= near[j] - 0.5 * period + 1e-15:
+                x += period
+            if x < low:
+                x += period * math.ceil((low - x) / period)
+            elif x > high:
+                x -= period * math.ceil((x - high) / period)
+            # Where no turn is inside, the one that is beyond by less.
+            if x > high and low - (x - period) < x - high:
+                x -= period
+            elif x < low and x + period - high < low - x:
+                x += period
+            q[k, j] = x

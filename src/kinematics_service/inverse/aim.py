@@ -96,27 +96,23 @@ def aim_at(robot: Robot, target: npt.ArrayLike, rows: Sequence[str] | None = Non
 
 
 def _rotation(given: Floats) -> Floats:
-    R = given[:3, :3]
-    off = float(np.max(np.abs(R @ R.T - np.eye(3))))
-    mirrored = float(np.linalg.det(R)) < 0.0
-    if not np.array_equal(given[3], (0.0, 0.0, 0.0, 1.0)) or off > NEARLY_ROTATION or mirrored:
+    off = kernel.off_rotation(given)
+    if off > NEARLY_ROTATION or given[3].tolist() != [0.0, 0.0, 0.0, 1.0]:
         raise TargetError('target is no rigid motion: its rotation is not orthogonal, or a mirror')
     if off <= ROTATION:
-        return R
-    left, _, right = np.linalg.svd(R)
+        return given[:3, :3]
+    left, _, right = np.linalg.svd(given[:3, :3])
     return np.asarray(left @ right)
 
 
 def _packed(robot: Robot, pose: Floats, rows: tuple[str, ...]) -> Floats:
     numbers = np.zeros(kernel.AIM_SIZE)
     numbers[:16] = pose.ravel()
-    axes = robot.task.numbers[:9] if len(rows) not in (3, 6) else np.eye(3).ravel()
-    if len(rows) == 3 and rows not in (ROW_NAMES[:3], ROW_NAMES[3:]):
-        axes = robot.task.numbers[:9]
-    numbers[kernel.AIM_AXES : kernel.AIM_AXES + 9] = axes
-    for i, name in enumerate(ROW_NAMES):
-        weight = 1.0 if i < 3 else robot.task.length
-        numbers[kernel.AIM_WEIGHTS + i] = weight if name in rows else 0.0
+    numbers[kernel.AIM_AXES : kernel.AIM_AXES + 9] = robot.task.numbers[:9]
+    numbers[kernel.AIM_WEIGHTS :] = [
+        (1.0 if i < 3 else robot.task.length) if name in rows else 0.0
+        for i, name in enumerate(ROW_NAMES)
+    ]
     return numbers
 
 

@@ -65,12 +65,12 @@ def isolated_or_not(
         chain.numbers,
         aim.numbers,
         plan.scales,
-        np.ascontiguousarray(found.q),
+        found.q,
         sigma,
         motions,
     )
     singular = sigma[:, -1] < MAYBE_FREE * sigma[:, 0]
-    if not np.any(singular):
+    if not singular.any():
         return found, ()
     families: list[Family] = []
     isolated = np.ones(m, dtype=bool)
@@ -87,7 +87,7 @@ def isolated_or_not(
 def _along(robot: Robot, aim: Aim, plan: Plan, q: Floats, null: Floats, error: float) -> Floats:
     # The part of the null space in which the pose can really be kept.
     trials = np.concatenate([null, -null]) * TRIED
-    gone = refined(robot, aim, plan.scales, q + trials * plan.scales, far=True)
+    gone = refined(robot, aim, plan, q + trials * plan.scales, far=True)
     ways = apart(plan, q, gone.q) / plan.scales
     size = np.linalg.norm(ways, axis=1)
     as_good = max(AS_GOOD * robot.task.length, 4.0 * error)
@@ -106,7 +106,7 @@ def _along(robot: Robot, aim: Aim, plan: Plan, q: Floats, null: Floats, error: f
 def _straight(robot: Robot, aim: Aim, plan: Plan, q: Floats, along: Floats) -> bool:
     out = np.concatenate([q + t * along * plan.scales for t in FAR_OUT])
     # A direction known to some ten digits.
-    return bool(np.all(errors_at(robot, aim, plan.scales, out) < 1e-6 * robot.task.length))
+    return bool(np.all(errors_at(robot, aim, plan, out) < 1e-6 * robot.task.length))
 
 
 def _merged(plan: Plan, families: list[Family]) -> list[Family]:
@@ -151,7 +151,7 @@ def nearer(
         if largest < 1e-4:
             break
         trial = q + step * plan.scales * min(1.0, 0.5 / largest)
-        gone = refined(robot, aim, plan.scales, np.clip(trial, *limits.T)[None], True, limits)
+        gone = refined(robot, aim, plan, np.clip(trial, *limits.T)[None], True, limits)
         closer = np.linalg.norm((near - gone.q[0]) / plan.scales) < np.linalg.norm(away)
         if gone.errors[0] >= PROVED or not closer:
             break

@@ -106,10 +106,13 @@ class Plan(FrozenArrays):
         Turn after which a joint is back: 2 pi, or infinite.
     middle : shape (n,), rad or m
         The middle of the limits, 0 where there are none.
+    limits, unlimited : shape (n, 2), rad or m
+        The limits, and none.
 
     """
 
-    READ_ONLY: ClassVar = ('idle', 'periods', 'middle')
+    # Not those the kernel reads: a read-only array is another type to numba.
+    READ_ONLY: ClassVar = ('idle', 'middle')
 
     closed: ClosedForm | None
     scales: Floats
@@ -118,6 +121,8 @@ class Plan(FrozenArrays):
     redundant: bool
     periods: Floats
     middle: Floats
+    limits: Floats
+    unlimited: Floats
 
 
 @functools.lru_cache(maxsize=128)
@@ -141,7 +146,17 @@ def plan_for(robot: Robot, rows: tuple[str, ...]) -> Plan:
     bounded = np.isfinite(low) & np.isfinite(high)
     middle = np.where(bounded, (np.where(bounded, low, 0.0) + np.where(bounded, high, 0.0)) / 2, 0)
     middle = np.clip(middle, low, high)
-    return Plan(closed, scales, held, idle, redundant, _periods(screws, robot), middle)
+    return Plan(
+        closed=closed,
+        scales=scales,
+        held=held,
+        idle=idle,
+        redundant=redundant,
+        periods=_periods(screws, robot),
+        middle=middle,
+        limits=np.array(robot.limits),
+        unlimited=np.repeat([[-np.inf, np.inf]], robot.dof, axis=0),
+    )
 
 
 def _idle_motions(robot: Robot, rows: tuple[str, ...], scales: Floats) -> tuple[Floats, int]:

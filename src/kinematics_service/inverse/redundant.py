@@ -5,12 +5,12 @@ Arms with more joints than the target has rows: a continuum for every target, an
 
 import numpy as np
 
+from .. import kernel
 from ..kernel import Floats
 from ..robot import Robot
 from .aim import Aim
 from .families import Family, nearer, tangent
 from .plan import Plan
-from .representatives import AT_LIMIT
 from .search import PROVED, Best, refined, starts
 
 # So many starts inside the limits, at first and when those have not arrived.
@@ -31,7 +31,7 @@ def redundant_family(
         q[0] = near
         if bounded:
             q = _into(robot, q, random)
-        arrived = refined(robot, aim, plan.scales, q, True, limits if bounded else None)
+        arrived = refined(robot, aim, plan, q, True, limits if bounded else None)
         k = int(np.argmin(arrived.errors))
         if bounded and arrived.errors[k] < best.error:
             best = Best(arrived.q[k], float(arrived.errors[k]))
@@ -44,16 +44,14 @@ def redundant_family(
         dimension = _dimension(robot, aim, plan, q_one)
         motions = tangent(robot, aim, plan, q_one, dimension)
         family = Family(q_one, float(arrived.errors[one]), motions, False)
-        slack = limits + [-AT_LIMIT / 2, AT_LIMIT / 2]
+        slack = limits + [-kernel.AT_LIMIT / 2, kernel.AT_LIMIT / 2]
         open_limits = slack if bounded else np.full_like(slack, np.inf) * [-1.0, 1.0]
         return nearer(robot, aim, plan, family, near, open_limits), best
     return None, best
 
 
 def _dimension(robot: Robot, aim: Aim, plan: Plan, q: Floats) -> int:
-    from ..kernel import AIM_WEIGHTS
-
-    rows = int(np.sum(aim.numbers[AIM_WEIGHTS : AIM_WEIGHTS + 6] > 0.0))
+    rows = int(np.sum(aim.numbers[kernel.AIM_WEIGHTS : kernel.AIM_WEIGHTS + 6] > 0.0))
     return max(robot.dof - rows, 1)
 
 

@@ -8,16 +8,13 @@ from typing import NamedTuple
 import numpy as np
 
 from .. import kernel
-from ..kernel import Floats
+from ..kernel import Floats, Integers
 from ..robot import Robot
 from .aim import Aim
 from .plan import Plan
 
 # What counts as a solution (m): forward kinematics misses the target by less.
 PROVED = 1e-10
-# Solutions nearer than this (rad, scaled) are one; nearer than the second, they are if the point
-# halfway is a solution too: the two that meet at the border of the workspace.
-SAME, MAYBE_SAME = 1e-8, 1e-2
 FAR_STEPS, NEAR_STEPS = 80, 12
 DAMPING = 1e-3
 BATCH = 48
@@ -53,64 +50,69 @@ class Best(NamedTuple):
     error: float
 
 
-NOWHERE = np.array([[-np.inf, np.inf]])
-
-
 def refined(
     robot: Robot,
     aim: Aim,
-    scales: Floats,
+    plan: Plan,
     q: Floats,
     far: bool = False,
     limits: Floats | None = None,
+    held: bool = False,
 ) -> Found:
     """
     Return joint positions (m, n) moved to where they miss the target least.
 
     Parameters
     ----------
-    robot, aim
+    robot, aim, plan
         The arm and its target.
-    scales : shape (n,)
-        What a unit of each joint counts; 0 where it is held.
     q : shape (m, n), rad or m
         Starts.
     far
         Whether they are starts from anywhere, rather than candidates.
     limits : shape (n, 2), rad or m
         Where the joints must stay; default: nowhere in particular.
+    held
+        Whether the joints that the plan holds stay where they are.
 
     """
-    q = np.array(q, dtype=np.float64, order='C')
-    errors = np.empty(len(q))
-    if limits is None:
-        limits = np.repeat(NOWHERE, robot.dof, axis=0)
-    chain = robot.chain
-    kernel.refine(
-        chain.integers,
-        chain.numbers,
-        aim.numbers,
-        scales,
-        np.array(limits),
-        DAMPING if far else 0.0,
-        FAR_STEPS if far else NEAR_STEPS,
-        q,
-        errors,
-    )
-    return Found(q, errors)
+    damping, steps = (DAMPING, FAR_STEPS) if far else (0.0, NEAR_STEPS)
+    scales = plan.held if held else plan.scales
+    return _refined(robot, aim, scales, q, damping, steps, plan.unlimited, limits)
 
 
-def errors_at(robot: Robot, aim: Aim, scales: Floats, q: Floats) -> Floats:
+def errors_at(robot: Robot, aim: Aim, plan: Plan, q: Floats) -> Floats:
     """
     Return by how much the tool misses the target at joint positions (m, n), shape (m,), m.
 
     """
-    chain = robot.chain
-    errors = np.empty(len(q))
-    free = np.repeat(NOWHERE, robot.dof, axis=0)
+    return _refined(robot, aim, plan.scales, q, 0.0, 0, plan.unlimited, None).errors
+
+
+def _refined(
+    robot: Robot,
+    aim: Aim,
+    scales: Floats,
+    q: Floats,
+    damping: float,
+    steps: int,
+    unlimited: Floats,
+    limits: Floats | None,
+) -> Found:
     q = np.array(q, dtype=np.float64, order='C')
-    kernel.refine(chain.integers, chain.numbers, aim.numbers, scales, free, 0.0, 0, q, errors)
-    return errors
+    errors = np.empty(len(q))
+    kernel.refine(
+        robot.chain.integers,
+        robot.chain.numbers,
+        aim.numbers,
+        scales,
+        unlimited if limits is None else limits,
+        damping,
+        steps,
+        q,
+        errors,
+    )
+    return Found(q, errors)
 
 
 def apart(plan: Plan, a: Floats, b: Floats) -> Floats:
@@ -126,37 +128,28 @@ def apart(plan: Plan, a: Floats, b: Floats) -> Floats:
     return away
 
 
-def distinct(robot: Robot, aim: Aim, plan: Plan, found: Found) -> tuple[Found, list[int]]:
+def distinct(robot: Robot, aim: Aim, plan: Plan, found: Found) -> tuple[Found, Integers]:
     """
     Return the proved ones of what was found, each once, and how often each was met.
 
     """
     order = np.argsort(found.errors, kind='stable')
-    order = order[found.errors[order] < PROVED]
     q, errors = found.q[order], found.errors[order]
-    if not len(q):
-        return Found(q, errors), []
-    between = apart(plan, q[:, None], q[None, :])
-    distance = np.max(np.abs(between) / plan.scales, axis=2)
-    same = distance < SAME
-    close = (distance < MAYBE_SAME) & ~same & np.tri(len(q), k=-1, dtype=bool)
-    if np.any(close):
-        i, j = np.nonzero(close)
-        halfway = errors_at(robot, aim, plan.scales, q[i] + between[i, j] / 2)
-        same[i, j] = same[j, i] = halfway < np.maximum(
-            PROVED, 2 * np.maximum(errors[i], errors[j])
-        )
-    kept: list[int] = []
-    met: list[int] = []
-    for k in range(len(q)):
-        for at, one in enumerate(kept):
-            if same[k, one]:
-                met[at] += 1
-                break
-        else:
-            kept.append(k)
-            met.append(1)
-    return Found(q[kept], errors[kept]), met
+    which, met = np.empty(len(q), dtype=np.int64), np.empty(len(q), dtype=np.int64)
+    count = kernel.distinct(
+        robot.chain.integers,
+        robot.chain.numbers,
+        aim.numbers,
+        plan.scales,
+        plan.periods,
+        PROVED,
+        q,
+        errors,
+        which,
+        met,
+    )
+    kept = which[:count]
+    return Found(q[kept], errors[kept]), met[:count]
 
 
 def starts(robot: Robot, plan: Plan, random: np.random.Generator, count: int) -> Floats:
@@ -201,7 +194,7 @@ def search(
             q[0] = near
         q[:, frozen] = near[frozen]
         tried += BATCH
-        arrived = refined(robot, aim, plan.held, q, far=True)
+        arrived = refined(robot, aim, plan, q, far=True, held=True)
         k = int(np.argmin(arrived.errors))
         if arrived.errors[k] < best.error:
             best = Best(arrived.q[k], float(arrived.errors[k]))
@@ -209,7 +202,7 @@ def search(
         merged = Found(
             np.concatenate([everything.q, new.q]), np.concatenate([everything.errors, new.errors])
         )
-        everything, all_met = _merged(robot, aim, plan, merged, [*all_met, *met])
+        everything, all_met = _merged(robot, aim, plan, merged, [*all_met, *met.tolist()])
         if not all_met and tried >= HOPELESS:
             break
         if len(all_met) > MOST_STARTS // 40:  # not points but a continuum

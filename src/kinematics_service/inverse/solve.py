@@ -24,8 +24,13 @@ from .search import PROVED, Best, Found, distinct, refined, search, starts
 
 # Starts, inside the limits, for the nearest pose.
 NEAREST_STARTS = 64
-SHOULDER, ELBOW, WRIST = ('left', '', 'right'), ('down', '', 'up'), ('flip', '', 'no_flip')
-NO_POSTURE = Posture()
+# By their signs, as the kernel says them.
+POSTURES = {
+    (a - 1, b - 1, c - 1): Posture(shoulder, elbow, wrist)
+    for a, shoulder in enumerate(('left', '', 'right'))
+    for b, elbow in enumerate(('down', '', 'up'))
+    for c, wrist in enumerate(('flip', '', 'no_flip'))
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,7 +154,7 @@ def _closed(task: _Task, closed: ClosedForm) -> Found:
     if not count:
         return _nothing(task.robot)
     q = psi[:count] @ closed.to_joints.T
-    candidates = refined(task.robot, task.aim, task.plan.scales, q)
+    candidates = refined(task.robot, task.aim, task.plan, q)
     return distinct(task.robot, task.aim, task.plan, candidates)[0]
 
 
@@ -200,21 +205,25 @@ def _solutions(task: _Task, found: Found) -> tuple[IkSolution, ...]:
     if not len(found.q):
         return ()
     chosen = representatives(task.robot, task.plan, found.q, task.near)
-    away = np.max(np.abs(chosen.q - task.near) / task.plan.scales, axis=1)
+    away = np.maximum.reduce(np.abs((chosen.q - task.near) / task.plan.scales), axis=1)
     postures = _postures(task, found.q)
-    names = task.robot.joint_names
-    bad = [bool(np.any(row)) for row in chosen.outside]
+    errors, margins = found.errors.tolist(), chosen.margin.tolist()
+    feasible = (~np.logical_or.reduce(chosen.outside, axis=1)).tolist()
     return tuple(
         IkSolution(
-            q=chosen.q[k].copy(),
-            residual=float(found.errors[k]),
-            feasible=not bad[k],
-            beyond=tuple(names[j] for j in np.flatnonzero(chosen.outside[k])) if bad[k] else (),
-            margin=float(chosen.margin[k]),
+            q=chosen.q[k],
+            residual=errors[k],
+            feasible=feasible[k],
+            beyond=() if feasible[k] else _named(task.robot, chosen.outside[k]),
+            margin=margins[k],
             posture=postures[k],
         )
-        for k in np.argsort(away, kind='stable')
+        for k in away.argsort(kind='stable').tolist()
     )
+
+
+def _named(robot: Robot, which: npt.NDArray[np.bool_]) -> tuple[str, ...]:
+    return tuple(robot.joint_names[j] for j in np.flatnonzero(which))
 
 
 def _family(task: _Task, family: Family) -> IkFamily:
@@ -229,15 +238,14 @@ def _family(task: _Task, family: Family) -> IkFamily:
     chosen = representatives(robot, plan, family.q[None], task.near)
     outside = chosen.outside[0]
     moving = np.any(np.abs(family.motions) > 1e-6, axis=0)
-    names = robot.joint_names
     return IkFamily(
         q=chosen.q[0].copy(),
         motions=family.motions.copy(),
         straight=family.straight,
-        joints=tuple(names[j] for j in np.flatnonzero(moving)),
+        joints=_named(robot, moving),
         residual=family.error,
         feasible=not bool(np.any(outside)),
-        beyond=tuple(names[j] for j in np.flatnonzero(outside)),
+        beyond=_named(robot, outside),
         margin=float(chosen.margin[0]),
         posture=_postures(task, family.q[None])[0],
         scales=plan.scales.copy(),
@@ -248,10 +256,10 @@ def _family(task: _Task, family: Family) -> IkFamily:
 def _postures(task: _Task, q: Floats) -> list[Posture]:
     closed = task.plan.closed
     if closed is None or not closed.has_postures:
-        return [NO_POSTURE] * len(q)
+        return [Posture()] * len(q)
     signs = np.zeros((len(q), 3), dtype=np.int64)
     kernel.postures(closed.way, closed.table, closed.point, q @ closed.to_screws.T, signs)
-    return [Posture(SHOULDER[a + 1], ELBOW[b + 1], WRIST[c + 1]) for a, b, c in signs.tolist()]
+    return [POSTURES[a, b, c] for a, b, c in signs.tolist()]
 
 
 def _nearest(
@@ -268,7 +276,7 @@ def _nearest(
     known = [*(one.q for one in solutions), *(one.q for one in families)]
     q = np.vstack([task.near, best.q, *known, q])
     q = np.clip(q, *robot.limits.T)
-    arrived = refined(robot, aim, plan.scales, q, True, robot.limits)
+    arrived = refined(robot, aim, plan, q, True, plan.limits)
     k = int(np.argmin(arrived.errors))
     q = representatives(robot, plan, arrived.q[k][None], task.near).q[0]
     return _nearest_pose(task, q, float(arrived.errors[k]))

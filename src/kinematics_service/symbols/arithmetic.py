@@ -3,17 +3,24 @@ The arithmetic of one arm: its ring, and what a file's angles and lengths are in
 
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any
 
 import sympy
 
 from ..description import DhRow, ElementaryMotion, RobotDescription, ShapeRow
 from ..rigid_motion import Z_INTO
-from .laurent import Laurent, Ring
+from .laurent import Laurent, Ring, from_terms
 from .matrices import Matrix, product
 from .names import DerivationError, Names
+
+# Constant angles that are no quarter turns and stay letters.
+MOST_LETTERS = 2
+# 1.5707963267948966 is what a program prints for pi/2.
+NEAREST_DOUBLE = 1e-15
 
 Affine = tuple[Any, dict[Any, Any]]
 NOTHING: Affine = (sympy.Integer(0), {})
@@ -188,12 +195,33 @@ def exponential(ring: Ring, angle: Any) -> Laurent:
     """
     Return exp(i angle) of a constant angle, a sympy expression in rad; quarter turns exactly.
 
+    The first few other angles stay letters. Arms with many (a calibrated one has a dozen) would
+    drown in them: further ones become a fraction (1 + i t)^2 / (1 + t^2), of modulus 1 exactly, so
+    that rotations stay rotations, and within 1e-16 rad of the file's angle.
+
     """
-    quarters = sympy.nsimplify(angle * 2 / sympy.pi) if angle.has(sympy.pi) else angle
+    turns = sympy.expand(angle).coeff(sympy.pi)
+    rest = sympy.expand(angle - turns * sympy.pi)
+    if rest.is_number and not rest.is_zero and abs(_quarter_error(rest)) < NEAREST_DOUBLE:
+        turns, rest = turns + sympy.Rational(round(float(rest) * 2 / math.pi), 2), sympy.Integer(0)
+    quarters = 2 * turns
     if quarters.is_Integer:
-        if angle == 0 or angle.has(sympy.pi):
-            return ring.number(1).times_i(int(quarters))
-        quarters = None
-    if angle.is_negative:
-        return ring.power(ring.place('fixed_angle', -angle), -1)
-    return ring.power(ring.place('fixed_angle', angle))
+        result = ring.number(1).times_i(int(quarters))
+    else:
+        rest, result = angle, ring.number(1)
+    return result * _odd_angle(ring, rest) if rest != 0 else result
+
+
+def _quarter_error(angle: Any) -> float:
+    turned = float(angle) * 2 / math.pi
+    return turned - round(turned) if round(turned) else 1.0
+
+
+def _odd_angle(ring: Ring, angle: Any) -> Laurent:
+    upright, sign = (-angle, -1) if angle.is_negative else (angle, 1)
+    letters = [g for g in ring.generators if g.kind == 'fixed_angle']
+    if ('fixed_angle', upright) in ring.places or len(letters) < MOST_LETTERS:
+        return ring.power(ring.place('fixed_angle', upright), sign)
+    tangent = Fraction(float(sympy.tan(angle / 2))).limit_denominator(10**9)
+    p, q = tangent.numerator, tangent.denominator
+    return from_terms(ring, {(): (q * q - p * p, 2 * p * q)}, q * q + p * p)

@@ -72,11 +72,15 @@ def family_of(value: Laurent, arithmetic: Arithmetic, writer: Writer) -> Family:
         return Family(None, (), None, (), equation)
     best = min(found, key=lambda solved: solved.simplicity)
     solutions, condition = _roots(best, writer)
-    shifted = tuple(sympy.expand_mul((root - best.shift) / best.multiple) for root in solutions)
+    shifted = tuple(_divided(root - best.shift, best.multiple) for root in solutions)
     parts = [writer.expression(part) for part in (best.cosine, best.sine, best.rest)]
     moving = any(_has_joint(part, writer) for part in parts[:2])
     free = tuple(dict.fromkeys(part for part in parts if part != 0)) if moving else ()
     return Family(best.variable, shifted, condition, free, equation)
+
+
+def _divided(angle: Any, multiple: int) -> Any:
+    return sympy.Add(*(part / multiple for part in sympy.Add.make_args(angle)))
 
 
 def _candidates(

@@ -20,6 +20,9 @@ h1 { font-size: 1.6rem; } h2 { font-size: 1.25rem; margin-top: 2.5rem;
 h3 { font-size: 1.05rem; margin-bottom: 0.3rem; }
 p { margin: 0.4rem 0; }
 .formula { overflow-x: auto; padding: 0.4rem 0; }
+mtable.matrix { border-left: 1.5px solid; border-right: 1.5px solid; border-radius: 0.5em;
+                padding: 0 0.35em; }
+mtd { padding: 0.12em 0.5em; }
 @media (prefers-color-scheme: dark) { body { color: #e6e6e6; background: #181818; } }
 """
 GREEK = {'alpha', 'beta', 'gamma', 'theta', 'phi', 'psi', 'omega'}
@@ -39,6 +42,52 @@ class DecimalMathMLPrinter(MathMLPresentationPrinter):  # type: ignore[misc]
         number = self.dom.createElement('mn')
         number.appendChild(self.dom.createTextNode(text))
         return number
+
+    def _print_Mul(self, expr: Any) -> Any:
+        # Sympy writes -(a + b) as -a + b.
+        coefficient, rest = expr.as_coeff_Mul()
+        if coefficient == -1 and rest.is_Add:
+            row = self.dom.createElement('mrow')
+            row.appendChild(self._operator('-'))
+            row.appendChild(self._bracketed(rest))
+            return row
+        return super()._print_Mul(expr)
+
+    def _print_Add(self, expr: Any, order: Any = None) -> Any:
+        # Likewise a - (b + c) as a - b + c.
+        row = self.dom.createElement('mrow')
+        for k, term in enumerate(self._as_ordered_terms(expr, order=order)):
+            negative = term.could_extract_minus_sign()
+            if negative or k > 0:
+                row.appendChild(self._operator('-' if negative else '+'))
+            if negative:
+                term = -term
+            row.appendChild(self._bracketed(term) if term.is_Add else self._print(term))
+        return row
+
+    def _operator(self, text: str) -> Any:
+        operator = self.dom.createElement('mo')
+        operator.appendChild(self.dom.createTextNode(text))
+        return operator
+
+    def _bracketed(self, expr: Any) -> Any:
+        row = self.dom.createElement('mrow')
+        for part in (self._operator('('), self._print(expr), self._operator(')')):
+            row.appendChild(part)
+        return row
+
+    def _print_MatrixBase(self, m: Any) -> Any:
+        # Brackets are drawn by the style: few systems have a font whose brackets grow.
+        table = self.dom.createElement('mtable')
+        table.setAttribute('class', 'matrix')
+        for i in range(m.rows):
+            row = self.dom.createElement('mtr')
+            for j in range(m.cols):
+                cell = self.dom.createElement('mtd')
+                cell.appendChild(self._print(m[i, j]))
+                row.appendChild(cell)
+            table.appendChild(row)
+        return table
 
 
 def html_of(blocks: Sequence[Block]) -> str:
@@ -70,7 +119,7 @@ def mathml(expression: Any) -> str:
     Return an expression as presentation MathML without the outer element.
 
     """
-    printer = DecimalMathMLPrinter({'mat_delim': '['})
+    printer = DecimalMathMLPrinter()
     return str(printer._print(expression).toxml())
 
 

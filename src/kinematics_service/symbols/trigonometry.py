@@ -4,7 +4,7 @@ Polynomials in exp(i q) written as people write them: sines and cosines of the a
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import Any
 
@@ -21,6 +21,11 @@ Terms = dict[Exponents, tuple[int, int]]
 # A form with more terms than this is not tried in every basis.
 LARGE = 400
 LEAF = 24
+# Integers above this come from angles that have become fractions: shown as decimals.
+LONG = 10**15
+DIGITS = 17
+# Entries with more terms are not tidied: sympy takes minutes.
+UNTIDY = 1000
 
 
 @dataclass(frozen=True)
@@ -46,11 +51,19 @@ class Writer:
     """
     What turns polynomials of one arm into sympy expressions.
 
+    Attributes
+    ----------
+    sums, singles
+        Angles summed along parallel joints, and the joint angles themselves.
+    divisor
+        Of a polynomial that is written as it is, without tidying; None: tidied.
+
     """
 
     arithmetic: Arithmetic
     sums: Basis
     singles: Basis
+    divisor: int | None = None
     _numbers: dict[Any, Any] = field(default_factory=dict)
     _written: dict[Any, Any] = field(default_factory=dict)
 
@@ -68,13 +81,18 @@ class Writer:
 
     def _shortest(self, value: Laurent) -> Any:
         split = self._split(value)
+        if value.divisor > LONG or len(value) > UNTIDY:
+            plain = replace(self, divisor=value.divisor)
+            return self._with_numbers(plain._products(split, self.sums))
         candidates = [self._products(split, self.sums)]
         if len(value) <= LARGE:
             if self.singles != self.sums:
                 candidates.append(self._products(split, self.singles))
             candidates.append(self._cosines_of_sums(split))
-        shortest = min(candidates, key=sympy.count_ops) / value.divisor
-        return shortest.xreplace({symbol: number for number, symbol in self._numbers.items()})
+        return self._with_numbers(min(candidates, key=sympy.count_ops) / value.divisor)
+
+    def _with_numbers(self, expression: Any) -> Any:
+        return expression.xreplace({symbol: number for number, symbol in self._numbers.items()})
 
     def matrix(self, rows: Matrix) -> Any:
         """
@@ -112,8 +130,16 @@ class Writer:
                 powers = (
                     self._letter(generators[k].meaning) ** e for k, e in enumerate(exponents) if e
                 )
-                summands.append(sympy.Mul(sympy.Integer(c[imaginary]), *powers))
+                summands.append(sympy.Mul(self._coefficient(c[imaginary]), *powers))
+        if self.divisor is not None:
+            return sympy.Add(*summands)
         return _tidied(sympy.Add(*summands)) if summands else sympy.Integer(0)
+
+    def _coefficient(self, c: int) -> Any:
+        if self.divisor is None:
+            return sympy.Integer(c)
+        fraction = sympy.Rational(c, self.divisor)
+        return fraction if self.divisor <= LONG else sympy.Float(fraction, DIGITS)
 
     def _letter(self, meaning: Any) -> Any:
         # Numbers are letters while an expression is built: sympy would make 0.0825 cos q + 0.4 a
@@ -167,7 +193,7 @@ class Writer:
             sine = self._nested(_times_i(_combined(above, below, -1)), angles[1:])
             angle = power * angles[0]
             result += cosine * sympy.cos(angle) + sine * sympy.sin(angle)
-        return sympy.factor_terms(result)
+        return sympy.factor_terms(result) if self.divisor is None else result
 
 
 @lru_cache(maxsize=4096)

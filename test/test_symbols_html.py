@@ -1,0 +1,76 @@
+"""
+What the page shows is what was derived: its MathML is read back and compared as numbers.
+
+"""
+
+import math
+import random
+import xml.etree.ElementTree as ElementTree
+
+import pytest
+import sympy
+
+import kinematics_service as ks
+from kinematics_service.symbols.html import mathml
+
+FUNCTIONS = {'sin': math.sin, 'cos': math.cos, 'acos': math.acos}
+
+
+def plain(node):
+    """
+    Return presentation MathML as a Python expression, reading it as an eye does.
+
+    """
+    parts = [plain(child) for child in node]
+    text = (node.text or '').strip()
+    match node.tag:
+        case 'mi' | 'mn':
+            return text.replace('π', 'pi').replace('θ', 'theta')
+        case 'mo':
+            return {'⁢': '*', '\u2062': '*', '\u2061': '', '': '*', '−': '-', '·': '*'}.get(
+                text, text
+            )
+        case 'msub':
+            return parts[0] + '_' + parts[1]
+        case 'msup':
+            return f'({parts[0]})**({parts[1]})'
+        case 'mfrac':
+            return f'(({parts[0]})/({parts[1]}))'
+        case 'msqrt':
+            return f'sqrt({"".join(parts)})'
+        case 'mfenced':
+            return f'({"".join(parts)})'
+        case _:
+            return ''.join(parts)
+
+
+def value(expression, numbers):
+    read = ElementTree.fromstring(f'<math>{mathml(expression)}</math>'.replace('&InvisibleTimes;', '*'))
+    text = plain(read)
+    names = {str(k).replace('_', ''): v for k, v in numbers.items()}
+    text = text.replace('_', '')
+    return eval(text, {'__builtins__': {}, **FUNCTIONS, 'sqrt': math.sqrt, 'pi': math.pi}, names)
+
+
+@pytest.mark.parametrize('name', ['craig_3r', 'puma560', 'rrp_elementary'])
+def test_the_page_shows_what_was_derived(name):
+    derivation = ks.derive(ks.load_robot(name))
+    entries = [*derivation.jacobian, *derivation.T]
+    chance = random.Random(1)
+    compared = 0
+    for entry in entries:
+        symbols = sorted(entry.free_symbols, key=str)
+        numbers = {symbol: chance.uniform(0.2, 1.2) for symbol in symbols}
+        expected = float(entry.subs(numbers))
+        assert value(entry, numbers) == pytest.approx(expected, abs=1e-12), entry
+        compared += 1
+    assert compared >= 25
+
+
+def test_a_negated_sum_keeps_its_brackets():
+    a, b, c = sympy.symbols('a b c')
+    negated = sympy.Mul(-1, a + b, evaluate=False)
+    numbers = {a: 0.3, b: 0.5, c: 0.7}
+    assert value(negated, numbers) == pytest.approx(-0.8)
+    assert value(sympy.Add(c, negated, evaluate=False), numbers) == pytest.approx(-0.1)
+    assert value(c * negated, numbers) == pytest.approx(-0.56)
