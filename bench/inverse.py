@@ -166,8 +166,8 @@ def eaik(robot, targets, python):
     moved = np.array(targets)
     moved[:, :3, :3] = moved[:, :3, :3] @ turn.T
     case = {
-        'axes': screws.axes.T.tolist(),
-        'points': offsets.T.tolist(),
+        'axes': screws.axes.tolist(),
+        'points': offsets.tolist(),
         'targets': moved.tolist(),
     }
     run = subprocess.run(
@@ -232,9 +232,7 @@ def main():
         round_trip(name, arguments.poses)
     if not arguments.peers:
         return
-    print(
-        f'\n{arguments.peers} poses; solved: at least one solution within {PROVED:g} (2e-3 at 1e-6)'
-    )
+    print(f'\n{arguments.peers} poses; solved: one solution within {PROVED:g} (2e-3 at tol 1e-6)')
     print(
         f'{"robot":24s} {"":20s} {"solved":>10s} {"a set":>6s} {"us a call":>9s} '
         f'{"us a sol.":>9s} {"worst":>9s}'

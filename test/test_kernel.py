@@ -323,7 +323,8 @@ def test_without_a_place_for_the_cache_it_runs_and_says_so_once(tmp_path):
     # written there, not even by root.
     copy = tmp_path / 'kinematics_service'
     shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns('__pycache__', '*.nb?'))
-    shutil.copytree(ks.bundled_robots()['planar_2r'].parent, copy / 'config')
+    # Not in an editable installation: there the robots stand beside the package.
+    shutil.copytree(ks.bundled_robots()['planar_2r'].parent, copy / 'config', dirs_exist_ok=True)
     (copy / '__pycache__').write_text('')
     nowhere = tmp_path / 'file'
     nowhere.write_text('')

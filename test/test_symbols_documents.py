@@ -450,3 +450,37 @@ REDUNDANT = {'panda': 'q5=0', 'kinova_gen3': 'q3=0', 'kuka_iiwa14': 'A3=0'}
 
 def derived_arm(name):
     return derived(name, REDUNDANT[name]) if name in REDUNDANT else derived(name)
+
+
+ODD = """
+robot: odd
+convention: standard
+joints: [{name: q1, type: revolute}, {name: q2, type: revolute}, {name: q3, type: revolute}]
+links:
+  - {a: 0.1, alpha: 1.1, d: 0.3, theta: q1 + 0.2}
+  - {a: 0.4, alpha: 0.3, d: 0, theta: q2 - 1.5707963267948966}
+  - {a: 0.3, alpha: -0.7, d: 0.1, theta: q3}
+"""
+
+
+def test_angles_that_are_no_quarter_turns_are_exact_too():
+    d = ks.derive(ks.robot_from_text(ODD))
+    assert set(d.methods.values()) == {0}
+    function = sympy.lambdify(d.variables, d.jacobian, 'numpy')
+    for pose in d.exact.bench.random(5):
+        found = np.array(function(*pose), dtype=float)
+        np.testing.assert_allclose(found, ks.jacobian(d.robot, pose), rtol=0, atol=ROUND_OFF)
+
+
+def test_a_pose_too_long_to_write_is_refused():
+    long = ODD.replace(
+        'q3, type: revolute}]',
+        'q3, type: revolute}, '
+        + ', '.join(f'{{name: p{k}, type: revolute}}' for k in range(3))
+        + ']',
+    )
+    rows = ''.join(
+        f'  - {{a: 0.{k + 2}, alpha: 0.{k + 1}3, d: 0.1, theta: p{k}}}\n' for k in range(3)
+    )
+    with pytest.raises(DerivationError, match='the pose of the tool has .* terms'):
+        ks.derive(ks.robot_from_text(long + rows))

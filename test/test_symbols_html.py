@@ -27,9 +27,8 @@ def plain(node):
         case 'mi' | 'mn':
             return text.replace('π', 'pi').replace('θ', 'theta')
         case 'mo':
-            return {'⁢': '*', '\u2062': '*', '\u2061': '', '': '*', '−': '-', '·': '*'}.get(
-                text, text
-            )
+            signs = {'\u2062': '*', '\u2061': '', '\u2212': '-', '\u00b7': '*', '': '*'}
+            return signs.get(text, text)
         case 'msub':
             return parts[0] + '_' + parts[1]
         case 'msup':
@@ -45,7 +44,9 @@ def plain(node):
 
 
 def value(expression, numbers):
-    read = ElementTree.fromstring(f'<math>{mathml(expression)}</math>'.replace('&InvisibleTimes;', '*'))
+    read = ElementTree.fromstring(
+        f'<math>{mathml(expression)}</math>'.replace('&InvisibleTimes;', '*')
+    )
     text = plain(read)
     names = {str(k).replace('_', ''): v for k, v in numbers.items()}
     text = text.replace('_', '')

@@ -16,6 +16,8 @@ from .search import PROVED, Found, apart, errors_at, refined
 
 # Below this share of the largest singular value a motion may be free (then it is tried out).
 MAYBE_FREE = 1e-5
+# A last pivot above this share cannot belong to such a singular value.
+SUSPECT = 1e-3
 # So far it is tried out (rad), and so much of that has to be left after the way back to the
 # target: at the border of the workspace, where J is singular too, the way back leads home.
 TRIED, LEFT = 0.05, 0.01
@@ -57,17 +59,16 @@ def isolated_or_not(
     Return the isolated ones of proved solutions, and the families of the others.
 
     """
-    m, n = found.q.shape
+    chain, n = robot.chain, robot.dof
+    shares = np.empty(len(found.q))
+    kernel.pivots(chain.integers, chain.numbers, aim.numbers, plan.scales, found.q, shares)
+    suspect = shares < SUSPECT
+    if not suspect.any():
+        return found, ()
+    m = len(found.q)
     sigma, motions = np.zeros((m, n)), np.zeros((m, n, n))
-    chain = robot.chain
     kernel.free_motions(
-        chain.integers,
-        chain.numbers,
-        aim.numbers,
-        plan.scales,
-        found.q,
-        sigma,
-        motions,
+        chain.integers, chain.numbers, aim.numbers, plan.scales, found.q, sigma, motions
     )
     singular = sigma[:, -1] < MAYBE_FREE * sigma[:, 0]
     if not singular.any():

@@ -15,7 +15,7 @@ from .plan import Plan
 
 # What counts as a solution (m): forward kinematics misses the target by less.
 PROVED = 1e-10
-FAR_STEPS, NEAR_STEPS = 80, 12
+FAR_STEPS, NEAR_STEPS = 80, 40
 DAMPING = 1e-3
 BATCH = 48
 # Every solution must have been met so often (Good 1953: what has been met once hints at what has

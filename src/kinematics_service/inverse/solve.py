@@ -93,13 +93,10 @@ def inverse_kinematics(
         return _result(task, _nothing(robot), alone, 'search', best, respect_limits)
     method: Method = 'search' if plan.closed is None else 'closed form'
     best = Best(task.near, np.inf)
-    found = None if plan.closed is None else _closed(task, plan.closed)
-    if found is None or not len(found.q):
-        # No closed form, or it says there is nothing: then the search has to agree.
-        looked, best = search(robot, aim, plan, task.near, task.random())
-        if found is not None and len(looked.q):
-            method = 'search'
-        found = looked
+    if plan.closed is not None:
+        found = _closed(task, plan.closed)
+    else:
+        found, best = search(robot, aim, plan, task.near, task.random())
     return _sorted(task, found, method, best, respect_limits)
 
 
@@ -169,7 +166,7 @@ def _result(
     solutions = _solutions(task, found)
     continua = tuple(_family(task, family) for family in families)
     inside = tuple(solution for solution in solutions if solution.feasible)
-    status, reason = _status(task, solutions, inside, continua)
+    status, reason = _status(task, solutions, inside, continua, method)
     wanted = inside if respect_limits else solutions
     nearest = None
     if not inside:
@@ -184,7 +181,10 @@ def _status(
     solutions: tuple[IkSolution, ...],
     inside: tuple[IkSolution, ...],
     families: tuple[IkFamily, ...],
+    method: Method,
 ) -> tuple[Status, str]:
+    # A search that found nothing is no proof that there is nothing.
+    searched = ' (by search, which proves nothing)' if method == 'search' else ''
     if inside:
         word = 'solution' if len(inside) == 1 else 'solutions'
         count = sum(family.feasible for family in families)
@@ -197,8 +197,10 @@ def _status(
     beyond: list[IkSolution | IkFamily] = [*solutions, *families]
     if beyond:
         names = ', '.join(dict.fromkeys(name for one in beyond for name in one.beyond))
-        return 'outside_limits', f'reached only beyond the limits of {names}'
-    return 'unreachable', f'no joint positions bring the tool there ({" ".join(task.aim.rows)})'
+        return 'outside_limits', f'reached only beyond the limits of {names}{searched}'
+    return 'unreachable', (
+        f'no joint positions bring the tool there ({" ".join(task.aim.rows)}){searched}'
+    )
 
 
 def _solutions(task: _Task, found: Found) -> tuple[IkSolution, ...]:

@@ -192,7 +192,7 @@ def derive(
     Raises
     ------
     DerivationError
-        A name to lock is unknown, or an angle is not a fraction of a joint's.
+        A name to lock is unknown, an angle is no fraction of a joint's, or the pose is too long.
 
     """
     tell = progress or (lambda _: None)

@@ -13,6 +13,10 @@ from ..description import DhRow, ElementaryMotion, RigidMotion, RobotDescription
 from ..rigid_motion import roll_pitch_yaw
 from .arithmetic import NOTHING, Affine, Arithmetic, inverse, transposed
 from .matrices import Matrix, product
+from .names import DerivationError
+
+# The largest bundled arm, of seven joints, has 5000; beyond, products of entries take minutes.
+MOST_TERMS = 6000
 
 
 @dataclass(frozen=True)
@@ -74,6 +78,11 @@ def frames_of(description: RobotDescription, arithmetic: Arithmetic) -> Frames:
     """
     Return the exact frames of an arm.
 
+    Raises
+    ------
+    DerivationError
+        The pose is too long to be worth writing out.
+
     """
     rows = tuple(_row(link, description, arithmetic) for link in description.links)
     transforms = tuple(
@@ -85,7 +94,14 @@ def frames_of(description: RobotDescription, arithmetic: Arithmetic) -> Frames:
     in_base = [base]
     for transform in transforms:
         in_base.append(product(in_base[-1], transform))
-    return Frames(rows, transforms, base, tool, tuple(in_base), product(in_base[-1], tool))
+    T = product(in_base[-1], tool)
+    size = sum(len(entry) for row in T for entry in row)
+    if size > MOST_TERMS:
+        raise DerivationError(
+            f'the pose of the tool has {size} terms (at most {MOST_TERMS}): too many lengths and '
+            'angles that are no quarter turns; round the angles, or lock joints'
+        )
+    return Frames(rows, transforms, base, tool, tuple(in_base), T)
 
 
 def _row(
