@@ -72,39 +72,40 @@ class Factors:
         kernel.evaluate_factors(self.integers, self.numbers, self.ends, q, results)
         return results
 
-    def distances(self, q: Floats, column_scales: Floats) -> Floats:
-        """
-        Return the first-order joint motion to each factor's zero, shape (N, factors), rad, <= pi.
 
-        Parameters
-        ----------
-        q : shape (N, n), rad or m
-            Joint positions.
-        column_scales : shape (n,)
-            What a unit of each joint counts in rad: the characteristic length for prismatic ones.
+def distances_to_zeros(results: Floats, column_scales: Floats) -> Floats:
+    """
+    Return the first-order joint motion to each factor's zero, shape (..., factors), rad, <= pi.
 
-        """
-        results = self.evaluate(q)
-        values = np.abs(results[..., 0])
-        slopes = np.linalg.norm(results[..., 1:] * column_scales, axis=-1)
-        near = values < math.pi * slopes
-        distances: Floats = np.full_like(values, math.pi)
-        np.divide(values, slopes, out=distances, where=near)
-        distances[values == 0.0] = 0.0
-        return distances
+    Parameters
+    ----------
+    results : shape (..., factors, 1 + n)
+        As `Factors.evaluate` returns them.
+    column_scales : shape (n,)
+        What a unit of each joint counts in rad: the characteristic length for prismatic ones.
 
-    def motions(self, q: Floats, column_scales: Floats) -> Floats:
-        """
-        Return the joint motion to each factor's nearest zero by first order, (N, factors, n).
+    """
+    values = np.abs(results[..., 0])
+    scaled = results[..., 1:] * column_scales
+    slopes = np.sqrt(np.einsum('...j,...j->...', scaled, scaled))
+    near = values < math.pi * slopes
+    distances: Floats = np.full_like(values, math.pi)
+    np.divide(values, slopes, out=distances, where=near)
+    distances[values == 0.0] = 0.0
+    return distances
 
-        In rad and m; zero where the factor does not change.
 
-        """
-        results = self.evaluate(q)
-        scaled = results[..., 1:] * column_scales
-        squares = np.sum(scaled**2, axis=-1)
-        step = np.divide(results[..., 0], squares, out=np.zeros_like(squares), where=squares > 0.0)
-        return np.asarray(-step[..., None] * scaled * column_scales)
+def motions_to_zeros(results: Floats, column_scales: Floats) -> Floats:
+    """
+    Return the joint motion to each factor's nearest zero by first order, (..., factors, n).
+
+    In rad and m; zero where the factor does not change. Parameters as `distances_to_zeros`.
+
+    """
+    scaled = results[..., 1:] * column_scales
+    squares = np.sum(scaled**2, axis=-1)
+    step = np.divide(results[..., 0], squares, out=np.zeros_like(squares), where=squares > 0.0)
+    return np.asarray(-step[..., None] * scaled * column_scales)
 
 
 class _Tape:
@@ -241,7 +242,7 @@ def _check_zeros(factors: Factors, k: int, name: str, chain: Chain, task: Task, 
     scales = task.column_scales
     zero = np.array(q)
     for _ in range(STEPS):
-        zero = zero + factors.motions(zero, scales)[:, k]
+        zero = zero + motions_to_zeros(factors.evaluate(zero), scales)[:, k]
     reached = np.abs(factors.evaluate(zero)[:, k, 0]) < 1e-12
     if not np.any(reached):
         return

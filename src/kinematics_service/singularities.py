@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import kernel, measure_table
+from .factors import distances_to_zeros, motions_to_zeros
 from .kernel import Floats
 from .measures import Level
 from .robot import Robot
@@ -33,17 +34,35 @@ class FactorMeasures:
     ----------
     names
         F names, as in the robot file.
-    values, distances : shape (..., F)
-        Value of each factor, and the first-order joint motion to its zero, rad, 0 to pi.
-    motions : shape (..., F, n)
-        That motion, rad or m.
+    distances : shape (..., F)
+        First-order joint motion to each factor's zero, rad, 0 to pi.
+    results : shape (..., F, 1 + n)
+        Value and gradient of each factor.
+    column_scales : shape (n,)
+        What a unit of each joint counts in rad.
 
     """
 
     names: tuple[str, ...]
-    values: Floats
     distances: Floats
-    motions: Floats
+    results: Floats
+    column_scales: Floats
+
+    @property
+    def values(self) -> Floats:
+        """
+        Return the value of each factor, shape (..., F).
+
+        """
+        return self.results[..., 0]
+
+    @property
+    def motions(self) -> Floats:
+        """
+        Return the joint motion to each factor's zero by first order, shape (..., F, n), rad or m.
+
+        """
+        return motions_to_zeros(self.results, self.column_scales)
 
     @property
     def nearest(self) -> int:
@@ -147,7 +166,7 @@ def watched_value(robot: Robot, singularity: Singularity) -> float:
     return abs(float(getattr(singularity, robot.thresholds.measure)))
 
 
-def _measures_of(state: ToolState) -> tuple[Floats, Floats | None]:
+def _measures_of(state: ToolState) -> tuple[Floats, FactorMeasures | None]:
     # Measures of every row, and the distances to the zeros of the factors where there are some:
     # they do not suffer between two singular sets, and where their product is the determinant
     # nothing else is needed.
@@ -155,14 +174,22 @@ def _measures_of(state: ToolState) -> tuple[Floats, Floats | None]:
     measures = measure_rows(robot, state.numbers.reshape(-1, state.numbers.shape[-1]))
     if not robot.factors:
         return measures, None
-    q = state.q.reshape(-1, robot.dof)
-    distances = robot.factors.distances(q, robot.task.column_scales)
-    nearest = np.min(distances, axis=1)
+    scales = robot.task.column_scales
+    results = robot.factors.evaluate(state.q.reshape(-1, robot.dof))
+    distances = distances_to_zeros(results, scales)
+    nearest = distances.min(axis=1)
     estimate = measures[:, kernel.DISTANCE]
     if not robot.factors.complete:
         nearest = np.minimum(nearest, estimate)
     measures[:, kernel.DISTANCE] = np.where(estimate == 0.0, 0.0, nearest)
-    return measures, distances
+    leading = state.numbers.shape[:-1]
+    factors = FactorMeasures(
+        names=robot.factors.names,
+        distances=distances.reshape(*leading, -1),
+        results=results.reshape(*leading, *results.shape[1:]),
+        column_scales=scales,
+    )
+    return measures, factors
 
 
 def _rates(state: ToolState, measures: Floats) -> Floats:
@@ -197,7 +224,7 @@ def singularity_of(state: ToolState) -> Singularity:
     """
     robot, n = state.robot, state.robot.dof
     leading = state.numbers.shape[:-1]
-    measures, distances = _measures_of(state)
+    measures, factors = _measures_of(state)
     values = watched(robot, measures)
     rates = times = None
     if state.qdot is not None:
@@ -232,25 +259,7 @@ def singularity_of(state: ToolState) -> Singularity:
         rate=None if rates is None else shaped(rates),
         time_to_warning=None if times is None else shaped(times),
         level=shaped(levels) if leading else Level(int(levels[0])),
-        factors=_factor_measures(state, distances, leading),
-    )
-
-
-def _factor_measures(
-    state: ToolState, distances: Floats | None, leading: tuple[int, ...]
-) -> FactorMeasures | None:
-    if distances is None:
-        return None
-    factors = state.robot.factors
-    q = state.q.reshape(-1, state.robot.dof)
-    values = factors.evaluate(q)[..., 0]
-    motions = factors.motions(q, state.robot.task.column_scales)
-    count = len(factors.names)
-    return FactorMeasures(
-        names=factors.names,
-        values=values.reshape(*leading, count),
-        distances=distances.reshape(*leading, count),
-        motions=motions.reshape(*leading, count, state.robot.dof),
+        factors=factors,
     )
 
 
