@@ -185,7 +185,7 @@ def _measures_of(state: ToolState) -> tuple[Floats, FactorMeasures | None]:
     leading = state.numbers.shape[:-1]
     factors = FactorMeasures(
         names=robot.factors.names,
-        distances=distances.reshape(*leading, -1),
+        distances=distances.reshape(*leading, len(robot.factors.names)),
         results=results.reshape(*leading, *results.shape[1:]),
         column_scales=scales,
     )

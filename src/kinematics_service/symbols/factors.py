@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import sympy
+from sympy.core.random import seed as seed_random
 from sympy.polys.domains import ZZ
 from sympy.polys.rings import ring as polynomial_ring
 
@@ -156,6 +157,8 @@ def _pieces(polynomial: _Polynomial) -> tuple[list[tuple[Any, int]] | None, bool
         return None, True
     if len(element) > MOST_TERMS:
         return None, False
+    # Sympy's factoring looks for points at random, and a bad one costs minutes: the same always.
+    seed_random(SEED)
     _, factors = element.factor_list()
     return [(factor, int(power)) for factor, power in factors], True
 

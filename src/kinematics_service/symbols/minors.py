@@ -15,6 +15,7 @@ from .bench import Bench
 from .determinant import Minors
 from .factors import Factored, RealFactor, factored
 from .laurent import Laurent
+from .quotient import divided
 from .singular_geometry import rank_at
 from .trigonometry import Writer
 
@@ -26,36 +27,28 @@ def product_of(minors: Minors, arithmetic: Arithmetic) -> tuple[Factored, list[L
     """
     Return the common factors of all minors, and what is left of each.
 
+    Only the shortest minor is factored: what all have in common is among its factors, and whether
+    one of them divides another minor is found by dividing.
+
     """
-    products = [factored(value, arithmetic) for value in minors.values if value]
-    products.sort(key=lambda product: sum(len(f.value) for f in product.factors))
-    if not products:
+    values = sorted((value for value in minors.values if value), key=len)
+    if not values:
         return Factored(arithmetic.ring.number(0), (), True), []
-    first = products[0]
-    if len(minors.values) == 1:
+    first = factored(values[0], arithmetic)
+    if minors.square:
         return first, []
-    common = []
+    common: list[RealFactor] = []
     for factor in first.factors:
-        powers = [
-            next((g.power for g in other.factors if _same(g.value, factor.value)), 0)
-            for other in products
-        ]
-        if min(powers):
-            common.append(RealFactor(factor.value, min(powers)))
-    rests = []
-    for other in products:
-        rest = other.constant
-        for g in other.factors:
-            shared = next((c.power for c in common if _same(c.value, g.value)), 0)
-            for _ in range(g.power - shared):
-                rest = rest * g.value
-        rests.append(rest)
-    complete = all(product.complete for product in products)
-    return Factored(arithmetic.ring.number(1), tuple(common), complete), rests
-
-
-def _same(one: Laurent, other: Laurent) -> bool:
-    return not (one - other) or not (one + other)
+        power = 0
+        while power < factor.power:
+            quotients = [divided(value, factor.value) for value in values]
+            left = [quotient for quotient in quotients if quotient is not None]
+            if len(left) < len(values):
+                break
+            values, power = left, power + 1
+        if power:
+            common.append(RealFactor(factor.value, power))
+    return Factored(arithmetic.ring.number(1), tuple(common), first.complete), values
 
 
 def remainder_of(rests: Sequence[Laurent], writer: Writer, arithmetic: Arithmetic) -> Any:

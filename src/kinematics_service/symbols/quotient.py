@@ -3,10 +3,13 @@ What is left of a polynomial when its factors with joint variables are divided o
 
 """
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
 import sympy
+from sympy.polys.domains import QQ_I
+from sympy.polys.rings import ring as polynomial_ring
 
 from .arithmetic import Arithmetic
 from .half_factors import Terms
@@ -76,3 +79,34 @@ def _by_joints(value: Laurent, places: Sequence[int]) -> dict[tuple[int, ...], T
         key = tuple(e[k] for k in places)
         groups.setdefault(key, {})[tuple(0 if k in joint else x for k, x in enumerate(e))] = c
     return groups
+
+
+def divided(value: Laurent, factor: Laurent) -> Laurent | None:
+    """
+    Return value / factor where nothing is left, else None.
+
+    """
+    n = len(value.ring.generators)
+    R, *_ = polynomial_ring([f'x{k}' for k in range(n)], QQ_I)
+    above, high = _lowered(value, R)
+    below, low = _lowered(factor, R)
+    quotient, rest = above.div(below)
+    if rest:
+        return None
+    pairs = {
+        tuple(e + h - s for e, h, s in zip(exponents, high, low)): (c.x, c.y)
+        for exponents, c in quotient.terms()
+    }
+    divisor = math.lcm(*(int(part.denominator) for c in pairs.values() for part in c))
+    terms = {e: (int(a * divisor), int(b * divisor)) for e, (a, b) in pairs.items()}
+    result = from_terms(value.ring, terms, divisor * value.divisor)
+    return result.scaled(factor.divisor).reduced()
+
+
+def _lowered(value: Laurent, R: Any) -> tuple[Any, tuple[int, ...]]:
+    terms = value.terms()
+    lowest = tuple(map(min, zip(*terms)))
+    polynomial = {
+        tuple(x - low for x, low in zip(e, lowest)): QQ_I(a, b) for e, (a, b) in terms.items()
+    }
+    return R.from_dict(polynomial), lowest
