@@ -38,7 +38,7 @@ class FactorMeasures:
         First-order joint motion to each factor's zero, rad, 0 to pi.
     results : shape (..., F, 1 + n)
         Value and gradient of each factor.
-    column_scales : shape (n,)
+    column_scales : shape (..., n)
         What a unit of each joint counts in rad.
 
     """
@@ -62,7 +62,7 @@ class FactorMeasures:
         Return the joint motion to each factor's zero by first order, shape (..., F, n), rad or m.
 
         """
-        return motions_to_zeros(self.results, self.column_scales)
+        return motions_to_zeros(self.results, self.column_scales[..., None, :])
 
     @property
     def nearest(self) -> int:
@@ -187,7 +187,7 @@ def _measures_of(state: ToolState) -> tuple[Floats, FactorMeasures | None]:
         names=robot.factors.names,
         distances=distances.reshape(*leading, len(robot.factors.names)),
         results=results.reshape(*leading, *results.shape[1:]),
-        column_scales=scales,
+        column_scales=np.broadcast_to(scales, (*leading, robot.dof)),
     )
     return measures, factors
 
