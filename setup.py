@@ -53,6 +53,7 @@ setup(
         'ros': ROS,
         'test': TEST,
         'peers': PEERS,
+        'plot': ['matplotlib'],
         'lint': ['ruff', 'mypy'],
     },
     entry_points={'console_scripts': [f'{NAME} = {NAME}.__main__:main']},

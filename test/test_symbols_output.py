@@ -6,6 +6,7 @@ The formats of a derivation, its code, and the command that writes them.
 import json
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import xml.etree.ElementTree as ElementTree
@@ -199,3 +200,22 @@ def test_a_wrong_command_line_is_one_sentence(arguments, code, message):
     assert answer.returncode == code
     assert message in answer.stderr
     assert 'Traceback' not in answer.stderr
+
+
+def test_ctrl_c_leaves_no_half_file(tmp_path):
+    # Derivations of seven joints take seconds, so the signal comes in the middle of one.
+    page = tmp_path / 'panda.html'
+    command = [sys.executable, '-m', 'kinematics_service', 'derive', 'panda']
+    running = subprocess.Popen(
+        [*command, '--format', 'html', '--out', str(page)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    with pytest.raises(subprocess.TimeoutExpired):
+        running.wait(timeout=3.0)
+    running.send_signal(signal.SIGINT)
+    _, errors = running.communicate(timeout=30.0)
+    assert running.returncode == 130
+    assert 'Traceback' not in errors
+    assert list(tmp_path.iterdir()) == []
