@@ -143,6 +143,20 @@ def test_erratum_is_found_with_its_cause(name, robot, expected):
         assert wrong[formula].unexplained == (0 if causes else len(wrong[formula].entries))
 
 
+def erratum(name):
+    return next(row for row in ERRATA if row[0] == name)
+
+
+@pytest.mark.parametrize('name', ['e3_1', 'e3_5', 'e4_1', 'e4_2'])
+def test_c32_a_matrix_that_somebody_wrote_is_checked(name):
+    test_erratum_is_found_with_its_cause(*erratum(name))
+
+
+@pytest.mark.parametrize('name', ['e0_1', 'e0_4', 'e1_2', 'e2_1', 'e3_6', 'e3_7', 'e4_8', 'e4_12'])
+def test_c33_a_formula_that_somebody_wrote_is_compared(name):
+    test_erratum_is_found_with_its_cause(*erratum(name))
+
+
 def test_e0_5_a_matrix_for_its_third_column():
     (verdict,) = verdicts('anthropomorphic_3r', read('e0_5'))
     assert verdict.remarks == ('z_1 is 3 x 1, not 3 x 3', 'its column 3 is right', 'it is R_1')
