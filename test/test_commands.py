@@ -392,7 +392,7 @@ def test_without_ros_the_node_says_how_to_get_it(capsys, monkeypatch):
         monkeypatch.delitem(sys.modules, module)
     err = refusal(capsys, code=1)
     assert len(err.splitlines()) == 1
-    assert "pip install 'kinematics_service[ros]'" in err
+    assert "pip install '.[ros]' in its checkout" in err
     assert 'source a ROS 2 Jazzy installation' in err
 
 

@@ -14,7 +14,7 @@ from .options import WrongUsage, refuse_unknown_robot
 
 WITHOUT_ROS = (
     'this needs ROS 2 and its rclpy, which cannot be imported here ({reason}): pip install '
-    "'kinematics_service[ros]', or source a ROS 2 Jazzy installation"
+    "'.[ros]' in its checkout, or source a ROS 2 Jazzy installation"
 )
 
 DEMO_HELP = """
