@@ -69,6 +69,29 @@ class Answer(NamedTuple):
     velocity_source: str
 
 
+class Accepted(NamedTuple):
+    """
+    Joint positions and velocities that are known after a message.
+
+    Attributes
+    ----------
+    q : shape (n,), rad or m
+        Joint positions, in the arm's order.
+    qdot : shape (n,), rad/s or m/s, or None
+        Joint velocities, where all are known.
+    stamp : ns
+        Of the message; of its receipt where it has none.
+    velocity_source
+        `message`, `difference`, or `none`.
+
+    """
+
+    q: Floats
+    qdot: Floats | None
+    stamp: int
+    velocity_source: str
+
+
 class Refusal(NamedTuple):
     """
     A message that makes no new state.
@@ -227,14 +250,28 @@ class Estimator:
         Return the new state a sample makes, or why it makes none.
 
         """
-        outcome = self._take(sample)
-        if isinstance(outcome, Refusal):
-            self.counts[outcome.reason] += 1
-        else:
-            self.counts[ACCEPTED] += 1
-        return outcome
+        accepted = self.accept(sample)
+        if isinstance(accepted, Refusal):
+            return accepted
+        return self._answer(accepted)
 
-    def _take(self, sample: JointSample) -> Answer | Refusal:
+    def accept(self, sample: JointSample) -> Accepted | Refusal:
+        """
+        Return the joints that are known after a sample, or why it makes no new state.
+
+        The part of `take` that has a memory of its own; a recording goes through this message by
+        message, and through the kernel in one batch.
+
+        """
+        refusal = self._refusal(sample)
+        if refusal is not None:
+            self.counts[refusal.reason] += 1
+            return refusal
+        self.counts[ACCEPTED] += 1
+        q, qdot, source = self._table.state()
+        return Accepted(q, qdot, sample.stamp or sample.received, source)
+
+    def _refusal(self, sample: JointSample) -> Refusal | None:
         layout = self._table.layout(sample.names)
         if not layout.joints:
             return Refusal(NOT_OURS)
@@ -258,7 +295,7 @@ class Estimator:
         self._store(sample, layout, positions)
         if self._table.missing(sample.arrival, self.settings.timeout):
             return Refusal(WAITING)
-        return self._answer(sample)
+        return None
 
     def _order(
         self, sample: JointSample, layout: Layout, positions: Sequence[float]
@@ -308,16 +345,17 @@ class Estimator:
         velocities = [float(sample.velocities[i]) for i in layout.places]
         return velocities if all(abs(velocity) <= LARGEST for velocity in velocities) else None
 
-    def _answer(self, sample: JointSample) -> Answer | Refusal:
-        q, qdot, source = self._table.state()
+    def _answer(self, accepted: Accepted) -> Answer | Refusal:
         try:
-            state = evaluate(self.robot, q, qdot, depth=kernel.ALL_FRAMES)
+            state = evaluate(self.robot, accepted.q, accepted.qdot, depth=kernel.ALL_FRAMES)
         except JointVectorError:
             # Lengths of the robot file can still overflow; such a position must not be kept.
             self._table.forget()
+            self.counts[ACCEPTED] -= 1
+            self.counts[TOO_LARGE] += 1
             return Refusal(TOO_LARGE, 'positions or velocities are too large to compute with')
         quaternion = state.quaternion_xyzw
         if self._quaternion is not None and float(np.dot(quaternion, self._quaternion)) < 0.0:
             quaternion = -quaternion
         self._quaternion = quaternion
-        return Answer(state, quaternion, sample.stamp or sample.received, source)
+        return Answer(state, quaternion, accepted.stamp, accepted.velocity_source)
