@@ -297,7 +297,7 @@ class Arm(Peer):
         if self._diagnostics is None:
             self._diagnostics = self.listen('/diagnostics', DiagnosticArray)
         heard = len(self._diagnostics)
-        self.node._diagnose()
+        self.node._health.say()
         self.spin_until(lambda: len(self._diagnostics or ()) > heard, 'diagnostics')
         return self._diagnostics[-1].status[0]
 

@@ -20,11 +20,13 @@ from rclpy.parameter import Parameter
 from rclpy.qos import ReliabilityPolicy
 from ros_harness import LATCHED, SECOND, START, STEP, joint_state, level_of, values_of
 from std_msgs.msg import Float64, Float64MultiArray
+from target_harness import Targets, pose_target, twist_target
 
 import kinematics_service as ks
 from kinematics_service.errors import KinematicsError
+from kinematics_service.inverse.servo import ServoSettings, joint_velocity
+from kinematics_service.ros.parameter_table import PARAMETERS, ROBOT
 from kinematics_service.ros.parameters import RobotConflictError
-from kinematics_service.ros.settings import PARAMETERS, ROBOT
 
 ROUND_OFF = 1e-12
 Q, QDOT = (0.3, -0.4, 1.2), (0.5, -0.2, 0.7)
@@ -151,6 +153,44 @@ def shows_length(one):
     assert one.node.settings.robot.task.length == 0.25
 
 
+def shows_rows(one):
+    one.answer(Q)
+    # Only x counts: y and z are out of reach.
+    T = np.eye(4)
+    T[:3, 3] = (0.1, 50.0, 60.0)
+    targets = Targets(one)
+    status = targets.ask(pose_target(T))
+    assert level_of(status) == OK, status.message
+
+
+def shows_target_timeout(one):
+    one.answer(Q)
+    targets = Targets(one)
+    targets.ask(twist_target([0.01, 0.0, 0.0, 0.0, 0.0, 0.0]))
+    one.spin_until(lambda: len(targets.velocities) == 2, 'end of the motion', 0.15)
+
+
+# Where a setting of the servo makes a difference: joint positions and a twist.
+ELBOW = (0.3, 0.2, 0.01), (0.05, 0.02, 0.03, 0.0, 0.0, 0.0)
+FAST = (0.3, -0.4, 1.2), (3.0, 3.0, -3.0, 0.0, 0.0, 0.0)
+
+
+def shows_servo(key, value, where):
+    q, twist = where
+
+    def shows(one):
+        one.answer(q)
+        targets = Targets(one)
+        targets.ask(twist_target(twist))
+        one.spin_until(lambda: targets.velocities, 'velocities')
+        ours = joint_velocity(CRAIG, q, twist, ServoSettings(**{key: value})).qdot
+        default = joint_velocity(CRAIG, q, twist).qdot
+        assert np.max(np.abs(ours - default)) > 1e-3
+        np.testing.assert_allclose(targets.velocities[-1].velocity, ours, atol=ROUND_OFF)
+
+    return shows
+
+
 TAKES_EFFECT = {
     'joint_prefix': ('left_', shows_joint_prefix),
     'frame_prefix': ('left/', shows_frame_prefix),
@@ -166,6 +206,11 @@ TAKES_EFFECT = {
     'singularity.warn': (0.4, shows_warn),
     'singularity.stop': (0.09, shows_stop),
     'singularity.length': (0.25, shows_length),
+    'ik.rows': ('x', shows_rows),
+    'ik.target_timeout': (0.02, shows_target_timeout),
+    'ik.damping': (0.2, shows_servo('damping', 0.2, ELBOW)),
+    'ik.damped_below': (0.5, shows_servo('damped_below', 0.5, ELBOW)),
+    'ik.default_rate': (0.2, shows_servo('default_rate', 0.2, FAST)),
 }
 
 REFUSED = {
@@ -184,13 +229,21 @@ REFUSED = {
     'singularity.warn': [-0.1, 0.02, 3.2, math.nan, 1],
     'singularity.stop': [-0.1, 0.1, 0.5, math.inf, 1],
     'singularity.length': [-0.1, math.nan, math.inf, 1],
+    'ik.rows': ['x y up', 'x x', 'xyz', 3],
+    'ik.target_timeout': [0.0, -1.0, math.nan, 1],
+    'ik.damping': [0.0, -1.0, math.nan, 2.0, 1],
+    'ik.damped_below': [0.0, math.inf, 11.0, 1],
+    'ik.horizon': [0.0, math.nan, 1],
+    'ik.default_rate': [0.0, -1.0, math.inf, 1],
+    'ik.default_speed': [0.0, -1.0, math.inf, 1],
 }
 REFUSALS = [(name, value) for name, values in REFUSED.items() for value in values]
 
 
 def test_every_parameter_is_tested():
     names = {parameter.name for parameter in PARAMETERS}
-    assert set(TAKES_EFFECT) == names - {'publish_tf'}  # which has tests of its own below
+    # Those have tests of their own below.
+    assert set(TAKES_EFFECT) == names - {'publish_tf', 'ik.default_speed', 'ik.horizon'}
     assert set(REFUSED) == names
 
 
@@ -257,6 +310,27 @@ def test_a_wrong_value_is_refused_at_start_with_the_reason(ros_domain, arm, name
         arm('craig_3r', ['-p', f'{name}:={written}'])
     assert name.partition('.')[0] in str(error.value)
     assert '\n' not in str(error.value)
+
+
+def test_the_default_speed_limits_a_prismatic_joint(arm):
+    q = (0.3, 0.9, 0.6)
+    one = arm('spherical_rrp', ['-p', 'ik.default_speed:=0.01'])
+    one.answer(q)
+    targets = Targets(one)
+    targets.ask(twist_target([0.3, 0.3, 0.3, 0.0, 0.0, 0.0]))
+    one.spin_until(lambda: targets.velocities, 'velocities')
+    assert abs(targets.velocities[-1].velocity[2]) <= 0.01
+
+
+@pytest.mark.parametrize('horizon', [0.5, 2.0])
+def test_the_horizon_limits_the_way_to_a_limit(arm, horizon):
+    one = arm('puma560', ['-p', f'ik.horizon:={horizon}'])
+    limit = one.robot.limits[0, 1]
+    one.answer([limit - 0.01, -0.5, 0.3, 0.2, 0.6, 0.1])
+    targets = Targets(one)
+    targets.ask(twist_target([-0.3, -0.3, 0.0, 0.0, 0.0, 0.5]))
+    one.spin_until(lambda: targets.velocities, 'velocities')
+    assert math.isclose(targets.velocities[-1].velocity[0], 0.01 / horizon, rel_tol=1e-6)
 
 
 def test_of_several_parameters_set_at_once_one_wrong_one_spoils_all(arm):
@@ -455,10 +529,12 @@ def test_a_parameter_file_is_read(arm, tmp_path):
 def test_the_qos_of_an_output_can_be_overridden(arm):
     topic = 'qos_overrides./kinematics/pose.publisher'
     one = arm('craig_3r', ['-p', f'{topic}.reliability:=best_effort', '-p', f'{topic}.depth:=3'])
-    profile = {p.topic_name: p.qos_profile for p, _ in one.node._outputs}['/kinematics/pose']
+    profile = {p.topic_name: p.qos_profile for p, _ in one.node._outputs.channels}[
+        '/kinematics/pose'
+    ]
     assert profile.reliability == ReliabilityPolicy.BEST_EFFORT
     assert profile.depth == 3
-    others = {p.qos_profile.reliability for p, _ in one.node._outputs[1:]}
+    others = {p.qos_profile.reliability for p, _ in one.node._outputs.channels[1:]}
     assert others == {ReliabilityPolicy.RELIABLE}
 
 

@@ -5,6 +5,7 @@ What the node publishes: types, numbers, frames, stamps and order.
 
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ pytest.importorskip('rclpy', reason='needs ROS 2')
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseArray, PoseStamped, TwistStamped, VelocityStamped
 from ros_harness import BEST_EFFORT, LATCHED, STEP, level_of, nanoseconds, values_of
+from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, Float64MultiArray
 from std_srvs.srv import Trigger
 
@@ -85,12 +87,18 @@ def test_topics_and_services_are_those_of_the_contract(arm):
     expected = {f'/kinematics/{name}': kind for name, kind in PER_MESSAGE.items()}
     expected['/kinematics/singularity/warning'] = DiagnosticStatus
     expected['/diagnostics'] = DiagnosticArray
+    expected['/kinematics/ik/joint_states'] = JointState
+    expected['/kinematics/ik/solutions'] = Float64MultiArray
+    expected['/kinematics/ik/joint_velocity'] = JointState
+    expected['/kinematics/ik/status'] = DiagnosticStatus
     for name, kind in expected.items():
         package, _, _ = kind.__module__.partition('.')
         assert topics.pop(name) == [f'{package}/msg/{kind.__name__}']
     assert set(topics) == {'/parameter_events', '/rosout'}
     listens = dict(one.node.get_subscriber_names_and_types_by_node('kinematics', '/'))
     assert listens['/joint_states'] == ['sensor_msgs/msg/JointState']
+    assert listens['/kinematics/target_pose'] == ['geometry_msgs/msg/PoseStamped']
+    assert listens['/kinematics/target_twist'] == ['geometry_msgs/msg/TwistStamped']
     services = dict(one.node.get_service_names_and_types_by_node('kinematics', '/'))
     assert services['/kinematics/describe'] == ['std_srvs/srv/Trigger']
 
@@ -303,15 +311,18 @@ def test_a_topic_nobody_listens_to_is_not_built(arm):
     one = arm()
     built = []
 
-    def counted(name, build):
-        return lambda report: (built.append(name), build(report))[1]
+    def counted(topic):
+        def numbers(report):
+            built.append(topic.name)
+            return topic.numbers(report)
 
-    one.node._outputs = [
-        (publisher, counted(publisher.topic_name, build)) for publisher, build in one.node._outputs
-    ]
+        return replace(topic, numbers=numbers)
+
+    outputs = one.node._outputs
+    outputs.channels = [c._replace(topic=counted(c.topic)) for c in outputs.channels]
     one.answer(Q)
     one.answer(Q)
-    assert built == ['/kinematics/pose', '/kinematics/pose']
+    assert built == ['~/pose', '~/pose']
 
 
 def test_a_late_listener_is_served_from_then_on(arm):

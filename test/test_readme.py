@@ -36,16 +36,22 @@ def test_every_topic_stands_in_its_table_with_its_type():
         topics.WARNING: 'DiagnosticStatus',
         topics.DIAGNOSTICS: 'DiagnosticArray',
         '/tf': 'TFMessage',
+        topics.IK_JOINT_STATES: 'JointState',
+        topics.IK_SOLUTIONS: 'Float64MultiArray',
+        topics.IK_JOINT_VELOCITY: 'JointState',
+        topics.IK_STATUS: 'DiagnosticStatus',
+        topics.TARGET_POSE: 'PoseStamped',
+        topics.TARGET_TWIST: 'TwistStamped',
     }
     assert told == expected
 
 
 def test_every_parameter_stands_in_its_table_with_its_default():
-    settings = pytest.importorskip('kinematics_service.ros.settings')
+    table = pytest.importorskip('kinematics_service.ros.parameter_table')
     told = {row[0].strip('`'): row[1].strip('`') for row in rows('Parameters')}
     assert told == {
         parameter.name: written(parameter.default)
-        for parameter in (settings.ROBOT, *settings.PARAMETERS)
+        for parameter in (table.ROBOT, *table.PARAMETERS)
     }
 
 

@@ -1371,6 +1371,8 @@ ROUND_OFF = 1e-15
 # Where nothing is gained any more: so many steps that shrink the error by less than this share.
 SLOW, PATIENCE = 1e-3, 12
 STIFFEST = 1e8
+# Of a refinement that starts anywhere: damping at first, steps at most.
+FAR_DAMPING, FAR_STEPS = 1e-3, 80
 # Solutions nearer than this (rad, scaled) are one; nearer than the second, they may be.
 SAME_SOLUTION, MAYBE_SAME = 1e-8, 1e-2
 # Beyond a limit by less is at the limit: what the last digits of a solution do (rad, m).
@@ -1522,6 +1524,15 @@ def _refine_one(
                     for k in range(6):
                         A[i, j] += columns[i, k] * columns[j, k]
                 size = max(size, A[i, i])
+            # A joint at its bound that would go on is held; the others go where that is best.
+            for i in range(n):
+                upper = q[i] >= limits[i, 1] and g[i] > 0.0
+                if upper or (q[i] <= limits[i, 0] and g[i] < 0.0):
+                    g[i] = 0.0
+                    for j in range(n):
+                        A[i, j] = 0.0
+                        A[j, i] = 0.0
+                    A[i, i] = size
             fresh = False
         if size == 0.0:
             break
@@ -1883,3 +1894,423 @@ def pivots(
         _evaluate_one(integers, numbers, q[k : k + 1], rest, JACOBIAN, rows, 0, 0)
         _weighted_columns(aim, rows[0], scales, columns)
         shares[k] = _least_pivot(columns, n, 6) if n <= 6 else 0.0
+
+
+# What `take_aim` says of a target.
+FINE, NOT_FINE, NOT_RIGID, ROUGH = range(4)
+# A rotation matrix written with four digits is still meant as one; a better one is taken as it is.
+NEARLY_ROTATION, ROTATION = 1e-3, 1e-13
+# What is said of a solution: what it misses by (m), the distance to the nearest limit, its last
+# pivot (`pivots`), and from here on a joint each: 1 where it is beyond its limits.
+MISSES, MARGIN, SHARE, BEYOND_AT = range(4)
+
+
+@compiled
+def take_aim(target: Floats, aim: Floats) -> int:
+    """
+    Write a target into an aim and return FINE, or what is wrong with it; ROUGH: almost a rotation.
+
+    Parameters
+    ----------
+    target : shape (16,) or (3,)
+        Pose, row by row, or position (m).
+    aim : shape (AIM_SIZE,)
+        Whose axes and weights are there already, and the identity.
+
+    """
+    for k in range(target.size):
+        if not math.isfinite(target[k]):
+            return NOT_FINE
+    if target.size == 3:
+        for i in range(3):
+            aim[4 * i + 3] = target[i]
+        return FINE
+    for k in range(16):
+        aim[k] = target[k]
+    off = off_rotation(target.reshape(4, 4))
+    if off > NEARLY_ROTATION or target[15] != 1.0:
+        return NOT_RIGID
+    if target[12] != 0.0 or target[13] != 0.0 or target[14] != 0.0:
+        return NOT_RIGID
+    return FINE if off <= ROTATION else ROUGH
+
+
+@compiled
+def _away(
+    limits: Floats, periods: Floats, scales: Floats, near: Floats, q: Floats, facts: Floats
+) -> float:
+    # Turns q (1, n) into its representative, fills how it stands to the limits, and returns its
+    # distance to `near`.
+    representatives(limits, periods, near, q)
+    away, margin = 0.0, math.inf
+    for j in range(near.size):
+        room = min(q[0, j] - limits[j, 0], limits[j, 1] - q[0, j])
+        margin = min(margin, room)
+        facts[BEYOND_AT + j] = 1.0 if room < -AT_LIMIT else 0.0
+        away = max(away, abs(q[0, j] - near[j]) / scales[j])
+    facts[MARGIN] = margin
+    return away
+
+
+@compiled
+def _motion(way: int, aim: Floats, point: Floats, home_inverse: Floats, backwards: bool) -> Any:
+    # The motion (4, 4) from rest to the target, as the screws have to bring it about.
+    T = np.zeros((4, 4))
+    T[3, 3] = 1.0
+    for i in range(3):
+        if way == POSITION_3:
+            T[i, i] = 1.0
+            T[i, 3] = aim[4 * i + 3] - point[i]
+            continue
+        for j in range(4):
+            for k in range(4):
+                T[i, j] += aim[4 * i + k] * home_inverse[k, j]
+    if not backwards:
+        return T
+    B = np.zeros((4, 4))
+    B[3, 3] = 1.0
+    for i in range(3):
+        for j in range(3):
+            B[i, j] = T[j, i]
+            B[i, 3] -= T[j, i] * T[j, 3]
+    return B
+
+
+@compiled
+def closed_solutions(
+    integers: Integers,
+    numbers: Floats,
+    aim: Floats,
+    way: int,
+    screws: Floats,
+    point: Floats,
+    home_inverse: Floats,
+    backwards: bool,
+    to_joints: Floats,
+    to_screws: Floats,
+    scales: Floats,
+    periods: Floats,
+    limits: Floats,
+    near: Floats,
+    proved: float,
+    only_one: bool,
+    q: Floats,
+    facts: Floats,
+    signs: Integers,
+) -> int:
+    """
+    Fill the solutions of an arm that has a closed form, nearest to `near` first; return how many.
+
+    Each is refined, and proved by forward kinematics. Where one is enough, it is the nearest of
+    those inside the limits.
+
+    Parameters
+    ----------
+    integers, numbers, aim, scales, periods, limits, near, proved
+        As `refine`, `distinct` and `representatives` take them.
+    way, screws, point, home_inverse, backwards, to_joints, to_screws
+        As `plan.ClosedForm` has them.
+    only_one
+        Whether the nearest solution inside the limits is enough.
+    q, facts, signs : shape (MOST_CANDIDATES, n), (..., BEYOND_AT + n), (..., 3)
+        Joint positions, what is said of them, and their postures.
+
+    """
+    n, k = to_joints.shape
+    psi, free = np.empty((MOST_CANDIDATES, k)), np.zeros(k)
+    for i in range(k):
+        for j in range(n):
+            free[i] += to_screws[i, j] * near[j]
+    T = _motion(way, aim, point, home_inverse, backwards)
+    count = inverse_candidates(way, screws, point, T, free, psi)
+    found, errors = np.zeros((count, n)), np.empty(count)
+    for i in range(count):
+        for j in range(n):
+            for p in range(k):
+                found[i, j] += to_joints[j, p] * psi[i, p]
+    unlimited = np.empty((n, 2))
+    unlimited[:, 0], unlimited[:, 1] = -math.inf, math.inf
+    away, order = np.empty(count), np.arange(count)
+    kept = 0
+    if only_one:
+        for i in range(count):
+            away[i] = _away(limits, periods, scales, near, found[i : i + 1], facts[0])
+            if facts[0, MARGIN] < -AT_LIMIT:  # not before the others
+                away[i] += 1e12
+        for _ in range(count):
+            i = int(np.argmin(away))
+            away[i] = math.inf
+            one = found[i : i + 1]
+            refine(integers, numbers, aim, scales, unlimited, 0.0, 40, one, errors[:1])
+            _away(limits, periods, scales, near, one, facts[0])
+            if errors[0] < proved and facts[0, MARGIN] >= -AT_LIMIT:
+                q[0] = one[0]
+                facts[0, MISSES] = errors[0]
+                kept = 1
+                break
+    else:
+        refine(integers, numbers, aim, scales, unlimited, 0.0, 40, found, errors)
+        order = np.argsort(errors)
+        found, errors = found[order], errors[order]
+        which, met = np.empty(count, dtype=np.int64), np.empty(count, dtype=np.int64)
+        kept = distinct(integers, numbers, aim, scales, periods, proved, found, errors, which, met)
+        about = np.empty((kept, facts.shape[1]))
+        for i in range(kept):
+            w = which[i]
+            about[i, MISSES] = errors[w]
+            away[i] = _away(limits, periods, scales, near, found[w : w + 1], about[i])
+        for i in range(kept):
+            best = int(np.argmin(away[:kept]))
+            away[best] = math.inf
+            q[i], facts[i] = found[which[best]], about[best]
+    pivots(integers, numbers, aim, scales, q[:kept], away)
+    for i in range(kept):
+        facts[i, SHARE] = away[i]
+        for p in range(k):
+            psi[i, p] = 0.0
+            for j in range(n):
+                psi[i, p] += to_screws[p, j] * q[i, j]
+        for p in range(3):
+            signs[i, p] = 0
+    if not backwards:
+        postures(way, screws, point, psi[:kept], signs[:kept])
+    return kept
+
+
+@compiled
+def first_solution(
+    integers: Integers,
+    numbers: Floats,
+    aim: Floats,
+    held: Floats,
+    scales: Floats,
+    periods: Floats,
+    bounds: Floats,
+    limits: Floats,
+    near: Floats,
+    proved: float,
+    starts: Floats,
+    q: Floats,
+    facts: Floats,
+) -> int:
+    """
+    Fill the first solution inside the limits that refinement meets; return how many starts it took.
+
+    From `near`, then from the starts in their order; -1 where none of them led there.
+
+    Parameters
+    ----------
+    integers, numbers, aim, scales, periods, limits, near, proved
+        As `refine`, `distinct` and `representatives` take them.
+    held : shape (n,)
+        The scales, 0 for joints that stay where `near` has them.
+    bounds : shape (n, 2), rad or m
+        What no joint leaves on its way.
+    starts : shape (N, n), rad or m
+        Where to start from.
+    q, facts : shape (1, n), (1, BEYOND_AT + n)
+        The solution, and what is said of it.
+
+    """
+    n = near.size
+    rest = np.zeros((1, n))
+    rows = np.empty((1, integers[FRAMES_AT]))
+    work = np.empty((n + 4, max(6 + 2 * n, n)))
+    for k in range(starts.shape[0] + 1):
+        for j in range(n):
+            value = near[j] if k == 0 or held[j] == 0.0 else starts[k - 1, j]
+            q[0, j] = min(max(value, bounds[j, 0]), bounds[j, 1])
+        error = _refine_one(
+            integers, numbers, aim, held, bounds, FAR_DAMPING, FAR_STEPS, q[0], rest, rows, work
+        )
+        if not error < proved:
+            continue
+        _away(limits, periods, scales, near, q, facts[0])
+        if facts[0, MARGIN] >= -AT_LIMIT:
+            facts[0, MISSES] = error
+            pivots(integers, numbers, aim, scales, q, rest[0])
+            facts[0, SHARE] = rest[0, 0]
+            return k + 1
+    return -1
+
+
+# Servo settings (inverse/servo.py) in an array, and what a step reports.
+LARGEST_DAMPING, DAMPED_BELOW, LENGTH, HORIZON = range(4)
+DAMPING, LEAST_SINGULAR_VALUE, SHORTENED, SLOWEST = range(4)
+# A faster twist (m/s, rad/s) asks for nothing that a slower one of its direction does not.
+FASTEST = 1e9
+
+
+@compiled
+def _damped_motion(
+    J: Floats,
+    free: Integers,
+    count: int,
+    v: Floats,
+    rank: int,
+    damping: float,
+    below: float,
+    u: Floats,
+    report: Floats,
+) -> None:
+    # Least squares of J u = v over the free columns, each singular value s below `below` with a
+    # damping of its own, damping^2 (1 - (s / below)^2) (Nakamura and Hanafusa 1986; Maciejewski
+    # and Klein 1988: directions that are not lost are not damped).
+    m = J.shape[0]
+    rows, length = (m, count) if count > m else (count, m)
+    A, V, sigma = np.empty((rows, length)), np.zeros((rows, rows)), np.empty(rows)
+    for i in range(m):
+        for j in range(count):
+            if count > m:
+                A[i, j] = J[i, free[j]]
+            else:
+                A[j, i] = J[i, free[j]]
+    for i in range(rows):
+        V[i, i] = 1.0
+    _orthogonalise(A, V, rows, length)
+    _sort_by_norm(A, V, sigma, rows, length)
+    for j in range(count):
+        u[free[j]] = 0.0
+    for i in range(rows):
+        square = 0.0
+        if sigma[i] < below:
+            square = damping * damping * (1.0 - (sigma[i] / below) ** 2)
+            if i < rank:
+                report[DAMPING] = max(report[DAMPING], math.sqrt(square) / damping)
+        along = 0.0
+        for k in range(m):
+            along += (V[i, k] if count > m else A[i, k]) * v[k]
+        along /= sigma[i] * sigma[i] + square
+        for j in range(count):
+            u[free[j]] += along * (A[i, j] if count > m else V[i, j])
+    last = min(rank, rows) - 1
+    if report[LEAST_SINGULAR_VALUE] < 0.0:
+        report[LEAST_SINGULAR_VALUE] = sigma[last]
+
+
+@compiled
+def servo(
+    task_integers: Integers,
+    task_numbers: Floats,
+    settings: Floats,
+    limits: Floats,
+    fastest: Floats,
+    q: Floats,
+    row: Floats,
+    twist: Floats,
+    qdot: Floats,
+    held: Integers,
+    report: Floats,
+) -> None:
+    """
+    Fill `qdot` (n,) with joint velocities that bring a twist about as far as the arm allows.
+
+    Parameters
+    ----------
+    task_integers, task_numbers
+        `Task.integers` and `Task.numbers`: the rows that count.
+    settings : shape (4,)
+        LARGEST_DAMPING and DAMPED_BELOW as shares of LENGTH (m); HORIZON, s.
+    limits, fastest : shape (n, 2), (n,), rad or m, rad/s or m/s
+        Of positions, infinite where there are none; of velocities, finite.
+    q, row : shape (n,), (width,)
+        Joint positions, and the row `evaluate` filled of them.
+    twist : shape (6,), m/s and rad/s
+        In base axes, at the tool's origin.
+    held : shape (n,)
+        1 or -1 where the upper or lower limit of a joint's position decides, else 0.
+    report : shape (4,)
+        DAMPING as a share of the largest, LEAST_SINGULAR_VALUE as a share of the length,
+        SHORTENED (to which share all velocities were, for their limits), SLOWEST joint or -1.
+
+    """
+    m, n, rank = task_integers[ROWS], q.shape[0], task_integers[GENERIC_RANK]
+    length = settings[LENGTH]
+    report[DAMPING], report[LEAST_SINGULAR_VALUE] = 0.0, -1.0
+    report[SHORTENED], report[SLOWEST] = 1.0, -1.0
+    # Everything is divided by its largest entry, so that no square overflows.
+    size = 0.0
+    for i in range(6):
+        size = max(size, abs(twist[i]))
+    J, v = np.empty((m, n)), np.zeros(m)
+    largest = 0.0
+    for i in range(m):
+        axis = task_integers[TASK_HEADER + i]
+        half, component = axis // 3, axis % 3
+        at = JACOBIAN_AT + 3 * half * n
+        x, y, z = task_numbers[component], task_numbers[3 + component], task_numbers[6 + component]
+        weight = task_numbers[9 + i]
+        if size > 0.0:
+            a, b, c = twist[3 * half], twist[3 * half + 1], twist[3 * half + 2]
+            v[i] = weight * (x * (a / size) + y * (b / size) + z * (c / size))
+        for j in range(n):
+            value = x * row[at + j] + y * row[at + n + j] + z * row[at + 2 * n + j]
+            J[i, j] = weight * task_numbers[9 + m + j] * value
+            largest = max(largest, abs(J[i, j]))
+    free, count = np.arange(n), n
+    u = np.zeros(n)
+    for j in range(n):
+        qdot[j], held[j] = 0.0, 0
+    if not largest > 0.0:
+        report[DAMPING], report[LEAST_SINGULAR_VALUE] = 1.0, 0.0
+        return
+    for i in range(m):
+        for j in range(n):
+            J[i, j] /= largest
+    damping = settings[LARGEST_DAMPING] * length / largest
+    below = settings[DAMPED_BELOW] * length / largest
+    _damped_motion(J, free, count, v, rank, damping, below, u, report)
+    report[LEAST_SINGULAR_VALUE] *= largest / length
+    # First all velocities are shortened alike, so that the tool keeps its direction.
+    rate = min(size, FASTEST)
+    for j in range(n):
+        u[j] *= task_numbers[9 + m + j] / largest
+        if abs(u[j]) * rate > fastest[j]:
+            rate = fastest[j] / abs(u[j])
+            report[SLOWEST] = j
+    if size > 0.0:
+        report[SHORTENED] = rate / size
+    for j in range(n):
+        qdot[j] = rate * u[j]
+    for i in range(m):
+        v[i] *= rate
+    # Then joints that would run into their limits are held back, and the others make up for it.
+    for _ in range(n):
+        worst, over = -1, 1e-12  # of a joint at rest at its limit, round-off is no motion
+        for k in range(count):
+            j = free[k]
+            upper = max((limits[j, 1] - q[j]) / settings[HORIZON], 0.0)
+            lower = min((limits[j, 0] - q[j]) / settings[HORIZON], 0.0)
+            beyond = max(qdot[j] - upper, lower - qdot[j]) / task_numbers[9 + m + j]
+            if beyond > over:
+                worst, over = k, beyond
+        if worst < 0:
+            break
+        j = free[worst]
+        if qdot[j] > 0.0:
+            held[j] = 1
+            qdot[j] = max((limits[j, 1] - q[j]) / settings[HORIZON], 0.0)
+        else:
+            held[j] = -1
+            qdot[j] = min((limits[j, 0] - q[j]) / settings[HORIZON], 0.0)
+        count -= 1
+        for k in range(worst, count):
+            free[k] = free[k + 1]
+        if count == 0:
+            break
+        for i in range(m):
+            v[i] -= J[i, j] * (qdot[j] / task_numbers[9 + m + j] * largest)
+        _damped_motion(J, free, count, v, rank, damping, below, u, report)
+        for k in range(count):
+            u[free[k]] *= task_numbers[9 + m + free[k]] / largest
+            qdot[free[k]] = u[free[k]]
+    share = 1.0
+    for j in range(n):
+        if abs(qdot[j]) * share > fastest[j]:
+            share = fastest[j] / abs(qdot[j])
+            report[SLOWEST] = j
+    report[SHORTENED] *= share
+    for j in range(n):
+        upper = max((limits[j, 1] - q[j]) / settings[HORIZON], 0.0)
+        lower = min((limits[j, 0] - q[j]) / settings[HORIZON], 0.0)
+        qdot[j] = min(max(qdot[j] * share, lower), upper)

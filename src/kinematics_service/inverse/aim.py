@@ -3,24 +3,19 @@ What is aimed at: a target and the rows of it that count, checked and packed for
 
 """
 
+import functools
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import ClassVar
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import kernel
-from ..chain import FrozenArrays
 from ..errors import KinematicsError
 from ..kernel import Floats
 from ..rigid_motion import rotation_vector
 from ..robot import Robot
 from ..task import ROW_NAMES
-
-# A rotation matrix written with four digits is still meant as one; what is nearest to it is taken.
-NEARLY_ROTATION = 1e-3
-ROTATION = 1e-13
 
 
 class TargetError(KinematicsError, ValueError):
@@ -30,27 +25,29 @@ class TargetError(KinematicsError, ValueError):
     """
 
 
-@dataclass(frozen=True, eq=False)
-class Aim(FrozenArrays):
+class Aim(NamedTuple):
     """
     A target.
 
     Attributes
     ----------
-    pose : shape (4, 4)
-        Tool in the base frame; the rotation is the identity for a position.
     rows
         Which rows count, a part of x y z rx ry rz: axes of the table's frame 0.
     numbers : shape (kernel.AIM_SIZE,)
-        The same, packed for the kernel.
+        The target and the weights of the rows, packed for the kernel.
 
     """
 
-    READ_ONLY: ClassVar = ('pose',)
-
-    pose: Floats
     rows: tuple[str, ...]
     numbers: Floats
+
+    @property
+    def pose(self) -> Floats:
+        """
+        Return the tool in the base frame, shape (4, 4); for a position its rotation is identity.
+
+        """
+        return self.numbers[:16].reshape(4, 4)
 
 
 def aim_at(robot: Robot, target: npt.ArrayLike, rows: Sequence[str] | None = None) -> Aim:
@@ -73,41 +70,38 @@ def aim_at(robot: Robot, target: npt.ArrayLike, rows: Sequence[str] | None = Non
 
     """
     try:
-        given = np.array(target, dtype=np.float64)
+        given = np.array(target, dtype=np.float64, order='C')
     except (TypeError, ValueError):
         raise TargetError('target must be numbers: a pose (4, 4) or a position (3,)') from None
-    if given.shape not in ((4, 4), (3,)):
-        raise TargetError(f'target has shape {given.shape}; it must be (4, 4) or (3,)')
-    if not np.all(np.isfinite(given)):
-        raise TargetError(f'target must be finite: {given.tolist()}')
-    pose = np.eye(4)
+    known: tuple[str, ...] = ROW_NAMES
     if given.shape == (3,):
-        pose[:3, 3] = given
-    else:
-        pose[:3, 3] = given[:3, 3]
-        pose[:3, :3] = _rotation(given)
-    known = ROW_NAMES if given.shape == (4, 4) else ROW_NAMES[:3]
+        known = ROW_NAMES[:3]
+    elif given.shape != (4, 4):
+        raise TargetError(f'target has shape {given.shape}; it must be (4, 4) or (3,)')
     if rows is None:
-        rows = known
-    if not rows or set(rows) - set(known):
-        raise TargetError(f'rows must be some of {" ".join(known)}, not {" ".join(rows)!r}')
-    ordered = tuple(name for name in ROW_NAMES if name in rows)
-    return Aim(pose, ordered, _packed(robot, pose, ordered))
+        ordered = known
+    else:
+        if not rows or set(rows) - set(known):
+            raise TargetError(f'rows must be some of {" ".join(known)}, not {" ".join(rows)!r}')
+        ordered = tuple(name for name in ROW_NAMES if name in rows)
+    numbers = _untargeted(robot, ordered).copy()
+    state = kernel.take_aim(given.reshape(-1), numbers)
+    if state != kernel.FINE:
+        if state == kernel.NOT_FINE:
+            raise TargetError(f'target must be finite: {given.tolist()}')
+        if state == kernel.NOT_RIGID:
+            raise TargetError(
+                'target is no rigid motion: its rotation is not orthogonal, or a mirror'
+            )
+        left, _, right = np.linalg.svd(given[:3, :3])
+        numbers[:16].reshape(4, 4)[:3, :3] = left @ right
+    return Aim(ordered, numbers)
 
 
-def _rotation(given: Floats) -> Floats:
-    off = kernel.off_rotation(given)
-    if off > NEARLY_ROTATION or given[3].tolist() != [0.0, 0.0, 0.0, 1.0]:
-        raise TargetError('target is no rigid motion: its rotation is not orthogonal, or a mirror')
-    if off <= ROTATION:
-        return given[:3, :3]
-    left, _, right = np.linalg.svd(given[:3, :3])
-    return np.asarray(left @ right)
-
-
-def _packed(robot: Robot, pose: Floats, rows: tuple[str, ...]) -> Floats:
+@functools.lru_cache(maxsize=128)
+def _untargeted(robot: Robot, rows: tuple[str, ...]) -> Floats:
     numbers = np.zeros(kernel.AIM_SIZE)
-    numbers[:16] = pose.ravel()
+    numbers[:16] = np.eye(4).ravel()
     numbers[kernel.AIM_AXES : kernel.AIM_AXES + 9] = robot.task.numbers[:9]
     numbers[kernel.AIM_WEIGHTS :] = [
         (1.0 if i < 3 else robot.task.length) if name in rows else 0.0

@@ -11,7 +11,7 @@ from .. import kernel
 from ..kernel import Floats
 from ..robot import Robot
 from .aim import Aim
-from .plan import Plan
+from .plan import Plan, signed
 from .search import PROVED, Found, apart, errors_at, refined
 
 # Below this share of the largest singular value a motion may be free (then it is tried out).
@@ -99,9 +99,7 @@ def _along(robot: Robot, aim: Aim, plan: Plan, q: Floats, null: Floats, error: f
     tangents = ways[kept] @ null.T @ null
     _, strength, right = np.linalg.svd(tangents, full_matrices=False)
     along = right[strength > 0.2 * TRIED]
-    # Without a negative zero and with the first large one positive: the same on each machine.
-    signs = np.sign(along[np.arange(len(along)), np.argmax(np.abs(along) > 0.1, axis=1)])
-    return np.asarray(np.where(np.abs(along) < 1e-9, 0.0, along) * signs[:, None])
+    return signed(along)
 
 
 def _straight(robot: Robot, aim: Aim, plan: Plan, q: Floats, along: Floats) -> bool:

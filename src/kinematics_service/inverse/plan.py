@@ -72,18 +72,6 @@ class ClosedForm(FrozenArrays):
         """
         return not self.backwards
 
-    def motion(self, pose: Floats) -> Floats:
-        """
-        Return the motion (4, 4) from rest to a target, as the screws have to bring it about.
-
-        """
-        if self.way == kernel.POSITION_3:
-            T = np.eye(4)
-            T[:3, 3] = pose[:3, 3] - self.point
-            return T
-        T = pose @ self.home_inverse
-        return inverse(T) if self.backwards else np.ascontiguousarray(T)
-
 
 @dataclass(frozen=True, eq=False)
 class Plan(FrozenArrays):
@@ -175,7 +163,18 @@ def _idle_motions(robot: Robot, rows: tuple[str, ...], scales: Floats) -> tuple[
     # sigma V are the rows of J^T J's root: their common null space is that of all of them.
     moving = (sigma[:, :, None] * motions).reshape(-1, n)
     _, size, right = np.linalg.svd(moving, full_matrices=True)
-    return right[size <= RANK * size[0]], rank
+    return signed(right[size <= RANK * size[0]]), rank
+
+
+def signed(motions: Floats) -> Floats:
+    """
+    Return unit motions (k, n) with the first large number of each positive, and no negative zero.
+
+    So they are the same on each machine.
+
+    """
+    signs = np.sign(motions[np.arange(len(motions)), np.argmax(np.abs(motions) > 0.1, axis=1)])
+    return np.asarray(np.where(np.abs(motions) < 1e-9, 0.0, motions) * signs[:, None])
 
 
 def _pivots(idle: Floats) -> list[int]:

@@ -30,7 +30,8 @@ def redundant_family(
         q = starts(robot, plan, random, count)
         q[0] = near
         if bounded:
-            q = _into(robot, q, random)
+            q = into_limits(robot, q, random)
+            q[0] = np.clip(near, *robot.limits.T)
         arrived = refined(robot, aim, plan, q, True, limits if bounded else None)
         k = int(np.argmin(arrived.errors))
         if bounded and arrived.errors[k] < best.error:
@@ -41,8 +42,7 @@ def redundant_family(
         distance = np.linalg.norm((arrived.q[good] - near) / plan.scales, axis=1)
         one = good[int(np.argmin(distance))]
         q_one = arrived.q[one]
-        dimension = _dimension(robot, aim, plan, q_one)
-        motions = tangent(robot, aim, plan, q_one, dimension)
+        motions = tangent(robot, aim, plan, q_one, dimension(robot, aim))
         family = Family(q_one, float(arrived.errors[one]), motions, False)
         slack = limits + [-kernel.AT_LIMIT / 2, kernel.AT_LIMIT / 2]
         open_limits = slack if bounded else np.full_like(slack, np.inf) * [-1.0, 1.0]
@@ -50,18 +50,22 @@ def redundant_family(
     return None, best
 
 
-def _dimension(robot: Robot, aim: Aim, plan: Plan, q: Floats) -> int:
+def dimension(robot: Robot, aim: Aim) -> int:
+    """
+    Return the dimension of the families of a redundant arm.
+
+    """
     rows = int(np.sum(aim.numbers[kernel.AIM_WEIGHTS : kernel.AIM_WEIGHTS + 6] > 0.0))
     return max(robot.dof - rows, 1)
 
 
-def _into(robot: Robot, q: Floats, random: np.random.Generator) -> Floats:
-    # Starts on a full turn moved into narrower limits.
+def into_limits(robot: Robot, q: Floats, random: np.random.Generator) -> Floats:
+    """
+    Return starts (m, n) on full turns, those outside narrower limits drawn again inside them.
+
+    """
     low, high = robot.limits.T
     bounded = np.isfinite(low) & np.isfinite(high)
-    q = q.copy()
     inside = random.uniform(np.where(bounded, low, 0.0), np.where(bounded, high, 1.0), q.shape)
     outside = bounded & ((q < low) | (q > high))
-    q = np.where(outside, inside, q)
-    q[0] = np.clip(q[0], low, high)
-    return np.asarray(np.clip(q, low, high))
+    return np.asarray(np.clip(np.where(outside, inside, q), low, high))

@@ -15,8 +15,7 @@ from .plan import Plan
 
 # What counts as a solution (m): forward kinematics misses the target by less.
 PROVED = 1e-10
-FAR_STEPS, NEAR_STEPS = 80, 40
-DAMPING = 1e-3
+NEAR_STEPS = 40
 BATCH = 48
 # Every solution must have been met so often (Good 1953: what has been met once hints at what has
 # not been met), or the search ends at so many starts, fewer where no start arrives at all.
@@ -76,7 +75,7 @@ def refined(
         Whether the joints that the plan holds stay where they are.
 
     """
-    damping, steps = (DAMPING, FAR_STEPS) if far else (0.0, NEAR_STEPS)
+    damping, steps = (kernel.FAR_DAMPING, kernel.FAR_STEPS) if far else (0.0, NEAR_STEPS)
     scales = plan.held if held else plan.scales
     return _refined(robot, aim, scales, q, damping, steps, plan.unlimited, limits)
 

@@ -15,7 +15,9 @@ def _finite(value: float) -> float | None:
     return float(value) if math.isfinite(value) else None
 
 
-def description_of(settings: Settings, joint_states: str, topics: Sequence[str]) -> dict[str, Any]:
+def description_of(
+    settings: Settings, joint_states: str, topics: Sequence[str], targets: Sequence[str]
+) -> dict[str, Any]:
     """
     Return what a program needs to read the node's topics; limits are null where there are none.
 
@@ -64,6 +66,8 @@ def description_of(settings: Settings, joint_states: str, topics: Sequence[str])
             'stop': robot.thresholds.stop,
         },
         'subscribes': joint_states,
+        'targets': list(targets),
+        'target_rows': list(settings.target_rows),
         'publishes': list(topics),
         'version': __version__,
     }

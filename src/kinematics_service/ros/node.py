@@ -6,40 +6,30 @@ The node: JointState in; pose, Jacobian, twist and singularity warning out.
 import copy
 import json
 import time
-from collections import Counter
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.clock import Clock, ClockType, JumpThreshold, TimeJump
 from rclpy.duration import Duration
 from rclpy.node import Node
-from rclpy.publisher import Publisher
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
-from ..estimator import RESETS, Estimator, Refusal
+from ..estimator import RESETS, Answer, Estimator, Refusal
 from ..notice import Notice, notice_of, stale_notice, structure_in_words
 from ..singularities import Singularity, singularity_of
 from .describe import description_of
-from .diagnostics import INTERNAL_ERROR, InputState, Work, input_notice
-from .messages import Report, sample_of, stamp_of, status_message, transform_message
+from .diagnostics import INTERNAL_ERROR
+from .health import Health
+from .messages import Report, sample_of, stamp_of, status_message
+from .outputs import Outputs
 from .parameters import NodeParameters
 from .settings import Settings
 from .stamp_grid import StampGrid
+from .targets import Targets
 from .throttle import Throttle
-from .topics import (
-    DESCRIBE,
-    DIAGNOSTICS,
-    DIAGNOSTICS_QOS,
-    JOINT_STATES,
-    JOINT_STATES_QOS,
-    OUTPUT_QOS,
-    TOPICS,
-    WARNING,
-    WARNING_QOS,
-    warm_up,
-)
+from .topics import DESCRIBE, JOINT_STATES, JOINT_STATES_QOS, WARNING, WARNING_QOS, warm_up
 
 NODE_NAME = 'kinematics'
 
@@ -78,18 +68,15 @@ class KinematicsNode(Node):
         settings = self._own.settings
         warm_up(settings)
         self._estimator = Estimator(settings.robot, settings.estimator)
+        self._latest: Answer | None = None
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self._work = Work()
-        self._counts_said: Counter[str] = Counter()
-        self._diagnosed = time.monotonic()
-        self._velocity_source = 'none'
         self._grid = StampGrid()
         self._throttle = Throttle(5.0)
         self._open_topics()
         self._watchdog = self.create_timer(
             self._watchdog_period(), self._watch, clock=self._steady
         )
-        self.create_timer(1.0, self._diagnose, clock=self._steady)
+        self._health = Health(self, self._estimator, self._subscription.topic_name, self._steady)
         self._own.listen(self._take_settings)
         self._jump = self.get_clock().create_jump_callback(
             JumpThreshold(min_forward=None, min_backward=Duration(nanoseconds=-1)),
@@ -99,42 +86,25 @@ class KinematicsNode(Node):
         self._introduce()
 
     def _open_topics(self) -> None:
-        # Overrides are written into the profile that is given: each topic needs its own.
-        overridable = QoSOverridingOptions.with_default_policies()
-        self._outputs: list[tuple[Publisher, Any]] = [
-            (
-                self.create_publisher(
-                    topic.type,
-                    topic.name,
-                    copy.copy(OUTPUT_QOS),
-                    qos_overriding_options=overridable,
-                ),
-                topic.build,
-            )
-            for topic in TOPICS
-        ]
+        self._outputs = Outputs(self, self.settings)
         self._warning = self.create_publisher(DiagnosticStatus, WARNING, WARNING_QOS)
-        self._diagnostics = self.create_publisher(DiagnosticArray, DIAGNOSTICS, DIAGNOSTICS_QOS)
-        self._tf: Publisher | None = None
-        self._open_tf()
+        self._targets = Targets(self, self.settings, self._present, self._steady)
+        # Overrides are written into the profile that is given: it must be a copy.
         self._subscription = self.create_subscription(
             JointState,
             JOINT_STATES,
             self._on_joint_state,
             copy.copy(JOINT_STATES_QOS),
-            qos_overriding_options=overridable,
+            qos_overriding_options=QoSOverridingOptions.with_default_policies(),
         )
         self.create_service(Trigger, DESCRIBE, self._describe)
 
-    def _open_tf(self) -> None:
-        if self.settings.publish_tf and self._tf is None:
-            from tf2_msgs.msg import TFMessage  # not among the wheels: only where it is asked for
-
-            self._tf = self.create_publisher(TFMessage, '/tf', OUTPUT_QOS)
-
     @property
-    def _full_name(self) -> str:
-        # With the namespace: two arms share /diagnostics.
+    def full_name(self) -> str:
+        """
+        Return the name with the namespace, since two arms share /diagnostics.
+
+        """
         return str(self.get_fully_qualified_name()).lstrip('/')
 
     @property
@@ -176,7 +146,7 @@ class KinematicsNode(Node):
                 self.get_logger().error(
                     f'internal error at a message, please report it: {error!a}'
                 )
-        self._work.add(time.perf_counter() - begin)
+        self._health.work.add(time.perf_counter() - begin)
 
     def _answer(self, message: JointState) -> None:
         arrival = time.monotonic_ns()
@@ -194,23 +164,19 @@ class KinematicsNode(Node):
             if outcome.sentence and self._throttle.passes(outcome.reason):
                 self.get_logger().warning(f'joint state rejected: {outcome.sentence}')
             return
-        self._velocity_source = outcome.velocity_source
+        self._latest = outcome
+        self._health.velocity_source = outcome.velocity_source
         report = Report(outcome, singularity_of(outcome.state), self.settings)
         if self._grid.passes(outcome.stamp, self.settings.period):
-            for publisher, build in self._outputs:
-                if publisher.get_subscription_count() > 0:
-                    built = build(report)
-                    if built is not None:
-                        publisher.publish(built)
-            if self.settings.publish_tf:
-                self._publish_tf(report)
+            self._outputs.publish(report, self._outputs.heard())
         self._warn(report.singularity, arrival)
 
-    def _publish_tf(self, report: Report) -> None:
-        from tf2_msgs.msg import TFMessage
-
-        assert self._tf is not None
-        self._tf.publish(TFMessage(transforms=[transform_message(report)]))
+    def _present(self) -> Answer | str:
+        # The arm's present state, or why it is not known.
+        missing = self._estimator.missing(time.monotonic_ns())
+        if missing or self._latest is None:
+            return self._silence(missing)
+        return self._latest
 
     def _warn(self, singularity: Singularity, arrival: int) -> None:
         level, say = self._estimator.judge(singularity, arrival)
@@ -227,7 +193,7 @@ class KinematicsNode(Node):
         self._say(notice)
 
     def _say(self, notice: Notice) -> None:
-        self._warning.publish(status_message(f'{self._full_name}: singularity', notice))
+        self._warning.publish(status_message(f'{self.full_name}: singularity', notice))
 
     # Clocks and watches
 
@@ -235,14 +201,16 @@ class KinematicsNode(Node):
         period = self.settings.estimator.timeout * 1e-9 * WATCHDOG_SHARE
         return min(max(period, WATCHDOG_SHORTEST), WATCHDOG_LONGEST)
 
+    def _silence(self, missing: tuple[str, ...]) -> str:
+        return f'no joint state of {", ".join(missing)} on {self._subscription.topic_name}'
+
     def _watch(self) -> None:
         now = time.monotonic_ns()
         if now - self._started <= self.settings.estimator.timeout:
             return
         missing = self._estimator.missing(now)
         if missing and self._estimator.go_stale(now):
-            sentence = f'no joint state of {", ".join(missing)} on {self._subscription.topic_name}'
-            self._say(stale_notice(self.settings.robot, sentence))
+            self._say(stale_notice(self.settings.robot, self._silence(missing)))
 
     def _on_clock_jump(self, jump: TimeJump) -> None:
         back = -jump.delta.nanoseconds
@@ -252,49 +220,31 @@ class KinematicsNode(Node):
             self._grid.forget()
             self.get_logger().info('the ROS clock jumped back: starting anew')
 
-    def _diagnose(self) -> None:
-        now, arrival = time.monotonic(), time.monotonic_ns()
-        counts = Counter(self._estimator.counts)
-        publishers = self.get_publishers_info_by_topic(self._subscription.topic_name)
-        state = InputState(
-            counts=counts,
-            news=counts - self._counts_said,
-            interval=now - self._diagnosed,
-            age=self._estimator.age(arrival),
-            missing=self._estimator.missing(arrival),
-            beyond=self._estimator.beyond_limits(),
-            disputed=self._estimator.disputed(arrival) if len(publishers) > 1 else (),
-            publishers=sorted(
-                f'{info.node_namespace.rstrip("/")}/{info.node_name}' for info in publishers
-            ),
-            velocity_source=self._velocity_source,
-            topic=self._subscription.topic_name,
-            robot=self.settings.robot.name,
-            work=self._work,
-        )
-        self._work, self._counts_said, self._diagnosed = Work(), counts, now
-        message = DiagnosticArray()
-        message.header.stamp = self.get_clock().now().to_msg()
-        message.status = [status_message(f'{self._full_name}: input', input_notice(state))]
-        self._diagnostics.publish(message)
-
     # Parameters
 
     def _take_settings(self, settings: Settings) -> None:
         self._estimator.configure(settings.robot, settings.estimator)
         self._grid.forget()
         self._watchdog.timer_period_ns = round(self._watchdog_period() * 1e9)
-        self._open_tf()
+        self._outputs.configure(settings)
+        self._targets.configure(settings)
 
     # Service
 
     def _describe(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        outputs = [publisher for publisher, _ in self._outputs]
-        topics = [
-            publisher.topic_name for publisher in (*outputs, self._warning, self._diagnostics)
-        ]
+        heard, told = self._targets.topics
         response.success = True
         response.message = json.dumps(
-            description_of(self.settings, self._subscription.topic_name, topics)
+            description_of(
+                self.settings,
+                self._subscription.topic_name,
+                [
+                    *self._outputs.names,
+                    self._warning.topic_name,
+                    self._health.topic_name,
+                    *told,
+                ],
+                heard,
+            )
         )
         return response

@@ -13,7 +13,8 @@ from rclpy.parameter import Parameter as RosParameter
 
 from ..errors import KinematicsError
 from ..robot import load_robot
-from .settings import PARAMETERS, ROBOT, Settings, SettingsError, defaults, settings_from
+from .parameter_table import PARAMETERS, ROBOT
+from .settings import Settings, SettingsError, defaults, settings_from
 
 KINDS = {str: 'a string', bool: 'true or false', float: 'a number with a point'}
 NAMES = frozenset(parameter.name for parameter in PARAMETERS)

@@ -9,15 +9,14 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from typing import Any
 
-from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
-
 from ..errors import KinematicsError
-from ..estimator import VELOCITY_SOURCES, EstimatorSettings
-from ..measures import MEASURES, Thresholds, thresholds_for
+from ..estimator import EstimatorSettings
+from ..inverse.servo import ServoSettings
+from ..measures import Thresholds, thresholds_for
 from ..robot import Robot, with_singularity
+from ..task import ROW_NAMES
+from .parameter_table import PARAMETERS
 
-AXES = ('base', 'tool')
-ROW_ORDERS = ('linear_first', 'angular_first')
 ROW_LABELS = {
     'linear_first': 'vx,vy,vz,wx,wy,wz',
     'angular_first': 'wx,wy,wz,vx,vy,vz',
@@ -29,96 +28,6 @@ class SettingsError(KinematicsError, ValueError):
     A parameter's value is refused; the message names it, the value and what is accepted.
 
     """
-
-
-@dataclass(frozen=True)
-class Parameter:
-    """
-    One parameter: its default, what it means, and what is accepted.
-
-    """
-
-    name: str
-    default: Any
-    description: str
-    choices: tuple[str, ...] = ()
-    range: tuple[float, float] | None = None
-    read_only: bool = False
-
-    def descriptor(self) -> ParameterDescriptor:
-        """
-        Return the descriptor that `ros2 param describe` shows.
-
-        """
-        descriptor = ParameterDescriptor()
-        descriptor.description = self.description
-        descriptor.read_only = self.read_only
-        if self.choices:
-            descriptor.additional_constraints = 'one of: ' + ', '.join(self.choices)
-        if self.range is not None:
-            low, high = self.range
-            descriptor.floating_point_range = [
-                FloatingPointRange(from_value=low, to_value=high, step=0.0)
-            ]
-        return descriptor
-
-
-ROBOT = Parameter(
-    'robot', 'puma560', 'Robot file, or name of a bundled robot; set at start.', read_only=True
-)
-
-PARAMETERS = (
-    Parameter('joint_prefix', '', 'Put before the joint names of the robot file.'),
-    Parameter('frame_prefix', '', 'Put before the names of the base and tool frames.'),
-    Parameter('base_frame', '', "Name of the base frame; empty: the robot file's."),
-    Parameter('tool_frame', '', "Name of the tool frame; empty: the robot file's."),
-    Parameter('jacobian_frame', 'base', 'Axes of the Jacobian; its point is the tool.', AXES),
-    Parameter('twist_frame', 'base', 'Axes of the twist; its point is the tool.', AXES),
-    Parameter('row_order', 'linear_first', "Order of the Jacobian's rows.", ROW_ORDERS),
-    Parameter(
-        'velocity_source',
-        'auto',
-        'Joint velocities: of the message, differences of positions, or whichever there is.',
-        VELOCITY_SOURCES,
-    ),
-    Parameter(
-        'publish_rate',
-        0.0,
-        'Answers a second at most, by stamp; 0: every message.',
-        (),
-        (0.0, 1e6),
-    ),
-    Parameter(
-        'joint_state_timeout',
-        1.0,
-        'A joint unheard for so many seconds is stale.',
-        (),
-        (1e-3, 3600.0),
-    ),
-    Parameter('publish_tf', False, 'Publish the tool on /tf (needs tf2_msgs).'),
-    Parameter('singularity.measure', 'distance', 'Measure the warning watches.', tuple(MEASURES)),
-    Parameter(
-        'singularity.warn',
-        0.0,
-        "WARN beyond this, in the measure's unit; 0: the robot file's or the measure's default.",
-        (),
-        (0.0, 1e12),
-    ),
-    Parameter(
-        'singularity.stop',
-        0.0,
-        "ERROR beyond this, in the measure's unit; 0: the robot file's or the measure's default.",
-        (),
-        (0.0, 1e12),
-    ),
-    Parameter(
-        'singularity.length',
-        0.0,
-        "Characteristic length in m; 0: the robot file's, or the RMS reach.",
-        (),
-        (0.0, 1e6),
-    ),
-)
 
 
 @dataclass(frozen=True)
@@ -142,6 +51,12 @@ class Settings:
         Least difference of stamps between answers that are published; 0: publish all.
     publish_tf
         Whether to publish the tool on /tf.
+    target_rows
+        Which rows of target poses count.
+    target_timeout : ns
+        How long a target twist is in force.
+    servo
+        How target twists become joint velocities.
 
     """
 
@@ -154,6 +69,9 @@ class Settings:
     row_order: str
     period: int
     publish_tf: bool
+    target_rows: tuple[str, ...]
+    target_timeout: int
+    servo: ServoSettings
 
 
 def tf_is_importable() -> bool:
@@ -210,8 +128,10 @@ def settings_from(values: Mapping[str, Any], robot: Robot) -> Settings:
     if values['publish_tf'] and not tf_is_importable():
         raise _refuse('publish_tf', True, 'only where the package tf2_msgs can be imported')
     rate = values['publish_rate']
+    judged = _judged(values, robot)
+    rows = _rows(values['ik.rows'], judged)
     return Settings(
-        robot=_judged(values, robot),
+        robot=judged,
         estimator=EstimatorSettings(
             joint_prefix=_checked_name('joint_prefix', values['joint_prefix'], 'part of a name'),
             velocity_source=values['velocity_source'],
@@ -224,7 +144,31 @@ def settings_from(values: Mapping[str, Any], robot: Robot) -> Settings:
         row_order=values['row_order'],
         period=round(1e9 / rate) if rate > 0.0 else 0,
         publish_tf=values['publish_tf'],
+        target_rows=rows,
+        target_timeout=round(values['ik.target_timeout'] * 1e9),
+        servo=_servo(values, rows, judged),
     )
+
+
+def _rows(text: str, robot: Robot) -> tuple[str, ...]:
+    rows = text.split()
+    if len(set(rows)) != len(rows) or not set(rows) <= set(ROW_NAMES):
+        raise _refuse('ik.rows', text, f'some of {" ".join(ROW_NAMES)}, each once')
+    return tuple(name for name in ROW_NAMES if name in rows) or robot.task.rows
+
+
+def _servo(values: Mapping[str, Any], rows: tuple[str, ...], robot: Robot) -> ServoSettings:
+    try:
+        return ServoSettings(
+            damping=values['ik.damping'],
+            damped_below=values['ik.damped_below'],
+            horizon=values['ik.horizon'],
+            default_rate=values['ik.default_rate'],
+            default_speed=values['ik.default_speed'],
+            rows=None if rows == robot.task.rows else rows,
+        )
+    except KinematicsError as error:
+        raise SettingsError(f'parameters ik.*: {error}') from None
 
 
 def _judged(values: Mapping[str, Any], robot: Robot) -> Robot:

@@ -1,0 +1,84 @@
+"""
+The node's diagnostics: once a second, what it hears and what becomes of it.
+
+"""
+
+import time
+from collections import Counter
+
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.clock import Clock
+from rclpy.node import Node
+
+from ..estimator import Estimator
+from .diagnostics import InputState, Work, input_notice
+from .messages import status_message
+from .topics import DIAGNOSTICS, DIAGNOSTICS_QOS
+
+PERIOD = 1.0
+
+
+class Health:
+    """
+    Counts work and says once a second how the input is.
+
+    Attributes
+    ----------
+    work
+        What messages have cost since the last word.
+    velocity_source
+        Where the latest joint velocities came from.
+
+    """
+
+    def __init__(self, node: Node, estimator: Estimator, input_topic: str, steady: Clock) -> None:
+        self.work = Work()
+        self.velocity_source = 'none'
+        self._node = node
+        self._estimator = estimator
+        self._input_topic = input_topic
+        self._counts_said: Counter[str] = Counter()
+        self._said = time.monotonic()
+        self._publisher = node.create_publisher(DiagnosticArray, DIAGNOSTICS, DIAGNOSTICS_QOS)
+        node.create_timer(PERIOD, self.say, clock=steady)
+
+    @property
+    def topic_name(self) -> str:
+        """
+        Return the full name of the topic.
+
+        """
+        return str(self._publisher.topic_name)
+
+    def say(self) -> None:
+        """
+        Publish the state of the input since the last word.
+
+        """
+        node, estimator = self._node, self._estimator
+        now, arrival = time.monotonic(), time.monotonic_ns()
+        counts = Counter(estimator.counts)
+        publishers = node.get_publishers_info_by_topic(self._input_topic)
+        state = InputState(
+            counts=counts,
+            news=counts - self._counts_said,
+            interval=now - self._said,
+            age=estimator.age(arrival),
+            missing=estimator.missing(arrival),
+            beyond=estimator.beyond_limits(),
+            disputed=estimator.disputed(arrival) if len(publishers) > 1 else (),
+            publishers=sorted(
+                f'{info.node_namespace.rstrip("/")}/{info.node_name}' for info in publishers
+            ),
+            velocity_source=self.velocity_source,
+            topic=self._input_topic,
+            robot=estimator.robot.name,
+            work=self.work,
+        )
+        self.work, self._counts_said, self._said = Work(), counts, now
+        message = DiagnosticArray()
+        message.header.stamp = node.get_clock().now().to_msg()
+        # With the namespace: two arms share the topic.
+        name = str(node.get_fully_qualified_name()).lstrip('/')
+        message.status = [status_message(f'{name}: input', input_notice(state))]
+        self._publisher.publish(message)

@@ -1,0 +1,104 @@
+"""
+The topics of a node that answer every accepted message: who listens, and what goes out to them.
+
+"""
+
+import copy
+from typing import NamedTuple
+
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rclpy.qos_overriding_options import QoSOverridingOptions
+
+from .. import kernel
+from .messages import Report, transform_message
+from .settings import Settings
+from .topics import OUTPUT_QOS, TOPICS, Topic
+
+
+class Channel(NamedTuple):
+    """
+    A topic with its publisher.
+
+    """
+
+    publisher: Publisher
+    topic: Topic
+
+
+class Outputs:
+    """
+    Publishes reports to those who listen; a topic nobody listens to costs one look.
+
+    """
+
+    def __init__(self, node: Node, settings: Settings) -> None:
+        self._node = node
+        # Overrides are written into the profile that is given: each topic needs its own.
+        self.channels = [
+            Channel(
+                node.create_publisher(
+                    topic.type,
+                    topic.name,
+                    copy.copy(OUTPUT_QOS),
+                    qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+                ),
+                topic,
+            )
+            for topic in TOPICS
+        ]
+        self._tf: Publisher | None = None
+        self.configure(settings)
+
+    def configure(self, settings: Settings) -> None:
+        """
+        Take other settings.
+
+        """
+        if settings.publish_tf and self._tf is None:
+            from tf2_msgs.msg import TFMessage  # not among the wheels: only where it is asked for
+
+            self._tf = self._node.create_publisher(TFMessage, '/tf', OUTPUT_QOS)
+
+    @property
+    def names(self) -> list[str]:
+        """
+        Return the full names of the topics.
+
+        """
+        return [channel.publisher.topic_name for channel in self.channels]
+
+    def heard(self) -> list[Channel]:
+        """
+        Return the channels somebody listens to.
+
+        """
+        return [
+            channel for channel in self.channels if channel.publisher.get_subscription_count() > 0
+        ]
+
+    def publish(self, report: Report, heard: list[Channel]) -> None:
+        """
+        Publish a report on channels, pose first, and on /tf where that is set.
+
+        """
+        for publisher, topic in heard:
+            message = topic.build(report)
+            if message is not None:
+                publisher.publish(message)
+        if report.settings.publish_tf:
+            self._publish_tf(report)
+
+    def _publish_tf(self, report: Report) -> None:
+        from tf2_msgs.msg import TFMessage
+
+        assert self._tf is not None
+        self._tf.publish(TFMessage(transforms=[transform_message(report)]))
+
+
+def depth_of(heard: list[Channel]) -> int:
+    """
+    Return what the kernel must compute for channels.
+
+    """
+    return max((channel.topic.depth for channel in heard), default=kernel.JACOBIAN)

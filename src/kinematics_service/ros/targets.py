@@ -1,0 +1,283 @@
+"""
+Targets for the tool: poses in, joint positions out; twists in, joint velocities out.
+
+"""
+
+import copy
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from diagnostic_msgs.msg import DiagnosticStatus
+from geometry_msgs.msg import PoseStamped, TwistStamped
+from rclpy.clock import Clock
+from rclpy.node import Node
+from rclpy.qos_overriding_options import QoSOverridingOptions
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64MultiArray
+
+from ..errors import KinematicsError
+from ..estimator import Answer
+from ..inverse.result import IkResult
+from ..inverse.servo import ServoStep, joint_velocity
+from ..inverse.solve import inverse_kinematics
+from ..kernel import Floats
+from ..measures import Level
+from ..notice import Notice
+from .messages import SECOND, status_message
+from .settings import Settings
+from .target_messages import (
+    Choice,
+    RefusedTargetError,
+    choice_of,
+    joint_positions_message,
+    joint_velocities_message,
+    pose_in_base,
+    pose_of,
+    solutions_message,
+    twist_in_base,
+    twist_of,
+)
+from .topics import (
+    IK_JOINT_STATES,
+    IK_JOINT_VELOCITY,
+    IK_SOLUTIONS,
+    IK_STATUS,
+    OUTPUT_QOS,
+    TARGET_POSE,
+    TARGET_POSE_QOS,
+    TARGET_TWIST,
+    TARGET_TWIST_QOS,
+)
+
+# The silence of a stream of twists is looked for so often, as a share of its timeout.
+WATCH_SHARE = 0.25
+
+
+class Targets:
+    """
+    Answers targets, each with a status; a target that is refused moves nothing.
+
+    A twist is a command for now: where the next one is refused or does not come within
+    `ik.target_timeout`, one message of zero velocities stops what the last one began.
+
+    Parameters
+    ----------
+    node
+        The node they belong to; names its topics and its statuses.
+    settings
+        The settings in force.
+    latest
+        Returns the arm's present state, or says in a sentence why it is not known.
+    steady
+        Clock of the timer.
+
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        settings: Settings,
+        latest: Callable[[], Answer | str],
+        steady: Clock,
+    ) -> None:
+        self._node = node
+        self._settings = settings
+        self._latest = latest
+        self._moving_since: float | None = None  # time of the last twist that is in force
+
+        def publisher(kind: Any, name: str) -> Any:
+            return node.create_publisher(
+                kind,
+                name,
+                copy.copy(OUTPUT_QOS),
+                qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+            )
+
+        self._joint_states = publisher(JointState, IK_JOINT_STATES)
+        self._solutions = publisher(Float64MultiArray, IK_SOLUTIONS)
+        self._joint_velocity = publisher(JointState, IK_JOINT_VELOCITY)
+        self._status = publisher(DiagnosticStatus, IK_STATUS)
+        for kind, name, take, qos in (
+            (PoseStamped, TARGET_POSE, self._on_pose, TARGET_POSE_QOS),
+            (TwistStamped, TARGET_TWIST, self._on_twist, TARGET_TWIST_QOS),
+        ):
+            node.create_subscription(
+                kind,
+                name,
+                take,
+                copy.copy(qos),
+                qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+            )
+        self._timer = node.create_timer(self._watch_period(), self._watch, clock=steady)
+
+    @property
+    def topics(self) -> tuple[list[str], list[str]]:
+        """
+        Return the full names of the topics heard and published.
+
+        """
+        resolve = self._node.resolve_topic_name
+        heard = (TARGET_POSE, TARGET_TWIST)
+        told = (IK_JOINT_STATES, IK_SOLUTIONS, IK_JOINT_VELOCITY, IK_STATUS)
+        return [resolve(name) for name in heard], [resolve(name) for name in told]
+
+    def configure(self, settings: Settings) -> None:
+        """
+        Take other settings; a motion in force is stopped.
+
+        """
+        self._stop()
+        self._settings = settings
+        self._timer.timer_period_ns = round(self._watch_period() * 1e9)
+
+    def _watch_period(self) -> float:
+        return self._settings.target_timeout * 1e-9 * WATCH_SHARE
+
+    def _present(self) -> Answer:
+        latest = self._latest()
+        if isinstance(latest, str):
+            raise RefusedTargetError(f'the joint positions are not known: {latest}')
+        return latest
+
+    # Poses
+
+    def _on_pose(self, message: PoseStamped) -> None:
+        try:
+            notice = self._answer_pose(message)
+        except Exception as error:  # nothing that is sent may stop the node
+            notice = self._refused(error)
+        self._say('target_pose', notice)
+
+    def _answer_pose(self, message: PoseStamped) -> Notice:
+        settings = self._settings
+        given = pose_of(message)
+        present = self._present().state
+        T = pose_in_base(given, message.header.frame_id, present.pose, settings)
+        result = inverse_kinematics(settings.robot, T, near=present.q, rows=settings.target_rows)
+        choice = choice_of(result, settings.robot, present.q)
+        if self._solutions.get_subscription_count() > 0:
+            self._solutions.publish(solutions_message(choice, settings))
+        if choice.q is not None:
+            stamp = _stamp(message)
+            self._joint_states.publish(joint_positions_message(choice.q, stamp, settings))
+        return pose_notice(result, choice)
+
+    # Twists
+
+    def _on_twist(self, message: TwistStamped) -> None:
+        try:
+            notice = self._answer_twist(message)
+        except Exception as error:  # nothing that is sent may stop the node
+            self._stop(_stamp(message))
+            notice = self._refused(error)
+        self._say('target_twist', notice)
+
+    def _answer_twist(self, message: TwistStamped) -> Notice:
+        settings = self._settings
+        given = twist_of(message)
+        present = self._present().state
+        twist = twist_in_base(given, message.header.frame_id, present.pose[:3, :3], settings)
+        step = joint_velocity(settings.robot, present, twist, settings.servo)
+        self._joint_velocity.publish(
+            joint_velocities_message(step.qdot, _stamp(message), settings)
+        )
+        self._moving_since = time.monotonic() if np.any(step.qdot) else None
+        return twist_notice(step)
+
+    def _watch(self) -> None:
+        since = self._moving_since
+        timeout = self._settings.target_timeout * 1e-9
+        if since is not None and time.monotonic() - since > timeout:
+            self._stop()
+            sentence = f'no target_twist for {timeout:g} s: stopped'
+            self._say('target_twist', Notice(Level.STALE, sentence, ()))
+
+    def _stop(self, stamp: int | None = None) -> None:
+        # Velocity controllers hold the last command: what was begun must be ended, once.
+        if self._moving_since is None:
+            return
+        self._moving_since = None
+        if stamp is None:
+            stamp = self._node.get_clock().now().nanoseconds
+        zero = np.zeros(self._settings.robot.dof)
+        self._joint_velocity.publish(joint_velocities_message(zero, stamp, self._settings))
+
+    # Statuses
+
+    def _refused(self, error: Exception) -> Notice:
+        if isinstance(error, KinematicsError):
+            return Notice(Level.ERROR, f'refused: {error}', ())
+        self._node.get_logger().error(f'internal error at a target, please report it: {error!a}')
+        return Notice(Level.ERROR, 'refused: internal error', ())
+
+    def _say(self, topic: str, notice: Notice) -> None:
+        if self._status.get_subscription_count() > 0:
+            name = str(self._node.get_fully_qualified_name()).lstrip('/')
+            robot = ('robot', self._settings.robot.name)
+            notice = Notice(notice.level, notice.sentence, (robot, *notice.values))
+            self._status.publish(status_message(f'{name}: {topic}', notice))
+
+
+def _stamp(message: PoseStamped | TwistStamped) -> int:
+    stamp = message.header.stamp
+    return int(stamp.sec) * SECOND + int(stamp.nanosec)
+
+
+def pose_notice(result: IkResult, choice: Choice) -> Notice:
+    """
+    Return what became of a pose target: OK where the arm can be there, otherwise ERROR.
+
+    """
+    values = [
+        ('status', result.status),
+        ('solutions', str(len(choice.answers))),
+        ('method', result.method),
+    ]
+    if choice.answers:
+        values.append(('residual', f'{choice.answers[0].residual:.3g}'))
+        values.append(('margin', f'{choice.answers[0].margin:.6g}'))
+        return Notice(Level.OK, result.reason, tuple(values))
+    sentence = result.reason
+    nearest = result.nearest
+    if nearest is not None:
+        values += [
+            ('nearest position error (m)', f'{nearest.position_error:.6g}'),
+            ('nearest rotation error (rad)', f'{nearest.rotation_error:.6g}'),
+            ('nearest', _numbers(nearest.q)),
+        ]
+        sentence += (
+            f'; the nearest pose is {nearest.position_error:.4g} m and '
+            f'{nearest.rotation_error:.4g} rad away'
+        )
+    return Notice(Level.ERROR, sentence, tuple(values))
+
+
+def twist_notice(step: ServoStep) -> Notice:
+    """
+    Return what became of a twist target: WARN where the tool moves otherwise than asked.
+
+    """
+    values = (
+        ('limited by', ', '.join(step.limited_by) or 'nothing'),
+        ('damping', f'{step.damping:.4g}'),
+        ('scale', f'{step.scale:.6g}'),
+        ('smallest singular value', f'{step.smallest_singular_value:.6g}'),
+        ('held joints', ', '.join(step.held)),
+        ('twist', _numbers(step.twist)),
+    )
+    reasons = []
+    if step.damping > 0.0:
+        reasons.append(f'damped near a singularity ({step.damping:.0%} of the most)')
+    if step.slowest:
+        reasons.append(f'slowed to {step.scale:.0%} by the velocity limit of {step.slowest}')
+    if step.held:
+        reasons.append(f'held at the limit of {", ".join(step.held)}')
+    if reasons:
+        return Notice(Level.WARN, '; '.join(reasons), values)
+    return Notice(Level.OK, 'followed as asked', values)
+
+
+def _numbers(values: Floats) -> str:
+    return ' '.join(f'{value:.6g}' for value in values)
