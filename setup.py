@@ -12,7 +12,9 @@ NAME = 'kinematics_service'
 MANIFEST = ElementTree.parse(HERE / 'package.xml').getroot()
 
 ROS = ['ros-jazzy-rclpy[fastrtps]', 'ros-jazzy-common-interfaces']
-PEERS = ['pin', 'roboticstoolbox-python']
+# Robots, and layouts for viewers.
+CONFIG = ['*.yaml', '*.json', '*.rviz']
+PEERS = ['pin', 'roboticstoolbox-python', 'yourdfpy']
 TEST = ['pytest>=8', 'pytest-timeout', 'hypothesis', 'ros-jazzy-domain-coordinator', 'rosbags']
 
 setup(
@@ -30,15 +32,21 @@ setup(
         NAME,
         f'{NAME}.commands',
         f'{NAME}.inverse',
+        f'{NAME}.plots',
         f'{NAME}.ros',
         f'{NAME}.symbols',
+        f'{NAME}.urdf',
+        f'{NAME}.view',
         f'{NAME}.config',
     ],
-    package_data={NAME: ['py.typed'], f'{NAME}.config': ['*.yaml']},
+    package_data={NAME: ['py.typed'], f'{NAME}.config': CONFIG},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{NAME}']),
         (f'share/{NAME}', ['package.xml']),
-        (f'share/{NAME}/config', sorted(glob('config/*.yaml'))),
+        (
+            f'share/{NAME}/config',
+            sorted(file for ending in CONFIG for file in glob(f'config/{ending}')),
+        ),
     ],
     install_requires=[
         'numpy>=1.26',
@@ -54,6 +62,8 @@ setup(
         'test': TEST,
         'peers': PEERS,
         'plot': ['matplotlib'],
+        'dask': ['dask[distributed]'],
+        'view': ['viser>=1.1,<2'],
         'lint': ['ruff', 'mypy'],
     },
     entry_points={'console_scripts': [f'{NAME} = {NAME}.__main__:main']},

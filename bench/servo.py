@@ -111,12 +111,9 @@ def run(arguments):
     print(f'velocities heard            {len(heard)}')
     print(f'nearest to the singularity  {nearest:.2g} rad')
     print(f'fastest joint, of its limit {shares.max():.3f} ({robot.joint_names[shares.argmax()]})')
-    print(
-        f'off the path, worst         {off[:, :3].max() * 1e3:.2f} mm, {off[:, 3:].max():.4f} rad'
-    )
-    print(
-        f'off the path, at the end    {off[-1, :3].max() * 1e3:.2f} mm, {off[-1, 3:].max():.4f} rad'
-    )
+    for what, rows in (('worst', off), ('at the end', off[-1:])):
+        linear, angular = rows[:, :3].max() * 1e3, rows[:, 3:].max()
+        print(f'off the path, {what:14}{linear:.2f} mm, {angular:.4f} rad')
 
 
 def main():

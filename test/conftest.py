@@ -42,8 +42,17 @@ def ros_domain() -> Iterator[int]:
         os.environ.update(before)
 
 
+@pytest.fixture(params=['bytes', 'messages'])
+def transport(request: pytest.FixtureRequest) -> str:
+    """
+    Return each of the ways messages are read and written: what uses it runs through both.
+
+    """
+    return str(request.param)
+
+
 @pytest.fixture
-def arm(ros_domain: int) -> Iterator[Callable[..., Any]]:
+def arm(ros_domain: int, transport: str) -> Iterator[Callable[..., Any]]:
     """
     Return a function that starts a node and a peer of it, see `ros_harness.Arm`.
 
@@ -53,7 +62,7 @@ def arm(ros_domain: int) -> Iterator[Callable[..., Any]]:
     arms: list[Arm] = []
 
     def start(*args: Any, **options: Any) -> Arm:
-        arms.append(Arm(*args, **options))
+        arms.append(Arm(*args, transport=transport, **options))
         return arms[-1]
 
     yield start

@@ -180,13 +180,21 @@ class Arm(Peer):
         As `KinematicsNode` takes it.
     ros_args
         Arguments after `--ros-args`.
+    transport
+        The parameter of that name.
     **options
         As rclpy.node.Node takes them.
 
     """
 
-    def __init__(self, robot: str = 'craig_3r', ros_args: Sequence[str] = (), **options: Any):
-        super().__init__(args=('--ros-args', *ros_args) if ros_args else ())
+    def __init__(
+        self,
+        robot: str = 'craig_3r',
+        ros_args: Sequence[str] = (),
+        transport: str = 'bytes',
+        **options: Any,
+    ):
+        super().__init__(args=('--ros-args', '-p', f'transport:={transport}', *ros_args))
         try:
             self.node = KinematicsNode(robot, context=self.context, **options)
         except BaseException:
@@ -198,7 +206,7 @@ class Arm(Peer):
             self.node.settings.estimator.joint_prefix + name for name in self.robot.joint_names
         ]
         self.stamp = START
-        self._topic = self.node._subscription.topic_name
+        self._topic = self.node._input.topic_name
         self._publisher: Any = None
         self._poses: list[Any] | None = None
         self._diagnostics: list[DiagnosticArray] | None = None
@@ -232,7 +240,7 @@ class Arm(Peer):
         before it knows the publisher, too.
 
         """
-        listener = self.node._subscription
+        listener = self.node._input.subscription
         self.spin_until(lambda: listener.get_publisher_count() == number, f'{number} publishers')
 
     def publish(self, message: JointState) -> None:

@@ -57,6 +57,11 @@ RULES = {
     ),
     'matplotlib': (one_of('matplotlib'), lambda file: 'plot' in file),
     'the viewer': (one_of('viser', 'trimesh'), lambda file: 'view' in file),
+    'XML': (
+        one_of('xml', 'lxml', 'defusedxml'),
+        lambda file: file in ('urdf/document.py', 'urdf/writer.py'),
+    ),
+    'dask': (one_of('dask', 'distributed'), lambda file: file == 'sweep.py'),
     'scipy': (one_of('scipy'), lambda file: False),
 }
 

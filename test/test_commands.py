@@ -364,8 +364,8 @@ def test_without_a_command_the_node_runs_and_its_exit_code_is_ours(monkeypatch, 
     assert main(['--ros-args', '-r', '__ns:=/left', '--', '--allow-mixed-ros']) == code
     assert main(['--robot', 'ur5e', '--allow-unsecured']) == code
     assert calls == [
-        (None, ['--ros-args', '-r', '__ns:=/left', '--'], False, True),
-        ('ur5e', [], True, False),
+        ([], ['--ros-args', '-r', '__ns:=/left', '--'], False, True),
+        (['ur5e'], [], True, False),
     ]
 
 

@@ -93,11 +93,41 @@ def test_a_family_says_which_joints_are_free(capsys):
     assert 'a straight line; theta1 moves' in streams.out
 
 
+def test_one_solution_is_enough(capsys):
+    robot = ks.load_robot('ur5e')
+    arguments = ('--robot', 'ur5e', *pose_arguments(robot), '--json')
+    near = ('--near=' + ','.join(map(str, Q)),)
+    code, streams = answer(capsys, *arguments, *near, '--one')
+    [one] = json.loads(streams.out)['solutions']
+    assert code == 0
+    np.testing.assert_allclose(one['q'], Q, atol=1e-9)
+    code, streams = answer(capsys, '--robot', 'craig_3r', '--xyz', '2,0,0', '--one')
+    assert code == 1
+    assert '1.18 m off in position' in streams.out
+
+
+def test_rows_and_seed(capsys):
+    arguments = ('--robot', 'scara_hsr065', '--xyz', '0.4,0.1,0.2', '--rpy', '0.1,0,0', '--json')
+    code, streams = answer(capsys, *arguments)
+    assert code == 1
+    assert json.loads(streams.out)['status'] == 'unreachable'
+    families = []
+    for seed in ('0', '0', '7'):
+        code, streams = answer(capsys, *arguments, '--rows', 'x y z', '--seed', seed)
+        assert code == 0
+        families.append(json.loads(streams.out)['families'])
+    assert families[0] == families[1]
+    assert {name for family in families[2] for name in family['joints']} == {'joint_4'}
+
+
 @pytest.mark.parametrize(
     ('argv', 'sentence'),
     [
         (('--xyz', '1,2'), "--xyz: '1,2' is not 3 numbers"),
         (('--xyz', '1,2,x'), "--xyz: '1,2,x' is not 3 numbers"),
+        (('--xyz', '1,2,3', '--rows', 'x,roll'), "--rows: 'x,roll' is not some of x y z"),
+        (('--xyz', '1,2,3', '--rows', 'rx'), "--rows: 'rx' is not some of x y z"),
+        (('--xyz', '1,2,3', '--one', '--all'), 'give one of them'),
         (('--xyz', '1,2,3', '--near', '0'), '--near: craig_3r has 3 joints'),
         (('--xyz', '1,2,3', '--rpy', '0,0,0', '--quaternion', '0,0,0,1'), 'give one'),
         (('--xyz', '1,2,3', '--quaternion', '0,0,0,2'), 'unit length'),

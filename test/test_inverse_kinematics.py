@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 import pytest
-from arms import BUNDLED, RANDOM, robot_of
+from arms import BUNDLED, CONVENTIONS, RANDOM, robot_of
 
 import kinematics_service as ks
 from kinematics_service.inverse.plan import plan_for
@@ -98,6 +98,78 @@ def test_the_originating_positions_are_among_the_solutions(name):
         assert result.status == 'solved'
         assert contains(robot, result, q), q
         assert all(one.residual < PROVED and one.feasible for one in result)
+
+
+@pytest.mark.parametrize('name', BUNDLED)
+def test_one_solution_is_one_of_all(name):
+    robot = robot_of(name)
+    for k, q in enumerate(inside_limits(robot, 60, 4)):
+        target = target_of(robot, q)
+        near = inside_limits(robot, 1, k)[0] if k % 3 else None
+        one = ks.inverse_kinematics(robot, target, near=near, all_solutions=False)
+        assert_honest(robot, target, one)
+        assert one.status in ('solved', 'family')
+        assert len(one) + len(one.families) == 1
+        if name in THREE + CLOSED:
+            every = ks.inverse_kinematics(robot, target, near=near)
+            middle = plan_for(robot, ROW_NAMES).middle if near is None else near
+            distances = [np.linalg.norm((s.q - middle) / robot.task.column_scales) for s in every]
+            assert distances == sorted(distances)
+            same = [s for s in every if np.max(np.abs(s.q - one[0].q)) < 1e-9]
+            assert [s.posture for s in same] == [one[0].posture]
+            # Of solutions equally near, as mirrored ones to the middle, it may be any.
+            chosen = np.linalg.norm((one[0].q - middle) / robot.task.column_scales)
+            assert chosen <= distances[0] + 1e-9
+        elif name in ON_ONE_AXIS and k < 5:
+            every = ks.inverse_kinematics(robot, target, near=near)
+            assert any(family.contains(one.families[0].q) for family in every.families)
+        elif name in SEARCHED and k < 5:
+            assert contains(robot, ks.inverse_kinematics(robot, target), one[0].q)
+
+
+@pytest.mark.parametrize('name', BUNDLED)
+def test_one_solution_where_the_arm_is_already(name):
+    robot = robot_of(name)
+    for q in inside_limits(robot, 20, 8):
+        one = ks.inverse_kinematics(robot, target_of(robot, q), near=q, all_solutions=False)
+        found = one[0] if len(one) else one.families[0]
+        assert np.max(np.abs(found.q - q)) < SAME
+
+
+def test_one_solution_of_what_has_none_inside_is_answered_as_for_all():
+    robot = ks.load_robot('rrp_elementary')
+    for respect in (True, False):
+        one = ks.inverse_kinematics(
+            robot, [0.2, 0.1, 0.5], respect_limits=respect, all_solutions=False
+        )
+        assert one.status == 'outside_limits'
+        assert len(one) == (0 if respect else 1)
+        assert one.nearest.residual > 0.1
+    far = ks.inverse_kinematics(ks.load_robot('craig_3r'), [9.0, 0, 0], all_solutions=False)
+    assert far.status == 'unreachable'
+    above = ks.inverse_kinematics(ks.load_robot('spherical_rrp'), [0, 0, 0.9], all_solutions=False)
+    assert above.status == 'family'
+    assert above.families[0].joints == ('theta1',)
+
+
+# Targets only a corner of the limits leads to: no joint can give way.
+@pytest.mark.parametrize(
+    'name', [f'{convention}-{dof}-1' for convention in CONVENTIONS for dof in (7, 9)]
+)
+def test_redundant_arms_reach_what_the_corners_of_their_limits_reach(name):
+    robot = robot_of(name)
+    random = np.random.default_rng(2)
+    for _ in range(3):
+        q = robot.limits[np.arange(robot.dof), random.integers(0, 2, robot.dof)]
+        q = np.where(np.isfinite(q), q, random.uniform(-1, 1, robot.dof))
+        target = ks.forward_kinematics(robot, q)
+        for result in (
+            ks.inverse_kinematics(robot, target),
+            ks.inverse_kinematics(robot, target, near=q),
+            ks.inverse_kinematics(robot, target, all_solutions=False),
+        ):
+            assert result.status == 'family'
+            assert_honest(robot, target, result)
 
 
 @pytest.mark.parametrize('name', THREE + CLOSED)

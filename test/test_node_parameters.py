@@ -25,7 +25,7 @@ from target_harness import Targets, pose_target, twist_target
 import kinematics_service as ks
 from kinematics_service.errors import KinematicsError
 from kinematics_service.inverse.servo import ServoSettings, joint_velocity
-from kinematics_service.ros.parameter_table import PARAMETERS, ROBOT
+from kinematics_service.ros.parameter_table import PARAMETERS, ROBOT, TRANSPORT
 from kinematics_service.ros.parameters import RobotConflictError
 
 ROUND_OFF = 1e-12
@@ -494,7 +494,7 @@ def test_parameters_override_the_robot_file(arm, tmp_path):
 
 def test_joint_states_can_be_remapped(arm):
     one = arm('craig_3r', ['-r', 'joint_states:=/robot/states'])
-    assert one.node._subscription.topic_name == '/robot/states'
+    assert one.node._input.subscription.topic_name == '/robot/states'
     one.answer(Q)
     assert one.counts()['topic'] == '/robot/states'
 
@@ -529,19 +529,19 @@ def test_a_parameter_file_is_read(arm, tmp_path):
 def test_the_qos_of_an_output_can_be_overridden(arm):
     topic = 'qos_overrides./kinematics/pose.publisher'
     one = arm('craig_3r', ['-p', f'{topic}.reliability:=best_effort', '-p', f'{topic}.depth:=3'])
-    profile = {p.topic_name: p.qos_profile for p, _ in one.node._outputs.channels}[
+    profile = {p.topic_name: p.qos_profile for p, *_ in one.node._outputs.channels}[
         '/kinematics/pose'
     ]
     assert profile.reliability == ReliabilityPolicy.BEST_EFFORT
     assert profile.depth == 3
-    others = {p.qos_profile.reliability for p, _ in one.node._outputs.channels[1:]}
+    others = {p.qos_profile.reliability for p, *_ in one.node._outputs.channels[1:]}
     assert others == {ReliabilityPolicy.RELIABLE}
 
 
 def test_the_qos_of_the_input_can_be_overridden(arm):
     name = 'qos_overrides./joint_states.subscription.reliability'
     one = arm('craig_3r', ['-p', f'{name}:=reliable'])
-    assert one.node._subscription.qos_profile.reliability == ReliabilityPolicy.RELIABLE
+    assert one.node._input.subscription.qos_profile.reliability == ReliabilityPolicy.RELIABLE
     one.answer(Q)
 
 

@@ -19,6 +19,8 @@ from geometry_msgs.msg import PoseStamped
 from node_process import NodeProcess
 from ros_harness import START, STEP, Peer, joint_state, nanoseconds
 
+import kinematics_service as ks
+
 Q = (0.3, -0.4, 1.2)
 NAMES = ['q1', 'q2', 'q3']
 RUNS = 5
@@ -161,6 +163,45 @@ def test_names_of_a_node_are_set_on_its_command_line(process, peer):
     assert answered(peer, '/cell/arm/pose').header.frame_id == 'table'
 
 
+def test_several_arms_run_in_one_process_each_in_its_namespace(process, peer):
+    node = process('--robot', 'left=craig_3r', '--robot', 'right=ur5e', '--robot', 'planar_2r')
+    while sum('listening to' in line for line in node.lines) < 3:
+        assert node.popen.poll() is None, node.stderr
+        peer.executor.spin_once(timeout_sec=0.01)
+    arms = {'left': (NAMES, Q), 'right': (ks.load_robot('ur5e').joint_names, (0.1,) * 6)}
+    arms['planar_2r'] = (ks.load_robot('planar_2r').joint_names, (0.2, 0.4))
+    for space, (names, q) in arms.items():
+        poses = peer.listen(f'/{space}/kinematics/pose', PoseStamped)
+        publisher = peer.speaker(f'/{space}/joint_states')
+        publisher.publish(joint_state(names, q, (), START))
+        peer.spin_until(lambda heard=poses: heard, f'pose of {space}')
+        robot = ks.load_robot({'left': 'craig_3r', 'right': 'ur5e'}.get(space, space))
+        position = poses[0].pose.position
+        expected = ks.forward_kinematics(robot, q)[:3, 3]
+        assert [position.x, position.y, position.z] == pytest.approx(expected.tolist(), abs=1e-9)
+    node.popen.send_signal(signal.SIGINT)
+    assert node.wait() == 0
+    assert 'Traceback' not in node.stderr
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'code', 'sentence'),
+    [
+        (('--robot', 'a=craig_3r', '--robot', 'b=craig_4r'), 1, "no robot 'craig_4r'"),
+        (
+            ('--robot', 'a=ur5e', '--robot', 'b=ur5e', '--ros-args', '-r', '__ns:=/cell'),
+            2,
+            'two arms are named /cell/kinematics',
+        ),
+    ],
+)
+def test_one_arm_that_cannot_start_ends_the_start_of_all(ros_domain, arguments, code, sentence):
+    told, stderr = refusal(*arguments)
+    assert told == code, stderr
+    assert sentence in stderr.splitlines()[-1]
+    assert 'Traceback' not in stderr
+
+
 def test_an_idle_node_costs_next_to_nothing(process):
     node = process('--robot', 'craig_3r')
     stat = Path(f'/proc/{node.popen.pid}/stat')
@@ -235,6 +276,9 @@ def refusal(*arguments, environment=None, command=('-m', 'kinematics_service')):
             'reliability',
         ),
         (('--robot', 'craig_3r', '--ros-args', '-p', 'robot:=puma560'), 2, 'differ'),
+        (('--robot', 'craig_3r', '--robot', 'craig_3r'), 2, 'NAMESPACE=craig_3r'),
+        (('--robot', 'a b=craig_3r'), 2, 'no namespace'),
+        (('--robot', 'left='), 2, 'no robot after'),
         (('--ros-args', '-p', 'nonsense'), 2, 'nonsense'),
         (('--ros-args', '--params-file', 'nowhere.yaml'), 2, 'nowhere.yaml'),
         (('--ros-args', '-r', '__node:=a/b'), 2, 'a/b'),

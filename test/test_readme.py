@@ -51,7 +51,7 @@ def test_every_parameter_stands_in_its_table_with_its_default():
     told = {row[0].strip('`'): row[1].strip('`') for row in rows('Parameters')}
     assert told == {
         parameter.name: written(parameter.default)
-        for parameter in (table.ROBOT, *table.PARAMETERS)
+        for parameter in (table.ROBOT, table.TRANSPORT, *table.PARAMETERS)
     }
 
 

@@ -34,6 +34,9 @@ if TYPE_CHECKING:
     from .symbols.derivation import derive as derive
     from .tool_state import ToolState as ToolState
     from .tool_state import evaluate as evaluate
+    from .urdf.importer import UrdfImport as UrdfImport
+    from .urdf.importer import import_urdf as import_urdf
+    from .urdf.writer import urdf_text as urdf_text
     from .version import __version__ as __version__
 
 _HOME = {
@@ -61,6 +64,9 @@ _HOME = {
     'derive': 'symbols.derivation',
     'ToolState': 'tool_state',
     'evaluate': 'tool_state',
+    'UrdfImport': 'urdf.importer',
+    'import_urdf': 'urdf.importer',
+    'urdf_text': 'urdf.writer',
     '__version__': 'version',
 }
 

@@ -1375,6 +1375,8 @@ STIFFEST = 1e8
 FAR_DAMPING, FAR_STEPS = 1e-3, 80
 # Solutions nearer than this (rad, scaled) are one; nearer than the second, they may be.
 SAME_SOLUTION, MAYBE_SAME = 1e-8, 1e-2
+# As near to the target as a solution is to round-off, as a share of the length.
+AS_GOOD = 1e-13
 # Beyond a limit by less is at the limit: what the last digits of a solution do (rad, m).
 AT_LIMIT = 1e-9
 
@@ -1652,6 +1654,22 @@ def free_motions(
 
 
 @compiled
+def parts_of_error(integers: Integers, numbers: Floats, aim: Floats, q: Floats) -> Any:
+    """
+    Return by how much q (1, n) misses its target: position (m) and rotation (rad), rows that count.
+
+    """
+    error = np.empty(6)
+    rows = np.empty((1, integers[FRAMES_AT]))
+    _evaluate_one(integers, numbers, q, np.zeros(q.shape), POSE, rows, 0, 0)
+    _miss(aim, rows[0], error)
+    length = max(aim[AIM_WEIGHTS + 3], aim[AIM_WEIGHTS + 4], aim[AIM_WEIGHTS + 5])
+    angular = math.sqrt(error[3] ** 2 + error[4] ** 2 + error[5] ** 2)
+    linear = math.sqrt(error[0] ** 2 + error[1] ** 2 + error[2] ** 2)
+    return linear, angular / length if length > 0.0 else 0.0
+
+
+@compiled
 def _sign(value: float, size: float) -> int:
     if abs(value) <= 1e-9 * size:
         return 0
@@ -1774,6 +1792,7 @@ def distinct(
     rows = np.empty((1, integers[FRAMES_AT]))
     work = np.empty((n + 4, max(6 + 2 * n, n)))
     halfway = np.empty(n)
+    length = max(aim[AIM_WEIGHTS + 3], aim[AIM_WEIGHTS + 4], aim[AIM_WEIGHTS + 5], 1e-3)
     count = 0
     for k in range(q.shape[0]):
         if not errors[k] < proved:
@@ -1792,7 +1811,7 @@ def distinct(
                 error = _refine_one(
                     integers, numbers, aim, scales, free, 0.0, 0, halfway, rest, rows, work
                 )
-                known = error < max(proved, 2.0 * errors[k])
+                known = error < max(AS_GOOD * length, 4.0 * errors[k])
             if known:
                 met[i] += 1
                 break
@@ -1939,15 +1958,15 @@ def take_aim(target: Floats, aim: Floats) -> int:
 def _away(
     limits: Floats, periods: Floats, scales: Floats, near: Floats, q: Floats, facts: Floats
 ) -> float:
-    # Turns q (1, n) into its representative, fills how it stands to the limits, and returns its
-    # distance to `near`.
+    # Turns q (1, n) into its representative, fills how it stands to the limits, and returns the
+    # square of its distance to `near`.
     representatives(limits, periods, near, q)
     away, margin = 0.0, math.inf
     for j in range(near.size):
         room = min(q[0, j] - limits[j, 0], limits[j, 1] - q[0, j])
         margin = min(margin, room)
         facts[BEYOND_AT + j] = 1.0 if room < -AT_LIMIT else 0.0
-        away = max(away, abs(q[0, j] - near[j]) / scales[j])
+        away += ((q[0, j] - near[j]) / scales[j]) ** 2
     facts[MARGIN] = margin
     return away
 
@@ -2036,7 +2055,7 @@ def closed_solutions(
         for i in range(count):
             away[i] = _away(limits, periods, scales, near, found[i : i + 1], facts[0])
             if facts[0, MARGIN] < -AT_LIMIT:  # not before the others
-                away[i] += 1e12
+                away[i] += 1e200
         for _ in range(count):
             i = int(np.argmin(away))
             away[i] = math.inf

@@ -14,7 +14,20 @@ import typer
 
 from ..errors import KinematicsError
 from ..version import __version__
-from . import check, compare, derive, fk, ik, jacobian, robots, ros_commands
+from . import (
+    check,
+    compare,
+    derive,
+    export,
+    fk,
+    ik,
+    import_urdf,
+    jacobian,
+    plot,
+    robots,
+    ros_commands,
+    view,
+)
 from .arguments import join_numbers, split_ros_arguments
 from .options import WrongUsage
 
@@ -28,6 +41,7 @@ Without a command: the ROS 2 node. It hears joint_states and answers on ~/pose, 
 Examples:
   kinematics_service --robot puma560
   kinematics_service --robot arm.yaml --ros-args -r __ns:=/left
+  kinematics_service --robot left=ur5e --robot right=ur5e
   kinematics_service check arm.yaml
   kinematics_service COMMAND --help
 """
@@ -50,6 +64,11 @@ app.command(short_help='Compare your own formulas with the right ones.', help=co
     compare.compare
 )
 app.command(short_help='Derive the kinematics exactly.', help=derive.HELP)(derive.derive)
+app.command(short_help='Write a robot as URDF.', help=export.HELP)(export.export)
+app.command('import', short_help='Make a robot file from a URDF.', help=import_urdf.HELP)(
+    import_urdf.import_urdf
+)
+app.command(short_help='Draw a pose, a path, a map or the workspace.', help=plot.HELP)(plot.plot)
 app.command(short_help='List the bundled robots.', help=robots.HELP)(robots.robots)
 app.command(short_help='Show the node at work without a robot.', help=ros_commands.DEMO_HELP)(
     ros_commands.demo
@@ -57,8 +76,9 @@ app.command(short_help='Show the node at work without a robot.', help=ros_comman
 app.command(short_help='Print what a running node says.', help=ros_commands.ECHO_HELP)(
     ros_commands.echo
 )
+app.command(short_help='Show the arm live on a web page.', help=view.HELP)(view.view)
 
-WITH_ROS = ('demo', 'echo')
+WITH_ROS = ('demo', 'echo', 'view')
 
 
 def _print_version(wanted: bool) -> None:
@@ -71,10 +91,11 @@ def _print_version(wanted: bool) -> None:
 def _node(
     context: typer.Context,
     robot: Annotated[
-        str | None,
+        list[str] | None,
         typer.Option(
-            metavar='FILE|NAME',
-            help="A robot file, or a bundled robot (see 'robots').",
+            metavar='[NAMESPACE=]FILE|NAME',
+            help="A robot file, or a bundled robot (see 'robots'). Several times: several arms in "
+            'one process, each in its own namespace.',
             show_default='puma560',
         ),
     ] = None,
@@ -99,9 +120,9 @@ def _node(
 ) -> None:
     command = context.invoked_subcommand
     if command is None:
-        ros_commands.node(robot, context.obj, allow_unsecured, allow_mixed_ros)
+        ros_commands.node(robot or [], context.obj, allow_unsecured, allow_mixed_ros)
         return
-    if robot is not None or allow_unsecured or allow_mixed_ros:
+    if robot or allow_unsecured or allow_mixed_ros:
         raise WrongUsage(f"options before a command are the node's: write them after {command!r}")
     if context.obj and command not in WITH_ROS:
         raise WrongUsage(f'{command} takes no --ros-args: it needs no ROS')

@@ -16,6 +16,7 @@ from ..inverse.solve import inverse_kinematics
 from ..kernel import Floats
 from ..printing import Output, facts, heading, json_text, number, numbers, plain, table
 from ..robot import Robot
+from ..task import ROW_NAMES
 from .options import (
     NUMBER,
     DegreesOption,
@@ -35,12 +36,16 @@ Examples:
   kinematics_service ik --robot ur5e --xyz 0.3,-0.2,0.4 --rpy 180,0,90 --deg
   kinematics_service ik --robot craig_3r --xyz 0.4,0.1,-0.2 --near 0,0.5,0.5
   kinematics_service ik --robot puma560 --xyz=-0.3,0.4,0.9 --quaternion 0,0,0,1 --json
+  kinematics_service ik --robot scara_hsr065 --xyz 0.4,0.1,0.2 --rows x,y --one
 
 Positions that differ by full turns are one solution: printed is the one inside the
 limits nearest to --near (default: the middle of the limits). Each was proved by forward
 kinematics. Where the arm can move on without moving the tool, the solution is a family,
 printed at one of its positions. The exit code is 1 if nothing is inside the limits;
 then the nearest pose is printed.
+
+--one: the first solution found inside the limits, the nearest one where there is a
+closed form. An arm without one is searched from random starts: --seed gives others.
 
 \b
 The keys of --json, in m and rad; null: infinite or undefined:
@@ -87,6 +92,19 @@ NearOption = Annotated[
         show_default='the middle of the limits',
     ),
 ]
+RowsOption = Annotated[
+    str | None,
+    typer.Option(
+        '--rows',
+        metavar='NAMES',
+        help='Which of x y z rx ry rz of the target count, in the axes of frame 0.',
+        show_default='all of a pose, x y z of a position',
+    ),
+]
+SeedOption = Annotated[
+    int, typer.Option('--seed', min=0, help='Of the random starts of a search.')
+]
+OneOption = Annotated[bool, typer.Option('--one', help='One solution is enough, the first found.')]
 AllOption = Annotated[bool, typer.Option('--all', help='Print solutions outside the limits too.')]
 
 
@@ -96,6 +114,9 @@ def ik(
     rpy: RpyOption = None,
     quaternion: QuaternionOption = None,
     near: NearOption = None,
+    rows: RowsOption = None,
+    seed: SeedOption = 0,
+    one: OneOption = False,
     everything: AllOption = False,
     deg: DegreesOption = False,
     json: JsonOption = False,
@@ -106,10 +127,20 @@ def ik(
     """
     if rpy is not None and quaternion is not None:
         raise WrongUsage('--rpy and --quaternion both say how the tool is turned: give one')
+    if one and everything:
+        raise WrongUsage('--one and --all: give one of them')
     arm = given_robot(robot)
     target = _target(xyz, rpy, quaternion, deg)
     start = None if near is None else joint_values(arm, near, '--near', deg)
-    result = inverse_kinematics(arm, target, near=start, respect_limits=not everything)
+    result = inverse_kinematics(
+        arm,
+        target,
+        near=start,
+        respect_limits=not everything,
+        rows=None if rows is None else _row_names(rows, target),
+        seed=seed,
+        all_solutions=not one,
+    )
     if json:
         print(_document(arm, result, target, start))
     else:
@@ -140,6 +171,14 @@ def _given(text: str, option: str, count: int) -> Floats:
         example = ','.join(['0.1'] * count)
         raise WrongUsage(f'{option}: {text!r} is not {count} numbers, such as {option}={example}')
     return np.array([float(word) for word in words])
+
+
+def _row_names(text: str, target: Floats) -> list[str]:
+    known = ROW_NAMES if target.ndim == 2 else ROW_NAMES[:3]
+    names = re.split(r'\s*,\s*|\s+', text.strip())
+    if set(names) - set(known):
+        raise WrongUsage(f'--rows: {text!r} is not some of {" ".join(known)}')
+    return names
 
 
 def _document(robot: Robot, result: IkResult, target: Floats, near: Floats | None) -> str:

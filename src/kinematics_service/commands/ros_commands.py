@@ -79,7 +79,7 @@ def _without_ros(error: ImportError) -> Exception:
 
 
 def node(
-    robot: str | None, ros_arguments: list[str], allow_unsecured: bool, allow_mixed_ros: bool
+    robots: list[str], ros_arguments: list[str], allow_unsecured: bool, allow_mixed_ros: bool
 ) -> None:
     """
     Run the node until it is told to stop.
@@ -94,7 +94,7 @@ def node(
         from ..ros.runner import run_node
     except ImportError as error:
         raise _without_ros(error) from error
-    raise typer.Exit(run_node(robot, ros_arguments, allow_unsecured, allow_mixed_ros))
+    raise typer.Exit(run_node(robots, ros_arguments, allow_unsecured, allow_mixed_ros))
 
 
 def demo(

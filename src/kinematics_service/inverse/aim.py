@@ -13,7 +13,6 @@ import numpy.typing as npt
 from .. import kernel
 from ..errors import KinematicsError
 from ..kernel import Floats
-from ..rigid_motion import rotation_vector
 from ..robot import Robot
 from ..task import ROW_NAMES
 
@@ -108,16 +107,3 @@ def _untargeted(robot: Robot, rows: tuple[str, ...]) -> Floats:
         for i, name in enumerate(ROW_NAMES)
     ]
     return numbers
-
-
-def parts_of_error(aim: Aim, pose: Floats) -> tuple[float, float]:
-    """
-    Return the norms of the position error (m) and rotation error (rad) of a pose, rows that count.
-
-    """
-    numbers = aim.numbers
-    axes = numbers[kernel.AIM_AXES : kernel.AIM_AXES + 9].reshape(3, 3)
-    weights = numbers[kernel.AIM_WEIGHTS : kernel.AIM_WEIGHTS + 6] > 0.0
-    linear = axes.T @ (aim.pose[:3, 3] - pose[:3, 3])
-    angular = axes.T @ rotation_vector(aim.pose[:3, :3] @ pose[:3, :3].T)
-    return float(np.linalg.norm(linear[weights[:3]])), float(np.linalg.norm(angular[weights[3:]]))

@@ -8,9 +8,7 @@ import numpy.typing as npt
 
 from .. import kernel
 from ..kernel import Floats
-from ..kinematics import forward_kinematics
 from ..robot import Robot
-from .aim import parts_of_error
 from .closed import NO_POSTURE, POSTURES
 from .families import Family, isolated_or_not, nearer
 from .question import Question
@@ -20,6 +18,8 @@ from .search import PROVED, Best, Found, refined, starts
 
 # Starts, inside the limits, for the nearest pose.
 NEAREST_STARTS = 64
+# A joint that moves less than this share of a unit motion stands still.
+MOVES = 1e-6
 LEFT_FREE = 'the target leaves joints free to move: '
 
 
@@ -109,7 +109,7 @@ def _solutions(question: Question, found: Found) -> tuple[IkSolution, ...]:
     if not len(found.q):
         return ()
     chosen = representatives(question.robot, question.plan, found.q, question.near)
-    away = np.maximum.reduce(np.abs((chosen.q - question.near) / question.plan.scales), axis=1)
+    away = np.linalg.norm((chosen.q - question.near) / question.plan.scales, axis=1)
     postures = _postures(question, found.q)
     errors, margins = found.errors.tolist(), chosen.margin.tolist()
     feasible = (~np.logical_or.reduce(chosen.outside, axis=1)).tolist()
@@ -124,6 +124,15 @@ def _solutions(question: Question, found: Found) -> tuple[IkSolution, ...]:
         )
         for k in away.argsort(kind='stable').tolist()
     )
+
+
+def moving_joints(robot: Robot, motions: Floats) -> tuple[str, ...]:
+    """
+    Return the names of the joints that motions (k, n) move.
+
+    """
+    columns = zip(robot.joint_names, *motions.tolist())
+    return tuple(name for name, *moves in columns if any(abs(move) > MOVES for move in moves))
 
 
 def _named(robot: Robot, which: npt.NDArray[np.bool_]) -> tuple[str, ...]:
@@ -143,23 +152,13 @@ def family_of(question: Question, family: Family) -> IkFamily:
         if not inside:
             limits = np.full_like(limits, np.inf) * [-1.0, 1.0]
         family = nearer(robot, question.aim, plan, family._replace(q=q), question.near, limits)
-    return family_at(question, family)
-
-
-def family_at(question: Question, family: Family) -> IkFamily:
-    """
-    Return a family as the result has it, at the pose it was found at.
-
-    """
-    robot, plan = question.robot, question.plan
     chosen = representatives(robot, plan, family.q[None], question.near)
     outside = chosen.outside[0]
-    moving = np.any(np.abs(family.motions) > 1e-6, axis=0)
     return IkFamily(
         q=chosen.q[0].copy(),
         motions=family.motions.copy(),
         straight=family.straight,
-        joints=_named(robot, moving),
+        joints=moving_joints(robot, family.motions),
         residual=family.error,
         feasible=not bool(np.any(outside)),
         beyond=_named(robot, outside),
@@ -204,5 +203,8 @@ def nearest_pose(question: Question, q: Floats, error: float) -> NearestPose:
     Return how near to the target the tool is at joint positions (n,).
 
     """
-    linear, angular = parts_of_error(question.aim, forward_kinematics(question.robot, q))
+    chain = question.robot.chain
+    linear, angular = kernel.parts_of_error(
+        chain.integers, chain.numbers, question.aim.numbers, np.array(q[None])
+    )
     return NearestPose(q.copy(), error, linear, angular)

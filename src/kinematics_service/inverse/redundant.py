@@ -55,8 +55,7 @@ def dimension(robot: Robot, aim: Aim) -> int:
     Return the dimension of the families of a redundant arm.
 
     """
-    rows = int(np.sum(aim.numbers[kernel.AIM_WEIGHTS : kernel.AIM_WEIGHTS + 6] > 0.0))
-    return max(robot.dof - rows, 1)
+    return max(robot.chain.dof - len(aim.rows), 1)
 
 
 def into_limits(robot: Robot, q: Floats, random: np.random.Generator) -> Floats:

@@ -12,14 +12,21 @@ import numpy.typing as npt
 from .. import kernel
 from ..robot import Robot
 from .aim import aim_at
-from .answer import LEFT_FREE, answer, family_at, inside_limits, nearest_pose, result_of
-from .closed import Proved, closed_solutions, solutions_of
-from .families import SUSPECT, Family, tangent
+from .answer import (
+    LEFT_FREE,
+    answer,
+    inside_limits,
+    moving_joints,
+    nearest_pose,
+    result_of,
+)
+from .closed import NO_POSTURE, Proved, closed_solutions, solutions_of
+from .families import SUSPECT, tangent
 from .first import first_solution
 from .plan import plan_for
 from .question import Question, near_or_middle
 from .redundant import dimension, redundant_family
-from .result import IkResult, Method
+from .result import IkFamily, IkResult, Method
 from .search import Best, Found, search
 
 
@@ -46,7 +53,8 @@ def inverse_kinematics(
         Pose of the tool, or its position (m), in the base frame.
     near : shape (n,), rad or m
         Of positions that differ by full turns the nearest to this is returned, and the nearest
-        solutions first; default: the middle of the limits, 0 where there are none.
+        solutions first (root of the sum of squares, prismatic joints divided by the arm's length);
+        default: the middle of the limits, 0 where there are none.
     respect_limits
         Whether solutions outside the limits are left out.
     rows
@@ -112,8 +120,19 @@ def _one(question: Question, proved: Proved) -> IkResult:
     if plan.redundant:
         motions = tangent(robot, aim, plan, proved.q[0], dimension(robot, aim))
     if len(motions):
-        family = Family(proved.q[0], error, motions, not plan.redundant)
-        continuum = family_at(question, family)
+        continuum = IkFamily(
+            q=proved.q[0].copy(),
+            motions=motions.copy(),
+            straight=not plan.redundant,
+            joints=moving_joints(robot, motions),
+            residual=error,
+            feasible=True,
+            beyond=(),
+            margin=float(proved.facts[0, kernel.MARGIN]),
+            posture=NO_POSTURE,
+            scales=plan.scales.copy(),
+            periods=plan.periods.copy(),
+        )
         nearest = nearest_pose(question, continuum.q, error)
         joints = ', '.join(continuum.joints)
         return IkResult((), (continuum,), 'family', LEFT_FREE + joints, method, nearest)

@@ -3,7 +3,6 @@ The node: JointState in; pose, Jacobian, twist and singularity warning out.
 
 """
 
-import copy
 import json
 import time
 from typing import Any
@@ -12,24 +11,24 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.clock import Clock, ClockType, JumpThreshold, TimeJump
 from rclpy.duration import Duration
 from rclpy.node import Node
-from rclpy.qos_overriding_options import QoSOverridingOptions
-from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
 from ..estimator import RESETS, Answer, Estimator, Refusal
+from ..joint_sample import JointSample
 from ..notice import Notice, notice_of, stale_notice, structure_in_words
 from ..singularities import Singularity, singularity_of
 from .describe import description_of
 from .diagnostics import INTERNAL_ERROR
 from .health import Health
-from .messages import Report, sample_of, stamp_of, status_message
+from .input import Input
+from .messages import Report, status_message
 from .outputs import Outputs
 from .parameters import NodeParameters
 from .settings import Settings
 from .stamp_grid import StampGrid
 from .targets import Targets
 from .throttle import Throttle
-from .topics import DESCRIBE, JOINT_STATES, JOINT_STATES_QOS, WARNING, WARNING_QOS, warm_up
+from .topics import DESCRIBE, WARNING, WARNING_QOS, warm_up
 
 NODE_NAME = 'kinematics'
 
@@ -76,7 +75,7 @@ class KinematicsNode(Node):
         self._watchdog = self.create_timer(
             self._watchdog_period(), self._watch, clock=self._steady
         )
-        self._health = Health(self, self._estimator, self._subscription.topic_name, self._steady)
+        self._health = Health(self, self._estimator, self._input.topic_name, self._steady)
         self._own.listen(self._take_settings)
         self._jump = self.get_clock().create_jump_callback(
             JumpThreshold(min_forward=None, min_backward=Duration(nanoseconds=-1)),
@@ -86,17 +85,11 @@ class KinematicsNode(Node):
         self._introduce()
 
     def _open_topics(self) -> None:
-        self._outputs = Outputs(self, self.settings)
+        transport = self._own.transport
+        self._outputs = Outputs(self, self.settings, transport)
         self._warning = self.create_publisher(DiagnosticStatus, WARNING, WARNING_QOS)
         self._targets = Targets(self, self.settings, self._present, self._steady)
-        # Overrides are written into the profile that is given: it must be a copy.
-        self._subscription = self.create_subscription(
-            JointState,
-            JOINT_STATES,
-            self._on_joint_state,
-            copy.copy(JOINT_STATES_QOS),
-            qos_overriding_options=QoSOverridingOptions.with_default_policies(),
-        )
+        self._input = Input(self, transport, self._on_joint_state, self._on_unreadable)
         self.create_service(Trigger, DESCRIBE, self._describe)
 
     @property
@@ -124,7 +117,7 @@ class KinematicsNode(Node):
         self.get_logger().info(
             f'robot {which}: {robot.dof} joints, {robot.convention}, '
             f'{self.settings.base_frame} to {self.settings.tool_frame}; '
-            f'listening to {self._subscription.topic_name}'
+            f'listening to {self._input.topic_name}'
         )
         for name in self._own.unknown():
             self.get_logger().warning(f'parameter {name} is unknown and has no effect')
@@ -136,10 +129,13 @@ class KinematicsNode(Node):
 
     # Messages
 
-    def _on_joint_state(self, message: JointState) -> None:
+    def _on_unreadable(self, reason: str) -> None:
+        self._estimator.counts[reason] += 1
+
+    def _on_joint_state(self, sample: JointSample) -> None:
         begin = time.perf_counter()
         try:
-            self._answer(message)
+            self._answer(sample)
         except Exception as error:  # nothing a robot sends may stop the node
             self._estimator.counts[INTERNAL_ERROR] += 1
             if self._throttle.passes('internal'):
@@ -148,12 +144,9 @@ class KinematicsNode(Node):
                 )
         self._health.work.add(time.perf_counter() - begin)
 
-    def _answer(self, message: JointState) -> None:
-        arrival = time.monotonic_ns()
-        stamp = stamp_of(message)
-        received = stamp or self.get_clock().now().nanoseconds
+    def _answer(self, sample: JointSample) -> None:
         resets = self._estimator.counts[RESETS]
-        outcome = self._estimator.take(sample_of(message, received, arrival))
+        outcome = self._estimator.take(sample)
         if self._estimator.counts[RESETS] != resets:
             self._grid.forget()
             if self._throttle.passes(RESETS):
@@ -169,7 +162,7 @@ class KinematicsNode(Node):
         report = Report(outcome, singularity_of(outcome.state), self.settings)
         if self._grid.passes(outcome.stamp, self.settings.period):
             self._outputs.publish(report, self._outputs.heard())
-        self._warn(report.singularity, arrival)
+        self._warn(report.singularity, sample.arrival)
 
     def _present(self) -> Answer | str:
         # The arm's present state, or why it is not known.
@@ -202,7 +195,7 @@ class KinematicsNode(Node):
         return min(max(period, WATCHDOG_SHORTEST), WATCHDOG_LONGEST)
 
     def _silence(self, missing: tuple[str, ...]) -> str:
-        return f'no joint state of {", ".join(missing)} on {self._subscription.topic_name}'
+        return f'no joint state of {", ".join(missing)} on {self._input.topic_name}'
 
     def _watch(self) -> None:
         now = time.monotonic_ns()
@@ -237,7 +230,7 @@ class KinematicsNode(Node):
         response.message = json.dumps(
             description_of(
                 self.settings,
-                self._subscription.topic_name,
+                self._input.topic_name,
                 [
                     *self._outputs.names,
                     self._warning.topic_name,

@@ -4,7 +4,7 @@ The topics of a node that answer every accepted message: who listens, and what g
 """
 
 import copy
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from rclpy.node import Node
 from rclpy.publisher import Publisher
@@ -13,17 +13,32 @@ from rclpy.qos_overriding_options import QoSOverridingOptions
 from .. import kernel
 from .messages import Report, transform_message
 from .settings import Settings
-from .topics import OUTPUT_QOS, TOPICS, Topic
+from .topics import OUTPUT_QOS, TOPICS, Topic, sample_report
+from .wire_template import Template
 
 
 class Channel(NamedTuple):
     """
-    A topic with its publisher.
+    A topic with its publisher, and its template where its messages go out as patched bytes.
 
     """
 
     publisher: Publisher
     topic: Topic
+    template: Template | None = None
+
+    def message(self, report: Report) -> Any:
+        """
+        Return the message of a report, None for nothing to say.
+
+        """
+        numbers = self.topic.numbers(report)
+        if numbers is None:
+            return None
+        stamp = report.answer.stamp
+        if self.template is not None:
+            return self.template.message(stamp, numbers)
+        return self.topic.make(stamp, numbers, report.settings)
 
 
 class Outputs:
@@ -32,8 +47,9 @@ class Outputs:
 
     """
 
-    def __init__(self, node: Node, settings: Settings) -> None:
+    def __init__(self, node: Node, settings: Settings, transport: str) -> None:
         self._node = node
+        self._transport = transport
         # Overrides are written into the profile that is given: each topic needs its own.
         self.channels = [
             Channel(
@@ -52,9 +68,15 @@ class Outputs:
 
     def configure(self, settings: Settings) -> None:
         """
-        Take other settings.
+        Take other settings: frames and labels are part of the templates.
 
         """
+        if self._transport == 'bytes':
+            sample = sample_report(settings)
+            self.channels = [
+                channel._replace(template=_template(channel.topic, sample))
+                for channel in self.channels
+            ]
         if settings.publish_tf and self._tf is None:
             from tf2_msgs.msg import TFMessage  # not among the wheels: only where it is asked for
 
@@ -82,10 +104,10 @@ class Outputs:
         Publish a report on channels, pose first, and on /tf where that is set.
 
         """
-        for publisher, topic in heard:
-            message = topic.build(report)
+        for channel in heard:
+            message = channel.message(report)
             if message is not None:
-                publisher.publish(message)
+                channel.publisher.publish(message)
         if report.settings.publish_tf:
             self._publish_tf(report)
 
@@ -94,6 +116,15 @@ class Outputs:
 
         assert self._tf is not None
         self._tf.publish(TFMessage(transforms=[transform_message(report)]))
+
+
+def _template(topic: Topic, sample: Report) -> Template | None:
+    numbers = topic.numbers(sample)
+    if numbers is None:
+        return None
+    return Template.learn(
+        lambda stamp, values: topic.make(stamp, values, sample.settings), len(numbers)
+    )
 
 
 def depth_of(heard: list[Channel]) -> int:

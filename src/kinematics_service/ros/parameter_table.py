@@ -12,6 +12,8 @@ from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
 from ..estimator import VELOCITY_SOURCES
 from ..measures import MEASURES
 
+# How messages are read and written: as patched bytes, or as rclpy's objects.
+TRANSPORTS = ('bytes', 'messages')
 AXES = ('base', 'tool')
 ROW_ORDERS = ('linear_first', 'angular_first')
 
@@ -50,6 +52,15 @@ class Parameter:
 
 ROBOT = Parameter(
     'robot', 'puma560', 'Robot file, or name of a bundled robot; set at start.', read_only=True
+)
+
+TRANSPORT = Parameter(
+    'transport',
+    'bytes',
+    "How messages are read and written: straight in their bytes, or as rclpy's messages; both "
+    'give the same, the second costs more. Set at start.',
+    TRANSPORTS,
+    read_only=True,
 )
 
 PARAMETERS = (

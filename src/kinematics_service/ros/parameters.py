@@ -13,7 +13,7 @@ from rclpy.parameter import Parameter as RosParameter
 
 from ..errors import KinematicsError
 from ..robot import load_robot
-from .parameter_table import PARAMETERS, ROBOT
+from .parameter_table import PARAMETERS, ROBOT, TRANSPORT
 from .settings import Settings, SettingsError, defaults, settings_from
 
 KINDS = {str: 'a string', bool: 'true or false', float: 'a number with a point'}
@@ -54,6 +54,7 @@ class NodeParameters:
             raise RobotConflictError(
                 f'--robot {robot} and the parameter robot:={name} differ; give one of them'
             )
+        self.transport = self._transport()
         self.by_default = robot is None and name == ROBOT.default
         self._robot = load_robot(name)
         for parameter in PARAMETERS:
@@ -101,6 +102,15 @@ class NodeParameters:
             ) from None
         except InvalidParameterValueException as error:
             raise SettingsError(f'parameter {name} is refused: {error}') from None
+
+    def _transport(self) -> str:
+        value = self._declare(TRANSPORT.name, TRANSPORT.default, TRANSPORT.descriptor())
+        if value not in TRANSPORT.choices:
+            raise SettingsError(
+                f'parameter {TRANSPORT.name}: {value!r} is not accepted '
+                f'(one of {", ".join(TRANSPORT.choices)})'
+            )
+        return str(value)
 
     def _settings_with(self, changes: Mapping[str, Any]) -> Settings:
         values = {name: self._node.get_parameter(name).value for name in NAMES}

@@ -15,6 +15,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from ..errors import KinematicsError
 from ..patience import ready_kernel
+from .arms import ArmChoice, ArmsError, arms_from
 from .environment import mixture_refusal, security_refusal
 from .node import KinematicsNode
 from .parameters import RobotConflictError
@@ -70,7 +71,7 @@ def _first_clause(error: Exception) -> str:
 
 
 def run_node(
-    robot: str | None,
+    robots: Sequence[str],
     ros_args: Sequence[str],
     allow_unsecured: bool = False,
     allow_mixed_ros: bool = False,
@@ -80,8 +81,9 @@ def run_node(
 
     Parameters
     ----------
-    robot
-        File or bundled name; None for the parameter `robot`.
+    robots
+        Files or bundled names, each with `NAMESPACE=` before it or not: one node for each, all in
+        this process; none for the parameter `robot`.
     ros_args
         ROS arguments, `--ros-args` included.
     allow_unsecured, allow_mixed_ros
@@ -96,15 +98,22 @@ def run_node(
     if refusal is not None:
         tell(refusal)
         return FAULT
+    try:
+        arms = arms_from(robots)
+    except ArmsError as error:
+        tell(str(error))
+        return WRONG_USAGE
     ready_kernel()
     with stop_signals() as stop:
         context = open_context(ros_args)
         if context is None:
             return WRONG_USAGE
+        nodes: list[KinematicsNode] = []
         try:
             try:
-                node = KinematicsNode(robot, context=context)
-            except RobotConflictError as error:
+                for arm in arms:
+                    nodes.append(_node(arm, context, nodes))
+            except (RobotConflictError, ArmsError) as error:
                 tell(str(error))
                 return WRONG_USAGE
             except KinematicsError as error:
@@ -114,14 +123,32 @@ def run_node(
                 # What rclpy itself reads: use_sim_time, QoS overrides, the names of the node.
                 tell(f'rclpy cannot start the node: {_first_clause(error)}')
                 return FAULT
-            executor = new_executor(node, context)
+            executor = new_executor(nodes[0], context)
+            for node in nodes[1:]:
+                executor.add_node(node)
             # What is there now stays. To look through it takes the garbage collector some 80 ms,
             # which would fall between two messages, and more on the way out.
             gc.freeze()
-            fine = spin(executor, node, lambda: stop.came or not context.ok())
-            executor.remove_node(node)
+            fine = spin(executor, nodes[0], lambda: stop.came or not context.ok())
+            for node in nodes:
+                executor.remove_node(node)
             executor.shutdown()
-            node.destroy_node()
             return FINE if fine else FAULT
         finally:
+            for node in nodes:
+                node.destroy_node()
             context.try_shutdown()
+
+
+def _node(arm: ArmChoice, context: Context, others: Sequence[KinematicsNode]) -> KinematicsNode:
+    options = {} if arm.namespace is None else {'namespace': arm.namespace}
+    node = KinematicsNode(arm.robot, context=context, **options)
+    name = node.full_name
+    if name in [other.full_name for other in others]:
+        # A remapping of names holds for every node of the process.
+        node.destroy_node()
+        raise ArmsError(
+            f'two arms are named /{name}: give the namespaces as '
+            '--robot NAMESPACE=ROBOT, not by -r __ns:= or -r __node:='
+        )
+    return node

@@ -56,7 +56,7 @@ def choice_of(result: IkResult, robot: Robot, near: Floats) -> Choice:
     scales = robot.task.column_scales
 
     def away(answer: IkSolution | IkFamily) -> float:
-        return float(np.max(np.abs((answer.q - near) / scales)))
+        return float(np.linalg.norm((answer.q - near) / scales))
 
     answers: list[IkSolution | IkFamily] = [*result.solutions, *result.families]
     return Choice(tuple(sorted((one for one in answers if one.feasible), key=away)))

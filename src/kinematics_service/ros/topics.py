@@ -116,9 +116,9 @@ TOPICS = (
 )
 
 
-def warm_up(settings: Settings) -> None:
+def sample_report(settings: Settings) -> Report:
     """
-    Build every answer once: the kernel is compiled, or read from its cache, before the first one.
+    Return the report of some pose of the arm, moving.
 
     """
     robot = settings.robot
@@ -126,8 +126,17 @@ def warm_up(settings: Settings) -> None:
     q = seeded_poses(robot.limits, prismatic)[0]
     state = evaluate(robot, q, q, depth=kernel.ALL_FRAMES)
     answer = Answer(state, state.quaternion_xyzw, 0, 'message')
-    report = Report(answer, singularity_of(state), settings)
+    return Report(answer, singularity_of(state), settings)
+
+
+def warm_up(settings: Settings) -> None:
+    """
+    Build every answer once: the kernel is compiled, or read from its cache, before the first one.
+
+    """
+    robot, sample = settings.robot, sample_report(settings)
     for topic in TOPICS:
-        topic.build(report)
+        topic.build(sample)
+    state = sample.answer.state
     inverse_kinematics(robot, state.pose, near=state.q, rows=settings.target_rows)
     joint_velocity(robot, state, state.twist, settings.servo)

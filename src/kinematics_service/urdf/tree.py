@@ -1,0 +1,121 @@
+"""
+The links and joints of a URDF, and the way from one link down to another.
+
+"""
+
+import difflib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from .document import Element, UrdfError, listed, shown
+
+
+@dataclass(frozen=True)
+class UrdfTree:
+    """
+    What hangs on what; nothing else of the file has been looked at.
+
+    Parameters
+    ----------
+    root
+        The element `<robot>`.
+    links, joints
+        Elements by name, in the order of the file.
+    above
+        The joints whose child a link is; in a tree one or none.
+
+    """
+
+    root: Element
+    links: Mapping[str, Element]
+    joints: Mapping[str, Element]
+    above: Mapping[str, Sequence[Element]]
+
+    def chain(self, base: str, tip: str) -> tuple[Element, ...]:
+        """
+        Return the joints from the base link to the tip link.
+
+        Raises
+        ------
+        UrdfError
+            A link is not there, the tip does not hang on the base, or the way is a loop.
+
+        """
+        for link, option in ((base, 'base'), (tip, 'tip')):
+            if link not in self.links:
+                near = difflib.get_close_matches(link, self.links, n=1)
+                hint = f', did you mean {near[0]!r}?' if near else ''
+                names = listed(tuple(self.links))
+                self.root.refuse(f'no link {shown(link)} for the {option}{hint} (links: {names})')
+        way: list[Element] = []
+        links = [tip]
+        while links[-1] != base:
+            above = self.above.get(links[-1], ())
+            if not above:
+                self.root.refuse(
+                    f'{shown(tip)} does not hang on {shown(base)}; it hangs on: '
+                    f'{listed(tuple(links[1:]))}'
+                )
+            if len(above) > 1:
+                names = ' and '.join(shown(joint.attributes['name']) for joint in above)
+                above[1].refuse(
+                    f'a loop: link {shown(links[-1])} is the child of {names}; '
+                    'a robot file takes chains'
+                )
+            way.append(above[0])
+            links.append(end_of(above[0], 'parent'))
+            if links[-1] in links[:-1]:
+                above[0].refuse('a loop: its parent link hangs on its own child')
+        return tuple(reversed(way))
+
+
+def end_of(joint: Element, end: str) -> str:
+    """
+    Return the link at one end of a joint, `parent` or `child`.
+
+    Raises
+    ------
+    UrdfError
+        It is not said.
+
+    """
+    element = joint.first(end)
+    link = None if element is None else element.attributes.get('link')
+    if not link:
+        joint.refuse(f'it has no <{end} link="..."/>')
+    return link
+
+
+def read_tree(root: Element) -> UrdfTree:
+    """
+    Return the links and joints of a file.
+
+    Raises
+    ------
+    UrdfError
+        One has no name, the name of another, or hangs on nothing.
+
+    """
+    links, joints = _named(root, 'link'), _named(root, 'joint')
+    if not links:
+        raise UrdfError(f'{root.file}: there is no <link> in it')
+    above: dict[str, list[Element]] = {}
+    for joint in joints.values():
+        for end in ('parent', 'child'):
+            if end_of(joint, end) not in links:
+                names = listed(tuple(links))
+                joint.refuse(f'its {end} {shown(end_of(joint, end))} is no link (links: {names})')
+        above.setdefault(end_of(joint, 'child'), []).append(joint)
+    return UrdfTree(root, links, joints, above)
+
+
+def _named(root: Element, tag: str) -> dict[str, Element]:
+    found: dict[str, Element] = {}
+    for element in root.all(tag):
+        name = element.attributes.get('name')
+        if not name:
+            element.refuse('it has no name')
+        if name in found:
+            element.refuse(f'line {found[name].line} has the same name')
+        found[name] = element
+    return found

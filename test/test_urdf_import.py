@@ -1,0 +1,540 @@
+"""
+Chains of URDFs made into robot files: round trips, other people's URDFs, and what is refused.
+
+"""
+
+import importlib.util
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from arms import BUNDLED, EVERY_ARM, poses, robot_of
+from tolerances import ROUND_OFF
+
+import kinematics_service as ks
+from kinematics_service.__main__ import main
+from kinematics_service.urdf.document import MAX_BYTES, UrdfError
+from kinematics_service.urdf.importer import import_file
+
+CONVENTIONS = ('standard', 'modified')
+# Chains of up to twelve random joints, with lengths to a metre: more products than of one arm.
+LONG_CHAIN = 1e-11
+
+
+def again(robot, convention='standard'):
+    """
+    Return a robot that has been a URDF in between.
+
+    """
+    found = ks.import_urdf(
+        ks.urdf_text(robot), robot.base_frame, robot.tool_frame, convention=convention
+    )
+    return found.robot
+
+
+def same_motion(robot, other, q, tolerance=ROUND_OFF):
+    for function in (ks.forward_kinematics, ks.jacobian):
+        expected, found = function(robot, q), function(other, q)
+        np.testing.assert_allclose(found, expected, rtol=0, atol=tolerance)
+
+
+@pytest.mark.parametrize('convention', CONVENTIONS)
+@pytest.mark.parametrize('name', BUNDLED)
+def test_a_bundled_robot_comes_back_the_same(name, convention):
+    robot = robot_of(name)
+    other = again(robot, convention)
+    assert other.name == robot.name
+    assert other.convention == convention
+    assert other.joint_names == robot.joint_names
+    assert other.joint_types == robot.joint_types
+    assert other.base_frame == robot.base_frame
+    assert other.tool_frame == robot.tool_frame
+    assert np.array_equal(other.limits, robot.limits)
+    assert np.array_equal(other.velocity_limits, robot.velocity_limits)
+    same_motion(robot, other, poses(robot))
+
+
+@pytest.mark.parametrize('name', [name for name in EVERY_ARM if name not in BUNDLED][::3])
+def test_a_random_arm_comes_back_the_same(name):
+    robot = robot_of(name)
+    other = again(robot, 'modified' if robot.dof % 2 else 'standard')
+    assert other.joint_names == robot.joint_names
+    assert np.array_equal(other.limits, robot.limits)
+    same_motion(robot, other, poses(robot, 5), LONG_CHAIN)
+    sizes = [abs(e.affine.constant) for row in other.description.links for e in (row.a, row.d)]
+    assert max(sizes) < 4.0 * robot.dof
+
+
+def test_a_vendors_table_is_found_again():
+    panda = again(robot_of('panda'), 'modified')
+    for ours, theirs in zip(panda.description.links[:6], robot_of('panda').description.links):
+        for key in ('a', 'alpha', 'd', 'theta'):
+            assert getattr(ours, key).affine == getattr(theirs, key).affine
+    assert panda.description.links[1].alpha.text == '-pi/2'
+
+
+# A URDF of these tests' own: crossing, skew, flipped, sliding, mimicking, and a fixed joint.
+ARM = """\
+<?xml version="1.0"?>
+<robot name="own arm">
+  <link name="world"/><link name="a"/><link name="b"/><link name="c"/><link name="d"/>
+  <link name="e"/><link name="f"/><link name="side"/><link name="lost"/>
+  <joint name="mount" type="fixed">
+    <origin xyz="0.1 0.2 0.3" rpy="0.1 -0.2 0.3"/><parent link="world"/><child link="a"/>
+  </joint>
+  <joint name="turn" type="revolute">
+    <origin xyz="0 0.1 0.4" rpy="1.2 0 0"/><parent link="a"/><child link="b"/>
+    <axis xyz="0 -2 0"/><limit lower="-2" upper="1.5" effort="1" velocity="3"/>
+  </joint>
+  <joint name="slide" type="prismatic">
+    <origin xyz="0.3 0 0"/><parent link="b"/><child link="c"/><axis xyz="1 1 0"/>
+    <limit lower="-0.1" upper="0.4" effort="1" velocity="0.5"/>
+  </joint>
+  <joint name="spin" type="continuous">
+    <origin xyz="0.2 0 0.1" rpy="0 3.141592653589793 0"/><parent link="c"/><child link="d"/>
+  </joint>
+  <joint name="follow" type="revolute">
+    <origin xyz="0 0.2 0"/><parent link="d"/><child link="e"/><axis xyz="0 0 1"/>
+    <mimic joint="turn" multiplier="-0.5" offset="0.25"/>
+    <limit lower="-9" upper="9" effort="1" velocity="1"/>
+  </joint>
+  <joint name="tilt" type="revolute">
+    <origin xyz="0.1 0.2 0.3" rpy="0.3 0.2 0.1"/><parent link="e"/><child link="f"/>
+    <axis xyz="0.6 0 0.8"/><limit lower="0" upper="3" effort="1" velocity="0"/>
+  </joint>
+  <joint name="aside" type="floating"><parent link="a"/><child link="side"/></joint>
+</robot>
+"""
+
+
+def test_every_kind_of_joint_is_kept():
+    found = ks.import_urdf(ARM, 'world', 'f')
+    robot = found.robot
+    assert robot.name == 'own_arm'
+    assert robot.joint_names == ('turn', 'slide', 'spin', 'tilt')
+    assert robot.joint_types == ('revolute', 'prismatic', 'revolute', 'revolute')
+    assert robot.limits.tolist() == [[-2, 1.5], [-0.1, 0.4], [-math.inf, math.inf], [0, 3]]
+    assert robot.velocity_limits.tolist() == [3, 0.5, math.inf, math.inf]
+    assert (robot.base_frame, robot.tool_frame) == ('world', 'f')
+    assert found.certificate.configurations == 1000
+    assert found.certificate.position_error < ROUND_OFF
+    assert found.certificate.rotation_error < ROUND_OFF
+    assert str(found.certificate) in robot.source
+    assert any('turn' in row.theta.text and '0.5' in row.theta.text for row in links(robot))
+
+
+def links(robot):
+    return robot.description.links
+
+
+def in_pinocchio(content, base, tip):
+    """
+    Return Pinocchio's pose of the tip in the base, of joint positions by name.
+
+    """
+    pinocchio = pytest.importorskip('pinocchio')
+    model = pinocchio.buildModelFromXML(content, True)
+    data = model.createData()
+
+    def pose(positions):
+        whole = pinocchio.neutral(model)
+        for name, value in positions.items():
+            joint = model.joints[model.getJointId(name)]
+            values = [np.cos(value), np.sin(value)] if joint.nq == 2 else value
+            whole[joint.idx_q : joint.idx_q + joint.nq] = values
+        pinocchio.framesForwardKinematics(model, data, whole)
+        T_base, T_tip = (data.oMf[model.getFrameId(link)].homogeneous for link in (base, tip))
+        return np.linalg.inv(T_base) @ T_tip
+
+    return pose
+
+
+def compare_with_pinocchio(content, base, tip, robot, tolerance=ROUND_OFF):
+    pose = in_pinocchio(content, base, tip)
+    for q in poses(robot, 10):
+        expected = pose(dict(zip(robot.joint_names, q)))
+        np.testing.assert_allclose(
+            ks.forward_kinematics(robot, q), expected, rtol=0, atol=tolerance
+        )
+
+
+@pytest.mark.parametrize('convention', CONVENTIONS)
+def test_every_kind_of_joint_is_as_pinocchio_has_it(convention):
+    robot = ks.import_urdf(ARM, 'world', 'f', convention=convention).robot
+    without_floating = re.sub(r'  <joint name="aside".*\n', '', ARM)
+    without_floating = re.sub(r'<link name="(side|lost)"/>', '', without_floating)
+    compare_with_pinocchio(without_floating, 'world', 'f', robot)
+
+
+def nearly_parallel(angle):
+    """
+    Return three joints with axes that far (rad) from parallel, half a metre apart.
+
+    """
+    joints = ''.join(
+        f'<joint name="q{i}" type="continuous"><origin xyz="0.5 0.05 0" rpy="{angle!r} 0 0"/>'
+        f'<parent link="l{i}"/><child link="l{i + 1}"/><axis xyz="0 0 1"/></joint>'
+        for i in range(3)
+    )
+    links = ''.join(f'<link name="l{i}"/>' for i in range(5))
+    last = (
+        '<joint name="end" type="fixed"><origin xyz="0.1 0.2 0.3" rpy="0.4 0.5 0.6"/>'
+        '<parent link="l3"/><child link="l4"/></joint>'
+    )
+    return f'<robot name="near">{links}{joints}{last}</robot>'
+
+
+@pytest.mark.parametrize(
+    'angle', [10.0**-k * (-1) ** k for k in range(1, 17)] + [1e-9, math.pi - 1e-9, 3.1416]
+)
+def test_nearly_parallel_axes_make_no_huge_lengths(angle):
+    found = ks.import_urdf(nearly_parallel(angle), 'l0', 'l4')
+    assert found.certificate.position_error < ROUND_OFF
+    assert found.certificate.rotation_error < ROUND_OFF
+    lengths = [abs(e.affine.constant) for row in links(found.robot) for e in (row.a, row.d)]
+    assert max(lengths) < 6.0
+    same_motion(found.robot, again(found.robot, 'modified'), poses(found.robot, 5))
+
+
+def test_rounded_angles_are_read_as_what_they_stand_for():
+    text = nearly_parallel(1.5708)
+    as_written = ks.import_urdf(text, 'l0', 'l4')
+    as_meant = ks.import_urdf(text, 'l0', 'l4', round_angles=True)
+    assert [row.alpha.text for row in links(as_meant.robot)][:2] == ['pi/2', 'pi/2']
+    assert '1.5708' in [row.alpha.text for row in links(as_written.robot)]
+    assert as_written.certificate.rotation_error < ROUND_OFF
+    # Three times what 1.5708 is off, at most; the certificate does not hide it.
+    assert 1e-6 < as_meant.certificate.rotation_error <= 3.001 * (1.5708 - math.pi / 2)
+
+
+@pytest.mark.parametrize(
+    ('text', 'meant'),
+    [
+        ('1.57', math.pi / 2),
+        ('-1.5707', -math.pi / 2),
+        ('1.570796325', math.pi / 2),
+        ('3.1416', math.pi),
+        ('0.7854', math.pi / 4),
+        ('1.5', 1.5),
+        ('1.57079', math.pi / 2),
+        ('1.5711', 1.5711),
+        ('1.5707112345', 1.5707112345),
+        ('1.57e0', 1.57),
+        ('0', 0.0),
+        ('0.001', 0.001),
+    ],
+)
+def test_which_angles_are_rounded_parts_of_pi(text, meant):
+    from kinematics_service.urdf.quantity import as_rounded_part_of_pi
+
+    assert as_rounded_part_of_pi(text) == pytest.approx(meant, abs=1e-15)
+
+
+def toolbox_data():
+    spec = importlib.util.find_spec('rtbdata')
+    return spec and Path(spec.origin).parent / 'xacro'
+
+
+def example_data():
+    spec = importlib.util.find_spec('pinocchio')
+    if spec is None:
+        return None
+    # cmeel packages share one prefix: .../cmeel.prefix/lib/pythonX.Y/site-packages/pinocchio.
+    for folder in Path(spec.origin).parents:
+        if folder.name == 'cmeel.prefix':
+            return folder / 'share' / 'example-robot-data' / 'robots'
+    return None
+
+
+# Package, file, base, tip, and the number of its joints. Nobody here wrote these.
+THEIRS = (
+    ('rtb-data', 'unimation_puma560_description/urdf/puma560_robot.urdf', 'link1', 'link7', 6),
+    ('rtb-data', 'kuka_description/kuka_kr210/urdf/kr210l150.urdf', 'base_link', 'tool0', 6),
+    (
+        'rtb-data',
+        'kuka_description/kuka_lbr_iiwa/urdf/lbr_iiwa_14_r820.urdf',
+        'base_link',
+        'tool0',
+        7,
+    ),
+    ('rtb-data', 'abb_irb140_description/urdf/irb140.urdf', 'base_link', 'tool0', 6),
+    (
+        'example-robot-data',
+        'panda_description/urdf/panda.urdf',
+        'panda_link0',
+        'panda_hand_tcp',
+        7,
+    ),
+    (
+        'example-robot-data',
+        'panda_description/urdf/panda.urdf',
+        'panda_hand',
+        'panda_rightfinger',
+        1,
+    ),
+    ('example-robot-data', 'ur_description/urdf/ur5_robot.urdf', 'base_link', 'tool0', 6),
+    (
+        'example-robot-data',
+        'kinova_description/robots/kinova.urdf',
+        'base',
+        'j2s6s200_end_effector',
+        6,
+    ),
+    (
+        'example-robot-data',
+        'so_arm_description/urdf/so101.urdf',
+        'base_link',
+        'gripper_frame_link',
+        5,
+    ),
+    (
+        'example-robot-data',
+        'talos_data/robots/talos_left_arm.urdf',
+        'arm_left_1_link',
+        'wrist_left_ft_tool_link',
+        6,
+    ),
+    (
+        'example-robot-data',
+        'tiago_description/robots/tiago.urdf',
+        'base_footprint',
+        'wrist_ft_tool_link',
+        8,
+    ),
+)
+FOLDERS = {'rtb-data': toolbox_data, 'example-robot-data': example_data}
+
+
+@pytest.mark.parametrize('theirs', THEIRS, ids=lambda row: f'{Path(row[1]).stem}-{row[3]}')
+def test_urdfs_that_nobody_here_wrote(theirs):
+    package, path, base, tip, joints = theirs
+    folder = FOLDERS[package]()
+    if folder is None or not (folder / path).exists():
+        pytest.skip(f'needs the package {package}, which brings {path}')
+    for convention in CONVENTIONS:
+        found = import_file(folder / path, base, tip, convention=convention)
+        assert found.robot.dof == joints
+        assert found.certificate.position_error < ROUND_OFF
+        assert found.certificate.rotation_error < ROUND_OFF
+        content = (folder / path).read_text(encoding='utf-8')
+        compare_with_pinocchio(content, base, tip, found.robot)
+
+
+JOINT = '<joint name="{}" type="{}"><parent link="{}"/><child link="{}"/>{}</joint>'
+LIMIT = '<limit lower="-1" upper="1" effort="0" velocity="0"/>'
+
+
+def small(*joints, links='abc', head='<robot name="r">'):
+    links = ''.join(f'<link name="{name}"/>' for name in links)
+    return (
+        f'{head}\n{links}\n' + '\n'.join(JOINT.format(*joint) for joint in joints) + '\n</robot>'
+    )
+
+
+FINE = ('j', 'revolute', 'a', 'b', LIMIT)
+REFUSED = {
+    'no XML': ('robot: r', '<text>:1: not valid XML: syntax error'),
+    'cut off': (small(FINE)[:-3], '<text>:4: not valid XML: unclosed token'),
+    'empty': ('', '<text>:1: not valid XML: no element found'),
+    'another format': (
+        '<sdf/>',
+        '<text>:1: <sdf>: this is SDF, not URDF; the root of a URDF is <robot>',
+    ),
+    'entities': (
+        '<?xml version="1.0"?>\n<!DOCTYPE robot [<!ENTITY a "aaaa">]>\n<robot name="&a;"/>',
+        '<text>:2: a DOCTYPE, which may declare entities, is not accepted',
+    ),
+    'a file by entity': (
+        '<!DOCTYPE robot SYSTEM "file:///etc/passwd"><robot/>',
+        '<text>:1: a DOCTYPE, which may declare entities, is not accepted',
+    ),
+    'xacro': (
+        '<robot xmlns:xacro="http://wiki.ros.org/xacro">\n<xacro:include filename="a"/></robot>',
+        '<text>:2: <xacro:include> is xacro: expand it first (xacro FILE > robot.urdf) and give '
+        'that',
+    ),
+    'a xacro expression': (
+        small(('j', 'revolute', 'a', 'b', '<origin rpy="${pi/2} 0 0"/>' + LIMIT)),
+        "<text>:3: <origin>: rpy='${pi/2}' is xacro: expand the file first",
+    ),
+    'deep': (f'{"<robot>" * 70}{"</robot>" * 70}', '<text>:1: nested more than 64 deep'),
+    'no such base': (
+        small(('j', 'revolute', 'c', 'b', LIMIT), links=('base_link', 'c', 'b')),
+        "<text>:1: <robot name='r'>: no link 'a' for the base (links: base_link, c, b)",
+    ),
+    'not below': (
+        small(('j', 'revolute', 'c', 'b', LIMIT)),
+        "<text>:1: <robot name='r'>: 'b' does not hang on 'a'; it hangs on: c",
+    ),
+    'two parents': (
+        small(FINE, ('k', 'revolute', 'c', 'b', LIMIT)),
+        "<text>:4: <joint name='k'>: a loop: link 'b' is the child of 'j' and 'k'; "
+        'a robot file takes chains',
+    ),
+    'a circle': (
+        small(('j', 'revolute', 'c', 'b', LIMIT), ('k', 'revolute', 'b', 'c', LIMIT)),
+        "<text>:4: <joint name='k'>: a loop: its parent link hangs on its own child",
+    ),
+    'floating': (
+        small(('j', 'floating', 'a', 'b', '')),
+        "<text>:3: <joint name='j'>: a floating joint moves in six ways at once: begin the chain "
+        'below it (accepted: revolute, continuous, prismatic, fixed)',
+    ),
+    'planar': (
+        small(('j', 'planar', 'a', 'b', '')),
+        "<text>:3: <joint name='j'>: a planar joint moves in three ways at once: begin the chain "
+        'below it (accepted: revolute, continuous, prismatic, fixed)',
+    ),
+    'unknown type': (
+        small(('j', 'hinge', 'a', 'b', '')),
+        "<text>:3: <joint name='j'>: its type is 'hinge' (accepted: revolute, continuous, "
+        'prismatic, fixed)',
+    ),
+    'only fixed': (
+        small(('j', 'fixed', 'a', 'b', '')),
+        "<text>:1: <robot name='r'>: no joint moves 'b' against 'a'",
+    ),
+    'no limit': (
+        small(('j', 'revolute', 'a', 'b', '')),
+        '<text>:3: <joint name=\'j\'>: a revolute joint needs <limit lower="..." upper="..."/>, '
+        "or type='continuous'",
+    ),
+    'limits not told': (
+        small(('j', 'revolute', 'a', 'b', '<limit effort="1" velocity="1"/>')),
+        "<text>:3: <limit>: the lower limit of 'j' must be below the upper one, not 0 and 0 "
+        "(type='fixed' for a joint that does not move)",
+    ),
+    'no axis': (
+        small(('j', 'revolute', 'a', 'b', LIMIT + '<axis xyz="0 0 0"/>')),
+        "<text>:3: <axis>: xyz='0 0 0' has no direction",
+    ),
+    'two numbers': (
+        small(('j', 'revolute', 'a', 'b', LIMIT + '<origin xyz="0 0"/>')),
+        "<text>:3: <origin>: xyz: expected three numbers, not '0 0'",
+    ),
+    'not a number': (
+        small(('j', 'revolute', 'a', 'b', LIMIT + '<origin xyz="0 nan 0"/>')),
+        "<text>:3: <origin>: xyz: 'nan' is not a number (at most 1e+06)",
+    ),
+    'no child': (
+        '<robot name="r"><link name="a"/>\n'
+        '<joint name="j" type="fixed"><parent link="a"/></joint></robot>',
+        '<text>:2: <joint name=\'j\'>: it has no <child link="..."/>',
+    ),
+    'a child that is not there': (
+        small(('j', 'revolute', 'a', 'z', LIMIT)),
+        "<text>:3: <joint name='j'>: its child 'z' is no link (links: a, b, c)",
+    ),
+    'one name twice': (
+        small(FINE, ('j', 'fixed', 'b', 'c', '')),
+        "<text>:4: <joint name='j'>: line 3 has the same name",
+    ),
+    'mimics nobody': (
+        small(('j', 'continuous', 'a', 'b', '<mimic joint="x"/>')),
+        "<text>:3: <joint name='j'>: it mimics 'x', and there is no such joint",
+    ),
+    'mimics itself': (
+        small(('j', 'continuous', 'a', 'b', '<mimic joint="j"/>')),
+        "<text>:3: <joint name='j'>: it mimics itself, by way of the joints it mimics",
+    ),
+    'mimics a fixed one': (
+        small(('k', 'fixed', 'b', 'c', ''), ('j', 'continuous', 'a', 'b', '<mimic joint="k"/>')),
+        "<text>:4: <joint name='j'>: it mimics 'k', which is fixed",
+    ),
+    'a rack': (
+        small(
+            ('k', 'continuous', 'b', 'c', ''),
+            ('j', 'prismatic', 'a', 'b', LIMIT + '<mimic joint="k"/>'),
+        ),
+        "<text>:4: <joint name='j'>: it slides, and 'k', which it mimics, turns; a robot file can "
+        'say that only of a joint that turns in the same chain (type: helical)',
+    ),
+    'a name with a comma': (
+        small(('j,k', 'revolute', 'a', 'b', LIMIT)),
+        "joint 'j,k': a robot file takes no name with white space, commas, control characters, or "
+        'more than 256 characters',
+    ),
+}
+
+
+@pytest.mark.parametrize('fault', REFUSED)
+def test_what_is_refused_is_said_with_its_line(fault):
+    text, message = REFUSED[fault]
+    with pytest.raises(UrdfError) as caught:
+        ks.import_urdf(text, 'a', 'b')
+    assert str(caught.value) == message
+
+
+def test_a_file_that_never_ends_is_refused():
+    with pytest.raises(UrdfError, match='larger than 8 MiB'):
+        ks.import_urdf(f'<robot>{" " * MAX_BYTES}</robot>', 'a', 'b')
+    with pytest.raises(UrdfError, match='larger than 8 MiB'):
+        import_file('/dev/zero', 'a', 'b')
+
+
+def test_what_a_broken_part_elsewhere_says_does_not_matter():
+    text = small(FINE, ('k', 'floating', 'b', 'c', '<origin xyz="?"/>'))
+    assert ks.import_urdf(text, 'a', 'b').robot.joint_names == ('j',)
+
+
+def test_names_of_yaml_and_of_expressions_are_only_names():
+    text = small(('true', 'revolute', 'no: {', 'pi', LIMIT), links=('no:{', 'pi')).replace(
+        'no: {', 'no:{'
+    )
+    robot = ks.import_urdf(text, 'no:{', 'pi').robot
+    assert (robot.joint_names, robot.base_frame, robot.tool_frame) == (('true',), 'no:{', 'pi')
+
+
+@pytest.fixture
+def urdf(tmp_path):
+    path = tmp_path / 'own.urdf'
+    path.write_text(ARM)
+    return path
+
+
+def test_the_command_writes_a_file_that_checks(capsys, tmp_path, urdf):
+    out = tmp_path / 'own.yaml'
+    arguments = ['import', '--urdf', str(urdf), '--base', 'world', '--tip', 'f', '--out', str(out)]
+    assert main([*arguments, '--name', 'mine', '--convention', 'modified']) == 0
+    said = capsys.readouterr().out
+    assert re.fullmatch(
+        r'mine: worst pose error over 1000 random configurations inside the limits: '
+        r'\d\.\de-\d+ m, \d\.\de-\d+ rad\n',
+        said,
+    )
+    assert said.partition(': ')[2].strip() in ks.load_robot(out).source
+    assert main(['check', str(out)]) == 0
+    checked = capsys.readouterr().out
+    assert '2 of 2 agree' in checked
+    assert 'modified' in checked
+
+
+def test_the_command_prints_the_robot_file_alone(capsys, urdf):
+    assert main(['import', '--urdf', str(urdf), '--base', 'world', '--tip', 'f']) == 0
+    out, err = capsys.readouterr()
+    assert ks.robot_from_text(out).name == 'own_arm'
+    assert err.startswith('own_arm: worst pose error')
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'code', 'sentence'),
+    [
+        (['--base', 'world', '--tip', 'g'], 1, "no link 'g' for the tip (links: world, a, b"),
+        (['--base', 'world', '--tip', 'f', '--name', 'a b'], 2, "--name: 'a b' is not a name"),
+        (['--base', 'world', '--tip', 'side'], 1, 'a floating joint'),
+        (['--base', 'world', '--tip', 'f', '--out', '/no/folder/x.yaml'], 1, 'cannot be written'),
+    ],
+)
+def test_the_command_refuses_in_a_sentence(capsys, urdf, arguments, code, sentence):
+    assert main(['import', '--urdf', str(urdf), *arguments]) == code
+    err = capsys.readouterr().err
+    assert sentence in err
+    assert 'Traceback' not in err
+
+
+def test_a_file_that_is_not_there_is_named(capsys, tmp_path):
+    missing = tmp_path / 'missing.urdf'
+    assert main(['import', '--urdf', str(missing), '--base', 'a', '--tip', 'b']) == 1
+    assert f'{missing}: cannot be read: No such file' in capsys.readouterr().err
