@@ -1,0 +1,233 @@
+"""
+One audit from the open file to the finished findings.
+
+"""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from ..estimator import ACCEPTED, NOT_OURS, NOT_STAMPED, RESETS, Estimator, EstimatorSettings
+from ..robot import Robot
+from .block import AuditError, Block
+from .frames import FrameReport, frame_report
+from .ingest import Example, Ingest
+from .joints import JointReport, Jump, joint_reports, jumps_of
+from .source import Source
+from .stream import Stream, StreamWatch
+from .stretches import Stretch, badness, stretches_of, watched_values
+from .timeline import Computer, NoStateError, Part, Timeline
+
+# Names of joints shown where none is ours.
+MOST_NAMES = 12
+
+
+class Moment(NamedTuple):
+    """
+    A worst moment: what was extreme, the row of the timeline, and the value in words.
+
+    """
+
+    what: str
+    row: int
+    value: str
+
+
+@dataclass(frozen=True, eq=False)
+class Audit:
+    """
+    Everything found out about a recording.
+
+    Attributes
+    ----------
+    file, what, topic, planned, remarks
+        The file; see `Source`.
+    counts, examples
+        Messages by what became of them, and the first refused for each reason.
+    moments
+        The worst ones.
+    frames
+        The second source of poses; None where there is none.
+    phases : s
+        Time each part of the work took.
+
+    """
+
+    robot: Robot
+    file: str
+    what: str
+    topic: str
+    planned: bool
+    remarks: tuple[str, ...]
+    counts: dict[str, int]
+    examples: dict[str, Example]
+    stream: Stream
+    timeline: Timeline
+    stretches: tuple[Stretch, ...]
+    joints: tuple[JointReport, ...]
+    jump_count: int
+    jumps: tuple[Jump, ...]
+    moments: tuple[Moment, ...]
+    frames: FrameReport | None
+    phases: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def refused(self) -> dict[str, int]:
+        """
+        Return the number of messages without a state of their own, by reason.
+
+        """
+        other = (ACCEPTED, NOT_STAMPED, RESETS, NOT_OURS)
+        return {reason: n for reason, n in self.counts.items() if n and reason not in other}
+
+
+class Listener(NamedTuple):
+    """
+    Who is told of the work while it goes on: number of messages; each batch with its block.
+
+    """
+
+    progress: Callable[[int], None] = lambda messages: None
+    part: Callable[[Part], None] = lambda part: None
+
+
+def audit(
+    source: Source,
+    robot: Robot,
+    file: str,
+    settings: EstimatorSettings | None = None,
+    listener: Listener | None = None,
+) -> Audit:
+    """
+    Return what there is to say of an open recording or planned trajectory.
+
+    Raises
+    ------
+    AuditError
+        No message makes a state of the arm, or the file is damaged.
+
+    """
+    settings = settings or EstimatorSettings()
+    listener = listener or Listener()
+    begin = time.perf_counter()
+    ingest = Ingest(robot, Estimator(robot, settings))
+    names = tuple(settings.joint_prefix + name for name in robot.joint_names)
+    watch = StreamWatch(names)
+    heard: dict[str, None] = {}
+
+    def each(block: Block, part: Part | None) -> None:
+        watch.take(block)
+        if len(heard) < MOST_NAMES:
+            heard.update(dict.fromkeys(block.names))
+        if part is not None:
+            listener.part(part)
+        listener.progress(len(block))
+
+    computer = Computer(robot, ingest, robot.base_frame, settings.joint_prefix)
+    try:
+        timeline = computer.run(source.blocks, each)
+    except NoStateError:
+        raise AuditError(_why_nothing(source, robot, ingest, names, tuple(heard))) from None
+    phases = {'reading and kinematics': time.perf_counter() - begin}
+    begin = time.perf_counter()
+    stream = watch.stream()
+    jump_count, jumps = jumps_of(robot, timeline)
+    stretches = stretches_of(robot, timeline)
+    joints = joint_reports(robot, timeline)
+    frames = None if source.poses is None else frame_report(robot, timeline, source.poses)
+    phases['findings'] = time.perf_counter() - begin
+    return Audit(
+        robot=robot,
+        file=file,
+        what=source.what,
+        topic=source.topic,
+        planned=source.planned,
+        remarks=source.remarks,
+        counts=dict(ingest.counts),
+        examples=ingest.examples,
+        stream=stream,
+        timeline=timeline,
+        stretches=stretches,
+        joints=joints,
+        jump_count=jump_count,
+        jumps=jumps,
+        moments=_moments(robot, timeline, joints, jumps),
+        frames=frames,
+        phases=phases,
+    )
+
+
+def _why_nothing(
+    source: Source, robot: Robot, ingest: Ingest, names: tuple[str, ...], heard: tuple[str, ...]
+) -> str:
+    wanted = ', '.join(names)
+    if not ingest.counts:
+        return f'{source.topic}: there is no message'
+    if ingest.counts[NOT_OURS] == sum(ingest.counts.values()):
+        shown = ', '.join(heard[:MOST_NAMES]) or 'nothing'
+        return (
+            f'{source.topic}: no message names a joint of {robot.name} ({wanted}); they name '
+            f'{shown}'
+        )
+    reasons = ', '.join(f'{n} {reason}' for reason, n in ingest.counts.items() if n)
+    example = next((e.sentence for e in ingest.examples.values() if e.sentence), '')
+    return f'{source.topic}: no message gives a pose of {robot.name}: {reasons}' + (
+        f' (for instance: {example})' if example else ''
+    )
+
+
+def _moments(
+    robot: Robot,
+    timeline: Timeline,
+    joints: tuple[JointReport, ...],
+    jumps: tuple[Jump, ...],
+) -> tuple[Moment, ...]:
+    values = watched_values(robot, timeline)
+    worst = int(np.argmax(badness(robot, values)))
+    measure = robot.thresholds.measure.replace('_', ' ')
+    moments = [Moment(f'nearest to a singularity ({measure})', worst, f'{values[worst]:.3g}')]
+    speeds = np.linalg.norm(timeline.twist[:, :3], axis=1)
+    turns = np.linalg.norm(timeline.twist[:, 3:], axis=1)
+    for what, column, unit in (
+        ('fastest tool motion', speeds, 'm/s'),
+        ('fastest tool rotation', turns, 'rad/s'),
+    ):
+        if np.any(np.isfinite(column)) and np.nanmax(column) > 0.0:
+            row = int(np.nanargmax(column))
+            moments.append(Moment(what, row, f'{column[row]:.3g} {unit}'))
+    for j, joint in enumerate(joints):
+        unit = 'm' if joint.sliding else 'rad'
+        excess = np.maximum(
+            joint.lower - timeline.q[:, j], timeline.q[:, j] - joint.upper
+        )
+        if joint.beyond:
+            row = int(np.argmax(excess))
+            moments.append(
+                Moment(f'{joint.name} farthest beyond its limit', row, f'{excess[row]:.3g} {unit}')
+            )
+        if joint.too_fast:
+            row = int(np.nanargmax(np.abs(timeline.qdot[:, j])))
+            moments.append(
+                Moment(
+                    f'{joint.name} above its velocity limit of {joint.velocity_limit:.3g}',
+                    row,
+                    f'{joint.fastest:.3g} {unit}/s',
+                )
+            )
+        if joint.check is not None and joint.check.worst > 0.1 * joint.check.speed:
+            moments.append(
+                Moment(
+                    f'{joint.name}: reported velocity farthest from its positions',
+                    joint.check.row,
+                    f'{joint.check.worst:.3g} {unit}/s',
+                )
+            )
+    if jumps:
+        largest = max(jumps, key=lambda jump: abs(jump.step))
+        moments.append(
+            Moment(f'largest jump ({largest.joint})', largest.row, f'{largest.step:+.3g}')
+        )
+    return tuple(moments)

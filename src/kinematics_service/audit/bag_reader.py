@@ -1,0 +1,259 @@
+"""
+Bags of ROS 2 (MCAP, sqlite3) and ROS 1, read without ROS; with the writer the only users of
+rosbags.
+
+"""
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..errors import KinematicsError
+from ..joint_sample import JointSample
+from .block import LARGEST_BLOCK, AuditError, Block, blocks_of
+from .joint_state_cdr import columns_of
+from .source import PoseTrack, Source, Wanted
+from .tool_poses import poses_of
+
+JOINT_STATE = 'sensor_msgs/msg/JointState'
+TRAJECTORY = 'trajectory_msgs/msg/JointTrajectory'
+POSES = {
+    'geometry_msgs/msg/PoseStamped': lambda message: message.pose,
+    'geometry_msgs/msg/PoseWithCovarianceStamped': lambda message: message.pose.pose,
+}
+SECOND = 1_000_000_000
+INSTALL = "bags need the package rosbags: pip install 'kinematics_service[bag]'"
+MOST_LISTED = 20
+MAGIC = {
+    '.mcap': (b'\x89MCAP0\r\n', 'an MCAP file'),
+    '.db3': (b'SQLite format 3', 'an sqlite3 bag'),
+    '.bag': (b'#ROSBAG V2', 'a ROS 1 bag'),
+}
+
+
+@contextmanager
+def open_bag(path: Path, wanted: Wanted) -> Iterator[Source]:
+    """
+    Open a bag.
+
+    Raises
+    ------
+    AuditError
+        It cannot be read, or has no such topic.
+
+    """
+    try:
+        from rosbags.highlevel import AnyReader
+        from rosbags.typesys import Stores, get_typestore
+    except ImportError:
+        raise AuditError(INSTALL) from None
+    with _one_sentence(path):
+        _check(path)
+        # Bags older than ROS 2 Iron do not hold the definitions of their messages.
+        reader = AnyReader([path], default_typestore=get_typestore(Stores.ROS2_JAZZY))
+        reader.open()
+    try:
+        with _one_sentence(path):
+            yield _Bag(path, reader, wanted).source()
+    finally:
+        reader.close()
+
+
+@contextmanager
+def _one_sentence(path: Path) -> Iterator[None]:
+    # A damaged file makes the reader raise anything at all.
+    try:
+        yield
+    except KinematicsError:
+        raise
+    except Exception as error:
+        if not _from_the_reader(error):
+            raise
+        reason = ' '.join(str(error).split()) or type(error).__name__
+        raise AuditError(f'{path}: cannot be read as a bag: {reason}{_advice(path)}') from None
+
+
+def _from_the_reader(error: BaseException) -> bool:
+    # Whether an error comes out of rosbags or what it stands on, and not out of this package.
+    step, files = error.__traceback__, []
+    while step is not None:
+        files.append(step.tb_frame.f_globals.get('__name__', ''))
+        step = step.tb_next
+    return not files[-1].startswith(__package__.partition('.')[0])
+
+
+def _advice(path: Path) -> str:
+    if path.suffix == '.mcap':
+        with path.open('rb') as stream:
+            stream.seek(-8, 2)
+            if stream.read() != MAGIC['.mcap'][0]:
+                return ' (the file has no end: it was cut off; `mcap recover` may repair it)'
+    return ''
+
+
+def _check(path: Path) -> None:
+    if path.is_dir():
+        if not (path / 'metadata.yaml').exists():
+            raise AuditError(f'{path}: is a directory without metadata.yaml, so no rosbag2 bag')
+        return
+    with path.open('rb') as stream:
+        head = stream.read(16)
+    if not head:
+        raise AuditError(f'{path}: is empty')
+    magic, what = MAGIC.get(path.suffix.lower(), (b'', ''))
+    if not head.startswith(magic):
+        raise AuditError(f'{path}: is not {what}, whatever its name says')
+    for suffix, (start, what) in MAGIC.items():
+        if head.startswith(start) and path.suffix.lower() != suffix:
+            raise AuditError(f'{path}: looks like {what}: rename it to *{suffix}')
+
+
+class _Bag:
+    def __init__(self, path: Path, reader: Any, wanted: Wanted) -> None:
+        self.path, self.reader, self.wanted = path, reader, wanted
+        self.types: dict[str, str] = {c.topic: c.msgtype for c in reader.connections}
+
+    def source(self) -> Source:
+        topic, kind = self._topic()
+        connections = self._connections(topic)
+        total = sum(connection.msgcount for connection in connections)
+        if not total:
+            raise AuditError(f'{self.path}: there is no message on {topic}')
+        poses = self._poses()
+        what = 'ROS 1 bag' if self.path.suffix == '.bag' else 'rosbag2 bag'
+        if self.path.suffix == '.mcap':
+            what = 'MCAP file'
+        if kind == TRAJECTORY:
+            from .planned import blocks_of_trajectories, trajectory_of_message
+
+            messages = (
+                trajectory_of_message(message) for message, _ in self._messages(connections)
+            )
+            blocks = blocks_of_trajectories(messages, self.wanted, f'{self.path}: {topic}')
+            return Source(f'planned trajectory in a {what}', topic, True, None, blocks, poses)
+        raw = self._blocks(connections)
+        return Source(what, topic, False, total, self._guarded(raw), poses)
+
+    def _guarded(self, blocks: Iterator[Block]) -> Iterator[Block]:
+        with _one_sentence(self.path):
+            yield from blocks
+
+    def _topic(self) -> tuple[str, str]:
+        wanted, kinds = self.wanted.topic, (JOINT_STATE, TRAJECTORY)
+        if wanted is not None:
+            kind = self.types.get(wanted) or self.types.get(f'/{wanted}')
+            if kind in kinds:
+                return (wanted if wanted in self.types else f'/{wanted}'), kind
+            known = f'is {kind}' if kind else 'is not there'
+            raise AuditError(f'{self.path}: topic {wanted} {known}; {self._listed()}')
+        for kind in kinds:
+            topics = [topic for topic, own in self.types.items() if own == kind]
+            if len(topics) > 1:
+                name = kind.rpartition('/')[2]
+                raise AuditError(
+                    f'{self.path}: several topics have {name}: choose one with --topic '
+                    f'({", ".join(sorted(topics))})'
+                )
+            if topics:
+                return topics[0], kind
+        raise AuditError(f'{self.path}: no topic has JointState or JointTrajectory; {self._all()}')
+
+    def _listed(self) -> str:
+        kinds = (JOINT_STATE, TRAJECTORY)
+        topics = sorted(topic for topic, kind in self.types.items() if kind in kinds)
+        return f'JointState or JointTrajectory are on {", ".join(topics)}' if topics else (
+            f'no topic has JointState or JointTrajectory; {self._all()}'
+        )
+
+    def _all(self) -> str:
+        shown = [f'{topic} ({kind})' for topic, kind in sorted(self.types.items())]
+        more = len(shown) - MOST_LISTED
+        listed = ', '.join(shown[:MOST_LISTED]) + (f' and {more} more' if more > 0 else '')
+        return f'there is {listed}' if shown else 'the bag is empty'
+
+    def _connections(self, topic: str) -> list[Any]:
+        return [c for c in self.reader.connections if c.topic == topic]
+
+    def _messages(self, connections: list[Any]) -> Iterator[tuple[Any, int]]:
+        for connection, time, raw in self.reader.messages(connections):
+            yield self.reader.deserialize(raw, connection.msgtype), time
+
+    def _blocks(self, connections: list[Any]) -> Iterator[Block]:
+        messages = self.reader.messages(connections)
+        if not self.reader.is2:
+            yield from blocks_of(self._sample(raw, time) for _, time, raw in messages)
+            return
+        raws: list[bytes] = []
+        times: list[int] = []
+        for _, time, raw in messages:
+            if raws and (len(raw) != len(raws[0]) or len(raws) >= LARGEST_BLOCK):
+                yield from self._alike(raws, times)
+                raws, times = [], []
+            raws.append(bytes(raw))
+            times.append(time)
+        if raws:
+            yield from self._alike(raws, times)
+
+    def _alike(self, raws: Sequence[bytes], times: Sequence[int]) -> Iterator[Block]:
+        # Messages of one length; those with other names among them go the long way.
+        columns = columns_of(raws) if len(raws) > 1 else None
+        if columns is None:
+            yield from blocks_of(self._sample(raw, time) for raw, time in zip(raws, times))
+            return
+        received = np.array(times, dtype=np.int64)
+        edges = np.flatnonzero(np.diff(columns.alike)) + 1
+        for begin, end in zip([0, *edges.tolist()], [*edges.tolist(), len(raws)]):
+            span = slice(begin, end)
+            if not columns.alike[begin]:
+                yield from blocks_of(
+                    self._sample(raw, time) for raw, time in zip(raws[span], times[span])
+                )
+                continue
+            yield Block(
+                columns.names,
+                columns.stamps[span],
+                received[span],
+                columns.positions[span],
+                columns.velocities[span],
+            )
+
+    def _sample(self, raw: bytes, time: int) -> JointSample:
+        message: Any = self.reader.deserialize(raw, JOINT_STATE)
+        stamp = message.header.stamp
+        return JointSample(
+            tuple(message.name),
+            message.position.tolist(),
+            message.velocity.tolist(),
+            int(stamp.sec) * SECOND + int(stamp.nanosec),
+            time,
+            time,
+        )
+
+    def _poses(self) -> PoseTrack | None:
+        topic = self.wanted.pose_topic
+        if topic is None:
+            return None
+        kind = self.types.get(topic)
+        if kind not in POSES:
+            known = f'is {kind}' if kind else 'is not there'
+            with_pose = sorted(name for name, own in self.types.items() if own in POSES)
+            listed = ', '.join(with_pose) or 'no topic'
+            raise AuditError(f'{self.path}: pose topic {topic} {known}; PoseStamped: {listed}')
+        rows, stamps, frame = [], [], ''
+        for message, time in self._messages(self._connections(topic)):
+            pose = POSES[kind](message)
+            p, o = pose.position, pose.orientation
+            stamp = int(message.header.stamp.sec) * SECOND + int(message.header.stamp.nanosec)
+            stamps.append(stamp or time)
+            rows.append((p.x, p.y, p.z, o.x, o.y, o.z, o.w))
+            frame = frame or str(message.header.frame_id)
+        if not rows:
+            raise AuditError(f'{self.path}: there is no message on {topic}')
+        return PoseTrack(
+            topic, frame, np.array(stamps, dtype=np.int64), poses_of(np.array(rows), topic)
+        )
+
+

@@ -1,0 +1,134 @@
+"""
+Where joint states come from: one entry for every kind of file, found by what the file is.
+
+"""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+from ..kernel import Floats
+from ..robot import Robot
+from .block import AuditError, Block, Times
+
+BAGS = ('.mcap', '.db3', '.bag')
+TABLES = ('.csv', '.tsv', '.txt')
+TEXTS = ('.yaml', '.yml', '.json')
+ACCEPTED = (
+    'accepted are MCAP (.mcap), rosbag2 (a directory or .db3), ROS 1 bags (.bag), tables (.csv), '
+    'and planned trajectories (.yaml, .json)'
+)
+
+
+class PoseTrack(NamedTuple):
+    """
+    Poses of the tool from a second source.
+
+    Attributes
+    ----------
+    name
+        Topic or columns they come from.
+    frame
+        The frame they are given in, empty where nothing says so.
+    stamps : shape (M,), ns
+    poses : shape (M, 4, 4)
+
+    """
+
+    name: str
+    frame: str
+    stamps: Times
+    poses: Floats
+
+
+class Wanted(NamedTuple):
+    """
+    What to read of a file: topics by name, or columns by what they begin with.
+
+    """
+
+    robot: Robot
+    topic: str | None = None
+    pose_topic: str | None = None
+    columns: str | None = None
+    joint_prefix: str = ''
+
+
+@dataclass(frozen=True, eq=False)
+class Source:
+    """
+    An open file.
+
+    Attributes
+    ----------
+    what
+        Kind of file, in words.
+    topic
+        Topic or columns the joint states come from.
+    planned
+        Whether it is a planned trajectory rather than a recording.
+    total
+        Number of messages as far as the file tells, for a progress bar.
+    blocks
+        The joint states, once.
+    poses
+        The second source of the tool pose, where one was asked for.
+    remarks
+        What is to be said of the file itself.
+
+    """
+
+    what: str
+    topic: str
+    planned: bool
+    total: int | None
+    blocks: Iterator[Block]
+    poses: PoseTrack | None = None
+    remarks: tuple[str, ...] = ()
+
+
+@contextmanager
+def open_source(file: Path, wanted: Wanted) -> Iterator[Source]:
+    """
+    Open a recording or a planned trajectory.
+
+    Raises
+    ------
+    AuditError
+        It cannot be read; one sentence.
+
+    """
+    if not file.exists():
+        raise AuditError(f'{file}: there is no such file')
+    suffix = file.suffix.lower()
+    if file.is_dir() or suffix in BAGS or _looks_like_a_bag(file):
+        if wanted.columns is not None:
+            raise AuditError(f'{file}: --columns is for tables; this is a bag')
+        from .bag_reader import open_bag
+
+        with open_bag(file, wanted) as source:
+            yield source
+        return
+    if wanted.topic is not None or wanted.pose_topic is not None:
+        raise AuditError(f'{file}: topics are for bags; {ACCEPTED}')
+    if suffix in TEXTS:
+        from .planned import open_planned
+
+        yield open_planned(file, wanted)
+    elif suffix in TABLES:
+        from .table_reader import open_table
+
+        yield open_table(file, wanted)
+    else:
+        raise AuditError(f'{file}: {suffix or "no suffix"} is not a kind of file; {ACCEPTED}')
+
+
+def _looks_like_a_bag(file: Path) -> bool:
+    try:
+        with file.open('rb') as stream:
+            head = stream.read(16)
+    except OSError as error:
+        raise AuditError(f'{file}: cannot be read: {error.strerror}') from None
+    return head.startswith((b'\x89MCAP', b'#ROSBAG V2', b'SQLite format 3'))

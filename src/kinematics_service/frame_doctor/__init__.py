@@ -1,0 +1,8 @@
+"""
+Compares the tool poses of a robot file with those of a second source, and says what is wrong.
+
+"""
+
+from .diagnosis import Cause as Cause
+from .diagnosis import FrameDiagnosis as FrameDiagnosis
+from .diagnosis import diagnose_frames as diagnose_frames

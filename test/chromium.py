@@ -1,0 +1,229 @@
+"""
+A headless Chromium driven by its DevTools protocol: Debian's browser, and a socket of websockets.
+
+"""
+
+import base64
+import json
+import os
+import re
+import shutil
+import subprocess
+import tempfile
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+NAMES = ('chromium', 'chromium-browser', 'google-chrome', 'google-chrome-stable')
+FLAGS = (
+    '--headless=new',
+    '--no-sandbox',
+    '--disable-dev-shm-usage',
+    '--disable-extensions',
+    '--disable-background-networking',
+    '--disable-component-update',
+    '--no-first-run',
+    '--mute-audio',
+    '--hide-scrollbars',
+    # Software rendering: WebGL without a graphics card.
+    '--use-gl=angle',
+    '--use-angle=swiftshader',
+    '--enable-unsafe-swiftshader',
+    '--remote-debugging-port=0',
+)
+DEADLINE = 30.0
+
+
+def find_chromium() -> str:
+    """
+    Return Chromium's path, that of the variable CHROMIUM first; skip the test without one.
+
+    """
+    for name in (os.environ.get('CHROMIUM', ''), *NAMES):
+        found = shutil.which(name) if name else None
+        if found:
+            return found
+    pytest.skip('needs Chromium: apt install chromium, or its path in the variable CHROMIUM')
+
+
+class Tab:
+    """
+    One page in the browser: what it logs, what it asks for, what it is told to do.
+
+    """
+
+    def __init__(self, address: str) -> None:
+        connect = pytest.importorskip('websockets.sync.client', reason='needs websockets').connect
+        self._socket = connect(address, max_size=None)
+        self._number = 0
+        self._answers: dict[int, dict[str, Any]] = {}
+        self._session: str | None = None
+        self.errors: list[str] = []
+        self.requests: list[str] = []
+
+    def open(self, url: str, width: int = 1400, height: int = 900) -> None:
+        """
+        Open a page in a window of a size.
+
+        """
+        target = self.call('Target.createTarget', url='about:blank')['targetId']
+        self._session = self.call('Target.attachToTarget', targetId=target, flatten=True)[
+            'sessionId'
+        ]
+        for domain in ('Page', 'Runtime', 'Log', 'Network'):
+            self.call(f'{domain}.enable')
+        self.call(
+            'Emulation.setDeviceMetricsOverride',
+            width=width,
+            height=height,
+            deviceScaleFactor=1,
+            mobile=False,
+        )
+        self.call('Page.navigate', url=url)
+
+    def call(self, method: str, **parameters: Any) -> dict[str, Any]:
+        """
+        Call a method of the protocol and return its result.
+
+        """
+        self._number += 1
+        number = self._number
+        message = {'id': number, 'method': method, 'params': parameters}
+        if self._session is not None:
+            message['sessionId'] = self._session
+        self._socket.send(json.dumps(message))
+        deadline = time.monotonic() + DEADLINE
+        while number not in self._answers:
+            self._take(deadline - time.monotonic())
+        answer = self._answers.pop(number)
+        if 'error' in answer:
+            raise RuntimeError(f'{method}: {answer["error"]}')
+        return answer['result']
+
+    def _take(self, seconds: float) -> None:
+        message = json.loads(self._socket.recv(timeout=max(0.01, seconds)))
+        if 'id' in message:
+            self._answers[message['id']] = message
+            return
+        parameters = message['params']
+        match message['method']:
+            case 'Runtime.exceptionThrown':
+                self.errors.append(str(parameters['exceptionDetails']))
+            case 'Runtime.consoleAPICalled' if parameters['type'] in ('error', 'assert'):
+                self.errors.append(str([a.get('value', a) for a in parameters['args']]))
+            case 'Log.entryAdded' if parameters['entry']['level'] == 'error':
+                self.errors.append(str(parameters['entry']))
+            case 'Network.requestWillBeSent':
+                self.requests.append(parameters['request']['url'])
+
+    def evaluate(self, expression: str) -> Any:
+        """
+        Return the value of an expression in the page.
+
+        """
+        result = self.call(
+            'Runtime.evaluate', expression=expression, returnByValue=True, awaitPromise=True
+        )
+        if 'exceptionDetails' in result:
+            raise RuntimeError(f'{expression}: {result["exceptionDetails"]}')
+        return result['result'].get('value')
+
+    def wait_for(self, expression: str, what: str, seconds: float = DEADLINE) -> Any:
+        """
+        Return the value of an expression once it is true; fail after some seconds.
+
+        """
+        deadline = time.monotonic() + seconds
+        while True:
+            value = self.evaluate(expression)
+            if value:
+                return value
+            if time.monotonic() > deadline:
+                pytest.fail(f'after {seconds} s still not: {what}; errors: {self.errors}')
+            time.sleep(0.05)
+
+    def click(self, x: float, y: float) -> None:
+        """
+        Click somewhere in the page.
+
+        """
+        for kind in ('mousePressed', 'mouseReleased'):
+            self.call('Input.dispatchMouseEvent', type=kind, x=x, y=y, button='left', clickCount=1)
+
+    def press(self, key: str) -> None:
+        """
+        Press and release a key such as `End` or `ArrowRight`.
+
+        """
+        codes = {'End': 35, 'Home': 36, 'ArrowLeft': 37, 'ArrowRight': 39}
+        for kind in ('rawKeyDown', 'keyUp'):
+            self.call(
+                'Input.dispatchKeyEvent',
+                type=kind,
+                key=key,
+                code=key,
+                windowsVirtualKeyCode=codes[key],
+            )
+
+    def screenshot(self, path: Path) -> bytes:
+        """
+        Write a picture of the page as PNG, and return it.
+
+        """
+        data = base64.b64decode(self.call('Page.captureScreenshot', format='png')['data'])
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(data)
+        return data
+
+
+@contextmanager
+def chromium_tab() -> Iterator[Tab]:
+    """
+    Run a Chromium of its own within the block; yield a tab of it.
+
+    """
+    binary = find_chromium()
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
+        process = subprocess.Popen(
+            [binary, *FLAGS, f'--user-data-dir={profile}', 'about:blank'],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+            text=True,
+            errors='replace',
+        )
+        try:
+            tab = Tab(_address(process))
+            yield tab
+            tab._socket.close()
+        finally:
+            process.terminate()
+            try:
+                process.wait(10.0)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+
+
+def _address(process: 'subprocess.Popen[str]') -> str:
+    found: list[str] = []
+    ready = threading.Event()
+
+    def read() -> None:
+        for line in process.stderr or ():
+            match = re.search(r'DevTools listening on (ws://\S+)', line)
+            if match:
+                found.append(match.group(1))
+                ready.set()
+        ready.set()
+
+    threading.Thread(target=read, daemon=True).start()
+    if not ready.wait(DEADLINE) or not found:
+        process.kill()
+        pytest.skip('Chromium is there but does not start')
+    return found[0]

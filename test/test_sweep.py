@@ -1,0 +1,145 @@
+"""
+A function over many poses in batches: here, and by the worker processes of a dask cluster.
+
+"""
+
+import pickle
+import time
+from functools import partial
+
+import numpy as np
+import pytest
+from arms import EVERY_ARM, robot_of
+
+import kinematics_service as ks
+from kinematics_service.__main__ import main
+from kinematics_service.plots.distance_map import singular_table
+from kinematics_service.plots.plane import plane_of
+from kinematics_service.plots.ranges import random_positions
+from kinematics_service.plots.workspace import section_rows
+from kinematics_service.sweep import SweepError, cluster_address, map_batches
+
+NOBODY = 'dask://127.0.0.1:9'  # the port of "discard", where no scheduler listens
+
+
+def positions(robot, count):
+    return random_positions(robot, np.random.default_rng(5), count)
+
+
+def doubled(robot, rows):
+    return 2.0 * rows
+
+
+@pytest.fixture(scope='module')
+def cluster():
+    distributed = pytest.importorskip('distributed', reason='needs dask[distributed]')
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, dashboard_address=None, host='127.0.0.1'
+    ) as local:
+        yield local.scheduler_address.replace('tcp://', 'dask://')
+
+
+@pytest.mark.parametrize('rows', [1, 7, 999, 1000, 1001])
+def test_batches_change_no_bit(rows):
+    robot = ks.load_robot('puma560')
+    q = positions(robot, 1000)
+    whole = singular_table(robot, q)
+    assert map_batches(singular_table, robot, q, rows=rows).tobytes() == whole.tobytes()
+
+
+def test_nothing_in_nothing_out():
+    robot = ks.load_robot('planar_2r')
+    assert map_batches(singular_table, robot, np.empty((0, 2))).shape == (0, 3)
+
+
+@pytest.mark.parametrize('name', EVERY_ARM)
+def test_a_robot_that_travels_is_the_same_to_the_last_bit(name):
+    robot = robot_of(name)
+    q = positions(robot, 50)
+    arrived = pickle.loads(pickle.dumps(robot))
+    assert singular_table(arrived, q).tobytes() == singular_table(robot, q).tobytes()
+
+
+def test_two_workers_give_the_same_bits_as_this_process(cluster):
+    robot = ks.load_robot('ur5e')
+    q = positions(robot, 20_000)
+    here = map_batches(singular_table, robot, q, rows=1500)
+    assert map_batches(singular_table, robot, q, cluster, rows=1500).tobytes() == here.tobytes()
+    cut = partial(section_rows, plane=plane_of(robot, 'xz'))
+    there = map_batches(cut, robot, q[:3000], cluster, rows=1500)
+    assert there.tobytes() == map_batches(cut, robot, q[:3000]).tobytes()
+
+
+def test_both_workers_work(cluster):
+    from distributed import Client
+
+    robot = ks.load_robot('ur5e')
+    map_batches(singular_table, robot, positions(robot, 20_000), cluster, rows=500)
+    with Client(cluster.replace('dask://', 'tcp://'), set_as_default=False) as client:
+        imported = client.run(lambda: 'kinematics_service.kernel' in __import__('sys').modules)
+    assert list(imported.values()) == [True, True]
+
+
+def test_what_the_library_refuses_on_a_worker_is_refused_here(cluster):
+    robot = ks.load_robot('planar_2r')
+    with pytest.raises(ks.JointVectorError, match='must be finite'):
+        map_batches(singular_table, robot, np.full((10, 2), np.nan), cluster)
+
+
+def test_a_worker_that_fails_is_named_in_one_sentence(cluster):
+    robot = ks.load_robot('planar_2r')
+    with pytest.raises(SweepError, match='a worker failed.*ValueError') as error:
+        map_batches(singular_table, robot, np.zeros((3, 2, 2, 2)), cluster)
+    assert '\n' not in str(error.value)
+
+
+def test_a_map_by_workers_is_the_same_picture(cluster, tmp_path, capsys):
+    pytest.importorskip('matplotlib')
+    files = [tmp_path / 'here.png', tmp_path / 'there.png']
+    for file, where in zip(files, ([], ['--workers', cluster])):
+        command = ['plot', 'craig_3r', 'map', '--points', '60', '--save', str(file), *where]
+        assert main(command) == 0, capsys.readouterr().err
+    assert files[0].read_bytes() == files[1].read_bytes()
+
+
+def test_a_scheduler_that_is_not_there_is_an_error_within_seconds():
+    pytest.importorskip('distributed', reason='needs dask[distributed]')
+    begin = time.monotonic()
+    with pytest.raises(SweepError, match='no dask scheduler answers there'):
+        map_batches(doubled, ks.load_robot('planar_2r'), np.zeros((1, 2)), NOBODY)
+    assert time.monotonic() - begin < 12.0
+
+
+def test_a_scheduler_without_workers_is_an_error_within_seconds():
+    distributed = pytest.importorskip('distributed', reason='needs dask[distributed]')
+    with distributed.LocalCluster(n_workers=0, dashboard_address=None, host='127.0.0.1') as local:
+        address = local.scheduler_address.replace('tcp://', 'dask://')
+        with pytest.raises(SweepError, match='the scheduler has no worker'):
+            map_batches(doubled, ks.load_robot('planar_2r'), np.zeros((1, 2)), address)
+
+
+def test_without_dask_the_sentence_says_what_to_install(monkeypatch):
+    monkeypatch.setitem(__import__('sys').modules, 'distributed', None)
+    with pytest.raises(SweepError, match=r"need dask .*pip install '\.\[dask\]'"):
+        map_batches(doubled, ks.load_robot('planar_2r'), np.zeros((1, 2)), NOBODY)
+
+
+@pytest.mark.parametrize(
+    ('workers', 'address'),
+    [
+        ('dask://host-1.example:8786', 'tcp://host-1.example:8786'),
+        ('dask://127.0.0.1:1/', 'tcp://127.0.0.1:1'),
+        ('dask://[::1]:8786', 'tcp://[::1]:8786'),
+    ],
+)
+def test_addresses(workers, address):
+    assert cluster_address(workers) == address
+
+
+@pytest.mark.parametrize(
+    'workers',
+    ['', '4', 'host:8786', 'tcp://host:8786', 'dask://host', 'dask://h:0', 'dask://h:65536'],
+)
+def test_what_is_no_address_is_refused_with_its_form(workers):
+    with pytest.raises(SweepError, match='dask://HOST:PORT'):
+        cluster_address(workers)

@@ -1,0 +1,224 @@
+"""
+The live view in a real browser: what people see, click and drag.
+
+With the variable KINEMATICS_SCREENSHOTS the pictures are kept in the folder it names.
+"""
+
+import math
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip('viser', reason="needs viser: pip install '.[view]'")
+
+from chromium import chromium_tab, find_chromium
+
+import kinematics_service as ks
+from kinematics_service.view.scene import JOINT_COLOUR, LEVEL_COLOURS
+
+ROBOT = 'puma560'
+LEVEL = "document.querySelector('#kin-gauges [data-level]').dataset.level"
+# The width of the panel is about a quarter of this.
+WIDTH, HEIGHT = 1000, 640
+
+
+def fact(name):
+    return f"(document.querySelector('[data-fact={name}]') || {{}}).textContent"
+
+
+def button(text):
+    return f"[...document.querySelectorAll('button')].find(b => b.textContent == '{text}')"
+
+
+def numbers(text):
+    return [
+        float(word) for word in re.findall(r'[-+]?\d+\.\d+', text.replace('\N{MINUS SIGN}', '-'))
+    ]
+
+
+@pytest.fixture(scope='module')
+def folder(tmp_path_factory):
+    named = os.environ.get('KINEMATICS_SCREENSHOTS')
+    return Path(named) if named else tmp_path_factory.mktemp('screenshots')
+
+
+@pytest.fixture(scope='module')
+def page():
+    # The page of the command itself, and a browser that has it open.
+    find_chromium()
+    process = subprocess.Popen(
+        [sys.executable, '-m', 'kinematics_service', 'view']
+        + ['--sliders', '--robot', ROBOT, '--port', '0'],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        line = process.stdout.readline()
+        address = re.match(r'http://127\.0\.0\.1:\d+', line)
+        assert address, line + process.stderr.read()
+        with chromium_tab() as tab:
+            tab.open(address[0], WIDTH, HEIGHT)
+            tab.wait_for("document.querySelectorAll('[role=slider]').length == 6", 'six sliders')
+            tab.wait_for(f'{fact("position")} != null', 'the position of the tool')
+            yield tab
+        process.send_signal(signal.SIGINT)
+        _, err = process.communicate(timeout=30)
+        assert process.returncode == 0
+        assert not err
+    finally:
+        process.kill()
+        process.wait()
+
+
+def picture(tab, path):
+    """
+    Return a screenshot as an array (height, width, 3).
+
+    """
+    from PIL import Image  # viser brings it
+
+    tab.screenshot(path)
+    return np.asarray(Image.open(path).convert('RGB'), dtype=np.int16)
+
+
+def wait_for_picture(tab, path, true):
+    """
+    Return the first picture of which something is true; software draws some frames a second.
+
+    """
+    deadline = time.monotonic() + 30.0
+    while True:
+        image = picture(tab, path)
+        if true(image):
+            return image
+        if time.monotonic() > deadline:
+            pytest.fail(f'see {path}')
+        time.sleep(0.2)
+
+
+def scene(image):
+    """
+    Return the part of a picture beside the panel.
+
+    """
+    return image[:, : int(0.6 * WIDTH)]
+
+
+def blueish(image):
+    red, green, blue = np.moveaxis(image, 2, 0)
+    return np.sum((blue > red + 40) & (blue > green))
+
+
+def near(image, colour, distance=60):
+    return np.sum(np.abs(image - np.array(colour)).sum(axis=2) < distance)
+
+
+def test_the_page_says_what_the_library_says(page, folder):
+    # Joint positions, and what the tool's position and the Jacobian are there.
+    boxes = page.evaluate(
+        "[...document.querySelectorAll('[role=slider]')].map(s => s.ariaValueNow)"
+    )
+    robot = ks.load_robot(ROBOT)
+    q = [float(value) for value in boxes]
+    shown = numbers(page.evaluate(fact('position')))
+    assert shown == pytest.approx(ks.forward_kinematics(robot, q)[:3, 3], abs=2e-3)
+    cells = page.evaluate(
+        "[...document.querySelectorAll('#kin-jacobian td.num')].map(c => c.textContent)"
+    )
+    J = np.array([float(cell.replace('\N{MINUS SIGN}', '-')) for cell in cells]).reshape(6, 6)
+    assert pytest.approx(ks.jacobian(robot, q), abs=5e-3) == J
+    radii = numbers(page.evaluate(fact('radii-v')))
+    assert radii == pytest.approx(np.linalg.svd(J[:3])[1], abs=5e-3)
+    assert page.evaluate(LEVEL) == 'OK'
+    # Dark joints and blue axes of the arm are drawn.
+    wait_for_picture(
+        page,
+        folder / 'view_regular.png',
+        lambda image: near(scene(image), JOINT_COLOUR) > 300 and blueish(scene(image)) > 100,
+    )
+
+
+def test_a_slider_moves_the_arm(page, folder):
+    before = page.evaluate(fact('position'))
+    picture_before = scene(picture(page, folder / 'view_before.png'))
+    page.evaluate("document.querySelectorAll('[role=slider]')[0].focus()")
+    page.press('End')
+    page.wait_for(f"{fact('position')} != '{before}'", 'another position of the tool')
+    robot = ks.load_robot(ROBOT)
+    upper = robot.limits[0, 1]
+    value = float(page.evaluate("document.querySelectorAll('[role=slider]')[0].ariaValueNow"))
+    assert value == pytest.approx(upper, abs=2e-3)
+    # Joint 1 turns the arm about the vertical: the radius and the height stay.
+    x, y, z = numbers(page.evaluate(fact('position')))
+    x0, y0, z0 = numbers(before)
+    assert math.hypot(x, y) == pytest.approx(math.hypot(x0, y0), abs=2e-3)
+    assert z == pytest.approx(z0, abs=1e-3)
+    assert 'near upper limit' in page.evaluate("document.querySelector('#kin-joints').textContent")
+    wait_for_picture(
+        page,
+        folder / 'view_moved.png',
+        lambda image: np.sum(np.abs(scene(image) - picture_before).sum(axis=2) > 60) > 2000,
+    )
+    # What the slider said is remembered when the page is opened anew.
+    page.call('Page.reload')
+    page.wait_for("document.querySelectorAll('[role=slider]').length == 6", 'six sliders again')
+    page.wait_for(
+        f"Math.abs(document.querySelectorAll('[role=slider]')[0].ariaValueNow - {upper}) < 0.01",
+        'the slider where it was',
+    )
+
+
+def test_a_singular_pose_turns_the_gauge_red_and_says_its_name(page, folder):
+    page.evaluate(f'{button("Regular pose")}.click()')
+    page.wait_for(f"{LEVEL} == 'OK'", 'a regular pose')
+    red = LEVEL_COLOURS[2]
+    before = near(scene(picture(page, folder / 'view_regular_again.png')), red)
+    page.evaluate(f'{button("Singular pose")}.click()')
+    page.wait_for(f"{LEVEL} == 'ERROR'", 'level ERROR')
+    head = "document.querySelector('#kin-gauges [data-level]')"
+    assert page.evaluate(f'getComputedStyle({head}).backgroundColor') == f'rgb{red}'
+    text = page.evaluate(f'{head}.textContent')
+    name = text.partition('AT A SINGULARITY: ')[2]
+    assert name in ks.load_robot(ROBOT).factors.names
+    assert '0.000 rad' in page.evaluate(
+        "document.querySelector('[data-gauge=measure]').textContent"
+    )
+    assert page.evaluate(fact('lost'))
+    # The lost direction appears in the picture, in red.
+    wait_for_picture(
+        page,
+        folder / 'view_singular.png',
+        lambda image: near(scene(image), red) > before + 300,
+    )
+
+
+def test_nothing_was_complained_of_and_nobody_else_was_asked(page):
+    assert page.errors == []
+    asked = {url.split('/')[2] for url in page.requests if url.startswith(('http:', 'https:'))}
+    assert len(asked) == 1
+    assert asked.pop().startswith('127.0.0.1:')
+
+
+def test_another_page_cannot_open_a_connection(page):
+    connect = pytest.importorskip('websockets.sync.client').connect
+    from websockets.exceptions import ConnectionClosed
+
+    address = page.evaluate('location.host')
+    viser = pytest.importorskip('viser')
+    options = {'subprotocols': [f'viser-v{viser.__version__}']}
+    with connect(f'ws://{address}', origin=f'http://{address}', **options) as own:
+        assert own.recv(timeout=10)
+    for origin in ('https://evil.example', 'null'):
+        with connect(f'ws://{address}', origin=origin, **options) as foreign:
+            with pytest.raises(ConnectionClosed) as closed:
+                while True:
+                    foreign.recv(timeout=10)
+            assert closed.value.rcvd.code == 1008

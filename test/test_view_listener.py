@@ -1,0 +1,160 @@
+"""
+What the live view hears of a running node, and what it says to one.
+
+"""
+
+import numpy as np
+import pytest
+from ros_harness import START, joint_state
+
+import kinematics_service as ks
+from kinematics_service.measures import Level
+from kinematics_service.ros.view_listener import ViewListener
+from kinematics_service.view.scene import scene_of
+
+CLOSE = 1e-9
+
+
+@pytest.fixture
+def viewing(arm):
+    """
+    Return a function that starts a node and a view of it.
+
+    """
+    open_ones = []
+
+    def start(robot='ur5e', shown=None, **options):
+        one = arm(robot, **options)
+        view = ViewListener(one.context, one.node.get_fully_qualified_name())
+        open_ones.append(view)
+        one.spin_until(lambda: view.ask(0.05) is not None or answered(one, view), 'description')
+        view.show(ks.load_robot(shown or robot))
+        return one, view
+
+    def answered(one, view):
+        # The asking waits in its own executor: let the node turn in between.
+        one.executor.spin_once(timeout_sec=0.01)
+        return view._facts is not None
+
+    yield start
+    for view in open_ones:
+        view.close()
+
+
+def together(one, view, true, what):
+    def turn():
+        view.listen(0.005)
+        return true()
+
+    one.spin_until(turn, what)
+
+
+def test_it_shows_what_the_node_says(viewing):
+    one, view = viewing()
+    assert view.observation() is None
+    assert 'nothing comes on' in view.status
+    q, qdot = [0.3, -1.2, 1.1, 0.4, 0.8, 0.2], [0.1, 0.0, -0.2, 0.0, 0.3, 0.0]
+    one.attach(listeners=2)
+    together(
+        one,
+        view,
+        lambda: bool(one.send(q, qdot)) and view._distance.count > 0 and view._frames.count > 0,
+        'answers',
+    )
+    seen = view.observation()
+    robot = one.robot
+    assert seen.q == pytest.approx(q)
+    assert seen.pose == pytest.approx(ks.forward_kinematics(robot, q), abs=CLOSE)
+    assert seen.frames == pytest.approx(ks.link_frames(robot, q), abs=CLOSE)
+    assert seen.jacobian == pytest.approx(ks.jacobian(robot, q), abs=CLOSE)
+    assert seen.twist == pytest.approx(ks.twist(robot, q, qdot), abs=CLOSE)
+    assert seen.singularity.distance == pytest.approx(ks.singularity(robot, q).distance)
+    assert seen.singularity.time_to_warning == pytest.approx(
+        ks.singularity(robot, q, qdot).time_to_warning
+    )
+    assert view.status.startswith('live from /kinematics')
+    scene_of(seen)
+
+
+def test_other_axes_and_orders_are_turned_back(viewing):
+    from rclpy.parameter import Parameter
+
+    one, view = viewing(
+        parameter_overrides=[
+            Parameter('jacobian_frame', value='tool'),
+            Parameter('twist_frame', value='tool'),
+            Parameter('row_order', value='angular_first'),
+            Parameter('joint_prefix', value='left_'),
+        ]
+    )
+    q, qdot = [0.3, -1.2, 1.1, 0.4, 0.8, 0.2], [0.1, 0.0, -0.2, 0.0, 0.3, 0.0]
+    one.attach(listeners=2)
+    together(
+        one,
+        view,
+        lambda: bool(one.send(q, qdot)) and view._jacobian.count > 0 and view._twist.count > 0,
+        'answers',
+    )
+    seen = view.observation()
+    assert seen.jacobian == pytest.approx(ks.jacobian(one.robot, q), abs=CLOSE)
+    assert seen.twist == pytest.approx(ks.twist(one.robot, q, qdot), abs=CLOSE)
+
+
+def test_the_level_is_the_node_s(viewing):
+    one, view = viewing('planar_2r')
+    one.attach(listeners=2)
+    together(one, view, lambda: bool(one.send([0.1, 0.01])) and view._warning.count > 0, 'warning')
+    together(one, view, lambda: view.observation() is not None, 'observation')
+    assert view.observation().level == Level.ERROR
+    # Left at 1.5 times the threshold only: at 0.14 the node still warns, the pose alone does not.
+    together(
+        one,
+        view,
+        lambda: bool(one.send([0.1, 0.14])) and view.observation().q[1] == pytest.approx(0.14),
+        'next pose',
+    )
+    together(one, view, lambda: view.observation().level == Level.WARN, 'level WARN')
+    assert ks.singularity(one.robot, [0.1, 0.14]).level == Level.OK
+
+
+def test_another_robot_is_not_mixed_in(viewing):
+    one, view = viewing('ur5e', shown='puma560')
+    assert view.status == (
+        '/kinematics runs ur5e, this is puma560: start the view with --robot ur5e'
+    )
+    assert view.observation() is None
+
+
+def test_without_a_node_joint_states_suffice(arm):
+    one = arm('planar_2r')  # a node of another name than the view looks for
+    view = ViewListener(one.context, '/elsewhere')
+    try:
+        view.show(ks.load_robot('planar_2r'))
+        speaker = one.speaker('joint_states', listeners=2)
+        stamp = START
+
+        def heard():
+            nonlocal stamp
+            stamp += 10_000_000
+            speaker.publish(joint_state(['q1', 'q2'], [0.2, 0.7], stamp=stamp))
+            return view.observation() is not None
+
+        together(one, view, heard, 'observation')
+        assert view.observation().q == pytest.approx([0.2, 0.7])
+        assert 'no node /elsewhere answers' in view.status
+    finally:
+        view.close()
+
+
+def test_published_sliders_move_the_node_and_not_against_a_robot(viewing):
+    one, view = viewing('planar_2r')
+    poses = one.poses
+    q = np.array([0.4, 0.9])
+    together(one, view, lambda: view.publish(q) == '' and len(poses) > 0, 'pose')
+    p = poses[-1].pose.position
+    assert [p.x, p.y, p.z] == pytest.approx(ks.forward_kinematics(one.robot, q)[:3, 3])
+    together(one, view, lambda: view.observation() is not None, 'the picture of it')
+    assert view.observation().q == pytest.approx(q)
+    one.attach(listeners=2)  # a robot begins to speak
+    together(one, view, lambda: view.publish(q) != '', 'refusal')
+    assert 'another publisher' in view.publish(q)
