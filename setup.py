@@ -30,7 +30,9 @@ setup(
     package_dir={'': 'src', f'{NAME}.config': 'config'},
     packages=[
         NAME,
+        f'{NAME}.audit',
         f'{NAME}.commands',
+        f'{NAME}.frame_doctor',
         f'{NAME}.inverse',
         f'{NAME}.plots',
         f'{NAME}.ros',
@@ -61,6 +63,7 @@ setup(
         'ros': ROS,
         'test': TEST,
         'peers': PEERS,
+        'bag': ['rosbags'],
         'plot': ['matplotlib'],
         'dask': ['dask[distributed]'],
         'view': ['viser>=1.1,<2'],

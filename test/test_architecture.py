@@ -33,6 +33,8 @@ LONGER = {
 
 def of_ros(module):
     top = module.split('.')[0]
+    if top == 'rosbags':  # reads and writes bags without ROS
+        return False
     return top.startswith(('rcl', 'ros', 'tf2_', 'ament')) or top.endswith(
         ('_msgs', '_srvs', '_interfaces')
     )
@@ -62,6 +64,10 @@ RULES = {
         lambda file: file in ('urdf/document.py', 'urdf/writer.py'),
     ),
     'dask': (one_of('dask', 'distributed'), lambda file: file == 'sweep.py'),
+    'rosbags': (
+        one_of('rosbags'),
+        lambda file: file in ('audit/bag_reader.py', 'audit/bag_writer.py'),
+    ),
     'scipy': (one_of('scipy'), lambda file: False),
 }
 

@@ -19,13 +19,13 @@ from rcl_interfaces.srv import DescribeParameters, ListParameters, SetParameters
 from rclpy.parameter import Parameter
 from rclpy.qos import ReliabilityPolicy
 from ros_harness import LATCHED, SECOND, START, STEP, joint_state, level_of, values_of
-from std_msgs.msg import Float64, Float64MultiArray
+from std_msgs.msg import Float64, Float64MultiArray, String
 from target_harness import Targets, pose_target, twist_target
 
 import kinematics_service as ks
 from kinematics_service.errors import KinematicsError
 from kinematics_service.inverse.servo import ServoSettings, joint_velocity
-from kinematics_service.ros.parameter_table import PARAMETERS, ROBOT, TRANSPORT
+from kinematics_service.ros.parameter_table import PARAMETERS, ROBOT
 from kinematics_service.ros.parameters import RobotConflictError
 
 ROUND_OFF = 1e-12
@@ -191,7 +191,16 @@ def shows_servo(key, value, where):
     return shows
 
 
+def shows_robot_description(one):
+    heard = one.listen('/robot_description', String, LATCHED)
+    one.spin_until(lambda: heard, 'URDF')
+    (urdf,) = heard
+    assert urdf.data.startswith('<?xml')
+    assert 'name="craig_3r"' in urdf.data
+
+
 TAKES_EFFECT = {
+    'publish_robot_description': (True, shows_robot_description),
     'joint_prefix': ('left_', shows_joint_prefix),
     'frame_prefix': ('left/', shows_frame_prefix),
     'base_frame': ('table', shows_base_frame),
@@ -225,6 +234,7 @@ REFUSED = {
     'publish_rate': [-1.0, math.nan, math.inf, 1e7, 10, '10'],
     'joint_state_timeout': [0.0, -1.0, math.nan, math.inf, 4000.0, 1],
     'publish_tf': [1, 'yes', 0.0],
+    'publish_robot_description': [1, 'maybe', 0.0],
     'singularity.measure': ['det', '', 'determinant', 'manipulability', 3],
     'singularity.warn': [-0.1, 0.02, 3.2, math.nan, 1],
     'singularity.stop': [-0.1, 0.1, 0.5, math.inf, 1],

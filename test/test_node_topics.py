@@ -18,6 +18,7 @@ from ros_harness import BEST_EFFORT, LATCHED, STEP, level_of, nanoseconds, value
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, Float64MultiArray
 from std_srvs.srv import Trigger
+from visualization_msgs.msg import MarkerArray
 
 import kinematics_service as ks
 
@@ -37,6 +38,7 @@ PER_MESSAGE = {
     'singularity/smallest_singular_value': Float64,
     'singularity/distance': Float64,
     'link_frames': PoseArray,
+    'markers': MarkerArray,
 }
 
 
@@ -312,11 +314,11 @@ def test_a_topic_nobody_listens_to_is_not_built(arm):
     built = []
 
     def counted(topic):
-        def numbers(report):
-            built.append(topic.name)
-            return topic.numbers(report)
+        def counting(function):
+            return lambda report: (built.append(topic.name), function(report))[1]
 
-        return replace(topic, numbers=numbers)
+        numbers = topic.numbers and counting(topic.numbers)
+        return replace(topic, numbers=numbers, build=counting(topic.build))
 
     outputs = one.node._outputs
     outputs.channels = [c._replace(topic=counted(c.topic)) for c in outputs.channels]

@@ -36,6 +36,7 @@ def test_every_topic_stands_in_its_table_with_its_type():
         topics.WARNING: 'DiagnosticStatus',
         topics.DIAGNOSTICS: 'DiagnosticArray',
         '/tf': 'TFMessage',
+        topics.ROBOT_DESCRIPTION: 'String',
         topics.IK_JOINT_STATES: 'JointState',
         topics.IK_SOLUTIONS: 'Float64MultiArray',
         topics.IK_JOINT_VELOCITY: 'JointState',

@@ -3,6 +3,8 @@ What the live view hears of a running node, and what it says to one.
 
 """
 
+import threading
+
 import numpy as np
 import pytest
 from ros_harness import START, joint_state
@@ -27,14 +29,22 @@ def viewing(arm):
         one = arm(robot, **options)
         view = ViewListener(one.context, one.node.get_fully_qualified_name())
         open_ones.append(view)
-        one.spin_until(lambda: view.ask(0.05) is not None or answered(one, view), 'description')
+        # The asking waits in an executor of its own: the node answers meanwhile.
+        asked = threading.Event()
+
+        def answer():
+            while not asked.is_set():
+                one.executor.spin_once(timeout_sec=0.01)
+
+        node = threading.Thread(target=answer)
+        node.start()
+        try:
+            assert view.ask(10.0) is not None
+        finally:
+            asked.set()
+            node.join()
         view.show(ks.load_robot(shown or robot))
         return one, view
-
-    def answered(one, view):
-        # The asking waits in its own executor: let the node turn in between.
-        one.executor.spin_once(timeout_sec=0.01)
-        return view._facts is not None
 
     yield start
     for view in open_ones:

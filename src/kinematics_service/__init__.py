@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from .errors import KinematicsError as KinematicsError
     from .errors import RobotFileError as RobotFileError
     from .errors import RobotNotFoundError as RobotNotFoundError
+    from .frame_doctor.diagnosis import FrameDiagnosis as FrameDiagnosis
+    from .frame_doctor.diagnosis import diagnose_frames as diagnose_frames
     from .inverse.aim import TargetError as TargetError
     from .inverse.result import IkFamily as IkFamily
     from .inverse.result import IkResult as IkResult
@@ -45,6 +47,8 @@ _HOME = {
     'KinematicsError': 'errors',
     'RobotFileError': 'errors',
     'RobotNotFoundError': 'errors',
+    'FrameDiagnosis': 'frame_doctor.diagnosis',
+    'diagnose_frames': 'frame_doctor.diagnosis',
     'TargetError': 'inverse.aim',
     'IkFamily': 'inverse.result',
     'IkResult': 'inverse.result',

@@ -1656,7 +1656,7 @@ def free_motions(
 @compiled
 def parts_of_error(integers: Integers, numbers: Floats, aim: Floats, q: Floats) -> Any:
     """
-    Return by how much q (1, n) misses its target: position (m) and rotation (rad), rows that count.
+    Return by how much q (1, n) misses its target in the rows that count: m, rad.
 
     """
     error = np.empty(6)
@@ -2113,7 +2113,7 @@ def first_solution(
     facts: Floats,
 ) -> int:
     """
-    Fill the first solution inside the limits that refinement meets; return how many starts it took.
+    Fill the first solution inside the limits that refinement meets; return the starts it took.
 
     From `near`, then from the starts in their order; -1 where none of them led there.
 

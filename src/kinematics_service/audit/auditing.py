@@ -200,9 +200,7 @@ def _moments(
             moments.append(Moment(what, row, f'{column[row]:.3g} {unit}'))
     for j, joint in enumerate(joints):
         unit = 'm' if joint.sliding else 'rad'
-        excess = np.maximum(
-            joint.lower - timeline.q[:, j], timeline.q[:, j] - joint.upper
-        )
+        excess = np.maximum(joint.lower - timeline.q[:, j], timeline.q[:, j] - joint.upper)
         if joint.beyond:
             row = int(np.argmax(excess))
             moments.append(

@@ -164,8 +164,10 @@ class _Bag:
     def _listed(self) -> str:
         kinds = (JOINT_STATE, TRAJECTORY)
         topics = sorted(topic for topic, kind in self.types.items() if kind in kinds)
-        return f'JointState or JointTrajectory are on {", ".join(topics)}' if topics else (
-            f'no topic has JointState or JointTrajectory; {self._all()}'
+        return (
+            f'JointState or JointTrajectory are on {", ".join(topics)}'
+            if topics
+            else (f'no topic has JointState or JointTrajectory; {self._all()}')
         )
 
     def _all(self) -> str:
@@ -255,5 +257,3 @@ class _Bag:
         return PoseTrack(
             topic, frame, np.array(stamps, dtype=np.int64), poses_of(np.array(rows), topic)
         )
-
-

@@ -141,7 +141,7 @@ class BagWriter:
             values = getattr(part.singularity, name)
             topics.append((topic, topic.filled(values[:, None], stamps), always))
         columns = [
-            (topic.connection, memoryview(table.reshape(-1)), table.shape[1], there.tolist())
+            (topic.connection, memoryview(table.tobytes()), table.shape[1], there.tolist())
             for topic, table, there in topics
         ]
         said = iter(part.said)

@@ -8,10 +8,12 @@ Anchors, tags and texts over several lines are not read; the error names the lin
 import re
 from typing import Any, NamedTuple
 
-KEY = re.compile(r'''("[^"]*"|'[^']*'|[^\s\[\]{},"'#&*!|>%@`-][^\[\]{},"'#]*?|-?\w[^:]*?)\s*:(?:\s+|$)''')
+KEY = re.compile(
+    r"""("[^"]*"|'[^']*'|[^\s\[\]{},"'#&*!|>%@`-][^\[\]{},"'#]*?|-?\w[^:]*?)\s*:(?:\s+|$)"""
+)
 NUMBER = re.compile(r'[-+]?(?:\.\d+|\d[\d_]*(?:\.\d*)?)(?:[eE][-+]?\d+)?')
 SPECIAL = {'.nan': float('nan'), '.inf': float('inf'), '-.inf': -float('inf')}
-FLOW = re.compile(r'''\s*("(?:[^"\\]|\\.)*"|'(?:[^']|'')*'|[\[\]{},]|:(?=\s|$)|[^\[\]{},:]+|:)''')
+FLOW = re.compile(r"""\s*("(?:[^"\\]|\\.)*"|'(?:[^']|'')*'|[\[\]{},]|:(?=\s|$)|[^\[\]{},:]+|:)""")
 DEEPEST = 40
 
 

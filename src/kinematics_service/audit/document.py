@@ -126,8 +126,7 @@ def document_of(audit: Audit) -> dict[str, Any]:
 
 def _stream(audit: Audit) -> dict[str, Any]:
     stream = {
-        field.name: getattr(audit.stream, field.name)
-        for field in dataclasses.fields(audit.stream)
+        field.name: getattr(audit.stream, field.name) for field in dataclasses.fields(audit.stream)
     }
     stream['gaps'] = [gap._asdict() for gap in audit.stream.gaps]
     stream['orders'] = [order._asdict() for order in audit.stream.orders]

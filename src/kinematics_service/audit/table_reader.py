@@ -77,7 +77,9 @@ class _Table:
         if not first:
             raise AuditError(f'{file}: is empty')
         self.delimiter = next((c for c in ',;\t' if c in first), ' ')
-        self.header = [cell.strip() for cell in next(csv.reader([first], delimiter=self.delimiter))]
+        self.header = [
+            cell.strip() for cell in next(csv.reader([first], delimiter=self.delimiter))
+        ]
         if len(set(self.header)) < len(self.header):
             twice = next(name for name in self.header if self.header.count(name) > 1)
             raise AuditError(f'{file}: column {ascii(twice)} is there twice')
@@ -254,7 +256,8 @@ class _Table:
             return float(text) if text else float('nan')
         except ValueError:
             raise AuditError(
-                f'{self.file}:{line}: column {self.header[column]!r}: {text[:40]!a} is not a number'
+                f'{self.file}:{line}: column {self.header[column]!r}: {text[:40]!a} is not a '
+                'number'
             ) from None
 
 

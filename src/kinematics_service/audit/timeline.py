@@ -159,9 +159,7 @@ class Computer:
         self._said: list[Said] = []
         self._columns: list[dict[str, Floats]] = []
 
-    def run(
-        self, blocks: Iterable[Block], each: Callable[[Block, Part | None], None]
-    ) -> Timeline:
+    def run(self, blocks: Iterable[Block], each: Callable[[Block, Part | None], None]) -> Timeline:
         """
         Return the timeline of all blocks; `each` is called with every one and what it made.
 
@@ -220,10 +218,13 @@ class Computer:
         self._ingest.counts[ACCEPTED] -= lost
         self._ingest.counts[TOO_LARGE] += lost
         at = np.cumsum(good) - 1
-        return Known(
-            *(getattr(known, field.name)[good] for field in dataclasses.fields(Known)[:-1]),
-            {int(at[k]): silence for k, silence in known.silences.items() if good[k]},
-        )
+        columns = {
+            field.name: getattr(known, field.name)[good]
+            for field in dataclasses.fields(Known)
+            if field.name != 'silences'
+        }
+        kept = {int(at[k]): silence for k, silence in known.silences.items() if good[k]}
+        return Known(**columns, silences=kept)
 
     def _stale_notice(self, missing: tuple[str, ...]) -> Notice:
         return stale_notice(self._robot, f'no joint state of {", ".join(missing)}')

@@ -140,7 +140,7 @@ def _orders(names: tuple[str, ...]) -> Iterator[tuple[tuple[int, ...], str]]:
         for i, j in itertools.combinations(range(n), 2):
             order = list(range(n))
             order[i], order[j] = j, i
-            yield tuple(order), f'joints {names[i]} and {names[j]} stand in each other\'s place'
+            yield tuple(order), f"joints {names[i]} and {names[j]} stand in each other's place"
     yield tuple(reversed(range(n))), 'the joints stand in reverse order'
     ranks = sorted(range(n), key=lambda j: names[j])
     back = tuple(ranks.index(j) for j in range(n))
@@ -159,6 +159,10 @@ def _of_table(given: Given) -> Iterator[Change]:
 
 
 def read_as(robot: Robot, convention: str) -> Robot:
+    """
+    Return the robot whose table of a, alpha, d, theta is read by another convention.
+
+    """
     description = robot.description
     rows = tuple(ROWS_OF[convention](link) for link in description.links)
     chain = fold(
@@ -214,6 +218,10 @@ def _of_poses(poses: Floats) -> Iterator[Change]:
 
 
 def quaternions_of(poses: Floats) -> Floats:
+    """
+    Return the unit quaternions x y z w (N, 4) of poses (N, 4, 4).
+
+    """
     quaternions_xyzw = np.empty((len(poses), 4))
     kernel.quaternions(np.ascontiguousarray(poses), quaternions_xyzw)
     return quaternions_xyzw

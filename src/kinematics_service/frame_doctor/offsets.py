@@ -81,9 +81,7 @@ def scale_of(poses: Floats) -> Floats:
     return np.maximum(spread(poses[..., :3, 3]), 1e-9)
 
 
-def fit_offsets(
-    A: Floats, B: Floats, begin: Fit | None = None, steps: int = STEPS
-) -> Fit:
+def fit_offsets(A: Floats, B: Floats, begin: Fit | None = None, steps: int = STEPS) -> Fit:
     """
     Return the X, Y that bring X A_i Y nearest to B_i.
 

@@ -50,9 +50,7 @@ class Motion:
         Return the indices of rows after a gap: no line is drawn to them.
 
         """
-        steps = np.diff(self.times)
-        longest = max(GAP, STEPS * float(np.median(steps)))
-        return np.asarray(np.flatnonzero(steps > longest) + 1, dtype=np.int64)
+        return _gaps(self.times)
 
     def broken(self, values: Floats) -> tuple[Floats, Floats]:
         """
@@ -97,7 +95,27 @@ def motion_of(robot: Robot, path: str) -> Motion:
     q[:, robot.continuous] = np.unwrap(q[:, robot.continuous], axis=0)
     if recording.velocities is not None:
         return Motion(times, q, recording.velocities[first], file.name, False)
-    return Motion(times, q, np.gradient(q, times, axis=0), file.name, True)
+    return _differentiated(times, q, file.name)
+
+
+def _gaps(times: Floats) -> Integers:
+    steps = np.diff(times)
+    longest = max(GAP, STEPS * float(np.median(steps)))
+    return np.asarray(np.flatnonzero(steps > longest) + 1, dtype=np.int64)
+
+
+def _differentiated(times: Floats, q: Floats, name: str) -> Motion:
+    # Not across a gap; a row between two of them has no velocity and is left out.
+    parts = [
+        (t, positions)
+        for t, positions in zip(np.split(times, _gaps(times)), np.split(q, _gaps(times)))
+        if len(t) > 1
+    ]
+    if not parts:
+        raise PlotError(f'{name}: has no velocities, and no two rows within {GAP:g} s')
+    qdot = [np.gradient(positions, t, axis=0) for t, positions in parts]
+    kept, positions = (np.concatenate(column) for column in zip(*parts))
+    return Motion(kept, positions, np.concatenate(qdot), name, True)
 
 
 @dataclass(frozen=True)

@@ -24,6 +24,7 @@ from .input import Input
 from .messages import Report, status_message
 from .outputs import Outputs
 from .parameters import NodeParameters
+from .robot_description import RobotDescription
 from .settings import Settings
 from .stamp_grid import StampGrid
 from .targets import Targets
@@ -87,6 +88,7 @@ class KinematicsNode(Node):
     def _open_topics(self) -> None:
         transport = self._own.transport
         self._outputs = Outputs(self, self.settings, transport)
+        self._description = RobotDescription(self, self.settings)
         self._warning = self.create_publisher(DiagnosticStatus, WARNING, WARNING_QOS)
         self._targets = Targets(self, self.settings, self._present, self._steady)
         self._input = Input(self, transport, self._on_joint_state, self._on_unreadable)
@@ -220,6 +222,7 @@ class KinematicsNode(Node):
         self._grid.forget()
         self._watchdog.timer_period_ns = round(self._watchdog_period() * 1e9)
         self._outputs.configure(settings)
+        self._description.configure(settings)
         self._targets.configure(settings)
 
     # Service

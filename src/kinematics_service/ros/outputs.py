@@ -32,13 +32,11 @@ class Channel(NamedTuple):
         Return the message of a report, None for nothing to say.
 
         """
+        if self.template is None:
+            return self.topic.build(report)
+        assert self.topic.numbers is not None
         numbers = self.topic.numbers(report)
-        if numbers is None:
-            return None
-        stamp = report.answer.stamp
-        if self.template is not None:
-            return self.template.message(stamp, numbers)
-        return self.topic.make(stamp, numbers, report.settings)
+        return None if numbers is None else self.template.message(report.answer.stamp, numbers)
 
 
 class Outputs:
@@ -119,12 +117,10 @@ class Outputs:
 
 
 def _template(topic: Topic, sample: Report) -> Template | None:
-    numbers = topic.numbers(sample)
-    if numbers is None:
+    numbers, make = topic.numbers and topic.numbers(sample), topic.make
+    if numbers is None or make is None:
         return None
-    return Template.learn(
-        lambda stamp, values: topic.make(stamp, values, sample.settings), len(numbers)
-    )
+    return Template.learn(lambda stamp, values: make(stamp, values, sample.settings), len(numbers))
 
 
 def depth_of(heard: list[Channel]) -> int:

@@ -92,6 +92,11 @@ PARAMETERS = (
         (1e-3, 3600.0),
     ),
     Parameter('publish_tf', False, 'Publish the tool on /tf (needs tf2_msgs).'),
+    Parameter(
+        'publish_robot_description',
+        False,
+        'Publish a URDF made from the table on robot_description.',
+    ),
     Parameter('singularity.measure', 'distance', 'Measure the warning watches.', tuple(MEASURES)),
     Parameter(
         'singularity.warn',

@@ -43,6 +43,8 @@ class Settings:
         How messages become states.
     base_frame, tool_frame
         Names, prefix included.
+    frame_prefix
+        The prefix.
     jacobian_frame, twist_frame
         `base` or `tool`.
     row_order
@@ -51,6 +53,8 @@ class Settings:
         Least difference of stamps between answers that are published; 0: publish all.
     publish_tf
         Whether to publish the tool on /tf.
+    publish_robot_description
+        Whether to publish a URDF.
     target_rows
         Which rows of target poses count.
     target_timeout : ns
@@ -64,11 +68,13 @@ class Settings:
     estimator: EstimatorSettings
     base_frame: str
     tool_frame: str
+    frame_prefix: str
     jacobian_frame: str
     twist_frame: str
     row_order: str
     period: int
     publish_tf: bool
+    publish_robot_description: bool
     target_rows: tuple[str, ...]
     target_timeout: int
     servo: ServoSettings
@@ -139,11 +145,13 @@ def settings_from(values: Mapping[str, Any], robot: Robot) -> Settings:
         ),
         base_frame=prefix + base,
         tool_frame=prefix + tool,
+        frame_prefix=prefix,
         jacobian_frame=values['jacobian_frame'],
         twist_frame=values['twist_frame'],
         row_order=values['row_order'],
         period=round(1e9 / rate) if rate > 0.0 else 0,
         publish_tf=values['publish_tf'],
+        publish_robot_description=values['publish_robot_description'],
         target_rows=rows,
         target_timeout=round(values['ik.target_timeout'] * 1e9),
         servo=_servo(values, rows, judged),

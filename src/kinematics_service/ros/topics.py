@@ -11,6 +11,7 @@ import numpy as np
 from geometry_msgs.msg import PoseArray, PoseStamped, TwistStamped, VelocityStamped
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from std_msgs.msg import Float64, Float64MultiArray
+from visualization_msgs.msg import MarkerArray
 
 from .. import kernel
 from ..estimator import Answer
@@ -57,6 +58,7 @@ WARNING = '~/singularity/warning'
 DIAGNOSTICS = '/diagnostics'
 DESCRIBE = '~/describe'
 TARGET_POSE, TARGET_TWIST = '~/target_pose', '~/target_twist'
+ROBOT_DESCRIPTION = 'robot_description'
 IK_JOINT_STATES, IK_SOLUTIONS = '~/ik/joint_states', '~/ik/solutions'
 IK_JOINT_VELOCITY, IK_STATUS = '~/ik/joint_velocity', '~/ik/status'
 
@@ -68,10 +70,11 @@ class Topic:
 
     Attributes
     ----------
-    numbers
-        Returns the numbers a report puts into a message, None for nothing to say.
-    make
-        Returns the message of a stamp (ns), numbers and settings.
+    build
+        Returns the message of a report, None for nothing to say.
+    numbers, make
+        The same in two steps, where a message is a stamp and always as many numbers: the numbers
+        of a report, and the message of a stamp (ns), numbers and settings.
     depth
         What the kernel must have computed.
 
@@ -79,19 +82,24 @@ class Topic:
 
     name: str
     type: Any
-    numbers: Callable[[Report], Floats | None]
-    make: Callable[[int, Floats, Settings], Any]
+    build: Callable[[Report], Any]
+    numbers: Callable[[Report], Floats | None] | None = None
+    make: Callable[[int, Floats, Settings], Any] | None = None
     depth: int = kernel.JACOBIAN
 
-    def build(self, report: Report) -> Any:
-        """
-        Return the message of a report, None for nothing to say.
 
-        """
-        numbers = self.numbers(report)
-        if numbers is None:
-            return None
-        return self.make(report.answer.stamp, numbers, report.settings)
+def _of_numbers(
+    name: str,
+    kind: Any,
+    numbers: Callable[[Report], Floats | None],
+    make: Callable[[int, Floats, Settings], Any],
+    depth: int = kernel.JACOBIAN,
+) -> Topic:
+    def build(report: Report) -> Any:
+        values = numbers(report)
+        return None if values is None else make(report.answer.stamp, values, report.settings)
+
+    return Topic(name, kind, build, numbers, make, depth)
 
 
 def _measure(name: str) -> Topic:
@@ -99,20 +107,30 @@ def _measure(name: str) -> Topic:
         value = getattr(report.singularity, name)
         return None if value is None else np.array([value])
 
-    return Topic(f'~/singularity/{name}', Float64, numbers, scalar_message)
+    return _of_numbers(f'~/singularity/{name}', Float64, numbers, scalar_message)
+
+
+def _markers(report: Report) -> Any:
+    # Imported when somebody looks: the node itself needs no scene.
+    from .markers import markers_message
+
+    return markers_message(report)
 
 
 TOPICS = (
-    Topic('~/pose', PoseStamped, pose_numbers, pose_message),
-    Topic('~/jacobian', Float64MultiArray, jacobian_numbers, jacobian_message),
-    Topic('~/twist', TwistStamped, twist_numbers, twist_message),
-    Topic('~/velocity', VelocityStamped, twist_numbers, velocity_message),
+    _of_numbers('~/pose', PoseStamped, pose_numbers, pose_message),
+    _of_numbers('~/jacobian', Float64MultiArray, jacobian_numbers, jacobian_message),
+    _of_numbers('~/twist', TwistStamped, twist_numbers, twist_message),
+    _of_numbers('~/velocity', VelocityStamped, twist_numbers, velocity_message),
     _measure('determinant'),
     _measure('manipulability'),
     _measure('condition_number'),
     _measure('smallest_singular_value'),
     _measure('distance'),
-    Topic('~/link_frames', PoseArray, link_frames_numbers, link_frames_message, kernel.ALL_FRAMES),
+    _of_numbers(
+        '~/link_frames', PoseArray, link_frames_numbers, link_frames_message, kernel.ALL_FRAMES
+    ),
+    Topic('~/markers', MarkerArray, _markers, depth=kernel.ALL_FRAMES),
 )
 
 
