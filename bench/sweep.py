@@ -42,7 +42,10 @@ def main():
     here, took = seconds(lambda: map_batches(singular_table, robot, q))
     print(f'{"this process":28} {took:7.2f} {given.poses / took:11,.0f}', flush=True)
     with LocalCluster(
-        n_workers=given.workers, threads_per_worker=1, dashboard_address='127.0.0.1:0', host='127.0.0.1'
+        n_workers=given.workers,
+        threads_per_worker=1,
+        dashboard_address='127.0.0.1:0',
+        host='127.0.0.1',
     ) as cluster:
         address = cluster.scheduler_address.replace('tcp://', 'dask://')
         for run in ('first', 'second'):

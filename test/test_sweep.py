@@ -116,7 +116,9 @@ def test_a_scheduler_that_is_not_there_is_an_error_within_seconds(monkeypatch):
 def test_a_scheduler_without_workers_is_an_error_within_seconds(monkeypatch):
     monkeypatch.setattr(sweep, 'PATIENCE', 1)
     distributed = pytest.importorskip('distributed', reason='needs dask[distributed]')
-    with distributed.LocalCluster(n_workers=0, dashboard_address='127.0.0.1:0', host='127.0.0.1') as local:
+    with distributed.LocalCluster(
+        n_workers=0, dashboard_address='127.0.0.1:0', host='127.0.0.1'
+    ) as local:
         address = local.scheduler_address.replace('tcp://', 'dask://')
         with pytest.raises(SweepError, match='the scheduler has no worker'):
             map_batches(doubled, ks.load_robot('planar_2r'), np.zeros((1, 2)), address)

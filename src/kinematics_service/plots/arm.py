@@ -14,7 +14,7 @@ from ..robot import Robot
 from ..singularities import singularity
 from .captions import nearness, positions, short
 from .labels import Label, place_labels
-from .picture import BLACK, BLUE, GREEN, GREY, LIGHT, ORANGE, VERMILION, Draw, words
+from .picture import BLACK, BLUE, GREEN, GREY, LIGHT, ORANGE, PURPLE, VERMILION, Draw, words
 from .skeleton import Skeleton, skeleton_of
 
 # Lengths as shares of the drawn cube's edge.
@@ -37,8 +37,8 @@ def arm_picture(robot: Robot, q: Floats) -> Draw:
     skeleton, near = skeleton_of(robot, q), singularity(robot, q)
 
     def draw(figure: Any) -> None:
-        figure.set_size_inches(7.5, 7.2)
-        axes = figure.add_axes((-0.03, 0.0, 1.0, 0.95), projection='3d')
+        figure.set_size_inches(7.5, 7.4)
+        axes = figure.add_axes((-0.03, 0.035, 1.0, 0.925), projection='3d')
         cube = cube_around([skeleton])
         set_space(axes, cube)
         draw_skeleton(axes, skeleton, cube, label_size=9.0)
@@ -177,7 +177,7 @@ def _draw_lost(axes: Any, point: Floats, direction: Floats, edge: float) -> None
     for sign in (-1.0, 1.0):
         arrow = sign * LOST * edge * direction / norm
         axes.quiver(
-            *point, *arrow, color=VERMILION, linewidth=2.0, linestyle='--', gid='lost', zorder=15
+            *point, *arrow, color=PURPLE, linewidth=2.0, linestyle='--', gid='lost', zorder=15
         )
 
 
@@ -215,7 +215,7 @@ def _draw_legend(figure: Any, axes: Any) -> None:
     ]
     if 'lost' in seen:
         entries.append(
-            Line2D([], [], color=VERMILION, linestyle='--', linewidth=2, label='lost translation')
+            Line2D([], [], color=PURPLE, linestyle='--', linewidth=2, label='lost translation')
         )
     figure.legend(
         handles=entries, loc='lower center', ncols=len(entries), frameon=False, columnspacing=1.2

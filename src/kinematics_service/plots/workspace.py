@@ -26,7 +26,7 @@ SMALL = 1e-6
 # Steps that bring a pose into the plane, and how near is in it (share of the reach).
 STEPS, IN_PLANE = 8, 1e-9
 # Rounds of changing what has been found, and how much: shares of the joints' ranges, from to.
-ROUNDS = 24
+ROUNDS, SHARE = 24, 2  # all of them together so many times the points to begin with
 SMALLEST, LARGEST = -3.0, -0.7  # powers of ten
 
 
@@ -114,7 +114,7 @@ def workspace(robot: Robot, plane: Plane, points: int, workers: str | None = Non
     plane
         Of `plane_of`.
     points
-        Number of joint positions to begin with; about as many follow in the rounds.
+        Number of joint positions to begin with; twice as many follow in the rounds.
     workers
         As `sweep.map_batches` takes them.
 
@@ -138,7 +138,7 @@ def workspace(robot: Robot, plane: Plane, points: int, workers: str | None = Non
     widest = max(float(np.max(np.ptp(found[:, :2], axis=0))), SMALL * robot.task.reach)
     size = widest / CELLS
     found = _kept(found, size)
-    each = max(points // ROUNDS, 1)
+    each = max(SHARE * points // ROUNDS, 1)
     span = np.ptp(ranges, axis=1)
     for _ in range(ROUNDS):
         parents = _chosen(random, found, size, each)

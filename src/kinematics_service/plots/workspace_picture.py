@@ -4,7 +4,6 @@ The picture of the reachable workspace in a plane, with its border and its singu
 """
 
 import collections
-import textwrap
 from typing import Any
 
 import numpy as np
@@ -58,12 +57,11 @@ def workspace_picture(robot: Robot, space: Workspace, critical: Critical) -> Dra
             extend='max' if largest == FAR else 'neither',
         )
         bar.set_label('largest distance to singularity found there, rad')
-        title = (
-            f'{words(robot.name)}: where {words(robot.tool_frame)} gets, {space.plane.title} '
-            f'({space.poses:,} poses)'
+        figure.suptitle(
+            f'{words(robot.name)}: where {words(robot.tool_frame)} gets\n'
+            f'{space.plane.title} ({space.poses:,} poses)',
+            fontsize=10.5,
         )
-        width = int(11.5 * figure.get_size_inches()[0])
-        figure.suptitle(textwrap.fill(title, width), fontsize=10.5)
         figure.legend(
             *axes.get_legend_handles_labels(), loc='outside lower center', ncols=2, frameon=False,
             markerscale=5.0,

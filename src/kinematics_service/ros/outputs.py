@@ -4,7 +4,8 @@ The topics of a node that answer every accepted message: who listens, and what g
 """
 
 import copy
-from typing import Any, NamedTuple
+from collections.abc import Callable
+from typing import NamedTuple
 
 from rclpy.node import Node
 from rclpy.publisher import Publisher
@@ -21,22 +22,35 @@ class Channel(NamedTuple):
     """
     A topic with its publisher, and its template where its messages go out as patched bytes.
 
+    Attributes
+    ----------
+    listeners
+        Returns how many listen.
+    publisher, topic, template
+        The template is None where messages are built.
+
     """
 
+    listeners: Callable[[], int]
     publisher: Publisher
     topic: Topic
     template: Template | None = None
 
-    def message(self, report: Report) -> Any:
+    def send(self, report: Report) -> None:
         """
-        Return the message of a report, None for nothing to say.
+        Publish what a report has to say on this topic, if anything.
 
         """
-        if self.template is None:
-            return self.topic.build(report)
-        assert self.topic.numbers is not None
-        numbers = self.topic.numbers(report)
-        return None if numbers is None else self.template.message(report.answer.stamp, numbers)
+        topic, template = self.topic, self.template
+        if template is None:
+            message = topic.build(report)
+            if message is not None:
+                self.publisher.publish(message)
+            return
+        assert topic.numbers is not None
+        numbers = topic.numbers(report)
+        if numbers is not None:
+            self.publisher.publish(template.message(report.answer.stamp, numbers))
 
 
 class Outputs:
@@ -48,19 +62,7 @@ class Outputs:
     def __init__(self, node: Node, settings: Settings, transport: str) -> None:
         self._node = node
         self._transport = transport
-        # Overrides are written into the profile that is given: each topic needs its own.
-        self.channels = [
-            Channel(
-                node.create_publisher(
-                    topic.type,
-                    topic.name,
-                    copy.copy(OUTPUT_QOS),
-                    qos_overriding_options=QoSOverridingOptions.with_default_policies(),
-                ),
-                topic,
-            )
-            for topic in TOPICS
-        ]
+        self.channels = [_channel(node, topic) for topic in TOPICS]
         self._tf: Publisher | None = None
         self.configure(settings)
 
@@ -93,9 +95,7 @@ class Outputs:
         Return the channels somebody listens to.
 
         """
-        return [
-            channel for channel in self.channels if channel.publisher.get_subscription_count() > 0
-        ]
+        return [channel for channel in self.channels if channel.listeners() > 0]
 
     def publish(self, report: Report, heard: list[Channel]) -> None:
         """
@@ -103,9 +103,7 @@ class Outputs:
 
         """
         for channel in heard:
-            message = channel.message(report)
-            if message is not None:
-                channel.publisher.publish(message)
+            channel.send(report)
         if report.settings.publish_tf:
             self._publish_tf(report)
 
@@ -114,6 +112,18 @@ class Outputs:
 
         assert self._tf is not None
         self._tf.publish(TFMessage(transforms=[transform_message(report)]))
+
+
+def _channel(node: Node, topic: Topic) -> Channel:
+    publisher = node.create_publisher(
+        topic.type,
+        topic.name,
+        # Overrides are written into the profile that is given: each topic needs its own.
+        copy.copy(OUTPUT_QOS),
+        qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+    )
+    # Of the handle, not of the publisher: asked for every topic at every message.
+    return Channel(publisher.handle.get_subscription_count, publisher, topic)
 
 
 def _template(topic: Topic, sample: Report) -> Template | None:

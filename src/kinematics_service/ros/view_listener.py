@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import PoseArray, PoseStamped, TwistStamped
-from rclpy.clock import Clock, ClockType
 from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
@@ -36,10 +35,12 @@ from .topics import JOINT_STATES, JOINT_STATES_QOS, OUTPUT_QOS, WARNING, WARNING
 
 # Older than this (s) nothing is shown as live.
 FRESH = 1.0
+# Where messages come faster than they can be taken, the page still moves (s).
+LONGEST_CATCHING_UP = 0.2
 # A node that is not there is asked for so often (s).
 ASK_AGAIN = 2.0
 # Only the last message of a topic is shown.
-LAST_QOS = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
+LAST_QOS = QoSProfile(depth=5, reliability=ReliabilityPolicy.RELIABLE)
 
 
 class ViewListener:
@@ -64,13 +65,13 @@ class ViewListener:
             enable_rosout=False,
         )
         self._executor = new_executor(self._node, context)
-        self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._facts: NodeFacts | None = None
         self._asked = -ASK_AGAIN
         self._robot: Robot | None = None
         self._estimator: Estimator | None = None
         self._answer: Answer | None = None
         self._arrival = 0.0
+        self._joint_states = 0
         self._publisher: Any = None
         self._subscription: Any = None
         self._mismatch = ''
@@ -86,6 +87,14 @@ class ViewListener:
         self._warning = Heard(
             self._node, WARNING.replace('~', self.source), DiagnosticStatus, WARNING_QOS
         )
+        self._outputs = (
+            self._pose,
+            self._jacobian,
+            self._frames,
+            self._twist,
+            self._distance,
+            self._warning,
+        )
 
     def close(self) -> None:
         """
@@ -98,12 +107,21 @@ class ViewListener:
 
     def listen(self, seconds: float) -> None:
         """
-        Hear what comes for so long.
+        Hear what comes for so long, and longer where more has come already: old news is no news.
 
         """
         deadline = time.monotonic() + seconds
         while (left := deadline - time.monotonic()) > 0.0:
             self._executor.spin_once(timeout_sec=left)
+        while time.monotonic() < deadline + LONGEST_CATCHING_UP:
+            before = self._heard_so_far
+            self._executor.spin_once(timeout_sec=0.0)
+            if self._heard_so_far == before:
+                return
+
+    @property
+    def _heard_so_far(self) -> int:
+        return self._joint_states + sum(heard.count for heard in self._outputs)
 
     def ask(self, patience: float) -> NodeFacts | None:
         """
@@ -141,6 +159,7 @@ class ViewListener:
 
     def _take(self, message: JointState) -> None:
         assert self._estimator is not None
+        self._joint_states += 1
         received = stamp_of(message) or self._node.get_clock().now().nanoseconds
         sample = sample_of(message, received, time.monotonic_ns())
         try:
