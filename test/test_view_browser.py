@@ -26,7 +26,7 @@ from kinematics_service.view.scene import JOINT_COLOUR, LEVEL_COLOURS
 ROBOT = 'puma560'
 LEVEL = "document.querySelector('#kin-gauges [data-level]').dataset.level"
 # The width of the panel is about a quarter of this.
-WIDTH, HEIGHT = 1000, 640
+WIDTH, HEIGHT = 900, 520
 
 
 def fact(name):

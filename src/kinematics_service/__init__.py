@@ -21,6 +21,10 @@ if TYPE_CHECKING:
     from .inverse.result import IkFamily as IkFamily
     from .inverse.result import IkResult as IkResult
     from .inverse.result import IkSolution as IkSolution
+    from .inverse.servo import ServoSettings as ServoSettings
+    from .inverse.servo import ServoStep as ServoStep
+    from .inverse.servo import TwistError as TwistError
+    from .inverse.servo import joint_velocity as joint_velocity
     from .inverse.solve import inverse_kinematics as inverse_kinematics
     from .kinematics import forward_kinematics as forward_kinematics
     from .kinematics import jacobian as jacobian
@@ -53,6 +57,10 @@ _HOME = {
     'IkFamily': 'inverse.result',
     'IkResult': 'inverse.result',
     'IkSolution': 'inverse.result',
+    'ServoSettings': 'inverse.servo',
+    'ServoStep': 'inverse.servo',
+    'TwistError': 'inverse.servo',
+    'joint_velocity': 'inverse.servo',
     'inverse_kinematics': 'inverse.solve',
     'forward_kinematics': 'kinematics',
     'jacobian': 'kinematics',

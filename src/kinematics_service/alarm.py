@@ -6,18 +6,18 @@ When a singularity warning is worth saying again.
 import math
 from typing import NamedTuple
 
-import numpy as np
-
 from .kernel import Floats
 from .measures import Level
 
 # The lost direction is said again when it has turned by more than this.
 TURNED = math.radians(30.0)
+AGREES = math.cos(TURNED)
 # But not more often than this: where two directions are lost at once it is arbitrary, and turns
 # with every message.
 TURNS_APART = 50_000_000
 # While not OK it is said again after this, so that nobody has to remember.
 REPEAT = 1_000_000_000
+_QUIET = (Level.OK, Level.STALE)
 
 
 class Alarm(NamedTuple):
@@ -42,6 +42,15 @@ class Alarm(NamedTuple):
     said: int | None = None
     factor: int | None = None
 
+    def is_settled(self, level: Level, arrival: int) -> bool:
+        """
+        Return whether `step` would say nothing and change nothing, whatever is lost or near.
+
+        """
+        if self.said is None or level is not self.level:
+            return False
+        return level in _QUIET or arrival - self.said < TURNS_APART
+
     def step(
         self,
         level: Level,
@@ -58,19 +67,19 @@ class Alarm(NamedTuple):
         """
         if self.said is None or level != self.level:
             say = True
-        elif level in (Level.OK, Level.STALE):
+        elif level in _QUIET:
             say = False
         else:
             since = arrival - self.said
-            another = factor != self.factor or self._turned(direction)
-            say = since >= REPEAT or (since >= TURNS_APART and another)
+            say = since >= REPEAT or (
+                since >= TURNS_APART and (factor != self.factor or self._turned(direction))
+            )
         if say:
             return Alarm(level, direction, arrival, factor), True
-        return self._replace(level=level), False
+        return self, False
 
     def _turned(self, direction: Floats | None) -> bool:
         if direction is None or self.direction is None:
             return direction is not self.direction
         # A lost direction is a line: its sign means nothing.
-        cosine = abs(float(np.dot(direction, self.direction)))
-        return cosine < math.cos(TURNED)
+        return bool(abs(direction.dot(self.direction)) < AGREES)

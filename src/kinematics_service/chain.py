@@ -8,6 +8,7 @@ one constant. So the kernel knows neither conventions nor joint types.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
@@ -77,6 +78,14 @@ class Chain(FrozenArrays):
     entries: int
     at_rest: Floats
 
+    @cached_property
+    def single_widths(self) -> tuple[int, ...]:
+        """
+        Return the length of the row of one pose at each depth: its q, qdot, quaternion at the end.
+
+        """
+        return tuple(width + 2 * self.dof + kernel.ROW_TAIL for width in self.widths)
+
 
 @dataclass(frozen=True)
 class _Element:
@@ -128,6 +137,12 @@ def fold(rows: Sequence[Row], variables: Sequence[str], base: Floats, tool: Floa
     return _pack(constants, elements, frame_parents, frame_offsets, len(variables))
 
 
+def _is_twist(motion: Floats) -> bool:
+    # Whether it is Rx(alpha) Tx(a) and nothing else, as a row of a table has it.
+    c, s = motion[1, 1], motion[2, 1]
+    return np.array_equal(motion[:3], [[1, 0, 0, motion[0, 3]], [0, c, -s, 0], [0, s, c, 0]])
+
+
 def _pack(
     constants: Sequence[Floats],
     elements: Sequence[_Element],
@@ -139,6 +154,7 @@ def _pack(
     first_entry = np.cumsum([0] + [len(element.entries) for element in elements])
     # Where entry k is joint k, the screws of the entries are J itself and share its place.
     one_to_one = [entry[0] for entry in entries] == list(range(dof))
+    twisted = len(elements) == len(entries) and all(map(_is_twist, constants[1:-1]))
     screws_at = kernel.JACOBIAN_AT if one_to_one else kernel.JACOBIAN_AT + 6 * dof + 6
     frames_at = kernel.JACOBIAN_AT + 6 * dof + 6 + (0 if one_to_one else 6 * len(entries))
     width = frames_at + 16 * len(frame_parents)
@@ -148,7 +164,9 @@ def _pack(
     header[kernel.ELEMENTS] = len(elements)
     header[kernel.ENTRIES] = len(entries)
     header[kernel.FRAMES] = len(frame_parents)
-    header[kernel.ONE_TO_ONE] = one_to_one
+    header[kernel.ONE_TO_ONE] = kernel.MIXED
+    if one_to_one:
+        header[kernel.ONE_TO_ONE] = kernel.TWISTED if twisted else kernel.PLAIN
     header[kernel.SCREWS_AT] = screws_at
     header[kernel.FRAMES_AT] = frames_at
     header[kernel.WIDTH] = width

@@ -3,6 +3,7 @@ The estimator: the one object with memory between a JointState message and the s
 
 """
 
+import array
 import math
 from collections import Counter
 from collections.abc import Sequence
@@ -13,14 +14,13 @@ import numpy as np
 
 from . import kernel
 from .alarm import Alarm
-from .errors import JointVectorError
 from .joint_sample import JointSample
 from .joint_table import JointTable, Layout
 from .kernel import Floats
 from .measures import Level
 from .robot import Robot
 from .singularities import Singularity, watched_value
-from .tool_state import ToolState, evaluate
+from .tool_state import ToolState, as_the_kernel_takes_it
 
 VELOCITY_SOURCES = ('auto', 'message', 'difference')
 
@@ -122,14 +122,22 @@ ACCEPTED = 'accepted'
 NOT_STAMPED = 'not stamped'
 RESETS = 'resets'
 
-# At 1e15 rad neighbouring doubles are an eighth of a turn apart: such a number says nothing.
-LARGEST = 1e15
+LARGEST = kernel.LARGEST
 
-# Evidence that two publishers disagree about a joint: it jumps by more than MOVED_APART (rad or m)
-# and back to within a fifth of that, again and again within the window.
-MOVED_APART = 1e-3
-RETURNED = 0.2
+# A joint about which messages disagree so often, within joint_table.DISPUTE_WINDOW, is in dispute.
 JUMPS = 4
+
+# What `kernel.observe` says where there is a state: where the velocities come from.
+_SOURCES = ('none', 'message', 'difference')
+_REFUSALS = {
+    kernel.NOT_NEWER: Refusal(DROPPED),
+    kernel.INCOMPLETE: Refusal(WAITING),
+    kernel.NOT_COMPUTABLE: Refusal(
+        TOO_LARGE, 'positions or velocities are too large to compute with'
+    ),
+}
+_NOTHING = np.empty(0)
+_DOUBLES = 'd'
 
 
 class Estimator:
@@ -156,8 +164,7 @@ class Estimator:
         self.robot = robot
         self.settings = settings
         self.counts: Counter[str] = Counter()
-        self._table = JointTable(robot, settings.joint_prefix)
-        self._quaternion: Floats | None = None
+        self._table = self._new_table()
         self._alarm = Alarm()
 
     def configure(self, robot: Robot, settings: EstimatorSettings) -> None:
@@ -165,10 +172,20 @@ class Estimator:
         Take other settings, keeping what is known unless the joints get other names.
 
         """
-        if settings.joint_prefix != self.settings.joint_prefix:
-            self._table = JointTable(robot, settings.joint_prefix)
-            self._quaternion = None
+        same_names = settings.joint_prefix == self.settings.joint_prefix
         self.robot, self.settings = robot, settings
+        if same_names:
+            self._table.configure(robot, self._source, settings.timeout)
+        else:
+            self._table = self._new_table()
+
+    @property
+    def _source(self) -> int:
+        return VELOCITY_SOURCES.index(self.settings.velocity_source)
+
+    def _new_table(self) -> JointTable:
+        settings = self.settings
+        return JointTable(self.robot, settings.joint_prefix, self._source, settings.timeout)
 
     def reset(self) -> None:
         """
@@ -177,7 +194,7 @@ class Estimator:
         """
         self.counts[RESETS] += 1
         self._table.forget()
-        self._quaternion = None
+        self._table.forget_tool()
 
     def clock_stepped_back(self, now: int, back: int) -> bool:
         """
@@ -225,11 +242,17 @@ class Estimator:
         Return the level of a new state, with hysteresis, and whether it is to be said.
 
         """
-        level = self.robot.thresholds.level(
-            watched_value(self.robot, singularity), self._alarm.level
-        )
+        alarm = self._alarm
+        if alarm.level is Level.OK or alarm.level is Level.STALE:
+            level: Level = singularity.level  # there is nothing to leave
+        else:
+            level = self.robot.thresholds.level(
+                watched_value(self.robot, singularity), alarm.level
+            )
+        if alarm.is_settled(level, arrival):
+            return level, False
         factors = singularity.factors
-        self._alarm, say = self._alarm.step(
+        self._alarm, say = alarm.step(
             level,
             singularity.lost_direction,
             arrival,
@@ -245,15 +268,26 @@ class Estimator:
         self._alarm, say = self._alarm.step(Level.STALE, None, arrival)
         return say
 
-    def take(self, sample: JointSample) -> Answer | Refusal:
+    def take(self, sample: JointSample, depth: int = kernel.ALL_FRAMES) -> Answer | Refusal:
         """
         Return the new state a sample makes, or why it makes none.
 
+        Parameters
+        ----------
+        sample
+            The message.
+        depth
+            `kernel.JACOBIAN`, or `kernel.ALL_FRAMES` where the link frames are asked for.
+
         """
-        accepted = self.accept(sample)
-        if isinstance(accepted, Refusal):
-            return accepted
-        return self._answer(accepted)
+        row = np.empty(self.robot.chain.single_widths[depth])
+        said = self._observe(sample, row)
+        if isinstance(said, Refusal):
+            return said
+        state = ToolState(self.robot, row, said != kernel.SAID_WITHOUT_VELOCITIES)
+        return Answer(
+            state, row[-kernel.ROW_TAIL :], sample.stamp or sample.received, _SOURCES[said]
+        )
 
     def accept(self, sample: JointSample) -> Accepted | Refusal:
         """
@@ -263,99 +297,73 @@ class Estimator:
         message, and through the kernel in one batch.
 
         """
-        refusal = self._refusal(sample)
-        if refusal is not None:
-            self.counts[refusal.reason] += 1
-            return refusal
-        self.counts[ACCEPTED] += 1
-        q, qdot, source = self._table.state()
-        return Accepted(q, qdot, sample.stamp or sample.received, source)
+        n = self.robot.dof
+        row = np.empty(2 * n + kernel.ROW_TAIL)
+        said = self._observe(sample, row)
+        if isinstance(said, Refusal):
+            return said
+        qdot = None if said == kernel.SAID_WITHOUT_VELOCITIES else row[n : 2 * n]
+        return Accepted(row[:n], qdot, sample.stamp or sample.received, _SOURCES[said])
 
-    def _refusal(self, sample: JointSample) -> Refusal | None:
+    def _observe(self, sample: JointSample, row: Floats) -> int | Refusal:
+        # One of the first three things that `kernel.observe` says, or a refusal; counted.
         layout = self._table.layout(sample.names)
+        refusal = self._shape_refusal(sample, layout)
+        if refusal is None:
+            positions, velocities = _doubles(sample.positions), _doubles(sample.velocities)
+            said: int = kernel.observe(
+                self.robot.packed,
+                self._table.memory,
+                layout.indices,
+                positions,
+                velocities,
+                sample.stamp,
+                sample.received,
+                sample.arrival,
+                row,
+            )
+            if sample.stamp == 0 and said != kernel.BAD_POSITION:
+                self.counts[NOT_STAMPED] += 1
+            if said >= kernel.STARTED_ANEW:
+                self.counts[RESETS] += 1
+                said -= kernel.STARTED_ANEW
+            if said <= kernel.SAID_WITH_DIFFERENCES:
+                self.counts[ACCEPTED] += 1
+                return said
+            if said == kernel.NOT_COMPUTABLE:
+                # Lengths of the robot file can still overflow; such a position must not be kept.
+                self._table.forget()
+            refusal = _REFUSALS.get(said) or self._bad_position(layout, positions)
+        self.counts[refusal.reason] += 1
+        return refusal
+
+    def _shape_refusal(self, sample: JointSample, layout: Layout) -> Refusal | None:
         if not layout.joints:
             return Refusal(NOT_OURS)
-        if len(sample.positions) == 0:
-            return Refusal(NO_POSITION)
         if len(sample.positions) != len(sample.names):
+            if len(sample.positions) == 0:
+                return Refusal(NO_POSITION)
             return Refusal(
                 MALFORMED,
                 f'{len(sample.names)} names but {len(sample.positions)} positions',
             )
         if layout.duplicates:
             return Refusal(DUPLICATE, f'joint {layout.duplicates[0]!r} is named twice')
-        positions = [float(sample.positions[i]) for i in layout.places]
-        for j, position in zip(layout.joints, positions):
-            if not abs(position) <= LARGEST:
-                reason = TOO_LARGE if math.isfinite(position) else NOT_FINITE
-                return Refusal(reason, f'position of joint {self._table.names[j]!r} is {position}')
-        refusal = self._order(sample, layout, positions)
-        if refusal is not None:
-            return refusal
-        self._store(sample, layout, positions)
-        if self._table.missing(sample.arrival, self.settings.timeout):
-            return Refusal(WAITING)
         return None
 
-    def _order(
-        self, sample: JointSample, layout: Layout, positions: Sequence[float]
-    ) -> Refusal | None:
-        # Stamps of our joints must grow; a large step back is a new start, not an old message.
-        if sample.stamp == 0:
-            self.counts[NOT_STAMPED] += 1
-            return None
-        latest = self._table.latest_stamp(layout.joints)
-        if latest is None or sample.stamp > latest:
-            return None
-        if latest - sample.stamp > self.settings.timeout:
-            self.reset()
-            return None
-        self._table.note_late(layout.joints, positions, sample.stamp, sample.arrival, MOVED_APART)
-        return Refusal(DROPPED)
+    def _bad_position(self, layout: Layout, positions: Floats) -> Refusal:
+        for j, place in zip(layout.joints, layout.places):
+            position = float(positions[place])
+            if not abs(position) <= kernel.LARGEST:
+                reason = TOO_LARGE if math.isfinite(position) else NOT_FINITE
+                return Refusal(reason, f'position of joint {self._table.names[j]!r} is {position}')
+        raise AssertionError('the kernel found a position that is not finite or too large')
 
-    def _store(self, sample: JointSample, layout: Layout, positions: Sequence[float]) -> None:
-        velocities = self._message_velocities(sample, layout)
-        stamp = sample.stamp or sample.received
-        self._table.note_dispute(layout.joints, positions, sample.arrival, MOVED_APART, RETURNED)
-        for place, j in enumerate(layout.joints):
-            if velocities is not None:
-                velocity, differenced = velocities[place], False
-            elif self.settings.velocity_source == 'message':
-                velocity, differenced = math.nan, False
-            else:
-                velocity = self._table.difference(
-                    j, positions[place], stamp, self.settings.timeout
-                )
-                differenced = True
-            self._table.store(
-                j,
-                positions[place],
-                velocity,
-                differenced,
-                stamp,
-                sample.stamp != 0,
-                sample.arrival,
-            )
 
-    def _message_velocities(self, sample: JointSample, layout: Layout) -> list[float] | None:
-        if self.settings.velocity_source == 'difference':
-            return None
-        if len(sample.velocities) != len(sample.names):
-            return None
-        velocities = [float(sample.velocities[i]) for i in layout.places]
-        return velocities if all(abs(velocity) <= LARGEST for velocity in velocities) else None
-
-    def _answer(self, accepted: Accepted) -> Answer | Refusal:
-        try:
-            state = evaluate(self.robot, accepted.q, accepted.qdot, depth=kernel.ALL_FRAMES)
-        except JointVectorError:
-            # Lengths of the robot file can still overflow; such a position must not be kept.
-            self._table.forget()
-            self.counts[ACCEPTED] -= 1
-            self.counts[TOO_LARGE] += 1
-            return Refusal(TOO_LARGE, 'positions or velocities are too large to compute with')
-        quaternion = state.quaternion_xyzw
-        if self._quaternion is not None and float(np.dot(quaternion, self._quaternion)) < 0.0:
-            quaternion = -quaternion
-        self._quaternion = quaternion
-        return Answer(state, quaternion, accepted.stamp, accepted.velocity_source)
+def _doubles(numbers: Sequence[float] | Floats) -> Floats:
+    # In the one form the kernel takes; without a copy where they are so already.
+    if type(numbers) is array.array and numbers.typecode == _DOUBLES:
+        return np.asarray(numbers)
+    if as_the_kernel_takes_it(numbers):
+        return numbers
+    return np.array(numbers, dtype=np.float64) if len(numbers) else _NOTHING

@@ -69,7 +69,7 @@ class Factors:
 
         """
         results = np.empty((len(q), len(self.names), 1 + q.shape[1]))
-        kernel.evaluate_factors(self.integers, self.numbers, self.ends, q, results)
+        kernel.evaluate_factors(self.integers.ravel(), self.numbers, self.ends, q, results)
         return results
 
 

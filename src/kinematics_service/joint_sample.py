@@ -6,6 +6,8 @@ What one JointState message says, as plain data.
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from .kernel import Floats
+
 
 class JointSample(NamedTuple):
     """
@@ -27,8 +29,8 @@ class JointSample(NamedTuple):
     """
 
     names: Sequence[str]
-    positions: Sequence[float]
-    velocities: Sequence[float]
+    positions: Sequence[float] | Floats
+    velocities: Sequence[float] | Floats
     stamp: int
     received: int
     arrival: int

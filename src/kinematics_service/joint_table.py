@@ -9,7 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .kernel import Floats
+from . import kernel
+from .kernel import Floats, Integers
 from .robot import Robot
 
 # Layouts of message streams kept: drivers on one topic are few, and names must not pile up.
@@ -32,41 +33,75 @@ class Layout(NamedTuple):
         Our joints in the message (index in the arm), and their place in it.
     duplicates
         Names of our joints that stand in it twice.
+    indices : shape (2 k,)
+        Joints, then places, as `kernel.observe` takes them.
 
     """
 
     joints: tuple[int, ...]
     places: tuple[int, ...]
     duplicates: tuple[str, ...]
+    indices: Integers
 
 
 class JointTable:
     """
-    One row for each joint of an arm, part of the estimator's memory.
+    One column for each joint of an arm: the estimator's memory, which `kernel.observe` writes.
+
+    Parameters
+    ----------
+    robot
+        The arm.
+    prefix
+        Put before the joint names of the robot file.
+    source
+        kernel.AUTO, FROM_MESSAGE or FROM_DIFFERENCE: where velocities come from.
+    timeout : ns
+        A joint unheard for longer is missing; stamps that step back by more are a new start.
+
+    Attributes
+    ----------
+    memory
+        The header, then the rows, as kernel.py names them; whole numbers stand in it bit for bit.
 
     """
 
-    def __init__(self, robot: Robot, prefix: str) -> None:
+    def __init__(self, robot: Robot, prefix: str, source: int, timeout: int) -> None:
         self.names = tuple(prefix + name for name in robot.joint_names)
         self._index = {name: j for j, name in enumerate(self.names)}
-        self._wraps = robot.continuous
         self._layouts: dict[tuple[str, ...], Layout] = {}
+        n = len(self.names)
+        self.memory = np.zeros(kernel.MEMORY_HEADER + kernel.MEMORY_ROWS * n)
+        self._whole: Integers = self.memory.view(np.int64)
+        self._rows: Floats = self.memory[kernel.MEMORY_HEADER :].reshape(-1, n)
+        self._whole_rows: Integers = self._whole[kernel.MEMORY_HEADER :].reshape(-1, n)
+        self.configure(robot, source, timeout)
         self.forget()
+        self.forget_tool()
+
+    def configure(self, robot: Robot, source: int, timeout: int) -> None:
+        """
+        Take other settings; what is known stays.
+
+        """
+        self._whole[kernel.VELOCITY_SOURCE] = source
+        # Stamps are far below 2^62 ns, 146 years; their differences must fit too.
+        self._whole[kernel.TIMEOUT] = min(timeout, 2**62)
+        self._whole_rows[kernel.WRAPS] = robot.continuous
 
     def forget(self) -> None:
         """
         Know nothing of any joint.
 
         """
-        n = len(self.names)
-        self._position = [math.nan] * n
-        self._before = [math.nan] * n  # the position before that
-        self._velocity = [math.nan] * n
-        self._differenced = [False] * n
-        self._stamp: list[int | None] = [None] * n
-        self._stamped = [False] * n
-        self._arrival: list[int | None] = [None] * n
-        self._jumps: list[list[int]] = [[] for _ in range(n)]
+        kernel.forget(self.memory)
+
+    def forget_tool(self) -> None:
+        """
+        Let the sign of the next quaternion be anew.
+
+        """
+        self._whole[kernel.NEW_TOOL] = 1
 
     def layout(self, names: Sequence[str]) -> Layout:
         """
@@ -88,87 +123,33 @@ class JointTable:
                 duplicates.append(name)
             joints.append(j)
             places.append(place)
-        layout = Layout(tuple(joints), tuple(places), tuple(duplicates))
+        indices = np.array([*joints, *places], dtype=np.int64)
+        layout = Layout(tuple(joints), tuple(places), tuple(duplicates), indices)
         if len(self._layouts) >= LAYOUTS:
             self._layouts.pop(next(iter(self._layouts)))
         if len(key) <= 8 * len(self.names) + 256:  # a hostile list of names is not worth keeping
             self._layouts[key] = layout
         return layout
 
-    def latest_stamp(self, joints: Sequence[int]) -> int | None:
-        """
-        Return the latest stamp (ns) among joints, of those whose last message had one.
-
-        """
-        stamps = [stamp for j in joints if self._stamped[j] and (stamp := self._stamp[j])]
-        return max(stamps, default=None)
-
     def newest(self) -> int | None:
         """
         Return the latest time (ns) any joint is known for, None where none is.
 
         """
-        return max((stamp for stamp in self._stamp if stamp is not None), default=None)
-
-    def difference(self, j: int, position: float, stamp: int, longest: int) -> float:
-        """
-        Return the backward difference to a position, rad/s or m/s, or NaN where there is none.
-
-        A joint without limits may have wrapped, so it takes the shortest angle. NaN on the first
-        sample and after a gap longer than `longest` (ns).
-
-        """
-        last = self._stamp[j]
-        if last is None or not 0 < stamp - last <= longest:
-            return math.nan
-        step = position - self._position[j]
-        if self._wraps[j]:
-            step = math.remainder(step, math.tau)
-        velocity = step / ((stamp - last) * 1e-9)
-        return velocity if math.isfinite(velocity) else math.nan
-
-    def store(
-        self,
-        j: int,
-        position: float,
-        velocity: float,
-        differenced: bool,
-        stamp: int,
-        stamped: bool,
-        arrival: int,
-    ) -> None:
-        """
-        Take what a message says of joint j.
-
-        """
-        self._before[j] = self._position[j]
-        self._position[j] = position
-        self._velocity[j] = velocity
-        self._differenced[j] = differenced
-        self._stamp[j] = stamp
-        self._stamped[j] = stamped
-        self._arrival[j] = arrival
-
-    def state(self) -> tuple[Floats, Floats | None, str]:
-        """
-        Return q, qdot (None where some velocity is unknown) and where the velocities come from.
-
-        """
-        q = np.array(self._position)
-        if any(map(math.isnan, self._velocity)):
-            return q, None, 'none'
-        source = 'difference' if any(self._differenced) else 'message'
-        return q, np.array(self._velocity), source
+        known = self._whole_rows[kernel.KNOWN] != 0
+        return int(self._whole_rows[kernel.STAMP][known].max()) if known.any() else None
 
     def missing(self, arrival: int, timeout: int) -> tuple[str, ...]:
         """
         Return the names of joints not heard within `timeout` before `arrival` (ns).
 
         """
+        heard = self._whole_rows[kernel.ARRIVAL].tolist()
+        known = self._whole_rows[kernel.KNOWN].tolist()
         return tuple(
             name
-            for name, heard in zip(self.names, self._arrival)
-            if heard is None or arrival - heard > timeout
+            for name, at, ever in zip(self.names, heard, known)
+            if not ever or arrival - at > timeout
         )
 
     def age(self, arrival: int) -> float:
@@ -176,8 +157,9 @@ class JointTable:
         Return the seconds since the joint longest unheard, inf where one never was.
 
         """
-        heard = [math.inf if at is None else (arrival - at) * 1e-9 for at in self._arrival]
-        return max(heard)
+        if not self._whole_rows[kernel.KNOWN].all():
+            return math.inf
+        return (arrival - int(self._whole_rows[kernel.ARRIVAL].min())) * 1e-9
 
     def beyond(self, limits: Floats) -> tuple[str, ...]:
         """
@@ -186,58 +168,21 @@ class JointTable:
         """
         return tuple(
             name
-            for name, position, (low, high) in zip(self.names, self._position, limits.tolist())
+            for name, position, (low, high) in zip(
+                self.names, self._rows[kernel.POSITION].tolist(), limits.tolist()
+            )
             if position < low - LIMIT_SLACK or position > high + LIMIT_SLACK
         )
-
-    def note_dispute(
-        self,
-        joints: Sequence[int],
-        positions: Sequence[float],
-        arrival: int,
-        apart: float,
-        returned: float,
-    ) -> None:
-        """
-        Remember joints that jump away and back: two publishers take turns.
-
-        """
-        for j, position in zip(joints, positions):
-            jump = abs(position - self._position[j])
-            back = abs(position - self._before[j])
-            if jump > apart and back < returned * jump:
-                self._jumps[j] = [*self._jumps[j][-15:], arrival]
-
-    def note_late(
-        self,
-        joints: Sequence[int],
-        positions: Sequence[float],
-        stamp: int,
-        arrival: int,
-        apart: float,
-    ) -> None:
-        """
-        Remember joints that an older message (stamp in ns) has where they cannot have been.
-
-        A publisher whose clock is behind another's is never accepted, but it may still disagree.
-
-        """
-        for j, position in zip(joints, positions):
-            latest, velocity = self._stamp[j], self._velocity[j]
-            if latest is None:
-                continue
-            speed = 0.0 if math.isnan(velocity) else abs(velocity)
-            moved = 2.0 * speed * abs(latest - stamp) * 1e-9
-            if abs(position - self._position[j]) > apart + moved:
-                self._jumps[j] = [*self._jumps[j][-15:], arrival]
 
     def disputed(self, arrival: int, jumps: int) -> tuple[str, ...]:
         """
         Return the names of joints that jumped at least so often within DISPUTE_WINDOW.
 
         """
+        counts = self._whole_rows[kernel.JUMP_COUNT].tolist()
+        times = self._whole_rows[kernel.JUMPS :].T.tolist()
         return tuple(
             name
-            for name, times in zip(self.names, self._jumps)
-            if sum(arrival - time < DISPUTE_WINDOW for time in times) >= jumps
+            for name, count, all_times in zip(self.names, counts, times)
+            if sum(arrival - time < DISPUTE_WINDOW for time in all_times[:count]) >= jumps
         )

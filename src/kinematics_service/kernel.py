@@ -30,8 +30,20 @@ def compiled(function: Function) -> Function:
     Return `function` compiled by numba, cached on disk where a place for it can be written.
 
     """
+    return _compiled_with(function, _OPTIONS)
+
+
+def compiled_to_the_letter(function: Function) -> Function:
+    """
+    Return `function` compiled so that its numbers are those of plain Python to the last bit.
+
+    """
+    return _compiled_with(function, _TO_THE_LETTER)
+
+
+def _compiled_with(function: Function, options: dict[str, Any]) -> Function:
     try:
-        return numba.njit(cache=True, **_OPTIONS)(function)  # type: ignore[no-any-return]
+        return numba.njit(cache=True, **options)(function)  # type: ignore[no-any-return]
     except RuntimeError as error:  # numba's "no locator available": nowhere to write
         if not _uncached:
             logging.getLogger(__name__).warning(
@@ -40,7 +52,7 @@ def compiled(function: Function) -> Function:
                 error,
             )
         _uncached.append(function.__name__)
-        return numba.njit(**_OPTIONS)(function)  # type: ignore[no-any-return]
+        return numba.njit(**options)(function)  # type: ignore[no-any-return]
 
 
 def is_being_compiled() -> bool:
@@ -53,12 +65,21 @@ def is_being_compiled() -> bool:
 
 
 # 'contract' lets a product and a sum be one rounded operation; nothing else is given up.
-_OPTIONS: dict[str, Any] = {'nogil': True, 'fastmath': {'contract'}}
+# Divisors are looked at before, so numba need not look.
+_OPTIONS: dict[str, Any] = {
+    'nogil': True,
+    'fastmath': {'contract'},
+    'error_model': 'numpy',
+}
+_TO_THE_LETTER: dict[str, Any] = {'nogil': True, 'error_model': 'numpy'}
 _uncached: list[str] = []
 
 # Where things stand in Chain.integers and in a row of results.
 JOINTS, ELEMENTS, ENTRIES, FRAMES, ONE_TO_ONE, SCREWS_AT, FRAMES_AT, WIDTH = range(8)
 CHAIN_HEADER = 8
+# integers[ONE_TO_ONE]: entries and joints differ; entry k is joint k; and each has an element of
+# its own, with no more than a turn about x and a step along it up to the next one.
+MIXED, PLAIN, TWISTED = range(3)
 POSE_AT, QUATERNION_AT, JACOBIAN_AT = 0, 16, 20
 
 # How much of a row `evaluate` fills: each step includes the ones before it.
@@ -78,6 +99,76 @@ TASK_HEADER = 3
     RANK,
 ) = range(6)
 LOST_AT = 6
+# After the singular values, where thresholds and factors are known: the watched measure, its level
+# without hysteresis, the factor nearest to its zero; the distances of the factors in rad; value
+# and gradient of each.
+WATCHED, LEVEL, NEAREST = range(3)
+JUDGED = 3
+
+# An arm in one array (packed.py): these integers and numbers, then its parts.
+(
+    CHAIN_INTEGERS_AT,
+    CHAIN_NUMBERS_AT,
+    TASK_INTEGERS_AT,
+    TASK_NUMBERS_AT,
+    TAPE_STEPS,
+    TAPE_AT,
+    TAPE_NUMBERS_AT,
+    FACTORS,
+    FACTOR_ENDS_AT,
+    FACTORS_COMPLETE,
+    WATCHED_COLUMN,
+    WARN,
+    STOP,
+) = range(13)
+ARM_HEADER = 13
+
+# The estimator's memory (joint_table.py): a header, then rows of n numbers or integers.
+(
+    TIMEOUT,
+    VELOCITY_SOURCE,
+    NEW_TOOL,
+    LAST_QUATERNION,
+) = range(4)
+MEMORY_HEADER = 7
+(
+    POSITION,
+    BEFORE,
+    VELOCITY,
+    DIFFERENCED,
+    KNOWN,
+    STAMP,
+    STAMPED,
+    ARRIVAL,
+    WRAPS,
+    JUMP_COUNT,
+    JUMPS,
+) = range(11)
+JUMPS_KEPT = 16
+MEMORY_ROWS = JUMPS + JUMPS_KEPT
+# Where velocities come from: the message or else differences, the message only, differences only.
+AUTO, FROM_MESSAGE, FROM_DIFFERENCE = range(3)
+# What `observe` says of a message.
+(
+    SAID_WITHOUT_VELOCITIES,
+    SAID_WITH_VELOCITIES,
+    SAID_WITH_DIFFERENCES,
+    BAD_POSITION,
+    NOT_NEWER,
+    INCOMPLETE,
+    NOT_COMPUTABLE,
+) = range(7)
+# Added to it where the message was a new start.
+STARTED_ANEW = 16
+# After the q (n) and qdot (n) of a row of one pose: its quaternion once more, with any sign.
+ROW_TAIL = 4
+
+# At 1e15 rad neighbouring doubles are an eighth of a turn apart: such a number says nothing.
+LARGEST = 1e15
+# Evidence that two publishers disagree about a joint: it jumps by more than MOVED_APART (rad or m)
+# and back to within a fifth of that, again and again within the window.
+MOVED_APART = 1e-3
+RETURNED = 0.2
 
 # Operations of a factor's tape (factors.py): operands are earlier steps, or a joint.
 (
@@ -102,6 +193,9 @@ RANK_TOLERANCE = 1e-10
 MAX_SWEEPS = 60
 # Two columns are orthogonal when |a.b| <= this times |a||b|: half a digit above round-off.
 ORTHOGONAL = 1e-15
+# The largest squared cosine of a sweep after which none is needed any more: in the next one they
+# are its squares, and where singular values are equal at most as large.
+SETTLED = 1e-26
 
 
 # Sine and cosine together in two fifths of the time of two calls of the C library. Coefficients
@@ -237,6 +331,58 @@ def _write_quaternion(T: Any, rows: Floats, k_row: int, at: int) -> None:
 
 
 @compiled
+def _write_point_and_axis(T: Any, entries: int, rows: Floats, k_row: int, at: int) -> None:
+    # Of an element, for one entry; they become the screw, once the tool is known.
+    rows[k_row, at] = T[3]
+    rows[k_row, at + entries] = T[7]
+    rows[k_row, at + 2 * entries] = T[11]
+    rows[k_row, at + 3 * entries] = T[2]
+    rows[k_row, at + 4 * entries] = T[6]
+    rows[k_row, at + 5 * entries] = T[10]
+
+
+@compiled
+def _times_screw(T: Any, theta: float, d: float) -> Any:
+    xx, xy, xz, px, yx, yy, yz, py, zx, zy, zz, pz = T
+    s, c = _sincos(theta)
+    return (
+        xx * c + xy * s,
+        xy * c - xx * s,
+        xz,
+        px + xz * d,
+        yx * c + yy * s,
+        yy * c - yx * s,
+        yz,
+        py + yz * d,
+        zx * c + zy * s,
+        zy * c - zx * s,
+        zz,
+        pz + zz * d,
+    )
+
+
+@compiled
+def _times_twist(T: Any, numbers: Floats, at: int) -> Any:
+    # As `_times`, where the constant motion is a turn about x and a step along it.
+    xx, xy, xz, px, yx, yy, yz, py, zx, zy, zz, pz = T
+    a, c, s = numbers[at + 3], numbers[at + 5], numbers[at + 9]
+    return (
+        xx,
+        xy * c + xz * s,
+        xz * c - xy * s,
+        px + xx * a,
+        yx,
+        yy * c + yz * s,
+        yz * c - yy * s,
+        py + yx * a,
+        zx,
+        zy * c + zz * s,
+        zz * c - zy * s,
+        pz + zx * a,
+    )
+
+
+@compiled
 def _evaluate_one(
     integers: Integers,
     numbers: Floats,
@@ -246,11 +392,16 @@ def _evaluate_one(
     rows: Floats,
     k_row: int,
     k_rate: int,
-) -> None:
+    q_at: int = 0,
+    rate_at: int = 0,
+) -> float:
+    # Fills a row; what it returns is finite if all of the row is. q and qdot begin in column q_at
+    # and rate_at of their rows.
     n = integers[JOINTS]
     elements = integers[ELEMENTS]
     entries = integers[ENTRIES]
     screws = integers[SCREWS_AT]
+    twisted = integers[ONE_TO_ONE] == TWISTED
     first_entry = CHAIN_HEADER  # of each element, and one past the last
     entry_joint = first_entry + elements + 1
     frame_parent = entry_joint + entries
@@ -273,48 +424,39 @@ def _evaluate_one(
     for k in range(elements):
         theta = numbers[theta_0 + k]
         d = numbers[d_0 + k]
-        begin, end = integers[first_entry + k], integers[first_entry + k + 1]
-        for e in range(begin, end):
-            q_j = q[k_row, integers[entry_joint + e]]
-            theta += numbers[c_theta + e] * q_j
-            d += numbers[c_d + e] * q_j
-        s, c = _sincos(theta)
-        xx, xy, xz, px, yx, yy, yz, py, zx, zy, zz, pz = T
-        if depth >= JACOBIAN:
-            # The axis and its point; they become the screw below, once the tool is known.
+        if twisted:
+            q_k = q[k_row, q_at + k]
+            theta += numbers[c_theta + k] * q_k
+            d += numbers[c_d + k] * q_k
+            if depth >= JACOBIAN:
+                _write_point_and_axis(T, entries, rows, k_row, screws + k)
+        else:
+            begin, end = integers[first_entry + k], integers[first_entry + k + 1]
             for e in range(begin, end):
-                rows[k_row, screws + e] = px
-                rows[k_row, screws + entries + e] = py
-                rows[k_row, screws + 2 * entries + e] = pz
-                rows[k_row, screws + 3 * entries + e] = xz
-                rows[k_row, screws + 4 * entries + e] = yz
-                rows[k_row, screws + 5 * entries + e] = zz
-        T = (
-            xx * c + xy * s,
-            xy * c - xx * s,
-            xz,
-            px + xz * d,
-            yx * c + yy * s,
-            yy * c - yx * s,
-            yz,
-            py + yz * d,
-            zx * c + zy * s,
-            zy * c - zx * s,
-            zz,
-            pz + zz * d,
-        )
+                q_j = q[k_row, q_at + integers[entry_joint + e]]
+                theta += numbers[c_theta + e] * q_j
+                d += numbers[c_d + e] * q_j
+                if depth >= JACOBIAN:
+                    _write_point_and_axis(T, entries, rows, k_row, screws + e)
+        T = _times_screw(T, theta, d)
         while frame < frames and integers[frame_parent + frame] == k:
             offset = frame_offset + 12 * frame
             _write_motion(_times(T, numbers, offset), rows, k_row, frames_at + 16 * frame)
             frame += 1
-        T = _times(T, numbers, 12 * (k + 1))
+        if twisted and k < elements - 1:
+            T = _times_twist(T, numbers, 12 * (k + 1))
+        else:
+            T = _times(T, numbers, 12 * (k + 1))
 
     _write_motion(T, rows, k_row, POSE_AT)
     _write_quaternion(T, rows, k_row, QUATERNION_AT)
-    if depth < JACOBIAN:
-        return
-
     tool_x, tool_y, tool_z = T[3], T[7], T[11]
+    if depth < JACOBIAN:
+        return float(tool_x + tool_y + tool_z)
+
+    twist_x, twist_y, twist_z = 0.0, 0.0, 0.0
+    turn_x, turn_y, turn_z = 0.0, 0.0, 0.0
+    total = 0.0
     for e in range(entries):
         zx, zy, zz = (
             rows[k_row, screws + 3 * entries + e],
@@ -325,13 +467,25 @@ def _evaluate_one(
         y = tool_y - rows[k_row, screws + entries + e]
         z = tool_z - rows[k_row, screws + 2 * entries + e]
         by_theta, by_d = numbers[c_theta + e], numbers[c_d + e]
-        rows[k_row, screws + e] = by_theta * (zy * z - zz * y) + by_d * zx
-        rows[k_row, screws + entries + e] = by_theta * (zz * x - zx * z) + by_d * zy
-        rows[k_row, screws + 2 * entries + e] = by_theta * (zx * y - zy * x) + by_d * zz
-        rows[k_row, screws + 3 * entries + e] = by_theta * zx
-        rows[k_row, screws + 4 * entries + e] = by_theta * zy
-        rows[k_row, screws + 5 * entries + e] = by_theta * zz
-    if integers[ONE_TO_ONE] == 0:
+        vx = by_theta * (zy * z - zz * y) + by_d * zx
+        vy = by_theta * (zz * x - zx * z) + by_d * zy
+        vz = by_theta * (zx * y - zy * x) + by_d * zz
+        wx, wy, wz = by_theta * zx, by_theta * zy, by_theta * zz
+        rows[k_row, screws + e] = vx
+        rows[k_row, screws + entries + e] = vy
+        rows[k_row, screws + 2 * entries + e] = vz
+        rows[k_row, screws + 3 * entries + e] = wx
+        rows[k_row, screws + 4 * entries + e] = wy
+        rows[k_row, screws + 5 * entries + e] = wz
+        rate = qdot[k_rate, rate_at + (e if twisted else integers[entry_joint + e])]
+        twist_x += vx * rate
+        twist_y += vy * rate
+        twist_z += vz * rate
+        turn_x += wx * rate
+        turn_y += wy * rate
+        turn_z += wz * rate
+        total += (vx + vy) + (vz + wx) + (wy + wz)
+    if integers[ONE_TO_ONE] == MIXED:
         for k in range(JACOBIAN_AT, JACOBIAN_AT + 6 * n):
             rows[k_row, k] = 0.0
         for e in range(entries):
@@ -339,11 +493,14 @@ def _evaluate_one(
             for i in range(6):
                 rows[k_row, j + i * n] += rows[k_row, screws + i * entries + e]
     twist = JACOBIAN_AT + 6 * n
-    for i in range(6):
-        rate = 0.0
-        for j in range(n):
-            rate += rows[k_row, JACOBIAN_AT + i * n + j] * qdot[k_rate, j]
-        rows[k_row, twist + i] = rate
+    rows[k_row, twist] = twist_x
+    rows[k_row, twist + 1] = twist_y
+    rows[k_row, twist + 2] = twist_z
+    rows[k_row, twist + 3] = turn_x
+    rows[k_row, twist + 4] = turn_y
+    rows[k_row, twist + 5] = turn_z
+    total += (twist_x + twist_y) + (twist_z + turn_x) + (turn_y + turn_z)
+    return float(total + tool_x + tool_y + tool_z)
 
 
 @compiled
@@ -377,27 +534,67 @@ def evaluate(
             if not (math.isfinite(q[k, j]) and math.isfinite(qdot[k * step, j])):
                 return k
         # Arrays and indices rather than slices: a slice costs reference counting.
-        _evaluate_one(integers, numbers, q, qdot, depth, rows, k, k * step)
-        total = rows[k, 3] + rows[k, 7] + rows[k, 11]
-        if depth >= JACOBIAN:
-            for i in range(JACOBIAN_AT, JACOBIAN_AT + 6 * integers[JOINTS] + 6):
-                total += rows[k, i]
-        if not math.isfinite(total):
+        if not math.isfinite(_evaluate_one(integers, numbers, q, qdot, depth, rows, k, k * step)):
             return k
     return -1
 
 
 @compiled
-def evaluate_one(
-    integers: Integers, numbers: Floats, q: Floats, qdot: Floats, depth: int, row: Floats
-) -> int:
+def evaluate_one(arm: Floats, q: Floats, qdot: Floats, row: Floats) -> int:
     """
-    Fill one row: `evaluate` for q (n,), qdot (n,) and row (width,), without reshaping in Python.
+    Fill one row as `evaluate` does, and after it q, qdot and, once more, the quaternion.
+
+    Returns -1; 0 where a number is not finite or too large; -2 where q or qdot is not n long.
+
+    Parameters
+    ----------
+    arm
+        As packed.pack returns it.
+    q, qdot : shape (n,) each
+        Joint positions and velocities.
+    row : shape (width + 2 n + ROW_TAIL,)
+        Its length says how much of it is filled: a depth of `evaluate`. Few arguments, because a
+        call spends as much on each of them as on a joint.
 
     """
-    return evaluate(
-        integers, numbers, q.reshape(1, -1), qdot.reshape(1, -1), depth, row.reshape(1, -1)
+    integers, numbers = _chain_of(arm)
+    n = integers[JOINTS]
+    if q.size != n or qdot.size != n:
+        return -2
+    at = row.size - 2 * n - ROW_TAIL
+    for j in range(n):
+        row[at + j] = q[j]
+        row[at + n + j] = qdot[j]
+    bad = _evaluate_tail(integers, numbers, row, at)
+    for i in range(ROW_TAIL):
+        row[at + 2 * n + i] = row[QUATERNION_AT + i]
+    return bad
+
+
+@compiled
+def _chain_of(arm: Floats) -> Any:
+    header = arm.view(np.int64)
+    return (
+        header[header[CHAIN_INTEGERS_AT] : header[CHAIN_NUMBERS_AT]],
+        arm[header[CHAIN_NUMBERS_AT] : header[TASK_INTEGERS_AT]],
     )
+
+
+@compiled
+def _evaluate_tail(integers: Integers, numbers: Floats, row: Floats, at: int) -> int:
+    # Evaluates a row at the q and qdot that stand in it from `at` on, which is its width.
+    n = integers[JOINTS]
+    nothing = 0.0
+    for j in range(at, at + 2 * n):
+        nothing += 0.0 * row[j]  # not a number where one of them is not finite
+    depth = POSE
+    if at == integers[WIDTH]:
+        depth = ALL_FRAMES
+    elif at == integers[FRAMES_AT]:
+        depth = JACOBIAN
+    rows = row.reshape(1, -1)
+    total = _evaluate_one(integers, numbers, rows, rows, depth, rows, 0, 0, at, at + n)
+    return -1 if math.isfinite(total + nothing) else 0
 
 
 @compiled
@@ -426,37 +623,71 @@ def quaternions(poses: Floats, quaternions_xyzw: Floats) -> None:
 
 
 @compiled
+def _turn_pair(A: Floats, V: Floats, i: int, j: int, count: int, length: int) -> float:
+    # Makes rows i and j of A orthogonal, and turns rows i and j of V along with them; returns the
+    # squared cosine of their angle before, 0 where they were orthogonal.
+    aa, bb, ab = 0.0, 0.0, 0.0
+    more_aa, more_bb, more_ab = 0.0, 0.0, 0.0  # two sums each: neither waits for the other
+    for k in range(0, length - 1, 2):
+        x, y = A[i, k], A[j, k]
+        aa += x * x
+        bb += y * y
+        ab += x * y
+        x, y = A[i, k + 1], A[j, k + 1]
+        more_aa += x * x
+        more_bb += y * y
+        more_ab += x * y
+    if length & 1:
+        x, y = A[i, length - 1], A[j, length - 1]
+        aa += x * x
+        bb += y * y
+        ab += x * y
+    aa += more_aa
+    bb += more_bb
+    ab += more_ab
+    square = ab * ab
+    if square <= (ORTHOGONAL * ORTHOGONAL) * aa * bb or ab == 0.0:
+        return 0.0
+    # tan, cos and sin of the smaller of the two angles that do it.
+    away = bb - aa
+    root = math.sqrt(away * away + 4.0 * square)
+    both = abs(away) + root
+    t = 2.0 * abs(ab) / both
+    if (away < 0.0) != (ab < 0.0):
+        t = -t
+    c = math.sqrt(0.5 * both / root)
+    s = c * t
+    for k in range(length):
+        x, y = A[i, k], A[j, k]
+        A[i, k] = c * x - s * y
+        A[j, k] = s * x + c * y
+    for k in range(count):
+        x, y = V[i, k], V[j, k]
+        V[i, k] = c * x - s * y
+        V[j, k] = s * x + c * y
+    return square / (aa * bb)
+
+
+@compiled
 def _orthogonalise(A: Floats, V: Floats, count: int, length: int) -> None:
     # One-sided Jacobi (Hestenes, 1958): turns the `count` rows of A, `length` numbers each, until
     # they are orthogonal, and turns V (count x count, the identity at first) along with them.
     # Small singular values keep all their digits, which eigenvalues of A A^T do not.
+    # The pairs of a sweep in the order of a tournament (Brent and Luk, 1985): neighbours in it
+    # share no row, so that the processor works on several at once.
+    last = count - 1 if count % 2 == 0 else count
     for _ in range(MAX_SWEEPS):
-        turned = False
-        for i in range(count - 1):
-            for j in range(i + 1, count):
-                aa, bb, ab = 0.0, 0.0, 0.0
-                for k in range(length):
-                    aa += A[i, k] * A[i, k]
-                    bb += A[j, k] * A[j, k]
-                    ab += A[i, k] * A[j, k]
-                if ab * ab <= (ORTHOGONAL * ORTHOGONAL) * aa * bb or ab == 0.0:
-                    continue
-                turned = True
-                zeta = (bb - aa) / (2.0 * ab)
-                t = 1.0 / (abs(zeta) + math.sqrt(1.0 + zeta * zeta))
-                if zeta < 0.0:
-                    t = -t
-                c = 1.0 / math.sqrt(1.0 + t * t)
-                s = c * t
-                for k in range(length):
-                    x, y = A[i, k], A[j, k]
-                    A[i, k] = c * x - s * y
-                    A[j, k] = s * x + c * y
-                for k in range(count):
-                    x, y = V[i, k], V[j, k]
-                    V[i, k] = c * x - s * y
-                    V[j, k] = s * x + c * y
-        if not turned:
+        worst = 0.0
+        for turn in range(last):
+            if last < count:
+                worst = max(worst, _turn_pair(A, V, turn, last, count, length))
+            i, j = turn, turn
+            for _ in range((last - 1) // 2):
+                i = i + 1 if i + 1 < last else 0
+                j = j - 1 if j > 0 else last - 1
+                worst = max(worst, _turn_pair(A, V, min(i, j), max(i, j), count, length))
+        # Convergence is quadratic at the end: the next sweep would find nothing to turn.
+        if worst <= SETTLED:
             return
 
 
@@ -487,8 +718,9 @@ def _unit_rows(A: Floats, sigma: Floats, count: int, length: int) -> None:
     # replaced by one orthogonal to the rows above it, made from the axis they use least.
     for i in range(count):
         if sigma[i] > RANK_TOLERANCE * sigma[0] and sigma[i] > 0.0:
+            scale = 1.0 / sigma[i]
             for k in range(length):
-                A[i, k] /= sigma[i]
+                A[i, k] *= scale
             continue
         axis, least = 0, 2.0
         for k in range(length):
@@ -593,14 +825,59 @@ def _gradient(integers: Integers, row: Floats, Y: Floats, gradient: Floats) -> N
 
 
 @compiled
-def _to_base_axes(task_numbers: Floats, vector: Floats) -> None:
+def _to_base_axes(task_numbers: Floats, vectors: Floats, k: int) -> None:
     # Turns both halves of a (6,) vector from the axes of frame 0 into those of the base frame.
-    for half in range(2):
-        x, y, z = vector[3 * half], vector[3 * half + 1], vector[3 * half + 2]
+    for half in range(0, 6, 3):
+        x, y, z = vectors[k, half], vectors[k, half + 1], vectors[k, half + 2]
         for i in range(3):
-            vector[3 * half + i] = (
+            vectors[k, half + i] = (
                 task_numbers[3 * i] * x + task_numbers[3 * i + 1] * y + task_numbers[3 * i + 2] * z
             )
+
+
+@compiled
+def _fill_task_rows(
+    integers: Integers,
+    task_integers: Integers,
+    task_numbers: Floats,
+    row: Floats,
+    A: Floats,
+    V: Floats,
+) -> None:
+    # A becomes J_t in the axes of frame 0 (R0^T J), its columns as rows, or its rows where there
+    # are fewer of them, and V the identity.
+    n = integers[JOINTS]
+    m = task_integers[ROWS]
+    wide = n > m
+    for i in range(m):
+        axis = task_integers[TASK_HEADER + i]
+        # No division: it would cost more than the rest of the row.
+        component = axis if axis < 3 else axis - 3
+        at = JACOBIAN_AT + (axis - component) * n
+        a = task_numbers[component]
+        b = task_numbers[3 + component]
+        c = task_numbers[6 + component]
+        for j in range(n):
+            value = a * row[at + j] + b * row[at + n + j] + c * row[at + 2 * n + j]
+            if wide:
+                A[i, j] = value
+            else:
+                A[j, i] = value
+    count = min(m, n)
+    for i in range(count):
+        for j in range(count):
+            V[i, j] = 0.0
+        V[i, i] = 1.0
+
+
+@compiled
+def _scale_task_rows(task_numbers: Floats, m: int, n: int, A: Floats) -> None:
+    for i in range(m):
+        for j in range(n):
+            if n > m:
+                A[i, j] *= task_numbers[9 + i] * task_numbers[9 + m + j]
+            else:
+                A[j, i] *= task_numbers[9 + i] * task_numbers[9 + m + j]
 
 
 @compiled
@@ -610,52 +887,54 @@ def _measure_one(
     task_numbers: Floats,
     row: Floats,
     measures: Floats,
+    work: Floats,
 ) -> None:
     n = integers[JOINTS]
     m = task_integers[ROWS]
     generic_rank = task_integers[GENERIC_RANK]
-    row_scale = 9
-    column_scale = row_scale + m
+    column_scale = 9 + m
     count = min(m, n)
     length = max(m, n)
     wide = n > m
     motion_at = LOST_AT + 6
     way_at = motion_at + n
     sigma_at = way_at + n
+    A = work[:count]
+    V = work[count : 2 * count]
+    Y = work[2 * count : 2 * count + n]
+    spare = 2 * count + n
+    sigma = measures[sigma_at : sigma_at + count]
 
-    # J_t: the task's rows of J in the axes of frame 0 (R0^T J), unscaled.
-    J = np.empty((m, n))
-    for i in range(m):
-        axis = task_integers[TASK_HEADER + i]
-        half, component = axis // 3, axis % 3
-        at = JACOBIAN_AT + 3 * half * n
-        for j in range(n):
-            J[i, j] = (
-                task_numbers[component] * row[at + j]
-                + task_numbers[3 + component] * row[at + n + j]
-                + task_numbers[6 + component] * row[at + 2 * n + j]
-            )
-
-    # A holds, row by row, what Jacobi makes orthogonal: columns of the scaled J_t, or its rows
-    # where there are fewer of them. Then J_t scaled = sum_i sigma_i left_i right_i^T.
-    A = np.empty((count, length))
-    V = np.zeros((count, count))
-    for i in range(m):
-        for j in range(n):
-            scaled = J[i, j] * task_numbers[row_scale + i] * task_numbers[column_scale + j]
-            if wide:
-                A[i, j] = scaled
-            else:
-                A[j, i] = scaled
-    for i in range(count):
-        V[i, i] = 1.0
-    sigma = np.empty(count)
+    structural = generic_rank < count
+    if structural or m != n:
+        # The product of unscaled singular values; with fewer joints than rows the Gram
+        # determinant of the joints' columns.
+        _fill_task_rows(integers, task_integers, task_numbers, row, A, V)
+        _orthogonalise(A, V, count, length)
+        _sort_by_norm(A, V, sigma, count, length)
+        product = 1.0
+        for i in range(generic_rank):
+            product *= sigma[i]
+        measures[MANIPULABILITY] = product
+    # J_t scaled = sum_i sigma_i left_i right_i^T
+    _fill_task_rows(integers, task_integers, task_numbers, row, A, V)
+    measures[DETERMINANT] = math.nan
+    if task_integers[SQUARE] == 1:
+        measures[DETERMINANT] = 0.0
+        if not structural:
+            for i in range(m):
+                for j in range(n):
+                    Y[i, j] = A[i, j]
+            measures[DETERMINANT] = _determinant(Y, m)
+            measures[MANIPULABILITY] = abs(measures[DETERMINANT])
+    _scale_task_rows(task_numbers, m, n, A)
+    # The largest first: fewer sweeps.
+    _sort_by_norm(A, V, sigma, count, length)
     _orthogonalise(A, V, count, length)
     _sort_by_norm(A, V, sigma, count, length)
 
     rank = 0
     for i in range(count):
-        measures[sigma_at + i] = sigma[i]
         if sigma[i] > RANK_TOLERANCE * sigma[0]:
             rank += 1
     last = generic_rank - 1
@@ -664,45 +943,25 @@ def _measure_one(
     measures[SMALLEST_SINGULAR_VALUE] = smallest
     measures[CONDITION_NUMBER] = sigma[0] / smallest if smallest > 0.0 else math.inf
 
-    # Before the elimination below overwrites J: the product of unscaled singular values.
-    structural = generic_rank < count
-    if structural or m != n:
-        B = np.empty((count, length))
-        turn = np.zeros((count, count))
-        for i in range(m):
-            for j in range(n):
-                if wide:
-                    B[i, j] = J[i, j]
-                else:
-                    B[j, i] = J[i, j]
-        unscaled = np.empty(count)
-        _orthogonalise(B, turn, count, length)
-        _sort_by_norm(B, turn, unscaled, count, length)
-        product = 1.0
-        for i in range(generic_rank):
-            product *= unscaled[i]
-        # With fewer joints than rows the Gram determinant of the joints' columns.
-        measures[MANIPULABILITY] = product
-    measures[DETERMINANT] = math.nan
-    if task_integers[SQUARE] == 1:
-        measures[DETERMINANT] = 0.0 if structural else _determinant(J, m)
-        if not structural:
-            measures[MANIPULABILITY] = abs(measures[DETERMINANT])
-
     _unit_rows(A, sigma, count, length)
     lost = rank <= last  # of the directions that other poses have
-    Y = np.zeros((n, 6))
     for j in range(n):
-        for r in range(last if lost else 0, generic_rank):
-            weight = 1.0 if lost else 1.0 / sigma[r]
-            right = A[r, j] if wide else V[r, j]
-            right *= weight * task_numbers[column_scale + j]
-            for i in range(m):
-                left = V[r, i] if wide else A[r, i]
-                axis = task_integers[TASK_HEADER + i]
-                Y[j, axis] += right * left * task_numbers[row_scale + i]
-        _to_base_axes(task_numbers, Y[j])
-    gradient = np.empty(n)
+        for i in range(6):
+            Y[j, i] = 0.0
+    for i in range(6):
+        work[spare, i] = 0.0
+    for r in range(last if lost else 0, generic_rank):
+        weight = 1.0 if lost else 1.0 / sigma[r]
+        for i in range(m):
+            left = V[r, i] if wide else A[r, i]
+            work[spare, task_integers[TASK_HEADER + i]] = left * weight * task_numbers[9 + i]
+        for j in range(n):
+            right = (A[r, j] if wide else V[r, j]) * task_numbers[column_scale + j]
+            for i in range(6):
+                Y[j, i] += right * work[spare, i]
+    for j in range(n):
+        _to_base_axes(task_numbers, Y, j)
+    gradient = measures[way_at : way_at + n]
     _gradient(integers, row, Y, gradient)
     squares = 0.0
     for j in range(n):
@@ -715,11 +974,13 @@ def _measure_one(
         measures[DISTANCE] = math.pi if norm * math.pi <= 1.0 else 1.0 / norm
 
     for i in range(6):
-        measures[LOST_AT + i] = 0.0
+        Y[0, i] = 0.0
     for i in range(m):
         axis = task_integers[TASK_HEADER + i]
-        measures[LOST_AT + axis] = V[last, i] if wide else A[last, i]
-    _to_base_axes(task_numbers, measures[LOST_AT : LOST_AT + 6])
+        Y[0, axis] = V[last, i] if wide else A[last, i]
+    _to_base_axes(task_numbers, Y, 0)
+    for i in range(6):
+        measures[LOST_AT + i] = Y[0, i]
     for j in range(n):
         scale = task_numbers[column_scale + j]
         measures[motion_at + j] = (A[last, j] if wide else V[last, j]) * scale
@@ -727,72 +988,163 @@ def _measure_one(
 
 
 @compiled
-def measure(
-    integers: Integers,
-    task_integers: Integers,
-    task_numbers: Floats,
-    rows: Floats,
-    measures: Floats,
+def _judge_one(
+    arm: Floats, row: Floats, q: Floats, measures: Floats, work: Floats, steps: Floats
 ) -> None:
+    # The measures of a row, then the factors there, and the level without hysteresis.
+    header = arm.view(np.int64)
+    integers = header[header[CHAIN_INTEGERS_AT] : header[CHAIN_NUMBERS_AT]]
+    task_integers = header[header[TASK_INTEGERS_AT] : header[TASK_NUMBERS_AT]]
+    task_numbers = arm[header[TASK_NUMBERS_AT] : header[TAPE_AT]]
+    _measure_one(integers, task_integers, task_numbers, row, measures, work)
+
+    n = integers[JOINTS]
+    factors = header[FACTORS]
+    judged = LOST_AT + 6 + 2 * n + min(n, task_integers[ROWS])
+    distances = judged + JUDGED
+    nearest = 0
+    if factors > 0:
+        column_scale = 9 + task_integers[ROWS]
+        results = distances + factors
+        _run_tape(
+            header[header[TAPE_AT] : header[TAPE_NUMBERS_AT]],
+            arm[header[TAPE_NUMBERS_AT] : header[FACTOR_ENDS_AT]],
+            q,
+            steps,
+        )
+        for f in range(factors):
+            end = header[header[FACTOR_ENDS_AT] + f]
+            value, squares = steps[end, n], 0.0
+            at = results + f * (1 + n)
+            measures[at] = value
+            for j in range(n):
+                slope = steps[end, j]
+                measures[at + 1 + j] = slope
+                slope *= task_numbers[column_scale + j]
+                squares += slope * slope
+            measures[distances + f] = _distance_to_zero(value, math.sqrt(squares))
+            if measures[distances + f] < measures[distances + nearest]:
+                nearest = f
+        # Factors do not suffer between two singular sets; where their product is the determinant
+        # nothing else is needed.
+        distance = measures[distances + nearest]
+        estimate = measures[DISTANCE]
+        if estimate != 0.0 and (header[FACTORS_COMPLETE] != 0 or not estimate < distance):
+            measures[DISTANCE] = distance
+
+    watched = abs(measures[header[WATCHED_COLUMN]])
+    warn, stop = arm[WARN], arm[STOP]
+    sign = 1.0 if stop < warn else -1.0
+    level = 0
+    if not sign * watched > sign * stop:
+        level = 2
+    elif not sign * watched > sign * warn:
+        level = 1
+    measures[judged + WATCHED] = watched
+    measures[judged + LEVEL] = level
+    measures[judged + NEAREST] = nearest
+
+
+@compiled
+def _distance_to_zero(value: float, slope: float) -> float:
+    if value == 0.0:
+        return 0.0
+    return abs(value) / slope if abs(value) < math.pi * slope else math.pi
+
+
+@compiled
+def measure(arm: Floats, rows: Floats, q: Floats, measures: Floats) -> None:
     """
     Fill `measures` with the singularity measures of each evaluated row (depth JACOBIAN or more).
 
     Parameters
     ----------
-    integers
-        `Chain.integers`.
-    task_integers, task_numbers
-        `Task.integers` and `Task.numbers`.
+    arm
+        As packed.pack returns it.
     rows : shape (N, width)
         As `evaluate` filled them.
-    measures : shape (N, 6 + 6 + 2 n + min(m, n))
+    q : shape (N, n), rad or m
+        Where the rows were evaluated; read only where the arm has factors.
+    measures : shape (N, 6 + 6 + 2 n + min(m, n) + 3 + F (2 + n))
         Scalars DETERMINANT (NaN where J_t is not square) to RANK, the lost direction (6,) in base
-        axes, the joint motion (n,) and the way out (n,) in rad or m, the singular values.
+        axes, the joint motion (n,) and the way out (n,) in rad or m, the singular values; WATCHED
+        to NEAREST, the distances to the zeros of the F factors, value and gradient of each.
 
     """
+    header = arm.view(np.int64)
+    n = header[header[CHAIN_INTEGERS_AT] + JOINTS]
+    m = header[header[TASK_INTEGERS_AT] + ROWS]
+    work = np.empty((2 * min(m, n) + n + 1, max(m, n, 6)))
+    steps = np.empty((header[TAPE_STEPS], n + 1))
     for k in range(rows.shape[0]):
-        _measure_one(integers, task_integers, task_numbers, rows[k], measures[k])
+        _judge_one(arm, rows[k], q[k], measures[k], work, steps)
 
 
 @compiled
-def _factor_step(
-    operation: int, a: float, b: float, x: Floats, y: Floats, number: float, gradient: Floats
-) -> float:
-    # Value of one operation; its gradient is da * x + db * y.
-    da, db, value = 0.0, 0.0, 0.0
-    if operation == SUM:
-        value, da, db = a + b, 1.0, 1.0
-    elif operation == DIFFERENCE:
-        value, da, db = a - b, 1.0, -1.0
-    elif operation == PRODUCT:
-        value, da, db = a * b, b, a
-    elif operation == QUOTIENT:
-        if b == 0.0:
-            value, da, db = math.nan, math.nan, math.nan
-        else:
-            value, da, db = a / b, 1.0 / b, -a / (b * b)
-    elif operation == NEGATIVE:
-        value, da = -a, -1.0
-    elif operation == SINE:
-        s, c = _sincos(number * a)
-        value, da = s, number * c
-    elif operation == COSINE:
-        s, c = _sincos(number * a)
-        value, da = c, -number * s
-    elif operation == SQUARE_ROOT:
-        if a > 0.0:
-            value = math.sqrt(a)
-            da = 0.5 / value
-        elif a < 0.0:
-            value, da = math.nan, math.nan
-    elif operation == ARC_TANGENT:
-        squares = a * a + b * b
-        value = math.atan2(a, b) / number
-        if squares > 0.0:
-            da, db = b / squares / number, -a / squares / number
-    for j in range(gradient.size):
-        gradient[j] = da * x[j] + db * y[j]
-    return value
+def measure_one(arm: Floats, row: Floats, measures: Floats) -> None:
+    """
+    Fill `measures` for one row, after which its q stands: as `evaluate_one` filled it.
+
+    """
+    header = arm.view(np.int64)
+    n = header[header[CHAIN_INTEGERS_AT] + JOINTS]
+    m = header[header[TASK_INTEGERS_AT] + ROWS]
+    work = np.empty((2 * min(m, n) + n + 1, max(m, n, 6)))
+    steps = np.empty((header[TAPE_STEPS], n + 1))
+    at = row.size - 2 * n - ROW_TAIL
+    _judge_one(arm, row, row[at : at + n], measures, work, steps)
+
+
+@compiled
+def _run_tape(integers: Integers, numbers: Floats, q: Floats, steps: Floats) -> None:
+    # Gradient and, last, value of each step of a tape at q (n,): one row of `steps` each.
+    n = q.size
+    for i in range(numbers.size):
+        operation, first, second = integers[3 * i], integers[3 * i + 1], integers[3 * i + 2]
+        number = numbers[i]
+        if operation <= JOINT:
+            for j in range(n):
+                steps[i, j] = 0.0
+            steps[i, n] = number
+            if operation == JOINT:
+                steps[i, n] = number * q[first]
+                steps[i, first] = number
+            continue
+        a, b = steps[first, n], steps[second, n]
+        da, db, value = 0.0, 0.0, 0.0
+        if operation == SUM:
+            value, da, db = a + b, 1.0, 1.0
+        elif operation == DIFFERENCE:
+            value, da, db = a - b, 1.0, -1.0
+        elif operation == PRODUCT:
+            value, da, db = a * b, b, a
+        elif operation == QUOTIENT:
+            if b == 0.0:
+                value, da, db = math.nan, math.nan, math.nan
+            else:
+                value, da, db = a / b, 1.0 / b, -a / (b * b)
+        elif operation == NEGATIVE:
+            value, da = -a, -1.0
+        elif operation == SINE:
+            s, c = _sincos(number * a)
+            value, da = s, number * c
+        elif operation == COSINE:
+            s, c = _sincos(number * a)
+            value, da = c, -number * s
+        elif operation == SQUARE_ROOT:
+            if a > 0.0:
+                value = math.sqrt(a)
+                da = 0.5 / value
+            elif a < 0.0:
+                value, da = math.nan, math.nan
+        elif operation == ARC_TANGENT:
+            squares = a * a + b * b
+            value = math.atan2(a, b) / number
+            if squares > 0.0:
+                da, db = b / squares / number, -a / squares / number
+        for j in range(n):
+            steps[i, j] = da * steps[first, j] + db * steps[second, j]
+        steps[i, n] = value
 
 
 @compiled
@@ -804,37 +1156,260 @@ def evaluate_factors(
 
     Parameters
     ----------
-    integers, numbers, ends
+    integers : shape (3 steps,), numbers : shape (steps,), ends : shape (factors,)
         The tape: operation and operands of each step, its constant or scale, the factors' steps.
 
     """
-    steps, n = integers.shape[0], q.shape[1]
-    values = np.empty(steps)
-    gradients = np.empty((steps, n))
+    n = q.shape[1]
+    steps = np.empty((numbers.size, n + 1))
     for k in range(q.shape[0]):
-        for i in range(steps):
-            operation, first, second = integers[i, 0], integers[i, 1], integers[i, 2]
-            if operation <= JOINT:
-                for j in range(n):
-                    gradients[i, j] = 0.0
-                values[i] = numbers[i]
-                if operation == JOINT:
-                    values[i] = numbers[i] * q[k, first]
-                    gradients[i, first] = numbers[i]
-            else:
-                values[i] = _factor_step(
-                    operation,
-                    values[first],
-                    values[second],
-                    gradients[first],
-                    gradients[second],
-                    numbers[i],
-                    gradients[i],
-                )
+        _run_tape(integers, numbers, q[k], steps)
         for f in range(ends.size):
-            results[k, f, 0] = values[ends[f]]
+            results[k, f, 0] = steps[ends[f], n]
             for j in range(n):
-                results[k, f, 1 + j] = gradients[ends[f], j]
+                results[k, f, 1 + j] = steps[ends[f], j]
+
+
+@compiled_to_the_letter
+def _shortest_angle(step: float) -> float:
+    # math.remainder(step, 2 pi), exact as in C and Python; numba does not have it.
+    size = abs(step)
+    if not math.isfinite(size):
+        return math.nan
+    m = size if size < math.tau else size % math.tau
+    c = math.tau - m
+    if m < c:
+        r = m
+    elif m > c:
+        r = -c
+    else:
+        r = m - 2.0 * ((0.5 * (size - m)) % math.tau)
+    return math.copysign(1.0, step) * r
+
+
+@compiled_to_the_letter
+def _note_jump(memory: Floats, whole: Integers, n: int, j: int, arrival: int) -> None:
+    count = whole[MEMORY_HEADER + JUMP_COUNT * n + j]
+    whole[MEMORY_HEADER + (JUMPS + count % JUMPS_KEPT) * n + j] = arrival
+    whole[MEMORY_HEADER + JUMP_COUNT * n + j] = count + 1
+
+
+@compiled_to_the_letter
+def _forget(memory: Floats, whole: Integers, n: int) -> None:
+    for j in range(n):
+        memory[MEMORY_HEADER + POSITION * n + j] = math.nan
+        memory[MEMORY_HEADER + BEFORE * n + j] = math.nan
+        memory[MEMORY_HEADER + VELOCITY * n + j] = math.nan
+        whole[MEMORY_HEADER + DIFFERENCED * n + j] = 0
+        whole[MEMORY_HEADER + KNOWN * n + j] = 0
+        whole[MEMORY_HEADER + STAMPED * n + j] = 0
+        whole[MEMORY_HEADER + JUMP_COUNT * n + j] = 0
+
+
+@compiled_to_the_letter
+def forget(memory: Floats) -> None:
+    """
+    Know nothing of any joint any more.
+
+    """
+    whole = memory.view(np.int64)
+    _forget(memory, whole, (memory.size - MEMORY_HEADER) // MEMORY_ROWS)
+
+
+@compiled_to_the_letter
+def _note_late(
+    memory: Floats,
+    whole: Integers,
+    layout: Integers,
+    positions: Floats,
+    stamp: int,
+    arrival: int,
+) -> None:
+    # A publisher whose clock is behind another's is never accepted, but it may still disagree:
+    # joints that an older message has where they cannot have been.
+    n = (memory.size - MEMORY_HEADER) // MEMORY_ROWS
+    ours = layout.size // 2
+    for k in range(ours):
+        j = layout[k]
+        if whole[MEMORY_HEADER + KNOWN * n + j] == 0:
+            continue
+        velocity = memory[MEMORY_HEADER + VELOCITY * n + j]
+        speed = 0.0 if math.isnan(velocity) else abs(velocity)
+        moved = 2.0 * speed * abs(whole[MEMORY_HEADER + STAMP * n + j] - stamp) * 1e-9
+        away = abs(positions[layout[ours + k]] - memory[MEMORY_HEADER + POSITION * n + j])
+        if away > MOVED_APART + moved:
+            _note_jump(memory, whole, n, j, arrival)
+
+
+@compiled_to_the_letter
+def _store(
+    memory: Floats,
+    whole: Integers,
+    layout: Integers,
+    positions: Floats,
+    velocities: Floats,
+    heard: bool,
+    at: int,
+    stamped: bool,
+    arrival: int,
+) -> None:
+    # What a message says of our joints; `heard`: its velocities count. `at` is its time, ns.
+    n = (memory.size - MEMORY_HEADER) // MEMORY_ROWS
+    ours = layout.size // 2
+    for k in range(ours):
+        j, place = layout[k], layout[ours + k]
+        position = positions[place]
+        known = memory[MEMORY_HEADER + POSITION * n + j]
+        jump = abs(position - known)
+        back = abs(position - memory[MEMORY_HEADER + BEFORE * n + j])
+        if jump > MOVED_APART and back < RETURNED * jump:
+            _note_jump(memory, whole, n, j, arrival)
+        velocity, differenced = math.nan, 0
+        if heard:
+            velocity = velocities[place]
+        elif whole[VELOCITY_SOURCE] != FROM_MESSAGE:
+            differenced = 1
+            since = at - whole[MEMORY_HEADER + STAMP * n + j]
+            if whole[MEMORY_HEADER + KNOWN * n + j] != 0 and 0 < since <= whole[TIMEOUT]:
+                step = position - known
+                if whole[MEMORY_HEADER + WRAPS * n + j] != 0:
+                    step = _shortest_angle(step)
+                velocity = step / (since * 1e-9)
+                if not math.isfinite(velocity):
+                    velocity = math.nan
+        memory[MEMORY_HEADER + BEFORE * n + j] = known
+        memory[MEMORY_HEADER + POSITION * n + j] = position
+        memory[MEMORY_HEADER + VELOCITY * n + j] = velocity
+        whole[MEMORY_HEADER + DIFFERENCED * n + j] = differenced
+        whole[MEMORY_HEADER + KNOWN * n + j] = 1
+        whole[MEMORY_HEADER + STAMP * n + j] = at
+        whole[MEMORY_HEADER + STAMPED * n + j] = 1 if stamped else 0
+        whole[MEMORY_HEADER + ARRIVAL * n + j] = arrival
+
+
+@compiled_to_the_letter
+def _merge(
+    memory: Floats,
+    whole: Integers,
+    layout: Integers,
+    positions: Floats,
+    velocities: Floats,
+    stamp: int,
+    received: int,
+    arrival: int,
+) -> int:
+    # What becomes of a message, as `observe` says it, but before any evaluation.
+    n = (memory.size - MEMORY_HEADER) // MEMORY_ROWS
+    ours = layout.size // 2
+    for k in range(ours):
+        if not abs(positions[layout[ours + k]]) <= LARGEST:
+            return BAD_POSITION
+
+    # Stamps of our joints must grow; a large step back is a new start, not an old message.
+    anew = 0
+    if stamp != 0:
+        any_stamped, latest = False, 0
+        for k in range(ours):
+            j = layout[k]
+            if whole[MEMORY_HEADER + STAMPED * n + j] != 0:
+                at = whole[MEMORY_HEADER + STAMP * n + j]
+                latest = max(latest, at) if any_stamped else at
+                any_stamped = True
+        if any_stamped and stamp <= latest:
+            if latest - stamp <= whole[TIMEOUT]:
+                _note_late(memory, whole, layout, positions, stamp, arrival)
+                return NOT_NEWER
+            _forget(memory, whole, n)
+            whole[NEW_TOOL] = 1
+            anew = STARTED_ANEW
+
+    heard = whole[VELOCITY_SOURCE] != FROM_DIFFERENCE and velocities.size == positions.size
+    if heard:
+        for k in range(ours):
+            if not abs(velocities[layout[ours + k]]) <= LARGEST:
+                heard = False
+    at = stamp if stamp != 0 else received
+    _store(memory, whole, layout, positions, velocities, heard, at, stamp != 0, arrival)
+
+    said = SAID_WITH_VELOCITIES
+    for j in range(n):
+        if (
+            whole[MEMORY_HEADER + KNOWN * n + j] == 0
+            or arrival - whole[MEMORY_HEADER + ARRIVAL * n + j] > whole[TIMEOUT]
+        ):
+            return INCOMPLETE + anew
+        if math.isnan(memory[MEMORY_HEADER + VELOCITY * n + j]):
+            said = SAID_WITHOUT_VELOCITIES
+        elif whole[MEMORY_HEADER + DIFFERENCED * n + j] != 0 and said == SAID_WITH_VELOCITIES:
+            said = SAID_WITH_DIFFERENCES
+    return said + anew
+
+
+@compiled_to_the_letter
+def _continuous_quaternion(memory: Floats, whole: Integers, row: Floats, at: int) -> None:
+    # Turned to the side of the last one, so that its sign is continuous from answer to answer.
+    along = 0.0
+    for i in range(4):
+        along += row[QUATERNION_AT + i] * memory[LAST_QUATERNION + i]
+    sign = -1.0 if whole[NEW_TOOL] == 0 and along < 0.0 else 1.0
+    for i in range(4):
+        row[at + i] = sign * row[QUATERNION_AT + i]
+        memory[LAST_QUATERNION + i] = row[at + i]
+    whole[NEW_TOOL] = 0
+
+
+@compiled
+def observe(
+    arm: Floats,
+    memory: Floats,
+    layout: Integers,
+    positions: Floats,
+    velocities: Floats,
+    stamp: int,
+    received: int,
+    arrival: int,
+    row: Floats,
+) -> int:
+    """
+    Take a message into the memory, and fill a row with the state it makes: all in one call.
+
+    Returns SAID_WITHOUT_VELOCITIES to NOT_COMPUTABLE, plus STARTED_ANEW where its stamp stepped
+    back so far that everything before was forgotten.
+
+    Parameters
+    ----------
+    arm
+        As packed.pack returns it.
+    memory
+        As joint_table.JointTable packs it.
+    layout : shape (2 k,)
+        Which k joints of ours the message names, then their places in it.
+    positions, velocities : rad or m, rad/s or m/s
+        Of the message; its velocities count where they are as many as its positions.
+    stamp, received, arrival : ns
+        As joint_sample.JointSample has them.
+    row : shape (width + 2 n + ROW_TAIL,)
+        As `evaluate_one` fills it, but the quaternion at its end with its sign continuous over
+        time. Where the width is 0, q and qdot only.
+
+    """
+    whole = memory.view(np.int64)
+    said = _merge(memory, whole, layout, positions, velocities, stamp, received, arrival)
+    if said % STARTED_ANEW > SAID_WITH_DIFFERENCES:
+        return said
+    n = (memory.size - MEMORY_HEADER) // MEMORY_ROWS
+    moving = said % STARTED_ANEW != SAID_WITHOUT_VELOCITIES
+    at = row.size - 2 * n - ROW_TAIL
+    for j in range(n):
+        row[at + j] = memory[MEMORY_HEADER + POSITION * n + j]
+        row[at + n + j] = memory[MEMORY_HEADER + VELOCITY * n + j] if moving else 0.0
+    if at == 0:
+        return said
+    integers, numbers = _chain_of(arm)
+    if _evaluate_tail(integers, numbers, row, at) >= 0:
+        return NOT_COMPUTABLE + said // STARTED_ANEW * STARTED_ANEW
+    _continuous_quaternion(memory, whole, row, at + 2 * n)
+    return said
 
 
 # Where the border of what a joint can reach is: a cosine beyond 1 by less is taken as 1, since the

@@ -5,6 +5,7 @@ A robot: one arm as its file describes it, with everything that can be known bef
 
 import os
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from .errors import Fault, KinematicsError, RobotFileError
 from .factors import Factors, read_factors
 from .kernel import Floats
 from .measures import Thresholds, thresholds_for
+from .packed import MeasurePlaces, measure_places, pack
 from .robot_file import parse_robot, read_robot_file
 from .task import Task, find_task, seeded_poses
 
@@ -86,6 +88,22 @@ class Robot(FrozenArrays):
             kind == 'revolute' and bool(np.all(np.isinf(limits)))
             for kind, limits in zip(self.joint_types, self.limits)
         )
+
+    @cached_property
+    def packed(self) -> Floats:
+        """
+        Return chain, task, factors and thresholds as one array: an argument of the kernel.
+
+        """
+        return pack(self.chain, self.task, self.factors, self.thresholds)
+
+    @cached_property
+    def measure_places(self) -> MeasurePlaces:
+        """
+        Return where the measures stand in a row of them.
+
+        """
+        return measure_places(self.dof, len(self.task.rows), len(self.factors.names))
 
     def __repr__(self) -> str:
         return f'Robot({self.name!r}, {self.dof} joints, {self.convention})'

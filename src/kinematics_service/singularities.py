@@ -3,74 +3,19 @@ How near a pose is to a singular one, which motion is lost there, and which way 
 
 """
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from . import kernel, measure_table
-from .factors import distances_to_zeros, motions_to_zeros
+from . import kernel, measure_rates
+from .factor_measures import FactorMeasures
 from .kernel import Floats
 from .measures import Level
 from .robot import Robot
 from .tool_state import ToolState, evaluate
-
-# Step of the difference along qdot, in rad (of the fastest joint): the measures carry some 1e-10
-# of noise near a singular pose and change over 1e-2, so this is in the middle of both.
-STEP = 1e-5
-
-# Slower than this (rad/s or m/s) an arm stands still: encoder noise, and denormal numbers whose
-# step would be infinite.
-AT_REST = 1e-9
-
-
-@dataclass(frozen=True, eq=False)
-class FactorMeasures:
-    """
-    The named factors of the robot file at a pose; see `Singularity.factors`.
-
-    Attributes
-    ----------
-    names
-        F names, as in the robot file.
-    distances : shape (..., F)
-        First-order joint motion to each factor's zero, rad, 0 to pi.
-    results : shape (..., F, 1 + n)
-        Value and gradient of each factor.
-    column_scales : shape (..., n)
-        What a unit of each joint counts in rad.
-
-    """
-
-    names: tuple[str, ...]
-    distances: Floats
-    results: Floats
-    column_scales: Floats
-
-    @property
-    def values(self) -> Floats:
-        """
-        Return the value of each factor, shape (..., F).
-
-        """
-        return self.results[..., 0]
-
-    @property
-    def motions(self) -> Floats:
-        """
-        Return the joint motion to each factor's zero by first order, shape (..., F, n), rad or m.
-
-        """
-        return motions_to_zeros(self.results, self.column_scales[..., None, :])
-
-    @property
-    def nearest(self) -> int:
-        """
-        Return the index of the factor nearest to its zero, for one pose.
-
-        """
-        return int(np.argmin(self.distances))
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,29 +78,28 @@ class Singularity:
     factors: FactorMeasures | None
 
 
-_COLUMN = {
-    'determinant': kernel.DETERMINANT,
-    'manipulability': kernel.MANIPULABILITY,
-    'condition_number': kernel.CONDITION_NUMBER,
-    'smallest_singular_value': kernel.SMALLEST_SINGULAR_VALUE,
-    'distance': kernel.DISTANCE,
-}
-
-
-def measure_rows(robot: Robot, rows: Floats) -> Floats:
+class _OnePose(Singularity):
     """
-    Return the measures of evaluated rows (N, width), one row each, as `kernel.measure` lays out.
+    The measures of one pose, each taken out of the kernel's row when it is first asked for.
 
     """
-    return measure_table.measure_rows(robot.chain, robot.task, rows)
+
+    _state: ToolState
+    _row: Floats
 
 
-def watched(robot: Robot, measures: Floats) -> Floats:
+class _Field:
     """
-    Return the measure the robot's thresholds are about, shape (...,): |det| for the determinant.
+    A field of _OnePose: taken once, and then kept in its place.
 
     """
-    return np.abs(measures[..., _COLUMN[robot.thresholds.measure]])
+
+    def __init__(self, name: str, take: Callable[[ToolState, Floats], Any]) -> None:
+        self.name, self.take = name, take
+
+    def __get__(self, found: _OnePose, owner: type[_OnePose]) -> Any:
+        value = found.__dict__[self.name] = self.take(found._state, found._row)
+        return value
 
 
 def watched_value(robot: Robot, singularity: Singularity) -> float:
@@ -166,55 +110,80 @@ def watched_value(robot: Robot, singularity: Singularity) -> float:
     return abs(float(getattr(singularity, robot.thresholds.measure)))
 
 
-def _measures_of(state: ToolState) -> tuple[Floats, FactorMeasures | None]:
-    # Measures of every row, and the distances to the zeros of the factors where there are some:
-    # they do not suffer between two singular sets, and where their product is the determinant
-    # nothing else is needed.
-    robot = state.robot
-    measures = measure_rows(robot, state.numbers.reshape(-1, state.numbers.shape[-1]))
-    if not robot.factors:
-        return measures, None
-    scales = robot.task.column_scales
-    results = robot.factors.evaluate(state.q.reshape(-1, robot.dof))
-    distances = distances_to_zeros(results, scales)
-    nearest = distances.min(axis=1)
-    estimate = measures[:, kernel.DISTANCE]
-    if not robot.factors.complete:
-        nearest = np.minimum(nearest, estimate)
-    measures[:, kernel.DISTANCE] = np.where(estimate == 0.0, 0.0, nearest)
-    leading = state.numbers.shape[:-1]
-    factors = FactorMeasures(
-        names=robot.factors.names,
-        distances=distances.reshape(*leading, len(robot.factors.names)),
-        results=results.reshape(*leading, *results.shape[1:]),
-        column_scales=np.broadcast_to(scales, (*leading, robot.dof)),
+_LEVELS = tuple(Level)
+
+
+def _scalar(column: int) -> Callable[[ToolState, Floats], float]:
+    return lambda state, row: row.item(column)
+
+
+def _vector(begin: str, end: str) -> Callable[[ToolState, Floats], Floats]:
+    def take(state: ToolState, row: Floats) -> Floats:
+        places = state.robot.measure_places
+        return row[getattr(places, begin) : getattr(places, end)]
+
+    return take
+
+
+def _determinant(state: ToolState, row: Floats) -> float | None:
+    return row.item(kernel.DETERMINANT) if state.robot.task.square else None
+
+
+def _level(state: ToolState, row: Floats) -> Level:
+    return _LEVELS[int(row.item(state.robot.measure_places.judged + kernel.LEVEL))]
+
+
+def _rate(state: ToolState, row: Floats) -> float | None:
+    return float(measure_rates.rates(state, row[None])[0]) if state.moving else None
+
+
+def _time_to_warning(state: ToolState, row: Floats) -> float | None:
+    if not state.moving:
+        return None
+    rates = measure_rates.rates(state, row[None])
+    return float(
+        measure_rates.times_to_warning(
+            state.robot, measure_rates.watched(state.robot, row[None]), rates
+        )[0]
     )
-    return measures, factors
 
 
-def _rates(state: ToolState, measures: Floats) -> Floats:
-    # Forward difference along qdot of the watched measure, per second.
-    robot, n = state.robot, state.robot.dof
-    q = np.ascontiguousarray(state.q).reshape(-1, n)
-    qdot = np.ascontiguousarray(state.qdot).reshape(-1, n)
-    speed = np.max(np.abs(qdot), axis=1)
-    moving = speed > AT_REST
-    step = np.where(moving, STEP / np.where(moving, speed, 1.0), 0.0)
-    ahead = evaluate(robot, q + step[:, None] * qdot)
-    here, there = watched(robot, measures), watched(robot, _measures_of(ahead)[0])
-    # A condition number that is and stays infinite does not change.
-    change = np.subtract(there, here, out=np.zeros_like(here), where=there != here)
-    return np.divide(change, step, out=np.zeros_like(change), where=moving)
+def _factors(state: ToolState, row: Floats) -> FactorMeasures | None:
+    robot = state.robot
+    names = robot.factors.names
+    if not names:
+        return None
+    places = robot.measure_places
+    return FactorMeasures(
+        names=names,
+        distances=row[places.distances : places.results],
+        results=row[places.results :].reshape(len(names), 1 + robot.dof),
+        column_scales=robot.task.column_scales,
+    )
 
 
-def _times_to_warning(robot: Robot, values: Floats, rates: Floats) -> Floats:
-    thresholds = robot.thresholds
-    worsening = np.sign(thresholds.stop - thresholds.warn) * rates
-    margin = np.sign(thresholds.warn - thresholds.stop) * (values - thresholds.warn)
-    times = np.full_like(values, np.inf)
-    np.divide(margin, worsening, out=times, where=worsening > 0.0)
-    times[~(margin > 0.0)] = 0.0
-    return times
+# How each field is taken out of the row of one pose.
+_FIELDS: Mapping[str, Callable[[ToolState, Floats], Any]] = {
+    'determinant': _determinant,
+    'manipulability': _scalar(kernel.MANIPULABILITY),
+    'condition_number': _scalar(kernel.CONDITION_NUMBER),
+    'smallest_singular_value': _scalar(kernel.SMALLEST_SINGULAR_VALUE),
+    'singular_values': _vector('sigma', 'judged'),
+    'rank': lambda state, row: int(row.item(kernel.RANK)),
+    'generic_rank': lambda state, row: state.robot.task.generic_rank,
+    'distance': _scalar(kernel.DISTANCE),
+    'lost_direction': _vector('lost', 'motion'),
+    'joint_motion': _vector('motion', 'way'),
+    'way_out': _vector('way', 'sigma'),
+    'rate': _rate,
+    'time_to_warning': _time_to_warning,
+    'level': _level,
+    'factors': _factors,
+}
+
+
+for _name, _take in _FIELDS.items():
+    setattr(_OnePose, _name, _Field(_name, _take))
 
 
 def singularity_of(state: ToolState) -> Singularity:
@@ -222,43 +191,55 @@ def singularity_of(state: ToolState) -> Singularity:
     Return the measures of an evaluated state (depth JACOBIAN or more).
 
     """
+    if state.joints is not None:
+        return _of_batch(state)
+    robot = state.robot
+    row = np.empty(robot.measure_places.width)
+    kernel.measure_one(robot.packed, state.row, row)
+    row.setflags(write=False)
+    found = _OnePose.__new__(_OnePose)
+    kept = found.__dict__
+    kept['_state'], kept['_row'] = state, row
+    return found
+
+
+def _of_batch(state: ToolState) -> Singularity:
     robot, n = state.robot, state.robot.dof
-    leading = state.numbers.shape[:-1]
-    measures, factors = _measures_of(state)
-    values = watched(robot, measures)
+    leading = state.row.shape[:-1]
+    places = robot.measure_places
+    measures = measure_rates.measures_of(state)
+    values = measure_rates.watched(robot, measures)
     rates = times = None
-    if state.qdot is not None:
-        rates = _rates(state, measures)
-        times = _times_to_warning(robot, values, rates)
-    levels = robot.thresholds.levels(values)
-
-    def shaped(values: Any) -> Any:
-        # One number for one pose, an array with the leading dimensions of q for a batch.
-        return values[0] if not leading else values.reshape(leading)
-
-    motion_at = kernel.LOST_AT + 6
-    way_at = motion_at + n
-    sigma_at = way_at + n
-    scalars = [shaped(measures[:, k]) for k in range(kernel.LOST_AT)]
-    if not leading:
-        scalars = [float(scalar) for scalar in scalars]
+    if state.moving:
+        rates = measure_rates.rates(state, measures)
+        times = measure_rates.times_to_warning(robot, values, rates).reshape(leading)
+        rates = rates.reshape(leading)
     measures.setflags(write=False)
-    vectors = measures.reshape(*leading, measures.shape[-1])
+    table = measures.reshape(*leading, measures.shape[-1])
+    names = robot.factors.names
+    factors = None
+    if names:
+        factors = FactorMeasures(
+            names=names,
+            distances=table[..., places.distances : places.results],
+            results=table[..., places.results :].reshape(*leading, len(names), 1 + n),
+            column_scales=np.broadcast_to(robot.task.column_scales, (*leading, n)),
+        )
     return Singularity(
-        determinant=scalars[kernel.DETERMINANT] if robot.task.square else None,
-        manipulability=scalars[kernel.MANIPULABILITY],
-        condition_number=scalars[kernel.CONDITION_NUMBER],
-        smallest_singular_value=scalars[kernel.SMALLEST_SINGULAR_VALUE],
-        singular_values=vectors[..., sigma_at:],
-        rank=shaped(measures[:, kernel.RANK].astype(int)),
+        determinant=table[..., kernel.DETERMINANT] if robot.task.square else None,
+        manipulability=table[..., kernel.MANIPULABILITY],
+        condition_number=table[..., kernel.CONDITION_NUMBER],
+        smallest_singular_value=table[..., kernel.SMALLEST_SINGULAR_VALUE],
+        singular_values=table[..., places.sigma : places.judged],
+        rank=table[..., kernel.RANK].astype(int),
         generic_rank=robot.task.generic_rank,
-        distance=scalars[kernel.DISTANCE],
-        lost_direction=vectors[..., kernel.LOST_AT : motion_at],
-        joint_motion=vectors[..., motion_at:way_at],
-        way_out=vectors[..., way_at:sigma_at],
-        rate=None if rates is None else shaped(rates),
-        time_to_warning=None if times is None else shaped(times),
-        level=shaped(levels) if leading else Level(int(levels[0])),
+        distance=table[..., kernel.DISTANCE],
+        lost_direction=table[..., places.lost : places.motion],
+        joint_motion=table[..., places.motion : places.way],
+        way_out=table[..., places.way : places.sigma],
+        rate=rates,
+        time_to_warning=times,
+        level=table[..., places.judged + kernel.LEVEL].astype(np.int64),
         factors=factors,
     )
 
@@ -285,4 +266,4 @@ def singularity(robot: Robot, q: npt.ArrayLike, qdot: npt.ArrayLike | None = Non
     return singularity_of(evaluate(robot, q, qdot))
 
 
-__all__ = ['Level', 'Singularity', 'singularity', 'singularity_of']
+__all__ = ['FactorMeasures', 'Level', 'Singularity', 'singularity', 'singularity_of']

@@ -3,7 +3,7 @@ The state of the tool: what one pass of the kernel says of joint positions and v
 
 """
 
-from typing import NamedTuple
+from typing import NamedTuple, TypeGuard
 
 import numpy as np
 import numpy.typing as npt
@@ -12,6 +12,7 @@ from . import kernel
 from .errors import JointVectorError
 from .kernel import Floats
 from .robot import Robot
+from .threads import in_parts
 
 
 class ToolState(NamedTuple):
@@ -22,19 +23,52 @@ class ToolState(NamedTuple):
     ----------
     robot
         The arm.
-    q : shape (..., n), rad or m
-        Joint positions.
-    qdot : shape (..., n), rad/s or m/s, or None
-        Joint velocities, where they are known.
-    numbers : shape (..., width)
-        The row of results the properties are read from.
+    row : shape (..., width)
+        The results that the properties are read from. Those of one pose end with their q, their
+        qdot, and the quaternion once more.
+    moving
+        Whether the joint velocities are known.
+    joints
+        q and qdot of a batch; None for one pose.
 
     """
 
     robot: Robot
-    q: Floats
-    qdot: Floats | None
-    numbers: Floats
+    row: Floats
+    moving: bool
+    joints: tuple[Floats, Floats | None] | None = None
+
+    @property
+    def q(self) -> Floats:
+        """
+        Return the joint positions, shape (..., n), rad or m.
+
+        """
+        if self.joints is not None:
+            return self.joints[0]
+        return self.row[-2 * self.robot.chain.dof - kernel.ROW_TAIL :][: self.robot.chain.dof]
+
+    @property
+    def qdot(self) -> Floats | None:
+        """
+        Return the joint velocities, shape (..., n), rad/s or m/s; None where they are not known.
+
+        """
+        if self.joints is not None:
+            return self.joints[1]
+        if not self.moving:
+            return None
+        return self.row[-self.robot.chain.dof - kernel.ROW_TAIL : -kernel.ROW_TAIL]
+
+    @property
+    def numbers(self) -> Floats:
+        """
+        Return all results of the kernel, shape (..., width).
+
+        """
+        if self.joints is not None:
+            return self.row
+        return self.row[: -2 * self.robot.chain.dof - kernel.ROW_TAIL]
 
     @property
     def pose(self) -> Floats:
@@ -42,7 +76,7 @@ class ToolState(NamedTuple):
         Return the tool in the base frame, shape (..., 4, 4).
 
         """
-        return self.numbers[..., :16].reshape(*self.numbers.shape[:-1], 4, 4)
+        return self.row[..., :16].reshape(*self.row.shape[:-1], 4, 4)
 
     @property
     def position(self) -> Floats:
@@ -50,7 +84,7 @@ class ToolState(NamedTuple):
         Return the tool's origin in the base frame, shape (..., 3), m.
 
         """
-        return self.numbers[..., 3:12:4]
+        return self.row[..., 3:12:4]
 
     @property
     def quaternion_xyzw(self) -> Floats:
@@ -58,7 +92,7 @@ class ToolState(NamedTuple):
         Return the tool's orientation in the base frame as unit quaternion, w >= 0, shape (..., 4).
 
         """
-        return self.numbers[..., kernel.QUATERNION_AT : kernel.QUATERNION_AT + 4]
+        return self.row[..., kernel.QUATERNION_AT : kernel.QUATERNION_AT + 4]
 
     @property
     def jacobian(self) -> Floats:
@@ -69,8 +103,8 @@ class ToolState(NamedTuple):
 
         """
         n = self.robot.chain.dof
-        J = self.numbers[..., kernel.JACOBIAN_AT : kernel.JACOBIAN_AT + 6 * n]
-        return J.reshape(*self.numbers.shape[:-1], 6, n)
+        J = self.row[..., kernel.JACOBIAN_AT : kernel.JACOBIAN_AT + 6 * n]
+        return J.reshape(*self.row.shape[:-1], 6, n)
 
     @property
     def twist(self) -> Floats:
@@ -81,7 +115,7 @@ class ToolState(NamedTuple):
 
         """
         at = kernel.JACOBIAN_AT + 6 * self.robot.chain.dof
-        return self.numbers[..., at : at + 6]
+        return self.row[..., at : at + 6]
 
     @property
     def link_frames(self) -> Floats:
@@ -91,14 +125,35 @@ class ToolState(NamedTuple):
         There only where the state was evaluated with them.
 
         """
-        frames = self.robot.chain.frames
-        at = self.robot.chain.widths[kernel.JACOBIAN]
-        return self.numbers[..., at:].reshape(*self.numbers.shape[:-1], frames, 4, 4)
+        chain = self.robot.chain
+        at, end = chain.widths[kernel.JACOBIAN], chain.widths[kernel.ALL_FRAMES]
+        return self.row[..., at:end].reshape(*self.row.shape[:-1], chain.frames, 4, 4)
+
+
+_DOUBLE = np.dtype(np.float64)
+# tuple.__new__ directly: the constructor of a NamedTuple costs half as much again as a call of the
+# kernel takes to compute.
+_new = tuple.__new__
+
+
+def as_the_kernel_takes_it(vector: object) -> TypeGuard[Floats]:
+    """
+    Return whether it is one vector of doubles in C order, aligned, and writable.
+
+    To numba a read-only array is another type, and seconds of compiling.
+
+    """
+    return (
+        type(vector) is np.ndarray
+        and vector.dtype is _DOUBLE
+        and vector.ndim == 1
+        and vector.flags.carray
+    )
 
 
 def _joint_vector(robot: Robot, q: npt.ArrayLike, name: str) -> Floats:
-    # A copy in the one form the kernel takes, doubles in C order, writable (read-only is another
-    # type to numba): and the state keeps the numbers the kernel ran on, whatever the caller does.
+    # A copy in the one form the kernel takes: and the state keeps the numbers the kernel ran on,
+    # whatever the caller does.
     try:
         array = np.array(q, dtype=np.float64, order='C')
     except (TypeError, ValueError):
@@ -138,29 +193,66 @@ def evaluate(
 
     """
     chain = robot.chain
-    q = _joint_vector(robot, q, 'q')
+    # as_the_kernel_takes_it twice, written out: a call costs more than what it asks.
+    if type(q) is np.ndarray and q.dtype is _DOUBLE and q.ndim == 1 and q.flags.carray:
+        positions = q
+    else:
+        positions = _joint_vector(robot, q, 'q')
+    if qdot is None:
+        rates = chain.at_rest
+    elif (
+        type(qdot) is np.ndarray and qdot.dtype is _DOUBLE and qdot.ndim == 1 and qdot.flags.carray
+    ):
+        rates = qdot
+    else:
+        rates = _joint_vector(robot, qdot, 'qdot')
+    if positions.ndim > 1 or rates.ndim > 1:
+        return _evaluate_batch(robot, positions, None if qdot is None else rates, depth)
+    row = np.empty(chain.single_widths[depth])
+    bad = kernel.evaluate_one(robot.packed, positions, rates, row)
+    if bad != -1:
+        _joint_vector(robot, positions, 'q')
+        _joint_vector(robot, rates, 'qdot')
+        raise _not_finite(0, positions.tolist())
+    return _new(ToolState, (robot, row, qdot is not None, None))
+
+
+def _evaluate_batch(robot: Robot, q: Floats, qdot: Floats | None, depth: int) -> ToolState:
+    chain = robot.chain
+    # What has more dimensions is a copy already.
+    if q.ndim == 1:
+        q = _joint_vector(robot, q, 'q')
     if qdot is not None:
-        qdot = _joint_vector(robot, qdot, 'qdot')
+        if qdot.ndim == 1:
+            qdot = _joint_vector(robot, qdot, 'qdot')
         if qdot.shape != q.shape:
             q, qdot = _broadcast(q, qdot)
-    rates = qdot if qdot is not None else chain.at_rest
-    width = chain.widths[depth]
-    if q.ndim == 1:
-        rows = np.empty(width)
-        bad = kernel.evaluate_one(chain.integers, chain.numbers, q, rates, depth, rows)
-    else:
-        flat = q.reshape(-1, chain.dof)
-        table = np.empty((len(flat), width))
+    flat = q.reshape(-1, chain.dof)
+    rates = (qdot if qdot is not None else chain.at_rest).reshape(-1, chain.dof)
+    table = np.empty((len(flat), chain.widths[depth]))
+
+    def part(begin: int, end: int) -> int:
         bad = kernel.evaluate(
-            chain.integers, chain.numbers, flat, rates.reshape(-1, chain.dof), depth, table
+            chain.integers,
+            chain.numbers,
+            flat[begin:end],
+            rates[begin:end] if len(rates) == len(flat) else rates,
+            depth,
+            table[begin:end],
         )
-        rows = table.reshape(*q.shape[:-1], width)
+        return bad if bad < 0 else begin + bad
+
+    bad = in_parts(len(flat), part)
     if bad >= 0:
-        raise JointVectorError(
-            'joint positions and velocities must be finite, and what follows too: '
-            f'row {bad} is {q.reshape(-1, chain.dof)[bad].tolist()}'
-        )
-    return ToolState(robot, q, qdot, rows)
+        raise _not_finite(bad, flat[bad].tolist())
+    row = table.reshape(*q.shape[:-1], table.shape[1])
+    return ToolState(robot, row, qdot is not None, (q, qdot))
+
+
+def _not_finite(row: int, q: list[float]) -> JointVectorError:
+    return JointVectorError(
+        f'joint positions and velocities must be finite, and what follows too: row {row} is {q}'
+    )
 
 
 def _broadcast(q: Floats, qdot: Floats) -> tuple[Floats, Floats]:

@@ -13,13 +13,14 @@ import numpy as np
 from ..estimator import ACCEPTED, NOT_OURS, NOT_STAMPED, RESETS, Estimator, EstimatorSettings
 from ..robot import Robot
 from .block import AuditError, Block
+from .computer import Computer, NoStateError
 from .frames import FrameReport, frame_report
 from .ingest import Example, Ingest
 from .joints import JointReport, Jump, joint_reports, jumps_of
 from .source import Source
 from .stream import Stream, StreamWatch
 from .stretches import Stretch, badness, stretches_of, watched_values
-from .timeline import Computer, NoStateError, Part, Timeline
+from .timeline import Part, Timeline
 
 # Names of joints shown where none is ours.
 MOST_NAMES = 12

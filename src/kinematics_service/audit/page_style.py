@@ -67,10 +67,12 @@ rect.ERROR { fill: var(--stop); opacity: .42; }
 rect.gap { fill: var(--gap); opacity: .25; }
 .joints { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 26rem), 1fr));
   gap: 0 1rem; }
-.swatch { padding: 0 .5rem; margin-right: .3rem; border: 1px solid var(--rule); color: var(--ink); }
+.swatch { padding: 0 .5rem; margin-right: .3rem; border: 1px solid var(--rule);
+  color: var(--ink); }
 .swatch.WARN { background: color-mix(in srgb, var(--warn) 25%, transparent); }
 .swatch.ERROR { background: color-mix(in srgb, var(--stop) 45%, transparent); }
 .swatch.gap { background: color-mix(in srgb, var(--gap) 30%, transparent); }
+td:last-child { min-width: 9rem; }
 code { font-size: .9em; overflow-wrap: anywhere; }
 @media print { body { max-width: none; margin: 0; font-size: 10.5pt; } .wide { overflow: visible; }
   h2 { break-after: avoid; } tr { break-inside: avoid; }

@@ -4,6 +4,7 @@ Joint states in a table: a CSV file with a header, of any of the known layouts.
 """
 
 import csv
+import warnings
 from collections.abc import Iterator, Sequence
 from decimal import Decimal, InvalidOperation
 from pathlib import Path
@@ -204,9 +205,10 @@ class _Table:
             return self._line_by_line(stamp_at, at)
 
     def _quickly(self, stamp_at: int, at: Sequence[int]) -> tuple[Times, Floats]:
-        with self.file.open(encoding='utf-8-sig') as stream:
+        with self.file.open(encoding='utf-8-sig') as stream, warnings.catch_warnings():
             while not stream.readline().strip():
                 pass
+            warnings.simplefilter('ignore')  # that there are no rows is said elsewhere
             table = np.loadtxt(
                 stream,
                 delimiter=None if self.delimiter == ' ' else self.delimiter,

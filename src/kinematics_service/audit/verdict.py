@@ -106,7 +106,7 @@ def _singular(audit: Audit) -> Sentence:
     named = f' ({", ".join(names)})' if stretch.factor else ''
     where = (
         f'{count(len(audit.stretches), "stretch")}'.replace('stretchs', 'stretches')
-        + f', {seconds(near)} of {seconds(total)}'
+        + f' near it, {seconds(near)} of {seconds(total)}'
     )
     if level == Level.ERROR:
         text = f'{who} comes too close to a singularity{named}'

@@ -35,15 +35,15 @@ FILE is one of
   an MCAP file, a rosbag2 directory or .db3, a ROS 1 bag    (needs rosbags)
   a table (.csv): stamp,position.<joint>,velocity.<joint>, perhaps pose.x ...;
     what UR's RTDE recorder writes; other columns with --columns
-  a JointTrajectory (.yaml, .json) as `ros2 topic echo` prints it, also in a bag
+  a JointTrajectory (.yaml, .json) as `ros2 topic echo` prints it, or in a bag
 
 \b
 Exit code 0: judged. 1: FILE cannot be read or has no state of this robot, or
 --fail-on is met. 2: wrong usage. --fail-on is a list of
   warn, stop     it comes nearer to a singularity than that threshold
   limits         a joint is beyond its limits
-  frames         --pose-topic or the pose columns disagree and the cause is found
-  never          (the default of a recording; that of a planned trajectory: stop)
+  frames         the second source of poses disagrees and the cause is found
+  never          the default of a recording; that of a plan is stop
 """
 
 

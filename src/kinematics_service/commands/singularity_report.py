@@ -147,7 +147,7 @@ def _measure_words(robot: Robot, singularity: Singularity) -> Iterator[tuple[str
     if at_pose:
         meaning = 'this pose is singular'
     elif distance >= math.pi:
-        meaning = 'no singular pose within half a turn'
+        meaning = 'far from singular poses: the first-order estimate ends at pi'
     else:
         meaning = f'about {in_degrees(distance)} of joint motion to a singular pose'
     yield 'distance', f'{distance:.4g} rad: {meaning}'

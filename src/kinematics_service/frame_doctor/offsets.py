@@ -15,6 +15,8 @@ from .rotations import exponential, nearest_rotation, rotation_vectors, skew_par
 STEPS = 12
 # A step that takes less than this share of the score away is the last.
 ENOUGH = 1e-9
+# Positions that spread less than this share of their distance do not spread.
+STANDING = 0.05
 # Directions of the offsets that move the poses less than this share of the strongest are left.
 LEFT_ALONE = 1e-4
 # Where the orientation turns about one axis alone, so many angles about it are tried.
@@ -75,10 +77,12 @@ def scale_of(poses: Floats) -> Floats:
     """
     Return what a length counts in rad, shape (...,): how far the positions spread.
 
-    So the unit of length makes no difference.
+    So the unit of length makes no difference. Poses that hardly move count by how far they are.
 
     """
-    return np.maximum(spread(poses[..., :3, 3]), 1e-9)
+    p = poses[..., :3, 3]
+    far = np.sqrt(np.mean(np.sum(p**2, axis=-1), axis=-1))
+    return np.maximum(np.maximum(spread(p), STANDING * far), 1e-9)
 
 
 def fit_offsets(A: Floats, B: Floats, begin: Fit | None = None, steps: int = STEPS) -> Fit:

@@ -26,6 +26,7 @@ from .outputs import Outputs
 from .parameters import NodeParameters
 from .robot_description import RobotDescription
 from .settings import Settings
+from .solver import Solver
 from .stamp_grid import StampGrid
 from .targets import Targets
 from .throttle import Throttle
@@ -90,7 +91,8 @@ class KinematicsNode(Node):
         self._outputs = Outputs(self, self.settings, transport)
         self._description = RobotDescription(self, self.settings)
         self._warning = self.create_publisher(DiagnosticStatus, WARNING, WARNING_QOS)
-        self._targets = Targets(self, self.settings, self._present, self._steady)
+        self.solver = Solver(self.settings, self.get_logger().error)
+        self._targets = Targets(self, self.settings, self._present, self.solver, self._steady)
         self._input = Input(self, transport, self._on_joint_state, self._on_unreadable)
         self.create_service(Trigger, DESCRIBE, self._describe)
 

@@ -14,7 +14,10 @@ from std_srvs.srv import Trigger
 from ..errors import KinematicsError
 from ..measures import Thresholds
 from ..robot import Robot, with_singularity
-from .topics import DESCRIBE
+from .topics import DESCRIBE, WARNING
+
+# A service that is there is asked so often, and waited for so long each time (s).
+TRIES, TRY = 5, 1.0
 
 
 class NodeFacts(NamedTuple):
@@ -79,7 +82,7 @@ class NodeFacts(NamedTuple):
 
 def ask_node(node: Node, executor: Any, source: str, patience: float) -> NodeFacts | None:
     """
-    Return what a node says of itself; None where it does not within `patience` (s).
+    Return what a node says of itself; None where none is found in `patience` (s).
 
     Parameters
     ----------
@@ -90,6 +93,11 @@ def ask_node(node: Node, executor: Any, source: str, patience: float) -> NodeFac
 
     """
     deadline = time.monotonic() + patience
+    while not node.count_publishers(WARNING.replace('~', source)):
+        if time.monotonic() > deadline:
+            return None
+        executor.spin_once(timeout_sec=0.05)
+    deadline = max(deadline, time.monotonic() + TRIES * TRY)
     told = _call(
         node, executor, Trigger, DESCRIBE.replace('~', source), Trigger.Request(), deadline
     )
@@ -118,17 +126,22 @@ def ask_node(node: Node, executor: Any, source: str, patience: float) -> NodeFac
 def _call(
     node: Node, executor: Any, kind: Any, service: str, request: Any, deadline: float
 ) -> Any:
+    # Whoever is there is given time: a response is lost while the node has not yet discovered
+    # where to send it, so it is asked for again.
     client = node.create_client(kind, service)
     try:
         while not client.service_is_ready():
             if time.monotonic() > deadline:
                 return None
             executor.spin_once(timeout_sec=0.05)
-        future = client.call_async(request)
-        while not future.done():
-            if time.monotonic() > deadline:
-                return None
-            executor.spin_once(timeout_sec=0.05)
-        return future.result()
+        for _ in range(TRIES):
+            future = client.call_async(request)
+            end = time.monotonic() + TRY
+            while not future.done() and time.monotonic() < end:
+                executor.spin_once(timeout_sec=0.05)
+            if future.done():
+                return future.result()
+            client.remove_pending_request(future)
+        return None
     finally:
         node.destroy_client(client)

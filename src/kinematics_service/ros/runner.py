@@ -4,6 +4,7 @@ From the command line to a running node and back to an exit code.
 """
 
 import gc
+import os
 import sys
 from collections.abc import Sequence
 
@@ -19,7 +20,7 @@ from .arms import ArmChoice, ArmsError, arms_from
 from .environment import mixture_refusal, security_refusal
 from .node import KinematicsNode
 from .parameters import RobotConflictError
-from .spin import new_executor, spin, stop_signals
+from .spin import StopSignal, new_executor, spin, stop_signals
 
 FINE, FAULT, WRONG_USAGE = 0, 1, 2
 
@@ -110,34 +111,46 @@ def run_node(
             return WRONG_USAGE
         nodes: list[KinematicsNode] = []
         try:
-            try:
-                for arm in arms:
-                    nodes.append(_node(arm, context, nodes))
-            except (RobotConflictError, ArmsError) as error:
-                tell(str(error))
-                return WRONG_USAGE
-            except KinematicsError as error:
-                tell(str(error))
-                return FAULT
-            except (ParameterException, RuntimeError) as error:
-                # What rclpy itself reads: use_sim_time, QoS overrides, the names of the node.
-                tell(f'rclpy cannot start the node: {_first_clause(error)}')
-                return FAULT
-            executor = new_executor(nodes[0], context)
-            for node in nodes[1:]:
-                executor.add_node(node)
-            # What is there now stays. To look through it takes the garbage collector some 80 ms,
-            # which would fall between two messages, and more on the way out.
-            gc.freeze()
-            fine = spin(executor, nodes[0], lambda: stop.came or not context.ok())
-            for node in nodes:
-                executor.remove_node(node)
-            executor.shutdown()
-            return FINE if fine else FAULT
+            code = _run(arms, context, stop, nodes)
         finally:
             for node in nodes:
                 node.destroy_node()
             context.try_shutdown()
+        if any(node.solver.is_loading for node in nodes):
+            # A compiler at work in a thread does not survive the end of the interpreter.
+            sys.stdout.flush()
+            sys.stderr.flush()
+            os._exit(code)
+        return code
+
+
+def _run(
+    arms: Sequence[ArmChoice], context: Context, stop: StopSignal, nodes: list[KinematicsNode]
+) -> int:
+    try:
+        for arm in arms:
+            nodes.append(_node(arm, context, nodes))
+    except (RobotConflictError, ArmsError) as error:
+        tell(str(error))
+        return WRONG_USAGE
+    except KinematicsError as error:
+        tell(str(error))
+        return FAULT
+    except (ParameterException, RuntimeError) as error:
+        # What rclpy itself reads: use_sim_time, QoS overrides, the names of the node.
+        tell(f'rclpy cannot start the node: {_first_clause(error)}')
+        return FAULT
+    executor = new_executor(nodes[0], context)
+    for node in nodes[1:]:
+        executor.add_node(node)
+    # What is there now stays. To look through it takes the garbage collector some 80 ms, which
+    # would fall between two messages, and more on the way out.
+    gc.freeze()
+    fine = spin(executor, nodes[0], lambda: stop.came or not context.ok())
+    for node in nodes:
+        executor.remove_node(node)
+    executor.shutdown()
+    return FINE if fine else FAULT
 
 
 def _node(arm: ArmChoice, context: Context, others: Sequence[KinematicsNode]) -> KinematicsNode:

@@ -19,16 +19,14 @@ from std_msgs.msg import Float64MultiArray
 
 from ..errors import KinematicsError
 from ..estimator import Answer
-from ..inverse.result import IkResult
-from ..inverse.servo import ServoStep, joint_velocity
+from ..inverse.servo import joint_velocity
 from ..inverse.solve import inverse_kinematics
-from ..kernel import Floats
 from ..measures import Level
 from ..notice import Notice
 from .messages import SECOND, status_message
 from .settings import Settings
+from .solver import Solver
 from .target_messages import (
-    Choice,
     RefusedTargetError,
     choice_of,
     joint_positions_message,
@@ -39,6 +37,7 @@ from .target_messages import (
     twist_in_base,
     twist_of,
 )
+from .target_notices import pose_notice, twist_notice
 from .topics import (
     IK_JOINT_STATES,
     IK_JOINT_VELOCITY,
@@ -70,6 +69,8 @@ class Targets:
         The settings in force.
     latest
         Returns the arm's present state, or says in a sentence why it is not known.
+    solver
+        Until it is there, targets are refused.
     steady
         Clock of the timer.
 
@@ -80,11 +81,13 @@ class Targets:
         node: Node,
         settings: Settings,
         latest: Callable[[], Answer | str],
+        solver: Solver,
         steady: Clock,
     ) -> None:
         self._node = node
         self._settings = settings
         self._latest = latest
+        self._solver = solver
         self._moving_since: float | None = None  # time of the last twist that is in force
 
         def publisher(kind: Any, name: str) -> Any:
@@ -136,6 +139,11 @@ class Targets:
         return self._settings.target_timeout * 1e-9 * WATCH_SHARE
 
     def _present(self) -> Answer:
+        if not self._solver.is_there:
+            raise RefusedTargetError(
+                'the solver is still being compiled or loaded; once on a machine this takes '
+                'half a minute'
+            )
         latest = self._latest()
         if isinstance(latest, str):
             raise RefusedTargetError(f'the joint positions are not known: {latest}')
@@ -223,61 +231,3 @@ class Targets:
 def _stamp(message: PoseStamped | TwistStamped) -> int:
     stamp = message.header.stamp
     return int(stamp.sec) * SECOND + int(stamp.nanosec)
-
-
-def pose_notice(result: IkResult, choice: Choice) -> Notice:
-    """
-    Return what became of a pose target: OK where the arm can be there, otherwise ERROR.
-
-    """
-    values = [
-        ('status', result.status),
-        ('solutions', str(len(choice.answers))),
-        ('method', result.method),
-    ]
-    if choice.answers:
-        values.append(('residual', f'{choice.answers[0].residual:.3g}'))
-        values.append(('margin', f'{choice.answers[0].margin:.6g}'))
-        return Notice(Level.OK, result.reason, tuple(values))
-    sentence = result.reason
-    nearest = result.nearest
-    if nearest is not None:
-        values += [
-            ('nearest position error (m)', f'{nearest.position_error:.6g}'),
-            ('nearest rotation error (rad)', f'{nearest.rotation_error:.6g}'),
-            ('nearest', _numbers(nearest.q)),
-        ]
-        sentence += (
-            f'; the nearest pose is {nearest.position_error:.4g} m and '
-            f'{nearest.rotation_error:.4g} rad away'
-        )
-    return Notice(Level.ERROR, sentence, tuple(values))
-
-
-def twist_notice(step: ServoStep) -> Notice:
-    """
-    Return what became of a twist target: WARN where the tool moves otherwise than asked.
-
-    """
-    values = (
-        ('limited by', ', '.join(step.limited_by) or 'nothing'),
-        ('damping', f'{step.damping:.4g}'),
-        ('scale', f'{step.scale:.6g}'),
-        ('smallest singular value', f'{step.smallest_singular_value:.6g}'),
-        ('held joints', ', '.join(step.held)),
-        ('twist', _numbers(step.twist)),
-    )
-    reasons = []
-    if step.damping > 0.0:
-        reasons.append(f'damped near a singularity ({step.damping:.0%} of the most)')
-    if step.slowest:
-        reasons.append(f'slowed to {step.scale:.0%} by the velocity limit of {step.slowest}')
-    if step.held:
-        reasons.append(f'held at the limit of {", ".join(step.held)}')
-    if reasons:
-        return Notice(Level.WARN, '; '.join(reasons), values)
-    return Notice(Level.OK, 'followed as asked', values)
-
-
-def _numbers(values: Floats) -> str:
-    return ' '.join(f'{value:.6g}' for value in values)

@@ -15,8 +15,6 @@ from visualization_msgs.msg import MarkerArray
 
 from .. import kernel
 from ..estimator import Answer
-from ..inverse.servo import joint_velocity
-from ..inverse.solve import inverse_kinematics
 from ..kernel import Floats
 from ..singularities import singularity_of
 from ..task import seeded_poses
@@ -152,9 +150,6 @@ def warm_up(settings: Settings) -> None:
     Build every answer once: the kernel is compiled, or read from its cache, before the first one.
 
     """
-    robot, sample = settings.robot, sample_report(settings)
+    sample = sample_report(settings)
     for topic in TOPICS:
         topic.build(sample)
-    state = sample.answer.state
-    inverse_kinematics(robot, state.pose, near=state.q, rows=settings.target_rows)
-    joint_velocity(robot, state, state.twist, settings.servo)

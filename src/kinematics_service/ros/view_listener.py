@@ -171,6 +171,14 @@ class ViewListener:
             self._answer, self._arrival = answer, time.monotonic()
 
     @property
+    def other_robot(self) -> str:
+        """
+        Return the robot of the node where it is not the one that is shown; otherwise empty.
+
+        """
+        return self._facts.robot if self._mismatch and self._facts is not None else ''
+
+    @property
     def _live(self) -> bool:
         return self._answer is not None and time.monotonic() - self._arrival < FRESH
 

@@ -63,17 +63,41 @@ def run_view(
     try:
         listener = ViewListener(context, node)
         try:
-            facts = listener.ask(PATIENCE)
-            shown = robot or _robot_of(facts.robot if facts else '', otherwise)
-            listener.show(shown)
-            run_page(
-                shown, listener, host, port, publishable, lambda: stopped() or not context.ok()
-            )
+            _show(listener, robot, otherwise, host, port, publishable, stopped)
         finally:
             listener.close()
     finally:
         context.try_shutdown()
     return FINE
+
+
+def _show(
+    listener: ViewListener,
+    robot: Robot | None,
+    otherwise: str,
+    host: str,
+    port: int,
+    publishable: bool,
+    stopped: Callable[[], bool],
+) -> None:
+    facts = listener.ask(PATIENCE)
+    shown = robot or _robot_of(facts.robot if facts else '', otherwise)
+    # Where nobody has chosen the arm, and the node comes later, the page changes to the node's.
+    if robot is None and facts is None:
+        listener.show(shown)
+        port = run_page(
+            shown,
+            listener,
+            host,
+            port,
+            publishable,
+            lambda: stopped() or listener.other_robot != '',
+        )
+        if not stopped():
+            shown = _robot_of(listener.other_robot, otherwise)
+    if not stopped():
+        listener.show(shown)
+        run_page(shown, listener, host, port, publishable, stopped)
 
 
 def _robot_of(name: str, otherwise: str) -> Robot:

@@ -122,9 +122,9 @@ def run_page(
     port: int,
     publishable: bool,
     ended: Callable[[], bool],
-) -> None:
+) -> int:
     """
-    Serve a page of an arm.
+    Serve a page of an arm; return the port it was served at.
 
     Parameters
     ----------
@@ -154,6 +154,7 @@ def run_page(
             turn(page, source)
             # At least a little rest: where drawing is slow the page stays slow, not the computer.
             source.listen(max(0.2 * PERIOD, PERIOD - (time.monotonic() - begin)))
+    return int(address.rpartition(':')[2])
 
 
 def turn(page: Page, source: Source) -> None:

@@ -1,0 +1,62 @@
+"""
+A batch on all cores: the compiled functions release the interpreter, so plain threads do it.
+
+numba's own parallel loops would compile everything twice, and end the process where two threads of
+a program meet in them.
+"""
+
+import os
+import threading
+from collections.abc import Callable
+
+# A part of a batch is worth a thread from here on: starting one costs some 50 us.
+LEAST_PART = 10_000
+
+
+def cores() -> int:
+    """
+    Return how many cores this process may use.
+
+    """
+    try:
+        return len(os.sched_getaffinity(0))
+    except AttributeError:  # not on Linux
+        return os.cpu_count() or 1
+
+
+def in_parts(count: int, work: Callable[[int, int], int]) -> int:
+    """
+    Do `work(begin, end)` for all of `count` rows, in a thread for each core where it pays.
+
+    Returns -1, or the least row that a part returned: where the first thing went wrong.
+
+    Parameters
+    ----------
+    count
+        Number of rows; each one's result must not depend on the others.
+    work
+        Does rows begin to end and returns -1, or the row where it stopped.
+
+    """
+    parts = max(1, min(cores(), count // LEAST_PART))
+    if parts == 1:
+        return work(0, count)
+    bounds = [count * k // parts for k in range(parts + 1)]
+    found = [-1] * parts
+    errors: list[BaseException] = []
+
+    def run(k: int) -> None:
+        try:
+            found[k] = work(bounds[k], bounds[k + 1])
+        except BaseException as error:  # handed to the caller below
+            errors.append(error)
+
+    threads = [threading.Thread(target=run, args=(k,), daemon=True) for k in range(1, parts)]
+    for thread in threads:
+        thread.start()
+    run(0)
+    for thread in threads:
+        thread.join()
+    if errors:
+        raise errors[0]
+    return min((row for row in found if row >= 0), default=-1)

@@ -1,0 +1,556 @@
+"""
+The files an audit reads and writes: bags, tables, plans, pages; and what it says of bad ones.
+
+"""
+
+import json
+import math
+import re
+import sqlite3
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+from arms import robot_of
+from recordings import BEGIN, SECOND, awkward, motion, recorded, samples_of
+
+import kinematics_service as ks
+from kinematics_service.__main__ import main
+from kinematics_service.audit.between_points import Planned, sampled
+from kinematics_service.audit.block_yaml import BlockYamlError, read_documents
+from kinematics_service.estimator import Answer, Estimator, EstimatorSettings
+from kinematics_service.notice import notice_of
+from kinematics_service.singularities import singularity_of
+
+JOINT_STATE = 'sensor_msgs/msg/JointState'
+POINT = 'trajectory_msgs/msg/JointTrajectoryPoint'
+
+
+@pytest.fixture(autouse=True)
+def whole_lines(monkeypatch):
+    monkeypatch.delenv('COLUMNS', raising=False)
+    monkeypatch.delenv('KINEMATICS_TRACEBACK', raising=False)
+
+
+def run(capsys, *argv):
+    code = main(['audit', *map(str, argv)])
+    out, err = capsys.readouterr()
+    assert 'Traceback' not in out + err
+    return code, out, err
+
+
+def refusal(capsys, *argv, code=1):
+    result = run(capsys, *argv)
+    assert result[0] == code, result
+    assert len(result[2].strip().splitlines()) == 1, result[2]
+    return result[2].strip()
+
+
+@pytest.fixture
+def store():
+    typesys = pytest.importorskip('rosbags.typesys', reason='needs rosbags')
+    return typesys.get_typestore(typesys.Stores.ROS2_JAZZY)
+
+
+def write_bag(folder, store, messages, plugin='MCAP'):
+    """
+    Write messages (topic, type, time, message) as a rosbag2 bag.
+
+    """
+    from rosbags.rosbag2 import StoragePlugin, Writer
+
+    with Writer(folder, version=9, storage_plugin=StoragePlugin[plugin]) as writer:
+        connections = {}
+        for topic, kind, stamp, message in messages:
+            if topic not in connections:
+                connections[topic] = writer.add_connection(topic, kind, typestore=store)
+            if message is not None:
+                writer.write(connections[topic], stamp, store.serialize_cdr(message, kind))
+    return folder
+
+
+def header(store, stamp, frame=''):
+    time = store.types['builtin_interfaces/msg/Time'](*divmod(stamp, SECOND))
+    return store.types['std_msgs/msg/Header'](time, frame)
+
+
+def joint_states(store, samples, topic='/joint_states'):
+    kind = store.types[JOINT_STATE]
+    for one in samples:
+        message = kind(
+            header(store, one.stamp),
+            list(one.names),
+            np.array(one.positions, dtype=float),
+            np.array(one.velocities, dtype=float),
+            np.zeros(0),
+        )
+        yield topic, JOINT_STATE, one.received, message
+
+
+def document(capsys, *argv):
+    code, out, err = run(capsys, *argv, '--json', '-')
+    assert code in (0, 1), err
+    return json.loads(out)
+
+
+# Bags
+
+
+@pytest.mark.parametrize('plugin', ['MCAP', 'SQLITE3'])
+def test_a_bag_is_read_as_directory_and_as_single_file(tmp_path, capsys, store, plugin):
+    robot = robot_of('ur5e')
+    samples = sorted(awkward(robot), key=lambda one: one.received)
+    bag = write_bag(tmp_path / 'bag', store, joint_states(store, samples), plugin)
+    whole = document(capsys, bag, '--robot', 'ur5e')
+    single = next(bag.glob('*.mcap' if plugin == 'MCAP' else '*.db3'))
+    alone = document(capsys, single, '--robot', 'ur5e')
+    assert whole['series'] == alone['series']
+    assert whole['messages']['total'] == len(samples)
+
+
+def test_of_two_topics_one_must_be_chosen(tmp_path, capsys, store):
+    robot = robot_of('planar_2r')
+    samples = samples_of(robot, *motion(robot, 30))
+    states = [*joint_states(store, samples, '/a'), *joint_states(store, samples, '/b')]
+    bag = write_bag(tmp_path / 'bag', store, states)
+    text = refusal(capsys, bag, '--robot', 'planar_2r')
+    assert text == f'{bag}: several topics have JointState: choose one with --topic (/a, /b)'
+    assert document(capsys, bag, '--robot', 'planar_2r', '--topic', '/b')['topic'] == '/b'
+    text = refusal(capsys, bag, '--robot', 'planar_2r', '--topic', '/c')
+    assert text.endswith('topic /c is not there; JointState or JointTrajectory are on /a, /b')
+    text = refusal(capsys, bag, '--robot', 'planar_2r', '--topic', '/a', '--pose-topic', '/a')
+    assert f'pose topic /a is {JOINT_STATE}; PoseStamped: no topic' in text
+
+
+def test_a_bag_without_joint_states_names_what_it_has(capsys):
+    pytest.importorskip('rosbags', reason='needs rosbags')
+    path = recorded('dmp_ros1_bags_malformed/C-Shape-1_poses.bag')
+    text = refusal(capsys, path, '--robot', 'kuka_iiwa14')
+    assert text == (
+        f'{path}: no topic has JointState or JointTrajectory; '
+        'there is /pose (geometry_msgs/msg/PoseStamped)'
+    )
+
+
+def test_a_bag_with_unknown_types_is_read(capsys, tmp_path):
+    pytest.importorskip('rosbags', reason='needs rosbags')
+    from test_real_recordings import PR2
+
+    file = tmp_path / 'pr2.yaml'
+    file.write_text(PR2.format(side='r', y=-0.188))
+    path = recorded('pr2_jsk_ros1_bags/pr1012_deb3032.bag')
+    found = document(capsys, path, '--robot', file)
+    assert found['messages']['total'] == 280
+    assert found['messages']['states'] > 250
+
+
+def test_damaged_bags_are_refused_in_a_sentence(tmp_path, capsys, store):
+    robot = robot_of('planar_2r')
+    samples = samples_of(robot, *motion(robot, 3000))
+    bag = write_bag(tmp_path / 'bag', store, joint_states(store, samples))
+    data = next(bag.glob('*.mcap')).read_bytes()
+    cut = tmp_path / 'cut.mcap'
+    cut.write_bytes(data[: len(data) // 2])
+    text = refusal(capsys, cut, '--robot', 'planar_2r')
+    assert 'the file has no end: it was cut off; `mcap recover` may repair it' in text
+    random = np.random.default_rng(0)
+    for size in (1, 8, 9, 50, 300):
+        cut.write_bytes(data[:size])
+        refusal(capsys, cut, '--robot', 'planar_2r')
+    for _ in range(30):
+        broken = bytearray(data)
+        for at in random.integers(0, len(data), 40):
+            broken[at] ^= 255
+        cut.write_bytes(broken)
+        code, _, err = run(capsys, cut, '--robot', 'planar_2r')
+        assert code == 0 or len(err.strip().splitlines()) == 1
+    empty = tmp_path / 'empty.mcap'
+    empty.write_bytes(b'')
+    assert refusal(capsys, empty, '--robot', 'planar_2r') == f'{empty}: is empty'
+    wrong = tmp_path / 'wrong.db3'
+    wrong.write_bytes(data)
+    assert 'is not an sqlite3 bag' in refusal(capsys, wrong, '--robot', 'planar_2r')
+    renamed = tmp_path / 'renamed.csv'
+    renamed.write_bytes(data)
+    assert 'rename it to *.mcap' in refusal(capsys, renamed, '--robot', 'planar_2r')
+    other = tmp_path / 'other.db3'
+    sqlite3.connect(other).execute('create table a (b)')
+    refusal(capsys, other, '--robot', 'planar_2r')
+    (tmp_path / 'folder').mkdir()
+    text = refusal(capsys, tmp_path / 'folder', '--robot', 'planar_2r')
+    assert 'is a directory without metadata.yaml' in text
+    assert 'there is no such file' in refusal(capsys, tmp_path / 'no', '--robot', 'planar_2r')
+    (tmp_path / 'a.doc').write_text('hello')
+    assert 'is not a kind of file' in refusal(capsys, tmp_path / 'a.doc', '--robot', 'planar_2r')
+
+
+def test_a_bag_without_messages_is_refused(tmp_path, capsys, store):
+    bag = write_bag(tmp_path / 'bag', store, [('/joint_states', JOINT_STATE, 0, None)])
+    assert 'no message on /joint_states' in refusal(capsys, bag, '--robot', 'planar_2r')
+
+
+# Tables
+
+
+def test_a_table_of_the_controller_and_a_bag_of_it_are_the_same(capsys):
+    pytest.importorskip('rosbags', reason='needs rosbags')
+    table = recorded('ur3e_rad/rad_ur3e_25hz.csv')
+    bag = recorded('derived_ros2_bags/rad_ur3e_mcap')
+    one = document(capsys, table, '--robot', 'ur3e')
+    other = document(capsys, bag, '--robot', 'ur3e', '--pose-topic', '/reference_pose')
+    assert one['series']['stamp'] == other['series']['stamp']
+    np.testing.assert_allclose(one['series']['position'], other['series']['position'], atol=1e-8)
+    errors = [found['frames']['errors']['position_rms'] for found in (one, other)]
+    assert errors[0] == pytest.approx(errors[1], abs=1e-6)
+    assert errors[0] < 5e-4
+    assert one['frames']['causes'] == other['frames']['causes'] == []
+
+
+def test_columns_are_found_by_what_they_begin_with(tmp_path, capsys):
+    robot = robot_of('planar_2r')
+    t, q, qdot = motion(robot, 50)
+    poses = ks.forward_kinematics(robot, q)
+    lines = ['time;joint1;joint2;speed1;speed2;p_x;p_y;p_z;p_rx;p_ry;p_rz']
+    for k in range(50):
+        angle = float(np.sum(q[k]))
+        cells = [1.7e9 + t[k], *q[k], *qdot[k], *poses[k, :3, 3], 0.0, 0.0, angle]
+        lines.append(';'.join(map(repr, map(float, cells))))
+    file = tmp_path / 'own.csv'
+    file.write_text('\n'.join(lines))
+    columns = 'stamp=time,position=joint,velocity=speed,pose=p_'
+    found = document(capsys, file, '--robot', 'planar_2r', '--columns', columns)
+    assert found['series']['q'] == q.tolist()
+    assert found['series']['qdot'] == qdot.tolist()
+    assert found['frames']['as_given']['position_max'] < 1e-12
+    text = refusal(capsys, file, '--robot', 'planar_2r')
+    assert "no column 'position.q1' for joint 'q1'" in text
+    assert "the header has 'time', 'joint1'" in text
+    text = refusal(capsys, file, '--robot', 'planar_2r', '--columns', 'when=time')
+    assert "'when=time' is not accepted" in text
+
+
+@pytest.mark.parametrize(
+    ('text', 'sentence'),
+    [
+        ('', 'is empty'),
+        ('stamp,position.q1,position.q2\n', 'has a header but no rows'),
+        (
+            'stamp,position.q1,position.q2\n1,2,x\n2,3,4\n',
+            ":2: column 'position.q2': 'x' is not a",
+        ),
+        ('stamp,position.q1,position.q2\nnow,2,3\n', ":2: column 'stamp': 'now' is not a time"),
+        ('stamp,position.q1,position.q2\n1,2\n2,3,4\n', ':2: 2 cells, but the header has 3'),
+        ('stamp,stamp,position.q2\n1,2,3\n', "column 'stamp' is there twice"),
+        ('\xff\xfe', 'is not UTF-8'),
+    ],
+)
+def test_a_bad_table_is_refused_with_its_line(tmp_path, capsys, text, sentence):
+    file = tmp_path / 'bad.csv'
+    file.write_bytes(text.encode('latin-1'))
+    assert sentence in refusal(capsys, file, '--robot', 'planar_2r')
+
+
+def test_nanoseconds_missing_cells_and_a_cut_last_line_do_no_harm(tmp_path, capsys):
+    file = tmp_path / 'run.csv'
+    rows = [f'1700000000.{k:02d}3456789,0.1,{0.1 * k}' for k in range(9)]
+    rows[4] = '1700000000.043456789,,0.4'
+    file.write_text('\n'.join(['stamp,position.q1,position.q2', *rows, '1700000000.1,0.2']))
+    found = document(capsys, file, '--robot', 'planar_2r')
+    assert found['series']['stamp'][0] == 1_700_000_000_003_456_789
+    assert found['messages']['by_outcome']['position not finite'] == 1
+    assert 'line 11, the last one, is cut off' in found['verdict'][-1]['sentence']
+
+
+# Plans
+
+
+def plan(points, names=('q1', 'q2')):
+    """
+    Return a trajectory as `ros2 topic echo` prints it.
+
+    """
+    lines = [
+        'header:',
+        '  stamp:',
+        '    sec: 0',
+        '    nanosec: 0',
+        "  frame_id: ''",
+        'joint_names:',
+    ]
+    lines += [f'- {name}' for name in names] + ['points:']
+    for time, positions, velocities in points:
+        lines += ['- positions:', *(f'  - {value}' for value in positions)]
+        if velocities:
+            lines += ['  velocities:', *(f'  - {value}' for value in velocities)]
+        else:
+            lines += ['  velocities: []']
+        lines += ['  accelerations: []', '  effort: []', '  time_from_start:']
+        lines += [f'    sec: {int(time)}', f'    nanosec: {round(time % 1 * 1e9)}']
+    return '\n'.join([*lines, '---', ''])
+
+
+STRAIGHT = [(0.0, (0.1, 1.0), ()), (1.5, (0.5, -1.0), ())]  # through q2 = 0, between the points
+BENT = [(0.0, (0.1, 1.0), ()), (1.5, (0.5, 2.0), ())]
+
+
+def test_a_plan_that_passes_a_singularity_between_its_points_fails(tmp_path, capsys):
+    file = tmp_path / 'plan.yaml'
+    file.write_text(plan(STRAIGHT))
+    code, out, _ = run(capsys, file, '--robot', 'planar_2r')
+    assert code == 1
+    assert 'The planned motion comes too close to a singularity' in out
+    assert run(capsys, file, '--robot', 'planar_2r', '--fail-on', 'never')[0] == 0
+    file.write_text(plan(BENT))
+    code, out, _ = run(capsys, file, '--robot', 'planar_2r')
+    assert code == 0
+    assert 'keeps away from singular poses' in out
+
+
+def test_yaml_json_and_a_bag_of_a_plan_are_the_same(tmp_path, capsys, store):
+    points = [(0.0, (0.1, 1.0), (0.0, 0.0)), (1.5, (0.5, 0.05), (0.2, 0.1)), (2.0, (0, 1), (0, 0))]
+    yaml, text = tmp_path / 'plan.yaml', tmp_path / 'plan.json'
+    yaml.write_text(plan(points))
+    trajectory = {
+        'joint_names': ['q1', 'q2'],
+        'points': [
+            {'positions': p, 'velocities': v, 'time_from_start': {'sec': 0, 'nanosec': t * 1e9}}
+            for t, p, v in points
+        ],
+    }
+    text.write_text(json.dumps({'trajectory': {'joint_trajectory': trajectory}}))
+    duration = store.types['builtin_interfaces/msg/Duration']
+    message = store.types['trajectory_msgs/msg/JointTrajectory'](
+        header(store, 0),
+        ['q1', 'q2'],
+        [
+            store.types[POINT](
+                np.array(p, float),
+                np.array(v, float),
+                np.zeros(0),
+                np.zeros(0),
+                duration(int(t), round(t % 1 * 1e9)),
+            )
+            for t, p, v in points
+        ],
+    )
+    kind = 'trajectory_msgs/msg/JointTrajectory'
+    bag = write_bag(tmp_path / 'bag', store, [('/plan', kind, BEGIN, message)])
+    one, two, three = (
+        document(capsys, each, '--robot', 'planar_2r') for each in (yaml, text, bag)
+    )
+    assert one['series'] == two['series'] == three['series']
+    assert one['planned']
+    assert one['series']['t'][-1] == pytest.approx(2.0)
+    q, t = np.array(one['series']['q']), np.array(one['series']['t'])
+    for time, positions, _ in points:
+        np.testing.assert_allclose(q[np.argmin(abs(t - time))], positions, atol=1e-9)
+
+
+def test_between_points_runs_the_polynomial_of_its_conditions():
+    times = np.array([0.0, 0.7, 2.0])
+    random = np.random.default_rng(0)
+    p, v, a = random.normal(size=(3, 3, 2))
+    for velocities, accelerations in ((None, None), (v, None), (v, a)):
+        samples = sampled(Planned(('a', 'b'), times, p, velocities, accelerations))
+        for time, position in zip(times, p):
+            k = int(np.argmin(abs(samples.times - time)))
+            np.testing.assert_allclose(samples.positions[k], position, atol=1e-12)
+            if velocities is not None:
+                own = int(np.flatnonzero(times == time)[0])
+                np.testing.assert_allclose(samples.velocities[k], v[own], atol=1e-12)
+        # Velocities are the differences of positions.
+        middle = 0.5 * (samples.velocities[1:] + samples.velocities[:-1])
+        steps = np.diff(samples.positions, axis=0) / np.diff(samples.times)[:, None]
+        same = np.abs(middle - steps) < 1e-3 * np.max(np.abs(v)) + 1e-9
+        assert np.mean(same) > 0.95
+
+
+@pytest.mark.parametrize(
+    ('text', 'sentence'),
+    [
+        ('a: 1\n', 'holds no JointTrajectory'),
+        ('', 'is empty'),
+        (plan([]), 'has no points'),
+        (plan(BENT, ('q1', 'other')), 'does not move q2 of planar_2r; its joints are q1, other'),
+        (plan([(0.0, (1.0,), ())]), 'points[0] has not one position for each joint'),
+        (plan([BENT[0], BENT[0]]), 'points[1] is not later'),
+        (plan([(0.0, ('.nan', 1), ())]), 'positions holds a number that is not finite'),
+        ('joint_names: [a\n', 'plan.yaml:1: not valid YAML of this kind: a bracket'),
+        ('a: &b 1\n', "'&b 1' is not read here"),
+        ('\ta: 1\n', 'a tab'),
+    ],
+)
+def test_a_bad_plan_is_refused_in_a_sentence(tmp_path, capsys, text, sentence):
+    file = tmp_path / 'plan.yaml'
+    file.write_text(text)
+    assert sentence in refusal(capsys, file, '--robot', 'planar_2r')
+
+
+def test_the_fast_reader_agrees_with_a_complete_one():
+    yaml = pytest.importorskip('ruamel.yaml').YAML(typ='safe', pure=True)
+    texts = [
+        plan(STRAIGHT),
+        'a: [1, 2,\n  3]\nb: {c: 1.5, d: [x, "y, z"]}\n',
+        '- - 1\n  - -2e-3\n- - .5\n',
+        'a:\n  b:\n  - c: 1\n    d:\n    - 2\n  e: ~\n',
+        'a: 1 # one\n# two\nb: "c # d"\n',
+        "names: ['a/b', c-d, e.f]\n",
+        '{a: 1, b: [2]}\n',
+    ]
+    for text in texts:
+        complete = [one for one in yaml.load_all(text) if one is not None]
+        assert read_documents(text) == complete, text
+    random = np.random.default_rng(0)
+    letters = list('ab:-[]{},\'"# \n\n  1.\t&*')
+    refusals = []
+    for _ in range(3000):
+        text = ''.join(random.choice(letters, random.integers(1, 40)))
+        try:
+            read_documents(text)
+        except BlockYamlError as error:
+            refusals.append(str(error))
+    assert len(refusals) > 100
+    assert all(re.match(r'\d+: ', refusal) for refusal in refusals)
+
+
+# What is written
+
+
+def test_what_is_written_is_what_the_nodes_builders_write(tmp_path, capsys, store):
+    serialization = pytest.importorskip('rclpy.serialization', reason='needs ROS 2')
+    from kinematics_service.ros.messages import Report, status_message
+    from kinematics_service.ros.settings import defaults, settings_from
+    from kinematics_service.ros.topics import TOPICS
+
+    robot = robot_of('ur3e')
+    samples = sorted(awkward(robot, 7), key=lambda one: one.received)
+    bag = write_bag(tmp_path / 'bag', store, joint_states(store, samples))
+    out = tmp_path / 'out.mcap'
+    assert run(capsys, bag, '--robot', 'ur3e', '--out', out)[0] == 0
+    assert sorted(path.name for path in tmp_path.iterdir()) == ['bag', 'out.mcap']
+    written = read_back(out)
+    settings = settings_from(defaults(robot), robot)
+    expected = {name: [] for name in written}
+    estimator, stale = Estimator(robot, EstimatorSettings()), False
+    for one in samples:
+        if not stale and one.arrival - samples[0].arrival > SECOND:
+            stale = bool(estimator.missing(one.arrival)) and estimator.go_stale(one.arrival)
+        answer = estimator.take(one)
+        if not isinstance(answer, Answer):
+            continue
+        stale = False
+        report = Report(answer, singularity_of(answer.state), settings)
+        for topic in TOPICS:
+            name = topic.name.replace('~', '/kinematics')
+            built = topic.build(report) if name in expected else None
+            if built is not None:
+                expected[name].append((one.received, built))
+        level, say = estimator.judge(report.singularity, one.arrival)
+        if say:
+            notice = notice_of(robot, report.singularity, level, robot.base_frame)
+            status = status_message('kinematics: singularity', notice)
+            expected['/kinematics/singularity/warning'].append((one.received, status))
+    assert len(written) == 10
+    for name, messages in expected.items():
+        read = [
+            (stamp, serialization.deserialize_message(raw, type(messages[0][1])))
+            for stamp, raw in written[name]
+        ]
+        if name.endswith('warning'):
+            stales = [message for _, message in read if message.level == b'\x03']
+            assert len(stales) == 1
+            read = [pair for pair in read if pair[1].level != b'\x03']
+        assert len(read) == len(messages) > 5, name
+        for ours, theirs in zip(read, messages):
+            assert ours == theirs
+
+
+def read_back(path):
+    """
+    Return stamp and bytes of the messages of each topic.
+
+    """
+    from rosbags.highlevel import AnyReader
+
+    written = {}
+    with AnyReader([path]) as reader:
+        for connection, stamp, raw in reader.messages():
+            written.setdefault(connection.topic, []).append((stamp, bytes(raw)))
+    return written
+
+
+class _Page(HTMLParser):
+    def __init__(self, text):
+        super().__init__()
+        self.open, self.attributes, self.words = [], [], []
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        self.attributes += [(tag, *pair) for pair in attrs]
+        if tag not in ('meta', 'br'):
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        if tag not in ('meta', 'br', 'path', 'rect', 'line'):
+            while self.open and self.open[-1] in ('path', 'rect', 'line'):
+                self.open.pop()
+            assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        self.words.append(data)
+
+
+def test_the_page_is_self_contained_and_the_verdict_comes_first(tmp_path, capsys):
+    robot = robot_of('puma560')
+    t, q, qdot = motion(robot, 500, 50.0, 3)
+    names = ','.join([f'position.{n}' for n in robot.joint_names])
+    file, html = tmp_path / 'a<b>.csv', tmp_path / 'page.html'
+    rows = [','.join(map(repr, map(float, [1.7e9 + s, *row]))) for s, row in zip(t, q)]
+    file.write_text('\n'.join([f'stamp,{names}', *rows]))
+    assert run(capsys, file, '--robot', 'puma560', '--html', html)[0] == 0
+    text = html.read_text()
+    assert len(text) < 1_000_000
+    assert '<b>.csv' not in text
+    page = _Page(text)
+    assert not [one for one in page.attributes if one[1] in ('src', 'href', 'xlink:href')]
+    assert not re.search(r'url\(|@import|fetch\(|https?://', text)
+    words = ' '.join(' '.join(page.words).split())
+    verdict = words.index('singular')
+    assert verdict < words.index('Near singularities') < words.index('Joints')
+    assert 'nan' not in words.lower().split()
+    for unit in (', rad', ', deg', ', m', ', m/s', 't, s', ', ms'):
+        assert unit in words
+    assert not re.search(r'd="[^"]*nan', text)
+    again = run(capsys, file, '--robot', 'puma560', '--html', file, code := '--json')
+    assert again[0] == 2
+    assert code
+
+
+def test_exit_codes_say_what_was_asked_for(tmp_path, capsys):
+    robot = robot_of('planar_2r')
+    t, q, _ = motion(robot, 200)
+    q[:, 1] = np.linspace(1.0, -1.0, 200)
+    file = tmp_path / 'run.csv'
+    rows = [f'{1.7e9 + s!r},{a!r},{b!r}' for s, (a, b) in zip(t.tolist(), q.tolist())]
+    file.write_text('\n'.join(['stamp,position.q1,position.q2', *rows]))
+    base = (file, '--robot', 'planar_2r')
+    assert run(capsys, *base)[0] == 0
+    assert run(capsys, *base, '--fail-on', 'stop')[0] == 1
+    assert run(capsys, *base, '--fail-on', 'limits,frames')[0] == 0
+    assert run(capsys, *base, '--fail-on', 'warn', '--warn', '1e-5', '--stop', '1e-6')[0] == 0
+    assert run(capsys, *base, '--fail-on', 'sometimes')[0] == 2
+    assert run(capsys, *base, '--warn', '-1')[0] == 2
+    assert run(capsys, *base, '--timeout', '0')[0] == 2
+    assert run(capsys, file, '--robot', 'nothing')[0] == 2
+    assert math.isfinite(t[-1])
+
+
+def test_importing_the_command_stays_light():
+    import subprocess
+    import sys
+
+    code = 'import kinematics_service.commands.command_line, sys; print(*sys.modules)'
+    loaded = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True)
+    assert not {'rosbags', 'kinematics_service.audit', 'kinematics_service.frame_doctor'} & set(
+        loaded.stdout.split()
+    )

@@ -1,0 +1,186 @@
+"""
+The compiled estimator against its rules in plain Python, bit for bit, over streams of messages.
+
+"""
+
+import math
+from array import array
+
+import numpy as np
+import pytest
+from arms import robot_of
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from plain_estimator import PlainEstimator, same
+from random_robots import random_arm
+
+import kinematics_service as ks
+from kinematics_service import estimator as reasons
+from kinematics_service import kernel
+from kinematics_service.estimator import Accepted, Estimator, EstimatorSettings
+from kinematics_service.joint_sample import JointSample
+
+MILLISECOND = 1_000_000
+SECOND = 1_000_000_000
+START = 100 * SECOND
+
+
+def arms():
+    names = ['planar_2r', 'craig_3r', 'parallelogram_left', 'ur3e', 'offset_stanford_shape']
+    yield from map(robot_of, names)
+    for dof in (1, 2, 5, 9, 12):
+        for convention in ('standard', 'elementary'):
+            yield ks.robot_from_text(random_arm(dof, dof, convention).text())
+
+
+ARMS = tuple(arms())
+
+# Positions that repeat, so that joints stand still, jump away and back, or wrap; and a few that no
+# arm ever has.
+SANE = st.sampled_from([0.0, 0.0004, 0.5, 0.5 + 1e-9, -0.5, 3.1, -3.1, 6.0, 100.0, 1.0 / 3.0])
+INSANE = st.sampled_from([math.nan, math.inf, -math.inf, 1e15, 1.1e15, -1e16, 1e308, -0.0, 5e-324])
+NUMBERS = st.one_of(*[SANE] * 12, st.floats(-10, 10), INSANE)
+VELOCITIES = st.one_of(*[st.floats(-3, 3)] * 15, INSANE)
+# Steps of a publisher's clock: mostly forwards, sometimes repeated, late, or a reset.
+STEPS = st.sampled_from(
+    [10 * MILLISECOND] * 6
+    + [0, 1, -1, -20 * MILLISECOND, 900 * MILLISECOND, SECOND, SECOND + 1, -SECOND, -SECOND - 1]
+    + [5 * SECOND, -60 * SECOND]
+)
+
+
+@st.composite
+def streams(draw, names):
+    """
+    Draw samples of up to three publishers, each with names of its own, over one topic.
+
+    """
+    known = [*names, *('wheel', 'finger')]
+    publishers = []
+    for _ in range(draw(st.integers(1, 3))):
+        order = draw(st.permutations(known))
+        count = draw(st.sampled_from([len(order), len(order), max(1, len(order) // 2)]))
+        publishers.append(tuple(order[:count]))
+    stamp = arrival = START
+    samples = []
+    for _ in range(draw(st.integers(1, 12))):
+        step = draw(STEPS)
+        stamp, arrival = stamp + step, arrival + abs(step)
+        listed = draw(st.sampled_from(publishers))
+        if draw(st.integers(0, 30)) == 0:
+            listed = (*listed, draw(st.sampled_from(known)))
+        count = len(listed) if draw(st.integers(0, 20)) else draw(st.integers(0, 3))
+        moving = draw(st.sampled_from([0, 0, len(listed), len(listed), 1]))
+        samples.append(
+            JointSample(
+                listed,
+                draw(st.lists(NUMBERS, min_size=count, max_size=count)),
+                draw(st.lists(VELOCITIES, min_size=moving, max_size=moving)),
+                0 if draw(st.integers(0, 15)) == 0 else stamp,
+                arrival + 7,
+                arrival,
+            )
+        )
+    return samples
+
+
+@st.composite
+def cases(draw):
+    robot = draw(st.sampled_from(ARMS))
+    prefix = draw(st.sampled_from(['', '', 'left_']))
+    setting = EstimatorSettings(
+        prefix,
+        draw(st.sampled_from(reasons.VELOCITY_SOURCES)),
+        draw(st.sampled_from([SECOND, SECOND, 50 * MILLISECOND])),
+    )
+    return robot, setting, draw(streams([prefix + name for name in robot.joint_names]))
+
+
+def known_alike(one, plain, arrival):
+    assert one.counts == plain.counts
+    assert one.missing(arrival) == plain.missing(arrival)
+    assert one.age(arrival) == plain.age(arrival)
+    assert one.disputed(arrival) == plain.disputed(arrival)
+    assert one._table.newest() == plain.newest()
+
+
+@settings(max_examples=250, deadline=None)
+@given(case=cases(), depth=st.sampled_from([kernel.JACOBIAN, kernel.ALL_FRAMES]))
+def test_every_answer_is_that_of_the_plain_rules(case, depth):
+    robot, setting, samples = case
+    one, plain = Estimator(robot, setting), PlainEstimator(robot, setting)
+    for sample in samples:
+        outcome = one.take(sample, depth)
+        assert same(outcome, plain.take(sample, depth)), outcome
+        known_alike(one, plain, sample.arrival)
+
+
+@settings(max_examples=100, deadline=None)
+@given(case=cases())
+def test_accepting_alone_follows_the_same_rules(case):
+    robot, setting, samples = case
+    one, plain = Estimator(robot, setting), PlainEstimator(robot, setting)
+    both = Estimator(robot, setting)
+    for sample in samples:
+        outcome = one.accept(sample)
+        assert same(outcome, plain.accept(sample)), outcome
+        known_alike(one, plain, sample.arrival)
+        # And so does `take`, whose answers are of the same joints.
+        answer = both.take(sample)
+        if isinstance(outcome, Accepted) and not isinstance(answer, reasons.Refusal):
+            assert np.array_equal(answer.state.q, outcome.q)
+            assert answer[2:] == outcome[2:]
+
+
+@pytest.mark.parametrize('step', [0.0, 0.1, 3.0, math.pi, -math.pi, 3.2, -3.2, 2 * math.pi, 1e15])
+def test_the_shortest_angle_is_the_ieee_remainder(step):
+    for x in (step, np.nextafter(step, 9e15), np.nextafter(step, -9e15), 7 * step, -step):
+        found = kernel._shortest_angle(float(x))
+        assert found == math.remainder(x, math.tau)
+        assert math.copysign(1.0, found) == math.copysign(1.0, math.remainder(x, math.tau))
+
+
+@pytest.mark.parametrize(
+    'form', [list, tuple, np.array, lambda x: array('d', x), np.float32, lambda x: frozen(x)]
+)
+def test_numbers_are_taken_in_every_form(form):
+    robot = robot_of('craig_3r')
+    one, plain = (make(robot, EstimatorSettings()) for make in (Estimator, PlainEstimator))
+    numbers = form([0.25, -0.5, 1.5])
+    sample = JointSample(robot.joint_names, numbers, numbers, START, START, START)
+    assert same(one.take(sample), plain.take(sample))
+
+
+def frozen(numbers):
+    array = np.array(numbers)
+    array.setflags(write=False)
+    return array
+
+
+def test_a_shallow_answer_is_the_deep_one_without_its_frames():
+    robot = robot_of('ur5e')
+    q = [0.1 * j for j in range(6)]
+    sample = JointSample(robot.joint_names, q, q, START, START, START)
+    shallow = Estimator(robot, EstimatorSettings()).take(sample, kernel.JACOBIAN)
+    deep = Estimator(robot, EstimatorSettings()).take(sample)
+    width = len(shallow.state.numbers)
+    assert np.array_equal(shallow.state.numbers, deep.state.numbers[:width])
+    assert deep.state.link_frames.shape == (7, 4, 4)
+    assert np.array_equal(shallow.quaternion_xyzw, deep.quaternion_xyzw)
+
+
+def test_another_timeout_and_source_count_from_the_next_message_on():
+    robot = robot_of('planar_2r')
+    one = Estimator(robot, EstimatorSettings())
+    q = [0.1, 0.2]
+
+    def take(at, velocities=(1.0, 2.0)):
+        return one.take(JointSample(robot.joint_names, q, velocities, at, at, at))
+
+    assert take(START).velocity_source == 'message'
+    one.configure(robot, EstimatorSettings('', 'difference', 20 * MILLISECOND))
+    assert take(START + 10 * MILLISECOND).velocity_source == 'difference'
+    assert take(START + 40 * MILLISECOND).velocity_source == 'none'
+    assert one.counts[reasons.RESETS] == 0
+    take(START + 10 * MILLISECOND)
+    assert one.counts[reasons.RESETS] == 1
