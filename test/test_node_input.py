@@ -485,7 +485,7 @@ def test_an_error_of_our_own_is_counted_and_the_node_goes_on(arm, capfd):
     one.answer(Q)
     take = one.node._estimator.take
 
-    def broken(sample):
+    def broken(sample, depth):
         one.node._estimator.take = take
         raise RuntimeError('made for the test')
 

@@ -22,7 +22,7 @@ from .diagnostics import INTERNAL_ERROR
 from .health import Health
 from .input import Input
 from .messages import Report, status_message
-from .outputs import Outputs
+from .outputs import Outputs, depth_of
 from .parameters import NodeParameters
 from .robot_description import RobotDescription
 from .settings import Settings
@@ -150,7 +150,8 @@ class KinematicsNode(Node):
 
     def _answer(self, sample: JointSample) -> None:
         resets = self._estimator.counts[RESETS]
-        outcome = self._estimator.take(sample)
+        heard = self._outputs.heard()
+        outcome = self._estimator.take(sample, depth_of(heard))
         if self._estimator.counts[RESETS] != resets:
             self._grid.forget()
             if self._throttle.passes(RESETS):
@@ -165,7 +166,7 @@ class KinematicsNode(Node):
         self._health.velocity_source = outcome.velocity_source
         report = Report(outcome, singularity_of(outcome.state), self.settings)
         if self._grid.passes(outcome.stamp, self.settings.period):
-            self._outputs.publish(report, self._outputs.heard())
+            self._outputs.publish(report, heard)
         self._warn(report.singularity, sample.arrival)
 
     def _present(self) -> Answer | str:

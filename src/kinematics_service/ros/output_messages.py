@@ -82,8 +82,10 @@ def twist_numbers(report: Report) -> Floats | None:
 
     """
     state = report.answer.state
-    if state.qdot is None:
+    if not state.moving:
         return None
+    if report.settings.twist_frame == 'base':
+        return state.twist
     return in_axes(state, state.twist[:, None], report.settings.twist_frame)[:, 0]
 
 

@@ -14,6 +14,7 @@ from rclpy.qos_overriding_options import QoSOverridingOptions
 from .. import kernel
 from .messages import Report, transform_message
 from .settings import Settings
+from .stamp_grid import StampGrid
 from .topics import OUTPUT_QOS, TOPICS, Topic, sample_report
 from .wire_template import Template
 
@@ -28,12 +29,15 @@ class Channel(NamedTuple):
         Returns how many listen.
     publisher, topic, template
         The template is None where messages are built.
+    grid
+        Thins out a topic that not every report goes to.
 
     """
 
     listeners: Callable[[], int]
     publisher: Publisher
     topic: Topic
+    grid: StampGrid
     template: Template | None = None
 
     def send(self, report: Report) -> None:
@@ -42,6 +46,8 @@ class Channel(NamedTuple):
 
         """
         topic, template = self.topic, self.template
+        if topic.period and not self.grid.passes(report.answer.stamp, topic.period):
+            return
         if template is None:
             message = topic.build(report)
             if message is not None:
@@ -123,7 +129,7 @@ def _channel(node: Node, topic: Topic) -> Channel:
         qos_overriding_options=QoSOverridingOptions.with_default_policies(),
     )
     # Of the handle, not of the publisher: asked for every topic at every message.
-    return Channel(publisher.handle.get_subscription_count, publisher, topic)
+    return Channel(publisher.handle.get_subscription_count, publisher, topic, StampGrid())
 
 
 def _template(topic: Topic, sample: Report) -> Template | None:

@@ -75,6 +75,8 @@ class Topic:
         of a report, and the message of a stamp (ns), numbers and settings.
     depth
         What the kernel must have computed.
+    period : ns
+        Least difference of stamps between two messages; 0: every report.
 
     """
 
@@ -84,6 +86,7 @@ class Topic:
     numbers: Callable[[Report], Floats | None] | None = None
     make: Callable[[int, Floats, Settings], Any] | None = None
     depth: int = kernel.JACOBIAN
+    period: int = 0
 
 
 def _of_numbers(
@@ -128,7 +131,8 @@ TOPICS = (
     _of_numbers(
         '~/link_frames', PoseArray, link_frames_numbers, link_frames_message, kernel.ALL_FRAMES
     ),
-    Topic('~/markers', MarkerArray, _markers, depth=kernel.ALL_FRAMES),
+    # For eyes: some fifty markers are a hundred times the work of a pose.
+    Topic('~/markers', MarkerArray, _markers, depth=kernel.ALL_FRAMES, period=33_000_000),
 )
 
 

@@ -55,7 +55,7 @@ class Page:
         self.robot = robot
         self._server = server
         self._wish: Floats | None = None
-        self._last: tuple[Observation, str] | None = None
+        self._in_hand = True
         gui = server.gui
         gui.configure_theme(
             control_layout='fixed', control_width='large', show_logo=False, show_share_button=False
@@ -117,8 +117,7 @@ class Page:
         Show joint positions on the sliders, which nobody can move then.
 
         """
-        self.sliders.enable(False)
-        self._enable_buttons(False)
+        self._change_hands(False)
         self.sliders.jump(q)
 
     def lead(self) -> tuple[Floats, Floats | None]:
@@ -126,8 +125,7 @@ class Page:
         Return what the sliders say, q and qdot, and let people move them.
 
         """
-        self.sliders.enable(True)
-        self._enable_buttons(True)
+        self._change_hands(True)
         wish, self._wish = self._wish, None
         if wish is not None:
             self.sliders.jump(wish)
@@ -135,10 +133,14 @@ class Page:
         q = self.sliders.positions
         return q, self.sliders.velocities(q)
 
-    def _enable_buttons(self, enabled: bool) -> None:
+    def _change_hands(self, people: bool) -> None:
+        if people == self._in_hand:
+            return
+        self._in_hand = people
+        self._drawing.clear_trail()
+        self.sliders.enable(people)
         for button, _ in self._buttons:
-            if button.disabled == enabled:
-                button.disabled = not enabled
+            button.disabled = not people
 
     def show(self, seen: Observation, status: str) -> None:
         """

@@ -35,7 +35,8 @@ STYLE = """<style>
 .kin .bar.low{margin-bottom:3px;height:6px}
 .kin .fill{height:100%;min-width:4px;border-radius:3px}
 .kin .mark{position:absolute;top:-2px;bottom:-2px;border-left:2px solid currentColor}
-.kin .mark span{position:absolute;top:12px;left:-6px;font-size:9px;opacity:.8}
+.kin .mark span{position:absolute;top:12px;left:-6px;font-size:9px;opacity:.8;
+white-space:nowrap}
 .kin .pin{position:absolute;top:-3px;width:4px;height:12px;margin-left:-2px;border-radius:2px}
 .kin .pair{display:flex;justify-content:space-between;gap:8px}
 </style>"""

@@ -16,6 +16,7 @@ from ..robot import Robot
 from ..singular_pose import singular_poses
 from ..singularities import singularity
 from ..task import seeded_poses
+from .scene import short_names
 
 STEP = 0.001
 # Velocities are differences over so many seconds.
@@ -95,7 +96,8 @@ class Sliders:
         start = np.round(regular_pose(robot, self.ranges), 3)
         start = np.clip(start, self.ranges[:, 0], self.ranges[:, 1])
         self._handles = []
-        for j, (name, kind) in enumerate(zip(robot.joint_names, robot.joint_types)):
+        names = short_names(robot.joint_names)
+        for j, (name, kind) in enumerate(zip(names, robot.joint_types)):
             low, high = self.ranges[j].tolist()
             unit = 'm' if kind == 'prismatic' else 'rad'
             limited = bool(np.all(np.isfinite(robot.limits[j])))
