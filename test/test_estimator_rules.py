@@ -37,7 +37,9 @@ ARMS = tuple(arms())
 
 # Positions that repeat, so that joints stand still, jump away and back, or wrap; and a few that no
 # arm ever has.
-SANE = st.sampled_from([0.0, 0.0004, 0.5, 0.5 + 1e-9, -0.5, 3.1, -3.1, 6.0, 100.0, 1.0 / 3.0])
+SANE = st.sampled_from(
+    [0.0, 0.0004, 0.5, 0.5 + 1e-9, 0.45, 0.4, -0.5, 3.1, -3.1, 6.0, 100.0, 1.0 / 3.0]
+)
 INSANE = st.sampled_from([math.nan, math.inf, -math.inf, 1e15, 1.1e15, -1e16, 1e308, -0.0, 5e-324])
 ODD = st.one_of(SANE, st.floats(-10, 10), INSANE)
 RATES = st.sampled_from([0.0, 1.0, -2.0, 1e-3, 1.0 / 3.0])
@@ -103,6 +105,10 @@ def known_alike(one, plain, arrival):
     assert one.age(arrival) == plain.age(arrival)
     assert one.disputed(arrival) == plain.disputed(arrival)
     assert one._table.newest() == plain.newest()
+    jumps = one._table._whole_rows[kernel.JUMP_COUNT].tolist()
+    assert [min(count, 16) for count in jumps] == [
+        len(joint.jumps) for joint in plain.joints.values()
+    ]
 
 
 @settings(max_examples=250, deadline=None)

@@ -33,6 +33,16 @@ def compiled(function: Function) -> Function:
     return _compiled_with(function, _OPTIONS)
 
 
+def compiled_for_one(function: Function) -> Function:
+    """
+    Return `function` compiled for calls of a microsecond: it keeps the interpreter's lock.
+
+    Letting go of it costs time, and another thread may then keep it for milliseconds.
+
+    """
+    return _compiled_with(function, {**_OPTIONS, 'nogil': False})
+
+
 def compiled_to_the_letter(function: Function) -> Function:
     """
     Return `function` compiled so that its numbers are those of plain Python to the last bit.
@@ -392,8 +402,8 @@ def _evaluate_one(
     rows: Floats,
     k_row: int,
     k_rate: int,
-    q_at: int = 0,
-    rate_at: int = 0,
+    q_at: int,
+    rate_at: int,
 ) -> float:
     # Fills a row; what it returns is finite if all of the row is. q and qdot begin in column q_at
     # and rate_at of their rows.
@@ -534,12 +544,14 @@ def evaluate(
             if not (math.isfinite(q[k, j]) and math.isfinite(qdot[k * step, j])):
                 return k
         # Arrays and indices rather than slices: a slice costs reference counting.
-        if not math.isfinite(_evaluate_one(integers, numbers, q, qdot, depth, rows, k, k * step)):
+        if not math.isfinite(
+            _evaluate_one(integers, numbers, q, qdot, depth, rows, k, k * step, 0, 0)
+        ):
             return k
     return -1
 
 
-@compiled
+@compiled_for_one
 def evaluate_one(arm: Floats, q: Floats, qdot: Floats, row: Floats) -> int:
     """
     Fill one row as `evaluate` does, and after it q, qdot and, once more, the quaternion.
@@ -679,13 +691,13 @@ def _orthogonalise(A: Floats, V: Floats, count: int, length: int) -> None:
     for _ in range(MAX_SWEEPS):
         worst = 0.0
         for turn in range(last):
-            if last < count:
-                worst = max(worst, _turn_pair(A, V, turn, last, count, length))
-            i, j = turn, turn
-            for _ in range((last - 1) // 2):
+            i, j = turn, last
+            for _ in range((last + 1) // 2):
+                if j < count:
+                    worst = max(worst, _turn_pair(A, V, min(i, j), max(i, j), count, length))
                 i = i + 1 if i + 1 < last else 0
+                j = turn if j == last else j
                 j = j - 1 if j > 0 else last - 1
-                worst = max(worst, _turn_pair(A, V, min(i, j), max(i, j), count, length))
         # Convergence is quadratic at the end: the next sweep would find nothing to turn.
         if worst <= SETTLED:
             return
@@ -906,32 +918,32 @@ def _measure_one(
     sigma = measures[sigma_at : sigma_at + count]
 
     structural = generic_rank < count
-    if structural or m != n:
-        # The product of unscaled singular values; with fewer joints than rows the Gram
-        # determinant of the joints' columns.
+    measures[DETERMINANT] = math.nan
+    # First unscaled, where the product of singular values is wanted and no determinant says it;
+    # then scaled: J_t = sum_i sigma_i left_i right_i^T. One place for both: less to compile.
+    for scaled in range(0 if structural or m != n else 1, 2):
         _fill_task_rows(integers, task_integers, task_numbers, row, A, V)
+        if scaled == 1:
+            if m == n and not structural:
+                for i in range(m):
+                    for j in range(n):
+                        Y[i, j] = A[i, j]
+                measures[DETERMINANT] = _determinant(Y, m)
+            _scale_task_rows(task_numbers, m, n, A)
+        # The largest first: fewer sweeps.
+        _sort_by_norm(A, V, sigma, count, length)
         _orthogonalise(A, V, count, length)
         _sort_by_norm(A, V, sigma, count, length)
-        product = 1.0
-        for i in range(generic_rank):
-            product *= sigma[i]
-        measures[MANIPULABILITY] = product
-    # J_t scaled = sum_i sigma_i left_i right_i^T
-    _fill_task_rows(integers, task_integers, task_numbers, row, A, V)
-    measures[DETERMINANT] = math.nan
-    if task_integers[SQUARE] == 1:
-        measures[DETERMINANT] = 0.0
-        if not structural:
-            for i in range(m):
-                for j in range(n):
-                    Y[i, j] = A[i, j]
-            measures[DETERMINANT] = _determinant(Y, m)
+        if scaled == 0:
+            # With fewer joints than rows the Gram determinant of the joints' columns.
+            measures[MANIPULABILITY] = 1.0
+            for i in range(generic_rank):
+                measures[MANIPULABILITY] *= sigma[i]
+    if m == n:
+        if structural:
+            measures[DETERMINANT] = 0.0
+        else:
             measures[MANIPULABILITY] = abs(measures[DETERMINANT])
-    _scale_task_rows(task_numbers, m, n, A)
-    # The largest first: fewer sweeps.
-    _sort_by_norm(A, V, sigma, count, length)
-    _orthogonalise(A, V, count, length)
-    _sort_by_norm(A, V, sigma, count, length)
 
     rank = 0
     for i in range(count):
@@ -1080,7 +1092,7 @@ def measure(arm: Floats, rows: Floats, q: Floats, measures: Floats) -> None:
         _judge_one(arm, rows[k], q[k], measures[k], work, steps)
 
 
-@compiled
+@compiled_for_one
 def measure_one(arm: Floats, row: Floats, measures: Floats) -> None:
     """
     Fill `measures` for one row, after which its q stands: as `evaluate_one` filled it.
@@ -1358,7 +1370,7 @@ def _continuous_quaternion(memory: Floats, whole: Integers, row: Floats, at: int
     whole[NEW_TOOL] = 0
 
 
-@compiled
+@compiled_for_one
 def observe(
     arm: Floats,
     memory: Floats,
@@ -2079,7 +2091,7 @@ def _refine_one(
     g, step, trial = work[n, :n], work[n + 1, :n], work[n + 2 : n + 3, :n]
     error = work[n + 3, :6]
     trial[0] = q
-    _evaluate_one(integers, numbers, trial, rest, JACOBIAN, rows, 0, 0)
+    _evaluate_one(integers, numbers, trial, rest, JACOBIAN, rows, 0, 0, 0, 0)
     square = _miss(aim, rows[0], error)
     length = max(aim[AIM_WEIGHTS + 3], aim[AIM_WEIGHTS + 4], aim[AIM_WEIGHTS + 5], 1e-3)
     enough = (ROUND_OFF * length) ** 2
@@ -2124,7 +2136,7 @@ def _refine_one(
             trial[0, j] = value
         if moved == 0.0:
             break
-        _evaluate_one(integers, numbers, trial, rest, JACOBIAN, rows, 0, 0)
+        _evaluate_one(integers, numbers, trial, rest, JACOBIAN, rows, 0, 0, 0, 0)
         new = _miss(aim, rows[0], error)
         if new < square:
             slow = slow + 1 if new > (1.0 - SLOW) * square else 0
@@ -2218,7 +2230,7 @@ def free_motions(
     rows = np.empty((1, integers[FRAMES_AT]))
     columns = np.empty((n, 6))
     for k in range(q.shape[0]):
-        _evaluate_one(integers, numbers, q[k : k + 1], rest, JACOBIAN, rows, 0, 0)
+        _evaluate_one(integers, numbers, q[k : k + 1], rest, JACOBIAN, rows, 0, 0, 0, 0)
         _weighted_columns(aim, rows[0], scales, columns)
         V = motions[k]
         for i in range(n):
@@ -2236,7 +2248,7 @@ def parts_of_error(integers: Integers, numbers: Floats, aim: Floats, q: Floats) 
     """
     error = np.empty(6)
     rows = np.empty((1, integers[FRAMES_AT]))
-    _evaluate_one(integers, numbers, q, np.zeros(q.shape), POSE, rows, 0, 0)
+    _evaluate_one(integers, numbers, q, np.zeros(q.shape), POSE, rows, 0, 0, 0, 0)
     _miss(aim, rows[0], error)
     length = max(aim[AIM_WEIGHTS + 3], aim[AIM_WEIGHTS + 4], aim[AIM_WEIGHTS + 5])
     angular = math.sqrt(error[3] ** 2 + error[4] ** 2 + error[5] ** 2)
@@ -2485,7 +2497,7 @@ def pivots(
     rows = np.empty((1, integers[FRAMES_AT]))
     columns = np.empty((n, 6))
     for k in range(q.shape[0]):
-        _evaluate_one(integers, numbers, q[k : k + 1], rest, JACOBIAN, rows, 0, 0)
+        _evaluate_one(integers, numbers, q[k : k + 1], rest, JACOBIAN, rows, 0, 0, 0, 0)
         _weighted_columns(aim, rows[0], scales, columns)
         shares[k] = _least_pivot(columns, n, 6) if n <= 6 else 0.0
 

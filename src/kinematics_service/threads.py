@@ -9,7 +9,7 @@ import os
 import threading
 from collections.abc import Callable
 
-# A part of a batch is worth a thread from here on: starting one costs some 50 us.
+# Rows of a part: a few milliseconds of work, where starting a thread costs some 50 us.
 LEAST_PART = 10_000
 
 
@@ -26,7 +26,7 @@ def cores() -> int:
 
 def in_parts(count: int, work: Callable[[int, int], int]) -> int:
     """
-    Do `work(begin, end)` for all of `count` rows, in a thread for each core where it pays.
+    Do `work(begin, end)` for all of `count` rows, part by part, on all cores where it pays.
 
     Returns -1, or the least row that a part returned: where the first thing went wrong.
 
@@ -38,23 +38,26 @@ def in_parts(count: int, work: Callable[[int, int], int]) -> int:
         Does rows begin to end and returns -1, or the row where it stopped.
 
     """
-    parts = max(1, min(cores(), count // LEAST_PART))
-    if parts == 1:
+    parts = count // LEAST_PART
+    workers = min(cores(), parts)
+    if workers < 2:
         return work(0, count)
     bounds = [count * k // parts for k in range(parts + 1)]
     found = [-1] * parts
     errors: list[BaseException] = []
+    left = iter(range(parts))  # whoever is done takes the next: a busy core holds nobody up
 
-    def run(k: int) -> None:
+    def run() -> None:
         try:
-            found[k] = work(bounds[k], bounds[k + 1])
+            for k in left:
+                found[k] = work(bounds[k], bounds[k + 1])
         except BaseException as error:  # handed to the caller below
             errors.append(error)
 
-    threads = [threading.Thread(target=run, args=(k,), daemon=True) for k in range(1, parts)]
+    threads = [threading.Thread(target=run, daemon=True) for _ in range(workers - 1)]
     for thread in threads:
         thread.start()
-    run(0)
+    run()
     for thread in threads:
         thread.join()
     if errors:

@@ -25,7 +25,7 @@ POSES = {
     'geometry_msgs/msg/PoseWithCovarianceStamped': lambda message: message.pose.pose,
 }
 SECOND = 1_000_000_000
-INSTALL = "bags need the package rosbags: pip install 'kinematics_service[bag]'"
+INSTALL = "bags need rosbags: pip install '.[bag]' in its checkout, or pip install rosbags"
 MOST_LISTED = 20
 MAGIC = {
     '.mcap': (b'\x89MCAP0\r\n', 'an MCAP file'),

@@ -71,7 +71,7 @@ def open_writer(file: Path, robot: Robot, joint_prefix: str) -> Iterator['BagWri
         from rosbags.rosbag2 import StoragePlugin, Writer
     except ImportError:
         raise AuditError(
-            "--out needs the package rosbags: pip install 'kinematics_service[bag]'"
+            "--out needs rosbags: pip install '.[bag]' in its checkout, or pip install rosbags"
         ) from None
     try:
         folder = Path(tempfile.mkdtemp(prefix=f'.{file.name}.', dir=file.parent))

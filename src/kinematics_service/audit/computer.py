@@ -180,7 +180,9 @@ class Computer:
             'quaternion_xyzw': quaternion,
             'twist': np.where(moving[:, None], state.twist, np.nan),
             'time_to_warning': np.where(moving, singularity.time_to_warning, np.nan),
-            'factors': np.zeros((len(known), 0)) if factors is None else factors.distances,
+            'factors': np.zeros((len(known), 0))
+            if factors is None
+            else np.array(factors.distances),
             'levels': levels,
             'silent': silent,
         }

@@ -156,7 +156,15 @@ def _frames(audit: Audit) -> dict[str, Any] | None:
         'tool_offset': offset_of(diagnosis.tool_offset),
         'undetermined': diagnosis.undetermined,
         'causes': [
-            {**dataclasses.asdict(cause), 'errors': cause.errors._asdict()}
+            {
+                'key': cause.key,
+                'sentence': cause.sentence,
+                'value': cause.value,
+                'ratio': cause.ratio,
+                'errors': cause.errors._asdict(),
+                'base_offset': offset_of(cause.base_offset),
+                'tool_offset': offset_of(cause.tool_offset),
+            }
             for cause in diagnosis.causes
         ],
     }

@@ -11,7 +11,7 @@ import numpy as np
 from ..joint_table import LIMIT_SLACK
 from ..kernel import Floats
 from ..robot import Robot
-from .block import Flags
+from .block import Flags, Times
 from .timeline import Timeline
 
 # A step is a jump where it exceeds, by so much (rad, m), what three times the larger reported
@@ -28,6 +28,8 @@ MOST_JUMPS = 100
 LAGS, LAG_ROWS = 12, 50_000
 # A lag is believed where it takes this share of the difference away, and a scale likewise.
 BELIEVED = 0.6
+# Differences below this share of the speed need no explanation; scales this near to 1 are none.
+WORTH, SAME_SCALE = 0.002, 0.05
 # Slower than this (rad/s, m/s; RMS) there is nothing to compare.
 STILL = 1e-3
 
@@ -50,8 +52,8 @@ class VelocityCheck(NamedTuple):
 
     Attributes
     ----------
-    rms, worst
-        Of their difference; `row` is where it is worst.
+    rms, typical, worst
+        RMS, median and largest of their difference; `row` is where it is worst.
     speed
         RMS of the differences themselves.
     lag : s
@@ -62,6 +64,7 @@ class VelocityCheck(NamedTuple):
     """
 
     rms: float
+    typical: float
     worst: float
     row: int
     speed: float
@@ -158,9 +161,9 @@ def _unwrapped(robot: Robot, timeline: Timeline, j: int) -> Floats:
     return np.unwrap(q) if robot.continuous[j] else q
 
 
-def _steady(timeline: Timeline) -> Flags:
+def _steady(stamps: Times) -> Flags:
     # Whether each state follows the one before it within a time that means something.
-    steps = np.diff(timeline.stamps)
+    steps = np.diff(stamps)
     forwards = steps[steps > 0]
     longest = 5.0 * float(np.median(forwards)) if len(forwards) else 0.0
     steady: Flags = (steps > 0) & (steps <= longest)
@@ -172,7 +175,7 @@ def jumps_of(robot: Robot, timeline: Timeline) -> tuple[int, tuple[Jump, ...]]:
     Return how many jumps there are, and the first of them.
 
     """
-    steady = _steady(timeline)
+    steady = _steady(timeline.stamps)
     intervals = np.diff(timeline.stamps) * 1e-9
     found: list[Jump] = []
     for j in range(robot.dof):
@@ -194,10 +197,15 @@ def jumps_of(robot: Robot, timeline: Timeline) -> tuple[int, tuple[Jump, ...]]:
 
 def _velocity_check(timeline: Timeline, q: Floats, j: int) -> VelocityCheck | None:
     reported = np.where(timeline.differenced, np.nan, timeline.qdot[:, j])
-    use = _steady(timeline) & ~np.isnan(reported[1:]) & ~np.isnan(reported[:-1])
+    # Where neither changes, the joint stood still or was in none of the messages.
+    news = np.flatnonzero(
+        (np.diff(q, prepend=np.nan) != 0.0) | (np.diff(reported, prepend=np.nan) != 0.0)
+    )
+    q, reported, stamps, t = q[news], reported[news], timeline.stamps[news], timeline.t[news]
+    use = _steady(stamps) & ~np.isnan(reported[1:]) & ~np.isnan(reported[:-1])
     if np.sum(use) < 4:
         return None
-    intervals = np.diff(timeline.stamps) * 1e-9
+    intervals = np.diff(stamps) * 1e-9
     safe = np.where(use, intervals, 1.0)
     # The mean velocity of an interval against the mean of its ends: right to second order.
     mean = np.where(use, np.diff(q) / safe, 0.0)
@@ -207,14 +215,22 @@ def _velocity_check(timeline: Timeline, q: Floats, j: int) -> VelocityCheck | No
     if speed < STILL:
         return None
     rms = math.sqrt(float(np.sum(off**2)) / float(np.sum(use)))
+    typical = float(np.median(off[use]))
     worst = int(np.argmax(off))
+    scale = lag = 0.0
+    if rms > WORTH * speed:
+        scale = _scale(mean, ends, use, rms)
+        lag = 0.0 if scale else _lag(t, mean, reported, use, rms)
+    return VelocityCheck(
+        rms, typical, float(off[worst]), int(news[worst + 1]), speed, lag, scale or 1.0
+    )
+
+
+def _scale(mean: Floats, ends: Floats, use: Flags, rms: float) -> float:
+    # By which factor the reported velocities are too large, 0 where none explains them.
     scale = float(np.sum(ends * mean) / np.sum(mean**2))
-    if np.sum((ends - scale * mean)[use] ** 2) > (BELIEVED * rms) ** 2 * np.sum(use):
-        scale = 1.0
-    lag = 0.0
-    if scale == 1.0:
-        lag = _lag(timeline.t, mean, reported, use, rms)
-    return VelocityCheck(rms, float(off[worst]), worst + 1, speed, lag, scale)
+    left = math.sqrt(float(np.mean((ends - scale * mean)[use] ** 2)))
+    return scale if left < BELIEVED * rms and abs(scale - 1.0) > SAME_SCALE else 0.0
 
 
 def _lag(t: Floats, mean: Floats, reported: Floats, use: Flags, rms: float) -> float:

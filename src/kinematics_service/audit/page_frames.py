@@ -3,11 +3,11 @@ What the audit page says of a second source of poses.
 
 """
 
-import math
 from html import escape
 
 import numpy as np
 
+from ..frame_doctor.errors import in_degrees, in_mm
 from ..kernel import Floats
 from ..rigid_motion import roll_pitch_yaw
 from .auditing import Audit
@@ -30,11 +30,12 @@ def frame_section(audit: Audit) -> str:
         _errors('with a constant base and tool offset', diagnosis.errors),
     ]
     rows += [_errors(f'and undone: {cause.sentence}', cause.errors) for cause in diagnosis.causes]
+    # Offsets mean something only where the cause is undone.
+    best = diagnosis.cause or diagnosis
+    undone = ', that undone' if diagnosis.cause else ''
     offsets = [
-        _offset(
-            'base offset (the table&#39;s base in the frame of the source)', diagnosis.base_offset
-        ),
-        _offset('tool offset (the source&#39;s tool in that of the table)', diagnosis.tool_offset),
+        _offset('base offset (the table&#39;s base in the frame of the source)', best.base_offset),
+        _offset('tool offset (the source&#39;s tool in that of the table)', best.tool_offset),
     ]
     free = ''
     if diagnosis.undetermined:
@@ -51,7 +52,7 @@ def frame_section(audit: Audit) -> str:
             rows,
             (1, 2, 3, 4),
         )
-        + table(['offset', 'x y z, mm', 'roll pitch yaw, &deg;'], offsets, (1, 2))
+        + table([f'offset{undone}', 'x y z, mm', 'roll pitch yaw, &deg;'], offsets, (1, 2))
         + free
         + frame_charts(audit, report)
     )
@@ -61,10 +62,10 @@ def _errors(name: str, errors: tuple[float, float, float, float]) -> list[str]:
     p_rms, p_max, r_rms, r_max = errors
     return [
         escape(name),
-        f'{1e3 * p_rms:.3g} mm',
-        f'{1e3 * p_max:.3g} mm',
-        f'{math.degrees(r_rms):.3g}&deg;',
-        f'{math.degrees(r_max):.3g}&deg;',
+        in_mm(p_rms),
+        in_mm(p_max),
+        in_degrees(r_rms),
+        in_degrees(r_max),
     ]
 
 

@@ -22,10 +22,8 @@ def table(headers: Sequence[str], rows: Iterable[Sequence[str]], numbers: Sequen
         )
 
     body = ''.join(f'<tr>{cells("td", row)}</tr>\n' for row in rows)
-    return (
-        f'<div class="wide"><table><thead><tr>{cells("th", headers)}</tr></thead>\n'
-        f'<tbody>{body}</tbody></table></div>\n'
-    )
+    head = f'<thead><tr>{cells("th", headers)}</tr></thead>\n' if any(headers) else ''
+    return f'<div class="wide"><table>{head}<tbody>{body}</tbody></table></div>\n'
 
 
 def more_of(number: int) -> str:

@@ -220,7 +220,7 @@ def _velocities(audit: Audit) -> list[Sentence]:
             continue
         unit = 'm/s' if joint.sliding else 'rad/s'
         text = ''
-        if check.scale != 1.0 and abs(check.scale - 1.0) > 0.05:
+        if check.scale != 1.0:
             text = f'are {check.scale:.3g} times what its positions say'
             if abs(check.scale - math.degrees(1.0)) < 1.0:
                 text += ' (degrees?)'
@@ -229,8 +229,8 @@ def _velocities(audit: Audit) -> list[Sentence]:
         elif check.lag:
             side = 'behind' if check.lag > 0.0 else 'ahead of'
             text = f'are {1e3 * abs(check.lag):.3g} ms {side} its positions'
-        elif check.rms > VELOCITY_SHARE * check.speed:
-            text = f'differ from its positions by {check.rms:.3g} {unit} (rms)'
+        elif check.typical > VELOCITY_SHARE * check.speed:
+            text = f'differ from its positions by {check.typical:.3g} {unit} (median)'
         if text:
             sentences.append(Sentence(Level.WARN, f'Reported velocities of {joint.name} {text}.'))
     return sentences

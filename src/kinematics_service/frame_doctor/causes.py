@@ -37,7 +37,7 @@ SIFT_MARGIN, FIRST_ORDER_MARGIN = 2.0, 1.5
 ROUNDS = 4
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Cause:
     """
     A tested cause.
@@ -55,6 +55,8 @@ class Cause:
         By how much the remainder falls once it is undone.
     errors
         What remains then.
+    base_offset, tool_offset : shape (4, 4)
+        The offsets then; see `FrameDiagnosis`.
 
     """
 
@@ -63,6 +65,8 @@ class Cause:
     value: float | None
     ratio: float
     errors: Errors
+    base_offset: Floats
+    tool_offset: Floats
 
 
 class _Tried(NamedTuple):
@@ -169,7 +173,9 @@ def _fitted(given: Given, A: Floats, fit: Fit, slide: Slide) -> _Tried:
 def _cause(ratio: float, one: _Tried) -> Cause:
     errors = errors_of(one.fit.position, one.fit.rotation)
     if isinstance(one.change, Change):
-        return Cause(one.change.key, one.change.sentence, None, ratio, errors)
+        return Cause(
+            one.change.key, one.change.sentence, None, ratio, errors, one.fit.X, one.fit.Y
+        )
     slide, value = one.change, one.value or 0.0
     shown = degrees_or_mm(value, slide.unit)
     if slide.key == 'joint_offset':
@@ -179,4 +185,4 @@ def _cause(ratio: float, one: _Tried) -> Cause:
     else:
         late = 'behind' if value < 0.0 else 'ahead of'
         sentence = f'the poses are {shown.lstrip("+-")} {late} the joint states'
-    return Cause(slide.key, sentence, value, ratio, errors)
+    return Cause(slide.key, sentence, value, ratio, errors, one.fit.X, one.fit.Y)

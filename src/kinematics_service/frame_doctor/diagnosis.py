@@ -21,6 +21,8 @@ from .rotations import rotation_vectors
 
 # A remainder below both (m, rad) needs no cause: encoders and factory calibrations are coarser.
 FINE, FINE_ANGLE = 2e-5, 2e-5
+# A remainder that falls by more than this falls to nothing.
+MANY = 1e6
 # Poses needed for offsets at all, and to name a cause.
 LEAST, LEAST_FOR_CAUSE = 3, 8
 
@@ -178,9 +180,10 @@ def _sentence(
         cause = causes[0]
         others = [other.sentence for other in causes[1:]]
         as_well = f' (as well possible: {"; ".join(others)})' if others else ''
+        less = f', {cause.ratio:.3g} times less' if cause.ratio < MANY else ''
         text = (
             f'{cause.sentence}{as_well}: with that undone the remainder falls from '
-            f'{errors.in_words()} to {cause.errors.in_words()} (rms, {cause.ratio:.3g} times less)'
+            f'{errors.in_words()} to {cause.errors.in_words()} (rms{less})'
         )
         return text[0].upper() + text[1:]
     text = (

@@ -10,6 +10,26 @@ import numpy as np
 
 from ..kernel import Floats
 
+# Smaller than this (mm, deg) is round-off.
+NOTHING = 1e-6
+
+
+def in_mm(length: float) -> str:
+    """
+    Return a length (m) in mm, and 0 for round-off.
+
+    """
+    return f'{1e3 * length:.3g} mm' if 1e3 * length > NOTHING else '0 mm'
+
+
+def in_degrees(angle: float) -> str:
+    """
+    Return an angle (rad) in deg, and 0 for round-off.
+
+    """
+    degrees = math.degrees(angle)
+    return f'{degrees:.3g} deg' if degrees > NOTHING else '0 deg'
+
 
 class Errors(NamedTuple):
     """
@@ -27,7 +47,7 @@ class Errors(NamedTuple):
         Return both RMS values, in mm and deg.
 
         """
-        return f'{1e3 * self.position_rms:.3g} mm, {math.degrees(self.rotation_rms):.3g} deg'
+        return f'{in_mm(self.position_rms)}, {in_degrees(self.rotation_rms)}'
 
 
 def errors_of(position: Floats, rotation: Floats) -> Errors:

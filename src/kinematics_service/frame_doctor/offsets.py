@@ -82,7 +82,7 @@ def scale_of(poses: Floats) -> Floats:
     """
     p = poses[..., :3, 3]
     far = np.sqrt(np.mean(np.sum(p**2, axis=-1), axis=-1))
-    return np.maximum(np.maximum(spread(p), STANDING * far), 1e-9)
+    return np.asarray(np.maximum(np.maximum(spread(p), STANDING * far), 1e-9))
 
 
 def fit_offsets(A: Floats, B: Floats, begin: Fit | None = None, steps: int = STEPS) -> Fit:

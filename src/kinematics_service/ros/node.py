@@ -22,7 +22,7 @@ from .diagnostics import INTERNAL_ERROR
 from .health import Health
 from .input import Input
 from .messages import Report, status_message
-from .outputs import Outputs, depth_of
+from .outputs import Outputs
 from .parameters import NodeParameters
 from .robot_description import RobotDescription
 from .settings import Settings
@@ -104,6 +104,13 @@ class KinematicsNode(Node):
         """
         return str(self.get_fully_qualified_name()).lstrip('/')
 
+    def trust_the_order_of_events(self) -> None:
+        """
+        Be told that the executor handles events in the order they come in.
+
+        """
+        self._outputs.events_in_order = True
+
     @property
     def settings(self) -> Settings:
         """
@@ -151,7 +158,7 @@ class KinematicsNode(Node):
     def _answer(self, sample: JointSample) -> None:
         resets = self._estimator.counts[RESETS]
         heard = self._outputs.heard()
-        outcome = self._estimator.take(sample, depth_of(heard))
+        outcome = self._estimator.take(sample, heard.depth)
         if self._estimator.counts[RESETS] != resets:
             self._grid.forget()
             if self._throttle.passes(RESETS):

@@ -5,8 +5,9 @@ The topics of a node that answer every accepted message: who listens, and what g
 
 import copy
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos_overriding_options import QoSOverridingOptions
@@ -59,16 +60,34 @@ class Channel(NamedTuple):
             self.publisher.publish(template.message(report.answer.stamp, numbers))
 
 
+class Heard(NamedTuple):
+    """
+    The channels somebody listens to, and what the kernel must compute for them.
+
+    """
+
+    channels: tuple[Channel, ...]
+    depth: int
+
+
 class Outputs:
     """
     Publishes reports to those who listen; a topic nobody listens to costs one look.
+
+    Attributes
+    ----------
+    events_in_order
+        Whether the executor handles events in the order they came in: then that somebody began to
+        listen is known before the next joint state is, and need not be asked for every message.
 
     """
 
     def __init__(self, node: Node, settings: Settings, transport: str) -> None:
         self._node = node
         self._transport = transport
-        self.channels = [_channel(node, topic) for topic in TOPICS]
+        self.events_in_order = False
+        self._heard: Heard | None = None
+        self.channels = [self._channel(topic) for topic in TOPICS]
         self._tf: Publisher | None = None
         self.configure(settings)
 
@@ -77,6 +96,7 @@ class Outputs:
         Take other settings: frames and labels are part of the templates.
 
         """
+        self._heard = None
         if self._transport == 'bytes':
             sample = sample_report(settings)
             self.channels = [
@@ -96,22 +116,42 @@ class Outputs:
         """
         return [channel.publisher.topic_name for channel in self.channels]
 
-    def heard(self) -> list[Channel]:
+    def heard(self) -> Heard:
         """
         Return the channels somebody listens to.
 
         """
-        return [channel for channel in self.channels if channel.listeners() > 0]
+        heard = self._heard
+        if heard is None or not self.events_in_order:
+            channels = tuple(channel for channel in self.channels if channel.listeners() > 0)
+            depth = max((channel.topic.depth for channel in channels), default=kernel.JACOBIAN)
+            heard = self._heard = Heard(channels, depth)
+        return heard
 
-    def publish(self, report: Report, heard: list[Channel]) -> None:
+    def publish(self, report: Report, heard: Heard) -> None:
         """
         Publish a report on channels, pose first, and on /tf where that is set.
 
         """
-        for channel in heard:
+        for channel in heard.channels:
             channel.send(report)
         if report.settings.publish_tf:
             self._publish_tf(report)
+
+    def _channel(self, topic: Topic) -> Channel:
+        publisher = self._node.create_publisher(
+            topic.type,
+            topic.name,
+            # Overrides are written into the profile that is given: each topic needs its own.
+            copy.copy(OUTPUT_QOS),
+            event_callbacks=PublisherEventCallbacks(matched=self._on_listener),
+            qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+        )
+        # Of the handle, not of the publisher: asked for every topic.
+        return Channel(publisher.handle.get_subscription_count, publisher, topic, StampGrid())
+
+    def _on_listener(self, event: Any) -> None:
+        self._heard = None
 
     def _publish_tf(self, report: Report) -> None:
         from tf2_msgs.msg import TFMessage
@@ -120,28 +160,8 @@ class Outputs:
         self._tf.publish(TFMessage(transforms=[transform_message(report)]))
 
 
-def _channel(node: Node, topic: Topic) -> Channel:
-    publisher = node.create_publisher(
-        topic.type,
-        topic.name,
-        # Overrides are written into the profile that is given: each topic needs its own.
-        copy.copy(OUTPUT_QOS),
-        qos_overriding_options=QoSOverridingOptions.with_default_policies(),
-    )
-    # Of the handle, not of the publisher: asked for every topic at every message.
-    return Channel(publisher.handle.get_subscription_count, publisher, topic, StampGrid())
-
-
 def _template(topic: Topic, sample: Report) -> Template | None:
     numbers, make = topic.numbers and topic.numbers(sample), topic.make
     if numbers is None or make is None:
         return None
     return Template.learn(lambda stamp, values: make(stamp, values, sample.settings), len(numbers))
-
-
-def depth_of(heard: list[Channel]) -> int:
-    """
-    Return what the kernel must compute for channels.
-
-    """
-    return max((channel.topic.depth for channel in heard), default=kernel.JACOBIAN)

@@ -20,7 +20,7 @@ from .arms import ArmChoice, ArmsError, arms_from
 from .environment import mixture_refusal, security_refusal
 from .node import KinematicsNode
 from .parameters import RobotConflictError
-from .spin import StopSignal, new_executor, spin, stop_signals
+from .spin import StopSignal, keeps_order, new_executor, spin, stop_signals
 
 FINE, FAULT, WRONG_USAGE = 0, 1, 2
 
@@ -143,6 +143,9 @@ def _run(
     executor = new_executor(nodes[0], context)
     for node in nodes[1:]:
         executor.add_node(node)
+    if keeps_order(executor):
+        for node in nodes:
+            node.trust_the_order_of_events()
     # What is there now stays. To look through it takes the garbage collector some 80 ms, which
     # would fall between two messages, and more on the way out.
     gc.freeze()

@@ -48,6 +48,14 @@ def new_executor(node: Node, context: Context) -> Any:
     return executor
 
 
+def keeps_order(executor: Any) -> bool:
+    """
+    Return whether an executor handles events in the order they come in.
+
+    """
+    return type(executor).__name__ == 'EventsExecutor'
+
+
 def _fires_a_timer(executor: Any, node: Node) -> bool:
     fired = False
 

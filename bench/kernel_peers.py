@@ -1,0 +1,133 @@
+"""
+The same arm in other libraries, for those that are installed: pose and Jacobian of one pose.
+
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from kinematics_service.conventions import table_rows
+from kinematics_service.rigid_motion import screw_z
+
+
+class Peer(NamedTuple):
+    """A call that computes pose and J, one that returns J, and whether it takes microseconds."""
+
+    call: object
+    jacobian: object
+    slow: bool
+
+
+def links_of(robot):
+    """Return for each joint the pose of its frame in the one before, and the tool in the last."""
+    placements, still = [], robot.description.base.motion.matrix
+    for row in table_rows(robot.description):
+        still = still @ row.before
+        if row.theta.coefficients:
+            ((_, coefficient),) = row.theta.coefficients
+            assert coefficient == 1.0
+            assert not row.d.coefficients
+            placements.append(still @ screw_z(row.theta.constant, row.d.constant))
+            still = row.after
+        else:
+            still = still @ screw_z(row.theta.constant, row.d.constant) @ row.after
+    return placements, still @ robot.description.tool.motion.matrix
+
+
+def pinocchio_peer(robot, q):
+    import pinocchio as pin
+
+    placements, tool = links_of(robot)
+    model, joint = pin.Model(), 0
+    for name, placement in zip(robot.joint_names, placements):
+        joint = model.addJoint(joint, pin.JointModelRZ(), pin.SE3(placement), name)
+    frame = model.addFrame(pin.Frame('tool', joint, 0, pin.SE3(tool), pin.FrameType.OP_FRAME))
+    data = model.createData()
+
+    def call():
+        pin.computeJointJacobians(model, data, q)
+        return pin.getFrameJacobian(model, data, frame, pin.LOCAL_WORLD_ALIGNED)
+
+    return Peer(call, call, False)
+
+
+def kdl_peer(robot, q):
+    import PyKDL as kdl
+
+    def frame(T):
+        return kdl.Frame(kdl.Rotation(*T[:3, :3].ravel().tolist()), kdl.Vector(*T[:3, 3].tolist()))
+
+    placements, tool = links_of(robot)
+    chain = kdl.Chain()
+    ends = [*placements[1:], tool]
+    chain.addSegment(kdl.Segment(kdl.Joint(), frame(placements[0])))
+    for end in ends:
+        chain.addSegment(kdl.Segment(kdl.Joint(kdl.Joint.RotZ), frame(end)))
+    poses, jacobians = kdl.ChainFkSolverPos_recursive(chain), kdl.ChainJntToJacSolver(chain)
+    positions, pose, J = kdl.JntArray(len(q)), kdl.Frame(), kdl.Jacobian(len(q))
+    for j, value in enumerate(q.tolist()):
+        positions[j] = value
+
+    def call():
+        poses.JntToCart(positions, pose)
+        jacobians.JntToJac(positions, J)
+
+    def jacobian():
+        call()
+        return np.array([[J[i, j] for j in range(len(q))] for i in range(6)])
+
+    return Peer(call, jacobian, False)
+
+
+def toolbox_peers(robot, q):
+    import roboticstoolbox as rtb
+    from spatialmath import SE3
+
+    placements, tool = links_of(robot)
+    elements = rtb.ETS([rtb.ET.SE3(SE3(placements[0], check=False))])
+    for k, end in enumerate([*placements[1:], tool]):
+        elements *= rtb.ETS([rtb.ET.Rz(jindex=k), rtb.ET.SE3(SE3(end, check=False))])
+
+    def call():
+        elements.fkine(q)
+        return elements.jacob0(q)
+
+    yield 'roboticstoolbox, ETS', Peer(call, lambda: elements.jacob0(q), True)
+
+    rows = robot.description.links
+    if robot.convention != 'standard' or len(rows) != robot.dof:
+        return
+    links = []
+    for row in table_rows(robot.description):
+        # before is the identity and after Tx(a) Rx(alpha) in the standard convention.
+        alpha = np.arctan2(row.after[2, 1], row.after[1, 1])
+        link = rtb.RevoluteDH(
+            d=row.d.constant, a=row.after[0, 3], alpha=alpha, offset=row.theta.constant
+        )
+        links.append(link)
+    arm = rtb.DHRobot(
+        links,
+        base=SE3(robot.description.base.motion.matrix, check=False),
+        tool=SE3(robot.description.tool.motion.matrix, check=False),
+    )
+
+    def table_call():
+        arm.fkine(q)
+        return arm.jacob0(q)
+
+    yield 'roboticstoolbox, DHRobot', Peer(table_call, lambda: arm.jacob0(q), True)
+
+
+def peers_of(robot, q):
+    """Return the peers by name; Pinocchio is needed, the others where they can be imported."""
+    peers = {'Pinocchio': pinocchio_peer(robot, q)}
+    try:
+        peers['PyKDL: pose and J, two calls'] = kdl_peer(robot, q)
+    except ImportError:
+        print('PyKDL (python3-pykdl) is not installed: left out')
+    try:
+        peers |= dict(toolbox_peers(robot, q))
+    except ImportError:
+        print('roboticstoolbox is not installed: left out')
+    return peers
