@@ -43,6 +43,7 @@ def test_every_topic_stands_in_its_table_with_its_type():
         topics.IK_STATUS: 'DiagnosticStatus',
         topics.TARGET_POSE: 'PoseStamped',
         topics.TARGET_TWIST: 'TwistStamped',
+        topics.REFERENCE_POSE: 'PoseStamped',
     }
     assert told == expected
 

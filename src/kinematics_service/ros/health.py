@@ -5,12 +5,14 @@ The node's diagnostics: once a second, what it hears and what becomes of it.
 
 import time
 from collections import Counter
+from collections.abc import Callable
 
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.clock import Clock
 from rclpy.node import Node
 
 from ..estimator import Estimator
+from ..notice import Notice
 from .diagnostics import InputState, Work, input_notice
 from .messages import status_message
 from .topics import DIAGNOSTICS, DIAGNOSTICS_QOS
@@ -31,12 +33,20 @@ class Health:
 
     """
 
-    def __init__(self, node: Node, estimator: Estimator, input_topic: str, steady: Clock) -> None:
+    def __init__(
+        self,
+        node: Node,
+        estimator: Estimator,
+        input_topic: str,
+        frames: Callable[[], Notice | None],
+        steady: Clock,
+    ) -> None:
         self.work = Work()
         self.velocity_source = 'none'
         self._node = node
         self._estimator = estimator
         self._input_topic = input_topic
+        self._frames = frames
         self._counts_said: Counter[str] = Counter()
         self._said = time.monotonic()
         self._publisher = node.create_publisher(DiagnosticArray, DIAGNOSTICS, DIAGNOSTICS_QOS)
@@ -81,4 +91,7 @@ class Health:
         # With the namespace: two arms share the topic.
         name = str(node.get_fully_qualified_name()).lstrip('/')
         message.status = [status_message(f'{name}: input', input_notice(state))]
+        frames = self._frames()
+        if frames is not None:
+            message.status.append(status_message(f'{name}: frames', frames))
         self._publisher.publish(message)

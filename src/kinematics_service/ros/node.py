@@ -24,6 +24,7 @@ from .input import Input
 from .messages import Report, status_message
 from .outputs import Outputs
 from .parameters import NodeParameters
+from .reference import Reference
 from .robot_description import RobotDescription
 from .settings import Settings
 from .solver import Solver
@@ -77,7 +78,14 @@ class KinematicsNode(Node):
         self._watchdog = self.create_timer(
             self._watchdog_period(), self._watch, clock=self._steady
         )
-        self._health = Health(self, self._estimator, self._input.topic_name, self._steady)
+        self._reference = Reference(self, lambda: self.settings.robot)
+        self._health = Health(
+            self,
+            self._estimator,
+            self._input.topic_name,
+            self._reference.notice,
+            self._steady,
+        )
         self._own.listen(self._take_settings)
         self._jump = self.get_clock().create_jump_callback(
             JumpThreshold(min_forward=None, min_backward=Duration(nanoseconds=-1)),
@@ -161,6 +169,7 @@ class KinematicsNode(Node):
         outcome = self._estimator.take(sample, heard.depth)
         if self._estimator.counts[RESETS] != resets:
             self._grid.forget()
+            self._reference.forget()
             if self._throttle.passes(RESETS):
                 self.get_logger().info(
                     'stamps stepped back by more than joint_state_timeout: starting anew'
@@ -170,6 +179,7 @@ class KinematicsNode(Node):
                 self.get_logger().warning(f'joint state rejected: {outcome.sentence}')
             return
         self._latest = outcome
+        self._reference.note(outcome)
         self._health.velocity_source = outcome.velocity_source
         report = Report(outcome, singularity_of(outcome.state), self.settings)
         if self._grid.passes(outcome.stamp, self.settings.period):

@@ -1,0 +1,102 @@
+"""
+A second source of the tool's pose: the status `frames` on /diagnostics.
+
+"""
+
+import math
+
+import numpy as np
+import pytest
+
+pytest.importorskip('rclpy', reason='needs ROS 2')
+
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PoseStamped
+from ros_harness import STEP, level_of, values_of
+from target_harness import pose_target
+
+import kinematics_service as ks
+
+OK, WARN = 0, 1
+POSES = 60
+
+
+def watched(one, change=lambda q: q, lag=0):
+    """
+    Move the arm and say its pose from elsewhere, at joint positions `change(q)`; return `frames`.
+
+    """
+    robot = one.robot
+    publisher = one.peer.create_publisher(PoseStamped, one.topic('reference_pose'), 10)
+    one.spin_until(lambda: publisher.get_subscription_count() == 1, 'listener')
+    arrays = one.listen('/diagnostics', DiagnosticArray)
+    offset = np.eye(4)
+    offset[:3, 3] = (0.5, -0.2, 0.1)
+    random = np.random.default_rng(3)
+    kept = None
+    tried = 0
+    while tried < POSES:
+        q = random.uniform(-1.0, 1.0, robot.dof)
+        pose = offset @ ks.forward_kinematics(robot, change(q))
+        if 1.0 + np.trace(pose[:3, :3]) < 0.1:
+            continue  # the test's own conversion to quaternions is the simple one
+        tried += 1
+        # A little before, at and after the pose, the arm stands.
+        stamp = one.stamp + 2 * STEP
+        for k in range(1, 4):
+            if k == 2 and not lag:
+                publisher.publish(pose_target(pose, robot.base_frame, stamp))
+            one.answer(q)
+        if lag:
+            publisher.publish(pose_target(pose, robot.base_frame, stamp))
+            one.answer(q)
+
+    def diagnosed():
+        nonlocal kept
+        one.node._health.say()
+        statuses = [s for array in arrays for s in array.status if s.name.endswith('frames')]
+        kept = next((s for s in statuses if 'poses' in values_of(s)), None)
+        return kept is not None
+
+    one.spin_until(diagnosed, 'diagnosis of the frames', 120.0)  # compiled once on a machine
+    return kept
+
+
+@pytest.mark.parametrize('lag', [0, 1], ids=['in time', 'late'])
+def test_the_offset_of_a_second_source_is_found(arm, lag):
+    status = watched(arm('ur5e'), lag=lag)
+    assert level_of(status) == OK, status.message
+    values = values_of(status)
+    assert int(values['poses']) >= 20
+    assert float(values['position error, rms (m)']) < 1e-6
+    offset = [float(x) for x in values['base offset xyz (m)'].split()]
+    np.testing.assert_allclose(offset, (0.5, -0.2, 0.1), atol=1e-5)
+    assert values['cause'] == ''
+
+
+def test_a_planted_fault_is_named(arm):
+    def other_sign(q):
+        return q * np.array([1, 1, -1, 1, 1, 1])
+
+    status = watched(arm('ur5e'), other_sign)
+    assert level_of(status) == WARN
+    assert values_of(status)['cause'] == 'joint_sign'
+    assert 'elbow_joint' in status.message
+
+
+def test_without_a_second_source_nothing_is_said_of_frames(arm):
+    one = arm('ur5e')
+    one.answer([0.1] * 6)
+    assert one.diagnose().name == 'kinematics: input'
+    assert one.node._reference.notice() is None
+
+
+def test_a_pose_that_is_none_is_refused_with_the_reason(arm):
+    one = arm('ur5e')
+    publisher = one.peer.create_publisher(PoseStamped, one.topic('reference_pose'), 10)
+    one.spin_until(lambda: publisher.get_subscription_count() == 1, 'listener')
+    message = PoseStamped()
+    message.pose.position.x = math.nan
+    publisher.publish(message)
+    one.spin_until(lambda: one.node._reference.notice() is not None, 'notice')
+    assert 'not finite' in one.node._reference.notice().sentence
