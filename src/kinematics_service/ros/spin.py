@@ -16,6 +16,7 @@ from rclpy.clock import Clock, ClockType
 from rclpy.context import Context
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.task import Future
 
 # A signal is noticed after this at the latest (s).
 TURN = 0.1
@@ -113,9 +114,14 @@ def spin(executor: Any, node: Node, stopped: Callable[[], bool]) -> bool:
 
     """
     failures = 0
+    never = Future()
     while not stopped():
         try:
-            executor.spin_once(timeout_sec=TURN)
+            if keeps_order(executor):
+                # Many events a turn, without coming back to Python between them.
+                executor.spin_until_future_complete(never, timeout_sec=TURN)
+            else:
+                executor.spin_once(timeout_sec=TURN)
             failures = 0
         except ExternalShutdownException:
             return True
