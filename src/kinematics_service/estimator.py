@@ -16,11 +16,12 @@ from . import kernel
 from .alarm import Alarm
 from .joint_sample import JointSample
 from .joint_table import JointTable, Layout
-from .kernel import Floats
+from .kernel import Floats, Integers
 from .measures import Level
 from .robot import Robot
 from .singularities import Singularity, watched_value
 from .tool_state import ToolState, as_the_kernel_takes_it
+from .wire_form import WireForm
 
 VELOCITY_SOURCES = ('auto', 'message', 'difference')
 
@@ -137,6 +138,11 @@ _REFUSALS = {
     ),
 }
 _NOTHING = np.empty(0)
+# tuple.__new__ directly: the constructor of a NamedTuple is a call more.
+_new = tuple.__new__
+# Forms of streams kept, and what stands for one whose messages make no state of this arm.
+FORMS = 16
+_NO_FORM = np.empty(0, dtype=np.int64)
 _DOUBLES = 'd'
 
 
@@ -163,9 +169,10 @@ class Estimator:
     def __init__(self, robot: Robot, settings: EstimatorSettings) -> None:
         self.robot = robot
         self.settings = settings
-        self.counts: Counter[str] = Counter()
+        self.counts: Counter[str] = Counter({ACCEPTED: 0, RESETS: 0})
         self._table = self._new_table()
         self._alarm = Alarm()
+        self._prepare()
         # About no joint at all: compiled, or read from its cache, before the first message.
         nobody = np.empty(0, dtype=np.int64)
         row = np.empty(2 * robot.dof + kernel.ROW_TAIL)
@@ -182,6 +189,7 @@ class Estimator:
             self._table.configure(robot, self._source, settings.timeout)
         else:
             self._table = self._new_table()
+        self._prepare()
 
     @property
     def _source(self) -> int:
@@ -189,7 +197,19 @@ class Estimator:
 
     def _new_table(self) -> JointTable:
         settings = self.settings
+        # Of a form, its header and the layout of its names.
+        self._forms: dict[WireForm, Integers] = {}
         return JointTable(self.robot, settings.joint_prefix, self._source, settings.timeout)
+
+    def _prepare(self) -> None:
+        # What `take_bytes` needs for each message, looked up once.
+        robot = self.robot
+        self._arguments = (
+            robot.packed,
+            self._table.memory,
+            robot.chain.single_widths,
+            robot.measure_places.width,
+        )
 
     def reset(self) -> None:
         """
@@ -293,6 +313,52 @@ class Estimator:
             state, row[-kernel.ROW_TAIL :], sample.stamp or sample.received, _SOURCES[said]
         )
 
+    def take_bytes(
+        self, form: WireForm, data: bytes, arrival: int, depth: int = kernel.ALL_FRAMES
+    ) -> Answer | Refusal | None:
+        """
+        Return what `take` returns for a serialized message, with its measures already there.
+
+        None for bytes of another form, for a message without a stamp, and for one that is to be
+        refused in words: nothing was done then, and it is to be read and given to `take`.
+
+        """
+        packed = self._forms.get(form)
+        if packed is None:
+            layout = self._table.layout(form.names)
+            packed = np.concatenate([form.header, layout.indices])
+            if not layout.joints or layout.duplicates:
+                packed = _NO_FORM
+            if len(self._forms) >= FORMS:
+                self._forms.clear()
+            self._forms[form] = packed
+        if packed is _NO_FORM:
+            return None
+        arm, memory, widths, width = self._arguments
+        row, measures = np.empty(widths[depth]), np.empty(width)
+        said: int = kernel.observe_bytes(
+            arm,
+            memory,
+            packed,
+            form.pattern,
+            np.frombuffer(data, np.uint8),
+            arrival,
+            row,
+            measures,
+        )
+        if said == kernel.NOT_THIS_FORM or said == kernel.BAD_POSITION:
+            return None
+        if said >= kernel.STARTED_ANEW:
+            self.counts[RESETS] += 1
+            said -= kernel.STARTED_ANEW
+        if said > kernel.SAID_WITH_DIFFERENCES:
+            return self._refused(said)
+        self.counts[ACCEPTED] += 1
+        moving = said != kernel.SAID_WITHOUT_VELOCITIES
+        state = _new(ToolState, (self.robot, row, moving, None, measures))
+        stamp = packed.item(kernel.FORM_NOW)
+        return _new(Answer, (state, row[-kernel.ROW_TAIL :], stamp, _SOURCES[said]))
+
     def accept(self, sample: JointSample) -> Accepted | Refusal:
         """
         Return the joints that are known after a sample, or why it makes no new state.
@@ -334,10 +400,17 @@ class Estimator:
             if said <= kernel.SAID_WITH_DIFFERENCES:
                 self.counts[ACCEPTED] += 1
                 return said
-            if said == kernel.NOT_COMPUTABLE:
-                # Lengths of the robot file can still overflow; such a position must not be kept.
-                self._table.forget()
-            refusal = _REFUSALS.get(said) or self._bad_position(layout, positions)
+            if said in _REFUSALS:
+                return self._refused(said)
+            refusal = self._bad_position(layout, positions)
+        self.counts[refusal.reason] += 1
+        return refusal
+
+    def _refused(self, said: int) -> Refusal:
+        if said == kernel.NOT_COMPUTABLE:
+            # Lengths of the robot file can still overflow; such a position must not be kept.
+            self._table.forget()
+        refusal = _REFUSALS[said]
         self.counts[refusal.reason] += 1
         return refusal
 

@@ -22,6 +22,7 @@ import numpy.typing as npt
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
+Bytes = npt.NDArray[np.uint8]
 Function = TypeVar('Function', bound=Callable[..., Any])
 
 
@@ -1422,6 +1423,78 @@ def observe(
         return NOT_COMPUTABLE + said // STARTED_ANEW * STARTED_ANEW
     _continuous_quaternion(memory, whole, row, at + 2 * n)
     return said
+
+
+# What `observe_bytes` says of bytes it does not know: nothing was done.
+NOT_THIS_FORM = -1
+# A form (wire_form.py): where the stamp, positions and velocities stand in the bytes, how many of
+# each there are, and, written by the call, the stamp in ns; then a layout.
+FORM_STAMP, FORM_POSITIONS, FORM_VELOCITIES, FORM_COUNT, FORM_VELOCITY_COUNT, FORM_NOW = range(6)
+FORM_HEADER = 6
+
+
+@compiled_for_one
+def observe_bytes(
+    arm: Floats,
+    memory: Floats,
+    form: Integers,
+    pattern: Bytes,
+    data: Bytes,
+    arrival: int,
+    row: Floats,
+    measures: Floats,
+) -> int:
+    """
+    Take a serialized message of a known form: `observe`, then `measure_one`, in one call.
+
+    Returns what `observe` returns, or NOT_THIS_FORM for bytes of another form and for a message
+    without a stamp.
+
+    Parameters
+    ----------
+    arm, memory, arrival, row
+        As in `observe`.
+    form
+        See FORM_STAMP; FORM_NOW is written.
+    pattern : shape (2 N,)
+        N bytes that select what must not change, then what stands there.
+    data : shape (N,)
+        The message.
+    measures
+        As in `measure_one`.
+
+    """
+    size = data.size
+    if pattern.size != 2 * size:
+        return NOT_THIS_FORM
+    other = np.uint8(0)
+    for k in range(size):
+        other |= (data[k] & pattern[k]) ^ pattern[size + k]
+    if other != 0:
+        return NOT_THIS_FORM
+    at = form[FORM_STAMP]
+    seconds = int(data[at : at + 4].view(np.int32)[0])
+    stamp = seconds * 1_000_000_000 + int(data[at + 4 : at + 8].view(np.uint32)[0])
+    if stamp == 0:
+        return NOT_THIS_FORM
+    form[FORM_NOW] = stamp
+    positions = np.empty(form[FORM_COUNT])
+    velocities = np.empty(form[FORM_VELOCITY_COUNT])
+    _copy_doubles(data, form[FORM_POSITIONS], positions)
+    _copy_doubles(data, form[FORM_VELOCITIES], velocities)
+    layout = form[FORM_HEADER:]
+    said = observe(arm, memory, layout, positions, velocities, stamp, 0, arrival, row)
+    if said % STARTED_ANEW <= SAID_WITH_DIFFERENCES:
+        measure_one(arm, row, measures)
+    return said
+
+
+@compiled_for_one
+def _copy_doubles(data: Bytes, at: int, numbers: Floats) -> None:
+    if numbers.size > 0:
+        there = data[at : at + 8 * numbers.size].view(np.float64)
+        for k in range(numbers.size):
+            numbers[k] = there[k]
 
 
 # Where the border of what a joint can reach is: a cosine beyond 1 by less is taken as 1, since the

@@ -117,10 +117,15 @@ def _scalar(column: int) -> Callable[[ToolState, Floats], float]:
     return lambda state, row: row.item(column)
 
 
+def _read_only(vector: Floats) -> Floats:
+    vector.setflags(write=False)
+    return vector
+
+
 def _vector(begin: str, end: str) -> Callable[[ToolState, Floats], Floats]:
     def take(state: ToolState, row: Floats) -> Floats:
         places = state.robot.measure_places
-        return row[getattr(places, begin) : getattr(places, end)]
+        return _read_only(row[getattr(places, begin) : getattr(places, end)])
 
     return take
 
@@ -156,8 +161,8 @@ def _factors(state: ToolState, row: Floats) -> FactorMeasures | None:
     places = robot.measure_places
     return FactorMeasures(
         names=names,
-        distances=row[places.distances : places.results],
-        results=row[places.results :].reshape(len(names), 1 + robot.dof),
+        distances=_read_only(row[places.distances : places.results]),
+        results=_read_only(row[places.results :].reshape(len(names), 1 + robot.dof)),
         column_scales=robot.task.column_scales,
     )
 
@@ -193,10 +198,11 @@ def singularity_of(state: ToolState) -> Singularity:
     """
     if state.joints is not None:
         return _of_batch(state)
-    robot = state.robot
-    row = np.empty(robot.measure_places.width)
-    kernel.measure_one(robot.packed, state.row, row)
-    row.setflags(write=False)
+    row = state.measures
+    if row is None:
+        robot = state.robot
+        row = np.empty(robot.measure_places.width)
+        kernel.measure_one(robot.packed, state.row, row)
     found = _OnePose.__new__(_OnePose)
     kept = found.__dict__
     kept['_state'], kept['_row'] = state, row

@@ -30,6 +30,8 @@ class ToolState(NamedTuple):
         Whether the joint velocities are known.
     joints
         q and qdot of a batch; None for one pose.
+    measures
+        The row of measures of one pose, where the same call has computed it.
 
     """
 
@@ -37,6 +39,7 @@ class ToolState(NamedTuple):
     row: Floats
     moving: bool
     joints: tuple[Floats, Floats | None] | None = None
+    measures: Floats | None = None
 
     @property
     def q(self) -> Floats:
@@ -214,7 +217,7 @@ def evaluate(
         _joint_vector(robot, positions, 'q')
         _joint_vector(robot, rates, 'qdot')
         raise _not_finite(0, positions.tolist())
-    return _new(ToolState, (robot, row, qdot is not None, None))
+    return _new(ToolState, (robot, row, qdot is not None, None, None))
 
 
 def _evaluate_batch(robot: Robot, q: Floats, qdot: Floats | None, depth: int) -> ToolState:

@@ -65,9 +65,7 @@ app.command(short_help='Compare your own formulas with the right ones.', help=co
     compare.compare
 )
 app.command(short_help='Derive the kinematics exactly.', help=derive.HELP)(derive.derive)
-app.command(short_help='Judge a recording or a planned trajectory.', help=audit.HELP)(
-    audit.audit
-)
+app.command(short_help='Judge a recording or a planned trajectory.', help=audit.HELP)(audit.audit)
 app.command(short_help='Write a robot as URDF.', help=export.HELP)(export.export)
 app.command('import', short_help='Make a robot file from a URDF.', help=import_urdf.HELP)(
     import_urdf.import_urdf

@@ -28,8 +28,6 @@ class Health:
     ----------
     work
         What messages have cost since the last word.
-    velocity_source
-        Where the latest joint velocities came from.
 
     """
 
@@ -39,14 +37,15 @@ class Health:
         estimator: Estimator,
         input_topic: str,
         frames: Callable[[], Notice | None],
+        velocity_source: Callable[[], str],
         steady: Clock,
     ) -> None:
         self.work = Work()
-        self.velocity_source = 'none'
         self._node = node
         self._estimator = estimator
         self._input_topic = input_topic
         self._frames = frames
+        self._velocity_source = velocity_source
         self._counts_said: Counter[str] = Counter()
         self._said = time.monotonic()
         self._publisher = node.create_publisher(DiagnosticArray, DIAGNOSTICS, DIAGNOSTICS_QOS)
@@ -80,7 +79,7 @@ class Health:
             publishers=sorted(
                 f'{info.node_namespace.rstrip("/")}/{info.node_name}' for info in publishers
             ),
-            velocity_source=self.velocity_source,
+            velocity_source=self._velocity_source(),
             topic=self._input_topic,
             robot=estimator.robot.name,
             work=self.work,

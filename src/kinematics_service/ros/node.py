@@ -15,14 +15,16 @@ from std_srvs.srv import Trigger
 
 from ..estimator import RESETS, Answer, Estimator, Refusal
 from ..joint_sample import JointSample
+from ..measures import Level
 from ..notice import Notice, notice_of, stale_notice, structure_in_words
 from ..singularities import Singularity, singularity_of
+from ..wire_form import WireForm
 from .describe import description_of
 from .diagnostics import INTERNAL_ERROR
 from .health import Health
-from .input import Input
+from .input import Input, warm_up_bytes
 from .messages import Report, status_message
-from .outputs import Outputs
+from .outputs import Heard, Outputs
 from .parameters import NodeParameters
 from .reference import Reference
 from .robot_description import RobotDescription
@@ -67,8 +69,10 @@ class KinematicsNode(Node):
 
     def _start(self, robot: str | None) -> None:
         self._own = NodeParameters(self, robot)
-        settings = self._own.settings
+        settings = self._settings = self._own.settings
         warm_up(settings)
+        if self._own.transport == 'bytes':
+            warm_up_bytes(settings)
         self._estimator = Estimator(settings.robot, settings.estimator)
         self._latest: Answer | None = None
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
@@ -84,6 +88,7 @@ class KinematicsNode(Node):
             self._estimator,
             self._input.topic_name,
             self._reference.notice,
+            lambda: self._latest.velocity_source if self._latest else 'none',
             self._steady,
         )
         self._own.listen(self._take_settings)
@@ -101,7 +106,7 @@ class KinematicsNode(Node):
         self._warning = self.create_publisher(DiagnosticStatus, WARNING, WARNING_QOS)
         self.solver = Solver(self.settings, self.get_logger().error)
         self._targets = Targets(self, self.settings, self._present, self.solver, self._steady)
-        self._input = Input(self, transport, self._on_joint_state, self._on_unreadable)
+        self._input = Input(self, transport, self._on_sample, self._on_bytes, self._on_unreadable)
         self.create_service(Trigger, DESCRIBE, self._describe)
 
     @property
@@ -125,7 +130,7 @@ class KinematicsNode(Node):
         Return the settings in force.
 
         """
-        return self._own.settings
+        return self._settings
 
     # Start
 
@@ -151,22 +156,36 @@ class KinematicsNode(Node):
     def _on_unreadable(self, reason: str) -> None:
         self._estimator.counts[reason] += 1
 
-    def _on_joint_state(self, sample: JointSample) -> None:
+    def _on_sample(self, sample: JointSample) -> None:
         begin = time.perf_counter()
         try:
-            self._answer(sample)
+            heard, resets = self._outputs.heard(), self._estimator.counts[RESETS]
+            outcome = self._estimator.take(sample, heard.depth)
+            self._follow(outcome, sample.arrival, heard, resets)
         except Exception as error:  # nothing a robot sends may stop the node
-            self._estimator.counts[INTERNAL_ERROR] += 1
-            if self._throttle.passes('internal'):
-                self.get_logger().error(
-                    f'internal error at a message, please report it: {error!a}'
-                )
+            self._own_fault(error)
         self._health.work.add(time.perf_counter() - begin)
 
-    def _answer(self, sample: JointSample) -> None:
-        resets = self._estimator.counts[RESETS]
-        heard = self._outputs.heard()
-        outcome = self._estimator.take(sample, heard.depth)
+    def _on_bytes(self, form: WireForm, data: bytes, arrival: int) -> bool:
+        begin = time.perf_counter()
+        try:
+            heard, resets = self._outputs.heard(), self._estimator.counts[RESETS]
+            outcome = self._estimator.take_bytes(form, data, arrival, heard.depth)
+            if outcome is None:
+                return False
+            self._follow(outcome, arrival, heard, resets)
+        except Exception as error:  # nothing a robot sends may stop the node
+            self._own_fault(error)
+        self._health.work.add(time.perf_counter() - begin)
+        return True
+
+    def _own_fault(self, error: Exception) -> None:
+        self._estimator.counts[INTERNAL_ERROR] += 1
+        if self._throttle.passes('internal'):
+            self.get_logger().error(f'internal error at a message, please report it: {error!a}')
+
+    def _follow(self, outcome: Answer | Refusal, arrival: int, heard: Heard, resets: int) -> None:
+        # What follows from a message: `resets` are those counted before it.
         if self._estimator.counts[RESETS] != resets:
             self._grid.forget()
             self._reference.forget()
@@ -179,12 +198,15 @@ class KinematicsNode(Node):
                 self.get_logger().warning(f'joint state rejected: {outcome.sentence}')
             return
         self._latest = outcome
-        self._reference.note(outcome)
-        self._health.velocity_source = outcome.velocity_source
-        report = Report(outcome, singularity_of(outcome.state), self.settings)
-        if self._grid.passes(outcome.stamp, self.settings.period):
-            self._outputs.publish(report, heard)
-        self._warn(report.singularity, sample.arrival)
+        if self._reference.is_there:
+            self._reference.note(outcome)
+        settings, singularity = self._settings, singularity_of(outcome.state)
+        wanted = heard.channels or settings.publish_tf
+        if wanted and self._grid.passes(outcome.stamp, settings.period):
+            self._outputs.publish(Report(outcome, singularity, settings), heard)
+        level, say = self._estimator.judge(singularity, arrival)
+        if say:
+            self._warn(singularity, level)
 
     def _present(self) -> Answer | str:
         # The arm's present state, or why it is not known.
@@ -193,11 +215,8 @@ class KinematicsNode(Node):
             return self._silence(missing)
         return self._latest
 
-    def _warn(self, singularity: Singularity, arrival: int) -> None:
-        level, say = self._estimator.judge(singularity, arrival)
-        if not say:
-            return
-        settings = self.settings
+    def _warn(self, singularity: Singularity, level: Level) -> None:
+        settings = self._settings
         notice = notice_of(
             settings.robot,
             singularity,
@@ -238,6 +257,7 @@ class KinematicsNode(Node):
     # Parameters
 
     def _take_settings(self, settings: Settings) -> None:
+        self._settings = settings
         self._estimator.configure(settings.robot, settings.estimator)
         self._grid.forget()
         self._watchdog.timer_period_ns = round(self._watchdog_period() * 1e9)

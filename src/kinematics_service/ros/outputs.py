@@ -28,6 +28,8 @@ class Channel(NamedTuple):
     ----------
     listeners
         Returns how many listen.
+    publish_bytes
+        Publishes a serialized message.
     publisher, topic, template
         The template is None where messages are built.
     grid
@@ -36,6 +38,7 @@ class Channel(NamedTuple):
     """
 
     listeners: Callable[[], int]
+    publish_bytes: Callable[[bytes], None]
     publisher: Publisher
     topic: Topic
     grid: StampGrid
@@ -57,7 +60,7 @@ class Channel(NamedTuple):
         assert topic.numbers is not None
         numbers = topic.numbers(report)
         if numbers is not None:
-            self.publisher.publish(template.message(report.answer.stamp, numbers))
+            self.publish_bytes(template.message(report.answer.stamp, numbers))
 
 
 class Heard(NamedTuple):
@@ -147,8 +150,11 @@ class Outputs:
             event_callbacks=PublisherEventCallbacks(matched=self._on_listener),
             qos_overriding_options=QoSOverridingOptions.with_default_policies(),
         )
-        # Of the handle, not of the publisher: asked for every topic.
-        return Channel(publisher.handle.get_subscription_count, publisher, topic, StampGrid())
+        # Of the handle, not of the publisher, which looks at each message's type once more.
+        handle = publisher.handle
+        return Channel(
+            handle.get_subscription_count, handle.publish_raw, publisher, topic, StampGrid()
+        )
 
     def _on_listener(self, event: Any) -> None:
         self._heard = None

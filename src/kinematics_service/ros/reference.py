@@ -94,13 +94,19 @@ class Reference:
         except RefusedTargetError as error:
             self._refused = str(error)
 
+    @property
+    def is_there(self) -> bool:
+        """
+        Return whether poses have come, so that states are to be noted.
+
+        """
+        return self._pending is not None or bool(self._recent)
+
     def note(self, answer: Answer) -> None:
         """
         Take a new state of the arm; a pose is compared once states around it are known.
 
         """
-        if self._pending is None and not self._recent:
-            return  # there is no second source
         self._recent.append((answer.stamp, answer.state.q))
         if self._pending is not None and answer.stamp >= self._pending[0]:
             stamp, pose = self._pending

@@ -7,7 +7,7 @@ the same, the numbers are read from where they stand. Any other message is read 
 """
 
 import struct
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -18,6 +18,7 @@ from sensor_msgs.msg import JointState
 
 from ..errors import KinematicsError
 from ..kernel import Floats
+from ..wire_form import WireForm
 from .messages import SECOND, stamp_of
 from .wire_template import HARD_NUMBERS, STAMP, only_place
 
@@ -75,6 +76,7 @@ class _Layout:
     fixed: Bytes  # 255 for a byte that must be as it was, 0 for another
     sample: bytes  # one such message
     stamp: struct.Struct
+    form: WireForm | None  # where there are as many positions as names
     mask: int  # `fixed`, and the sample's bytes under it, as one number each
     masked: int
 
@@ -88,6 +90,18 @@ class _Layout:
         fixed: Bytes,
     ) -> '_Layout':
         mask = int.from_bytes(fixed.tobytes(), 'little')
+        stamp, positions, velocities, _ = places
+        form = None
+        if len(message.position) == len(names):
+            form = WireForm(
+                names=names,
+                size=len(data),
+                stamp=stamp.start,
+                positions=positions.start,
+                velocities=velocities.start,
+                velocity_count=len(message.velocity),
+                pattern=np.concatenate([fixed, np.frombuffer(data, np.uint8) & fixed]),
+            )
         return cls(
             shape=_shape_of(message),
             names=names,
@@ -96,6 +110,7 @@ class _Layout:
             fixed=fixed,
             sample=data,
             stamp=struct.Struct(f'={places[0].start}x{STAMP.format[1:]}'),
+            form=form,
             mask=mask,
             masked=int.from_bytes(data, 'little') & mask,
         )
@@ -155,6 +170,15 @@ class JointStateReader:
                     seconds * SECOND + nanoseconds,
                 )
         return self._read_officially(data)
+
+    def forms(self, size: int) -> Iterator[WireForm]:
+        """
+        Yield the forms known of messages of so many bytes, the one heard last first.
+
+        """
+        for layout in self._layouts:
+            if layout.size == size and layout.form is not None:
+                yield layout.form
 
     def _read_officially(self, data: bytes) -> WireJointState:
         message = _deserialized(data)
