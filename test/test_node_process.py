@@ -23,7 +23,7 @@ import kinematics_service as ks
 
 Q = (0.3, -0.4, 1.2)
 NAMES = ['q1', 'q2', 'q3']
-RUNS = 5
+RUNS = 3
 # So many answers of a node that has ended may still wait to be heard.
 QUEUE = 50
 # The contract's second for the way out.
@@ -327,7 +327,7 @@ WITHOUT_EVENTS_EXECUTOR = """
 import sys
 sys.modules['rclpy.experimental'] = None
 from kinematics_service.ros.runner import run_node
-sys.exit(run_node('craig_3r', []))
+sys.exit(run_node(['craig_3r'], []))
 """
 
 DEAF_EVENTS_EXECUTOR = """
@@ -341,7 +341,7 @@ class Deaf:
     spin_once = lambda self, timeout_sec=None: None
 rclpy.experimental.EventsExecutor = Deaf
 from kinematics_service.ros.runner import run_node
-sys.exit(run_node('craig_3r', []))
+sys.exit(run_node(['craig_3r'], []))
 """
 
 

@@ -33,12 +33,13 @@ def stream(robot, random):
 
     """
     names, n = list(robot.joint_names), robot.dof
+    orders = [np.arange(n), random.permutation(n)]
     stamp, q = 1000 * SECOND, random.uniform(0.1, 0.9, n)
     for _ in range(MESSAGES):
         kind = random.integers(0, 24)
         stamp += int(random.choice([10_000_000, 3_000_000, 0, -5_000_000]))
         q = q + random.normal(scale=1e-2, size=n)
-        order = random.permutation(n) if kind < 4 else np.arange(n)
+        order = orders[int(kind < 4)]
         message = JointState(name=[names[j] for j in order], position=q[order].tolist())
         if kind % 3:
             message.velocity = random.normal(size=n)[order].tolist()

@@ -169,7 +169,7 @@ class Estimator:
     def __init__(self, robot: Robot, settings: EstimatorSettings) -> None:
         self.robot = robot
         self.settings = settings
-        self.counts: Counter[str] = Counter({ACCEPTED: 0, RESETS: 0})
+        self.counts: Counter[str] = Counter()
         self._table = self._new_table()
         self._alarm = Alarm()
         self._prepare()

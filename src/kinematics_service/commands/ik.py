@@ -130,7 +130,7 @@ def ik(
     if one and everything:
         raise WrongUsage('--one and --all: give one of them')
     arm = given_robot(robot)
-    target = _target(xyz, rpy, quaternion, deg)
+    target = target_from(xyz, rpy, quaternion, deg)
     start = None if near is None else joint_values(arm, near, '--near', deg)
     result = inverse_kinematics(
         arm,
@@ -149,7 +149,16 @@ def ik(
         raise typer.Exit(1)
 
 
-def _target(xyz: str, rpy: str | None, quaternion: str | None, degrees: bool) -> Floats:
+def target_from(xyz: str, rpy: str | None, quaternion: str | None, degrees: bool) -> Floats:
+    """
+    Return the target that the options name: a position (3,), or a pose (4, 4).
+
+    Raises
+    ------
+    WrongUsage
+        An option is not as many numbers as it takes, or two of them exclude each other.
+
+    """
     position = _given(xyz, '--xyz', 3)
     if rpy is not None:
         angles = _given(rpy, '--rpy', 3)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from .ik import NearOption, QuaternionOption, RpyOption, _target
+from .ik import NearOption, QuaternionOption, RpyOption, target_from
 from .options import DegreesOption, WrongUsage, given_robot, joint_values
 
 if TYPE_CHECKING:
@@ -160,7 +160,7 @@ def plot(
     pose = None if q is None else joint_values(arm, q, '--q', deg)
     if kind == 'ik':
         start = None if near is None else joint_values(arm, near, '--near', deg)
-        draw, failed = _ik(arm, _target(xyz or '', rpy, quaternion, deg), start)
+        draw, failed = _ik(arm, target_from(xyz or '', rpy, quaternion, deg), start)
     else:
         draw, failed = _drawing(arm, kind, pose, path, joints, (plane, at), count, workers), False
     if save is not None or not show:

@@ -159,7 +159,7 @@ class KinematicsNode(Node):
     def _on_sample(self, sample: JointSample) -> None:
         begin = time.perf_counter()
         try:
-            heard, resets = self._outputs.heard(), self._estimator.counts[RESETS]
+            heard, resets = self._outputs.heard(), self._estimator.counts.get(RESETS)
             outcome = self._estimator.take(sample, heard.depth)
             self._follow(outcome, sample.arrival, heard, resets)
         except Exception as error:  # nothing a robot sends may stop the node
@@ -169,7 +169,7 @@ class KinematicsNode(Node):
     def _on_bytes(self, form: WireForm, data: bytes, arrival: int) -> bool:
         begin = time.perf_counter()
         try:
-            heard, resets = self._outputs.heard(), self._estimator.counts[RESETS]
+            heard, resets = self._outputs.heard(), self._estimator.counts.get(RESETS)
             outcome = self._estimator.take_bytes(form, data, arrival, heard.depth)
             if outcome is None:
                 return False
@@ -184,9 +184,11 @@ class KinematicsNode(Node):
         if self._throttle.passes('internal'):
             self.get_logger().error(f'internal error at a message, please report it: {error!a}')
 
-    def _follow(self, outcome: Answer | Refusal, arrival: int, heard: Heard, resets: int) -> None:
+    def _follow(
+        self, outcome: Answer | Refusal, arrival: int, heard: Heard, resets: int | None
+    ) -> None:
         # What follows from a message: `resets` are those counted before it.
-        if self._estimator.counts[RESETS] != resets:
+        if self._estimator.counts.get(RESETS) != resets:
             self._grid.forget()
             self._reference.forget()
             if self._throttle.passes(RESETS):
