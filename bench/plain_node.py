@@ -3,10 +3,13 @@ The yardstick: what a plain rclpy node costs that does no mathematics at all.
 
     python bench/plain_node.py [--topics pose,twist,jacobian,scalar] [--namespace left]
     python bench/plain_node.py --relay [--executor events]
+    python bench/plain_node.py --bytes [--topics pose]
 
 For every JointState it publishes the same topics as the node, built in Python as tutorials show,
 with constant numbers, on rclpy's default executor. With `--relay` it answers one PoseStamped that
-was built at the start, with the stamp of the JointState: the least a Python node can do.
+was built at the start, with the stamp of the JointState. With `--bytes` it neither reads what
+comes nor writes anything new: constant bytes go out for every message, which is what rclpy and
+the middleware cost by themselves.
 """
 
 import argparse
@@ -17,6 +20,8 @@ import rclpy
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.serialization import serialize_message
+from rclpy.task import Future
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, Float64MultiArray, MultiArrayDimension
 
@@ -93,21 +98,41 @@ class Relay(Node):
         self.publisher.publish(self.built)
 
 
+class Bytes(Node):
+    def __init__(self, topics, namespace):
+        super().__init__('kinematics', namespace=namespace)
+        names = [f'joint_{k}' for k in range(6)]
+        self.outputs = [
+            (
+                self.create_publisher(kind, name, 100),
+                serialize_message(build(JointState(name=names))),
+            )
+            for name, kind, build in (TOPICS[topic] for topic in topics)
+        ]
+        self.create_subscription(JointState, 'joint_states', self.answer, 100, raw=True)
+
+    def answer(self, data):
+        for publisher, constant in self.outputs:
+            publisher.publish(constant)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
     parser.add_argument('--topics', default=','.join(TOPICS), help='of ' + ', '.join(TOPICS))
     parser.add_argument('--relay', action='store_true', help='one pose, built at the start')
+    parser.add_argument('--bytes', action='store_true', help='constant bytes, nothing read')
     parser.add_argument('--executor', choices=('default', 'events'), default='default')
     parser.add_argument('--namespace', default='')
     arguments = parser.parse_args()
     signal.signal(signal.SIGINT, signal.default_int_handler)
     rclpy.init()
     topics = arguments.topics.split(',')
-    node = (
-        Relay(arguments.namespace) if arguments.relay else PlainNode(topics, arguments.namespace)
-    )
+    if arguments.relay:
+        node = Relay(arguments.namespace)
+    else:
+        node = (Bytes if arguments.bytes else PlainNode)(topics, arguments.namespace)
     try:
-        if arguments.executor == 'default':
+        if arguments.executor == 'default' and not arguments.bytes:
             executor = SingleThreadedExecutor()
             executor.add_node(node)
             executor.spin()
@@ -116,8 +141,9 @@ def main():
 
             executor = EventsExecutor()
             executor.add_node(node)
+            never = Future()
             while rclpy.ok():  # its spin() burns a core in these wheels
-                executor.spin_once(timeout_sec=0.1)
+                executor.spin_until_future_complete(never, timeout_sec=0.1)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
     finally:

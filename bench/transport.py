@@ -307,6 +307,8 @@ def cpu(options):
         'plain node, 4 topics': ([plain()], FOUR, alone),
         'plain node, 1 topic': ([plain('--topics', 'pose')], ONE, alone),
         'relay, 1 topic': ([plain('--relay')], ONE, alone),
+        'constant bytes, 4 topics': ([plain('--bytes')], FOUR, alone),
+        'constant bytes, 1 topic': ([plain('--bytes', '--topics', 'pose')], ONE, alone),
     }
     for name, command in (('kinematics', one_arm(options)), *others(options)):
         cases[f'{name}, 4 topics heard'] = ([command], FOUR, alone)
