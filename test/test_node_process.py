@@ -65,20 +65,20 @@ def load(ros_domain):
         publisher.kill()
 
 
-def answered(peer, topic='/kinematics/pose'):
+def answered(peer, topic='/kinematics/pose', states='/joint_states', names=NAMES, q=Q):
     """
     Send joint states until a node answers; return its pose.
 
     """
     poses = []
     peer.peer.create_subscription(PoseStamped, topic, poses.append, 100)
-    publisher = peer.speaker('/joint_states')
+    publisher = peer.speaker(states)
     stamp = START
 
     def heard():
         nonlocal stamp
         stamp += STEP
-        publisher.publish(joint_state(NAMES, Q, (), stamp))
+        publisher.publish(joint_state(names, q, (), stamp))
         return bool(poses)
 
     peer.spin_until(heard, f'answer on {topic}', 20.0)
@@ -171,12 +171,9 @@ def test_several_arms_run_in_one_process_each_in_its_namespace(process, peer):
     arms = {'left': (NAMES, Q), 'right': (ks.load_robot('ur5e').joint_names, (0.1,) * 6)}
     arms['planar_2r'] = (ks.load_robot('planar_2r').joint_names, (0.2, 0.4))
     for space, (names, q) in arms.items():
-        poses = peer.listen(f'/{space}/kinematics/pose', PoseStamped)
-        publisher = peer.speaker(f'/{space}/joint_states')
-        publisher.publish(joint_state(names, q, (), START))
-        peer.spin_until(lambda heard=poses: heard, f'pose of {space}')
+        pose = answered(peer, f'/{space}/kinematics/pose', f'/{space}/joint_states', names, q)
         robot = ks.load_robot({'left': 'craig_3r', 'right': 'ur5e'}.get(space, space))
-        position = poses[0].pose.position
+        position = pose.pose.position
         expected = ks.forward_kinematics(robot, q)[:3, 3]
         assert [position.x, position.y, position.z] == pytest.approx(expected.tolist(), abs=1e-9)
     node.popen.send_signal(signal.SIGINT)

@@ -7,7 +7,7 @@ import copy
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from rclpy.event_handler import PublisherEventCallbacks
+from rclpy.event_handler import PublisherEventCallbacks, UnsupportedEventTypeError
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos_overriding_options import QoSOverridingOptions
@@ -89,6 +89,7 @@ class Outputs:
         self._node = node
         self._transport = transport
         self.events_in_order = False
+        self._told_of_listeners = True
         self._heard: Heard | None = None
         self.channels = [self._channel(topic) for topic in TOPICS]
         self._tf: Publisher | None = None
@@ -125,7 +126,7 @@ class Outputs:
 
         """
         heard = self._heard
-        if heard is None or not self.events_in_order:
+        if heard is None or not (self.events_in_order and self._told_of_listeners):
             channels = tuple(channel for channel in self.channels if channel.listeners() > 0)
             depth = max((channel.topic.depth for channel in channels), default=kernel.JACOBIAN)
             heard = self._heard = Heard(channels, depth)
@@ -142,14 +143,21 @@ class Outputs:
             self._publish_tf(report)
 
     def _channel(self, topic: Topic) -> Channel:
-        publisher = self._node.create_publisher(
-            topic.type,
-            topic.name,
-            # Overrides are written into the profile that is given: each topic needs its own.
-            copy.copy(OUTPUT_QOS),
-            event_callbacks=PublisherEventCallbacks(matched=self._on_listener),
-            qos_overriding_options=QoSOverridingOptions.with_default_policies(),
-        )
+        def publisher_with(callbacks: PublisherEventCallbacks | None) -> Publisher:
+            return self._node.create_publisher(
+                topic.type,
+                topic.name,
+                # Overrides are written into the profile that is given: each topic needs its own.
+                copy.copy(OUTPUT_QOS),
+                event_callbacks=callbacks,
+                qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+            )
+
+        try:
+            publisher = publisher_with(PublisherEventCallbacks(matched=self._on_listener))
+        except UnsupportedEventTypeError:  # another middleware: ask at every message
+            self._told_of_listeners = False
+            publisher = publisher_with(None)
         # Of the handle, not of the publisher, which looks at each message's type once more.
         handle = publisher.handle
         return Channel(
