@@ -10,6 +10,7 @@ from typing import Annotated
 import typer
 
 from ..errors import KinematicsError
+from ..stop_signals import stop_signals
 from .options import WrongUsage, given_robot
 from .ros_commands import WITHOUT_ROS, RosMissingError
 
@@ -78,7 +79,7 @@ def view(
         raise WrongUsage('--sliders needs no ROS and --publish does: give one of them')
     try:
         from ..view.door import check_address
-        from ..view.run import Silence, run_page, stop_signals
+        from ..view.run import Silence, run_page
     except ImportError as error:
         if _is_ours(error):
             raise

@@ -17,6 +17,7 @@ from rich.live import Live
 from ..errors import KinematicsError
 from ..patience import ready_kernel
 from ..recording import read_recording
+from ..stop_signals import stop_signals
 from ..trajectory import TRAJECTORIES
 from .demo_report import PlainReport, invitation, motion_in_words, summary
 from .demo_screen import screen
@@ -24,7 +25,7 @@ from .listener import Listener
 from .node import KinematicsNode
 from .parameters import RobotConflictError
 from .runner import FAULT, FINE, WRONG_USAGE, open_context, start_refusal, tell
-from .spin import new_executor, spin, stop_signals
+from .spin import new_executor, spin
 from .standard_output import StandardOutput
 from .virtual_arm import Moment, VirtualArm, moments_of_recording, moments_of_trajectory
 

@@ -19,13 +19,14 @@ from rich.live import Live
 from rich.text import Text
 
 from ..printing import json_text
+from ..stop_signals import stop_signals
 from .echo_topics import ECHO_TOPICS, EchoTopic
 from .heard import Heard
 from .live_table import coloured
 from .readings import LayoutError
 from .runner import FAULT, FINE, WRONG_USAGE, open_context, start_refusal, tell
 from .silence import reason_of_silence
-from .spin import new_executor, spin, stop_signals
+from .spin import new_executor, spin
 from .standard_output import StandardOutput
 
 REDRAW = 0.1

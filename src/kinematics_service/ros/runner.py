@@ -16,11 +16,12 @@ from rclpy.signals import SignalHandlerOptions
 
 from ..errors import KinematicsError
 from ..patience import ready_kernel
+from ..stop_signals import StopSignal, stop_signals
 from .arms import ArmChoice, ArmsError, arms_from
 from .environment import mixture_refusal, security_refusal
 from .node import KinematicsNode
 from .parameters import RobotConflictError
-from .spin import StopSignal, keeps_order, new_executor, spin, stop_signals
+from .spin import keeps_order, new_executor, spin
 
 FINE, FAULT, WRONG_USAGE = 0, 1, 2
 

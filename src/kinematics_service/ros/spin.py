@@ -5,11 +5,8 @@ The executor and the loop that turns it until a signal.
 its `spin()` burns a core and ignores signals, while `spin_once(timeout_sec=...)` works.
 """
 
-import signal
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from types import FrameType
+from collections.abc import Callable
 from typing import Any
 
 from rclpy.clock import Clock, ClockType
@@ -70,42 +67,6 @@ def _fires_a_timer(executor: Any, node: Node) -> bool:
         executor.spin_once(timeout_sec=0.01)
     node.destroy_timer(timer)
     return fired
-
-
-class StopSignal:
-    """
-    Whether SIGINT or SIGTERM has come.
-
-    """
-
-    def __init__(self) -> None:
-        self.came = False
-
-    def __call__(self, signum: int, frame: FrameType | None) -> None:
-        """
-        Note that it came: the signal handler.
-
-        """
-        self.came = True
-
-
-@contextmanager
-def stop_signals() -> Iterator[StopSignal]:
-    """
-    Handle SIGINT and SIGTERM with a flag inside the block, and ignore both from its end on.
-
-    rclpy's own handlers end a busy node with a traceback most of the time. A second signal during
-    the clean-up must do no harm, so the process stays deaf to both.
-
-    """
-    stop = StopSignal()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, stop)
-    try:
-        yield stop
-    finally:
-        for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, signal.SIG_IGN)
 
 
 def spin(executor: Any, node: Node, stopped: Callable[[], bool]) -> bool:

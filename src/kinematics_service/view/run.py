@@ -3,12 +3,9 @@ The loop behind the page: hear or read the sliders, look, show; some thirty time
 
 """
 
-import signal
 import sys
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from types import FrameType
+from collections.abc import Callable
 from typing import Protocol
 
 from ..kernel import Floats
@@ -80,39 +77,6 @@ class Silence:
 
         """
         return 'there is no ROS here'
-
-
-class StopSignal:
-    """
-    Whether SIGINT or SIGTERM has come.
-
-    """
-
-    def __init__(self) -> None:
-        self.came = False
-
-    def __call__(self, number: int, frame: FrameType | None) -> None:
-        """
-        Note that it came: the signal handler.
-
-        """
-        self.came = True
-
-
-@contextmanager
-def stop_signals() -> Iterator[StopSignal]:
-    """
-    Handle SIGINT and SIGTERM with a flag inside the block, and ignore both from its end on.
-
-    """
-    stop = StopSignal()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, stop)
-    try:
-        yield stop
-    finally:
-        for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, signal.SIG_IGN)
 
 
 def run_page(
