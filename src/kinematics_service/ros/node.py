@@ -254,6 +254,7 @@ class KinematicsNode(Node):
             self.get_clock().now().nanoseconds, back
         ):
             self._grid.forget()
+            self._reference.forget()
             self.get_logger().info('the ROS clock jumped back: starting anew')
 
     # Parameters
