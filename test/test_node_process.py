@@ -15,9 +15,10 @@ import pytest
 
 pytest.importorskip('rclpy', reason='needs ROS 2')
 
-from geometry_msgs.msg import PoseStamped
+from geometry_msgs.msg import PoseStamped, TwistStamped
 from node_process import NodeProcess
 from ros_harness import START, STEP, Peer, joint_state, nanoseconds
+from sensor_msgs.msg import JointState
 
 import kinematics_service as ks
 
@@ -161,6 +162,29 @@ def test_names_of_a_node_are_set_on_its_command_line(process, peer):
         *('-r', 'joint_states:=/joint_states', '-p', 'base_frame:=table'),
     )
     assert answered(peer, '/cell/arm/pose').header.frame_id == 'table'
+
+
+def test_a_node_that_ends_ends_the_motion_it_began(process, peer):
+    node = process(
+        *('--robot', 'craig_3r', '--ros-args', '-p', 'ik.target_timeout:=100.0'),
+        *('-p', 'joint_state_timeout:=100.0'),
+    )
+    answered(peer)
+    velocities = peer.listen('/kinematics/ik/joint_velocity', JointState)
+    targets = peer.peer.create_publisher(TwistStamped, '/kinematics/target_twist', 10)
+    twist = TwistStamped()
+    twist.header.frame_id = 'base_link'
+    twist.twist.linear.x = 0.05
+
+    def moving():
+        targets.publish(twist)  # refused until the solver is there
+        return bool(velocities)
+
+    peer.spin_until(moving, 'joint velocities', 300.0)
+    assert any(velocities[-1].velocity)
+    code, seconds = tell(node, signal.SIGINT, 1, 0.0)
+    expect_a_clean_end(node, code, seconds)
+    peer.spin_until(lambda: not any(velocities[-1].velocity), 'the end of the motion')
 
 
 def test_several_arms_run_in_one_process_each_in_its_namespace(process, peer):

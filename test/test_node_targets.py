@@ -58,6 +58,7 @@ def test_a_pose_is_answered_with_the_nearest_solution_and_all_of_them(targets):
     found = np.array(table.data).reshape(rows.size, 6)
     np.testing.assert_allclose(found, [solution.q for solution in expected], atol=EXACT)
     assert values_of(status)['solutions'] == str(rows.size)
+    assert float(values_of(status)['largest joint motion']) == pytest.approx(0.05)
 
 
 def test_a_pose_in_the_tool_frame_is_relative_to_the_tool(targets):

@@ -124,6 +124,13 @@ class KinematicsNode(Node):
         """
         self._outputs.events_in_order = True
 
+    def end_motion(self) -> None:
+        """
+        Stop what the last target twist began: to be called before the node goes.
+
+        """
+        self._targets.close()
+
     @property
     def settings(self) -> Settings:
         """

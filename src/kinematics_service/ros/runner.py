@@ -152,6 +152,8 @@ def _run(
     gc.freeze()
     fine = spin(executor, nodes[0], lambda: stop.came or not context.ok())
     for node in nodes:
+        if context.ok():
+            node.end_motion()
         executor.remove_node(node)
     executor.shutdown()
     return FINE if fine else FAULT

@@ -3,6 +3,8 @@ What became of a target, in a sentence and as keys and values.
 
 """
 
+import numpy as np
+
 from ..inverse.result import IkResult
 from ..inverse.servo import ServoStep
 from ..kernel import Floats
@@ -11,9 +13,11 @@ from ..notice import Notice
 from .target_messages import Choice
 
 
-def pose_notice(result: IkResult, choice: Choice) -> Notice:
+def pose_notice(result: IkResult, choice: Choice, near: Floats) -> Notice:
     """
     Return what became of a pose target: OK where the arm can be there, otherwise ERROR.
+
+    `near` are the present joint positions: who executes the answer sees how far it is.
 
     """
     values = [
@@ -23,6 +27,8 @@ def pose_notice(result: IkResult, choice: Choice) -> Notice:
     ]
     if choice.answers:
         values.append(('residual', f'{choice.answers[0].residual:.3g}'))
+        motion = float(np.max(np.abs(choice.answers[0].q - near)))
+        values.append(('largest joint motion', f'{motion:.6g}'))
         values.append(('margin', f'{choice.answers[0].margin:.6g}'))
         return Notice(Level.OK, result.reason, tuple(values))
     sentence = result.reason

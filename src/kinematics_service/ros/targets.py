@@ -12,6 +12,7 @@ import numpy as np
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from rclpy.clock import Clock
+from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from sensor_msgs.msg import JointState
@@ -38,6 +39,7 @@ from .target_messages import (
     twist_of,
 )
 from .target_notices import pose_notice, twist_notice
+from .throttle import Throttle
 from .topics import (
     IK_JOINT_STATES,
     IK_JOINT_VELOCITY,
@@ -52,6 +54,8 @@ from .topics import (
 
 # The silence of a stream of twists is looked for so often, as a share of its timeout.
 WATCH_SHARE = 0.25
+# At the end of the node the last message is waited for so long.
+LAST_WORD = Duration(seconds=0.2)
 
 
 class Targets:
@@ -88,6 +92,7 @@ class Targets:
         self._settings = settings
         self._latest = latest
         self._solver = solver
+        self._throttle = Throttle(5.0)
         self._moving_since: float | None = None  # time of the last twist that is in force
 
         def publisher(kind: Any, name: str) -> Any:
@@ -135,6 +140,15 @@ class Targets:
         self._settings = settings
         self._timer.timer_period_ns = round(self._watch_period() * 1e9)
 
+    def close(self) -> None:
+        """
+        End a motion in force, before the node goes.
+
+        """
+        if self._moving_since is not None:
+            self._stop()
+            self._joint_velocity.wait_for_all_acked(LAST_WORD)
+
     def _watch_period(self) -> float:
         return self._settings.target_timeout * 1e-9 * WATCH_SHARE
 
@@ -170,7 +184,7 @@ class Targets:
         if choice.q is not None:
             stamp = _stamp(message)
             self._joint_states.publish(joint_positions_message(choice.q, stamp, settings))
-        return pose_notice(result, choice)
+        return pose_notice(result, choice, present.q)
 
     # Twists
 
@@ -217,7 +231,10 @@ class Targets:
     def _refused(self, error: Exception) -> Notice:
         if isinstance(error, KinematicsError):
             return Notice(Level.ERROR, f'refused: {error}', ())
-        self._node.get_logger().error(f'internal error at a target, please report it: {error!a}')
+        if self._throttle.passes('internal'):
+            self._node.get_logger().error(
+                f'internal error at a target, please report it: {error!a}'
+            )
         return Notice(Level.ERROR, 'refused: internal error', ())
 
     def _say(self, topic: str, notice: Notice) -> None:
