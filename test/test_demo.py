@@ -27,6 +27,7 @@ from sensor_msgs.msg import JointState
 
 import kinematics_service as ks
 from kinematics_service.ros.demo import RANGE, stay_on_this_host
+from kinematics_service.ros.virtual_arm import RATE
 
 DEADLINE = 60.0
 # The contract's second, and what a busy machine adds to it.
@@ -103,7 +104,8 @@ def test_five_seconds_lead_through_a_singular_pose(ros_domain):
     seconds, *counts = SUMMARY.search(done.stdout).groups()
     sent, poses, jacobians, twists, warnings = map(int, counts)
     assert 5.0 <= float(seconds) < 10.0
-    assert 100 <= sent <= 252
+    # No more than were due: the end is noticed a turn of the executor late, or later still.
+    assert 100 <= sent <= RATE * (float(seconds) + 0.05) + 1
     assert sent == poses == jacobians == twists
     assert warnings >= 3
     assert float(NEAREST.search(done.stdout)[1]) < 0.01

@@ -24,7 +24,7 @@ import kinematics_service as ks
 
 Q = (0.3, -0.4, 1.2)
 NAMES = ['q1', 'q2', 'q3']
-RUNS = 3
+RUNS = 5
 # So many answers of a node that has ended may still wait to be heard.
 QUEUE = 50
 # The contract's second for the way out.
