@@ -41,7 +41,7 @@ setup(
         f'{NAME}.view',
         f'{NAME}.config',
     ],
-    package_data={NAME: ['py.typed'], f'{NAME}.config': CONFIG},
+    package_data={NAME: ['py.typed'], f'{NAME}.ros': ['fastdds.xml'], f'{NAME}.config': CONFIG},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{NAME}']),
         (f'share/{NAME}', ['package.xml']),

@@ -19,6 +19,8 @@ from ..patience import ready_kernel
 from ..stop_signals import StopSignal, stop_signals
 from .arms import ArmChoice, ArmsError, arms_from
 from .environment import mixture_refusal, security_refusal
+from .messages import full_name
+from .middleware import take_profiles
 from .node import KinematicsNode
 from .parameters import RobotConflictError
 from .spin import keeps_order, new_executor, spin
@@ -51,6 +53,7 @@ def open_context(ros_args: Sequence[str]) -> Context | None:
     None, after one line to standard error, where the arguments are wrong.
 
     """
+    take_profiles()
     context = Context()
     set_logger_level('rcl', LoggingSeverity.FATAL)  # it repeats what is told below
     try:
@@ -162,8 +165,8 @@ def _run(
 def _node(arm: ArmChoice, context: Context, others: Sequence[KinematicsNode]) -> KinematicsNode:
     options = {} if arm.namespace is None else {'namespace': arm.namespace}
     node = KinematicsNode(arm.robot, context=context, **options)
-    name = node.full_name
-    if name in [other.full_name for other in others]:
+    name = full_name(node)
+    if name in [full_name(other) for other in others]:
         # A remapping of names holds for every node of the process.
         node.destroy_node()
         raise ArmsError(
