@@ -138,6 +138,7 @@ _REFUSALS = {
     ),
 }
 _NOTHING = np.empty(0)
+_NOWHERE = np.empty(0, dtype=np.int64)
 # tuple.__new__ directly: the constructor of a NamedTuple is a call more.
 _new = tuple.__new__
 # Forms of streams kept, and what stands for one whose messages make no state of this arm.
@@ -261,6 +262,19 @@ class Estimator:
         """
         return self._table.disputed(arrival, JUMPS)
 
+    def is_settled(self, state: ToolState, arrival: int) -> bool:
+        """
+        Return whether `judge` would say nothing and change nothing: seen from the kernel's level.
+
+        False where that takes a closer look.
+
+        """
+        alarm, measures = self._alarm, state.measures
+        if measures is None or alarm.level is not Level.OK:
+            return False
+        level: float = measures.item(self.robot.measure_places.judged + kernel.LEVEL)
+        return level == 0.0 and alarm.is_settled(Level.OK, arrival)
+
     def judge(self, singularity: Singularity, arrival: int) -> tuple[Level, bool]:
         """
         Return the level of a new state, with hysteresis, and whether it is to be said.
@@ -314,13 +328,28 @@ class Estimator:
         )
 
     def take_bytes(
-        self, form: WireForm, data: bytes, arrival: int, depth: int = kernel.ALL_FRAMES
+        self,
+        form: WireForm,
+        data: bytes,
+        arrival: int,
+        depth: int = kernel.ALL_FRAMES,
+        places: Integers = _NOWHERE,
+        sheet: Floats = _NOTHING,
     ) -> Answer | Refusal | None:
         """
         Return what `take` returns for a serialized message, with its measures already there.
 
         None for bytes of another form, for a message without a stamp, and for one that is to be
         refused in words: nothing was done then, and it is to be read and given to `take`.
+
+        Parameters
+        ----------
+        form, data, arrival
+            The message, the form it should have, and when it came (steady clock, ns).
+        depth
+            As in `take`.
+        places, sheet
+            Where else the numbers of an answer go, as `kernel.fill_sheet` takes it.
 
         """
         packed = self._forms.get(form)
@@ -345,6 +374,8 @@ class Estimator:
             arrival,
             row,
             measures,
+            places,
+            sheet,
         )
         if said == kernel.NOT_THIS_FORM or said == kernel.BAD_POSITION:
             return None

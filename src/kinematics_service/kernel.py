@@ -1443,9 +1443,11 @@ def observe_bytes(
     arrival: int,
     row: Floats,
     measures: Floats,
+    places: Integers,
+    sheet: Floats,
 ) -> int:
     """
-    Take a serialized message of a known form: `observe`, then `measure_one`, in one call.
+    Take a serialized message of a known form: `observe`, `measure_one`, `fill_sheet` in one call.
 
     Returns what `observe` returns, or NOT_THIS_FORM for bytes of another form and for a message
     without a stamp.
@@ -1462,6 +1464,8 @@ def observe_bytes(
         The message.
     measures
         As in `measure_one`.
+    places, sheet
+        As in `fill_sheet`.
 
     """
     size = data.size
@@ -1486,7 +1490,49 @@ def observe_bytes(
     said = observe(arm, memory, layout, positions, velocities, stamp, 0, arrival, row)
     if said % STARTED_ANEW <= SAID_WITH_DIFFERENCES:
         measure_one(arm, row, measures)
+        fill_sheet(places, stamp, row, measures, sheet)
     return said
+
+
+# What a stamp's seconds can hold in a message: int32.
+LARGEST_SECOND = 2**31 - 1
+
+
+@compiled_for_one
+def fill_sheet(places: Integers, stamp: int, row: Floats, measures: Floats, sheet: Floats) -> None:
+    """
+    Copy a stamp and numbers of a state to where serialized messages have them.
+
+    Parameters
+    ----------
+    places
+        Empty for nothing; otherwise the number of stamps, the number of numbers, where the stamps
+        go (in units of four bytes), where the numbers come from (a place in `row`, or beyond its
+        end in `measures`), and where they go (in units of eight bytes).
+    stamp : ns
+        Beyond what a message can hold, the nearest it can.
+    row, measures
+        As `observe_bytes` fills them.
+    sheet
+        The messages' bytes, seen as doubles.
+
+    """
+    if places.size == 0:
+        return
+    stamps, count = places[0], places[1]
+    seconds = stamp // 1_000_000_000
+    nanoseconds = stamp - seconds * 1_000_000_000
+    seconds = max(-LARGEST_SECOND - 1, min(LARGEST_SECOND, seconds))
+    words = sheet.view(np.int32)
+    for k in range(2, 2 + stamps):
+        words[places[k]] = seconds
+        words[places[k] + 1] = nanoseconds
+    sources = places[2 + stamps : 2 + stamps + count]
+    targets = places[2 + stamps + count :]
+    for k in range(count):
+        source = sources[k]
+        beyond = source - row.size
+        sheet[targets[k]] = row[source] if beyond < 0 else measures[beyond]
 
 
 @compiled_for_one

@@ -141,11 +141,8 @@ def _play(
     duration: float | None,
     stopped: Callable[[], bool],
 ) -> int:
-    names = [
-        node.settings.estimator.joint_prefix + name for name in node.settings.robot.joint_names
-    ]
     arm_node, display = _helper(node, 'arm'), _helper(node, 'display')
-    arm = VirtualArm(arm_node, names, moments)
+    arm = VirtualArm(arm_node, node.settings.joint_names, moments)
     listener = Listener(display, node.get_fully_qualified_name())
     output = StandardOutput()
     executor = new_executor(node, node.context)

@@ -23,7 +23,6 @@ def description_of(
 
     """
     robot = settings.robot
-    prefix = settings.estimator.joint_prefix
     return {
         'robot': robot.name,
         'source': robot.source,
@@ -31,7 +30,7 @@ def description_of(
         'dof': robot.dof,
         'joints': [
             {
-                'name': prefix + name,
+                'name': name,
                 'variable': variable,
                 'type': kind,
                 'lower': _finite(low),
@@ -40,7 +39,7 @@ def description_of(
                 'unit': 'm' if kind == 'prismatic' else 'rad',
             }
             for name, variable, kind, (low, high), velocity in zip(
-                robot.joint_names,
+                settings.joint_names,
                 robot.variables,
                 robot.joint_types,
                 robot.limits,
@@ -51,7 +50,7 @@ def description_of(
         'jacobian': {
             'axes': settings.jacobian_frame,
             'rows': ROW_LABELS[settings.row_order].split(','),
-            'columns': [prefix + name for name in robot.joint_names],
+            'columns': list(settings.joint_names),
             'reference_point': 'origin of the tool frame',
         },
         'twist': {'axes': settings.twist_frame, 'rows': ROW_LABELS['linear_first'].split(',')},

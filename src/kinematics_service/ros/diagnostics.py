@@ -23,22 +23,23 @@ INTERNAL_ERROR = 'internal error'
 @dataclass
 class Work:
     """
-    Processing times since the last diagnostics, in s.
+    Processing times since the last diagnostics, in ns.
 
     """
 
     count: int = 0
-    total: float = 0.0
-    longest: float = 0.0
+    total: int = 0
+    longest: int = 0
 
-    def add(self, seconds: float) -> None:
+    def add(self, nanoseconds: int) -> None:
         """
         Count one message.
 
         """
         self.count += 1
-        self.total += seconds
-        self.longest = max(self.longest, seconds)
+        self.total += nanoseconds
+        if nanoseconds > self.longest:
+            self.longest = nanoseconds
 
     @property
     def mean(self) -> float:
@@ -118,8 +119,8 @@ def input_notice(state: InputState) -> Notice:
         ('rejected', f'{rejected}'),
         *((f'rejected: {reason}', f'{state.counts.get(reason, 0)}') for reason in REJECTED),
         ('internal errors', f'{state.counts.get(INTERNAL_ERROR, 0)}'),
-        ('processing time, mean', f'{state.work.mean * 1e6:.0f} us'),
-        ('processing time, longest', f'{state.work.longest * 1e6:.0f} us'),
+        ('processing time, mean', f'{state.work.mean * 1e-3:.0f} us'),
+        ('processing time, longest', f'{state.work.longest * 1e-3:.0f} us'),
     ]
     return Notice(level, sentence, tuple(values))
 

@@ -14,7 +14,7 @@ from rclpy.node import Node
 from ..estimator import Estimator
 from ..notice import Notice
 from .diagnostics import InputState, Work, input_notice
-from .messages import status_message
+from .messages import full_name, status_message
 from .topics import DIAGNOSTICS, DIAGNOSTICS_QOS
 
 PERIOD = 1.0
@@ -87,8 +87,7 @@ class Health:
         self.work, self._counts_said, self._said = Work(), counts, now
         message = DiagnosticArray()
         message.header.stamp = node.get_clock().now().to_msg()
-        # With the namespace: two arms share the topic.
-        name = str(node.get_fully_qualified_name()).lstrip('/')
+        name = full_name(node)
         message.status = [status_message(f'{name}: input', input_notice(state))]
         frames = self._frames()
         if frames is not None:

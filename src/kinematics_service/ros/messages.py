@@ -10,10 +10,12 @@ from typing import NamedTuple
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 from geometry_msgs.msg import TransformStamped
+from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
 from ..estimator import Answer
 from ..joint_sample import JointSample
+from ..kernel import LARGEST_SECOND
 from ..notice import Notice
 from ..singularities import Singularity
 from .settings import Settings
@@ -25,7 +27,6 @@ LEVELS = (
     DiagnosticStatus.STALE,
 )
 SECOND = 1_000_000_000
-LARGEST_SECOND = 2**31 - 1
 
 
 class Report(NamedTuple):
@@ -82,6 +83,14 @@ def transform_message(report: Report) -> TransformStamped:
     translation.x, translation.y, translation.z = map(float, report.answer.state.position)
     rotation.x, rotation.y, rotation.z, rotation.w = map(float, report.answer.quaternion_xyzw)
     return message
+
+
+def full_name(node: Node) -> str:
+    """
+    Return a node's name with its namespace, for statuses: two arms share /diagnostics.
+
+    """
+    return str(node.get_fully_qualified_name()).lstrip('/')
 
 
 def status_message(name: str, notice: Notice) -> DiagnosticStatus:

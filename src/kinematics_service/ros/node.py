@@ -23,7 +23,7 @@ from .describe import description_of
 from .diagnostics import INTERNAL_ERROR
 from .health import Health
 from .input import Input, warm_up_bytes
-from .messages import Report, status_message
+from .messages import full_name, status_message
 from .outputs import Heard, Outputs
 from .parameters import NodeParameters
 from .reference import Reference
@@ -75,6 +75,7 @@ class KinematicsNode(Node):
             warm_up_bytes(settings)
         self._estimator = Estimator(settings.robot, settings.estimator)
         self._latest: Answer | None = None
+        self._resets = 0  # of the estimator, as far as they are known here
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._grid = StampGrid()
         self._throttle = Throttle(5.0)
@@ -108,14 +109,6 @@ class KinematicsNode(Node):
         self._targets = Targets(self, self.settings, self._present, self.solver, self._steady)
         self._input = Input(self, transport, self._on_sample, self._on_bytes, self._on_unreadable)
         self.create_service(Trigger, DESCRIBE, self._describe)
-
-    @property
-    def full_name(self) -> str:
-        """
-        Return the name with the namespace, since two arms share /diagnostics.
-
-        """
-        return str(self.get_fully_qualified_name()).lstrip('/')
 
     def trust_the_order_of_events(self) -> None:
         """
@@ -164,26 +157,25 @@ class KinematicsNode(Node):
         self._estimator.counts[reason] += 1
 
     def _on_sample(self, sample: JointSample) -> None:
-        begin = time.perf_counter()
         try:
-            heard, resets = self._outputs.heard(), self._estimator.counts.get(RESETS)
+            heard = self._outputs.heard()
             outcome = self._estimator.take(sample, heard.depth)
-            self._follow(outcome, sample.arrival, heard, resets)
+            self._follow(outcome, sample.arrival, heard, False)
         except Exception as error:  # nothing a robot sends may stop the node
             self._own_fault(error)
-        self._health.work.add(time.perf_counter() - begin)
+        self._health.work.add(time.monotonic_ns() - sample.arrival)
 
     def _on_bytes(self, form: WireForm, data: bytes, arrival: int) -> bool:
-        begin = time.perf_counter()
         try:
-            heard, resets = self._outputs.heard(), self._estimator.counts.get(RESETS)
-            outcome = self._estimator.take_bytes(form, data, arrival, heard.depth)
+            heard = self._outputs.heard()
+            _, places, sheet = heard.sheet
+            outcome = self._estimator.take_bytes(form, data, arrival, heard.depth, places, sheet)
             if outcome is None:
                 return False
-            self._follow(outcome, arrival, heard, resets)
+            self._follow(outcome, arrival, heard, True)
         except Exception as error:  # nothing a robot sends may stop the node
             self._own_fault(error)
-        self._health.work.add(time.perf_counter() - begin)
+        self._health.work.add(time.monotonic_ns() - arrival)
         return True
 
     def _own_fault(self, error: Exception) -> None:
@@ -192,16 +184,11 @@ class KinematicsNode(Node):
             self.get_logger().error(f'internal error at a message, please report it: {error!a}')
 
     def _follow(
-        self, outcome: Answer | Refusal, arrival: int, heard: Heard, resets: int | None
+        self, outcome: Answer | Refusal, arrival: int, heard: Heard, in_sheet: bool
     ) -> None:
-        # What follows from a message: `resets` are those counted before it.
-        if self._estimator.counts.get(RESETS) != resets:
-            self._grid.forget()
-            self._reference.forget()
-            if self._throttle.passes(RESETS):
-                self.get_logger().info(
-                    'stamps stepped back by more than joint_state_timeout: starting anew'
-                )
+        # What follows from a message.
+        if self._estimator.counts.get(RESETS, 0) != self._resets:
+            self._start_anew()
         if isinstance(outcome, Refusal):
             if outcome.sentence and self._throttle.passes(outcome.reason):
                 self.get_logger().warning(f'joint state rejected: {outcome.sentence}')
@@ -209,13 +196,28 @@ class KinematicsNode(Node):
         self._latest = outcome
         if self._reference.is_there:
             self._reference.note(outcome)
-        settings, singularity = self._settings, singularity_of(outcome.state)
-        wanted = heard.channels or settings.publish_tf
-        if wanted and self._grid.passes(outcome.stamp, settings.period):
-            self._outputs.publish(Report(outcome, singularity, settings), heard)
-        level, say = self._estimator.judge(singularity, arrival)
-        if say:
-            self._warn(singularity, level)
+        # Publishing wakes those who listen, who take this core: what else is to be done is cheaper
+        # before. A warning comes after the pose it is about.
+        state, warned = outcome.state, None
+        if not self._estimator.is_settled(state, arrival):
+            singularity = singularity_of(state)
+            level, say = self._estimator.judge(singularity, arrival)
+            warned = (singularity, level) if say else None
+        wanted = heard.channels or self._settings.publish_tf
+        if wanted and self._grid.passes(outcome.stamp, self._settings.period):
+            self._outputs.publish(outcome, heard, in_sheet)
+        if warned is not None:
+            self._warn(*warned)
+
+    def _start_anew(self) -> None:
+        # The estimator has: a stamp stepped back.
+        self._resets = self._estimator.counts.get(RESETS, 0)
+        self._grid.forget()
+        self._reference.forget()
+        if self._throttle.passes(RESETS):
+            self.get_logger().info(
+                'stamps stepped back by more than joint_state_timeout: starting anew'
+            )
 
     def _present(self) -> Answer | str:
         # The arm's present state, or why it is not known.
@@ -236,7 +238,7 @@ class KinematicsNode(Node):
         self._say(notice)
 
     def _say(self, notice: Notice) -> None:
-        self._warning.publish(status_message(f'{self.full_name}: singularity', notice))
+        self._warning.publish(status_message(f'{full_name(self)}: singularity', notice))
 
     # Clocks and watches
 
@@ -260,6 +262,7 @@ class KinematicsNode(Node):
         if back > 0 and self._estimator.clock_stepped_back(
             self.get_clock().now().nanoseconds, back
         ):
+            self._resets = self._estimator.counts.get(RESETS, 0)
             self._grid.forget()
             self._reference.forget()
             self.get_logger().info('the ROS clock jumped back: starting anew')

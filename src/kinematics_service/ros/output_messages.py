@@ -64,8 +64,7 @@ def jacobian_message(stamp: int, numbers: Floats, settings: Settings) -> Float64
     Return J, row-major 6 x n, with labelled rows and columns.
 
     """
-    prefix = settings.estimator.joint_prefix
-    names = ','.join(prefix + name for name in settings.robot.joint_names)
+    names = ','.join(settings.joint_names)
     n = settings.robot.dof
     message = Float64MultiArray()
     message.layout.dim = [

@@ -13,8 +13,11 @@ from rclpy.publisher import Publisher
 from rclpy.qos_overriding_options import QoSOverridingOptions
 
 from .. import kernel
+from ..estimator import Answer
+from ..singularities import singularity_of
 from .messages import Report, transform_message
 from .settings import Settings
+from .sheet import Sheet, sheet_of
 from .stamp_grid import StampGrid
 from .topics import OUTPUT_QOS, TOPICS, Topic, sample_report
 from .wire_template import Template
@@ -67,10 +70,20 @@ class Heard(NamedTuple):
     """
     The channels somebody listens to, and what the kernel must compute for them.
 
+    Attributes
+    ----------
+    channels
+        In the order they are published.
+    depth
+        What the kernel must have computed.
+    sheet
+        The messages of those channels that the kernel can fill in.
+
     """
 
     channels: tuple[Channel, ...]
     depth: int
+    sheet: Sheet
 
 
 class Outputs:
@@ -90,6 +103,7 @@ class Outputs:
         self._transport = transport
         self.events_in_order = False
         self._told_of_listeners = True
+        self._settings = settings
         self._heard: Heard | None = None
         self.channels = [self._channel(topic) for topic in TOPICS]
         self._tf: Publisher | None = None
@@ -100,7 +114,7 @@ class Outputs:
         Take other settings: frames and labels are part of the templates.
 
         """
-        self._heard = None
+        self._settings, self._heard = settings, None
         if self._transport == 'bytes':
             sample = sample_report(settings)
             self.channels = [
@@ -128,19 +142,41 @@ class Outputs:
         heard = self._heard
         if heard is None or not (self.events_in_order and self._told_of_listeners):
             channels = tuple(channel for channel in self.channels if channel.listeners() > 0)
-            depth = max((channel.topic.depth for channel in channels), default=kernel.JACOBIAN)
-            heard = self._heard = Heard(channels, depth)
+            heard = self._heard
+            if heard is None or channels != heard.channels:
+                heard = self._heard = self._heard_on(channels)
         return heard
 
-    def publish(self, report: Report, heard: Heard) -> None:
+    def _heard_on(self, channels: tuple[Channel, ...]) -> Heard:
+        depth = max((channel.topic.depth for channel in channels), default=kernel.JACOBIAN)
+        topics = [(channel.topic, channel.template) for channel in channels]
+        return Heard(channels, depth, sheet_of(topics, self._settings, depth))
+
+    def publish(self, answer: Answer, heard: Heard, in_sheet: bool) -> None:
         """
-        Publish a report on channels, pose first, and on /tf where that is set.
+        Publish an answer on channels, pose first, and on /tf where that is set.
+
+        Parameters
+        ----------
+        answer
+            The new state.
+        heard
+            The channels.
+        in_sheet
+            Whether the sheet has been filled with this answer's numbers.
 
         """
-        for channel in heard.channels:
+        settings, report = self._settings, None
+        for channel, part in zip(heard.channels, heard.sheet.parts):
+            if in_sheet and part is not None:
+                if answer.state.moving or not part.of_motion:
+                    channel.publish_bytes(part.data.tobytes())
+                continue
+            if report is None:
+                report = Report(answer, singularity_of(answer.state), settings)
             channel.send(report)
-        if report.settings.publish_tf:
-            self._publish_tf(report)
+        if settings.publish_tf:
+            self._publish_tf(Report(answer, singularity_of(answer.state), settings))
 
     def _channel(self, topic: Topic) -> Channel:
         def publisher_with(callbacks: PublisherEventCallbacks | None) -> Publisher:

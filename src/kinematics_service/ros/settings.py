@@ -79,6 +79,15 @@ class Settings:
     target_timeout: int
     servo: ServoSettings
 
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """
+        Return the names of the joints as messages have them, prefix included.
+
+        """
+        prefix = self.estimator.joint_prefix
+        return tuple(prefix + name for name in self.robot.joint_names)
+
 
 def tf_is_importable() -> bool:
     """

@@ -24,7 +24,7 @@ from ..inverse.servo import joint_velocity
 from ..inverse.solve import inverse_kinematics
 from ..measures import Level
 from ..notice import Notice
-from .messages import SECOND, status_message
+from .messages import SECOND, full_name, status_message
 from .settings import Settings
 from .solver import Solver
 from .target_messages import (
@@ -118,7 +118,10 @@ class Targets:
                 copy.copy(qos),
                 qos_overriding_options=QoSOverridingOptions.with_default_policies(),
             )
-        self._timer = node.create_timer(self._watch_period(), self._watch, clock=steady)
+        # Turns only while a twist is in force: its thread would wake for nothing otherwise.
+        self._timer = node.create_timer(
+            self._watch_period(), self._watch, clock=steady, autostart=False
+        )
 
     @property
     def topics(self) -> tuple[list[str], list[str]]:
@@ -205,7 +208,12 @@ class Targets:
         self._joint_velocity.publish(
             joint_velocities_message(step.qdot, _stamp(message), settings)
         )
-        self._moving_since = time.monotonic() if np.any(step.qdot) else None
+        moving = bool(np.any(step.qdot))
+        if moving and self._moving_since is None:
+            self._timer.reset()
+        elif not moving:
+            self._timer.cancel()
+        self._moving_since = time.monotonic() if moving else None
         return twist_notice(step)
 
     def _watch(self) -> None:
@@ -221,6 +229,7 @@ class Targets:
         if self._moving_since is None:
             return
         self._moving_since = None
+        self._timer.cancel()
         if stamp is None:
             stamp = self._node.get_clock().now().nanoseconds
         zero = np.zeros(self._settings.robot.dof)
@@ -239,7 +248,7 @@ class Targets:
 
     def _say(self, topic: str, notice: Notice) -> None:
         if self._status.get_subscription_count() > 0:
-            name = str(self._node.get_fully_qualified_name()).lstrip('/')
+            name = full_name(self._node)
             robot = ('robot', self._settings.robot.name)
             notice = Notice(notice.level, notice.sentence, (robot, *notice.values))
             self._status.publish(status_message(f'{name}: {topic}', notice))

@@ -5,7 +5,7 @@ An arm that is not there: a node that publishes joint states along a path or fro
 
 import time
 from array import array
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from rclpy.clock import Clock, ClockType
@@ -82,7 +82,7 @@ class VirtualArm:
 
     """
 
-    def __init__(self, node: Node, names: list[str], moments: Iterator[Moment]) -> None:
+    def __init__(self, node: Node, names: Sequence[str], moments: Iterator[Moment]) -> None:
         self.sent = 0
         self.finished = False
         self._message = JointState(name=names)

@@ -74,11 +74,10 @@ class _Layout:
     size: int
     places: tuple[slice, ...]  # of stamp, positions, velocities, efforts
     fixed: Bytes  # 255 for a byte that must be as it was, 0 for another
+    same: Bytes  # what stands there; 0 elsewhere
     sample: bytes  # one such message
     stamp: struct.Struct
     form: WireForm | None  # where there are as many positions as names
-    mask: int  # `fixed`, and the sample's bytes under it, as one number each
-    masked: int
 
     @classmethod
     def of(
@@ -89,7 +88,7 @@ class _Layout:
         places: tuple[slice, ...],
         fixed: Bytes,
     ) -> '_Layout':
-        mask = int.from_bytes(fixed.tobytes(), 'little')
+        same = np.frombuffer(data, np.uint8) & fixed
         stamp, positions, velocities, _ = places
         form = None
         if len(message.position) == len(names):
@@ -100,7 +99,7 @@ class _Layout:
                 positions=positions.start,
                 velocities=velocities.start,
                 velocity_count=len(message.velocity),
-                pattern=np.concatenate([fixed, np.frombuffer(data, np.uint8) & fixed]),
+                pattern=np.concatenate([fixed, same]),
             )
         return cls(
             shape=_shape_of(message),
@@ -108,11 +107,10 @@ class _Layout:
             size=len(data),
             places=places,
             fixed=fixed,
+            same=same,
             sample=data,
             stamp=struct.Struct(f'={places[0].start}x{STAMP.format[1:]}'),
             form=form,
-            mask=mask,
-            masked=int.from_bytes(data, 'little') & mask,
         )
 
 
@@ -158,7 +156,7 @@ class JointStateReader:
         for age, layout in enumerate(self._layouts):
             if layout.size != size:
                 continue
-            if int.from_bytes(data, 'little') & layout.mask == layout.masked:
+            if np.array_equal(np.frombuffer(data, np.uint8) & layout.fixed, layout.same):
                 if age:
                     self._layouts.insert(0, self._layouts.pop(age))
                 _, positions, velocities, _ = layout.places

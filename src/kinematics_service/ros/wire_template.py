@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 from rclpy.serialization import deserialize_message, serialize_message
 
-from ..kernel import Floats
-from .messages import LARGEST_SECOND, SECOND
+from ..kernel import LARGEST_SECOND, Floats
+from .messages import SECOND
 
 Make = Callable[[int, Floats], Any]
 
@@ -76,6 +76,10 @@ class Template:
 
     Attributes
     ----------
+    data
+        The message it was learned from.
+    place, stamp_place
+        Where in the bytes the numbers and the stamp begin; None for a message without a stamp.
     stamped
         Whether the message carries a stamp.
 
@@ -84,12 +88,11 @@ class Template:
     def __init__(
         self, data: bytes, shape: int | tuple[int, ...], place: int, stamp_place: int | None
     ) -> None:
+        self.data, self.place, self.stamp_place = data, place, stamp_place
+        self.stamped = stamp_place is not None
         self._buffer = bytearray(data)
         count = int(np.prod(shape))
         self._numbers = np.frombuffer(self._buffer, np.float64, count, place).reshape(shape)
-        self._place = place
-        self._stamp_place = stamp_place
-        self.stamped = stamp_place is not None
 
     @classmethod
     def learn(cls, make: Make, shape: int | tuple[int, ...]) -> 'Template | None':
@@ -137,10 +140,10 @@ class Template:
         return True
 
     def _parts(self) -> tuple[slice, ...]:
-        numbers = slice(self._place, self._place + self._numbers.nbytes)
-        if self._stamp_place is None:
+        numbers = slice(self.place, self.place + self._numbers.nbytes)
+        if self.stamp_place is None:
             return (numbers,)
-        return (numbers, slice(self._stamp_place, self._stamp_place + STAMP.size))
+        return (numbers, slice(self.stamp_place, self.stamp_place + STAMP.size))
 
     def message(self, stamp: int, numbers: Floats) -> bytes:
         """
@@ -155,9 +158,9 @@ class Template:
 
         """
         self._numbers[...] = numbers
-        if self._stamp_place is not None:
+        if self.stamp_place is not None:
             seconds, nanoseconds = divmod(stamp, SECOND)
             if not -LARGEST_SECOND <= seconds <= LARGEST_SECOND:
                 seconds = max(-LARGEST_SECOND - 1, min(LARGEST_SECOND, seconds))
-            STAMP.pack_into(self._buffer, self._stamp_place, seconds, nanoseconds)
+            STAMP.pack_into(self._buffer, self.stamp_place, seconds, nanoseconds)
         return bytes(self._buffer)
