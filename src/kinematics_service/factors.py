@@ -73,9 +73,11 @@ class Factors:
         return results
 
 
-def distances_to_zeros(results: Floats, column_scales: Floats) -> Floats:
+def motions_to_zeros(results: Floats, column_scales: Floats) -> Floats:
     """
-    Return the first-order joint motion to each factor's zero, shape (..., factors), rad, <= pi.
+    Return the joint motion to each factor's nearest zero by first order, (..., factors, n).
+
+    In rad and m; zero where the factor does not change.
 
     Parameters
     ----------
@@ -83,23 +85,6 @@ def distances_to_zeros(results: Floats, column_scales: Floats) -> Floats:
         As `Factors.evaluate` returns them.
     column_scales : shape (n,)
         What a unit of each joint counts in rad: the characteristic length for prismatic ones.
-
-    """
-    values = np.abs(results[..., 0])
-    scaled = results[..., 1:] * column_scales
-    slopes = np.sqrt(np.einsum('...j,...j->...', scaled, scaled))
-    near = values < math.pi * slopes
-    distances: Floats = np.full_like(values, math.pi)
-    np.divide(values, slopes, out=distances, where=near)
-    distances[values == 0.0] = 0.0
-    return distances
-
-
-def motions_to_zeros(results: Floats, column_scales: Floats) -> Floats:
-    """
-    Return the joint motion to each factor's nearest zero by first order, (..., factors, n).
-
-    In rad and m; zero where the factor does not change. Parameters as `distances_to_zeros`.
 
     """
     scaled = results[..., 1:] * column_scales

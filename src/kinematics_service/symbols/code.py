@@ -12,8 +12,6 @@ from sympy.printing.numpy import NumPyPrinter
 
 from .derivation import Derivation
 
-LANGUAGES = ('numpy', 'c', 'latex')
-
 
 def code_of(derivation: Derivation, language: str) -> str:
     """

@@ -10,8 +10,6 @@ from dataclasses import dataclass, replace
 from .formula_syntax import Node, parse, parse_lines
 from .formula_tokens import FormulaError, Token, plain_letters, tokens_of
 
-LARGEST_FILE = 256 * 1024
-
 SETTING = re.compile(
     r'\s*(rows|frame|units|at|first frame|point|meaning|singular)\s*:(?!=)(.*)', re.IGNORECASE
 )
