@@ -5,6 +5,7 @@ Every check can say what is left of the difference when an entry of the formula 
 is how likely causes are tested.
 """
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -29,7 +30,7 @@ ROUND_OFF = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class Check:
+class Check(ABC):
     """
     A statement at its poses.
 
@@ -131,13 +132,13 @@ class Check:
         result: Mask = np.all(self.gap(one, other) <= self.tolerance, axis=0)
         return result
 
-    @cached_property
+    @property
+    @abstractmethod
     def right(self) -> Floats:
         """
         Return what the formula should be worth, shape (N, rows, columns).
 
         """
-        raise NotImplementedError
 
     @cached_property
     def wrong(self) -> Mask:

@@ -6,6 +6,7 @@ A cause counts only where it makes the whole difference vanish at all poses: not
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import combinations
 from typing import Any
 
@@ -16,7 +17,7 @@ from .formula_causes import CAUSES
 from .formula_checks import Check, Mask, QuantityCheck
 from .formula_edits import EDITS, LONGEST_EDITED, SOLUTION_EDITS
 from .formula_names import GENERAL
-from .formula_numbers import Floats, size_of
+from .formula_numbers import Evaluation, Floats, size_of
 from .formula_quantities import symbolic
 from .formula_solutions import SolutionCheck
 from .formula_table import general_row, row_matrix
@@ -208,18 +209,25 @@ def _entries(mask: Mask) -> tuple[tuple[int, int], ...]:
     return tuple((int(i), int(j)) for i, j in np.argwhere(mask))
 
 
+@dataclass(frozen=True, eq=False)
 class _Against(Check):
     # A check whose right values are those of a first mistake.
-    def __init__(self, check: QuantityCheck, right: Floats) -> None:
-        super().__init__(check.robot, check.names, check.statement, check.poses)
-        self.__dict__['right'] = right
-        self.__dict__['evaluation'] = check.evaluation
+    check: QuantityCheck
+    mistaken: Floats
+
+    @property
+    def right(self) -> Floats:
+        return self.mistaken
+
+    @cached_property
+    def evaluation(self) -> Evaluation:
+        return self.check.evaluation
 
 
 def _entry_by_entry(
     check: QuantityCheck, right: Floats, left: Mask, tried: list[str]
 ) -> list[Explanation]:
-    against = _Against(check, right)
+    against = _Against(check.robot, check.names, check.statement, check.poses, check, right)
     found: list[Explanation] = []
     for i, j in _entries(left):
         terms = _missing_terms(check, right, i, j, tried)
