@@ -3,7 +3,6 @@ Constant poses of a robot file: {xyz, rpy}, matrices, the base and the tool.
 
 """
 
-import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -14,6 +13,7 @@ from .description import IDENTITY, Placement, RigidMotion
 from .entries import checked, checked_list, checked_number
 from .fault_report import number, quoted
 from .quantities import Kind, Quantities
+from .rigid_motion import rotation_of_roll_pitch_yaw
 from .robot_schema import PlacementEntry, PoseEntry
 from .yaml_document import Path
 
@@ -63,7 +63,7 @@ def pose_motion(
     if len(numbers) < 6:
         return None
     matrix = np.eye(4)
-    matrix[:3, :3] = _rotation(*numbers[3:])
+    matrix[:3, :3] = rotation_of_roll_pitch_yaw(numbers[3:])
     matrix[:3, 3] = numbers[:3]
     return RigidMotion(matrix, texts)
 
@@ -81,20 +81,6 @@ def read_motion(data: Any, path: Path, quantities: Quantities) -> RigidMotion | 
         motion = pose_motion(entry.xyz, entry.rpy, path, quantities)
         return motion if quantities.report.fault_count == before else None
     return _matrix_motion(data, path, quantities)
-
-
-def _rotation(roll: float, pitch: float, yaw: float) -> npt.NDArray[np.float64]:
-    cr, sr = math.cos(roll), math.sin(roll)
-    cp, sp = math.cos(pitch), math.sin(pitch)
-    cy, sy = math.cos(yaw), math.sin(yaw)
-    R = np.array(
-        [
-            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-            [-sp, cp * sr, cp * cr],
-        ]
-    )
-    return R + 0.0  # no -0.0
 
 
 def _matrix_motion(data: Any, path: Path, quantities: Quantities) -> RigidMotion | None:

@@ -1,13 +1,21 @@
 """
-Constant rigid motions as 4 x 4 arrays, used while a robot is loaded (never in the kernel).
+Rotations and rigid motions as arrays, outside the kernel: one form made into another.
 
 """
 
 import math
 
 import numpy as np
+import numpy.typing as npt
 
-from .kernel import Floats
+# Not taken from the kernel: a robot file is read without it.
+Floats = npt.NDArray[np.float64]
+
+# Below it cos(pitch) says no more about the yaw that people read.
+LEVEL = 1e-9
+# 2 cos(angle) below which the axis is read from R + R^T: within 18 degrees of half a turn, where
+# R - R^T fades.
+NEAR_HALF_A_TURN = -1.9
 
 # Rotations that turn the z axis into the named one: permutations, so nothing is rounded.
 Z_INTO = {
@@ -50,32 +58,103 @@ def inverse(T: Floats) -> Floats:
     return result
 
 
+def rotation_of_quaternion(quaternion_xyzw: npt.ArrayLike) -> Floats:
+    """
+    Return the rotations (..., 3, 3) of quaternions x y z w (..., 4) of any length but zero.
+
+    The Euler-Rodrigues formula, R = I + s (w [v]x + [v]x [v]x) with v = (x, y, z). s = 2 / |q|^2
+    stands in for a division of q by its length, and takes no root: quarter turns about the axes
+    come out exact. NaN where q is zero or not finite.
+
+    """
+    q = np.moveaxis(np.asarray(quaternion_xyzw, dtype=np.float64), -1, 0)
+    with np.errstate(invalid='ignore'):
+        # By the largest component, or else the square of a length may overflow.
+        x, y, z, w = q / np.max(np.abs(q), axis=0)
+    s = 2.0 / (x * x + y * y + z * z + w * w)
+    R = np.empty((*q.shape[1:], 3, 3))
+    R[..., 0, 0] = 1.0 - s * (y * y + z * z)
+    R[..., 1, 1] = 1.0 - s * (x * x + z * z)
+    R[..., 2, 2] = 1.0 - s * (x * x + y * y)
+    R[..., 0, 1], R[..., 1, 0] = s * (x * y - z * w), s * (x * y + z * w)
+    R[..., 0, 2], R[..., 2, 0] = s * (x * z + y * w), s * (x * z - y * w)
+    R[..., 1, 2], R[..., 2, 1] = s * (y * z - x * w), s * (y * z + x * w)
+    return R
+
+
+def skew_part(R: Floats) -> Floats:
+    """
+    Return 2 sin(angle) axis of rotations (..., 3, 3), shape (..., 3): what R - R^T holds.
+
+    """
+    return np.stack(
+        [
+            R[..., 2, 1] - R[..., 1, 2],
+            R[..., 0, 2] - R[..., 2, 0],
+            R[..., 1, 0] - R[..., 0, 1],
+        ],
+        axis=-1,
+    )
+
+
 def rotation_vector(R: Floats) -> Floats:
     """
-    Return the rotation vector (3,) of a rotation matrix (3, 3): axis times angle in [0, pi].
+    Return the rotation vectors (..., 3) of rotations (..., 3, 3), rad: axis times angle, <= pi.
+
+    To round-off at every angle; of exactly half a turn either axis is right.
 
     """
-    vee = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
-    sine, cosine = float(np.linalg.norm(vee)), float(np.trace(R)) - 1.0
-    angle = math.atan2(sine, cosine)
-    if sine > 1e-9:
-        return vee * (angle / sine)
-    if cosine > 0.0:
-        return vee / 2.0
-    # Half a turn: R + I = 2 axis axis^T, so any column shows the axis; the longest is the safest.
-    columns = R + np.eye(3)
-    column = columns[:, int(np.argmax(np.linalg.norm(columns, axis=0)))]
-    return np.asarray(column / np.linalg.norm(column) * angle)
+    skew = skew_part(R)
+    sine = np.sqrt(np.einsum('...i,...i->...', skew, skew))
+    cosine = np.trace(R, axis1=-2, axis2=-1) - 1.0
+    angle = np.arctan2(sine, cosine)
+    share = np.divide(angle, sine, out=np.full_like(sine, 0.5), where=sine > 0.0)
+    vectors: Floats = skew * share[..., None]
+    near = cosine < NEAR_HALF_A_TURN
+    if np.any(near):
+        # R + R^T = 2 cos I + 2 (1 - cos) axis axis^T: the longest column shows the axis best, and
+        # the skew part which way it points.
+        outer = R[near] + np.swapaxes(R[near], -1, -2) - cosine[near][:, None, None] * np.eye(3)
+        longest = np.argmax(np.diagonal(outer, axis1=-2, axis2=-1), axis=-1)
+        axis = outer[np.arange(len(outer)), longest]
+        along = np.copysign(angle[near], np.einsum('ni,ni->n', axis, skew[near]))
+        vectors[near] = axis * (along / np.linalg.norm(axis, axis=-1))[:, None]
+    return vectors
 
 
-def roll_pitch_yaw(R: Floats) -> Floats:
+def roll_pitch_yaw(R: Floats, level: float = LEVEL) -> Floats:
     """
     Return (roll, pitch, yaw) of a rotation matrix, R = Rz(yaw) Ry(pitch) Rx(roll), in rad.
 
-    At pitch = +-pi/2 only roll -+ yaw is determined; yaw is then 0.
+    Where cos(pitch) is below `level` only roll -+ yaw is determined: yaw is then 0. Elsewhere the
+    angles multiply out to R within round-off, next to pitch = +-pi/2 too: roll is read from
+    Rz(-yaw) R, whose second row is (0, cos roll, -sin roll), and so undoes what an
+    ill-conditioned yaw does.
 
     """
-    pitch = math.atan2(-R[2, 0], math.hypot(R[0, 0], R[1, 0]))
-    if math.hypot(R[0, 0], R[1, 0]) < 1e-9:
-        return np.array([math.atan2(-R[1, 2], R[1, 1]), pitch, 0.0])
-    return np.array([math.atan2(R[2, 1], R[2, 2]), pitch, math.atan2(R[1, 0], R[0, 0])])
+    yaw = math.atan2(R[1, 0], R[0, 0])
+    if math.hypot(R[0, 0], R[1, 0]) < level:
+        yaw = 0.0
+    c, s = math.cos(yaw), math.sin(yaw)
+    roll = math.atan2(s * R[0, 2] - c * R[1, 2], c * R[1, 1] - s * R[0, 1])
+    pitch = math.atan2(-R[2, 0], max(c * R[0, 0] + s * R[1, 0], 0.0))
+    return np.array([roll, pitch, yaw]) + 0.0  # no -0.0
+
+
+def rotation_of_roll_pitch_yaw(rpy: npt.ArrayLike) -> Floats:
+    """
+    Return Rz(yaw) Ry(pitch) Rx(roll), shape (3, 3), of angles (3,) in rad.
+
+    """
+    roll, pitch, yaw = np.asarray(rpy, dtype=np.float64).tolist()
+    cr, sr = math.cos(roll), math.sin(roll)
+    cp, sp = math.cos(pitch), math.sin(pitch)
+    cy, sy = math.cos(yaw), math.sin(yaw)
+    R = np.array(
+        [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
+    )
+    return R + 0.0  # no -0.0

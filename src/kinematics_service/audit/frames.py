@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..frame_doctor import FrameDiagnosis, diagnose_frames
-from ..frame_doctor.rotations import rotation_vectors
 from ..kernel import Floats
+from ..rigid_motion import rotation_vector
 from ..robot import Robot
 from ..tool_state import evaluate
 from .block import AuditError
@@ -89,7 +89,7 @@ def frame_report(robot: Robot, timeline: Timeline, track: PoseTrack) -> FrameRep
     few = np.unique(np.linspace(0, len(q) - 1, MOST).astype(int))
     diagnosis = diagnose_frames(robot, q[few], poses[few], rates=rates[few])
     M = diagnosis.base_offset @ evaluate(robot, q).pose @ diagnosis.tool_offset
-    turned = rotation_vectors(poses[:, :3, :3] @ np.swapaxes(M[:, :3, :3], 1, 2))
+    turned = rotation_vector(poses[:, :3, :3] @ np.swapaxes(M[:, :3, :3], 1, 2))
     begin = timeline.t[rising]
     return FrameReport(
         name=track.name,

@@ -6,6 +6,7 @@ Poses of a second source as matrices.
 import numpy as np
 
 from ..kernel import Floats
+from ..rigid_motion import rotation_of_quaternion
 from .block import AuditError
 
 # A quaternion may be so far from unit length: float32 and printed digits, not another thing.
@@ -28,16 +29,8 @@ def poses_of(rows: Floats, name: str) -> Floats:
     if np.any(np.abs(norms - 1.0) > UNIT):
         worst = float(norms[int(np.argmax(np.abs(norms - 1.0)))])
         raise AuditError(f'{name}: a quaternion has the length {worst:.3g}, which should be 1')
-    x, y, z, w = (rows[:, 3:] / norms[:, None]).T
     T = np.zeros((len(rows), 4, 4))
-    T[:, 0, 0], T[:, 1, 1], T[:, 2, 2] = (
-        1 - 2 * (y * y + z * z),
-        1 - 2 * (x * x + z * z),
-        1 - 2 * (x * x + y * y),
-    )
-    T[:, 0, 1], T[:, 1, 0] = 2 * (x * y - z * w), 2 * (x * y + z * w)
-    T[:, 0, 2], T[:, 2, 0] = 2 * (x * z + y * w), 2 * (x * z - y * w)
-    T[:, 1, 2], T[:, 2, 1] = 2 * (y * z - x * w), 2 * (y * z + x * w)
+    T[:, :3, :3] = rotation_of_quaternion(rows[:, 3:])
     T[:, :3, 3] = rows[:, :3]
     T[:, 3, 3] = 1.0
     return T

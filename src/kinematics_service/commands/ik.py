@@ -10,11 +10,11 @@ import numpy as np
 import typer
 from rich.table import Table
 
-from ..inverse.orientation import pose_of_quaternion, pose_of_roll_pitch_yaw
 from ..inverse.result import IkFamily, IkResult, IkSolution
 from ..inverse.solve import inverse_kinematics
 from ..kernel import Floats
 from ..printing import Output, facts, heading, json_text, number, numbers, plain, table
+from ..rigid_motion import rotation_of_quaternion, rotation_of_roll_pitch_yaw
 from ..robot import Robot
 from ..task import ROW_NAMES
 from .options import (
@@ -162,15 +162,16 @@ def target_from(xyz: str, rpy: str | None, quaternion: str | None, degrees: bool
     position = _given(xyz, '--xyz', 3)
     if rpy is not None:
         angles = _given(rpy, '--rpy', 3)
-        pose = pose_of_roll_pitch_yaw(np.radians(angles) if degrees else angles)
+        R = rotation_of_roll_pitch_yaw(np.radians(angles) if degrees else angles)
     elif quaternion is not None:
         given = _given(quaternion, '--quaternion', 4)
         if abs(float(np.linalg.norm(given)) - 1.0) > 1e-3:
             raise WrongUsage(f'--quaternion: {quaternion} has no unit length')
-        pose = pose_of_quaternion(given)
+        R = rotation_of_quaternion(given)
     else:
         return position
-    pose[:3, 3] = position
+    pose = np.eye(4)
+    pose[:3, :3], pose[:3, 3] = R, position
     return pose
 
 

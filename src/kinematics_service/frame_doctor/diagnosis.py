@@ -11,13 +11,13 @@ import numpy.typing as npt
 from ..errors import KinematicsError
 from ..kernel import Floats
 from ..notice import direction_in_words
+from ..rigid_motion import rotation_vector
 from ..robot import Robot
 from ..tool_state import evaluate
 from .causes import Cause, causes_of, equations_of
 from .errors import Errors, errors_of
 from .hypotheses import Given
 from .offsets import fit_offsets, free_directions, scale_of
-from .rotations import rotation_vectors
 
 # A remainder below both (m, rad) needs no cause: encoders and factory calibrations are coarser.
 FINE, FINE_ANGLE = 2e-5, 2e-5
@@ -105,7 +105,7 @@ def diagnose_frames(
     A = evaluate(robot, given.q).pose
     as_given = errors_of(
         given.poses[:, :3, 3] - A[:, :3, 3],
-        rotation_vectors(given.poses[:, :3, :3] @ np.swapaxes(A[:, :3, :3], 1, 2)),
+        rotation_vector(given.poses[:, :3, :3] @ np.swapaxes(A[:, :3, :3], 1, 2)),
     )
     fit = fit_offsets(A[None], given.poses[None]).one(0)
     errors = errors_of(fit.position, fit.rotation)

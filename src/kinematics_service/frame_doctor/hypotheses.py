@@ -16,10 +16,10 @@ from ..chain import fold
 from ..conventions import ROWS_OF, table_rows
 from ..description import DhRow, ElementaryMotion
 from ..kernel import Floats
+from ..rigid_motion import rotation_of_quaternion
 from ..robot import Robot
 from ..tool_state import evaluate
 from .offsets import Columns
-from .rotations import rotations_of
 
 MODIFIED, STANDARD = 'modified', 'standard'
 # Arms with more joints than this are not searched for two joints that stand in each other's place.
@@ -208,12 +208,12 @@ def _of_poses(poses: Floats) -> Iterator[Change]:
     yield Change(
         'quaternion_order',
         'the quaternions are w x y z, and are read as x y z w',
-        poses=with_(rotations_of(np.stack([y, z, w, x], axis=1)), p),
+        poses=with_(rotation_of_quaternion(np.stack([y, z, w, x], axis=1)), p),
     )
     yield Change(
         'quaternion_order',
         'the quaternions are x y z w, and were read as w x y z',
-        poses=with_(rotations_of(np.stack([w, x, y, z], axis=1)), p),
+        poses=with_(rotation_of_quaternion(np.stack([w, x, y, z], axis=1)), p),
     )
 
 

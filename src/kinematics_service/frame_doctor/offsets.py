@@ -9,7 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..kernel import Floats
-from .rotations import exponential, nearest_rotation, rotation_vectors, skew_part
+from ..rigid_motion import rotation_vector, skew_part
+from .rotations import exponential, nearest_rotation
 
 # Gauss-Newton steps at most.
 STEPS = 12
@@ -121,7 +122,7 @@ def fit_offsets(A: Floats, B: Floats, begin: Fit | None = None, steps: int = STE
 def _fit(A: Floats, B: Floats, X: Floats, Y: Floats, scale: Floats) -> Fit:
     M = X[:, None] @ A @ Y[:, None]
     position = B[..., :3, 3] - M[..., :3, 3]
-    rotation = rotation_vectors(B[..., :3, :3] @ np.swapaxes(M[..., :3, :3], -1, -2))
+    rotation = rotation_vector(B[..., :3, :3] @ np.swapaxes(M[..., :3, :3], -1, -2))
     squares = np.sum((position / scale) ** 2, axis=-1) + np.sum(rotation**2, axis=-1)
     return Fit(X, Y, position, rotation, np.sqrt(np.mean(squares, axis=-1)))
 

@@ -3,7 +3,6 @@ What the node's messages say, as plain data: for eyes and for JSON.
 
 """
 
-import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,7 +10,7 @@ import numpy as np
 from ..errors import KinematicsError
 from ..kernel import Floats
 from ..measures import Level
-from ..rigid_motion import roll_pitch_yaw
+from ..rigid_motion import roll_pitch_yaw, rotation_of_quaternion
 
 
 class LayoutError(KinematicsError, ValueError):
@@ -115,19 +114,7 @@ def pose_of(message: Any) -> Pose:
         message.header.frame_id,
         _xyz(message.pose.position),
         quaternion,
-        roll_pitch_yaw(_rotation(quaternion)),
-    )
-
-
-def _rotation(quaternion_xyzw: Floats) -> Floats:
-    norm = float(np.linalg.norm(quaternion_xyzw))
-    x, y, z, w = (quaternion_xyzw / norm).tolist() if norm > 0.0 else [math.nan] * 4
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
+        roll_pitch_yaw(rotation_of_quaternion(quaternion)),
     )
 
 

@@ -16,6 +16,7 @@ from std_msgs.msg import Float64MultiArray, MultiArrayDimension
 from ..errors import KinematicsError
 from ..inverse.result import IkFamily, IkResult, IkSolution
 from ..kernel import Floats
+from ..rigid_motion import rotation_of_quaternion
 from ..robot import Robot
 from .messages import time_message
 from .settings import Settings
@@ -83,13 +84,8 @@ def pose_of(message: PoseStamped) -> Floats:
             f'the orientation {_listed(quaternion)} (x y z w) is no unit quaternion: '
             f'its length is {norm:.4g}'
         )
-    x, y, z, w = (value / norm for value in quaternion)
     T = np.eye(4)
-    T[:3, :3] = (
-        (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)),
-        (2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w)),
-        (2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)),
-    )
+    T[:3, :3] = rotation_of_quaternion(quaternion)
     T[:3, 3] = translation
     return T
 
@@ -159,21 +155,12 @@ def _listed(values: Sequence[float]) -> str:
     return ' '.join(f'{value:g}' for value in values)
 
 
-def joint_names(settings: Settings) -> list[str]:
-    """
-    Return the arm's joint names as they stand in messages.
-
-    """
-    prefix = settings.estimator.joint_prefix
-    return [prefix + name for name in settings.robot.joint_names]
-
-
 def joint_positions_message(q: Floats, stamp: int, settings: Settings) -> JointState:
     """
     Return joint positions with the stamp (ns) of their target.
 
     """
-    message = JointState(name=joint_names(settings), position=array('d', q.tobytes()))
+    message = JointState(name=settings.joint_names, position=array('d', q.tobytes()))
     message.header.stamp = time_message(stamp)
     return message
 
@@ -183,7 +170,7 @@ def joint_velocities_message(qdot: Floats, stamp: int, settings: Settings) -> Jo
     Return joint velocities with the stamp (ns) of their target.
 
     """
-    message = JointState(name=joint_names(settings), velocity=array('d', qdot.tobytes()))
+    message = JointState(name=settings.joint_names, velocity=array('d', qdot.tobytes()))
     message.header.stamp = time_message(stamp)
     return message
 
@@ -201,7 +188,7 @@ def solutions_message(choice: Choice, settings: Settings) -> Float64MultiArray:
     message = Float64MultiArray()
     message.layout.dim = [
         MultiArrayDimension(label=','.join(rows), size=count, stride=count * n),
-        MultiArrayDimension(label=','.join(joint_names(settings)), size=n, stride=n),
+        MultiArrayDimension(label=','.join(settings.joint_names), size=n, stride=n),
     ]
     message.data = array('d', b''.join(answer.q.tobytes() for answer in choice.answers))
     return message

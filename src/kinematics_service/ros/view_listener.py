@@ -23,6 +23,7 @@ from std_msgs.msg import Float64, Float64MultiArray
 from ..estimator import Answer, Estimator, EstimatorSettings
 from ..kernel import Floats
 from ..measures import Level
+from ..rigid_motion import rotation_of_quaternion
 from ..robot import Robot
 from ..singularities import singularity_of
 from ..view.observation import Observation, observation_of
@@ -264,11 +265,8 @@ class ViewListener:
 
 def _matrix(pose: Any) -> Floats:
     p, o = pose.position, pose.orientation
-    x, y, z, w = o.x, o.y, o.z, o.w
-    # Rodrigues' formula of a unit quaternion: R = I + 2 w [v] + 2 [v][v], [v] the cross product.
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     T = np.eye(4)
-    T[:3, :3] += 2.0 * (w * cross + cross @ cross)
+    T[:3, :3] = rotation_of_quaternion((o.x, o.y, o.z, o.w))
     T[:3, 3] = p.x, p.y, p.z
     return T
 

@@ -76,5 +76,5 @@ def certify(chain: UrdfChain, robot: Robot) -> Certificate:
     expected, found = chain.poses(q), forward_kinematics(robot, q)
     position = np.linalg.norm(found[:, :3, 3] - expected[:, :3, 3], axis=1)
     turned = np.swapaxes(expected[:, :3, :3], 1, 2) @ found[:, :3, :3]
-    rotation = [float(np.linalg.norm(rotation_vector(R))) for R in turned]
-    return Certificate(len(q), float(position.max()), max(rotation))
+    rotation = np.linalg.norm(rotation_vector(turned), axis=1)
+    return Certificate(len(q), float(position.max()), float(rotation.max()))
