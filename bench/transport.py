@@ -17,6 +17,7 @@ round, and the median counts. What lasts is the ratios: all in one run, on one m
 import argparse
 import os
 import shlex
+import shutil
 import signal
 import statistics
 import subprocess
@@ -301,6 +302,19 @@ def measured(cases, rounds, measure):
     return {name: values for name, values in results.items() if values}
 
 
+def on_one_core(name, command):
+    """
+    Yield the node's cases once more, all its threads on the last core.
+
+    From the middleware's thread to the executor's then is no way to another core.
+
+    """
+    if shutil.which('taskset'):
+        last = str(max(os.sched_getaffinity(0)))
+        for topics, words in ((FOUR, '4 topics heard'), (ONE, '1 topic heard')):
+            yield f'{name}, {words}, taskset', ([['taskset', '-c', last, *command]], topics, ('',))
+
+
 def cpu(options):
     alone = ('',)
     cases = {
@@ -314,6 +328,8 @@ def cpu(options):
         cases[f'{name}, 4 topics heard'] = ([command], FOUR, alone)
         cases[f'{name}, 1 topic heard'] = ([command], ONE, alone)
         cases[f'{name}, nothing heard'] = ([command], (), alone)
+        for case, one_core in on_one_core(name, command):
+            cases[case] = one_core
     results = measured(
         cases, options.rounds, lambda running: running.cpu_a_message(1000, options.seconds)
     )

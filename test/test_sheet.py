@@ -81,7 +81,7 @@ def answers(settings, sheet, depth, joint_states):
         data = serialize_message(message)
         reader.read(data)
         (form,) = reader.forms(len(data))
-        answer = estimator.take_bytes(form, data, k, depth, sheet.places, sheet.numbers)
+        answer = estimator.take_bytes(form, data, k, depth, sheet.numbers)
         assert isinstance(answer, Answer), answer
         yield answer
 
@@ -169,9 +169,7 @@ def test_a_refused_message_leaves_the_sheet_as_it_was():
         reader.read(data)
         (form,) = reader.forms(len(data))
         filled = sheet.numbers.tobytes()
-        answer = estimator.take_bytes(
-            form, data, stamp, kernel.ALL_FRAMES, sheet.places, sheet.numbers
-        )
+        answer = estimator.take_bytes(form, data, stamp, kernel.ALL_FRAMES, sheet.numbers)
         assert isinstance(answer, Answer) == taken
         assert (sheet.numbers.tobytes() == filled) == (not taken)
     assert sheet.numbers.tobytes() != before

@@ -138,7 +138,6 @@ _REFUSALS = {
     ),
 }
 _NOTHING = np.empty(0)
-_NOWHERE = np.empty(0, dtype=np.int64)
 # tuple.__new__ directly: the constructor of a NamedTuple is a call more.
 _new = tuple.__new__
 # Forms of streams kept, and what stands for one whose messages make no state of this arm.
@@ -198,7 +197,7 @@ class Estimator:
 
     def _new_table(self) -> JointTable:
         settings = self.settings
-        # Of a form, its header and the layout of its names.
+        # Forms, packed with the layout of their names.
         self._forms: dict[WireForm, Integers] = {}
         return JointTable(self.robot, settings.joint_prefix, self._source, settings.timeout)
 
@@ -333,7 +332,6 @@ class Estimator:
         data: bytes,
         arrival: int,
         depth: int = kernel.ALL_FRAMES,
-        places: Integers = _NOWHERE,
         sheet: Floats = _NOTHING,
     ) -> Answer | Refusal | None:
         """
@@ -348,14 +346,14 @@ class Estimator:
             The message, the form it should have, and when it came (steady clock, ns).
         depth
             As in `take`.
-        places, sheet
+        sheet
             Where else the numbers of an answer go, as `kernel.fill_sheet` takes it.
 
         """
         packed = self._forms.get(form)
         if packed is None:
             layout = self._table.layout(form.names)
-            packed = np.concatenate([form.header, layout.indices])
+            packed = form.packed(layout.indices)
             if not layout.joints or layout.duplicates:
                 packed = _NO_FORM
             if len(self._forms) >= FORMS:
@@ -369,12 +367,10 @@ class Estimator:
             arm,
             memory,
             packed,
-            form.pattern,
             np.frombuffer(data, np.uint8),
             arrival,
             row,
             measures,
-            places,
             sheet,
         )
         if said == kernel.NOT_THIS_FORM or said == kernel.BAD_POSITION:

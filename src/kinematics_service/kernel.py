@@ -1428,9 +1428,20 @@ def observe(
 # What `observe_bytes` says of bytes it does not know: nothing was done.
 NOT_THIS_FORM = -1
 # A form (wire_form.py): where the stamp, positions and velocities stand in the bytes, how many of
-# each there are, and, written by the call, the stamp in ns; then a layout.
-FORM_STAMP, FORM_POSITIONS, FORM_VELOCITIES, FORM_COUNT, FORM_VELOCITY_COUNT, FORM_NOW = range(6)
-FORM_HEADER = 6
+# each there are, how many bytes there are, where the pattern begins, and, written by the call, the
+# stamp in ns; then a layout; then the pattern: the bytes that select what must not change, and
+# what stands there.
+(
+    FORM_STAMP,
+    FORM_POSITIONS,
+    FORM_VELOCITIES,
+    FORM_COUNT,
+    FORM_VELOCITY_COUNT,
+    FORM_BYTES,
+    FORM_PATTERN,
+    FORM_NOW,
+) = range(8)
+FORM_HEADER = 8
 
 
 @compiled_for_one
@@ -1438,12 +1449,10 @@ def observe_bytes(
     arm: Floats,
     memory: Floats,
     form: Integers,
-    pattern: Bytes,
     data: Bytes,
     arrival: int,
     row: Floats,
     measures: Floats,
-    places: Integers,
     sheet: Floats,
 ) -> int:
     """
@@ -1458,19 +1467,18 @@ def observe_bytes(
         As in `observe`.
     form
         See FORM_STAMP; FORM_NOW is written.
-    pattern : shape (2 N,)
-        N bytes that select what must not change, then what stands there.
-    data : shape (N,)
+    data : shape (FORM_BYTES,)
         The message.
     measures
         As in `measure_one`.
-    places, sheet
+    sheet
         As in `fill_sheet`.
 
     """
     size = data.size
-    if pattern.size != 2 * size:
+    if form[FORM_BYTES] != size:
         return NOT_THIS_FORM
+    pattern = form[form[FORM_PATTERN] :].view(np.uint8)
     other = np.uint8(0)
     for k in range(size):
         other |= (data[k] & pattern[k]) ^ pattern[size + k]
@@ -1486,11 +1494,11 @@ def observe_bytes(
     velocities = np.empty(form[FORM_VELOCITY_COUNT])
     _copy_doubles(data, form[FORM_POSITIONS], positions)
     _copy_doubles(data, form[FORM_VELOCITIES], velocities)
-    layout = form[FORM_HEADER:]
+    layout = form[FORM_HEADER : form[FORM_PATTERN]]
     said = observe(arm, memory, layout, positions, velocities, stamp, 0, arrival, row)
     if said % STARTED_ANEW <= SAID_WITH_DIFFERENCES:
         measure_one(arm, row, measures)
-        fill_sheet(places, stamp, row, measures, sheet)
+        fill_sheet(sheet, stamp, row, measures)
     return said
 
 
@@ -1499,26 +1507,26 @@ LARGEST_SECOND = 2**31 - 1
 
 
 @compiled_for_one
-def fill_sheet(places: Integers, stamp: int, row: Floats, measures: Floats, sheet: Floats) -> None:
+def fill_sheet(sheet: Floats, stamp: int, row: Floats, measures: Floats) -> None:
     """
     Copy a stamp and numbers of a state to where serialized messages have them.
 
     Parameters
     ----------
-    places
-        Empty for nothing; otherwise the number of stamps, the number of numbers, where the stamps
-        go (in units of four bytes), where the numbers come from (a place in `row`, or beyond its
-        end in `measures`), and where they go (in units of eight bytes).
+    sheet
+        Empty for nothing. Otherwise whole numbers, bit for bit: how many stamps, how many
+        numbers, where in the sheet the stamps go (in units of four bytes), where the numbers come
+        from (a place in `row`, or beyond its end in `measures`), and where in the sheet they go;
+        then the messages.
     stamp : ns
         Beyond what a message can hold, the nearest it can.
     row, measures
         As `observe_bytes` fills them.
-    sheet
-        The messages' bytes, seen as doubles.
 
     """
-    if places.size == 0:
+    if sheet.size == 0:
         return
+    places = sheet.view(np.int64)
     stamps, count = places[0], places[1]
     seconds = stamp // 1_000_000_000
     nanoseconds = stamp - seconds * 1_000_000_000

@@ -4,7 +4,6 @@ The form of a stream of serialized joint states: where in the bytes its numbers 
 """
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
@@ -41,10 +40,9 @@ class WireForm:
     velocity_count: int
     pattern: Bytes
 
-    @cached_property
-    def header(self) -> Integers:
+    def packed(self, layout: Integers) -> Integers:
         """
-        Return the numbers above as `kernel.observe_bytes` takes them, before a layout.
+        Return the form and a layout (joint_table.py) as `kernel.observe_bytes` takes them.
 
         """
         header = np.zeros(kernel.FORM_HEADER, dtype=np.int64)
@@ -53,4 +51,8 @@ class WireForm:
         header[kernel.FORM_VELOCITIES] = self.velocities
         header[kernel.FORM_COUNT] = len(self.names)
         header[kernel.FORM_VELOCITY_COUNT] = self.velocity_count
-        return header
+        header[kernel.FORM_BYTES] = self.size
+        header[kernel.FORM_PATTERN] = header.size + layout.size
+        pattern = np.zeros(-(-self.pattern.size // 8), dtype=np.int64)
+        pattern.view(np.uint8)[: self.pattern.size] = self.pattern
+        return np.concatenate([header, layout, pattern])

@@ -101,7 +101,7 @@ class Input:
     def _on_bytes(self, data: bytes) -> None:
         arrival = time.monotonic_ns()
         form = self._form
-        if form is not None and form.size == len(data) and self._take_bytes(form, data, arrival):
+        if form is not None and self._take_bytes(form, data, arrival):
             return
         for form in self._reader.forms(len(data)):
             if form is not self._form and self._take_bytes(form, data, arrival):

@@ -168,8 +168,7 @@ class KinematicsNode(Node):
     def _on_bytes(self, form: WireForm, data: bytes, arrival: int) -> bool:
         try:
             heard = self._outputs.heard()
-            _, places, sheet = heard.sheet
-            outcome = self._estimator.take_bytes(form, data, arrival, heard.depth, places, sheet)
+            outcome = self._estimator.take_bytes(form, data, arrival, heard.depth, heard.numbers)
             if outcome is None:
                 return False
             self._follow(outcome, arrival, heard, True)

@@ -14,13 +14,16 @@ from rclpy.qos_overriding_options import QoSOverridingOptions
 
 from .. import kernel
 from ..estimator import Answer
+from ..kernel import Floats
 from ..singularities import singularity_of
 from .messages import Report, transform_message
 from .settings import Settings
-from .sheet import Sheet, sheet_of
+from .sheet import Part, sheet_of
 from .stamp_grid import StampGrid
 from .topics import OUTPUT_QOS, TOPICS, Topic, sample_report
 from .wire_template import Template
+
+Sends = tuple[tuple[Callable[[bytes], None], Callable[[], bytes]], ...]
 
 
 class Channel(NamedTuple):
@@ -76,14 +79,19 @@ class Heard(NamedTuple):
         In the order they are published.
     depth
         What the kernel must have computed.
-    sheet
-        The messages of those channels that the kernel can fill in.
+    numbers, parts
+        The sheet that the kernel fills, and in it the message of each channel, or None.
+    sends
+        Where the sheet has them all: for an arm at unknown velocities, and for one at known ones,
+        what publishes and what returns the bytes for that.
 
     """
 
     channels: tuple[Channel, ...]
     depth: int
-    sheet: Sheet
+    numbers: Floats
+    parts: tuple[Part | None, ...]
+    sends: tuple[Sends, Sends] | None
 
 
 class Outputs:
@@ -150,7 +158,20 @@ class Outputs:
     def _heard_on(self, channels: tuple[Channel, ...]) -> Heard:
         depth = max((channel.topic.depth for channel in channels), default=kernel.JACOBIAN)
         topics = [(channel.topic, channel.template) for channel in channels]
-        return Heard(channels, depth, sheet_of(topics, self._settings, depth))
+        parts, numbers = sheet_of(topics, self._settings, depth)
+        pairs = list(zip(channels, parts))
+        sends = None
+        if not self._settings.publish_tf and None not in parts:
+            at_rest, moving = (
+                tuple(
+                    (channel.publish_bytes, part.data.tobytes)
+                    for channel, part in pairs
+                    if part is not None and (moves or not part.of_motion)
+                )
+                for moves in (False, True)
+            )
+            sends = at_rest, moving
+        return Heard(channels, depth, numbers, parts, sends)
 
     def publish(self, answer: Answer, heard: Heard, in_sheet: bool) -> None:
         """
@@ -166,8 +187,12 @@ class Outputs:
             Whether the sheet has been filled with this answer's numbers.
 
         """
+        if in_sheet and heard.sends is not None:
+            for publish, data in heard.sends[answer.state.moving]:
+                publish(data())
+            return
         settings, report = self._settings, None
-        for channel, part in zip(heard.channels, heard.sheet.parts):
+        for channel, part in zip(heard.channels, heard.parts):
             if in_sheet and part is not None:
                 if answer.state.moving or not part.of_motion:
                     channel.publish_bytes(part.data.tobytes())

@@ -50,9 +50,15 @@ class Reference:
     robot
         Returns the arm in force.
 
+    Attributes
+    ----------
+    is_there
+        Whether poses have come, so that states are to be noted.
+
     """
 
     def __init__(self, node: Node, robot: Callable[[], Robot]) -> None:
+        self.is_there = False
         self._robot = robot
         self._pending: tuple[int, Floats] | None = None
         self._recent: deque[tuple[int, Floats]] = deque(maxlen=REMEMBERED)
@@ -83,6 +89,7 @@ class Reference:
 
         """
         self._pending = self._notice = None
+        self.is_there = False
         self._recent.clear()
         self._pairs.clear()
         self._collected, self._due = 0, FIRST
@@ -91,16 +98,9 @@ class Reference:
         stamp = message.header.stamp
         try:
             self._pending = int(stamp.sec) * SECOND + int(stamp.nanosec), pose_of(message)
+            self.is_there = True
         except RefusedTargetError as error:
             self._refused = str(error)
-
-    @property
-    def is_there(self) -> bool:
-        """
-        Return whether poses have come, so that states are to be noted.
-
-        """
-        return self._pending is not None or bool(self._recent)
 
     def note(self, answer: Answer) -> None:
         """

@@ -48,13 +48,12 @@ class Sheet(NamedTuple):
     ----------
     parts
         The message of each topic, None for a topic that is not in the sheet.
-    places, numbers
-        As `kernel.fill_sheet` takes them.
+    numbers
+        The buffer, as `kernel.fill_sheet` takes it.
 
     """
 
     parts: tuple[Part | None, ...]
-    places: Integers
     numbers: Floats
 
 
@@ -65,7 +64,7 @@ def sheet_of(
     Return the sheet of topics for answers of some depth.
 
     """
-    size = 0
+    size = 0  # of the messages, which stand after the places
     found: list[tuple[Template, int, Integers, bool] | None] = []
     for topic, template in topics:
         sources = None if template is None else sources_of(topic, settings, depth, True)
@@ -79,7 +78,12 @@ def sheet_of(
         size = at + len(template.data)
         of_motion = sources_of(topic, settings, depth, False) is None
         found.append((template, at, sources, of_motion))
-    numbers = np.zeros(-(-size // 8))
+    there = [entry for entry in found if entry is not None]
+    if not there:
+        return Sheet(tuple(None for _ in topics), np.empty(0))
+    count = sum(sources.size for _, _, sources, _ in there)
+    before = 2 + sum(template.stamped for template, *_ in there) + 2 * count
+    numbers = np.zeros(before + -(-size // 8))
     whole = numbers.view(np.uint8)
     parts: list[Part | None] = []
     stamps: list[int] = []
@@ -90,6 +94,7 @@ def sheet_of(
             parts.append(None)
             continue
         template, at, sources, of_motion = entry
+        at += 8 * before
         data = whole[at : at + len(template.data)]
         data[:] = np.frombuffer(template.data, np.uint8)
         parts.append(Part(data.data, of_motion))
@@ -98,8 +103,9 @@ def sheet_of(
         first = (at + template.place) // 8
         sources_of_all.extend(sources.tolist())
         targets.extend(range(first, first + sources.size))
-    places = [len(stamps), len(targets), *stamps, *sources_of_all, *targets]
-    return Sheet(tuple(parts), np.array(places, dtype=np.int64), numbers)
+    places = [len(stamps), count, *stamps, *sources_of_all, *targets]
+    numbers.view(np.int64)[:before] = places
+    return Sheet(tuple(parts), numbers)
 
 
 def sources_of(topic: Topic, settings: Settings, depth: int, moving: bool) -> Integers | None:
