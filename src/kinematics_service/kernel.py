@@ -1108,6 +1108,20 @@ def measure_one(arm: Floats, row: Floats, measures: Floats) -> None:
     _judge_one(arm, row, row[at : at + n], measures, work, steps)
 
 
+@compiled_for_one
+def evaluate_and_measure_one(
+    arm: Floats, q: Floats, qdot: Floats, row: Floats, measures: Floats
+) -> int:
+    """
+    `evaluate_one`, then `measure_one`, in one call; returns what the first returns.
+
+    """
+    bad = evaluate_one(arm, q, qdot, row)
+    if bad == -1:
+        measure_one(arm, row, measures)
+    return bad
+
+
 @compiled
 def _run_tape(integers: Integers, numbers: Floats, q: Floats, steps: Floats) -> None:
     # Gradient and, last, value of each step of a tape at q (n,): one row of `steps` each.

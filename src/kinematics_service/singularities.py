@@ -269,7 +269,7 @@ def singularity(robot: Robot, q: npt.ArrayLike, qdot: npt.ArrayLike | None = Non
         The last dimension of `q` or `qdot` is not n, or a number is not finite.
 
     """
-    return singularity_of(evaluate(robot, q, qdot))
+    return singularity_of(evaluate(robot, q, qdot, measured=True))
 
 
 __all__ = ['FactorMeasures', 'Level', 'Singularity', 'singularity', 'singularity_of']

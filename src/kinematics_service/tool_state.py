@@ -174,6 +174,7 @@ def evaluate(
     q: npt.ArrayLike,
     qdot: npt.ArrayLike | None = None,
     depth: int = kernel.JACOBIAN,
+    measured: bool = False,
 ) -> ToolState:
     """
     Return the tool's state at joint positions q: one kernel call, whatever the leading dimensions.
@@ -188,6 +189,8 @@ def evaluate(
         Joint velocities; its leading dimensions broadcast against those of `q`.
     depth
         `kernel.POSE`, `kernel.JACOBIAN` (with the twist) or `kernel.ALL_FRAMES`.
+    measured
+        Whether the measures of one pose are wanted too (depth JACOBIAN or more): in the same call.
 
     Raises
     ------
@@ -211,13 +214,17 @@ def evaluate(
         rates = _joint_vector(robot, qdot, 'qdot')
     if positions.ndim > 1 or rates.ndim > 1:
         return _evaluate_batch(robot, positions, None if qdot is None else rates, depth)
-    row = np.empty(chain.single_widths[depth])
-    bad = kernel.evaluate_one(robot.packed, positions, rates, row)
+    row, measures = np.empty(chain.single_widths[depth]), None
+    if measured:
+        measures = np.empty(robot.measure_places.width)
+        bad = kernel.evaluate_and_measure_one(robot.packed, positions, rates, row, measures)
+    else:
+        bad = kernel.evaluate_one(robot.packed, positions, rates, row)
     if bad != -1:
         _joint_vector(robot, positions, 'q')
         _joint_vector(robot, rates, 'qdot')
         raise _not_finite(0, positions.tolist())
-    return _new(ToolState, (robot, row, qdot is not None, None, None))
+    return _new(ToolState, (robot, row, qdot is not None, None, measures))
 
 
 def _evaluate_batch(robot: Robot, q: Floats, qdot: Floats | None, depth: int) -> ToolState:

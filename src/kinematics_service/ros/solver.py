@@ -6,6 +6,7 @@ The solver of targets, made ready beside the node's work.
 import threading
 from collections.abc import Callable
 
+from ..inverse.ready import make_ready
 from ..inverse.servo import joint_velocity
 from ..inverse.solve import inverse_kinematics
 from .settings import Settings
@@ -62,6 +63,8 @@ class Solver:
         settings = self._settings
         robot = settings.robot
         try:
+            make_ready()
+            # What is found out about an arm once.
             state = sample_report(settings).answer.state
             inverse_kinematics(robot, state.pose, near=state.q, rows=settings.target_rows)
             joint_velocity(robot, state, state.twist, settings.servo)
