@@ -72,11 +72,11 @@ def test_angles_that_overflow_are_refused_and_raise_nothing_else():
 def decomposed(A):
     # Rows of A as the kernel takes them: singular values, directions of the rows, turns.
     count, length = A.shape
-    rows, turns, sigma = A.copy(), np.eye(count), np.empty(count)
-    kernel._orthogonalise(rows, turns, count, length)
-    kernel._sort_by_norm(rows, turns, sigma, count, length)
-    kernel._unit_rows(rows, sigma, count, length)
-    return sigma, rows, turns
+    work, sigma = np.hstack([A, np.eye(count)]), np.empty(count)
+    kernel._orthogonalise(work, count, length)
+    kernel._sort_by_norm(work, sigma, count, length)
+    kernel._unit_rows(work, sigma, count, length)
+    return sigma, work[:, :length], work[:, length:]
 
 
 SHAPES = [(k, length) for k in range(1, 7) for length in (k, k + 1, 12) if length >= k]

@@ -636,28 +636,15 @@ def quaternions(poses: Floats, quaternions_xyzw: Floats) -> None:
 
 
 @compiled
-def _turn_pair(A: Floats, V: Floats, i: int, j: int, count: int, length: int) -> float:
-    # Makes rows i and j of A orthogonal, and turns rows i and j of V along with them; returns the
-    # squared cosine of their angle before, 0 where they were orthogonal.
+def _turn_pair(W: Floats, i: int, j: int, length: int, width: int) -> float:
+    # Makes the first `length` numbers of rows i and j orthogonal by turning the rows, `width`
+    # numbers each; returns the squared cosine of their angle before, 0 where they were orthogonal.
     aa, bb, ab = 0.0, 0.0, 0.0
-    more_aa, more_bb, more_ab = 0.0, 0.0, 0.0  # two sums each: neither waits for the other
-    for k in range(0, length - 1, 2):
-        x, y = A[i, k], A[j, k]
+    for k in range(length):
+        x, y = W[i, k], W[j, k]
         aa += x * x
         bb += y * y
         ab += x * y
-        x, y = A[i, k + 1], A[j, k + 1]
-        more_aa += x * x
-        more_bb += y * y
-        more_ab += x * y
-    if length & 1:
-        x, y = A[i, length - 1], A[j, length - 1]
-        aa += x * x
-        bb += y * y
-        ab += x * y
-    aa += more_aa
-    bb += more_bb
-    ab += more_ab
     square = ab * ab
     if square <= (ORTHOGONAL * ORTHOGONAL) * aa * bb or ab == 0.0:
         return 0.0
@@ -670,21 +657,18 @@ def _turn_pair(A: Floats, V: Floats, i: int, j: int, count: int, length: int) ->
         t = -t
     c = math.sqrt(0.5 * both / root)
     s = c * t
-    for k in range(length):
-        x, y = A[i, k], A[j, k]
-        A[i, k] = c * x - s * y
-        A[j, k] = s * x + c * y
-    for k in range(count):
-        x, y = V[i, k], V[j, k]
-        V[i, k] = c * x - s * y
-        V[j, k] = s * x + c * y
+    for k in range(width):
+        x, y = W[i, k], W[j, k]
+        W[i, k] = c * x - s * y
+        W[j, k] = s * x + c * y
     return square / (aa * bb)
 
 
 @compiled
-def _orthogonalise(A: Floats, V: Floats, count: int, length: int) -> None:
-    # One-sided Jacobi (Hestenes, 1958): turns the `count` rows of A, `length` numbers each, until
-    # they are orthogonal, and turns V (count x count, the identity at first) along with them.
+def _orthogonalise(W: Floats, count: int, length: int) -> None:
+    # One-sided Jacobi (Hestenes, 1958): turns the `count` rows of A, the first `length` numbers of
+    # the rows of W, until they are orthogonal, and the rows of V, the next `count` numbers and the
+    # identity at first, along with them: side by side, so that one loop without a rest turns both.
     # Small singular values keep all their digits, which eigenvalues of A A^T do not.
     # The pairs of a sweep in the order of a tournament (Brent and Luk, 1985): neighbours in it
     # share no row, so that the processor works on several at once.
@@ -695,7 +679,8 @@ def _orthogonalise(A: Floats, V: Floats, count: int, length: int) -> None:
             i, j = turn, last
             for _ in range((last + 1) // 2):
                 if j < count:
-                    worst = max(worst, _turn_pair(A, V, min(i, j), max(i, j), count, length))
+                    turned = _turn_pair(W, min(i, j), max(i, j), length, length + count)
+                    worst = max(worst, turned)
                 i = i + 1 if i + 1 < last else 0
                 j = turn if j == last else j
                 j = j - 1 if j > 0 else last - 1
@@ -705,12 +690,12 @@ def _orthogonalise(A: Floats, V: Floats, count: int, length: int) -> None:
 
 
 @compiled
-def _sort_by_norm(A: Floats, V: Floats, sigma: Floats, count: int, length: int) -> None:
-    # Singular values, descending, with the rows of A and V in the same order.
+def _sort_by_norm(W: Floats, sigma: Floats, count: int, length: int) -> None:
+    # Singular values, descending, with the rows of A and V, side by side in W, in that order.
     for i in range(count):
         squares = 0.0
         for k in range(length):
-            squares += A[i, k] * A[i, k]
+            squares += W[i, k] * W[i, k]
         sigma[i] = math.sqrt(squares)
     for i in range(count - 1):
         best = i
@@ -719,10 +704,8 @@ def _sort_by_norm(A: Floats, V: Floats, sigma: Floats, count: int, length: int) 
                 best = j
         if best != i:
             sigma[i], sigma[best] = sigma[best], sigma[i]
-            for k in range(length):
-                A[i, k], A[best, k] = A[best, k], A[i, k]
-            for k in range(count):
-                V[i, k], V[best, k] = V[best, k], V[i, k]
+            for k in range(length + count):
+                W[i, k], W[best, k] = W[best, k], W[i, k]
 
 
 @compiled
@@ -854,11 +837,10 @@ def _fill_task_rows(
     task_integers: Integers,
     task_numbers: Floats,
     row: Floats,
-    A: Floats,
-    V: Floats,
+    W: Floats,
 ) -> None:
     # A becomes J_t in the axes of frame 0 (R0^T J), its columns as rows, or its rows where there
-    # are fewer of them, and V the identity.
+    # are fewer of them, and V the identity: side by side in W.
     n = integers[JOINTS]
     m = task_integers[ROWS]
     wide = n > m
@@ -873,14 +855,14 @@ def _fill_task_rows(
         for j in range(n):
             value = a * row[at + j] + b * row[at + n + j] + c * row[at + 2 * n + j]
             if wide:
-                A[i, j] = value
+                W[i, j] = value
             else:
-                A[j, i] = value
-    count = min(m, n)
+                W[j, i] = value
+    count, length = min(m, n), max(m, n)
     for i in range(count):
         for j in range(count):
-            V[i, j] = 0.0
-        V[i, i] = 1.0
+            W[i, length + j] = 0.0
+        W[i, length + i] = 1.0
 
 
 @compiled
@@ -912,10 +894,9 @@ def _measure_one(
     motion_at = LOST_AT + 6
     way_at = motion_at + n
     sigma_at = way_at + n
-    A = work[:count]
-    V = work[count : 2 * count]
-    Y = work[2 * count : 2 * count + n]
-    spare = 2 * count + n
+    A = work[:count]  # and V beside it, from column `length` on
+    Y = work[count : count + n]
+    spare = count + n
     sigma = measures[sigma_at : sigma_at + count]
 
     structural = generic_rank < count
@@ -923,7 +904,7 @@ def _measure_one(
     # First unscaled, where the product of singular values is wanted and no determinant says it;
     # then scaled: J_t = sum_i sigma_i left_i right_i^T. One place for both: less to compile.
     for scaled in range(0 if structural or m != n else 1, 2):
-        _fill_task_rows(integers, task_integers, task_numbers, row, A, V)
+        _fill_task_rows(integers, task_integers, task_numbers, row, A)
         if scaled == 1:
             if m == n and not structural:
                 for i in range(m):
@@ -932,9 +913,9 @@ def _measure_one(
                 measures[DETERMINANT] = _determinant(Y, m)
             _scale_task_rows(task_numbers, m, n, A)
         # The largest first: fewer sweeps.
-        _sort_by_norm(A, V, sigma, count, length)
-        _orthogonalise(A, V, count, length)
-        _sort_by_norm(A, V, sigma, count, length)
+        _sort_by_norm(A, sigma, count, length)
+        _orthogonalise(A, count, length)
+        _sort_by_norm(A, sigma, count, length)
         if scaled == 0:
             # With fewer joints than rows the Gram determinant of the joints' columns.
             measures[MANIPULABILITY] = 1.0
@@ -966,10 +947,10 @@ def _measure_one(
     for r in range(last if lost else 0, generic_rank):
         weight = 1.0 if lost else 1.0 / sigma[r]
         for i in range(m):
-            left = V[r, i] if wide else A[r, i]
+            left = A[r, length + i] if wide else A[r, i]
             work[spare, task_integers[TASK_HEADER + i]] = left * weight * task_numbers[9 + i]
         for j in range(n):
-            right = (A[r, j] if wide else V[r, j]) * task_numbers[column_scale + j]
+            right = (A[r, j] if wide else A[r, length + j]) * task_numbers[column_scale + j]
             for i in range(6):
                 Y[j, i] += right * work[spare, i]
     for j in range(n):
@@ -990,13 +971,13 @@ def _measure_one(
         Y[0, i] = 0.0
     for i in range(m):
         axis = task_integers[TASK_HEADER + i]
-        Y[0, axis] = V[last, i] if wide else A[last, i]
+        Y[0, axis] = A[last, length + i] if wide else A[last, i]
     _to_base_axes(task_numbers, Y, 0)
     for i in range(6):
         measures[LOST_AT + i] = Y[0, i]
     for j in range(n):
         scale = task_numbers[column_scale + j]
-        measures[motion_at + j] = (A[last, j] if wide else V[last, j]) * scale
+        measures[motion_at + j] = (A[last, j] if wide else A[last, length + j]) * scale
         measures[way_at + j] = gradient[j] / norm * scale if norm > 0.0 else 0.0
 
 
@@ -1087,7 +1068,7 @@ def measure(arm: Floats, rows: Floats, q: Floats, measures: Floats) -> None:
     header = arm.view(np.int64)
     n = header[header[CHAIN_INTEGERS_AT] + JOINTS]
     m = header[header[TASK_INTEGERS_AT] + ROWS]
-    work = np.empty((2 * min(m, n) + n + 1, max(m, n, 6)))
+    work = np.empty((min(m, n) + n + 1, max(m + n, 6)))
     steps = np.empty((header[TAPE_STEPS], n + 1))
     for k in range(rows.shape[0]):
         _judge_one(arm, rows[k], q[k], measures[k], work, steps)
@@ -1102,7 +1083,7 @@ def measure_one(arm: Floats, row: Floats, measures: Floats) -> None:
     header = arm.view(np.int64)
     n = header[header[CHAIN_INTEGERS_AT] + JOINTS]
     m = header[header[TASK_INTEGERS_AT] + ROWS]
-    work = np.empty((2 * min(m, n) + n + 1, max(m, n, 6)))
+    work = np.empty((min(m, n) + n + 1, max(m + n, 6)))
     steps = np.empty((header[TAPE_STEPS], n + 1))
     at = row.size - 2 * n - ROW_TAIL
     _judge_one(arm, row, row[at : at + n], measures, work, steps)
@@ -2369,16 +2350,16 @@ def free_motions(
     n = q.shape[1]
     rest = np.zeros((1, n))
     rows = np.empty((1, integers[FRAMES_AT]))
-    columns = np.empty((n, 6))
+    columns = np.empty((n, 6 + n))  # and the turns beside them
     for k in range(q.shape[0]):
         _evaluate_one(integers, numbers, q[k : k + 1], rest, JACOBIAN, rows, 0, 0, 0, 0)
         _weighted_columns(aim, rows[0], scales, columns)
-        V = motions[k]
         for i in range(n):
             for j in range(n):
-                V[i, j] = 1.0 if i == j else 0.0
-        _orthogonalise(columns, V, n, 6)
-        _sort_by_norm(columns, V, sigma[k], n, 6)
+                columns[i, 6 + j] = 1.0 if i == j else 0.0
+        _orthogonalise(columns, n, 6)
+        _sort_by_norm(columns, sigma[k], n, 6)
+        motions[k] = columns[:, 6:]
 
 
 @compiled
@@ -2905,17 +2886,17 @@ def _damped_motion(
     # and Klein 1988: directions that are not lost are not damped).
     m = J.shape[0]
     rows, length = (m, count) if count > m else (count, m)
-    A, V, sigma = np.empty((rows, length)), np.zeros((rows, rows)), np.empty(rows)
+    W, sigma = np.zeros((rows, length + rows)), np.empty(rows)  # A, and V beside it
     for i in range(m):
         for j in range(count):
             if count > m:
-                A[i, j] = J[i, free[j]]
+                W[i, j] = J[i, free[j]]
             else:
-                A[j, i] = J[i, free[j]]
+                W[j, i] = J[i, free[j]]
     for i in range(rows):
-        V[i, i] = 1.0
-    _orthogonalise(A, V, rows, length)
-    _sort_by_norm(A, V, sigma, rows, length)
+        W[i, length + i] = 1.0
+    _orthogonalise(W, rows, length)
+    _sort_by_norm(W, sigma, rows, length)
     for j in range(count):
         u[free[j]] = 0.0
     for i in range(rows):
@@ -2926,10 +2907,10 @@ def _damped_motion(
                 report[DAMPING] = max(report[DAMPING], math.sqrt(square) / damping)
         along = 0.0
         for k in range(m):
-            along += (V[i, k] if count > m else A[i, k]) * v[k]
+            along += (W[i, length + k] if count > m else W[i, k]) * v[k]
         along /= sigma[i] * sigma[i] + square
         for j in range(count):
-            u[free[j]] += along * (A[i, j] if count > m else V[i, j])
+            u[free[j]] += along * (W[i, j] if count > m else W[i, length + j])
     last = min(rank, rows) - 1
     if report[LEAST_SINGULAR_VALUE] < 0.0:
         report[LEAST_SINGULAR_VALUE] = sigma[last]
