@@ -57,6 +57,14 @@ class Sheet(NamedTuple):
     numbers: Floats
 
 
+class _Copied(NamedTuple):
+    # A message whose numbers can be copied: where it begins (bytes), and where they come from.
+    template: Template
+    begin: int
+    sources: Integers
+    of_motion: bool
+
+
 def sheet_of(
     topics: Sequence[tuple[Topic, Template | None]], settings: Settings, depth: int
 ) -> Sheet:
@@ -64,47 +72,53 @@ def sheet_of(
     Return the sheet of topics for answers of some depth.
 
     """
-    size = 0  # of the messages, which stand after the places
-    found: list[tuple[Template, int, Integers, bool] | None] = []
+    copied: list[_Copied | None] = []
+    size = 0
     for topic, template in topics:
-        sources = None if template is None else sources_of(topic, settings, depth, True)
-        if template is None or sources is None:
-            found.append(None)
-            continue
-        at = -(size + template.place) % 8 + size  # so that the numbers are aligned
-        if template.stamp_place is not None and (at + template.stamp_place) % 4 != 0:
-            found.append(None)
-            continue
-        size = at + len(template.data)
-        of_motion = sources_of(topic, settings, depth, False) is None
-        found.append((template, at, sources, of_motion))
-    there = [entry for entry in found if entry is not None]
+        one = None if template is None else _copied(topic, template, size, settings, depth)
+        copied.append(one)
+        if one is not None:
+            size = one.begin + len(one.template.data)
+    return _filled(copied, size)
+
+
+def _copied(
+    topic: Topic, template: Template, size: int, settings: Settings, depth: int
+) -> _Copied | None:
+    sources = sources_of(topic, settings, depth, moving=True)
+    begin = size + -(size + template.place) % 8  # so that the numbers are aligned
+    stamp_place = template.stamp_place or 0
+    if sources is None or (begin + stamp_place) % 4 != 0:
+        return None
+    of_motion = sources_of(topic, settings, depth, moving=False) is None
+    return _Copied(template, begin, sources, of_motion)
+
+
+def _filled(copied: Sequence[_Copied | None], size: int) -> Sheet:
+    # The places, then `size` bytes of messages.
+    there = [one for one in copied if one is not None]
     if not there:
-        return Sheet(tuple(None for _ in topics), np.empty(0))
-    count = sum(sources.size for _, _, sources, _ in there)
-    before = 2 + sum(template.stamped for template, *_ in there) + 2 * count
+        return Sheet((None,) * len(copied), np.empty(0))
+    sources = np.concatenate([one.sources for one in there])
+    stamped = [one for one in there if one.template.stamped]
+    before = 2 + len(stamped) + 2 * sources.size
+    stamps = [before * 2 + (one.begin + (one.template.stamp_place or 0)) // 4 for one in stamped]
+    targets = [
+        before + (one.begin + one.template.place) // 8 + k
+        for one in there
+        for k in range(one.sources.size)
+    ]
     numbers = np.zeros(before + -(-size // 8))
-    whole = numbers.view(np.uint8)
+    numbers.view(np.int64)[:before] = [len(stamps), sources.size, *stamps, *sources, *targets]
+    messages = numbers[before:].view(np.uint8)
     parts: list[Part | None] = []
-    stamps: list[int] = []
-    sources_of_all: list[int] = []
-    targets: list[int] = []
-    for entry in found:
-        if entry is None:
+    for one in copied:
+        if one is None:
             parts.append(None)
             continue
-        template, at, sources, of_motion = entry
-        at += 8 * before
-        data = whole[at : at + len(template.data)]
-        data[:] = np.frombuffer(template.data, np.uint8)
-        parts.append(Part(data.data, of_motion))
-        if template.stamp_place is not None:
-            stamps.append((at + template.stamp_place) // 4)
-        first = (at + template.place) // 8
-        sources_of_all.extend(sources.tolist())
-        targets.extend(range(first, first + sources.size))
-    places = [len(stamps), count, *stamps, *sources_of_all, *targets]
-    numbers.view(np.int64)[:before] = places
+        data = messages[one.begin : one.begin + len(one.template.data)]
+        data[:] = np.frombuffer(one.template.data, np.uint8)
+        parts.append(Part(data.data, one.of_motion))
     return Sheet(tuple(parts), numbers)
 
 
