@@ -87,10 +87,7 @@ def compare(
 
     """
     text = _text_of(file)
-    try:
-        arm = given_robot(robot)
-    except WrongUsage as error:
-        raise WrongUsage(error.message.removeprefix('--robot: ')) from None
+    arm = given_robot(robot, '')
     # sympy takes half a second to load: only here.
     from ..symbols.formula_comparison import compare as compare_text
     from ..symbols.formula_report import document, report

@@ -96,7 +96,7 @@ def derive(
     Run the command; `HELP` is what its user reads.
 
     """
-    refuse_unknown_robot(robot)
+    refuse_unknown_robot(robot, '')
     if write and lock:
         raise WrongUsage('--write: the factors of a locked arm are not those of the robot file')
     if plot and not path:

@@ -38,7 +38,7 @@ def export(
     Run the command; `HELP` is what its user reads.
 
     """
-    arm = given_robot(robot)
+    arm = given_robot(robot, '')
     from ..urdf.writer import urdf_text
 
     write_document(urdf, urdf_text(arm))

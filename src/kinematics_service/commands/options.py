@@ -16,6 +16,8 @@ from ..patience import patience
 from ..robot import Robot, load_robot
 
 NUMBER = re.compile(r'[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?')
+# What stands before what is wrong with a robot.
+OPTION = '--robot: '
 
 RobotOption = Annotated[
     str, typer.Option('--robot', metavar='FILE|NAME', help='A robot file, or a bundled robot.')
@@ -47,22 +49,24 @@ class WrongUsage(typer.BadParameter):
         return self.message
 
 
-def refuse_unknown_robot(name: str) -> None:
+def refuse_unknown_robot(name: str, where: str = OPTION) -> None:
     """
-    Refuse a `--robot` that is neither a file nor a bundled robot, as wrong usage.
+    Refuse a robot that is neither a file nor a bundled one, as wrong usage.
+
+    `where` stands before the sentence: the option, or nothing where the robot has no option.
 
     """
     try:
         path = find_robot_file(name)
     except RobotNotFoundError as error:
-        raise WrongUsage(f'--robot: {error}') from None
+        raise WrongUsage(f'{where}{error}') from None
     if not path.exists():
-        raise WrongUsage(f'--robot: there is no file {name}')
+        raise WrongUsage(f'{where}there is no file {name}')
 
 
-def given_robot(name: str) -> Robot:
+def given_robot(name: str, where: str = OPTION) -> Robot:
     """
-    Return the robot that `--robot` names.
+    Return the robot of a name; `where` as `refuse_unknown_robot` takes it.
 
     Raises
     ------
@@ -70,7 +74,7 @@ def given_robot(name: str) -> Robot:
         The file is there but not a valid robot.
 
     """
-    refuse_unknown_robot(name)
+    refuse_unknown_robot(name, where)
     with patience():
         return load_robot(name)
 

@@ -156,7 +156,7 @@ def plot(
         with _wrong_usage():
             suffix_of(save)
     refuse_without_matplotlib()
-    arm = given_robot(robot)
+    arm = given_robot(robot, '')
     pose = None if q is None else joint_values(arm, q, '--q', deg)
     if kind == 'ik':
         start = None if near is None else joint_values(arm, near, '--near', deg)
