@@ -302,6 +302,16 @@ def measured(cases, rounds, measure):
     return {name: values for name, values in results.items() if values}
 
 
+def with_profiles(command):
+    """
+    Return a command that runs with what the node asks of Fast DDS.
+
+    """
+    from kinematics_service.ros.middleware import PROFILES, VARIABLE
+
+    return ['env', f'{VARIABLE}={PROFILES}', *command]
+
+
 def on_one_core(name, command):
     """
     Yield the node's cases once more, all its threads on the last core.
@@ -323,6 +333,12 @@ def cpu(options):
         'relay, 1 topic': ([plain('--relay')], ONE, alone),
         'constant bytes, 4 topics': ([plain('--bytes')], FOUR, alone),
         'constant bytes, 1 topic': ([plain('--bytes', '--topics', 'pose')], ONE, alone),
+        'the same with our profiles, 4': ([with_profiles(plain('--bytes'))], FOUR, alone),
+        'the same with our profiles, 1': (
+            [with_profiles(plain('--bytes', '--topics', 'pose'))],
+            ONE,
+            alone,
+        ),
     }
     for name, command in (('kinematics', one_arm(options)), *others(options)):
         cases[f'{name}, 4 topics heard'] = ([command], FOUR, alone)
