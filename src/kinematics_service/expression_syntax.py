@@ -8,6 +8,7 @@ does not (`0x10`, `1_0`, `1j`, `True`, `**`, attributes, strings) never gets tha
 import ast
 import keyword
 import re
+import threading
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
@@ -26,6 +27,10 @@ IDENTIFIER = re.compile(r'[A-Za-z_][A-Za-z0-9_]*')
 SEXAGESIMAL = re.compile(r'[-+]?\d+(:\d+)+(\.\d*)?')
 
 WhyNot = Callable[[str], str | None]
+
+# Python up to 3.12 keeps one depth for all threads that parse at a time, and raises SystemError
+# where they meet (python/cpython issue 106905).
+_ONE_AT_A_TIME = threading.Lock()
 
 
 @dataclass(frozen=True)
@@ -86,7 +91,8 @@ def syntax_tree(text: str, why_not: WhyNot) -> ast.expr:
     # Numbers pass as Python prints them, so that 017 is 17 and no integer is ever too long.
     source = ' '.join(repr(float(t.text)) if t.kind == 'number' else t.text for t in tokens)
     try:
-        tree = ast.parse(source, mode='eval').body
+        with _ONE_AT_A_TIME:
+            tree = ast.parse(source, mode='eval').body
     except (SyntaxError, RecursionError, MemoryError):
         raise ExpressionError(f'cannot be read as an expression: {_short(text)}') from None
     for node in postorder(tree):

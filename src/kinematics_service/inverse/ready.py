@@ -3,6 +3,8 @@ Every compiled function of inverse kinematics, reached once.
 
 """
 
+import functools
+
 import numpy as np
 
 from ..robot import load_robot
@@ -18,13 +20,14 @@ ARMS = {
 }
 
 
+@functools.cache
 def make_ready() -> None:
     """
     Answer a few questions, so that everything is compiled or read from its cache.
 
     Asked are poses that are reached, one that is out of reach, and one where the arm can move
     without moving its tool: a first target of any of these kinds would otherwise take seconds. The
-    functions are the same for all arms.
+    functions are the same for all arms, so once in a process is enough.
 
     """
     for name, q in ARMS.items():
