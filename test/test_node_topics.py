@@ -535,3 +535,17 @@ def test_a_structurally_deficient_arm_says_so(arm):
     one.spin_until(lambda: warnings, 'warning')
     assert 'at every pose' in values_of(warnings[0])['structural']
     assert float(values_of(warnings[0])['determinant']) == 0.0
+
+
+def test_a_warning_is_said_though_a_topic_cannot_be(arm):
+    one = arm()
+    warnings = warnings_of(one)
+
+    def broken(*arguments):
+        raise RuntimeError('cannot publish')
+
+    one.hear('pose', PoseStamped)
+    one.node._outputs.publish = broken
+    one.send((0.1, 0.2, 0.0))
+    one.spin_until(lambda: warnings, 'warning')
+    assert level_of(warnings[0]) == ERROR

@@ -203,10 +203,13 @@ class KinematicsNode(Node):
             level, say = self._estimator.judge(singularity, arrival)
             warned = (singularity, level) if say else None
         wanted = heard.channels or self._settings.publish_tf
-        if wanted and self._grid.passes(outcome.stamp, self._settings.period):
-            self._outputs.publish(outcome, heard, in_sheet)
-        if warned is not None:
-            self._warn(*warned)
+        try:
+            if wanted and self._grid.passes(outcome.stamp, self._settings.period):
+                self._outputs.publish(outcome, heard, in_sheet)
+        finally:
+            # The alarm counts it as said, whatever became of the topics.
+            if warned is not None:
+                self._warn(*warned)
 
     def _start_anew(self) -> None:
         # The estimator has: a stamp stepped back.
