@@ -150,7 +150,6 @@ class Outputs:
         heard = self._heard
         if heard is None or not (self.events_in_order and self._told_of_listeners):
             channels = tuple(channel for channel in self.channels if channel.listeners() > 0)
-            heard = self._heard
             if heard is None or channels != heard.channels:
                 heard = self._heard = self._heard_on(channels)
         return heard
