@@ -14,7 +14,7 @@ from kinematics_service import kernel
 from kinematics_service.inverse.ready import make_ready
 
 def reached():
-    # Signatures of each compiled function; one that is called by others only has none.
+    # How many signatures each function has been compiled for, or read from the cache.
     functions = {name: getattr(kernel, name) for name in dir(kernel)}
     return {
         name: len(function.signatures)
