@@ -197,9 +197,9 @@ class KinematicsNode(Node):
             self._reference.note(outcome)
         # Publishing wakes those who listen, who take this core: what else is to be done is cheaper
         # before. A warning comes after the pose it is about.
-        state, warned = outcome.state, None
-        if not self._estimator.is_settled(state, arrival):
-            singularity = singularity_of(state)
+        warned = None
+        if not self._estimator.is_settled(outcome.state, arrival):
+            singularity = singularity_of(outcome.state)
             level, say = self._estimator.judge(singularity, arrival)
             warned = (singularity, level) if say else None
         wanted = heard.channels or self._settings.publish_tf
@@ -207,8 +207,7 @@ class KinematicsNode(Node):
             if wanted and self._grid.passes(outcome.stamp, self._settings.period):
                 self._outputs.publish(outcome, heard, in_sheet)
         finally:
-            # The alarm counts it as said, whatever became of the topics.
-            if warned is not None:
+            if warned is not None:  # the alarm counts it as said
                 self._warn(*warned)
 
     def _start_anew(self) -> None:
