@@ -340,3 +340,54 @@ def test_near_must_be_joint_positions():
             ks.inverse_kinematics(robot, [0.3, 0, 0], near=near)
     with pytest.raises(ks.TargetError, match='rows'):
         ks.inverse_kinematics(robot, [0.3, 0, 0], rows=['x', 'rz'])
+
+
+POLAR = """\
+robot: polar
+convention: standard
+joints:
+  - {name: turn, type: revolute}
+  - {name: slide, type: prismatic}
+links:
+  - {a: 0, alpha: pi/2, d: 0, theta: turn + pi/2}
+  - {a: 0, alpha: 0, d: slide, theta: 0}
+singularity: {task: [x, y], length: 5}
+"""
+
+
+def test_the_nearest_solution_counts_metres_by_the_characteristic_length(tmp_path):
+    path = tmp_path / 'polar.yaml'
+    path.write_text(POLAR)
+    robot = ks.load_robot(path)
+    q = np.array([0.4, 3.0])
+    # The other solution is half a turn away, with the boom drawn through the centre. In rad and
+    # lengths of 5 m it is sqrt(0.2^2 + (6 / 5)^2) from here, and q is pi - 0.2.
+    near = np.array([0.4 + math.pi - 0.2, 3.0])
+    position = ks.forward_kinematics(robot, q)[:3, 3]
+    result = ks.inverse_kinematics(robot, position, near=near)
+    assert [away(robot, one.q, q) < SAME for one in result] == [False, True]
+    np.testing.assert_allclose(result[0].q, [0.4 + math.pi, -3.0], rtol=0, atol=SAME)
+
+
+def test_a_family_beyond_the_limits_is_given_where_it_is_nearest(tmp_path):
+    text = (ks.bundled_robots()['six_joint_dh_unit']).read_text()
+    path = tmp_path / 'narrow.yaml'
+    path.write_text(
+        text.replace(
+            'name: theta3, type: revolute', 'name: theta3, type: revolute, limits: [0, 5]'
+        )
+    )
+    robot = ks.load_robot(path)
+    q = np.radians([20.0, 35.0, 70.0, 50.0, -60.0, 15.0])  # theta3 is beyond its limit of 5
+    near = np.array([1.1, -0.2, 0.3, -0.4, 0.5, -0.6])
+    target = ks.forward_kinematics(robot, q)
+    result = ks.inverse_kinematics(robot, target, near=near, respect_limits=False)
+    beyond = [family for family in result.families if not family.feasible]
+    assert any(family.contains(q) for family in beyond)
+    for family in beyond:
+        assert 'theta3' in family.beyond
+        T = ks.forward_kinematics(robot, family.q)
+        np.testing.assert_allclose(T, target, rtol=0, atol=1e-9)
+        # Nearest: no step along the family leads nearer. The steps end at 1e-4.
+        along = family.motions @ ((near - family.q) / family.scales)
+        assert np.max(np.abs(along)) < 1e-4
