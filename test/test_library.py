@@ -12,6 +12,8 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 from arms import BUNDLED, robot_of
+from closed_forms import craig_jacobian_in_tool_axes
+from tolerances import ROUND_OFF
 
 import kinematics_service as ks
 from kinematics_service import kernel
@@ -143,6 +145,15 @@ def test_the_frame_is_base_or_tool():
         with pytest.raises(ks.KinematicsError) as refusal:
             function('world')
         assert str(refusal.value) == "frame must be 'base' or 'tool', not 'world'"
+
+
+def test_the_jacobian_in_tool_axes_is_the_one_by_hand():
+    robot = robot_of('craig_3r')
+    for q in np.random.default_rng(3).uniform(-3, 3, (20, 3)):
+        J = craig_jacobian_in_tool_axes(q)
+        np.testing.assert_allclose(ks.jacobian(robot, q, frame='tool'), J, rtol=0, atol=ROUND_OFF)
+        twist = ks.twist(robot, q, [0.3, -0.2, 0.7], frame='tool')
+        np.testing.assert_allclose(twist, J @ [0.3, -0.2, 0.7], rtol=0, atol=ROUND_OFF)
 
 
 @pytest.mark.parametrize('name', BUNDLED)
