@@ -220,8 +220,40 @@ def test_nobody_there_is_explained_and_given_up(arm, echo, ros_domain):
         'kinematics_service: waiting for /kinematics/pose: nobody publishes it; kinematics nodes '
         'here: /left/kinematics; try --node /left/kinematics'
     )
-    assert gave_up == 'kinematics_service: gave up after 10 s without a publisher'
+    assert gave_up == 'kinematics_service: gave up after 10 s without a message'
     assert time.monotonic() - begin > 10.0
+
+
+def test_a_timeout_ends_the_wait_for_a_silent_node(arm, echo):
+    one, waiting = (
+        arm('craig_3r', namespace='/right'),
+        echo('twist', '--node', '/right/kinematics', '--timeout', '1.5'),
+    )
+    one.spin_until(lambda: waiting.ended, 'end of the echo', DEADLINE)
+    code, output, errors = waiting.end()
+    assert (code, output) == (1, '')
+    explained, gave_up = errors.splitlines()
+    assert (
+        'waiting for /right/kinematics/twist: it has 1 publisher, which says nothing' in explained
+    )
+    assert gave_up == 'kinematics_service: gave up after 1.5 s without a message'
+
+
+def test_a_timeout_is_for_the_first_message_only(arm, echo):
+    one, streaming = arm('craig_3r'), echo('pose', '--json', '--timeout', '6')
+    os.set_blocking(streaming.popen.stdout.fileno(), False)
+    move_until(one, lambda: streaming.popen.stdout.readline() != '', 'first line')
+    begin = time.monotonic()
+    move_until(one, lambda: time.monotonic() - begin > 6.5, 'the time-out')
+    assert not streaming.ended
+
+
+@pytest.mark.parametrize('seconds', ['0', '-1', 'nan', '1e9'])
+def test_a_timeout_that_is_none_is_wrong_usage(echo, seconds):
+    code, output, errors = echo('pose', '--timeout', seconds).end()
+    assert (code, output) == (2, '')
+    assert '--timeout: ' in errors
+    assert 'Traceback' not in errors
 
 
 def test_a_silent_node_is_explained_and_waited_for(arm, echo):

@@ -40,7 +40,12 @@ Examples:
   kinematics_service echo pose --once
   kinematics_service echo warning --json
   kinematics_service echo twist --node /left_arm/kinematics
+  kinematics_service echo pose --once --timeout 30
 """
+
+
+# Of `echo`, in s.
+ONCE_TIMEOUT, SHORTEST_TIMEOUT, LONGEST_TIMEOUT = 10.0, 0.1, 86_400.0
 
 
 class Trajectory(str, Enum):
@@ -152,13 +157,27 @@ def echo(
     node: Annotated[
         str, typer.Option(metavar='NAME', help='The full name of the node.')
     ] = '/kinematics',
+    timeout: Annotated[
+        float | None,
+        typer.Option(
+            metavar='SECONDS',
+            help='Give up, with exit code 1, if nothing has come by then.',
+            show_default=f'{ONCE_TIMEOUT:g} with --once, else never',
+        ),
+    ] = None,
 ) -> None:
     """
     Run the command; `ECHO_HELP` is what its user reads.
 
     """
+    if timeout is not None and not timeout >= SHORTEST_TIMEOUT:
+        raise WrongUsage(f'--timeout: {timeout:g} is not at least {SHORTEST_TIMEOUT:g} s')
+    if timeout is not None and timeout > LONGEST_TIMEOUT:
+        raise WrongUsage(f'--timeout: {timeout:g} s is longer than a day: leave it out')
     try:
         from ..ros.echo import run_echo
     except ImportError as error:
         raise _without_ros(error) from error
-    raise typer.Exit(run_echo(what.value, node, once, json, context.obj))
+    if timeout is None and once:
+        timeout = ONCE_TIMEOUT
+    raise typer.Exit(run_echo(what.value, node, once, json, timeout, context.obj))

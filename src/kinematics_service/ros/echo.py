@@ -5,7 +5,6 @@ What a running node says, for people on a terminal and for programs behind a pip
 
 import os
 import shutil
-import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
@@ -30,13 +29,20 @@ from .spin import new_executor, spin
 from .standard_output import StandardOutput
 
 REDRAW = 0.1
-# Silence is explained after so many seconds; `--once` gives up after so many without a publisher.
-SILENCE, PATIENCE = 5.0, 10.0
+# Silence is explained after so many seconds.
+SILENCE = 5.0
 UNBROKEN = 10_000
 SEPARATOR = '---'
 
 
-def run_echo(what: str, node: str, once: bool, as_json: bool, ros_args: Sequence[str]) -> int:
+def run_echo(
+    what: str,
+    node: str,
+    once: bool,
+    as_json: bool,
+    timeout: float | None,
+    ros_args: Sequence[str],
+) -> int:
     """
     Show what a node says on one of its topics, until a signal.
 
@@ -50,13 +56,15 @@ def run_echo(what: str, node: str, once: bool, as_json: bool, ros_args: Sequence
         Stop after the first message.
     as_json
         One JSON object a line.
+    timeout
+        Seconds after which it gives up if nothing has come; None: never.
     ros_args
         ROS arguments, `--ros-args` included.
 
     Returns
     -------
-    0 after a signal, the one message, or when the reader has gone; 1 where `once` found nobody to
-    wait for; 2 for wrong usage.
+    0 after a signal, the one message, or when the reader has gone; 1 where nothing came in time;
+    2 for wrong usage.
 
     """
     refusal = start_refusal(False, False)
@@ -81,7 +89,7 @@ def run_echo(what: str, node: str, once: bool, as_json: bool, ros_args: Sequence
                 start_parameter_services=False,
                 enable_rosout=False,
             )
-            echo = _Echo(listener, echoed, topic, once, as_json)
+            echo = _Echo(listener, echoed, topic, once, as_json, timeout)
             executor = new_executor(listener, context)
             with echo.shown():
                 fine = spin(executor, listener, lambda: stop.came or not context.ok() or echo.over)
@@ -97,17 +105,22 @@ class _Echo:
     # One topic on its way from the node that listens to standard output.
 
     def __init__(
-        self, node: Node, echoed: EchoTopic, topic: str, once: bool, as_json: bool
+        self,
+        node: Node,
+        echoed: EchoTopic,
+        topic: str,
+        once: bool,
+        as_json: bool,
+        timeout: float | None,
     ) -> None:
         self.in_vain = False
         self._node, self._echoed = node, echoed
-        self._once, self._as_json = once, as_json
+        self._once, self._as_json, self._timeout = once, as_json, timeout
         self._output = StandardOutput()
         self._live = self._output.is_terminal and not once and not as_json
         self._heard = Heard(
             node, topic, echoed.type, echoed.qos, None if self._live else self._write
         )
-        self._started = time.monotonic()
         self._explained = False
 
     @property
@@ -130,6 +143,8 @@ class _Echo:
 
         """
         steady = Clock(clock_type=ClockType.STEADY_TIME)
+        if self._timeout is not None:
+            self._node.create_timer(self._timeout, self._give_up, clock=steady)
         if not self._live:
             self._node.create_timer(0.5, self._watch, clock=steady)
             yield
@@ -170,14 +185,15 @@ class _Echo:
         if not self._explained:
             self._explained = True
             tell(reason_of_silence(self._node, self._heard.topic))
-        waited = time.monotonic() - self._started
-        if (
-            self._once
-            and waited >= PATIENCE
-            and not self._node.count_publishers(self._heard.topic)
-        ):
-            self.in_vain = True
-            tell(f'gave up after {PATIENCE:.0f} s without a publisher')
+
+    def _give_up(self) -> None:
+        # At the time-out: where nothing came, what there is to hear is said at the latest now.
+        if self._heard.count > 0 or self.in_vain:
+            return
+        if not self._explained:
+            tell(reason_of_silence(self._node, self._heard.topic))
+        self.in_vain = True
+        tell(f'gave up after {self._timeout:g} s without a message')
 
     def _screen(self, width: int) -> Group:
         heard = self._heard
