@@ -23,21 +23,25 @@ def patience() -> Iterator[None]:
 
     """
 
-    def tell() -> None:
-        if kernel.is_being_compiled():
-            print(
-                'kinematics_service: compiling the kernel; this takes some seconds, once',
-                file=sys.stderr,
-                flush=True,
-            )
+    over = threading.Event()
 
-    timer = threading.Timer(LONG, tell)
-    timer.daemon = True
-    timer.start()
+    def tell() -> None:
+        # On a busy machine the compiler may begin long after the first look.
+        while not over.wait(LONG):
+            if kernel.is_being_compiled():
+                print(
+                    'kinematics_service: compiling the kernel; this takes about half a minute, '
+                    'once',
+                    file=sys.stderr,
+                    flush=True,
+                )
+                return
+
+    threading.Thread(target=tell, daemon=True).start()
     try:
         yield
     finally:
-        timer.cancel()
+        over.set()
 
 
 def ready_kernel() -> None:
