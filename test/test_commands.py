@@ -257,6 +257,28 @@ def test_fk_names_joints_beyond_their_limits(capsys):
     assert json.loads(answer(capsys, *arguments, '--json'))['beyond_limits'] == ['j5']
 
 
+@pytest.mark.parametrize('command', ['fk', 'jacobian'])
+@pytest.mark.parametrize(
+    ('robot', 'q', 'asks'),
+    [
+        ('planar_3r', '20,-45,70', True),  # without limits: more than a turn
+        ('ur5e', '10,-90,85,-95,-90,5', True),
+        ('scara_hsr065', '30,-50,0.05,10', True),
+        ('planar_3r', '6.2,-6.2,0', False),
+        ('puma560', '0,0,0,0,3,0', False),  # beyond its limit, and no degrees
+        ('puma560', '1e3,0,0,0,0,0', False),  # nothing in degrees either
+    ],
+)
+def test_positions_that_look_like_degrees_are_asked_about(capsys, command, robot, q, asks):
+    question = '--q is read in radians, and is far out: did you mean --deg?\n'
+    assert main([command, '--robot', robot, '--q', q, '--json']) == 0
+    out, err = capsys.readouterr()
+    assert err == (question if asks else '')
+    assert json.loads(out)['robot'] == robot
+    if asks:
+        answer(capsys, command, '--robot', robot, '--deg', '--q', q)
+
+
 @pytest.mark.parametrize('name', ['ur5e', 'panda', 'craig_3r', 'scara_hsr065'])
 @pytest.mark.parametrize('command', ['fk', 'jacobian'])
 def test_poses_and_jacobians_fit_a_terminal_uncut(capsys, narrow, command, name):
@@ -383,7 +405,7 @@ def test_demo_and_echo_hand_on_what_they_were_told(monkeypatch, tmp_path):
         ('ur5e', 2.0, 'sine', None, []),
         (None, None, 'smooth', str(recording), []),
     ]
-    assert echoes == [('warning', '/left/kinematics', True, True, [])]
+    assert echoes == [('warning', '/left/kinematics', True, True, 10.0, [])]
 
 
 def test_without_ros_the_node_says_how_to_get_it(capsys, monkeypatch):

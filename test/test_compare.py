@@ -506,7 +506,13 @@ def test_exit_codes_and_output(capsys, tmp_path):
     assert 'J_w (line 2) differs in 3 of 9 entries' in out
     assert '(1,1), wx: yours is sin(theta1), right is 0' in out
     assert 'cause: z_i stands where z_i-1 belongs' in out
-    assert '  tested: ' in out
+    assert 'tested: ' not in out
+    assert main(['compare', 'six_joint_dh_unit', str(FORMULAS / 'e4_5.txt')]) == 1
+    assert (
+        'no tested cause explains them (--verbose: which were tested)' in capsys.readouterr().out
+    )
+    assert main(['compare', 'six_joint_dh_unit', str(FORMULAS / 'e4_5.txt'), '--verbose']) == 1
+    assert '  tested: standard or modified DH, ' in capsys.readouterr().out
     broken = tmp_path / 'broken.txt'
     broken.write_text('J = [1 2\n')
     assert main(['compare', 'craig_3r', str(broken)]) == 2
@@ -518,6 +524,21 @@ def test_exit_codes_and_output(capsys, tmp_path):
     broken.write_bytes(b'T = \xff')
     assert main(['compare', 'craig_3r', str(broken)]) == 2
     assert 'broken.txt:1: not UTF-8 text' in capsys.readouterr().err
+
+
+@pytest.mark.parametrize('left', ['det(J)', 'det J', r'\det(J_v)', r'\det\left(J\right)', 'det'])
+def test_a_determinant_is_named_as_people_write_it(left):
+    (right,) = verdicts('craig_3r', f'{left} = L2 L3 s3 (L1 + L2 c2 + L3 c23)')
+    assert right.status == 'agrees'
+    (wrong,) = verdicts('craig_3r', f'{left} = L2 L3 s3 (L1 + L2 c2 - L3 c23)')
+    assert wrong.status == 'differs'
+    assert wrong.name.startswith(('det', r'\det'))
+
+
+@pytest.mark.parametrize('left', ['det(T)', 'det(J_2)', "det(J J')"])
+def test_another_determinant_is_refused_with_the_one_that_is_known(left):
+    (fault,) = compare(ks.load_robot('craig_3r'), f'{left} = 1').faults
+    assert fault.message == "the determinant of J is the one that is known: write 'det(J) = ...'"
 
 
 def test_json(capsys):

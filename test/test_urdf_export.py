@@ -192,7 +192,7 @@ def test_roll_pitch_yaw_lose_nothing_near_a_right_angle_of_pitch():
 def test_the_command_writes_a_file_or_the_screen(capsys, tmp_path):
     path = tmp_path / 'arm.urdf'
     assert main(['export', 'planar_2r', '--urdf', str(path)]) == 0
-    assert capsys.readouterr().out == ''
+    assert capsys.readouterr().out == f'wrote {path}: planar_2r, 7 links, 6 joints\n'
     assert main(['export', 'planar_2r', '--urdf', '-']) == 0
     assert capsys.readouterr().out == path.read_text() == ks.urdf_text(robot_of('planar_2r'))
     assert main(['export', 'planar_2r', '--urdf', '/no/folder/arm.urdf']) == 1

@@ -50,7 +50,7 @@ Formulas:
   A_2 or T_2, A_i           the matrix of row 2, of any row (a_i, alpha_i, d_i, theta_i)
   R_2, o_2, z_2, p_14       rotation, origin, z axis of frame 2; from o_1 to o_4
   J, J_v, J_w, J_2, J_v2    Jacobian: linear rows first, base axes, point: the tool's origin
-  det                       of the task's rows of J
+  det or det(J)             of the task's rows of J
   s_o1, D_1                 o_0 - o_n; dT/dq1 with the rotation taken out
   q2 = ...                  inverse kinematics
   lhs = rhs                 an equation, such as tan(q1) = y/x
@@ -81,6 +81,10 @@ def compare(
         str, typer.Argument(metavar='FILE', help='The formulas; - reads from a pipe.')
     ],
     json: JsonOption = False,
+    verbose: Annotated[
+        bool,
+        typer.Option('--verbose', help='Say which causes were tested where none explains it all.'),
+    ] = False,
 ) -> None:
     """
     Run the command; `HELP` is what its user reads.
@@ -103,7 +107,7 @@ def compare(
         print(json_text(document(comparison, name)))
     else:
         out = Output()
-        for line in report(comparison, name):
+        for line in report(comparison, name, verbose):
             out.print(plain(line))
     if not comparison.agrees:
         raise typer.Exit(1)

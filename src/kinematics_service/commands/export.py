@@ -4,6 +4,7 @@ The command `export`: a robot in the formats of other programs.
 """
 
 import sys
+import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 from typing import Annotated
 
@@ -41,7 +42,12 @@ def export(
     arm = given_robot(robot, '')
     from ..urdf.writer import urdf_text
 
-    write_document(urdf, urdf_text(arm))
+    text = urdf_text(arm)
+    write_document(urdf, text)
+    if urdf != '-':
+        parts = ElementTree.fromstring(text)
+        links, joints = len(parts.findall('link')), len(parts.findall('joint'))
+        print(f'wrote {urdf}: {arm.name}, {links} links, {joints} joints')
 
 
 def write_document(file: str, text: str) -> None:

@@ -15,8 +15,8 @@ from .options import (
     JsonOption,
     PositionsOption,
     RobotOption,
+    given_positions,
     given_robot,
-    joint_values,
 )
 from .singularity_report import (
     DEGREES,
@@ -61,7 +61,7 @@ def fk(
 
     """
     arm = given_robot(robot)
-    state = evaluate(arm, joint_values(arm, q, '--q', deg))
+    state = evaluate(arm, given_positions(arm, q, deg))
     singularity = singularity_of(state)
     if json:
         print(_document(state, singularity))

@@ -20,6 +20,7 @@ from .options import (
     JsonOption,
     PositionsOption,
     RobotOption,
+    given_positions,
     given_robot,
     joint_values,
 )
@@ -88,7 +89,7 @@ def jacobian(
     """
     arm = given_robot(robot)
     rates = None if qdot is None else joint_values(arm, qdot, '--qdot', deg)
-    state = evaluate(arm, joint_values(arm, q, '--q', deg), rates)
+    state = evaluate(arm, given_positions(arm, q, deg), rates)
     J = in_axes(state, state.jacobian, frame.value)
     twist = None if qdot is None else in_axes(state, state.twist[:, None], frame.value)[:, 0]
     singularity = singularity_of(state)

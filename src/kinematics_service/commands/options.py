@@ -4,6 +4,7 @@ The options several commands share, and what their values mean.
 """
 
 import re
+import sys
 from typing import Annotated
 
 import numpy as np
@@ -77,6 +78,28 @@ def given_robot(name: str, where: str = OPTION) -> Robot:
     refuse_unknown_robot(name, where)
     with patience():
         return load_robot(name)
+
+
+def given_positions(robot: Robot, text: str, degrees: bool) -> Floats:
+    """
+    Return the joint positions of `--q`, shape (n,), rad or m; ask where they look like degrees.
+
+    """
+    q = joint_values(robot, text, '--q', degrees)
+    if not degrees and _look_like_degrees(robot, q):
+        print('--q is read in radians, and is far out: did you mean --deg?', file=sys.stderr)
+    return q
+
+
+def _look_like_degrees(robot: Robot, q: Floats) -> bool:
+    # More than a turn and beyond the limits in radians, while all would fit in degrees.
+    turning = np.array([kind != 'prismatic' for kind in robot.joint_types])
+    low, high = robot.limits.T
+    bounded = np.isfinite(high - low)
+    far = turning & (np.abs(q) > 2 * np.pi) & ((q < low) | (q > high) | ~bounded)
+    angles = np.radians(q[turning])
+    fit = np.all((angles >= low[turning]) & (angles <= high[turning]))
+    return bool(far.any() and fit)
 
 
 def joint_values(robot: Robot, text: str, option: str, degrees: bool) -> Floats:

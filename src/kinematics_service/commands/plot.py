@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from .ik import NearOption, QuaternionOption, RpyOption, target_from
-from .options import DegreesOption, WrongUsage, given_robot, joint_values
+from .options import DegreesOption, WrongUsage, given_positions, given_robot, joint_values
 
 if TYPE_CHECKING:
     from ..kernel import Floats
@@ -157,7 +157,7 @@ def plot(
             suffix_of(save)
     refuse_without_matplotlib()
     arm = given_robot(robot, '')
-    pose = None if q is None else joint_values(arm, q, '--q', deg)
+    pose = None if q is None else given_positions(arm, q, deg)
     if kind == 'ik':
         start = None if near is None else joint_values(arm, near, '--near', deg)
         draw, failed = _ik(arm, target_from(xyz or '', rpy, quaternion, deg), start)

@@ -20,6 +20,9 @@ BEGINS_A_MATRIX = re.compile(r'\s*(\$|\[|\\begin|\\left|\\\[|Matrix|sp\.|sympy\.
 BRACED = re.compile(r'\\(?:begin|end)\s*\{[^}]*\}')
 BEGINS_ANOTHER = re.compile(r'[^&=]*[^&=:\s]\s*:?=')
 
+# What a determinant may be said to be of: `det(J)`.
+DETERMINANT_OF = ('J', 'Jv', 'Jt', 'Jacobian')
+
 CHOICES = {
     'rows': ('linear first', 'angular first'),
     'frame': ('base', 'tool'),
@@ -246,13 +249,24 @@ def _equation(tokens: list[Token], settings: Settings, local: bool, by_lines: bo
             "'rows: angular first', or a comment after #"
         )
         raise FormulaError(message, first.line, first.column)
-    left = parse(_without_ampersands(sides[0]), tokens[-1])
+    left = _of_a_jacobian(parse(_without_ampersands(sides[0]), tokens[-1]))
     right = sides[-1]
     while right and right[0].kind == 'newline':
         right = right[1:]
     is_rows = by_lines and any(token.kind == 'newline' for token in _trimmed(right))
     tree = parse_lines(right, tokens[-1]) if is_rows else parse(right, tokens[-1])
     return Raw(left, tree, local, settings)
+
+
+def _of_a_jacobian(left: Node) -> Node:
+    # det(J) on a left side, read as a product so far, is what `det` is.
+    if left.kind != '*' or left.parts[0].text != 'det':
+        return left
+    det, of = left.parts
+    if of.text not in DETERMINANT_OF:
+        message = "the determinant of J is the one that is known: write 'det(J) = ...'"
+        raise FormulaError(message, det.at.line, det.at.column)
+    return replace(det, at=replace(det.at, written=f'{det.at.written}({of.at.written})'))
 
 
 def _trimmed(tokens: list[Token]) -> list[Token]:

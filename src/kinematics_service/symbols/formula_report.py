@@ -12,7 +12,7 @@ from .formula_explanation import Explanation
 MOST_ENTRIES = 12
 
 
-def report(comparison: Comparison, file: str) -> Iterator[str]:
+def report(comparison: Comparison, file: str, verbose: bool = False) -> Iterator[str]:
     """
     Yield the lines of a report.
 
@@ -22,6 +22,8 @@ def report(comparison: Comparison, file: str) -> Iterator[str]:
         What was found.
     file
         The name of the formulas' file.
+    verbose
+        Name the causes that were tested where none explains a difference.
 
     """
     verdicts = comparison.verdicts
@@ -30,7 +32,7 @@ def report(comparison: Comparison, file: str) -> Iterator[str]:
     yield _how(comparison)
     for verdict in verdicts:
         yield ''
-        yield from _verdict(verdict)
+        yield from _verdict(verdict, verbose)
 
 
 def _count(formulas: int, wrong: int) -> str:
@@ -47,7 +49,7 @@ def _how(comparison: Comparison) -> str:
     return f'Compared as numbers at random poses{randomly}; each cause below was tested there.'
 
 
-def _verdict(verdict: Verdict) -> Iterator[str]:
+def _verdict(verdict: Verdict, verbose: bool) -> Iterator[str]:
     place = f'{verdict.name} (line {verdict.line})'
     if verdict.status == AGREES:
         yield f'{place} agrees'
@@ -74,8 +76,9 @@ def _verdict(verdict: Verdict) -> Iterator[str]:
     if verdict.unexplained:
         left = 'it' if verdict.unexplained == size == 1 else f'{verdict.unexplained} of them'
         left = 'them' if verdict.unexplained == len(verdict.entries) > 1 else left
-        yield f'  no tested cause explains {left}'
-    if verdict.tried:
+        hint = '' if verbose or not verdict.tried else ' (--verbose: which were tested)'
+        yield f'  no tested cause explains {left}{hint}'
+    if verbose and verdict.tried:
         yield f'  tested: {", ".join(verdict.tried)}'
 
 
