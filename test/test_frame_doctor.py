@@ -13,7 +13,8 @@ from arms import BUNDLED, robot_of, sliding
 from recordings import motion, recorded
 
 import kinematics_service as ks
-from kinematics_service.audit.tool_poses import poses_of_vectors
+from kinematics_service.audit.pose_format import PoseFormat
+from kinematics_service.audit.tool_poses import poses_of
 from kinematics_service.conventions import ROWS_OF
 from kinematics_service.frame_doctor import FramesError, diagnose_frames
 from kinematics_service.robot import build_robot
@@ -253,7 +254,8 @@ def real():
         return np.array([[float(row[f'{name}_{k}']) for k in range(6)] for row in rows])
 
     t = np.array([float(row['timestamp']) for row in rows])
-    return robot_of('ur3e'), t, six('actual_q'), poses_of_vectors(six('actual_TCP_pose'), 'TCP')
+    poses = poses_of(six('actual_TCP_pose'), PoseFormat('rotvec'))
+    return robot_of('ur3e'), t, six('actual_q'), poses
 
 
 def test_a_real_arms_tool_is_found_and_no_cause_named(real):

@@ -14,9 +14,10 @@ from ..estimator import ACCEPTED, NOT_OURS, NOT_STAMPED, RESETS, Estimator, Esti
 from ..robot import Robot
 from .block import AuditError, Block
 from .computer import Computer, NoStateError
-from .frames import FrameReport, frame_report
+from .frames import FrameReport, FrameSettings, NotCompared, frames_of
 from .ingest import Example, Ingest
 from .joints import JointReport, Jump, joint_reports, jumps_of
+from .neighbourhoods import Neighbourhoods
 from .source import Source
 from .stream import Stream, StreamWatch
 from .stretches import Stretch, badness, stretches_of, watched_values
@@ -51,7 +52,7 @@ class Audit:
     moments
         The worst ones.
     frames
-        The second source of poses; None where there is none.
+        The second source of poses, or why it is not compared; None where there is none.
     phases : s
         Time each part of the work took.
 
@@ -72,7 +73,7 @@ class Audit:
     jump_count: int
     jumps: tuple[Jump, ...]
     moments: tuple[Moment, ...]
-    frames: FrameReport | None
+    frames: FrameReport | NotCompared | None
     phases: dict[str, float] = field(default_factory=dict)
 
     @property
@@ -101,6 +102,7 @@ def audit(
     file: str,
     settings: EstimatorSettings | None = None,
     listener: Listener | None = None,
+    frame_settings: FrameSettings | None = None,
 ) -> Audit:
     """
     Return what there is to say of an open recording or planned trajectory.
@@ -118,6 +120,7 @@ def audit(
     names = tuple(settings.joint_prefix + name for name in robot.joint_names)
     watch = StreamWatch(names)
     heard: dict[str, None] = {}
+    around = None if source.poses is None else Neighbourhoods(robot, source.poses)
 
     def each(block: Block, part: Part | None) -> None:
         watch.take(block)
@@ -125,6 +128,8 @@ def audit(
             heard.update(dict.fromkeys(block.names))
         if part is not None:
             listener.part(part)
+            if around is not None:
+                around.take(part.known)
         listener.progress(len(block))
 
     computer = Computer(robot, ingest, robot.base_frame, settings.joint_prefix)
@@ -138,7 +143,9 @@ def audit(
     jump_count, jumps = jumps_of(robot, timeline)
     stretches = stretches_of(robot, timeline)
     joints = joint_reports(robot, timeline)
-    frames = None if source.poses is None else frame_report(robot, timeline, source.poses)
+    frames = None
+    if source.poses is not None and around is not None:
+        frames = frames_of(robot, source.poses, around, frame_settings or FrameSettings())
     phases['findings'] = time.perf_counter() - begin
     return Audit(
         robot=robot,

@@ -15,8 +15,9 @@ from ..errors import KinematicsError
 from ..joint_sample import JointSample
 from .block import LARGEST_BLOCK, AuditError, Block, blocks_of
 from .joint_state_cdr import columns_of
+from .pose_format import PoseFormat
 from .source import PoseTrack, Source, Wanted
-from .tool_poses import poses_of
+from .tool_poses import pose_track
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 TRAJECTORY = 'trajectory_msgs/msg/JointTrajectory'
@@ -254,6 +255,5 @@ class _Bag:
             frame = frame or str(message.header.frame_id)
         if not rows:
             raise AuditError(f'{self.path}: there is no message on {topic}')
-        return PoseTrack(
-            topic, frame, np.array(stamps, dtype=np.int64), poses_of(np.array(rows), topic)
-        )
+        form = PoseFormat('xyzw')
+        return pose_track(topic, frame, np.array(stamps, dtype=np.int64), np.array(rows), form)

@@ -8,12 +8,14 @@ from typing import Any
 
 import numpy as np
 
+from ..frame_doctor import Cause
 from ..kernel import Floats
 from ..measures import Level
 from ..rigid_motion import roll_pitch_yaw
 from ..version import __version__
 from .auditing import Audit
 from .block import Times
+from .frames import NotCompared
 from .stretches import badness, watched_values
 from .verdict import verdict_of
 
@@ -143,30 +145,39 @@ def _frames(audit: Audit) -> dict[str, Any] | None:
     report = audit.frames
     if report is None:
         return None
+    source = {'source': report.name, 'frame': report.frame, 'poses': report.poses}
+    if isinstance(report, NotCompared):
+        return {**source, 'matched': 0, 'level': Level.WARN.name, 'sentence': report.reason}
     diagnosis = report.diagnosis
     return {
-        'source': report.name,
-        'frame': report.frame,
-        'poses': report.poses,
+        **source,
+        'considered': report.considered,
         'matched': report.matched,
-        'sentence': diagnosis.sentence,
+        'unmatched': report.unmatched,
+        'doubts': report.doubts,
+        'level': report.level.name,
+        'sentence': report.sentence,
+        'warn': report.limits.warn._asdict(),
+        'bad': report.limits.bad._asdict(),
         'as_given': diagnosis.as_given._asdict(),
         'errors': diagnosis.errors._asdict(),
         'base_offset': offset_of(diagnosis.base_offset),
         'tool_offset': offset_of(diagnosis.tool_offset),
         'undetermined': diagnosis.undetermined,
-        'causes': [
-            {
-                'key': cause.key,
-                'sentence': cause.sentence,
-                'value': cause.value,
-                'ratio': cause.ratio,
-                'errors': cause.errors._asdict(),
-                'base_offset': offset_of(cause.base_offset),
-                'tool_offset': offset_of(cause.tool_offset),
-            }
-            for cause in diagnosis.causes
-        ],
+        'causes': [_cause(cause) for cause in diagnosis.causes],
+        'likely': [_cause(cause) for cause in diagnosis.likely],
+    }
+
+
+def _cause(cause: Cause) -> dict[str, Any]:
+    return {
+        'key': cause.key,
+        'sentence': cause.sentence,
+        'value': cause.value,
+        'ratio': cause.ratio,
+        'errors': cause.errors._asdict(),
+        'base_offset': offset_of(cause.base_offset),
+        'tool_offset': offset_of(cause.tool_offset),
     }
 
 

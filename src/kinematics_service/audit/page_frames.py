@@ -7,10 +7,11 @@ from html import escape
 
 import numpy as np
 
-from ..frame_doctor.errors import in_degrees, in_mm
+from ..frame_doctor.errors import angle_in_words, length_in_words
 from ..kernel import Floats
 from ..rigid_motion import roll_pitch_yaw
 from .auditing import Audit
+from .frames import FrameReport, NotCompared
 from .page_charts import frame_charts
 from .page_table import table
 
@@ -23,13 +24,19 @@ def frame_section(audit: Audit) -> str:
     report = audit.frames
     if report is None:
         return ''
+    if isinstance(report, NotCompared):
+        return (
+            f'<h2>Frames: poses of {escape(report.name)}</h2>\n'
+            f'<p>Not compared: {escape(report.reason)}.</p>\n'
+        )
     diagnosis = report.diagnosis
     frame = f' in {escape(report.frame)}' if report.frame else ''
     rows = [
         _errors('as they are', diagnosis.as_given),
         _errors('with a constant base and tool offset', diagnosis.errors),
     ]
-    rows += [_errors(f'and undone: {cause.sentence}', cause.errors) for cause in diagnosis.causes]
+    causes = diagnosis.causes or diagnosis.likely
+    rows += [_errors(f'and undone: {cause.sentence}', cause.errors) for cause in causes]
     # Offsets mean something only where the cause is undone.
     best = diagnosis.cause or diagnosis
     undone = ', that undone' if diagnosis.cause else ''
@@ -44,9 +51,8 @@ def frame_section(audit: Audit) -> str:
         )
     return (
         f'<h2>Frames: poses of {escape(report.name)}{frame}</h2>\n'
-        f'<p>{escape(diagnosis.sentence)}.</p>\n'
-        f'<p class="soft">{report.matched:,} of {report.poses:,} poses have joint positions at '
-        'their time.</p>\n'
+        f'<p>{escape(report.sentence)}.</p>\n'
+        f'{_notes(report)}'
         + table(
             ['poses apart', 'position rms', 'largest', 'orientation rms', 'largest'],
             rows,
@@ -58,14 +64,27 @@ def frame_section(audit: Audit) -> str:
     )
 
 
+def _notes(report: FrameReport) -> str:
+    # How many poses were compared, by which limits, and what is odd about them.
+    limits = report.limits
+    compared = f'{report.diagnosis.count:,} of {report.poses:,} poses are compared.'
+    unmatched = f' {escape(report.unmatched)}.' if report.unmatched else ''
+    judged = (
+        f' What remains (rms) is a warning from {limits.warn.in_words()} on, and bad from '
+        f'{limits.bad.in_words()} on, or where its cause is named.'
+    )
+    doubts = ''.join(f'<p>{escape(doubt)}.</p>\n' for doubt in report.doubts)
+    return f'<p class="soft">{compared}{unmatched}{judged}</p>\n{doubts}'
+
+
 def _errors(name: str, errors: tuple[float, float, float, float]) -> list[str]:
     p_rms, p_max, r_rms, r_max = errors
     return [
         escape(name),
-        in_mm(p_rms),
-        in_mm(p_max),
-        in_degrees(r_rms),
-        in_degrees(r_max),
+        length_in_words(p_rms),
+        length_in_words(p_max),
+        angle_in_words(r_rms),
+        angle_in_words(r_max),
     ]
 
 

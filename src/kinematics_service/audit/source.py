@@ -12,6 +12,7 @@ from typing import NamedTuple
 from ..kernel import Floats
 from ..robot import Robot
 from .block import AuditError, Block, Times
+from .pose_format import PoseFormat
 
 BAGS = ('.mcap', '.db3', '.bag')
 TABLES = ('.csv', '.tsv', '.txt')
@@ -34,6 +35,13 @@ class PoseTrack(NamedTuple):
         The frame they are given in, empty where nothing says so.
     stamps : shape (M,), ns
     poses : shape (M, 4, 4)
+    q : shape (M, n), rad or m
+        Joint positions of the same rows, in the order of the arm; None where poses and joints have
+        only their time in common.
+    refused
+        Why the poses cannot be used, a sentence; empty where they can.
+    doubts
+        Numbers beyond what a pose can have, each a sentence.
 
     """
 
@@ -41,6 +49,9 @@ class PoseTrack(NamedTuple):
     frame: str
     stamps: Times
     poses: Floats
+    q: Floats | None = None
+    refused: str = ''
+    doubts: tuple[str, ...] = ()
 
 
 class Wanted(NamedTuple):
@@ -54,6 +65,7 @@ class Wanted(NamedTuple):
     pose_topic: str | None = None
     columns: str | None = None
     joint_prefix: str = ''
+    pose_format: PoseFormat = PoseFormat()
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,6 +118,8 @@ def open_source(file: Path, wanted: Wanted) -> Iterator[Source]:
     if file.is_dir() or suffix in BAGS or _looks_like_a_bag(file):
         if wanted.columns is not None:
             raise AuditError(f'{file}: --columns is for tables; this is a bag')
+        if wanted.pose_format != PoseFormat():
+            raise AuditError(f'{file}: --pose-format is for tables; this is a bag')
         from .bag_reader import open_bag
 
         with open_bag(file, wanted) as source:

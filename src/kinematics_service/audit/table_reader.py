@@ -15,15 +15,10 @@ import numpy as np
 from ..kernel import Floats
 from ..recording import LATEST, POSITION, STAMP, VELOCITY
 from .block import LARGEST_BLOCK, AuditError, Block, Times
+from .pose_format import ACCEPTED_POSES, PoseFormat, pose_columns
 from .source import PoseTrack, Source, Wanted
-from .tool_poses import poses_of, poses_of_vectors
+from .tool_poses import pose_track
 
-POSE_ENDS = {
-    ('x', 'y', 'z', 'qx', 'qy', 'qz', 'qw'): poses_of,
-    ('x', 'y', 'z', 'rx', 'ry', 'rz'): poses_of_vectors,
-    ('0', '1', '2', '3', '4', '5', '6'): poses_of,
-    ('0', '1', '2', '3', '4', '5'): poses_of_vectors,
-}
 SHOWN = 12
 HOW = '--columns stamp=...,position=...,velocity=...,pose=... says what columns begin with'
 
@@ -92,13 +87,15 @@ class _Table:
         # Received when it was measured; where the stamps step back, time goes on.
         steps = np.maximum(np.diff(stamps, prepend=stamps[:1]), 0)
         received = stamps[:1] + np.cumsum(steps)
-        track = None
+        track: PoseTrack | None = None
         if pose is not None:
-            name = f'{self.names.pose}*'
-            known = np.all(np.isfinite(numbers[:, -len(pose) :]), axis=1)
+            columns, form = pose
+            rows = numbers[:, -len(columns) :]
+            known = np.all(np.isfinite(rows), axis=1)
             if np.any(known):
-                poses = POSE_ENDS[self._pose_ends(pose)](numbers[known, -len(pose) :], name)
-                track = PoseTrack(name, '', stamps[known], poses)
+                # Poses and joints of a row belong together, however far apart the rows are.
+                q, name = numbers[known, :n], f'{self.names.pose}*'
+                track = pose_track(name, '', stamps[known], rows[known], form, q)
 
         def blocks() -> Iterator[Block]:
             for begin in range(0, len(stamps), LARGEST_BLOCK):
@@ -172,20 +169,12 @@ class _Table:
     def _velocity_columns(self) -> list[str]:
         return self._family(self.names.velocity)
 
-    def _pose_columns(self) -> list[str] | None:
-        for ends in POSE_ENDS:
-            columns = [self.names.pose + end for end in ends]
-            if all(column in self.header for column in columns):
-                return columns
-        if self.wanted.columns is not None and 'pose=' in self.wanted.columns:
-            raise AuditError(
-                f'{self.file}: {self.names.pose}* are no pose: accepted are x y z with qx qy qz '
-                'qw, or with rx ry rz (rotation vector, rad), or numbers 0 to 6, or 0 to 5'
-            )
-        return None
-
-    def _pose_ends(self, columns: Sequence[str]) -> tuple[str, ...]:
-        return tuple(column[len(self.names.pose) :] for column in columns)
+    def _pose_columns(self) -> tuple[list[str], PoseFormat] | None:
+        found = pose_columns(self.header, self.names.pose, self.wanted.pose_format)
+        asked = self.wanted.columns is not None and 'pose=' in self.wanted.columns
+        if found is None and (asked or self.wanted.pose_format != PoseFormat()):
+            raise AuditError(f'{self.file}: {self.names.pose}* are no pose: {ACCEPTED_POSES}')
+        return found
 
     def _shown(self) -> str:
         more = len(self.header) - SHOWN
@@ -195,7 +184,8 @@ class _Table:
     def _numbers(self) -> tuple[Times, Floats, list[str]]:
         # All wanted columns: positions, velocities, pose.
         columns = self._family(self.names.position) + self._velocity_columns()
-        columns += self._pose_columns() or []
+        pose = self._pose_columns()
+        columns += [] if pose is None else pose[0]
         at = [self.header.index(column) for column in columns]
         stamp_at = self.header.index(self.names.stamp)
         try:

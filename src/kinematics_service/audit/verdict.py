@@ -9,6 +9,7 @@ from typing import NamedTuple
 from ..estimator import DROPPED, RESETS
 from ..measures import MEASURES, Level
 from .auditing import Audit
+from .frames import NotCompared
 from .joints import look_like_degrees
 
 # Differences of reported velocity worth a sentence: share of the joint's own speed.
@@ -147,11 +148,17 @@ def _limits(audit: Audit) -> list[Sentence]:
 
 
 def _frames(audit: Audit) -> list[Sentence]:
-    if audit.frames is None:
+    report = audit.frames
+    if report is None:
         return []
-    diagnosis = audit.frames.diagnosis
-    level = Level.ERROR if diagnosis.cause is not None else Level.OK
-    return [Sentence(level, f'Poses of {audit.frames.name}: {diagnosis.sentence}.')]
+    name = f'Poses of {report.name}'
+    if isinstance(report, NotCompared):
+        return [Sentence(Level.WARN, f'{name} are not compared: {report.reason}.')]
+    sentences = [Sentence(report.level, f'{name}: {report.sentence}.')]
+    sentences += [Sentence(Level.WARN, f'{name}: {doubt}.') for doubt in report.doubts]
+    if report.unmatched:
+        sentences.append(Sentence(Level.OK, f'{name}: {report.unmatched}.'))
+    return sentences
 
 
 def _messages(audit: Audit) -> list[Sentence]:

@@ -11,10 +11,22 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from .frame_options import (
+    STOP,
+    WARN,
+    BadOption,
+    FormatOption,
+    GapOption,
+    WarnOption,
+    given_format,
+    given_frames,
+)
 from .options import RobotOption, WrongUsage, given_robot
 
 if TYPE_CHECKING:
     from ..audit.auditing import Audit
+    from ..audit.frames import FrameSettings
+    from ..audit.source import Wanted
     from ..robot import Robot
 
 FAILURES = ('never', 'warn', 'stop', 'limits', 'frames')
@@ -42,7 +54,9 @@ Exit code 0: judged. 1: FILE cannot be read or has no state of this robot, or
 --fail-on is met. 2: wrong usage. --fail-on is a list of
   warn, stop     it comes nearer to a singularity than that threshold
   limits         a joint is beyond its limits
-  frames         the second source of poses disagrees and the cause is found
+  frames         the second source of poses cannot be compared, or disagrees:
+                 the cause is found, or more than --pose-stop remains with
+                 constant offsets of base and tool
   never          the default of a recording; that of a plan is stop
 """
 
@@ -103,6 +117,10 @@ def audit(
         float | None, typer.Option(help='Threshold of WARN, instead of that of the robot file.')
     ] = None,
     stop: Annotated[float | None, typer.Option(help='Threshold of ERROR, likewise.')] = None,
+    pose_format: FormatOption = None,
+    pose_gap: GapOption = None,
+    pose_warn: WarnOption = WARN,
+    pose_stop: BadOption = STOP,
 ) -> None:
     """
     Run the command; `HELP` is what its user reads.
@@ -115,9 +133,12 @@ def audit(
         if path is not None and path.resolve() == file.resolve():
             raise WrongUsage(f'{option}: {path} is the recording itself')
     arm = _judged(given_robot(robot), warn, stop)
-    finished = _run(
-        file, arm, topic, pose_topic, columns, out, joint_prefix, velocity_source.value, timeout
-    )
+    frames = given_frames(pose_gap, pose_warn, pose_stop)
+    form = given_format(pose_format)
+    from ..audit.source import Wanted
+
+    reading = Wanted(arm, topic, pose_topic, columns, joint_prefix, form)
+    finished = _run(file, reading, out, velocity_source.value, timeout, frames)
     _write(finished, html, json)
     if _failed(finished, wanted):
         raise typer.Exit(1)
@@ -157,23 +178,20 @@ def _judged(robot: 'Robot', warn: float | None, stop: float | None) -> 'Robot':
 
 def _run(
     file: Path,
-    robot: 'Robot',
-    topic: str | None,
-    pose_topic: str | None,
-    columns: str | None,
+    reading: 'Wanted',
     out: Path | None,
-    joint_prefix: str,
     velocity_source: str,
     timeout: float,
+    frames: 'FrameSettings',
 ) -> 'Audit':
     from ..audit.auditing import Listener
     from ..audit.auditing import audit as audited
-    from ..audit.source import Wanted, open_source
+    from ..audit.source import open_source
     from ..estimator import EstimatorSettings
 
+    robot, joint_prefix = reading.robot, reading.joint_prefix
     settings = EstimatorSettings(joint_prefix, velocity_source, round(timeout * 1e9))
     with ExitStack() as stack:
-        reading = Wanted(robot, topic, pose_topic, columns, joint_prefix)
         source = stack.enter_context(open_source(file, reading))
         part: Callable[[Any], None] = lambda _: None  # noqa: E731
         if out is not None:
@@ -181,7 +199,8 @@ def _run(
 
             part = stack.enter_context(open_writer(out, robot, joint_prefix)).write
         progress = stack.enter_context(_progress(source.total))
-        return audited(source, robot, str(file), settings, Listener(progress, part))
+        listener = Listener(progress, part)
+        return audited(source, robot, str(file), settings, listener, frames)
 
 
 @contextmanager
@@ -229,6 +248,6 @@ def _failed(finished: 'Audit', wanted: tuple[str, ...] | None) -> bool:
         'warn': worst >= Level.WARN,
         'stop': worst >= Level.ERROR,
         'limits': any(joint.beyond for joint in finished.joints),
-        'frames': frames is not None and frames.diagnosis.cause is not None,
+        'frames': frames is not None and frames.failed,
     }
     return any(met[word] for word in wanted)

@@ -7,3 +7,5 @@ from .causes import Cause as Cause
 from .diagnosis import FrameDiagnosis as FrameDiagnosis
 from .diagnosis import FramesError as FramesError
 from .diagnosis import diagnose_frames as diagnose_frames
+from .judgement import FrameLimits as FrameLimits
+from .judgement import PoseLimit as PoseLimit

@@ -11,30 +11,34 @@ import numpy as np
 from .. import kernel
 from ..kernel import Floats
 from ..tool_state import evaluate
-from .errors import Errors, errors_of
-from .hypotheses import Change, Given, Slide, changes_of, degrees_or_mm, slides_of
+from .errors import Errors, angle_in_words, errors_of, length_in_words, time_in_words
+from .hypotheses import Change, Given, Slide, changes_of, slides_of
+from .lag import lagged
 from .offsets import (
     LEFT_ALONE,
     Fit,
+    equations_of,
     fit_offsets,
-    jacobian,
+    lifted,
     parameter_columns,
-    residual,
+    parameter_step,
     scale_of,
-    solved,
     span_of,
 )
 
-# A cause is named where the remainder falls to less than one part in DECISIVE.
-DECISIVE = 3.0
+# A cause is named where the remainder falls to less than one part in DECISIVE, and mentioned where
+# it explains most of it.
+DECISIVE, MOST_OF_IT = 3.0, 2.0
 # Causes that explain about as much: within this factor of the best.
-AS_WELL = 2.0
+AS_WELL, MENTIONED_AS_WELL = 2.0, 1.25
 # Poses hypotheses are sifted with, steps for each, and how many are then fitted fully.
 SIFTED, SIFT_STEPS, KEPT = 40, 4, 4
 # What a few poses, or the first order, promise may be so many times too little.
 SIFT_MARGIN, FIRST_ORDER_MARGIN = 2.0, 1.5
 # Rounds in which a number is fitted and the poses are computed anew with it.
 ROUNDS = 4
+# A score (rad) below this is round-off.
+ROUND_OFF = 1e-15
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,33 +73,45 @@ class Cause:
     tool_offset: Floats
 
 
-class _Tried(NamedTuple):
-    change: Change | Slide
-    value: float | None
-    fit: Fit
+class Causes(NamedTuple):
+    """
+    Causes that explain about as much, the likely one first.
+
+    Attributes
+    ----------
+    named
+        Those that explain at least two thirds.
+    likely
+        Those that explain most of it, but not two thirds; empty where some are named.
+
+    """
+
+    named: tuple[Cause, ...] = ()
+    likely: tuple[Cause, ...] = ()
 
 
-def causes_of(given: Given, A: Floats, fit: Fit) -> tuple[Cause, ...]:
+def causes_of(given: Given, A: Floats, fit: Fit) -> Causes:
     """
     Return the causes that explain what `fit` leaves between A (N, 4, 4) and the poses.
 
-    The likely one first, then others that explain about as much; none where none is decisive.
-
     """
-    tried = [*_whole(given, fit), *_numbers(given, A, fit)]
-    ratios = [float(fit.score) / max(float(one.fit.score), 1e-15) for one in tried]
-    best = max(ratios, default=0.0)
-    kept = [
-        (ratio, one)
-        for ratio, one in zip(ratios, tried)
-        if ratio >= DECISIVE and ratio * AS_WELL >= best
-    ]
-    # Of what explains as much, a whole thing is likelier than a number that happens to fit.
-    kept.sort(key=lambda pair: (isinstance(pair[1].change, Slide), -pair[0]))
-    return tuple(_cause(ratio, one) for ratio, one in kept)
+    tried = [*_whole(given, fit), *_numbers(given, A, fit), *_lag(given, A, fit)]
+    best = max((cause.ratio for cause in tried), default=0.0)
+
+    def about(factor: float) -> tuple[Cause, ...]:
+        # Of what explains as much, a whole thing is likelier than a number that happens to fit.
+        kept = [cause for cause in tried if cause.ratio * factor >= best]
+        return tuple(sorted(kept, key=lambda cause: (cause.value is not None, -cause.ratio)))
+
+    if best >= DECISIVE:
+        return Causes(named=tuple(one for one in about(AS_WELL) if one.ratio >= DECISIVE))
+    if best >= MOST_OF_IT:
+        likely = (one for one in about(MENTIONED_AS_WELL) if one.ratio >= MOST_OF_IT)
+        return Causes(likely=tuple(likely))
+    return Causes()
 
 
-def _whole(given: Given, fit: Fit) -> list[_Tried]:
+def _whole(given: Given, fit: Fit) -> list[Cause]:
     # All are sifted with a few poses; the best are fitted with all of them.
     every = np.unique(np.linspace(0, len(given.q) - 1, SIFTED).astype(int))
     few = given._replace(q=given.q[every], poses=given.poses[every])
@@ -104,7 +120,7 @@ def _whole(given: Given, fit: Fit) -> list[_Tried]:
     wanted = [
         k
         for k in np.argsort(sifted.score, kind='stable')[:KEPT].tolist()
-        if sifted.score[k] * DECISIVE < SIFT_MARGIN * fit.score
+        if sifted.score[k] * MOST_OF_IT < SIFT_MARGIN * fit.score
     ]
     if not wanted:
         return []
@@ -112,7 +128,10 @@ def _whole(given: Given, fit: Fit) -> list[_Tried]:
     wanted.sort()
     begin = Fit(*(values[wanted] for values in sifted))
     fits = fit_offsets(*_undone(given, changes), begin=begin)
-    return [_Tried(change, None, fits.one(k)) for k, change in enumerate(changes)]
+    return [
+        _cause(change.key, change.sentence, None, fit, fits.one(k))
+        for k, change in enumerate(changes)
+    ]
 
 
 def _undone(given: Given, changes: list[Change]) -> tuple[Floats, Floats]:
@@ -126,7 +145,7 @@ def _undone(given: Given, changes: list[Change]) -> tuple[Floats, Floats]:
     return A, B
 
 
-def _numbers(given: Given, A: Floats, fit: Fit) -> list[_Tried]:
+def _numbers(given: Given, A: Floats, fit: Fit) -> list[Cause]:
     # By first order: what each takes away beyond what the offsets can; the best are fitted.
     scale = scale_of(given.poses)
     J, r = equations_of(A, fit, scale)
@@ -139,50 +158,43 @@ def _numbers(given: Given, A: Floats, fit: Fit) -> list[_Tried]:
     strong = squares > (LEFT_ALONE**2 * len(r))
     taken = np.divide((rest @ columns) ** 2, squares, out=np.zeros_like(squares), where=strong)
     left = np.sqrt(np.maximum(np.sum(rest**2) - taken, 0.0) / len(A))
-    tried = []
-    for k in np.argsort(left, kind='stable')[:KEPT].tolist():
-        if left[k] * DECISIVE < FIRST_ORDER_MARGIN * fit.score:
-            tried.append(_fitted(given, A, fit, slides[k]))
-    return tried
+    return [
+        _fitted(given, A, fit, slides[k])
+        for k in np.argsort(left, kind='stable')[:KEPT].tolist()
+        if left[k] * MOST_OF_IT < FIRST_ORDER_MARGIN * fit.score
+    ]
 
 
-def equations_of(A: Floats, fit: Fit, scale: Floats) -> tuple[Floats, Floats]:
-    """
-    Return Jacobian (6 N, 12) and remainder (6 N,) of one problem; see `offsets`.
-
-    """
-    whole = Fit(*(np.asarray(values)[None] for values in fit))
-    scales = np.reshape(scale, (1, 1, 1))
-    return jacobian(A[None], whole, scales)[0], residual(whole, scales)[0]
-
-
-def _fitted(given: Given, A: Floats, fit: Fit, slide: Slide) -> _Tried:
+def _fitted(given: Given, A: Floats, before: Fit, slide: Slide) -> Cause:
     # Steps of the offsets and the number together; the poses are computed anew with it.
-    scale, value = scale_of(given.poses), 0.0
+    scale, value, fit = scale_of(given.poses), 0.0, before
     for _ in range(ROUNDS):
-        J, r = equations_of(A, fit, scale)
-        column = parameter_columns(A, fit, slide.columns, scale)
-        step = solved(np.column_stack([J, column])[None], r[None])[0]
-        value += float(step[12])
+        value += parameter_step(A, fit, slide.columns, scale)
         A = slide.model(value)
-        whole = Fit(*(np.asarray(values)[None] for values in fit))
-        fit = fit_offsets(A[None], given.poses[None], begin=whole, steps=2).one(0)
-    return _Tried(slide, value, fit)
-
-
-def _cause(ratio: float, one: _Tried) -> Cause:
-    errors = errors_of(one.fit.position, one.fit.rotation)
-    if isinstance(one.change, Change):
-        return Cause(
-            one.change.key, one.change.sentence, None, ratio, errors, one.fit.X, one.fit.Y
-        )
-    slide, value = one.change, one.value or 0.0
-    shown = degrees_or_mm(value, slide.unit)
+        fit = fit_offsets(A[None], given.poses[None], begin=lifted(fit), steps=2).one(0)
+    shown = length_in_words(value) if slide.unit == 'm' else angle_in_words(value)
+    shown = shown if value < 0.0 else f'+{shown}'
     if slide.key == 'joint_offset':
         sentence = f'the zero of joint {slide.name} is off: its positions need {shown}'
-    elif slide.key == 'link_length':
-        sentence = f'a length of the table is off: {slide.name} needs {shown}'
     else:
-        late = 'behind' if value < 0.0 else 'ahead of'
-        sentence = f'the poses are {shown.lstrip("+-")} {late} the joint states'
-    return Cause(slide.key, sentence, value, ratio, errors, one.fit.X, one.fit.Y)
+        sentence = f'a length of the table is off: {slide.name} needs {shown}'
+    return _cause(slide.key, sentence, value, before, fit)
+
+
+def _lag(given: Given, A: Floats, fit: Fit) -> list[Cause]:
+    if given.later is None:
+        return []
+    found = lagged(given.robot, given.later, given.poses, A, fit)
+    if found is None:
+        return []
+    size, unit = abs(found.value), given.later.unit
+    shown = time_in_words(size) if unit == 's' else f'{size:.3g} {unit}'
+    side = 'behind' if found.value < 0.0 else 'ahead of'
+    sentence = f'the poses are {shown} {side} the joint states'
+    return [_cause('time_lag', sentence, found.value, found.before, found.fit)]
+
+
+def _cause(key: str, sentence: str, value: float | None, before: Fit, fit: Fit) -> Cause:
+    ratio = float(before.score) / max(float(fit.score), ROUND_OFF)
+    errors = errors_of(fit.position, fit.rotation)
+    return Cause(key, sentence, value, ratio, errors, fit.X, fit.Y)

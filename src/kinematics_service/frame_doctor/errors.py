@@ -1,5 +1,5 @@
 """
-How far poses are apart.
+How far poses are apart, and lengths, angles and times in words.
 
 """
 
@@ -10,25 +10,45 @@ import numpy as np
 
 from ..kernel import Floats
 
-# Smaller than this (mm, deg) is round-off.
+# Smaller than this (mm, deg, ms) is round-off.
 NOTHING = 1e-6
+# Longer (mm, ms) than this reads better in m and s; than this (m, deg) without digits behind.
+LONG, FAR = 1e3, 1e3
 
 
-def in_mm(length: float) -> str:
+def _number(value: float) -> str:
+    return f'{value:,.0f}' if abs(value) >= FAR else f'{value:.3g}'
+
+
+def length_in_words(length: float) -> str:
     """
-    Return a length (m) in mm, and 0 for round-off.
+    Return a length (m) in mm, from 1 m in m, and 0 for round-off.
 
     """
-    return f'{1e3 * length:.3g} mm' if 1e3 * length > NOTHING else '0 mm'
+    mm = 1e3 * length
+    if abs(mm) <= NOTHING:
+        return '0 mm'
+    return f'{_number(length)} m' if abs(mm) >= LONG else f'{_number(mm)} mm'
 
 
-def in_degrees(angle: float) -> str:
+def angle_in_words(angle: float) -> str:
     """
     Return an angle (rad) in deg, and 0 for round-off.
 
     """
     degrees = math.degrees(angle)
-    return f'{degrees:.3g} deg' if degrees > NOTHING else '0 deg'
+    return f'{_number(degrees)} deg' if abs(degrees) > NOTHING else '0 deg'
+
+
+def time_in_words(time: float) -> str:
+    """
+    Return a time (s) in ms, and 0 for round-off.
+
+    """
+    ms = 1e3 * time
+    if abs(ms) <= NOTHING:
+        return '0 ms'
+    return f'{_number(time)} s' if abs(ms) >= LONG else f'{_number(ms)} ms'
 
 
 class Errors(NamedTuple):
@@ -44,10 +64,10 @@ class Errors(NamedTuple):
 
     def in_words(self) -> str:
         """
-        Return both RMS values, in mm and deg.
+        Return both RMS values, in mm or m and in deg.
 
         """
-        return f'{in_mm(self.position_rms)}, {in_degrees(self.rotation_rms)}'
+        return f'{length_in_words(self.position_rms)}, {angle_in_words(self.rotation_rms)}'
 
 
 def errors_of(position: Floats, rotation: Floats) -> Errors:

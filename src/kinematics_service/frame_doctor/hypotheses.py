@@ -4,7 +4,6 @@ What may be wrong between a robot file and a second source of poses: each a chan
 """
 
 import itertools
-import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -19,6 +18,7 @@ from ..kernel import Floats
 from ..rigid_motion import rotation_of_quaternion
 from ..robot import Robot
 from ..tool_state import evaluate
+from .lag import Later
 from .offsets import Columns
 
 MODIFIED, STANDARD = 'modified', 'standard'
@@ -76,18 +76,15 @@ class Given(NamedTuple):
         Joint positions.
     poses : shape (N, 4, 4)
         Of the second source.
-    rates : shape (N, n)
-        Change of the joint positions with time, per s or per sample.
-    per_second
-        Which of them.
+    later
+        The joints at another time; None where no time is known.
 
     """
 
     robot: Robot
     q: Floats
     poses: Floats
-    rates: Floats
-    per_second: bool
+    later: Later | None
 
 
 def changes_of(given: Given) -> Iterator[Change]:
@@ -229,11 +226,11 @@ def quaternions_of(poses: Floats) -> Floats:
 
 def slides_of(given: Given) -> Iterator[Slide]:
     """
-    Yield every number that may be wrong: zero positions, lengths of the table, the time.
+    Yield every number of the robot that may be wrong: zero positions, lengths of the table.
 
     """
     robot, q = given.robot, given.q
-    state = evaluate(robot, q, given.rates, depth=kernel.ALL_FRAMES)
+    state = evaluate(robot, q, depth=kernel.ALL_FRAMES)
     J, A = state.jacobian, state.pose
     for j in range(robot.dof):
         unit = 'm' if robot.joint_types[j] == 'prismatic' else 'rad'
@@ -246,14 +243,6 @@ def slides_of(given: Given) -> Iterator[Slide]:
         columns = Columns(J[:, :3, j], J[:, 3:, j])
         yield Slide('joint_offset', robot.joint_names[j], unit, columns, moved)
     yield from _lengths(robot, state.link_frames, A)
-    if np.any(given.rates):
-        unit = 's' if given.per_second else 'samples'
-        twist = state.twist
-
-        def later(value: float) -> Floats:
-            return evaluate(robot, q + value * given.rates).pose
-
-        yield Slide('time_lag', 'time', unit, Columns(twist[:, :3], twist[:, 3:]), later)
 
 
 def _lengths(robot: Robot, frames: Floats, A: Floats) -> Iterator[Slide]:
@@ -281,15 +270,3 @@ def _length_axes(robot: Robot, frames: Floats) -> Iterator[tuple[int, Floats, st
             kind, axis = link.axis
             if kind == 'T' and not row.d.coefficients:
                 yield k, before[:, :, 'xyz'.index(axis)], link.axis
-
-
-def degrees_or_mm(value: float, unit: str) -> str:
-    """
-    Return a number a person reads: rad as deg, m as mm, s as ms.
-
-    """
-    if unit == 'rad':
-        return f'{math.degrees(value):+.3g} deg'
-    if unit == 'm':
-        return f'{1e3 * value:+.3g} mm'
-    return f'{1e3 * value:+.3g} ms' if unit == 's' else f'{value:+.3g} {unit}'

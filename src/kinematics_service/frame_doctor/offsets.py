@@ -55,6 +55,14 @@ class Fit(NamedTuple):
         return Fit(*(values[k] for values in self))
 
 
+def lifted(fit: Fit) -> Fit:
+    """
+    Return one problem with a leading dimension of 1.
+
+    """
+    return Fit(*(np.asarray(values)[None] for values in fit))
+
+
 class Columns(NamedTuple):
     """
     How A changes with a parameter: linear and angular velocity (N, 3) of its tool, base axes.
@@ -164,6 +172,25 @@ def parameter_columns(A: Floats, fit: Fit, columns: Columns, scale: Floats) -> F
     linear = columns.linear + np.cross(columns.angular, A[:, :3, :3] @ fit.Y[:3, 3])
     rows = np.concatenate([linear @ RX.T / scale, columns.angular @ RX.T], axis=1)
     return np.asarray(rows.reshape(-1))
+
+
+def equations_of(A: Floats, fit: Fit, scale: Floats) -> tuple[Floats, Floats]:
+    """
+    Return Jacobian (6 N, 12) and remainder (6 N,) of one problem, A of shape (N, 4, 4).
+
+    """
+    scales = np.reshape(scale, (1, 1, 1))
+    return jacobian(A[None], lifted(fit), scales)[0], residual(lifted(fit), scales)[0]
+
+
+def parameter_step(A: Floats, fit: Fit, columns: Columns, scale: Floats) -> float:
+    """
+    Return the step of a parameter of A that brings X A Y nearer, the offsets stepping with it.
+
+    """
+    J, r = equations_of(A, fit, scale)
+    column = parameter_columns(A, fit, columns, scale)
+    return float(solved(np.column_stack([J, column])[None], r[None])[0, 12])
 
 
 def solved(J: Floats, r: Floats) -> Floats:

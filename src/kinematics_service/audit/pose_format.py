@@ -1,0 +1,95 @@
+"""
+How the columns of a table say a pose: the kind of its orientation, and the units.
+
+"""
+
+from typing import NamedTuple
+
+from .block import AuditError
+
+KINDS = ('xyzw', 'wxyz', 'rotvec', 'rpy', 'matrix')
+LENGTHS = ('m', 'mm')
+ANGLES = ('rad', 'deg')
+XYZ = ('x', 'y', 'z')
+
+
+def _numbers(count: int) -> tuple[str, ...]:
+    return tuple(map(str, range(count)))
+
+
+# Ends of columns with the kind of orientation they are by default, in the order they are sought:
+# the numbers of a matrix begin as those of a quaternion.
+ENDS = (
+    ((*XYZ, 'qx', 'qy', 'qz', 'qw'), 'xyzw'),
+    ((*XYZ, 'rx', 'ry', 'rz'), 'rotvec'),
+    ((*XYZ, 'roll', 'pitch', 'yaw'), 'rpy'),
+    (_numbers(16), 'matrix'),
+    (_numbers(12), 'matrix'),
+    (_numbers(7), 'xyzw'),
+    (_numbers(7), 'wxyz'),
+    (_numbers(6), 'rotvec'),
+    (_numbers(6), 'rpy'),
+    ((*XYZ, 'rx', 'ry', 'rz'), 'rpy'),
+)
+ACCEPTED_POSES = (
+    'accepted are x y z with qx qy qz qw, with rx ry rz (rotation vector) or with roll pitch yaw; '
+    'or numbers from 0 on: 7 (x y z and a quaternion x y z w), 6 (x y z and a rotation vector), '
+    '12 or 16 (a matrix); --pose-format says kind and units, for instance mm,deg,rpy'
+)
+
+
+class PoseFormat(NamedTuple):
+    """
+    What the numbers of a pose are.
+
+    Attributes
+    ----------
+    kind
+        One of `KINDS`, empty where the names of the columns say it: a quaternion by the order of
+        its numbers, a rotation vector, roll pitch yaw (R = Rz(yaw) Ry(pitch) Rx(roll)), or a
+        matrix (rows of four).
+    length, angle
+        m or mm; rad or deg.
+
+    """
+
+    kind: str = ''
+    length: str = 'm'
+    angle: str = 'rad'
+
+
+def pose_format(text: str) -> PoseFormat:
+    """
+    Return the format of words like `mm,deg,rpy`.
+
+    Raises
+    ------
+    AuditError
+        A word is none, or there are two of a sort.
+
+    """
+    fields = {'kind': KINDS, 'length': LENGTHS, 'angle': ANGLES}
+    found: dict[str, str] = {}
+    for word in (part.strip() for part in text.split(',')):
+        field = next((name for name, words in fields.items() if word in words), None)
+        if field is None:
+            known = ', '.join(one for words in fields.values() for one in words)
+            raise AuditError(f'{word!r} is not one of {known}')
+        if found.get(field, word) != word:
+            raise AuditError(f'{found[field]} and {word} exclude each other')
+        found[field] = word
+    return PoseFormat(**found)
+
+
+def pose_columns(
+    header: list[str], prefix: str, wanted: PoseFormat
+) -> tuple[list[str], PoseFormat] | None:
+    """
+    Return the columns of a pose that begin with `prefix`, and what they are; None without any.
+
+    """
+    for ends, kind in ENDS:
+        columns = [prefix + end for end in ends]
+        if wanted.kind in ('', kind) and all(column in header for column in columns):
+            return columns, wanted._replace(kind=kind)
+    return None
