@@ -30,8 +30,9 @@ LAGS, LAG_ROWS = 12, 50_000
 BELIEVED = 0.6
 # Differences below this share of the speed need no explanation; scales this near to 1 are none.
 WORTH, SAME_SCALE = 0.002, 0.05
-# Slower than this (rad/s, m/s; RMS) there is nothing to compare.
-STILL = 1e-3
+# Slower than this (rad/s, m/s; RMS) there is nothing to compare; nor where so many standard errors
+# of the noise could be the motion, or the way is no longer than so many jitters of a position.
+STILL, SURE, MANY_JITTERS = 1e-3, math.sqrt(6.0), 20.0
 
 
 class Jump(NamedTuple):
@@ -56,6 +57,8 @@ class VelocityCheck(NamedTuple):
         RMS, median and largest of their difference; `row` is where it is worst.
     speed
         RMS of the differences themselves.
+    noise
+        RMS of what in them is noise of the positions.
     lag : s
         By which the velocities come late, 0 where none is believable.
     scale
@@ -68,6 +71,7 @@ class VelocityCheck(NamedTuple):
     worst: float
     row: int
     speed: float
+    noise: float
     lag: float
     scale: float
 
@@ -89,7 +93,8 @@ class JointReport(NamedTuple):
     fastest, velocity_limit, too_fast
         Largest speed known, its limit, and states above it.
     check
-        None where the messages report no velocity, or the joint stands still.
+        None where the messages report no velocity, or the joint stands still as far as the noise
+        of its positions lets one tell.
 
     """
 
@@ -212,23 +217,37 @@ def _velocity_check(timeline: Timeline, q: Floats, j: int) -> VelocityCheck | No
     ends = np.where(use, 0.5 * (reported[1:] + reported[:-1]), 0.0)
     off = np.abs(ends - mean)
     speed = math.sqrt(float(np.sum(mean**2)) / float(np.sum(use)))
-    if speed < STILL:
+    motion = _motion(mean, use)
+    noise = math.sqrt(max(speed**2 - motion**2, 0.0))
+    jitter = noise * float(np.median(intervals[use])) / math.sqrt(2.0)
+    if motion < max(STILL, SURE * noise / len(use) ** 0.25) or np.ptp(q) < MANY_JITTERS * jitter:
         return None
     rms = math.sqrt(float(np.sum(off**2)) / float(np.sum(use)))
     typical = float(np.median(off[use]))
     worst = int(np.argmax(off))
     scale = lag = 0.0
     if rms > WORTH * speed:
-        scale = _scale(mean, ends, use, rms)
+        scale = _scale(mean, ends, use, motion, rms)
         lag = 0.0 if scale else _lag(t, mean, reported, use, rms)
     return VelocityCheck(
-        rms, typical, float(off[worst]), int(news[worst + 1]), speed, lag, scale or 1.0
+        rms, typical, float(off[worst]), int(news[worst + 1]), speed, noise, lag, scale or 1.0
     )
 
 
-def _scale(mean: Floats, ends: Floats, use: Flags, rms: float) -> float:
-    # By which factor the reported velocities are too large, 0 where none explains them.
-    scale = float(np.sum(ends * mean) / np.sum(mean**2))
+def _motion(mean: Floats, use: Flags) -> float:
+    # RMS of the differences without the noise of the positions. That of one position is in two
+    # differences, next to each other; the product of one and the next but one is free of it, and
+    # the speed hardly changes in between.
+    both = use[2:] & use[1:-1] & use[:-2]
+    if not np.any(both):
+        return math.sqrt(float(np.sum(mean**2)) / float(np.sum(use)))
+    return math.sqrt(max(float(np.mean((mean[2:] * mean[:-2])[both])), 0.0))
+
+
+def _scale(mean: Floats, ends: Floats, use: Flags, motion: float, rms: float) -> float:
+    # By which factor the reported velocities are too large, 0 where none explains them. The noise
+    # of the positions is in the differences alone, so the motion without it is the measure.
+    scale = float(np.mean((ends * mean)[use])) / motion**2
     left = math.sqrt(float(np.mean((ends - scale * mean)[use] ** 2)))
     return scale if left < BELIEVED * rms and abs(scale - 1.0) > SAME_SCALE else 0.0
 

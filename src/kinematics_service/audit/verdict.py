@@ -236,7 +236,7 @@ def _velocities(audit: Audit) -> list[Sentence]:
         elif check.lag:
             side = 'behind' if check.lag > 0.0 else 'ahead of'
             text = f'are {1e3 * abs(check.lag):.3g} ms {side} its positions'
-        elif check.typical > VELOCITY_SHARE * check.speed:
+        elif check.typical > VELOCITY_SHARE * check.speed + check.noise:
             text = f'differ from its positions by {check.typical:.3g} {unit} (median)'
         if text:
             sentences.append(Sentence(Level.WARN, f'Reported velocities of {joint.name} {text}.'))

@@ -15,7 +15,7 @@ from rclpy.qos_overriding_options import QoSOverridingOptions
 
 from ..errors import KinematicsError
 from ..estimator import Answer
-from ..frame_doctor.diagnosis import FrameDiagnosis, diagnose_frames
+from ..frame_doctor import FrameDiagnosis, FrameLimits, diagnose_frames
 from ..kernel import Floats
 from ..measures import Level
 from ..notice import Notice
@@ -33,6 +33,8 @@ REMEMBERED = 256
 VARIETY = 0.02
 # So many poses are kept; then every second one goes, so that early ones stay among them.
 MOST = 256
+# The way of the joints is kept in steps of this (ns), so many of them, to find a lag.
+WAY_STEP, WAY = 10_000_000, 6_000
 # The first diagnosis needs so many; the next this many times as many.
 FIRST, AGAIN = 20, 1.25
 
@@ -62,6 +64,7 @@ class Reference:
         self._robot = robot
         self._pending: tuple[int, Floats] | None = None
         self._recent: deque[tuple[int, Floats]] = deque(maxlen=REMEMBERED)
+        self._way: deque[tuple[int, Floats]] = deque(maxlen=WAY)
         self._pairs: list[tuple[int, Floats, Floats]] = []
         self._collected, self._due = 0, FIRST
         self._refused = ''
@@ -91,6 +94,7 @@ class Reference:
         self._pending = self._notice = None
         self.is_there = False
         self._recent.clear()
+        self._way.clear()
         self._pairs.clear()
         self._collected, self._due = 0, FIRST
 
@@ -108,6 +112,8 @@ class Reference:
 
         """
         self._recent.append((answer.stamp, answer.state.q))
+        if not self._way or answer.stamp - self._way[-1][0] >= WAY_STEP:
+            self._way.append((answer.stamp, answer.state.q))
         if self._pending is not None and answer.stamp >= self._pending[0]:
             stamp, pose = self._pending
             self._pending = None
@@ -147,7 +153,9 @@ class Reference:
         if self._collected >= self._due and not busy:
             self._due = int(self._collected * AGAIN) + 1
             self._thread = threading.Thread(
-                target=self._diagnose, args=(self._robot(), list(self._pairs)), daemon=True
+                target=self._diagnose,
+                args=(self._robot(), list(self._pairs), list(self._way)),
+                daemon=True,
             )
             self._thread.start()
         if self._notice is not None:
@@ -158,15 +166,23 @@ class Reference:
             return Notice(Level.OK, f'{self._collected} of {FIRST} different poses collected', ())
         return None
 
-    def _diagnose(self, robot: Robot, pairs: list[tuple[int, Floats, Floats]]) -> None:
+    def _diagnose(
+        self,
+        robot: Robot,
+        pairs: list[tuple[int, Floats, Floats]],
+        way: list[tuple[int, Floats]],
+    ) -> None:
         pairs = sorted(pairs, key=lambda pair: pair[0])
         stamps = np.array([pair[0] for pair in pairs])
+        times = np.array([state[0] for state in way])
+        motion = (times - stamps[0]) * 1e-9, np.array([state[1] for state in way])
         try:
             found = diagnose_frames(
                 robot,
                 np.array([pair[1] for pair in pairs]),
                 np.array([pair[2] for pair in pairs]),
                 (stamps - stamps[0]) * 1e-9,
+                motion=motion if len(way) > 1 else None,
             )
             self._notice = frames_notice(found)
         except KinematicsError as error:
@@ -175,9 +191,10 @@ class Reference:
 
 def frames_notice(found: FrameDiagnosis) -> Notice:
     """
-    Return a diagnosis of frames: WARN where it names a cause.
+    Return a diagnosis of frames, by the limits that `audit` has by default.
 
     """
+    limits = FrameLimits()
     values = [
         ('poses', str(found.count)),
         ('position error as given, rms (m)', f'{found.as_given.position_rms:.6g}'),
@@ -189,8 +206,9 @@ def frames_notice(found: FrameDiagnosis) -> Notice:
         *_offset('tool', found.tool_offset),
         ('undetermined', '; '.join(found.undetermined)),
         ('cause', found.cause.key if found.cause else ''),
+        ('likely, not decisive', found.likely[0].sentence if found.likely else ''),
     ]
-    return Notice(Level.WARN if found.cause else Level.OK, found.sentence, tuple(values))
+    return Notice(limits.level(found), limits.sentence(found), tuple(values))
 
 
 def _offset(name: str, T: Floats) -> tuple[tuple[str, str], tuple[str, str]]:
