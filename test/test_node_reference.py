@@ -17,7 +17,7 @@ from target_harness import pose_target
 
 import kinematics_service as ks
 
-OK, WARN = 0, 1
+OK, ERROR = 0, 2
 POSES = 60
 
 
@@ -79,9 +79,34 @@ def test_a_planted_fault_is_named(arm):
         return q * np.array([1, 1, -1, 1, 1, 1])
 
     status = watched(arm('ur5e'), other_sign)
-    assert level_of(status) == WARN
+    assert level_of(status) == ERROR
     assert values_of(status)['cause'] == 'joint_sign'
     assert 'elbow_joint' in status.message
+
+
+def test_a_lag_of_the_second_source_is_named(arm):
+    one = arm('ur5e')
+    publisher = one.peer.create_publisher(PoseStamped, one.topic('reference_pose'), 10)
+    one.spin_until(lambda: publisher.get_subscription_count() == 1, 'listener')
+
+    def joints(k):
+        return 0.9 * np.sin(0.03 * k * np.array([1.0, 0.7, 1.3, 0.5, 1.1, 0.9]) + np.arange(6))
+
+    late = 12
+    for k in range(320):
+        pose = ks.forward_kinematics(one.robot, joints(k - late))
+        if k % 4 == 0 and 1.0 + np.trace(pose[:3, :3]) > 0.1:
+            publisher.publish(pose_target(pose, one.robot.base_frame, one.stamp + STEP))
+        one.answer(joints(k).tolist())
+
+    def diagnosed():
+        notice = one.node._reference.notice()
+        return notice is not None and 'behind' in notice.sentence
+
+    one.spin_until(diagnosed, 'lag of the frames', 120.0)
+    notice = one.node._reference.notice()
+    assert f'the poses are {1e-6 * late * STEP:.0f} ms behind' in notice.sentence.lower()
+    assert notice.level == ERROR
 
 
 def test_without_a_second_source_nothing_is_said_of_frames(arm):
