@@ -255,5 +255,4 @@ class _Bag:
             frame = frame or str(message.header.frame_id)
         if not rows:
             raise AuditError(f'{self.path}: there is no message on {topic}')
-        form = PoseFormat('xyzw')
-        return pose_track(topic, frame, np.array(stamps, dtype=np.int64), np.array(rows), form)
+        return pose_track(topic, frame, np.array(stamps), np.array(rows), PoseFormat('xyzw'))
