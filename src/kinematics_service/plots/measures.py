@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..kernel import Floats
+from ..measure_units import volume_power
 from ..measures import MEASURES
 from ..robot import Robot
 from ..singularities import Singularity, singularity
@@ -78,18 +79,11 @@ def measure_units(robot: Robot) -> dict[str, str]:
     """
     Return the unit of each measure: those of determinant and manipulability depend on the task.
 
-    The singular values of the unscaled J_t count in m for rows of translation, and columns of
-    sliding joints take that back. `mixed` where the minors of a J_t that is not square differ.
+    `mixed` where the minors of a J_t that is not square differ.
 
     """
-    rows, n = robot.task.rows, robot.dof
-    linear = sum(row in ('x', 'y', 'z') for row in rows)
-    slides = sum(kind == 'prismatic' for kind in robot.joint_types)
-    if len(rows) > n:
-        uniform, power = linear in (0, len(rows)), (n if linear else 0) - slides
-    else:
-        uniform, power = len(rows) == n or slides == 0, linear - slides
-    product = {0: '', 1: 'm'}.get(power, f'm$^{{{power}}}$') if uniform else 'mixed'
+    power = volume_power(robot)
+    product = {None: 'mixed', 0: '', 1: 'm'}.get(power, f'm$^{{{power}}}$')
     return {
         'distance': 'rad',
         'determinant': product,
