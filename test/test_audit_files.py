@@ -3,6 +3,7 @@ The files an audit reads and writes: bags, tables, plans, pages; and what it say
 
 """
 
+import hashlib
 import json
 import math
 import re
@@ -18,9 +19,12 @@ import kinematics_service as ks
 from kinematics_service.__main__ import main
 from kinematics_service.audit.between_points import Planned, sampled
 from kinematics_service.audit.block_yaml import BlockYamlError, read_documents
+from kinematics_service.audit.charts import Chart, Curve
+from kinematics_service.audit.page_header import origin_of
 from kinematics_service.estimator import Answer, Estimator, EstimatorSettings
 from kinematics_service.notice import notice_of
 from kinematics_service.singularities import singularity_of
+from kinematics_service.version import __version__
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 POINT = 'trajectory_msgs/msg/JointTrajectoryPoint'
@@ -524,6 +528,40 @@ def test_the_page_is_self_contained_and_the_verdict_comes_first(tmp_path, capsys
     again = run(capsys, file, '--robot', 'puma560', '--html', file, code := '--json')
     assert again[0] == 2
     assert code
+
+
+def test_the_head_of_the_page_says_what_was_judged_by_what(tmp_path, capsys):
+    file, html = tmp_path / 'day 7.csv', tmp_path / 'page.html'
+    rows = [f'{2.5e9 + 0.02 * k:.2f},{0.01 * k:.2f},{0.7 - 0.03 * k:.2f}' for k in range(40)]
+    file.write_text('\n'.join(['stamp,position.q1,position.q2', *rows]))
+    table = ks.bundled_robots()['planar_2r']
+    base = (file, '--robot', 'planar_2r', '--warn', '0.27', '--stop', '0.013', '--html', html)
+    assert run(capsys, *base)[0] == 0
+    text = html.read_text()
+    head = text[text.index('<h1>') : text.index('class="verdict')]
+    for path in (file, table):
+        assert hashlib.sha256(path.read_bytes()).hexdigest() in head
+    for words in ('day 7.csv', 'planar_2r', __version__, '0.27 rad', '0.013 rad'):
+        assert words in head
+    assert re.search(r'<dt>date</dt><dd>20\d\d-\d\d-\d\d \d\d:\d\d:\d\d[-+]', head)
+    assert '; ERROR</span>' in text.replace('&#9632', '')
+    assert 'bad</span>' not in text
+
+
+def test_the_same_audit_of_the_same_day_is_the_same_page(tmp_path):
+    file = tmp_path / 'run.csv'
+    file.write_text('stamp,position.q1,position.q2\n1,0,1\n1.5,0.1,0.9\n2,0.2,0.8\n')
+    origin = origin_of(file, 'planar_2r', '2031-02-03 04:05:06+00:00')
+    assert origin == origin_of(file, 'planar_2r', '2031-02-03 04:05:06+00:00')
+    assert origin.robot_sha256 != origin.recording_sha256
+
+
+@pytest.mark.parametrize(('low', 'high'), [(17.0, 24.0), (2.0, 8.0), (0.9, 1.1), (3.0, 30.0)])
+def test_a_logarithmic_axis_has_more_than_one_number(low, high):
+    values = np.geomspace(low, high, 50)
+    chart = Chart('x', 'ms', np.arange(50.0), [Curve('x', values, 'c0')],
+                  np.zeros(50, dtype=bool), log=True, end=49.0)  # fmt: skip
+    assert chart.html().count('class="y"') >= 2
 
 
 def test_exit_codes_say_what_was_asked_for(tmp_path, capsys):

@@ -240,6 +240,9 @@ class _Axis:
         if not self.log:
             return nice_ticks(self.low, self.high, 4)
         first, last = math.ceil(math.log10(self.low)), math.floor(math.log10(self.high))
+        if last <= first:
+            # Less than two powers of ten: round numbers between them.
+            return [tick for tick in nice_ticks(self.low, self.high, 4) if tick > 0.0]
         return [10.0**k for k in range(first, last + 1)]
 
 

@@ -5,6 +5,7 @@ The command `audit`: a recording or a planned trajectory, judged as the node wou
 
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
+from datetime import datetime
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -118,7 +119,7 @@ def audit(
     finished = _run(
         file, arm, topic, pose_topic, columns, out, joint_prefix, velocity_source.value, timeout
     )
-    _write(finished, html, json)
+    _write(finished, html, json, robot)
     if _failed(finished, wanted):
         raise typer.Exit(1)
 
@@ -201,15 +202,17 @@ def _progress(total: int | None) -> Iterator[Callable[[int], None]]:
         yield lambda messages: bar.advance(task, messages)
 
 
-def _write(finished: 'Audit', html: Path | None, json: Path | None) -> None:
+def _write(finished: 'Audit', html: Path | None, json: Path | None, robot: str) -> None:
     from ..audit.document import document_of
     from ..audit.page import page_of
+    from ..audit.page_header import origin_of
     from ..audit.summary import print_summary
     from ..printing import json_text
     from ..robot_file_writer import replace_file
 
     if html is not None:
-        replace_file(html, page_of(finished))
+        date = datetime.now().astimezone().isoformat(' ', 'seconds')
+        replace_file(html, page_of(finished, origin_of(Path(finished.file), robot, date)))
     if json is not None and str(json) != '-':
         replace_file(json, json_text(document_of(finished)) + '\n')
     if json is not None and str(json) == '-':
