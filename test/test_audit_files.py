@@ -13,6 +13,7 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 from arms import robot_of
+from chromium import chromium_tab
 from recordings import BEGIN, SECOND, awkward, motion, recorded, samples_of
 
 import kinematics_service as ks
@@ -546,6 +547,24 @@ def test_the_head_of_the_page_says_what_was_judged_by_what(tmp_path, capsys):
     assert re.search(r'<dt>date</dt><dd>20\d\d-\d\d-\d\d \d\d:\d\d:\d\d[-+]', head)
     assert '; ERROR</span>' in text.replace('&#9632', '')
     assert 'bad</span>' not in text
+
+
+@pytest.mark.parametrize(('width', 'media'), [(500, 'screen'), (703, 'print')])
+def test_the_page_does_not_scroll_sideways(width, media, tmp_path, capsys):
+    # 703 px are the 186 mm between the margins of A4.
+    robot = robot_of('ur10e')
+    t, q, _ = motion(robot, 300, 50.0, 3)
+    file, html = tmp_path / 'run.csv', tmp_path / 'page.html'
+    names = ','.join(f'position.{name}' for name in robot.joint_names)
+    rows = [','.join(map(repr, map(float, [1.9e9 + s, *row]))) for s, row in zip(t, q)]
+    file.write_text('\n'.join([f'stamp,{names}', *rows]))
+    assert run(capsys, file, '--robot', 'ur10e', '--html', html)[0] == 0
+    with chromium_tab() as tab:
+        tab.open(html.as_uri(), width, 900)
+        tab.call('Emulation.setEmulatedMedia', media=media)
+        tab.wait_for('document.querySelector("dl.origin")', 'the head')
+        assert tab.evaluate('document.documentElement.scrollWidth') <= width
+        assert tab.errors == []
 
 
 def test_the_same_audit_of_the_same_day_is_the_same_page(tmp_path):

@@ -82,7 +82,8 @@ code { font-size: .9em; overflow-wrap: anywhere; }
   .plot .note { max-width: 60%; } body { padding: 0 .6rem; overflow-wrap: anywhere; } }
 @page { size: A4; margin: 14mm 12mm 16mm; }
 @media print { body { max-width: none; margin: 0; padding: 0; font-size: 9.5pt; }
-  .wide { overflow: visible; } table { font-size: 7.5pt; } th, td { padding-right: .5rem; }
+  .wide { overflow: visible; } table { font-size: 7.5pt; }
+  th, td { padding-right: .5rem; overflow-wrap: anywhere; }
   td:last-child { min-width: 0; } td.n, td.t, td:first-child { white-space: normal; }
   .plot .read, .cursor { display: none; } figure { margin-bottom: 1rem; }
   h2 { break-after: avoid; } tr { break-inside: avoid; }
