@@ -562,7 +562,7 @@ def test_the_page_does_not_scroll_sideways(width, media, tmp_path, capsys):
     with chromium_tab() as tab:
         tab.open(html.as_uri(), width, 900)
         tab.call('Emulation.setEmulatedMedia', media=media)
-        tab.wait_for('document.querySelector("dl.origin")', 'the head')
+        tab.wait_for('document.querySelector("dl.origin") !== null', 'the head')
         assert tab.evaluate('document.documentElement.scrollWidth') <= width
         assert tab.errors == []
 
