@@ -113,7 +113,7 @@ class Quantities:
             name: f'{name!r} is a joint variable, and a constant is expected here{advice}'
             for name in self.joint_types
         }
-        return self._expression(text, kind, path, self._scope((), refused))
+        return self._expression(text, kind, path, self._scope((), refused, kind))
 
     def moving(self, text: str | None, kind: Kind, path: Path, place: str) -> Expression | None:
         """
@@ -121,7 +121,8 @@ class Quantities:
 
         `place` is what the message calls the spot: `theta`, `d`, `Tx`.
         """
-        expression = self._expression(text, kind, path, self._scope(tuple(self.joint_types), {}))
+        scope = self._scope(tuple(self.joint_types), {}, kind)
+        expression = self._expression(text, kind, path, scope)
         for variable, _ in expression.affine.coefficients if expression else ():
             joint_type = self.joint_types[variable]
             if joint_type != 'helical' and KIND_OF[joint_type] != kind:
@@ -149,12 +150,20 @@ class Quantities:
             return None
         return text
 
-    def _scope(self, variables: tuple[str, ...], refused: Mapping[str, str]) -> Scope:
+    def _scope(
+        self, variables: tuple[str, ...], refused: Mapping[str, str], kind: Kind | None = None
+    ) -> Scope:
         words = {
             word: f'{word!r} is a word in YAML 1.2, neither a number nor a truth value'
             for word in WORDS_OF_YAML_1_1
         }
-        return Scope(self.units.angle, self.constants, variables, {**words, **refused})
+        angles = frozenset(
+            name for name, joint_type in self.joint_types.items() if joint_type != 'prismatic'
+        )
+        wanted = None if kind is None else int(kind == 'angle')
+        return Scope(
+            self.units.angle, self.constants, variables, {**words, **refused}, angles, wanted
+        )
 
     def _judged(self, text: str, scope: Scope) -> bool:
         names = names_in(text)
