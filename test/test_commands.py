@@ -157,6 +157,68 @@ def test_check_reports_all_faults_of_all_files_and_still_checks_the_others(capsy
     assert out.endswith('4 files checked, 3 of them with faults\n')
 
 
+DOUBTFUL = """\
+robot: doubtful
+source: a datasheet in millimetres
+convention: standard
+joints:
+  - {name: arm/waist, variable: q1, type: revolute, limits: [-165, 165]}
+  - {name: arm/spare, variable: q2, type: revolute, unused: true}
+links:
+  - {a: 310, alpha: 0, d: 0.1, theta: q1}
+"""
+
+
+def test_check_warns_of_other_units_and_strict_fails_for_it(capsys, tmp_path):
+    file = tmp_path / 'doubtful.yaml'
+    file.write_text(DOUBTFUL)
+    for options, code in ([], 0), (['--strict'], 1):
+        assert main(['check', *options, str(file), 'planar_2r']) == code
+        out, err = capsys.readouterr()
+        assert err == (
+            f'{file}:5: WARN joints[0].limits: limits of 26.2606 turns: '
+            'are these degrees? (then: units: {angle: deg})\n'
+            f'{file}:8: WARN links[0].a: a length of 310 m: '
+            'are these millimetres? (then: units: {length: mm})\n'
+        )
+        assert out.endswith('2 files checked, no faults, 1 with warnings\n')
+
+
+def test_strict_has_nothing_against_the_bundled_robots(capsys):
+    assert main(['check', '--strict', *ROBOTS]) == 0
+    assert capsys.readouterr().err == ''
+
+
+def test_check_heads_the_columns_by_the_keys_to_type(capsys, tmp_path):
+    file = tmp_path / 'doubtful.yaml'
+    file.write_text(DOUBTFUL.replace('310', '0.31').replace('165', '2.8'))
+    text = answer(capsys, 'check', str(file))
+    assert re.search(r'^ +joint +variable +type +limits ', text, re.MULTILINE)
+    assert re.search(r'^ +arm/waist +q1 +revolute  ', text, re.MULTILINE)
+    assert re.search(r'^ +arm/spare +q2 +revolute, unused ', text, re.MULTILINE)
+
+
+def test_a_known_pose_without_rpy_is_checked_in_position(capsys, tmp_path):
+    file = tmp_path / 'pendant.yaml'
+    file.write_text(FINE.replace(', rpy: [0, 0, 0]', ''))
+    assert 'worst, known_poses[0]: 0 m (tolerance 1e-06)\n' in answer(capsys, 'check', str(file))
+    file.write_text(FINE.replace('[1, 0, 0], rpy: [0, 0, 0]', '[1, 0, 0.003]'))
+    assert main(['check', str(file)]) == 1
+    assert capsys.readouterr().err == (
+        f'{file}: known_poses[0]: the table puts the tool elsewhere: '
+        'off by 0.003 m (tolerance 1e-06)\n'
+    )
+
+
+def test_a_pipe_for_a_robot_is_refused_at_once(capsys, tmp_path):
+    pipe = tmp_path / 'arm.yaml'
+    os.mkfifo(pipe)
+    sentence = f'{pipe}: is a named pipe: give the robot file itself\n'
+    assert refusal(capsys, 'fk', '--robot', str(pipe), '--q', '1', code=1) == sentence
+    assert refusal(capsys, 'check', str(pipe), code=1) == sentence
+    assert refusal(capsys, '--robot', str(pipe), code=1).endswith(sentence)
+
+
 def test_a_known_pose_that_the_table_misses_is_a_fault(capsys, tmp_path):
     file = tmp_path / 'off.yaml'
     file.write_text(FINE.replace('xyz: [1, 0, 0]', 'xyz: [1, 0.01, 0]'))
