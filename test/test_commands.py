@@ -16,6 +16,7 @@ import pytest
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
+from kinematics_service.bundle import GROUPS
 from kinematics_service.commands import fk, jacobian
 from kinematics_service.commands.arguments import join_numbers, split_ros_arguments
 
@@ -100,15 +101,29 @@ def test_the_version_is_that_of_the_package(capsys):
 def test_robots_are_listed_a_line_each(capsys):
     header, *lines = answer(capsys, 'robots').splitlines()
     assert header.split() == ['robot', 'dof', 'joints', 'convention', 'source']
-    assert [line.split()[0] for line in lines] == list(ROBOTS)
+    assert sorted(line.split()[0] for line in lines if line and line not in GROUPS) == list(ROBOTS)
     (rrp,) = (line for line in lines if line.startswith('rrp_elementary'))
     assert rrp.split()[1:4] == ['3', 'RRP', 'elementary']
 
 
 def test_robots_fit_a_terminal_with_their_names_whole(capsys, narrow):
     _, *lines = answer(capsys, 'robots').splitlines()
-    assert [line.split()[0] for line in lines] == list(ROBOTS)
+    assert sorted(line.split()[0] for line in lines if line and line not in GROUPS) == list(ROBOTS)
     assert max(map(len, lines)) <= NARROW
+
+
+def test_robots_stand_in_groups_below_their_titles(capsys, monkeypatch):
+    blocks = answer(capsys, 'robots').split('\n\n')[1:]
+    listed = {
+        title: [row.split()[0] for row in rows] for title, *rows in map(str.splitlines, blocks)
+    }
+    assert listed == {title: list(names) for title, names in GROUPS.items()}
+    # A robot that is added is listed, whether or not somebody thought of a group for it.
+    fewer = {title: names[1:] for title, names in GROUPS.items()}
+    monkeypatch.setattr('kinematics_service.bundle.GROUPS', fewer)
+    last = answer(capsys, 'robots').split('\n\n')[-1].splitlines()
+    assert last[0] == 'Others'
+    assert [row.split()[0] for row in last[1:]] == sorted(names[0] for names in GROUPS.values())
 
 
 @pytest.mark.parametrize('name', ROBOTS)
@@ -484,7 +499,7 @@ def fail_with(monkeypatch, error):
     def raise_error(*_):
         raise error
 
-    monkeypatch.setattr('kinematics_service.commands.robots.bundled_robots', raise_error)
+    monkeypatch.setattr('kinematics_service.commands.robots.grouped_robots', raise_error)
 
 
 def test_an_unexpected_error_is_one_line(capsys, monkeypatch):
