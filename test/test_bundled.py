@@ -55,7 +55,7 @@ def test_the_source_is_named_and_known_poses_are_given(name):
 def test_the_source_is_for_people(name):
     # No names of files nobody else has, no numbers of a list of errata; comments are copied too.
     text = ks.bundled_robots()[name].read_text(encoding='utf-8')
-    for inner in (r'\bE\d\.\d', r'\.txt\b', r'\b[0-9a-f]{12,}\b', r'\(lines? \d', r'document 00'):
+    for inner in (r'\bE\d\.\d', r'\.txt\b', r'_[0-9a-f]{12,}\b', r'\(lines? \d', r'document 00'):
         assert not re.search(inner, text), inner
     # Where it is from stands first: `robots` cuts what does not fit.
     first = robot_of(name).source.partition(';')[0]
