@@ -5,6 +5,7 @@ Who can see the page of `view` and talk to it: tried by programs that send whate
 
 import re
 import socket
+import threading
 import time
 
 import msgspec
@@ -12,6 +13,7 @@ import numpy as np
 import pytest
 from view_client import (
     PATIENCE,
+    Served,
     exchange,
     frame,
     get,
@@ -24,7 +26,10 @@ from view_client import (
 )
 from websockets.exceptions import ConnectionClosed
 
+import kinematics_service as ks
+from kinematics_service.view.address import Address
 from kinematics_service.view.admission import Admission, admission_to
+from kinematics_service.view.run import run_page
 
 ROUNDS = 60
 OK, SWITCHED, BAD_REQUEST, FORBIDDEN = 200, 101, 400, 403
@@ -316,3 +321,71 @@ def test_a_viser_that_goes_round_the_rules_is_not_served(monkeypatch):
         module.guarded_server('127.0.0.1', 0, 'x', admission_to('127.0.0.1', ())),
     ):
         pytest.fail(f'it was served after {time.monotonic() - begin} s')
+
+
+# One page for several arms
+
+
+class TwoArms:
+    """
+    A source of two arms that stand still, without ROS.
+
+    """
+
+    nodes = ('/left/kinematics', '/right/kinematics')
+    status = 'moved by the sliders'
+
+    def __init__(self):
+        self.choose(self.nodes[0])
+
+    def choose(self, node):
+        self.node = node
+        self.robot = ks.load_robot('planar_2r' if 'left' in node else 'craig_3r')
+
+    @property
+    def title(self):
+        return f'{self.robot.name} of {self.node}'
+
+    def listen(self, seconds):
+        time.sleep(seconds)
+
+    def observation(self):
+        return None
+
+    def publish(self, q):
+        return 'nobody listens'
+
+
+def sliders_of(view):
+    return sum(isinstance(thing.value, float) for thing in panel_of(view))
+
+
+def test_the_list_of_arms_changes_the_arm_the_page_shows(capfd):
+    ended, source = threading.Event(), TwoArms()
+    address = Address('127.0.0.1', 0)
+    page = threading.Thread(target=run_page, args=(source, address, True, ended.is_set))
+    page.start()
+    try:
+        out, deadline = '', time.monotonic() + PATIENCE
+        while 'shows' not in out and time.monotonic() < deadline:
+            time.sleep(0.05)
+            out += capfd.readouterr().out
+        assert 'shows planar_2r of /left/kinematics' in out
+        view = Served(None, '127.0.0.1', int(re.search(r':(\d+) ', out)[1]), '')
+        assert sliders_of(view) == 2
+        chooser = next(thing for thing in panel_of(view) if thing.label == 'arm of')
+        assert chooser.value == '/left/kinematics'
+        # A node that is not in the list cannot be chosen.
+        assert closed_after(view, update(chooser.uuid, value='/other/kinematics')) == POLICY
+        own = handshake(view, f'Host: {view.netloc}')
+        exchange(view, own + frame(update(chooser.uuid, value='/right/kinematics')))
+        deadline = time.monotonic() + PATIENCE
+        while sliders_of(view) != 3:
+            assert time.monotonic() < deadline, 'still the arm with two joints'
+        assert source.title == 'craig_3r of /right/kinematics'
+        # Whoever opens the page now finds the other arm chosen; the sliders of the first are gone.
+        chooser = next(thing for thing in panel_of(view) if thing.label == 'arm of')
+        assert chooser.value == '/right/kinematics'
+    finally:
+        ended.set()
+        page.join()

@@ -42,8 +42,8 @@ white-space:nowrap}
 .kin .pin{position:absolute;top:-3px;width:4px;height:12px;margin-left:-2px;border-radius:2px}
 .kin .pair{display:flex;justify-content:space-between;gap:8px}
 @media (max-width:36em){
-.mantine-ScrollArea-root:has(#kin-gauges){max-height:34vh!important;width:100%!important}
-.mantine-ScrollArea-root:has(#kin-gauges) .mantine-ScrollArea-content>*{width:100%!important}
+.mantine-Paper-root:has(#kin-gauges){max-height:34vh!important;width:100%!important}
+.mantine-Paper-root:has(#kin-gauges) .mantine-ScrollArea-content>*{width:100%!important}
 }
 </style>"""
 
