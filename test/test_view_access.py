@@ -379,13 +379,13 @@ def test_the_list_of_arms_changes_the_arm_the_page_shows(capfd):
         assert closed_after(view, update(chooser.uuid, value='/other/kinematics')) == POLICY
         own = handshake(view, f'Host: {view.netloc}')
         exchange(view, own + frame(update(chooser.uuid, value='/right/kinematics')))
-        deadline = time.monotonic() + PATIENCE
+        deadline = time.monotonic() + 3.0 * PATIENCE
         while sliders_of(view) != 3:
             assert time.monotonic() < deadline, 'still the arm with two joints'
         assert source.title == 'craig_3r of /right/kinematics'
         # Whoever opens the page now finds the other arm chosen; the sliders of the first are gone.
-        chooser = next(thing for thing in panel_of(view) if thing.label == 'arm of')
-        assert chooser.value == '/right/kinematics'
+        while not any(thing.value == '/right/kinematics' for thing in panel_of(view)):
+            assert time.monotonic() < deadline, 'the list does not say which arm is shown'
     finally:
         ended.set()
         page.join()
