@@ -66,7 +66,7 @@ setup(
         'bag': ['rosbags'],
         'plot': ['matplotlib'],
         'dask': ['dask[distributed]'],
-        'view': ['viser>=1.1,<2'],
+        'view': ['viser>=1.1,<2', 'websockets>=15'],
         'lint': ['ruff', 'mypy'],
     },
     entry_points={'console_scripts': [f'{NAME} = {NAME}.__main__:main']},
