@@ -28,8 +28,7 @@ from .losses import Losses
 RELIABLE, BEST_EFFORT = ReliabilityPolicy.RELIABLE, ReliabilityPolicy.BEST_EFFORT
 # Messages remembered while two subscriptions hear the same, so that each is taken once.
 REMEMBERED = 4096
-# The former one ends so many seconds after the new one hears every publisher: what waited in its
-# queue is taken then.
+# The former one ends so many seconds after the new one hears every publisher.
 OVERLAP = 1.0
 
 Take = Callable[[bytes], None]
@@ -139,6 +138,7 @@ class BestSubscription:
                 self._change(RELIABLE)
 
     def _end(self, former: '_Numbered') -> None:
+        former.take_what_waits()
         count = former.losses.count
         self._lost = None if count is None or self._lost is None else self._lost + count
         self._node.destroy_subscription(former.subscription)
@@ -153,8 +153,10 @@ class BestSubscription:
         self._qos.reliability = reliability
         self._current = self._open()
 
-    def _heard(self, data: bytes, info: Info) -> None:
+    def _heard(self, one: '_Numbered', data: bytes, info: Info) -> None:
         if self._recent is not None:
+            if self._former is not None and one is self._current:
+                self._former.take_what_waits()  # which is older
             key = info['publication_sequence_number'], info['source_timestamp']
             if key in self._recent:
                 return
@@ -184,7 +186,7 @@ class _Numbered:
         kind: Any,
         topic: str,
         qos: QoSProfile,
-        take: Callable[[bytes, Info], None],
+        take: Callable[['_Numbered', bytes, Info], None],
         on_incompatible: Callable[[Any], None],
         overrides: QoSOverridingOptions | None,
     ) -> None:
@@ -195,7 +197,7 @@ class _Numbered:
             # `EventsExecutor` of Jazzy hands over message and information as one tuple.
             data, info = arguments if len(arguments) == 2 else arguments[0]
             heard(info['publication_sequence_number'])
-            take(data, info)
+            take(self, data, info)
 
         # What rclpy looks at to see whether the information is wanted.
         setattr(taken, '__signature__', inspect.signature(lambda data, info: None))  # noqa: B010
@@ -212,3 +214,14 @@ class _Numbered:
             qos_overriding_options=overrides,
         )
         self.reliability = qos.reliability
+        self._taken = taken
+
+    def take_what_waits(self) -> None:
+        """
+        Take the messages that the executor has not come to.
+
+        """
+        handle = self.subscription.handle
+        with handle:
+            while (message := handle.take_message(self.subscription.msg_type, True)) is not None:
+                self._taken(message)
