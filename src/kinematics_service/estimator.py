@@ -435,7 +435,7 @@ class Estimator:
 
     def _refused(self, said: int) -> Refusal:
         if said == kernel.NOT_COMPUTABLE:
-            # Lengths of the robot file can still overflow; such a position must not be kept.
+            # The lengths of an arm made in Python can overflow; such a position must not be kept.
             self._table.forget()
         refusal = _REFUSALS[said]
         self.counts[refusal.reason] += 1
