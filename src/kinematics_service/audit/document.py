@@ -64,6 +64,7 @@ def document_of(audit: Audit) -> dict[str, Any]:
         'messages': {
             'total': audit.stream.messages,
             'states': len(timeline),
+            'refused': sum(audit.refused.values()),
             'by_outcome': audit.counts,
             'first_refused': {
                 reason: example._asdict() for reason, example in audit.examples.items()

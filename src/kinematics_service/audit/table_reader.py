@@ -6,14 +6,13 @@ Joint states in a table: a CSV file with a header, of any of the known layouts.
 import csv
 import warnings
 from collections.abc import Iterator, Sequence
-from decimal import Decimal, InvalidOperation
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from ..kernel import Floats
-from ..recording import LATEST, POSITION, STAMP, VELOCITY
+from ..recording import POSITION, STAMP, VELOCITY, nanoseconds_of, number_of
 from .block import LARGEST_BLOCK, AuditError, Block, Times
 from .source import PoseTrack, Source, Wanted
 from .tool_poses import poses_of, poses_of_vectors
@@ -241,7 +240,7 @@ class _Table:
                     f'{len(self.header)} columns'
                 )
             try:
-                stamps.append(_nanoseconds(cells[stamp_at]))
+                stamps.append(nanoseconds_of(cells[stamp_at]))
             except ValueError:
                 raise AuditError(
                     f'{self.file}:{line}: column {self.header[stamp_at]!r}: '
@@ -255,7 +254,7 @@ class _Table:
     def _number(self, line: int, column: int, cell: str) -> float:
         text = cell.strip()
         try:
-            return float(text) if text else float('nan')
+            return number_of(text) if text else float('nan')
         except ValueError:
             raise AuditError(
                 f'{self.file}:{line}: column {self.header[column]!r}: {text[:40]!a} is not a '
@@ -263,20 +262,6 @@ class _Table:
             ) from None
 
 
-def _nanoseconds(text: str) -> int:
-    # Without a double in between: nanoseconds of a day in this century do not fit one.
-    whole, _, fraction = text.strip().partition('.')
-    if whole.isdecimal() and (fraction.isdecimal() or not fraction) and len(whole) < 11:
-        return int(whole) * 1_000_000_000 + int((fraction + '000000000')[:9])
-    try:
-        seconds = Decimal(text.strip())
-    except InvalidOperation:
-        raise ValueError(text) from None
-    if not (seconds.is_finite() and 0 <= seconds < LATEST):
-        raise ValueError(text)
-    return int(seconds.scaleb(9).to_integral_value())
-
-
 def _nanoseconds_as_double(text: str) -> float:
     # The bits of an integer in the one table of doubles that numpy reads.
-    return float(np.int64(_nanoseconds(text)).view(np.float64))
+    return float(np.int64(nanoseconds_of(text)).view(np.float64))
