@@ -5,9 +5,10 @@ The drawing stretches to any width while its labels, which are HTML, keep their 
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from html import escape
+from typing import Any
 
 import numpy as np
 
@@ -17,6 +18,8 @@ from .block import Flags
 # The drawing is so wide, in columns of which each shows its least and its largest value.
 WIDTH, HEIGHT = 1000, 100
 COLUMNS = 800
+# Points held of a curve before it is thinned.
+MOST_HELD = 2**20
 # Share of the height that stays free above and below.
 AIR = 0.06
 # Decades a logarithmic axis shows at most.
@@ -26,13 +29,22 @@ DECADES = 5
 @dataclass(frozen=True, eq=False)
 class Curve:
     """
-    A line: its name, values (N,), and style (`c0` to `c5`, also `limit`).
+    A line: its name, style (`c0` to `c5`, also `limit`), and what is drawn of it.
+
+    Attributes
+    ----------
+    t : shape (M,), s; values : shape (M,)
+        The points; all values are finite.
+    begins : shape (M,)
+        Whether the line begins anew at a point.
 
     """
 
     name: str
-    values: Floats
     style: str
+    t: Floats
+    values: Floats
+    begins: Flags
 
 
 @dataclass(frozen=True)
@@ -68,12 +80,10 @@ class Chart:
     ----------
     title, unit
         What is shown, and in which unit.
-    t : shape (N,), s
-        Time, not falling.
-    breaks : shape (N,)
-        Whether a curve is interrupted before a row.
     levels
-        Lines across; `fits` tells whether the axis must show them.
+        Lines across; the axis shows those that it must, or that a curve comes near.
+    end : s
+        Of the time axis.
     height
         In px.
 
@@ -81,9 +91,7 @@ class Chart:
 
     title: str
     unit: str
-    t: Floats
     curves: Sequence[Curve]
-    breaks: Flags
     bands: Sequence[Band] = ()
     levels: Sequence[Level] = ()
     log: bool = False
@@ -152,45 +160,72 @@ class Chart:
         return f'<rect class="{band.style}" x="{x:.2f}" y="0" width="{width:.2f}" height="100"/>'
 
     def _path(self, curve: Curve, axis: '_Axis') -> str:
-        x = self.t * (WIDTH / self.end) if self.end else np.full(len(self.t), 0.5 * WIDTH)
-        rows, begins = thinned(x, curve.values, self.breaks)
-        y = axis.at_all(curve.values[rows])
-        if len(rows) == 1:
-            rows, y, begins = np.repeat(rows, 2), np.repeat(y, 2), np.array([True, False])
-            return f'M{x[rows[0]] - 3:.1f} {y[0]:.2f}L{x[rows[0]] + 3:.1f} {y[0]:.2f}'
+        x, y = across(curve.t, self.end), axis.at_all(curve.values)
+        if len(x) == 1:
+            return f'M{x[0] - 3:.1f} {y[0]:.2f}L{x[0] + 3:.1f} {y[0]:.2f}'
         return ''.join(
             f'{"M" if begin else "L"}{px:.1f} {py:.2f}'
-            for px, py, begin in zip(x[rows].tolist(), y.tolist(), begins.tolist())
+            for px, py, begin in zip(x.tolist(), y.tolist(), curve.begins.tolist())
         )
 
 
-def thinned(x: Floats, values: Floats, breaks: Flags) -> tuple[np.ndarray, Flags]:  # type: ignore[type-arg]
+def across(t: Floats, end: float) -> Floats:
     """
-    Return the rows of a curve to draw, and at which of them it begins anew.
+    Return where times stand in the drawing.
+
+    """
+    return t * (WIDTH / end) if end else np.full(len(t), 0.5 * WIDTH)
+
+
+def curve_of(
+    name: str, style: str, end: float, pieces: Iterable[tuple[Floats, Floats, Flags]]
+) -> Curve:
+    """
+    Return a curve thinned to what a drawing shows, read in pieces.
 
     Of every column of the drawing the first, the least, the largest and the last value stay.
 
+    Parameters
+    ----------
+    end : s
+        Of the time axis.
+    pieces
+        Times, values, and whether the curve is interrupted before a row.
+
     """
-    known = np.flatnonzero(np.isfinite(values))
-    if not len(known):
-        return known, np.zeros(0, dtype=bool)
-    # A row begins anew after a break or a row that is not known.
-    group = np.cumsum(breaks) + np.cumsum(~np.isfinite(values))
-    if len(known) > 4 * COLUMNS:
-        column = np.minimum(x[known] * (COLUMNS / WIDTH), COLUMNS - 1).astype(np.int64)
-        edges = np.flatnonzero(
-            np.diff(column, prepend=-1) | (np.diff(group[known], prepend=-1) != 0)
-        )
-        inside = values[known]
-        low, high = np.minimum.reduceat(inside, edges), np.maximum.reduceat(inside, edges)
-        counts = np.diff(edges, append=len(known))
-        # The first row of each column that has its least, and its largest, value.
-        least = _first_where(inside == np.repeat(low, counts), edges)
-        largest = _first_where(inside == np.repeat(high, counts), edges)
-        kept = np.unique(np.concatenate([edges, edges + counts - 1, least, largest]))
-        known = known[kept]
-    begins = np.diff(group[known], prepend=-1) != 0
-    return known, begins
+    drawn: list[tuple[Floats, Floats, np.ndarray]] = []  # type: ignore[type-arg]
+    count = held = groups = 0
+    for t, values, breaks in pieces:
+        known = np.flatnonzero(np.isfinite(values))
+        # A row begins anew after a break or a row that is not known.
+        group = groups + np.cumsum(breaks) + np.cumsum(~np.isfinite(values))
+        groups = int(group[-1])
+        count, held = count + len(known), held + len(known)
+        drawn.append((t[known], values[known], group[known]))
+        if held > MOST_HELD:
+            drawn = [_thinned(end, *_joined(drawn))]
+            held = len(drawn[0][0])
+    t, values, group = _joined(drawn)
+    if count > 4 * COLUMNS:
+        t, values, group = _thinned(end, t, values, group)
+    return Curve(name, style, t, values, np.diff(group, prepend=-1) != 0)
+
+
+def _joined(drawn: list[tuple[Any, ...]]) -> tuple[Any, ...]:
+    return tuple(np.concatenate(columns) for columns in zip(*drawn))
+
+
+def _thinned(end: float, t: Floats, values: Floats, group: np.ndarray) -> tuple[Any, ...]:  # type: ignore[type-arg]
+    # Of what stays of pieces stays what would stay of the whole.
+    column = np.minimum(across(t, end) * (COLUMNS / WIDTH), COLUMNS - 1).astype(np.int64)
+    edges = np.flatnonzero(np.diff(column, prepend=-1) | (np.diff(group, prepend=-1) != 0))
+    low, high = np.minimum.reduceat(values, edges), np.maximum.reduceat(values, edges)
+    counts = np.diff(edges, append=len(values))
+    # The first row of each column that has its least, and its largest, value.
+    least = _first_where(values == np.repeat(low, counts), edges)
+    largest = _first_where(values == np.repeat(high, counts), edges)
+    kept = np.unique(np.concatenate([edges, edges + counts - 1, least, largest]))
+    return t[kept], values[kept], group[kept]
 
 
 def _first_where(flags: Flags, edges: np.ndarray) -> np.ndarray:  # type: ignore[type-arg]
@@ -207,7 +242,7 @@ class _Axis:
 
     @classmethod
     def of(cls, chart: Chart) -> '_Axis':
-        values = [curve.values[np.isfinite(curve.values)] for curve in chart.curves]
+        values = [curve.values for curve in chart.curves]
         lows = [float(np.min(column)) for column in values if len(column)] or [0.0]
         highs = [float(np.max(column)) for column in values if len(column)] or [1.0]
         low, high = min(lows), max(highs)

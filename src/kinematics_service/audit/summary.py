@@ -24,7 +24,7 @@ def print_summary(audit: Audit) -> None:
     out.print(
         heading(
             f'{audit.file}: {audit.what}, {count(audit.stream.messages, noun)} over '
-            f'{seconds(float(audit.timeline.t[-1]))}, {audit.robot.name}'
+            f'{seconds(audit.timeline.end)}, {audit.robot.name}'
         )
     )
     for sentence in verdict_of(audit).sentences:

@@ -141,7 +141,7 @@ def _singular_poses(audit: Audit) -> Sentence:
     level = max(stretch.level for stretch in audit.stretches)
     stretch = max(audit.stretches, key=lambda one: (one.level, -_goodness(audit, one.value)))
     near = sum(one.seconds for one in audit.stretches)
-    total = float(audit.timeline.t[-1])
+    total = audit.timeline.end
     names = dict.fromkeys([stretch.factor, *(one.name for one in stretch.factors)])
     named = f' ({", ".join(names)})' if stretch.factor else ''
     where = (
