@@ -64,7 +64,7 @@ setup(
         'ros': ROS,
         'test': TEST,
         'peers': PEERS,
-        'bag': ['rosbags'],
+        'bag': ['rosbags>=0.11'],
         'plot': ['matplotlib'],
         'dask': ['dask[distributed]'],
         'view': ['viser>=1.1,<2'],

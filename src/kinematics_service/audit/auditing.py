@@ -14,14 +14,15 @@ import numpy as np
 
 from ..estimator import ACCEPTED, NOT_OURS, NOT_STAMPED, RESETS, Estimator, EstimatorSettings
 from ..kernel import Floats
+from ..measures import Level
 from ..robot import Robot
-from .block import AuditError, Block
+from .block import AuditError, Block, Unreadable
 from .columns import Column, spans
 from .computer import Computer, NoStateError
 from .frames import FrameReport, frame_report
 from .ingest import Example, Ingest
 from .joints import JointReport, Jump, joint_reports, jumps_of
-from .source import Source
+from .source import Remark, Source
 from .stream import Stream, StreamWatch
 from .stretches import Stretch, badness, stretches_of, watched_values
 from .timeline import Part, Timeline
@@ -66,7 +67,7 @@ class Audit:
     what: str
     topic: str
     planned: bool
-    remarks: tuple[str, ...]
+    remarks: tuple[Remark, ...]
     counts: dict[str, int]
     examples: dict[str, Example]
     stream: Stream
@@ -87,6 +88,14 @@ class Audit:
         """
         other = (ACCEPTED, NOT_STAMPED, RESETS, NOT_OURS)
         return {reason: n for reason, n in self.counts.items() if n and reason not in other}
+
+    @property
+    def damaged(self) -> bool:
+        """
+        Return whether the file does not have the checksums it was written with.
+
+        """
+        return any(remark.level == Level.ERROR for remark in self.remarks)
 
 
 class Listener(NamedTuple):
@@ -123,9 +132,9 @@ def audit(
     watch = StreamWatch(names)
     heard: dict[str, None] = {}
 
-    def each(block: Block, part: Part | None) -> None:
+    def each(block: Block | Unreadable, part: Part | None) -> None:
         watch.take(block)
-        if len(heard) < MOST_NAMES:
+        if isinstance(block, Block) and len(heard) < MOST_NAMES:
             heard.update(dict.fromkeys(block.names))
         if part is not None:
             listener.part(part)
@@ -150,7 +159,7 @@ def audit(
         what=source.what,
         topic=source.topic,
         planned=source.planned,
-        remarks=source.remarks,
+        remarks=tuple(source.remarks),
         counts=dict(ingest.counts),
         examples=ingest.examples,
         stream=stream,

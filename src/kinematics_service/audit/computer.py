@@ -17,7 +17,7 @@ from ..notice import Notice, notice_of, stale_notice
 from ..robot import Robot
 from ..singularities import FactorMeasures, Singularity, singularity_of
 from ..tool_state import evaluate
-from .block import Block, Flags
+from .block import Block, Flags, Unreadable
 from .ingest import Ingest, Known
 from .judging import Judge
 from .timeline import MEASURE_NAMES, Part, Said, Timeline
@@ -69,12 +69,20 @@ class Computer:
         self._quaternion: Floats | None = None
         self._timeline = Timeline(robot)
 
-    def run(self, blocks: Iterable[Block], each: Callable[[Block, Part | None], None]) -> Timeline:
+    def run(
+        self,
+        blocks: Iterable[Block | Unreadable],
+        each: Callable[[Block | Unreadable, Part | None], None],
+    ) -> Timeline:
         """
         Return the timeline of all blocks; `each` is called with every one and what it made.
 
         """
         for block in blocks:
+            if isinstance(block, Unreadable):
+                self._ingest.refuse(block)
+                each(block, None)
+                continue
             known = self._ingest.take(block)
             part = self._part(known) if len(known) else None
             each(block, part)

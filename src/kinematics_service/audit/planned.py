@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 
 from ..kernel import Floats
+from ..measures import Level
 from .between_points import Planned, sampled
 from .block import LARGEST_BLOCK, AuditError, Block, Times
-from .source import Source, Wanted
+from .source import Remark, Source, Wanted
 
 SECOND = 1_000_000_000
 # Trajectories of one topic follow each other with a pause longer than any timeout (ns).
@@ -60,7 +61,7 @@ def open_planned(file: Path, wanted: Wanted) -> Source:
         None,
         blocks_of_trajectories(planned, wanted, str(file)),
         None,
-        (f'{len(planned)} trajectories in a row',) if len(planned) > 1 else (),
+        [Remark(Level.OK, f'{len(planned)} trajectories in a row')] if len(planned) > 1 else [],
     )
 
 

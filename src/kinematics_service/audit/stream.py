@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .block import Block, Times
+from .block import Block, Times, Unreadable
 from .columns import Column, median, spans
 
 # A gap is this many times the median interval of stamps, and at least so long (ns).
@@ -120,11 +120,14 @@ class StreamWatch:
         self._last: tuple[int, list[float]] | None = None
         self._count = 0
 
-    def take(self, block: Block) -> None:
+    def take(self, block: Block | Unreadable) -> None:
         """
         Look at the next block.
 
         """
+        if isinstance(block, Unreadable):
+            self._count += 1
+            return
         order = tuple(name for name in block.names if name in self._ours)
         if order:
             self._orders[order] += len(block)

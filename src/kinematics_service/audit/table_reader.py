@@ -12,9 +12,10 @@ from typing import NamedTuple
 import numpy as np
 
 from ..kernel import Floats
+from ..measures import Level
 from ..recording import POSITION, STAMP, VELOCITY, nanoseconds_of, number_of
 from .block import LARGEST_BLOCK, AuditError, Block, Times
-from .source import PoseTrack, Source, Wanted
+from .source import PoseTrack, Remark, Source, Wanted
 from .tool_poses import poses_of, poses_of_vectors
 
 POSE_ENDS = {
@@ -111,7 +112,7 @@ class _Table:
                 )
 
         topic = f'{self.names.position}*'
-        return Source('table', topic, False, len(stamps), blocks(), track, tuple(remarks))
+        return Source('table', topic, False, len(stamps), blocks(), track, remarks)
 
     def _layout(self) -> Names:
         if self.wanted.columns is not None:
@@ -191,7 +192,7 @@ class _Table:
         listed = ', '.join(ascii(name) for name in self.header[:SHOWN])
         return listed + (f' and {more} more' if more > 0 else '')
 
-    def _numbers(self) -> tuple[Times, Floats, list[str]]:
+    def _numbers(self) -> tuple[Times, Floats, list[Remark]]:
         # All wanted columns: positions, velocities, pose.
         columns = self._family(self.names.position) + self._velocity_columns()
         columns += self._pose_columns() or []
@@ -222,18 +223,21 @@ class _Table:
             raise ValueError
         return np.ascontiguousarray(table[:, 0]).view(np.int64), table[:, 1:]
 
-    def _line_by_line(self, stamp_at: int, at: Sequence[int]) -> tuple[Times, Floats, list[str]]:
+    def _line_by_line(
+        self, stamp_at: int, at: Sequence[int]
+    ) -> tuple[Times, Floats, list[Remark]]:
         # The long way, which knows what to say of a bad line.
         stamps: list[int] = []
         numbers: list[list[float]] = []
-        remarks: list[str] = []
+        remarks: list[Remark] = []
         with self.file.open(encoding='utf-8-sig', newline='') as stream:
             rows = csv.reader(stream, delimiter=self.delimiter)
             lines = [(rows.line_num, cells) for cells in rows if any(c.strip() for c in cells)]
         for k, (line, cells) in enumerate(lines[1:], start=1):
             if len(cells) != len(self.header):
                 if k == len(lines) - 1 and k > 1:
-                    remarks.append(f'line {line}, the last one, is cut off and left out')
+                    text = f'line {line}, the last one, is cut off and left out'
+                    remarks.append(Remark(Level.OK, text))
                     continue
                 raise AuditError(
                     f'{self.file}:{line}: {len(cells)} cells, but the header has '

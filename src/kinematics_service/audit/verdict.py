@@ -84,7 +84,7 @@ def verdict_of(audit: Audit) -> Verdict:
                 f'the first of {jump.joint} by {jump.step:+.3g} at {at}.',
             )
         )
-    sentences += [Sentence(Level.OK, f'{remark}.') for remark in audit.remarks]
+    sentences += [Sentence(remark.level, f'{remark.text}.') for remark in audit.remarks]
     first, *others = sentences
     return Verdict((first, *sorted(others, key=lambda sentence: -sentence.level)))
 

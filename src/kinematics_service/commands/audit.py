@@ -44,7 +44,8 @@ Exit code 0: judged. 1: FILE cannot be read or has no state of this robot, or
   limits         a joint is beyond its limits
   frames         the second source of poses disagrees and the cause is found
   never          the default of a recording; that of a plan is stop
-A plan that could not be judged in some sample fails too, unless it says never.
+A plan that could not be judged in some sample, and a file whose checksum is
+wrong, fail too, unless it says never.
 """
 
 
@@ -232,6 +233,6 @@ def _failed(finished: 'Audit', wanted: tuple[str, ...] | None) -> bool:
         'limits': any(joint.beyond for joint in finished.joints),
         'frames': frames is not None and frames.diagnosis.cause is not None,
     }
-    # What could not be judged of a plan is not fine.
-    unjudged = finished.planned and bool(finished.refused) and wanted != ('never',)
-    return unjudged or any(met[word] for word in wanted)
+    # What could not be judged is not fine: samples of a plan, or a damaged file.
+    unjudged = finished.damaged or (finished.planned and bool(finished.refused))
+    return (unjudged and wanted != ('never',)) or any(met[word] for word in wanted)

@@ -12,15 +12,13 @@ from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import JointState
 
-from ..estimator import Estimator, EstimatorSettings
+from ..estimator import UNREADABLE, Estimator, EstimatorSettings
 from ..joint_sample import JointSample
 from ..wire_form import WireForm
 from .messages import sample_of, stamp_of
 from .settings import Settings
 from .topics import JOINT_STATES, JOINT_STATES_QOS
 from .wire_reader import JointStateReader, WireError
-
-UNREADABLE = 'not a JointState'
 
 
 def warm_up_bytes(settings: Settings) -> None:
