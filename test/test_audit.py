@@ -12,7 +12,7 @@ from recordings import BEGIN, SECOND, awkward, motion, recorded, samples_of
 
 from kinematics_service.audit.auditing import Listener, audit
 from kinematics_service.audit.block import AuditError, blocks_of
-from kinematics_service.audit.charts import curve_of
+from kinematics_service.audit.curves import curve_of
 from kinematics_service.audit.document import document_of
 from kinematics_service.audit.ingest import Ingest
 from kinematics_service.audit.joint_state_cdr import columns_of
@@ -321,7 +321,7 @@ def test_a_thinned_curve_keeps_every_spike_however_it_is_read(monkeypatch):
     for k in range(0, 800, 7):
         own, kept = values[column == k], whole.values[kept_column == k]
         assert (kept.min(), kept.max()) == (np.nanmin(own), np.nanmax(own))
-    monkeypatch.setattr('kinematics_service.audit.charts.MOST_HELD', 5000)
+    monkeypatch.setattr('kinematics_service.audit.curves.MOST_HELD', 5000)
     for size in (777, 30_000):
         curve = thinned(size)
         np.testing.assert_array_equal(curve.t, whole.t)

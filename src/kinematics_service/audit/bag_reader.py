@@ -241,7 +241,6 @@ class _Bag:
         yield from blocks_of(samples)
 
     def _alike(self, raws: Sequence[bytes], times: Sequence[int]) -> Iterator[Block | Unreadable]:
-        # Messages of one length; those with other names among them go the long way.
         columns = columns_of(raws) if len(raws) > 1 else None
         if columns is None:
             yield from self._one_by_one(zip(times, raws))

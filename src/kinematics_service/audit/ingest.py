@@ -259,10 +259,7 @@ class Ingest:
 
 
 class _Rows:
-    """
-    The rows of a `Known` while they are collected.
-
-    """
+    """The rows of a `Known` while they are collected."""
 
     def __init__(self, silence: Silence | None, reset: bool) -> None:
         self.silences: dict[int, Silence] = {}

@@ -14,8 +14,9 @@ from ..measures import MEASURES
 from ..measures import Level as Badness
 from .auditing import Audit
 from .block import Flags
-from .charts import Band, Chart, Curve, Level, curve_of
+from .charts import Band, Chart, Level
 from .columns import Column, spans
+from .curves import Curve, curve_of
 from .frames import FrameReport
 from .stretches import watched_values
 
