@@ -111,6 +111,7 @@ class Refusal(NamedTuple):
 
 
 # Reasons, as they are counted and shown in the diagnostics.
+UNREADABLE = 'not a JointState'
 NOT_OURS = 'none of our joints'
 NO_POSITION = 'no position'
 MALFORMED = 'position and name of different length'

@@ -63,10 +63,9 @@ def frame_report(robot: Robot, timeline: Timeline, track: PoseTrack) -> FrameRep
 
     """
     # Where stamps step back, only what goes beyond all before is used.
-    rising = np.flatnonzero(
-        timeline.stamps > np.maximum.accumulate(np.concatenate([[0], timeline.stamps[:-1]]))
-    )
-    stamps = timeline.stamps[rising]
+    stamps = timeline.stamps[:]
+    rising = np.flatnonzero(stamps > np.maximum.accumulate(np.concatenate([[0], stamps[:-1]])))
+    stamps = stamps[rising]
     if len(stamps) < 2:
         raise AuditError(f'{track.name}: the recording has too few states to compare with')
     right = np.clip(np.searchsorted(stamps, track.stamps), 1, len(stamps) - 1)
@@ -80,24 +79,24 @@ def frame_report(robot: Robot, timeline: Timeline, track: PoseTrack) -> FrameRep
         )
     left, right, gap = left[use], right[use], gap[use]
     share = ((track.stamps[use] - stamps[left]) / gap)[:, None]
-    states = timeline.q[rising]
-    step = states[right] - states[left]
+    first, second = timeline.q[rising[left]], timeline.q[rising[right]]
+    step = second - first
     step = np.where(robot.continuous, (step + np.pi) % (2 * np.pi) - np.pi, step)
-    q = states[left] + share * step
+    q = first + share * step
     rates = step / (gap * 1e-9)[:, None]
     poses = track.poses[use]
     few = np.unique(np.linspace(0, len(q) - 1, MOST).astype(int))
     diagnosis = diagnose_frames(robot, q[few], poses[few], rates=rates[few])
     M = diagnosis.base_offset @ evaluate(robot, q).pose @ diagnosis.tool_offset
     turned = rotation_vector(poses[:, :3, :3] @ np.swapaxes(M[:, :3, :3], 1, 2))
-    begin = timeline.t[rising]
+    begin = timeline.t[rising[left]]
     return FrameReport(
         name=track.name,
         frame=track.frame,
         poses=len(track.stamps),
         matched=len(q),
         diagnosis=diagnosis,
-        t=begin[left] + share[:, 0] * (begin[right] - begin[left]),
+        t=begin + share[:, 0] * (timeline.t[rising[right]] - begin),
         position=np.linalg.norm(poses[:, :3, 3] - M[:, :3, 3], axis=1),
         rotation=np.linalg.norm(turned, axis=1),
     )

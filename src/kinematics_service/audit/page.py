@@ -52,7 +52,7 @@ def _introduction(audit: Audit) -> str:
     what = count(stream.messages, 'sample' if audit.planned else 'message')
     return (
         f'<p class="soft">{escape(audit.what)}, {escape(audit.topic)}: {what} over '
-        f'{seconds(float(audit.timeline.t[-1]))}{rate}. Robot {escape(robot.name)}, '
+        f'{seconds(audit.timeline.end)}{rate}. Robot {escape(robot.name)}, '
         f'{escape(robot.tool_frame)} in {escape(robot.base_frame)}.</p>\n'
     )
 

@@ -5,13 +5,14 @@ Where joint states come from: one entry for every kind of file, found by what th
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
 from ..kernel import Floats
+from ..measures import Level
 from ..robot import Robot
-from .block import AuditError, Block, Times
+from .block import AuditError, Block, Times, Unreadable
 
 BAGS = ('.mcap', '.db3', '.bag')
 TABLES = ('.csv', '.tsv', '.txt')
@@ -56,6 +57,16 @@ class Wanted(NamedTuple):
     joint_prefix: str = ''
 
 
+class Remark(NamedTuple):
+    """
+    What is to be said of a file itself: `level` OK, WARN, or ERROR where it is damaged.
+
+    """
+
+    level: Level
+    text: str
+
+
 @dataclass(frozen=True, eq=False)
 class Source:
     """
@@ -76,7 +87,7 @@ class Source:
     poses
         The second source of the tool pose, where one was asked for.
     remarks
-        What is to be said of the file itself.
+        What is to be said of the file itself, complete when the blocks are read.
 
     """
 
@@ -84,9 +95,9 @@ class Source:
     topic: str
     planned: bool
     total: int | None
-    blocks: Iterator[Block]
+    blocks: Iterator[Block | Unreadable]
     poses: PoseTrack | None = None
-    remarks: tuple[str, ...] = ()
+    remarks: list[Remark] = field(default_factory=list)
 
 
 @contextmanager

@@ -11,9 +11,8 @@ from .. import estimator
 from ..measures import Level
 from ..notice import Notice
 
-UNREADABLE = 'not a JointState'
 REJECTED = (
-    UNREADABLE,
+    estimator.UNREADABLE,
     estimator.MALFORMED,
     estimator.DUPLICATE,
     estimator.NOT_FINITE,

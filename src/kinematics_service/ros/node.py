@@ -13,14 +13,14 @@ from rclpy.duration import Duration
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
-from ..estimator import RESETS, Answer, Estimator, Refusal
+from ..estimator import RESETS, UNREADABLE, Answer, Estimator, Refusal
 from ..joint_sample import JointSample
 from ..measures import Level
 from ..notice import Notice, notice_of, stale_notice, structure_in_words
 from ..singularities import Singularity, singularity_of
 from ..wire_form import WireForm
 from .describe import description_of
-from .diagnostics import INTERNAL_ERROR, UNREADABLE
+from .diagnostics import INTERNAL_ERROR
 from .health import Health
 from .input import Input, warm_up_bytes
 from .messages import full_name, status_message
