@@ -236,12 +236,12 @@ class Arm(Peer):
         """
         Return when the node knows so many publishers of joint states.
 
-        That a publisher knows the node is not enough: a best-effort listener loses what was sent
-        before it knows the publisher, too.
+        That a publisher knows the node is not enough: what a best-effort one sends before the node
+        knows it is lost.
 
         """
         listener = self.node._input.subscription
-        self.spin_until(lambda: listener.get_publisher_count() == number, f'{number} publishers')
+        self.spin_until(lambda: listener.publisher_count == number, f'{number} publishers')
 
     def publish(self, message: JointState) -> None:
         """

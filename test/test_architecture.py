@@ -51,7 +51,7 @@ RULES = {
     'sympy': (one_of('sympy', 'mpmath'), lambda file: 'symbol' in file),
     'YAML': (
         one_of('ruamel', 'yaml'),
-        lambda file: file in ('yaml_reader.py', 'robot_file_writer.py'),
+        lambda file: file in ('yaml_reader.py', 'robot_file_writer.py', 'audit/plan_yaml.py'),
     ),
     'pydantic': (
         one_of('pydantic', 'pydantic_core'),

@@ -12,7 +12,7 @@ from recordings import BEGIN, SECOND, awkward, motion, recorded, samples_of
 
 from kinematics_service.audit.auditing import Listener, audit
 from kinematics_service.audit.block import AuditError, blocks_of
-from kinematics_service.audit.charts import thinned
+from kinematics_service.audit.curves import curve_of
 from kinematics_service.audit.document import document_of
 from kinematics_service.audit.ingest import Ingest
 from kinematics_service.audit.joint_state_cdr import columns_of
@@ -78,30 +78,32 @@ def assert_same(result, parts, live):
     assert {k: n for k, n in result.counts.items() if n} == {
         k: n for k, n in live.estimator.counts.items() if n
     }
-    assert timeline.stamps.tolist() == [answer.stamp for answer in live.answers]
-    assert timeline.levels.tolist() == live.levels
+    assert timeline.stamps[:].tolist() == [answer.stamp for answer in live.answers]
+    assert timeline.levels[:].tolist() == live.levels
     states = [answer.state for answer in live.answers]
     np.testing.assert_array_equal(timeline.q, [state.q for state in states])
     unknown = np.full(result.robot.dof, math.nan)
     qdot = [unknown if state.qdot is None else state.qdot for state in states]
     np.testing.assert_array_equal(timeline.qdot, qdot)
     sources = [answer.velocity_source == 'difference' for answer in live.answers]
-    assert timeline.differenced.tolist() == sources
+    assert timeline.differenced[:].tolist() == sources
     np.testing.assert_array_equal(timeline.position, [state.position for state in states])
-    np.testing.assert_array_equal(
-        timeline.quaternion_xyzw, [answer.quaternion_xyzw for answer in live.answers]
-    )
+    quaternions = np.concatenate([part.quaternion_xyzw for part in parts])
+    np.testing.assert_array_equal(quaternions, [answer.quaternion_xyzw for answer in live.answers])
     jacobians = np.concatenate([part.state.jacobian for part in parts])
     np.testing.assert_array_equal(jacobians, [state.jacobian for state in states])
+    series = document_of(result)['series']
+    assert not series['thinned']
+    np.testing.assert_array_equal(series['quaternion_xyzw'], quaternions)
     twists = [np.full(6, math.nan) if s.qdot is None else s.twist for s in states]
-    np.testing.assert_array_equal(timeline.twist, twists)
+    np.testing.assert_array_equal(series['twist'], twists)
     for name in MEASURE_NAMES:
         values = [getattr(singularity, name) for singularity in live.singularities]
         if values[0] is not None:
-            np.testing.assert_array_equal(timeline.measures[name], values)
+            np.testing.assert_array_equal(series[name], values)
     times = [s.time_to_warning for s in live.singularities]
     times = [math.nan if time is None else time for time in times]
-    np.testing.assert_array_equal(timeline.time_to_warning, times)
+    np.testing.assert_array_equal(series['time_to_warning'], times)
     assert len(timeline.said) == len(live.said)
     for one, (row, said) in zip(timeline.said, live.said):
         assert one.row == row
@@ -278,7 +280,7 @@ def test_stretches_are_those_of_the_levels():
     robot = robot_of('ur5e')
     t, q, qdot = motion(robot, 3000, 50.0, 4)
     result, _ = audited(samples_of(robot, t, q, qdot), robot)
-    levels = result.timeline.levels
+    levels = result.timeline.levels[:]
     inside = np.zeros(len(levels), dtype=bool)
     for stretch in result.stretches:
         span = slice(stretch.first, stretch.last + 1)
@@ -296,23 +298,35 @@ def test_stretches_are_those_of_the_levels():
     np.testing.assert_array_equal(inside, levels > 0)
 
 
-def test_a_thinned_curve_keeps_every_spike():
+def test_a_thinned_curve_keeps_every_spike_however_it_is_read(monkeypatch):
     random = np.random.default_rng(0)
     values = random.normal(size=200_000)
     spikes = random.choice(200_000, 50, replace=False)
     values[spikes] = random.choice([-99.0, 99.0], 50)
+    values[150_000:150_010] = math.nan
     breaks = np.zeros(200_000, dtype=bool)
     breaks[100_000] = True
-    x = np.linspace(0.0, 1000.0, 200_000)
-    rows, begins = thinned(x, values, breaks)
-    assert len(rows) < 4000
-    assert np.all(np.diff(rows) > 0)
-    assert rows[begins].tolist() == [0, 100_000]
-    column = np.minimum(x * 0.8, 799).astype(int)
+    t = np.linspace(0.0, 1000.0, 200_000)
+
+    def thinned(size):
+        spans = [slice(k, k + size) for k in range(0, 200_000, size)]
+        return curve_of('a', 'c0', 1000.0, ((t[s], values[s], breaks[s]) for s in spans))
+
+    whole = thinned(200_000)
+    assert len(whole.t) < 4000
+    assert np.all(np.diff(whole.t) > 0)
+    assert np.isin(whole.t[whole.begins], t[[0, 100_000, 150_010]]).all()
+    column = np.minimum(t * 0.8, 799).astype(int)
+    kept_column = np.minimum(whole.t * 0.8, 799).astype(int)
     for k in range(0, 800, 7):
-        own = values[column == k]
-        kept = values[rows[column[rows] == k]]
-        assert (kept.min(), kept.max()) == (own.min(), own.max())
+        own, kept = values[column == k], whole.values[kept_column == k]
+        assert (kept.min(), kept.max()) == (np.nanmin(own), np.nanmax(own))
+    monkeypatch.setattr('kinematics_service.audit.curves.MOST_HELD', 5000)
+    for size in (777, 30_000):
+        curve = thinned(size)
+        np.testing.assert_array_equal(curve.t, whole.t)
+        np.testing.assert_array_equal(curve.values, whole.values)
+        np.testing.assert_array_equal(curve.begins, whole.begins)
 
 
 def test_the_document_is_strict_json_with_everything_in_it():

@@ -3,6 +3,7 @@ The files an audit reads and writes: bags, tables, plans, pages; and what it say
 
 """
 
+import hashlib
 import json
 import math
 import re
@@ -12,15 +13,20 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 from arms import robot_of
+from chromium import chromium_tab
 from recordings import BEGIN, SECOND, awkward, motion, recorded, samples_of
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
 from kinematics_service.audit.between_points import Planned, sampled
-from kinematics_service.audit.block_yaml import BlockYamlError, read_documents
+from kinematics_service.audit.charts import Chart
+from kinematics_service.audit.curves import curve_of
+from kinematics_service.audit.page_header import origin_of
+from kinematics_service.audit.plan_yaml import PlanYamlError, read_documents
 from kinematics_service.estimator import Answer, Estimator, EstimatorSettings
 from kinematics_service.notice import notice_of
 from kinematics_service.singularities import singularity_of
+from kinematics_service.version import __version__
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 POINT = 'trajectory_msgs/msg/JointTrajectoryPoint'
@@ -238,15 +244,19 @@ def test_columns_are_found_by_what_they_begin_with(tmp_path, capsys):
             'stamp,position.q1,position.q2\n1,2,x\n2,3,4\n',
             ":2: column 'position.q2': 'x' is not a",
         ),
+        ('stamp,position.q1,position.q2\n1,1_0,3\n', "'1_0' is not a number"),
+        ('stamp,position.q1,position.q2\n1,2,\u0663\n', "'\\u0663' is not a number"),
+        ('stamp,position.q1,position.q2\n1_7,2,3\n', "'1_7' is not a time"),
+        ('stamp,position.q1,position.q2\n\u0661,2,3\n', "'\\u0661' is not a time"),
         ('stamp,position.q1,position.q2\nnow,2,3\n', ":2: column 'stamp': 'now' is not a time"),
         ('stamp,position.q1,position.q2\n1,2\n2,3,4\n', ':2: 2 cells, but the header has 3'),
         ('stamp,stamp,position.q2\n1,2,3\n', "column 'stamp' is there twice"),
-        ('\xff\xfe', 'is not UTF-8'),
+        (b'\xff\xfe', 'is not UTF-8'),
     ],
 )
 def test_a_bad_table_is_refused_with_its_line(tmp_path, capsys, text, sentence):
     file = tmp_path / 'bad.csv'
-    file.write_bytes(text.encode('latin-1'))
+    file.write_bytes(text if isinstance(text, bytes) else text.encode())
     assert sentence in refusal(capsys, file, '--robot', 'planar_2r')
 
 
@@ -375,9 +385,17 @@ def test_between_points_runs_the_polynomial_of_its_conditions():
         (plan([(0.0, (1.0,), ())]), 'points[0] has not one position for each joint'),
         (plan([BENT[0], BENT[0]]), 'points[1] is not later'),
         (plan([(0.0, ('.nan', 1), ())]), 'positions holds a number that is not finite'),
-        ('joint_names: [a\n', 'plan.yaml:1: not valid YAML of this kind: a bracket'),
-        ('a: &b 1\n', "'&b 1' is not read here"),
+        ('joint_names: [a\n', 'plan.yaml:2: not valid YAML: while parsing a flow sequence'),
+        ('a: 1\nb: &b 1\n', "plan.yaml:2: anchors are not accepted: '&b'"),
+        ('a: *b\n', "plan.yaml:1: aliases are not accepted: '*b'"),
+        ('a: !!python/name:os.system\n', 'plan.yaml:1: tags are not accepted'),
+        ('%YAML 1.1\n---\na: 1\n', 'directives (%YAML, %TAG) are not accepted'),
+        ('a: 1\nb: 2\na: 3\n', "plan.yaml:3: the key 'a' is there twice"),
+        ('a: ' + 60 * '[' + 60 * ']', 'plan.yaml:1: nested more than 40 deep'),
+        ('a: 1\nb: \x07\n', 'plan.yaml:2: not valid YAML'),
         ('\ta: 1\n', 'a tab'),
+        (plan([(0.0, ('1_0', 1), ())]), 'points[0]: positions must be numbers'),
+        (plan([(0.0, ('"1"', 1), ())]), 'points[0]: positions must be numbers'),
     ],
 )
 def test_a_bad_plan_is_refused_in_a_sentence(tmp_path, capsys, text, sentence):
@@ -386,7 +404,7 @@ def test_a_bad_plan_is_refused_in_a_sentence(tmp_path, capsys, text, sentence):
     assert sentence in refusal(capsys, file, '--robot', 'planar_2r')
 
 
-def test_the_fast_reader_agrees_with_a_complete_one():
+def test_the_reader_of_plans_agrees_with_another_one():
     yaml = pytest.importorskip('ruamel.yaml').YAML(typ='safe', pure=True)
     texts = [
         plan(STRAIGHT),
@@ -394,23 +412,104 @@ def test_the_fast_reader_agrees_with_a_complete_one():
         '- - 1\n  - -2e-3\n- - .5\n',
         'a:\n  b:\n  - c: 1\n    d:\n    - 2\n  e: ~\n',
         'a: 1 # one\n# two\nb: "c # d"\n',
-        "names: ['a/b', c-d, e.f]\n",
+        "names: ['a/b', c-d, e.f, it's, 'it''s']\n- \"q\"   # shoulder\n".replace('- "', 'x: "'),
         '{a: 1, b: [2]}\n',
+        'a: |\n  two\n  lines\nb: >-\n  one\n  line\n---\nc: [1e-3, 1E5, +7, -.25, 3.]\n',
     ]
     for text in texts:
         complete = [one for one in yaml.load_all(text) if one is not None]
         assert read_documents(text) == complete, text
     random = np.random.default_rng(0)
-    letters = list('ab:-[]{},\'"# \n\n  1.\t&*')
+    letters = list('ab:-[]{},\'"# \n\n  1.\t&*!%?|>')
     refusals = []
     for _ in range(3000):
         text = ''.join(random.choice(letters, random.integers(1, 40)))
         try:
             read_documents(text)
-        except BlockYamlError as error:
+        except PlanYamlError as error:
             refusals.append(str(error))
     assert len(refusals) > 100
     assert all(re.match(r'\d+: ', refusal) for refusal in refusals)
+
+
+def test_a_plan_written_by_hand_is_read_as_it_is_meant(tmp_path, capsys):
+    file = tmp_path / 'plan.yaml'
+    file.write_text(
+        '# the gripper\'s way home\njoint_names:\n- "q1"   # the base\n- q2  # don\'t move it\n'
+        'points:\n'
+        '- {positions: [-2e-1, 1.25], time_from_start: 0.0}\n'
+        "- positions:   # it's near\n  - 4e-1\n  - 1.5\n  time_from_start: {sec: 2, nanosec: 0}\n"
+    )
+    found = document(capsys, file, '--robot', 'planar_2r')
+    assert found['series']['q'][0] == [-0.2, 1.25]
+    assert found['series']['q'][-1] == [0.4, 1.5]
+    assert found['series']['t'][-1] == 2.0
+
+
+@pytest.mark.parametrize(
+    ('text', 'sentence'),
+    [
+        ('{"joint_names": ["q1", "q2"], "points": [], "points": []}', "'points' is there twice"),
+        (
+            '{"joint_names": ["q1", "q2"], "points": '
+            '[{"positions": [true, 0.5], "time_from_start": 0}]}',
+            'points[0]: positions must be numbers',
+        ),
+        (
+            '{"joint_names": ["q1", "q2"], "points": '
+            '[{"positions": ["1", 0.5], "time_from_start": 0}]}',
+            'points[0]: positions must be numbers',
+        ),
+        (
+            '{"joint_names": ["q1", "q2"], "points": '
+            '[{"positions": [1, 0.5], "time_from_start": {"sec": true}}]}',
+            'time_from_start must be',
+        ),
+        (
+            '{"joint_names": ["q1", "q2"], "points": '
+            f'[{{"positions": [1{"0" * 400}, 0.5], "time_from_start": 0}}]}}',
+            'positions holds a number that is not finite',
+        ),
+    ],
+)
+def test_json_that_python_would_take_and_nobody_means_is_refused(tmp_path, capsys, text, sentence):
+    file = tmp_path / 'plan.json'
+    file.write_text(text)
+    assert sentence in refusal(capsys, file, '--robot', 'planar_2r')
+
+
+def test_a_plan_with_refused_samples_fails_its_gate(tmp_path, capsys):
+    file = tmp_path / 'plan.yaml'
+    # The cubic between the points swings out far beyond any number the kernel takes.
+    swing = [(0.0, (0.1, 1.0), (1e280, 1e280)), (3.0, (0.5, 1.5), (-1e280, -1e280))]
+    file.write_text(plan(swing))
+    code, out, _ = run(capsys, file, '--robot', 'planar_2r')
+    assert code == 1
+    first = ' '.join(out.split('\n', 1)[1].split())
+    assert re.match(
+        r'bad The planned motion could not be judged in 1,999 of 2,001 samples \(99.9 %\): '
+        r'position too large \(1,999\)\.',
+        first,
+    ), first
+    assert run(capsys, file, '--robot', 'planar_2r', '--fail-on', 'limits')[0] == 1
+    assert run(capsys, file, '--robot', 'planar_2r', '--fail-on', 'never')[0] == 0
+    found = document(capsys, file, '--robot', 'planar_2r')
+    assert (found['level'], found['messages']['refused']) == ('ERROR', 1999)
+
+
+@pytest.mark.parametrize(('broken', 'level'), [(2, 'OK'), (7, 'WARN')])
+def test_a_recording_says_how_much_of_it_could_not_be_judged(tmp_path, capsys, broken, level):
+    file = tmp_path / 'run.csv'
+    rows = [f'{1e9 + 0.01 * k!r},0.1,1.5' for k in range(2000)]
+    for k in range(broken):
+        rows[300 + 50 * k] = f'{1e9 + 0.01 * (300 + 50 * k)!r},nan,1.5'
+    file.write_text('\n'.join(['stamp,position.q1,position.q2', *rows]))
+    found = document(capsys, file, '--robot', 'planar_2r')
+    assert found['level'] == found['verdict'][0]['level'] == level
+    (told,) = [one for one in found['verdict'] if 'made no new state' in one['sentence']]
+    assert told['level'] == level
+    share = f'{broken} of 2,000 messages ({0.05 * broken:.2g} %) could not be judged'
+    assert (share in found['verdict'][0]['sentence']) == (level == 'WARN')
 
 
 # What is written
@@ -526,6 +625,58 @@ def test_the_page_is_self_contained_and_the_verdict_comes_first(tmp_path, capsys
     assert code
 
 
+def test_the_head_of_the_page_says_what_was_judged_by_what(tmp_path, capsys):
+    file, html = tmp_path / 'day 7.csv', tmp_path / 'page.html'
+    rows = [f'{1.5e9 + 0.02 * k:.2f},{0.01 * k:.2f},{0.7 - 0.03 * k:.2f}' for k in range(40)]
+    file.write_text('\n'.join(['stamp,position.q1,position.q2', *rows]))
+    table = ks.bundled_robots()['planar_2r']
+    base = (file, '--robot', 'planar_2r', '--warn', '0.27', '--stop', '0.013', '--html', html)
+    assert run(capsys, *base)[0] == 0
+    text = html.read_text()
+    head = text[text.index('<h1>') : text.index('class="verdict')]
+    for path in (file, table):
+        assert hashlib.sha256(path.read_bytes()).hexdigest() in head
+    for words in ('day 7.csv', 'planar_2r', __version__, '0.27 rad', '0.013 rad'):
+        assert words in head
+    assert re.search(r'<dt>date</dt><dd>20\d\d-\d\d-\d\d \d\d:\d\d:\d\d[-+]', head)
+    assert '; ERROR</span>' in text.replace('&#9632', '')
+    assert 'bad</span>' not in text
+
+
+@pytest.mark.parametrize(('width', 'media'), [(500, 'screen'), (703, 'print')])
+def test_the_page_does_not_scroll_sideways(width, media, tmp_path, capsys):
+    # 703 px are the 186 mm between the margins of A4.
+    robot = robot_of('ur10e')
+    t, q, _ = motion(robot, 300, 50.0, 3)
+    file, html = tmp_path / 'run.csv', tmp_path / 'page.html'
+    names = ','.join(f'position.{name}' for name in robot.joint_names)
+    rows = [','.join(map(repr, map(float, [1.9e9 + s, *row]))) for s, row in zip(t, q)]
+    file.write_text('\n'.join([f'stamp,{names}', *rows]))
+    assert run(capsys, file, '--robot', 'ur10e', '--html', html)[0] == 0
+    with chromium_tab() as tab:
+        tab.open(html.as_uri(), width, 900)
+        tab.call('Emulation.setEmulatedMedia', media=media)
+        tab.wait_for('document.querySelector("dl.origin") !== null', 'the head')
+        assert tab.evaluate('document.documentElement.scrollWidth') <= width
+        assert tab.errors == []
+
+
+def test_the_same_audit_of_the_same_day_is_the_same_page(tmp_path):
+    file = tmp_path / 'run.csv'
+    file.write_text('stamp,position.q1,position.q2\n1,0,1\n1.5,0.1,0.9\n2,0.2,0.8\n')
+    origin = origin_of(file, 'planar_2r', '2031-02-03 04:05:06+00:00')
+    assert origin == origin_of(file, 'planar_2r', '2031-02-03 04:05:06+00:00')
+    assert origin.robot_sha256 != origin.recording_sha256
+
+
+@pytest.mark.parametrize(('low', 'high'), [(17.0, 24.0), (2.0, 8.0), (0.9, 1.1), (3.0, 30.0)])
+def test_a_logarithmic_axis_has_more_than_one_number(low, high):
+    values, begins = np.geomspace(low, high, 50), np.zeros(50, dtype=bool)
+    curve = curve_of('x', 'c0', 49.0, [(np.arange(50.0), values, begins)])
+    chart = Chart('x', 'ms', [curve], log=True, end=49.0)
+    assert chart.html().count('class="y"') >= 2
+
+
 def test_exit_codes_say_what_was_asked_for(tmp_path, capsys):
     robot = robot_of('planar_2r')
     t, q, _ = motion(robot, 200)
@@ -536,7 +687,7 @@ def test_exit_codes_say_what_was_asked_for(tmp_path, capsys):
     base = (file, '--robot', 'planar_2r')
     assert run(capsys, *base)[0] == 0
     assert run(capsys, *base, '--fail-on', 'stop')[0] == 1
-    assert run(capsys, *base, '--fail-on', 'limits,frames')[0] == 0
+    assert run(capsys, *base, '--fail-on', 'limits')[0] == 0
     assert run(capsys, *base, '--fail-on', 'warn', '--warn', '1e-5', '--stop', '1e-6')[0] == 0
     assert run(capsys, *base, '--fail-on', 'sometimes')[0] == 2
     assert run(capsys, *base, '--warn', '-1')[0] == 2

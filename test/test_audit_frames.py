@@ -9,14 +9,17 @@ import math
 import numpy as np
 import pytest
 from arms import robot_of
-from recordings import motion
+from recordings import motion, samples_of
+from test_audit_files import JOINT_STATE, header, joint_states
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
+from kinematics_service.audit import bag_poses
 from kinematics_service.audit.auditing import audit
 from kinematics_service.audit.block import Block
 from kinematics_service.audit.frames import FrameReport, NotCompared
 from kinematics_service.audit.neighbourhoods import AROUND, MOST, Neighbourhoods
+from kinematics_service.audit.smooth_motion import SmoothMotion
 from kinematics_service.audit.source import PoseTrack, Source
 from kinematics_service.audit.verdict import verdict_of
 
@@ -408,3 +411,121 @@ def test_a_joint_that_stands_still_is_not_accused_by_the_noise_of_its_encoder(si
     (text,) = said
     assert robot.joint_names[2] in text
     assert '(degrees?)' in text
+
+
+# A topic of a bag
+
+
+POSE = 'geometry_msgs/msg/PoseStamped'
+
+
+@pytest.fixture
+def store():
+    pytest.importorskip('rosbags', reason='needs rosbags')
+    from rosbags.typesys import Stores, get_typestore
+
+    return get_typestore(Stores.ROS2_JAZZY)
+
+
+def bag_with_poses(folder, store, robot, count, unreadable=()):
+    """
+    Write a motion at 100 Hz with the tool's pose in each state, some messages of it cut short.
+
+    """
+    from rosbags.rosbag2 import StoragePlugin, Writer
+
+    t, q, qdot = motion(robot, count)
+    samples = samples_of(robot, t, q, qdot)
+    numbers = quaternions(ks.forward_kinematics(robot, q))
+    types = store.types
+    with Writer(folder, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        states = writer.add_connection('/joint_states', JOINT_STATE, typestore=store)
+        tool = writer.add_connection('/tool', POSE, typestore=store)
+        for k, (_, _, at, state) in enumerate(joint_states(store, samples)):
+            pose = types[POSE](
+                header(store, samples[k].stamp, 'base'),
+                types['geometry_msgs/msg/Pose'](
+                    types['geometry_msgs/msg/Point'](*numbers[k, :3]),
+                    types['geometry_msgs/msg/Quaternion'](*numbers[k, 3:]),
+                ),
+            )
+            data = bytes(store.serialize_cdr(pose, POSE))
+            writer.write(states, at, store.serialize_cdr(state, JOINT_STATE))
+            writer.write(tool, at, data[:30] if k in unreadable else data)
+    return folder
+
+
+def test_of_a_long_topic_poses_are_given_up_while_it_is_read(tmp_path, capsys, store, monkeypatch):
+    robot = robot_of('ur5e')
+    bag = bag_with_poses(tmp_path / 'bag', store, robot, 1000)
+    monkeypatch.setattr(bag_poses, 'HELD', 128)
+    found = frames(capsys, bag, '--robot', 'ur5e', '--pose-topic', '/tool')
+    assert found['poses'] == 1000
+    assert 64 < found['matched'] <= 128
+    assert found['causes'] == []
+    assert found['errors']['position_rms'] < 1e-9
+
+
+def test_what_is_kept_of_a_topic_is_bounded_and_evenly_spread(store):
+    robot_pose = np.array([0.1, 0.2, 0.3, 0.0, 0.0, 0.0, 1.0])
+    types, read = store.types, []
+
+    def message(raw):
+        read.append(raw)
+        return types[POSE](
+            header(store, int(raw)),
+            types['geometry_msgs/msg/Pose'](
+                types['geometry_msgs/msg/Point'](*robot_pose[:3]),
+                types['geometry_msgs/msg/Quaternion'](*robot_pose[3:]),
+            ),
+        )
+
+    count = 5 * bag_poses.HELD
+    messages = ((0, str(BEGIN + k).encode()) for k in range(count))
+    track = bag_poses.track_of_messages('/tool', POSE, messages, message)
+    assert track.total == count
+    assert bag_poses.HELD / 2 < len(track.stamps) <= bag_poses.HELD
+    assert np.unique(np.diff(track.stamps)).tolist() == [8]
+    assert len(read) < 3 * bag_poses.HELD
+
+
+def test_poses_that_cannot_be_read_are_counted(tmp_path, capsys, store):
+    robot = robot_of('ur5e')
+    bag = bag_with_poses(tmp_path / 'bag', store, robot, 90, (3, 40))
+    base = (bag, '--robot', 'ur5e', '--pose-topic', '/tool')
+    found = frames(capsys, *base)
+    assert found['poses'] == 90
+    assert found['matched'] == 88
+    assert '2 of 90 messages cannot be read' in found['doubts']
+    broken = bag_with_poses(tmp_path / 'broken', store, robot, 40, range(40))
+    code, out, _ = run(capsys, broken, *base[1:], '--fail-on', 'frames')
+    assert code == 1
+    assert 'Poses of /tool are not compared: none of its messages can be read.' in out
+
+
+def test_a_gate_without_a_second_source_is_not_passed_in_silence(tmp_path, capsys):
+    robot = robot_of('ur5e')
+    t, q, _ = motion(robot, 60)
+    file = table(tmp_path / 'bare.csv', t, q, np.zeros((60, 0)), ())
+    base = (file, '--robot', 'ur5e', '--columns', 'stamp=stamp,position=position.q')
+    code, out, err = run(capsys, *base, '--fail-on', 'limits,frames')
+    assert code == 1
+    assert err.strip().startswith(f'{file}: --fail-on frames: there is no second source of the')
+    assert 'The arm' in out
+    code, _, err = run(capsys, *base, '--fail-on', 'limits')
+    assert (code, err) == (0, '')
+
+
+# A joint that stands still, in pieces
+
+
+@pytest.mark.parametrize('size', [1, 2, 3, 7, 500])
+def test_the_motion_in_noisy_differences_is_the_same_in_pieces_of_any_size(size):
+    random = np.random.default_rng(8)
+    differences, use = random.normal(size=400), random.random(400) > 0.2
+    expected = [k for k in range(2, 400) if np.all(use[k - 2 : k + 1])]
+    motion_found = SmoothMotion()
+    for k in range(0, 400, size):
+        motion_found.take(differences[k : k + size], use[k : k + size])
+    products = [differences[k] * differences[k - 2] for k in expected]
+    assert motion_found.square(math.nan) == pytest.approx(max(np.mean(products), 0.0), rel=1e-12)

@@ -16,6 +16,7 @@ import pytest
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
+from kinematics_service.bundle import GROUPS
 from kinematics_service.commands import fk, jacobian
 from kinematics_service.commands.arguments import join_numbers, split_ros_arguments
 
@@ -100,15 +101,29 @@ def test_the_version_is_that_of_the_package(capsys):
 def test_robots_are_listed_a_line_each(capsys):
     header, *lines = answer(capsys, 'robots').splitlines()
     assert header.split() == ['robot', 'dof', 'joints', 'convention', 'source']
-    assert [line.split()[0] for line in lines] == list(ROBOTS)
+    assert sorted(line.split()[0] for line in lines if line and line not in GROUPS) == list(ROBOTS)
     (rrp,) = (line for line in lines if line.startswith('rrp_elementary'))
     assert rrp.split()[1:4] == ['3', 'RRP', 'elementary']
 
 
 def test_robots_fit_a_terminal_with_their_names_whole(capsys, narrow):
     _, *lines = answer(capsys, 'robots').splitlines()
-    assert [line.split()[0] for line in lines] == list(ROBOTS)
+    assert sorted(line.split()[0] for line in lines if line and line not in GROUPS) == list(ROBOTS)
     assert max(map(len, lines)) <= NARROW
+
+
+def test_robots_stand_in_groups_below_their_titles(capsys, monkeypatch):
+    blocks = answer(capsys, 'robots').split('\n\n')[1:]
+    listed = {
+        title: [row.split()[0] for row in rows] for title, *rows in map(str.splitlines, blocks)
+    }
+    assert listed == {title: list(names) for title, names in GROUPS.items()}
+    # A robot that is added is listed, whether or not somebody thought of a group for it.
+    fewer = {title: names[1:] for title, names in GROUPS.items()}
+    monkeypatch.setattr('kinematics_service.bundle.GROUPS', fewer)
+    last = answer(capsys, 'robots').split('\n\n')[-1].splitlines()
+    assert last[0] == 'Others'
+    assert [row.split()[0] for row in last[1:]] == sorted(names[0] for names in GROUPS.values())
 
 
 @pytest.mark.parametrize('name', ROBOTS)
@@ -155,6 +170,68 @@ def test_check_reports_all_faults_of_all_files_and_still_checks_the_others(capsy
     ]
     assert '1 of 1 agree' in out
     assert out.endswith('4 files checked, 3 of them with faults\n')
+
+
+DOUBTFUL = """\
+robot: doubtful
+source: a datasheet in millimetres
+convention: standard
+joints:
+  - {name: arm/waist, variable: q1, type: revolute, limits: [-165, 165]}
+  - {name: arm/spare, variable: q2, type: revolute, unused: true}
+links:
+  - {a: 310, alpha: 0, d: 0.1, theta: q1}
+"""
+
+
+def test_check_warns_of_other_units_and_strict_fails_for_it(capsys, tmp_path):
+    file = tmp_path / 'doubtful.yaml'
+    file.write_text(DOUBTFUL)
+    for options, code in ([], 0), (['--strict'], 1):
+        assert main(['check', *options, str(file), 'planar_2r']) == code
+        out, err = capsys.readouterr()
+        assert err == (
+            f'{file}:5: WARN joints[0].limits: limits of 26.2606 turns: '
+            'are these degrees? (then: units: {angle: deg})\n'
+            f'{file}:8: WARN links[0].a: a length of 310 m: '
+            'are these millimetres? (then: units: {length: mm})\n'
+        )
+        assert out.endswith('2 files checked, no faults, 1 with warnings\n')
+
+
+def test_strict_has_nothing_against_the_bundled_robots(capsys):
+    assert main(['check', '--strict', *ROBOTS]) == 0
+    assert capsys.readouterr().err == ''
+
+
+def test_check_heads_the_columns_by_the_keys_to_type(capsys, tmp_path):
+    file = tmp_path / 'doubtful.yaml'
+    file.write_text(DOUBTFUL.replace('310', '0.31').replace('165', '2.8'))
+    text = answer(capsys, 'check', str(file))
+    assert re.search(r'^ +joint +variable +type +limits ', text, re.MULTILINE)
+    assert re.search(r'^ +arm/waist +q1 +revolute  ', text, re.MULTILINE)
+    assert re.search(r'^ +arm/spare +q2 +revolute, unused ', text, re.MULTILINE)
+
+
+def test_a_known_pose_without_rpy_is_checked_in_position(capsys, tmp_path):
+    file = tmp_path / 'pendant.yaml'
+    file.write_text(FINE.replace(', rpy: [0, 0, 0]', ''))
+    assert 'worst, known_poses[0]: 0 m (tolerance 1e-06)\n' in answer(capsys, 'check', str(file))
+    file.write_text(FINE.replace('[1, 0, 0], rpy: [0, 0, 0]', '[1, 0, 0.003]'))
+    assert main(['check', str(file)]) == 1
+    assert capsys.readouterr().err == (
+        f'{file}: known_poses[0]: the table puts the tool elsewhere: '
+        'off by 0.003 m (tolerance 1e-06)\n'
+    )
+
+
+def test_a_pipe_for_a_robot_is_refused_at_once(capsys, tmp_path):
+    pipe = tmp_path / 'arm.yaml'
+    os.mkfifo(pipe)
+    sentence = f'{pipe}: is a named pipe: give the robot file itself\n'
+    assert refusal(capsys, 'fk', '--robot', str(pipe), '--q', '1', code=1) == sentence
+    assert refusal(capsys, 'check', str(pipe), code=1) == sentence
+    assert refusal(capsys, '--robot', str(pipe), code=1).endswith(sentence)
 
 
 def test_a_known_pose_that_the_table_misses_is_a_fault(capsys, tmp_path):
@@ -422,7 +499,7 @@ def fail_with(monkeypatch, error):
     def raise_error(*_):
         raise error
 
-    monkeypatch.setattr('kinematics_service.commands.robots.bundled_robots', raise_error)
+    monkeypatch.setattr('kinematics_service.commands.robots.grouped_robots', raise_error)
 
 
 def test_an_unexpected_error_is_one_line(capsys, monkeypatch):

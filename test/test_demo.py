@@ -15,18 +15,23 @@ import subprocess
 import sys
 import termios
 import time
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 pytest.importorskip('rclpy', reason='needs ROS 2')
 
-from geometry_msgs.msg import PoseStamped
+from geometry_msgs.msg import PoseStamped, TwistStamped
+from rich.console import Console
 from ros_harness import Peer
 from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64MultiArray, MultiArrayDimension
 
 import kinematics_service as ks
 from kinematics_service.ros.demo import RANGE, stay_on_this_host
+from kinematics_service.ros.demo_screen import screen
+from kinematics_service.ros.readings import Warned
 from kinematics_service.ros.virtual_arm import RATE
 
 DEADLINE = 60.0
@@ -92,7 +97,7 @@ def line_with(process, text):
 
 
 def test_five_seconds_lead_through_a_singular_pose(ros_domain):
-    # The first crossing of the default path is at 3 s; a busy machine may stall for the rest.
+    # The first crossing of the default path is at 4 s; a busy machine may stall for the rest.
     done = demo('--duration', '5')
     assert (done.returncode, done.stderr) == (0, '')
     assert '\x1b' not in done.stdout
@@ -310,6 +315,71 @@ def on_terminal(columns, lines, arguments, ends_by, seconds=DEADLINE):
     os.close(master)
     os.close(slave)
     return process.returncode, written
+
+
+def shown_on(columns, lines, level='ERROR', robot='panda'):
+    """
+    Return the lines of the table on a terminal of a size, for seven joints.
+
+    """
+    names = [f'{robot}_joint{k}' for k in range(1, 8)]
+    rows = ['vx', 'vy', 'vz', 'wx', 'wy', 'wz']
+    matrix = Float64MultiArray(data=[0.1 * k for k in range(42)])
+    matrix.layout.dim = [
+        MultiArrayDimension(label=','.join(rows), size=6, stride=42),
+        MultiArrayDimension(label=','.join(names), size=7, stride=7),
+    ]
+    values = {'robot': robot, 'factor': 'elbow', 'structural': 'never', 'lost_direction': 'x'}
+    sentence = 'at a singularity: elbow = 0.0123, ' + 'distance 0.0123 rad (0.7 deg), ' * 4
+    listener = SimpleNamespace(
+        source='/demo/kinematics',
+        time=12.5,
+        warned=Warned(level, 'kinematics', sentence, values),
+        pose=SimpleNamespace(message=PoseStamped()),
+        twist=SimpleNamespace(message=TwistStamped()),
+        jacobian=SimpleNamespace(message=matrix, rate=lambda: 50.0),
+        measure=lambda name: 0.0123,
+        history=[0.01 * k for k in range(400)],
+        speeds=[0.002 * k for k in range(400)],
+        joint_speeds=lambda: {name: -0.125 * k for k, name in enumerate(names)},
+    )
+    console = Console(width=columns, height=lines, markup=False, highlight=False)
+    with console.capture() as capture:
+        console.print(screen(listener, console.size, True, 'm^3'))
+    return capture.get().splitlines()
+
+
+SIZES = [(40, 5), (60, 15), (80, 24), (100, 30), (120, 35), (200, 50), (250, 12)]
+
+
+@pytest.mark.parametrize(('columns', 'lines'), SIZES)
+@pytest.mark.parametrize('level', ['OK', 'ERROR'])
+def test_the_level_is_the_first_line_on_every_terminal(columns, lines, level):
+    shown = shown_on(columns, lines, level)
+    assert shown[0].startswith(f'{level} ')
+    assert len(shown) <= lines
+    assert max(map(len, shown)) <= columns
+    if lines >= 15:
+        for words in ('Ctrl-C ends it', 'distance ', '0.5 rad', 'fastest joint', 'twist x y z'):
+            assert any(words in line for line in shown), words
+
+
+@pytest.mark.parametrize(('columns', 'lines'), [(80, 24), (120, 35), (200, 50)])
+def test_each_joint_has_its_speed_in_its_column(columns, lines):
+    shown = shown_on(columns, lines)
+    speeds = next(line for line in shown if 'qdot' in line).partition('qdot')[2].split()
+    assert [float(word) for word in speeds[:7]] == [-0.125 * k for k in range(7)]
+
+
+@pytest.mark.parametrize(('columns', 'lines'), [(120, 35), (200, 50)])
+def test_a_wide_terminal_has_two_columns(columns, lines):
+    shown = shown_on(columns, lines)
+    assert any('tool  x y z' in line and 'distance' in line for line in shown)
+    assert any('det(J)' in line and line.rstrip().endswith('m^3') for line in shown)
+    # A bar for each joint, the fastest the longest.
+    bars = [line.count('█') for line in shown if re.search(r'panda_joint\d +[-+]0\.', line)]
+    assert len(bars) == 7
+    assert bars[-1] == max(bars) > 0
 
 
 @pytest.mark.parametrize('ends_by', [signal.SIGINT, signal.SIGTERM, None])

@@ -3,6 +3,7 @@ What becomes of a joint sample: the input table of the node, without ROS.
 
 """
 
+import dataclasses
 import math
 
 import numpy as np
@@ -12,7 +13,10 @@ from hypothesis import strategies as st
 
 import kinematics_service as ks
 from kinematics_service import estimator as reasons
+from kinematics_service.chain import fold
+from kinematics_service.conventions import Row
 from kinematics_service.estimator import Answer, Estimator, EstimatorSettings, Refusal
+from kinematics_service.expressions import Affine
 from kinematics_service.joint_sample import JointSample
 
 ROUND_OFF = 1e-12
@@ -176,6 +180,36 @@ def test_a_rejection_names_the_joint_and_its_value(one):
 def test_the_largest_position_that_is_taken_gives_finite_numbers(one):
     answer = one.take(sample((1e15, -1e15, 1e15)))
     assert np.all(np.isfinite(answer.state.numbers))
+
+
+def stretched(coefficient):
+    """
+    Return the SCARA arm with its slide so many times as fast, which no robot file may have.
+
+    """
+    robot = ks.load_robot('scara_hsr065')
+    still, none = np.eye(4), Affine(0.0, ())
+    rows = [
+        *(Row(still, Affine(0.0, ((name, 1.0),)), none, still) for name in robot.variables[:2]),
+        Row(still, none, Affine(0.0, ((robot.variables[2], coefficient),)), still),
+        Row(still, Affine(0.0, ((robot.variables[3], 1.0),)), none, still),
+    ]
+    return dataclasses.replace(robot, chain=fold(rows, robot.variables, still, still))
+
+
+def test_a_position_that_cannot_be_computed_with_is_forgotten_with_all_others():
+    one = Estimator(stretched(1e300), EstimatorSettings())
+    names = one.robot.joint_names
+    outcome = one.take(sample((0.4, 0.2, 3e14, 0.1), names=names))
+    assert refused(outcome, reasons.TOO_LARGE)
+    # The other joints must not be answered with what was refused, nor be known themselves.
+    assert one.missing(START) == names
+    others = (*names[:2], names[3])
+    outcome = one.take(sample((0.5, 0.6, 0.7), names=others, at=START + 1))
+    assert refused(outcome, reasons.WAITING)
+    good = one.take(sample((2e-300,), names=names[2:3], at=START + 2))
+    assert good.state.q.tolist() == [0.5, 0.6, 2e-300, 0.7]
+    assert good.velocity_source == 'none'
 
 
 # Velocities

@@ -129,9 +129,69 @@ def test_refused(text: str, reason: str) -> None:
     assert isinstance(caught.value, (KinematicsError, ValueError))
 
 
-def test_pi_is_refused_in_degrees() -> None:
-    with pytest.raises(ExpressionError, match="'pi' is not accepted in a file with 'angle: deg'"):
-        parse_affine('pi/2', DEGREES)
+ANGLE, RATIO = 1, 0  # what a place of the file wants; None where it may be either
+FILE = " (the file has 'angle: deg')"
+UNDECIDED = (
+    "'pi' is not accepted in a file with 'angle: deg': an angle of pi is 180 here, "
+    'the number is 3.141592653589793'
+)
+# Expression, what its place wants, and what is said.
+PI_IN_DEGREES = [
+    ('pi/2', ANGLE, 'pi/2 is 90 here: write 90'),
+    ('-pi/2', ANGLE, '-pi/2 is -90 here: write -90'),
+    ('3*pi/4', ANGLE, '3*pi/4 is 135 here: write 135'),
+    ('pi/12.0', ANGLE, 'pi/12.0 is 15 here: write 15'),
+    ('147.8*pi/180', ANGLE, '147.8*pi/180 is 147.8 here: write 147.8'),
+    ('q1 + pi/2', ANGLE, 'pi/2 is 90 here: write q1 + 90'),
+    ('pi - (q2 - q1)', ANGLE, 'pi is 180 here: write 180 - (q2 - q1)'),
+    ('q1+pi-pi/3', ANGLE, 'pi is 180 here: write q1+180-60'),
+    ('  -2*q1 - ( pi/4 )', ANGLE, 'pi/4 is 45 here: write -2*q1 - ( 45 )'),
+    ('K*pi + q2', ANGLE, 'pi is 180 here: write K*180 + q2'),
+    ('q1 - pi/7', ANGLE, 'pi is 180 here: write q1 - 180/7'),
+    ('atan2(1, 2) - pi', ANGLE, 'pi is 180 here: write atan2(1, 2) - 180'),
+    ('K*sin(pi/3)', RATIO, 'pi/3 is 60 here: write K*sin(60)'),
+    ('0.02/(2*pi)*q2', RATIO, 'pi is 180 here: write 0.02/(2*180)*q2'),
+    ('-pi/6', None, '-pi/6 is -30 here, if it is an angle: write -30'),
+    ('cos(pi/5)', None, 'pi/5 is 36 here: write cos(36)'),
+    ('q2 - pi/3', None, 'pi/3 is 60 here: write q2 - 60'),
+    ('0.1 - pi/2', ANGLE, None),  # is 0.1 in radians or degrees?
+    ('q1*pi/180', ANGLE, None),  # converts to radians what is in degrees
+    ('0.25*pi', RATIO, None),  # a quarter of a circumference
+    ('d3 + pi', RATIO, None),
+    ('sin(30 + pi)', RATIO, None),
+    ('sqrt(pi)', ANGLE, None),
+    ('pi/(1 - 1)', ANGLE, None),
+    ('pi*pi', None, None),
+]
+
+
+@pytest.mark.parametrize(('text', 'wanted', 'said'), PI_IN_DEGREES)
+def test_pi_in_degrees_is_computed(text: str, wanted: int | None, said: str | None) -> None:
+    variables, angles = ('q1', 'q2', 'd3'), frozenset(('q1', 'q2'))
+    scope = Scope('deg', {'K': 0.3}, variables, {}, angles, wanted)
+    with pytest.raises(ExpressionError) as caught:
+        parse_affine(text, scope)
+    assert str(caught.value) == (UNDECIDED if said is None else said + FILE)
+    if wanted is not None and said is not None:
+        # What is to be written means in degrees what the text meant in radians.
+        instead = parse_affine(said.partition('write ')[2], scope)
+        meant = parse_affine(text, Scope('rad', {'K': 0.3}, variables))
+        as_written = math.radians(instead.constant) if wanted == ANGLE else instead.constant
+        assert as_written == pytest.approx(meant.constant, abs=ROUND_OFF)
+        per_angle = 1.0 if wanted == ANGLE else math.degrees(1.0)
+        for (name, factor), (named, expected) in zip(
+            instead.coefficients, meant.coefficients, strict=True
+        ):
+            assert name == named
+            assert factor * per_angle == pytest.approx(expected, rel=ROUND_OFF)
+
+
+def test_a_long_advice_on_pi_is_left_out() -> None:
+    with pytest.raises(ExpressionError) as caught:
+        parse_affine(
+            '+'.join(['q1'] * 40) + ' + pi', Scope('deg', {}, ('q1',), {}, frozenset(('q1',)), 1)
+        )
+    assert str(caught.value) == UNDECIDED
 
 
 def test_many_known_names_are_cut() -> None:

@@ -11,7 +11,9 @@ import pytest
 pytest.importorskip('rclpy', reason='needs ROS 2')
 
 from diagnostic_msgs.msg import DiagnosticStatus
-from geometry_msgs.msg import TwistStamped
+from geometry_msgs.msg import PoseStamped, TwistStamped
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
 from rclpy.serialization import serialize_message
 from ros_harness import (
     BEST_EFFORT,
@@ -27,6 +29,7 @@ from ros_harness import (
 )
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
+from target_harness import Targets, twist_target
 
 import kinematics_service as ks
 
@@ -93,14 +96,90 @@ def test_names_that_are_no_utf_8_do_no_harm(arm):
     expect(poses[0], Q)
 
 
-def test_bytes_that_are_no_message_do_no_harm(arm):
+def broken_forms(message):
+    """
+    Return bytes that are no message: cut, with lengths that lie, in no encoding, noise.
+
+    """
+    raw = bytes(serialize_message(message))
+    noise = np.random.default_rng(5)
+    whole = raw[: len(raw) - len(raw) % 4]
+    return [
+        *(whole[:size] for size in range(0, len(whole) - 8, 3)),
+        *(raw[:at] + b'\xff\xff\xff\x7f' + raw[at + 4 :] for at in (12,)),
+        *(bytes([0, encoding]) + raw[2:] for encoding in (0, 4, 5, 12, 200)),
+        *(b'\x07' + noise.bytes(size) for size in range(1, 90, 4)),
+    ]
+
+
+def test_bytes_that_are_no_message_are_counted_and_said_once(arm, capfd):
     one = arm()
     publisher = one.speaker('/joint_states')
-    raw = serialize_message(joint_state(NAMES, Q, (), START))
-    for broken in (raw[:20], raw[:-9], b'\x00\x01\x00\x00' + b'\xff' * 60, b'\x00\x01\x00\x00'):
-        publisher.publish(broken)
+    broken = broken_forms(joint_state(NAMES, Q, (0.1, 0.2, 0.3), START))
+    for data in broken * 5:
+        publisher.publish(data)
     expect(one.answer(Q), Q)
     assert len(one.poses) == 1
+    status = one.diagnose()
+    assert level_of(status) == WARN
+    assert status.message.startswith('messages rejected: not a JointState')
+    values = values_of(status)
+    assert values['rejected: not a JointState'] == values['rejected'] == str(5 * len(broken))
+    # Nothing but the node's own lines: the official deserializer has not been asked.
+    lines = [line for line in capfd.readouterr().err.splitlines() if 'bytes that are' in line]
+    assert len(lines) == 1
+    assert 'joint state rejected: 0 bytes that are no JointState' in lines[0]
+
+
+@pytest.mark.parametrize(
+    ('topic', 'kind'),
+    [
+        ('target_pose', PoseStamped),
+        ('target_twist', TwistStamped),
+        ('reference_pose', PoseStamped),
+    ],
+)
+def test_bytes_that_are_no_target_are_refused_and_leave_the_log_alone(arm, capfd, topic, kind):
+    one = arm()
+    publisher = one.peer.create_publisher(kind, one.topic(topic), BEST_EFFORT)
+    statuses = one.hear('ik/status', DiagnosticStatus)
+    one.spin_until(lambda: publisher.get_subscription_count() == 1, 'listener')
+    message = kind()
+    message.header.frame_id = 'base_link'
+    capfd.readouterr()
+    sent = 0
+
+    def refused():
+        if topic == 'reference_pose':
+            one.node._health.say()
+            return one.node._reference._refused
+        return statuses
+
+    def throw():
+        nonlocal sent
+        for data in broken_forms(message):
+            publisher.publish(data)
+            sent += 1
+            one.executor.spin_once(timeout_sec=0.0)
+        return refused()
+
+    one.spin_until(throw, 'refusal')
+    said = one.node._reference._refused if topic == 'reference_pose' else statuses[0].message
+    assert f'bytes that are no {kind.__name__}' in said
+    assert sent
+    assert capfd.readouterr().err == ''
+    expect(one.answer(Q), Q)
+
+
+def test_a_target_twist_that_cannot_be_read_stops_what_the_last_one_began(arm):
+    one = arm(ros_args=['-p', 'ik.target_timeout:=3000.0'])
+    targets = Targets(one)
+    one.answer(Q)
+    assert targets.ask(twist_target((0.0, 0.0, 0.1, 0.0, 0.0, 0.0))).level != b'\x02'
+    one.spin_until(lambda: targets.velocities, 'joint velocities')
+    assert any(targets.velocities[-1].velocity)
+    targets._publishers[TwistStamped].publish(b'\x00\x01\x00\x00' + b'\x05' * 20)
+    one.spin_until(lambda: not any(targets.velocities[-1].velocity), 'stop')
 
 
 # Several messages and publishers
@@ -190,6 +269,98 @@ def test_a_publisher_that_comes_late_is_heard(arm):
     late = one.speaker('/joint_states', node=one.other('late'))
     late.publish(joint_state(NAMES, Q, (), one.stamp + STEP))
     one.spin_until(lambda: len(one.poses) == 2, 'pose')
+
+
+# Reliability, and what is lost
+
+
+def test_a_best_effort_publisher_that_comes_later_is_heard_and_nothing_is_lost(arm):
+    one = arm()
+    steady = one.speaker('/joint_states')
+    poses, sent = one.poses, []
+
+    def publish():
+        one.stamp += STEP
+        sent.append(one.stamp)
+        steady.publish(joint_state(NAMES, Q, (), one.stamp))
+
+    def becomes(reliability):
+        # The first publisher speaks on meanwhile.
+        publish()
+        return one.counts()['reliability'] == reliability
+
+    one.spin_until(lambda: becomes('reliable') and poses, 'pose')
+    gripper = one.other('gripper')
+    late = gripper.create_publisher(JointState, '/joint_states', BEST_EFFORT)
+    one.spin_until(lambda: becomes('best effort'), 'second publisher')
+    one.await_publishers(2)
+    for _ in range(5):
+        late.publish(joint_state(['finger'], (0.1,), (), one.stamp))
+        publish()
+        one.counts()
+    gripper.destroy_publisher(late)
+    one.spin_until(lambda: becomes('reliable'), 'reliability again')
+    for _ in range(5):
+        publish()
+        one.counts()
+    one.spin_until(lambda: sent[-1] in one.stamps(), 'last pose')
+    assert one.stamps() == sent
+    counts = one.counts()
+    assert (counts['lost'], counts['dropped: stamp not newer']) == ('0', '0')
+    assert counts['ignored: none of our joints'] == '5'
+
+
+def test_a_message_published_once_by_one_who_goes_at_once_is_answered(arm):
+    one = arm()
+    poses = one.poses
+    for k in range(10):
+        passer_by = Node(f'once_{k}', context=one.context, use_global_arguments=False)
+        publisher = passer_by.create_publisher(JointState, '/joint_states', QoSProfile(depth=1))
+        one.spin_until(lambda p=publisher: p.get_subscription_count() == 1, 'listener')
+        publisher.publish(joint_state(NAMES, Q, (), START + k))
+        publisher.wait_for_all_acked()
+        passer_by.destroy_node()
+        one.spin_until(lambda k=k: len(poses) == k + 1, 'pose')
+
+
+def test_what_is_lost_is_counted_and_warned_of(arm):
+    one = arm(ros_args=['-p', 'qos_overrides./joint_states.subscription.depth:=7'])
+    one.answer(Q)
+    one.await_publishers(1)
+    for _ in range(60):  # while the node does not run
+        one.send(Q)
+    one.spin_until(lambda: one.stamps()[-1:] == [one.stamp], 'last pose')
+    status = one.diagnose()
+    lost = 61 - len(one.poses)
+    assert lost > 40
+    assert values_of(status)['lost'] == str(lost)
+    assert level_of(status) == WARN
+    assert status.message.startswith(f'{lost} messages lost within 10 s')
+
+
+def test_a_pause_a_slower_rate_and_a_second_publisher_are_no_losses(arm):
+    one = arm()
+    one.answer(Q)
+    second = one.speaker('/joint_states', node=one.other('second'))
+    one.await_publishers(2)
+    for k in range(40):
+        one.stamp += (k % 7) * 150_000_000
+        one.send(Q)
+        if k % 3 == 0:
+            second.publish(joint_state(['finger'], (0.1,), (), one.stamp))
+    one.answer(Q)
+    counts = one.counts()
+    assert counts['lost'] == '0'
+
+
+def test_a_queue_holds_a_second_at_1_khz(arm):
+    one = arm()
+    one.answer(Q)
+    one.await_publishers(1)
+    for _ in range(999):  # while the node does not run
+        one.send(Q)
+    one.spin_until(lambda: one.stamps()[-1:] == [one.stamp], 'last pose')
+    assert one.counts()['accepted'] == '1000'
 
 
 # Positions

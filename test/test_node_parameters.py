@@ -16,7 +16,12 @@ from closed_forms import craig_jacobian_in_tool_axes
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, TwistStamped, VelocityStamped
 from rcl_interfaces.msg import ParameterType
-from rcl_interfaces.srv import DescribeParameters, ListParameters, SetParametersAtomically
+from rcl_interfaces.srv import (
+    DescribeParameters,
+    ListParameters,
+    SetParameters,
+    SetParametersAtomically,
+)
 from rclpy.parameter import Parameter
 from rclpy.qos import ReliabilityPolicy
 from ros_harness import LATCHED, SECOND, START, STEP, joint_state, level_of, values_of
@@ -232,7 +237,7 @@ REFUSED = {
     'twist_frame': ['world', '', 'TOOL', 1],
     'row_order': ['angular', '', 6],
     'velocity_source': ['none', '', 2],
-    'publish_rate': [-1.0, math.nan, math.inf, 1e7, 10, '10'],
+    'publish_rate': [-1.0, math.nan, math.inf, 1e7, 10, '10', 9.9e-4, 3e-308, 5e-324],
     'joint_state_timeout': [0.0, -1.0, math.nan, math.inf, 4000.0, 1],
     'publish_tf': [1, 'yes', 0.0],
     'publish_robot_description': [1, 'maybe', 0.0],
@@ -423,6 +428,52 @@ def test_parameters_are_set_from_afar(arm):
     assert one.node.settings.row_order == 'angular_first'
 
 
+HOSTILE_NUMBERS = (
+    *(0.0, -0.0, 5e-324, 2e-308, 7e-301, 1e-19, 3e17, 1.7e308, -4.0),
+    *(math.inf, -math.inf, math.nan),
+)
+HOSTILE = (
+    *HOSTILE_NUMBERS,
+    *('', '\n', '\x7f', 'x' * 200_000, '../..', '%s%n', 'é', 'q1', 'x y z', 'x ' * 30_000),
+    *(True, False, 0, 2**63 - 1, -(2**63)),
+    *([], [1.0, math.nan], ['a'], [True], [3]),
+)
+
+
+def test_whatever_a_parameter_is_set_to_has_an_answer(arm):
+    one = arm('craig_3r')
+    for parameter in (ROBOT, *PARAMETERS):
+        request = SetParameters.Request(
+            parameters=[
+                Parameter(parameter.name, value=value).to_parameter_msg() for value in HOSTILE
+            ]
+        )
+        results = one.call(SetParameters, '/kinematics/set_parameters', request).results
+        assert len(results) == len(HOSTILE)
+        assert all(result.successful or result.reason for result in results)
+        back = Parameter(parameter.name, value=parameter.default)
+        if parameter is not ROBOT:
+            assert one.node.set_parameters([back])[0].successful
+    one.answer(Q)
+
+
+def test_an_error_of_our_own_at_a_parameter_is_a_refusal(arm, capfd, monkeypatch):
+    one = arm('craig_3r')
+
+    def broken(*arguments):
+        raise ZeroDivisionError('made for the test')
+
+    monkeypatch.setattr('kinematics_service.ros.parameters.settings_from', broken)
+    request = SetParameters.Request(
+        parameters=[Parameter('publish_rate', value=7.0).to_parameter_msg()]
+    )
+    (result,) = one.call(SetParameters, '/kinematics/set_parameters', request).results
+    assert not result.successful
+    assert 'made for the test' in result.reason
+    assert capfd.readouterr().err.count('made for the test') == 1
+    assert one.node.get_parameter('publish_rate').value == 0.0
+
+
 def test_every_parameter_is_described_with_type_and_range(arm):
     one = arm('craig_3r')
     names = [parameter.name for parameter in (ROBOT, *PARAMETERS)]
@@ -443,6 +494,8 @@ def test_every_parameter_is_described_with_type_and_range(arm):
         assert descriptor.read_only == (parameter is ROBOT)
         if type(parameter.default) is float:
             assert descriptor.floating_point_range
+        if parameter.name == 'publish_rate':
+            assert descriptor.additional_constraints == '0, or at least 0.001'
         for choice in parameter.choices:
             assert choice in descriptor.additional_constraints
 
@@ -549,11 +602,14 @@ def test_the_qos_of_an_output_can_be_overridden(arm):
     assert others == {ReliabilityPolicy.RELIABLE}
 
 
-def test_the_qos_of_the_input_can_be_overridden(arm):
+@pytest.mark.parametrize('reliability', ['reliable', 'best_effort'])
+def test_the_qos_of_the_input_can_be_overridden(arm, reliability):
     name = 'qos_overrides./joint_states.subscription.reliability'
-    one = arm('craig_3r', ['-p', f'{name}:=reliable'])
-    assert one.node._input.subscription.qos_profile.reliability == ReliabilityPolicy.RELIABLE
+    one = arm('craig_3r', ['-p', f'{name}:={reliability}'])
     one.answer(Q)
+    for _ in range(3):  # what publishers offer changes nothing
+        assert one.counts()['reliability'] == reliability.replace('_', ' ')
+    assert one.node.get_parameter(name).value == reliability
 
 
 def test_thinning_out_starts_anew_with_the_stamps(arm):

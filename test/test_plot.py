@@ -32,8 +32,9 @@ from kinematics_service.plots.motion import Motion, motion_of
 from kinematics_service.plots.picture import PlotError, drawn, save_picture
 from kinematics_service.plots.plane import plane_of
 from kinematics_service.plots.ranges import clear_pose, finite_ranges
+from kinematics_service.plots.set_styles import set_styles
 from kinematics_service.plots.skeleton import skeleton_of
-from kinematics_service.plots.solutions import MOST, solutions_picture
+from kinematics_service.plots.solutions import MOST, poses_of, solutions_picture
 from kinematics_service.plots.velocity import velocity_picture
 from kinematics_service.plots.workspace import section_rows, workspace
 from kinematics_service.plots.workspace_picture import workspace_picture
@@ -41,6 +42,9 @@ from kinematics_service.plots.workspace_picture import workspace_picture
 GOLDEN = Path(__file__).parent / 'golden'
 ROUND_OFF = 1e-12
 BUNDLED = tuple(ks.bundled_robots())
+# An arm is shown at this share of the largest area it can have, or more: views along an axis of
+# the base are left out, where the labels of two axes fall together.
+SEEN = 0.85
 LOOKED_AT = ('craig_3r', 'ur5e', 'puma560', 'planar_2r', 'scara_hsr065', 'panda')
 ODD = """\
 robot: odd
@@ -154,7 +158,7 @@ def test_an_arm_has_equal_scales_units_and_says_where_it_is():
     axes = figure.axes[0]
     lengths = [np.ptp(limits) for limits in (axes.get_xlim(), axes.get_ylim(), axes.get_zlim())]
     assert lengths == pytest.approx([lengths[0]] * 3)
-    assert [axes.get_xlabel(), axes.get_ylabel(), axes.get_zlabel()] == ['x, m', 'y, m', 'z, m']
+    assert [axes.get_xlabel(), axes.get_ylabel(), axes.get_zlabel()] == ['x (m)', 'y (m)', 'z (m)']
     said = texts(figure).replace('\N{NO-BREAK SPACE}', ' ')
     assert 'ur5e: tool0 in base' in said
     assert 'q2 \N{MINUS SIGN}1.57' in said
@@ -186,6 +190,49 @@ def test_every_solution_has_a_panel_with_its_posture_and_feasibility():
     for star in stars:
         assert np.ravel(star.get_data_3d()) == pytest.approx(target[:3, 3])
     assert '8 solutions; 2 solutions inside the limits' in said
+
+
+def area_on_paper(corners, paper):
+    # Of the ellipse of inertia of points (k, 3), projected by a matrix (2, 3).
+    flat = (corners - corners.mean(axis=0)) @ np.transpose(paper)
+    return np.prod(np.linalg.svd(flat, compute_uv=False))
+
+
+@pytest.mark.parametrize('name', ['ur10e', 'puma560', 'kuka_iiwa14'])
+def test_every_panel_is_turned_to_its_arm(name):
+    robot = robot_of(name)
+    q = clear_pose(robot) + 0.07
+    result = ks.inverse_kinematics(robot, ks.forward_kinematics(robot, q), respect_limits=False)
+    poses = [pose.q for pose in poses_of(result)][:MOST]
+    figure = drawn(solutions_picture(robot, ks.forward_kinematics(robot, q), result))
+    assert len(figure.axes) == len(poses)
+    for axes, q in zip(figure.axes, poses):
+        points = np.vstack(
+            [s.start + np.linspace(0, 1, 40)[:, None] * (s.end - s.start)
+             for s in skeleton_of(robot, q).segments]
+        )  # fmt: skip
+        areas = {}
+        for azimuth in (axes.azim, *np.arange(0.0, 360.0, 3.0)):
+            a, e = np.radians([azimuth, axes.elev])
+            across = [-np.sin(a), np.cos(a), 0.0]
+            up = [-np.sin(e) * np.cos(a), -np.sin(e) * np.sin(a), np.cos(e)]
+            areas[azimuth] = area_on_paper(points, [across, up])
+        assert areas[axes.azim] > SEEN * max(areas.values())
+        assert axes.get_xlabel() == 'x (m)'
+
+
+def test_axes_are_red_green_and_blue():
+    robot = robot_of('ur3e')
+    figure = drawn(arm_picture(robot, clear_pose(robot)))
+    motion = motion_of(robot, 'sine')
+    linear, angular = drawn(velocity_picture(robot, motion)).axes[:2]
+    frames = [line for line in figure.axes[0].lines if line.get_gid() == 'frame']
+    for k in range(3):
+        seen = [line.get_color() for line in frames[k::3]]
+        seen += [axes.lines[k].get_color() for axes in (linear, angular)]
+        assert len(set(seen)) == 1
+        red_green_blue = [int(seen[0][i : i + 2], 16) for i in (1, 3, 5)]
+        assert np.argmax(red_green_blue) == k
 
 
 def test_more_solutions_than_fit_are_counted():
@@ -234,12 +281,12 @@ def test_the_velocity_of_document_002_is_drawn():
     norm = drawn_curves['|v|']
     assert norm[np.isfinite(norm)] == pytest.approx(np.linalg.norm(v, axis=1), abs=ROUND_OFF)
     assert [axes.get_ylabel() for axes in figure.axes] == [
-        'linear velocity, m/s',
-        'angular velocity, rad/s',
-        'joints, rad/s',
-        'joints, m/s',
+        'linear velocity (m/s)',
+        'angular velocity (rad/s)',
+        'joint velocity (rad/s)',
+        'joint velocity (m/s)',
     ]
-    assert joints[-1].get_xlabel() == 'time, s'
+    assert joints[-1].get_xlabel() == 'time (s)'
 
 
 @pytest.mark.parametrize('name', ['craig_3r', 'panda', 'planar_2r'])
@@ -252,12 +299,12 @@ def test_measures_are_those_of_the_library(name):
     assert len(figure.axes) == len(names)
     by_label = {re.sub(r'\s+', ' ', axes.get_ylabel()): axes for axes in figure.axes}
     for label, values in (
-        ('distance to singularity [rad]', near.distance),
-        ('smallest singular value [m]', near.smallest_singular_value),
-        ('condition number [1]', near.condition_number),
+        ('distance to singularity (rad)', near.distance),
+        ('smallest singular value (m)', near.smallest_singular_value),
+        ('condition number', near.condition_number),
     ):
         assert np.array_equal(by_label[label].lines[0].get_ydata(), values)
-    thresholds = curves(by_label['distance to singularity [rad]'])
+    thresholds = curves(by_label['distance to singularity (rad)'])
     assert list(thresholds['warn 0.1']) == [0.1, 0.1]
     assert list(thresholds['stop 0.03']) == [0.03, 0.03]
 
@@ -281,9 +328,7 @@ def test_units_of_determinant_and_manipulability(name):
     robot = robot_of(name)
     unit = measure_units(robot)['manipulability']
     assert unit != 'mixed'
-    power = (
-        {'1': 0, 'm': 1}.get(unit) if unit in ('1', 'm') else int(re.findall(r'-?\d+', unit)[0])
-    )
+    power = {'': 0, 'm': 1}.get(unit) if unit in ('', 'm') else int(re.findall(r'-?\d+', unit)[0])
     q = clear_pose(robot)
     J = ks.jacobian(robot, q)
     rows = [('x', 'y', 'z', 'rx', 'ry', 'rz').index(row) for row in robot.task.rows]
@@ -326,9 +371,9 @@ def test_a_map_is_the_distance_and_its_curves_are_singular_poses():
         assert numbers.distance[i, k] == ks.singularity(robot, q).distance
     figure = drawn(map_picture(robot, numbers))
     said = texts(figure)
-    for words in ('q2, rad', 'q3, rad', 'elbow = 0', 'shoulder = 0', 'warn: distance 0.1 rad'):
+    for words in ('q2 (rad)', 'q3 (rad)', 'elbow = 0', 'shoulder = 0', 'warn: distance 0.1 rad'):
         assert words in said
-    assert 'distance to singularity, rad' in said
+    assert 'distance to singularity (rad)' in said
     sets = [c for c in figure.axes[0].collections if list(c.levels) == [0.0]]
     assert len(sets) == 2
     for curve in sets:
@@ -336,6 +381,41 @@ def test_a_map_is_the_distance_and_its_curves_are_singular_poses():
         q = np.column_stack([np.zeros(len(points)), points])
         assert np.max(ks.singularity(robot, q).distance) < 0.01
         assert len(points) > 100
+
+
+@pytest.mark.parametrize(('name', 'joint'), [('planar_2r', 'q2'), ('ur10e', 'q3')])
+def test_a_set_on_the_border_of_a_map_is_drawn(name, joint):
+    robot = robot_of(name)
+    pair = joint_pair(robot, ['q1', 'q2'] if name == 'planar_2r' else ['q2', 'q3'])
+    figure = drawn(map_picture(robot, distance_map(robot, pair, clear_pose(robot), 61)))
+    heights = np.concatenate(
+        [path.vertices[:, 1] for c in figure.axes[0].collections if list(c.levels) == [0.0]
+         for path in c.get_paths()]
+    )  # fmt: skip
+    for border in (-math.pi, 0.0, math.pi):
+        assert np.sum(np.abs(heights - border) < 1e-6) >= 61, f'{joint} = {border}'
+
+
+def test_a_set_has_the_same_colour_for_every_arm():
+    from matplotlib.lines import Line2D
+
+    colours = {}
+    for name in ('ur3e', 'anthropomorphic_3r', 'puma560'):
+        robot = robot_of(name)
+        q = clear_pose(robot)
+        figure = drawn(map_picture(robot, distance_map(robot, (1, 2), q, 41)))
+        for line in figure.legends[0].findobj(Line2D):
+            if line.get_label().endswith('= 0'):
+                colours.setdefault(line.get_label(), set()).add(line.get_color())
+    assert {'elbow = 0', 'shoulder = 0'} <= set(colours)
+    assert all(len(seen) == 1 for seen in colours.values())
+    assert colours['elbow = 0'] != colours['shoulder = 0']
+
+
+def test_factors_of_any_names_are_told_apart():
+    names = tuple(f'factor{k}' for k in range(7))
+    assert len({color for color, _ in set_styles(names).values()}) == 7
+    assert len(set_styles(tuple(f'factor{k}' for k in range(30)))) == 30
 
 
 def test_the_two_joints_that_matter():
@@ -370,9 +450,23 @@ def test_the_workspace_of_two_links_is_a_ring():
     assert np.all((np.abs(rings - 1.6) < 1e-6) | (np.abs(rings - 0.4) < 1e-6))
     assert set(critical.names) == {'elbow'}
     figure = drawn(workspace_picture(robot, space, critical))
-    assert 'x, m' in texts(figure)
+    assert 'x (m)' in texts(figure)
     assert 'position singular: elbow' in texts(figure)
-    assert 'largest distance to singularity found there, rad' in texts(figure)
+    assert 'largest distance to singularity found there (rad)' in texts(figure)
+
+
+@pytest.mark.parametrize('name', ['planar_2r', 'scara_hsr065', 'puma560'])
+def test_the_colours_of_a_workspace_are_those_of_its_distances(name):
+    robot = robot_of(name)
+    plane = plane_of(robot)
+    space = workspace(robot, plane, 3000)
+    figure = drawn(workspace_picture(robot, space, critical_points(robot, plane, 50)))
+    low, high = figure.axes[0].images[0].get_clim()
+    cells = space.best[np.isfinite(space.best)]
+    # More than half of the cells differ in colour from those at either end.
+    assert np.mean((cells > low) & (cells < high)) > 0.5
+    assert low <= np.min(cells) + 1e-3
+    assert high <= np.max(cells) + 1e-3
 
 
 def test_the_singular_curves_of_craig_3r_are_circles_about_joint_2():
@@ -407,7 +501,7 @@ def test_a_section_lies_in_its_plane_and_inside_the_limits(name):
 def test_the_half_plane_is_about_the_axis_of_joint_1():
     robot = robot_of('parallelogram_left')  # its first axis is y of the base
     plane = plane_of(robot)
-    assert plane.labels == ('r, distance from the axis of theta1, m', 'y, m')
+    assert plane.labels == ('distance from the axis of theta1 (m)', 'y (m)')
     assert plane.coordinates(np.array([3.0, -2.0, 4.0])) == pytest.approx([5.0, -2.0])
 
 

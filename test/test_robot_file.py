@@ -3,9 +3,11 @@ The robot-file reader: what a file says in SI units, and the exact words for eac
 
 """
 
+import contextlib
 import math
 import os
 import re
+import socket
 import subprocess
 import sys
 import time
@@ -24,6 +26,8 @@ from kinematics_service.description import (
     ShapeRow,
 )
 from kinematics_service.errors import Fault, KinematicsError, RobotFileError
+from kinematics_service.kinematics import jacobian
+from kinematics_service.robot import build_robot
 from kinematics_service.robot_file import parse_robot, read_robot_file
 
 ROUND_OFF = 1e-15
@@ -319,40 +323,138 @@ def test_a_joint_name_is_any_text_with_a_variable(name: str) -> None:
     assert robot.joints[0].name == name
 
 
-def test_remarks_say_what_looks_like_a_mistake() -> None:
-    text = """\
+REMARKABLE = """\
 robot: remarkable
 convention: standard
 constants: {L1: 1, L2: 2}
 joints:
   - {name: q1, type: revolute, limits: [-180, 180], velocity: 180}
   - {name: q2, type: prismatic, limits: [0, 500]}
-  - {name: q3, type: revolute}
+  - {name: q3, type: revolute, limits: [-12, 12]}
 links:
   - {a: L1, alpha: 90, d: 0, theta: q1}
-  - {a: 0, alpha: 0, d: q2, theta: 0}
-  - {a: 1, alpha: 0, d: 0, theta: 0}
+  - {a: 0, alpha: 0, d: q2 - 21.5, theta: 0}
+  - {a: 320, alpha: 0, d: 0, theta: q3 - 45}
+tool: {xyz: [0, 0, -85], rpy: [0, 90, 0]}
 known_poses:
-  - {q: [200, 0, 0], xyz: [0, 0, 0], rpy: [0, 0, 0]}
+  - {q: [200, 0, 0], xyz: [0, 0, 1500], rpy: [0, 0, 0]}
 """
-    assert parse(text).remarks == (
+DEGREES = 'are these degrees? (then: units: {angle: deg})'
+MILLIMETRES = 'are these millimetres? (then: units: {length: mm})'
+
+
+def warnings(text: str) -> list[str]:
+    return [str(warning) for warning in parse(text).warnings]
+
+
+def test_warnings_say_what_is_most_likely_a_mistake() -> None:
+    assert warnings(REMARKABLE) == [
+        'robot.yaml:3: constants.L2: is never used',
+        f'robot.yaml:5: joints[0].limits: limits of 28.6479 turns: {DEGREES}',
+        'robot.yaml:5: joints[0].velocity: 180 per second is very fast: which unit?',
+        f'robot.yaml:6: joints[1].limits: a stroke to 500 m: {MILLIMETRES}',
+        f'robot.yaml:7: joints[2].limits: limits of 1.90986 turns: {DEGREES}',
+        f'robot.yaml:9: links[0].alpha: 90 rad is more than a turn: {DEGREES}',
+        f'robot.yaml:10: links[1].d: a length of -21.5 m: {MILLIMETRES}',
+        f'robot.yaml:11: links[2].a: a length of 320 m: {MILLIMETRES}',
+        f'robot.yaml:11: links[2].theta: -45 rad is more than a turn: {DEGREES}',
+        f'robot.yaml:12: tool.xyz[2]: a length of -85 m: {MILLIMETRES}',
+        f'robot.yaml:12: tool.rpy[1]: 90 rad is more than a turn: {DEGREES}',
+        f'robot.yaml:14: known_poses[0].xyz[2]: a length of 1500 m: {MILLIMETRES}',
+    ]
+
+
+def test_remarks_say_what_is_worth_knowing() -> None:
+    assert parse(
+        REMARKABLE.replace('theta: q3 - 45', 'theta: 0').replace(
+            'type: revolute, limits: [-12, 12]', 'type: revolute, unused: true'
+        )
+    ).remarks == (
         'line 1: source: is not given: say where the numbers come from',
-        'line 3: constants.L2: is never used',
-        'line 5: joints[0].limits: limits of 28.6479 turns: are these degrees?',
-        'line 5: joints[0].velocity: 180 per second is very fast: which unit?',
-        'line 6: joints[1].limits: a stroke to 500 m: are these millimetres?',
-        "line 7: joints[2]: 'q3' stands in no row: it moves nothing",
-        'line 9: links[0].alpha: 90 rad is more than a turn: are these degrees?',
         'line 11: links[2]: no joint moves this row: it is fixed',
-        "line 13: known_poses[0].q[0]: 200 lies outside the limits [-180, 180] of 'q1'",
+        "line 14: known_poses[0].q[0]: 200 lies outside the limits [-180, 180] of 'q1'",
     )
 
 
-def test_radians_in_a_file_of_degrees_are_remarked_on() -> None:
+ONE_JOINT = '  - {name: q1, type: revolute}'
+
+
+@pytest.mark.parametrize(
+    ('rows', 'convention', 'units', 'said'),
+    [
+        ('{a: 19, alpha: 0, d: 2, theta: q1}', 'standard', 'length: m',
+         f'7: links: lengths of 21 m in all: {MILLIMETRES}'),
+        ('{a: 0.4, alpha: 0, d: 0, theta: q1}', 'modified', 'length: mm',
+         '7: links: lengths of 0.4 mm in all: are these metres? (then: units: {length: m})'),
+        ('Rz(q1)\n  - Rx(270)\n  - Tx(0.2)', 'elementary', 'angle: rad',
+         f'9: links[1]: 270 rad is more than a turn: {DEGREES}'),
+        ('Rz(q1)\n  - Ty(66)', 'elementary', 'angle: deg',
+         f'9: links[1]: a length of 66 m: {MILLIMETRES}'),
+        ('{in: {xyz: [0, 45, 0]}, joint: Rz(q1)}', 'shape', 'angle: deg',
+         f'8: links[0].in.xyz[1]: a length of 45 m: {MILLIMETRES}'),
+        ('{joint: Rz(q1), out: [[1, 0, 0, 88], [0, 1, 0, 0], [0, 0, 1, 0]]}', 'shape',
+         'angle: deg', f'8: links[0].out[0][3]: a length of 88 m: {MILLIMETRES}'),
+        ('{a: 0.4, alpha: -1.5708, d: 0, theta: q1}', 'standard', 'angle: deg',
+         '8: links[0].alpha: -1.5708 deg: are these radians? (then: units: {angle: rad})'),
+        ('{a: 0.4, alpha: 0, d: 0, theta: q1 + 3.14}', 'standard', 'angle: deg',
+         '8: links[0].theta: 3.14 deg: are these radians? (then: units: {angle: rad})'),
+    ],
+)  # fmt: skip
+def test_another_unit_is_asked_for_at_its_line(
+    rows: str, convention: str, units: str, said: str
+) -> None:
+    text = minimal(ONE_JOINT, f'  - {rows}', convention, f'units: {{{units}}}\n')
+    line, _, rest = said.partition(': ')
+    assert warnings(text) == [f'robot.yaml:{line}: {rest}']
+
+
+@pytest.mark.parametrize(
+    ('limits', 'units'),
+    [
+        ('[-2*pi, 2*pi]', 'angle: rad'),
+        ('[-6.981, 6.981]', 'angle: rad'),  # +-400 degrees: wrists of large arms
+        ('[-4, 4]', 'angle: rad'),
+        ('[-170, 170]', 'angle: deg'),
+        ('[-inf, inf]', 'angle: rad'),
+    ],
+)
+def test_limits_of_real_arms_are_not_doubted(limits: str, units: str) -> None:
+    joints = f'  - {{name: q1, type: revolute, limits: {limits}}}'
+    turn = '6.28' if 'rad' in units else '360'
+    rows = f'  - {{a: 5, alpha: 0, d: 14.5, theta: q1 + {turn}}}'
+    assert warnings(minimal(joints, rows, more=f'units: {{{units}}}\n')) == []
+
+
+def test_radians_in_a_file_of_degrees_are_warned_of() -> None:
     joints = '  - {name: q1, type: revolute, limits: [-3.14, 3.14]}'
     rows = '  - {a: 1, alpha: 0, d: 0, theta: q1}'
-    (remark,) = parse(minimal(joints, rows, more='units: {angle: deg}\n')).remarks
-    assert remark == 'line 6: joints[0].limits: limits within 3.14 deg: are these radians?'
+    assert warnings(minimal(joints, rows, more='units: {angle: deg}\n')) == [
+        'robot.yaml:6: joints[0].limits: limits within 3.14 deg: '
+        'are these radians? (then: units: {angle: rad})'
+    ]
+
+
+def test_an_unused_joint_keeps_its_place_and_moves_nothing() -> None:
+    joints = (
+        '  - {name: q1, type: revolute}\n  - {name: lift, type: prismatic, unused: true}\n'
+        '  - {name: q3, type: revolute, unused: false}'
+    )
+    rows = '  - {a: 1, alpha: 0, d: 0, theta: q1}\n  - {a: 0.5, alpha: 0, d: 0, theta: q3}'
+    robot = build_robot(parse(minimal(joints, rows)))
+    assert robot.joint_names == ('q1', 'lift', 'q3')
+    assert [joint.unused for joint in robot.description.joints] == [False, True, False]
+    assert not robot.description.warnings
+    J = jacobian(robot, [0.3, 7.0, -1.1])
+    assert not J[:, 1].any()
+    assert J[:, 0].any()
+    assert J[:, 2].any()
+
+
+def test_a_known_pose_without_rpy_is_known_in_position_alone() -> None:
+    text = CRAIG.replace('rpy: [-pi/2, 0, 0], tolerance: {rpy: 1e-3}', 'tolerance: {xyz: 2e-4}')
+    (pose,) = parse(text).known_poses
+    assert pose.motion.matrix[:3, 3].tolist() == [0.82, 0.1, 0.0]
+    assert (pose.tolerance_xyz, pose.tolerance_rpy) == (2e-4, math.inf)
 
 
 def expected_faults() -> dict[str, str]:
@@ -386,10 +488,63 @@ def test_all_faults_at_once_in_the_order_of_the_file() -> None:
         "robot.yaml:6: joints[0].name: 'a,b' holds a comma or white space, "
         'which no joint name may',
         "robot.yaml:11: links[1].alpha: unknown name 'p1' (known: pi, L1, L3)",
-        "robot.yaml:12: links[2]: the key 'theta' is missing "
-        '(a row of the table needs: a, alpha, d, theta)',
         "robot.yaml:12: links[2].thata: unknown key, did you mean 'theta'? "
         '(accepted: a, alpha, d, theta)',
+    ]
+
+
+def test_links_and_poses_are_judged_beside_broken_joints() -> None:
+    text = (
+        CRAIG.replace('convention: modified', 'convention: khalil')
+        .replace('limits: [-pi, pi], velocity: 2.0', 'limits: [pi, -pi], offset: 3')
+        .replace('type: revolute, limits: [-pi/2, inf]', 'type: ball')
+        .replace('theta: q1}', 'theta: q1 +}')
+        .replace('theta: q2', 'theta: 2q2')
+        .replace('a: L3', 'a: L4')
+        .replace('q: [0, 0, 0]', 'q: [0, 0, O]')
+    )
+    assert faults(text) == [
+        "robot.yaml:3: convention: unknown 'khalil' "
+        '(accepted: standard, modified, elementary, shape)',
+        'robot.yaml:6: joints[0].offset: unknown key '
+        '(accepted: name, variable, type, limits, velocity, unused)',
+        'robot.yaml:6: joints[0].limits: the lower limit must be below the upper one, '
+        'not [pi, -pi]',
+        "robot.yaml:7: joints[1].type: unknown 'ball' (accepted: revolute, prismatic, helical)",
+        "robot.yaml:10: links[0].theta: ends after '+'",
+        "robot.yaml:11: links[1].theta: '2q2' is not a number: write 2*q2 for a product",
+        "robot.yaml:13: links[3].a: unknown name 'L4' (known: pi, L1, L2, L3)",
+        "robot.yaml:16: known_poses[0].q[2]: unknown name 'O' (known: pi, L1, L2, L3)",
+    ]
+
+
+def test_a_key_that_hides_a_variable_is_one_fault() -> None:
+    joints = ''.join(f'  - {{name: arm/{i}, var: q{i}, type: R}}\n' for i in range(1, 4))
+    rows = ''.join(f'  - {{a: 0.2, alpha: 0, d: 0, theta: q{i}}}\n' for i in range(1, 4))
+    told = [line.partition(': ')[2].partition(':')[0] for line in faults(minimal(joints, rows))]
+    assert told == [f'joints[{i}].{key}' for i in range(3) for key in ('type', 'var')]
+    named_elsewhere = joints.replace('var: q', 'coordinate: q').replace('arm/', 'axis_')
+    assert len(faults(minimal(named_elsewhere, rows))) == 6
+
+
+def test_the_name_of_a_joint_is_not_its_variable() -> None:
+    text = CRAIG.replace('name: q3,', 'name: wrist, variable: q3,').replace(
+        'theta: q3', 'theta: wrist'
+    )
+    assert faults(text) == [
+        "robot.yaml:12: links[2].theta: unknown name 'wrist' (known: pi, L1, L2, L3, q1, q2, q3)"
+    ]
+
+
+def test_a_forgotten_row_is_told_beside_other_faults() -> None:
+    text = CRAIG.replace('theta: q3}', 'theta: 0}').replace('a: L1, ', 'a: L1*, ')
+    assert faults(text) == [
+        "robot.yaml:8: joints[2]: 'q3' moves no row of links: add its row, or say 'unused: true'",
+        "robot.yaml:11: links[1].a: ends after '*'",
+    ]
+    misspelt = CRAIG.replace('theta: q3}', 'theta: q_3}')
+    assert faults(misspelt) == [
+        "robot.yaml:12: links[2].theta: unknown name 'q_3' (known: pi, L1, L2, L3, q1, q2, q3)"
     ]
 
 
@@ -434,6 +589,22 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
     assert refusal(tmp_path / 'binary.yaml').endswith('larger than 256 KiB: not a robot file')
     (tmp_path / 'nothing.yaml').write_bytes(b'')
     assert refusal(tmp_path / 'nothing.yaml').endswith('nothing.yaml: the file is empty')
+
+
+@pytest.mark.parametrize('kind', ['a named pipe', 'a device', 'a socket'])
+def test_what_is_no_file_is_refused_at_once(tmp_path: Path, kind: str) -> None:
+    # Were it opened, the pipe would hold this test for ever: nobody writes into it.
+    path = tmp_path / 'robot.yaml'
+    with contextlib.ExitStack() as stack:
+        if kind == 'a named pipe':
+            os.mkfifo(path)
+        elif kind == 'a socket':
+            stack.enter_context(socket.socket(socket.AF_UNIX)).bind(str(path))
+        else:
+            path.symlink_to(os.devnull)
+        with pytest.raises(RobotFileError) as caught:
+            read_robot_file(path)
+    assert str(caught.value) == f'{path}: is {kind}: give the robot file itself'
 
 
 def test_a_byte_order_mark_and_crlf_are_read(tmp_path: Path) -> None:

@@ -9,9 +9,20 @@ import xml.etree.ElementTree as ElementTree
 
 import pytest
 import sympy
+from chromium import chromium_tab
 
 import kinematics_service as ks
-from kinematics_service.symbols.html import mathml
+from kinematics_service.symbols.html import html_of, mathml
+from kinematics_service.symbols.report import report_of
+
+# A bracket's box is a line high.
+HIGHEST_BRACKET = 1.6
+BRACKETS = 'mo[stretchy="false"]'
+HEIGHTS = (
+    f'[...document.querySelectorAll({BRACKETS!r})].map(e => e.getBoundingClientRect().height)'
+)
+SIZES = """[...document.querySelectorAll('msub')].map(e =>
+  [0, 1].map(k => parseFloat(getComputedStyle(e.children[k]).fontSize)))"""
 
 FUNCTIONS = {'sin': math.sin, 'cos': math.cos, 'acos': math.acos}
 
@@ -75,3 +86,31 @@ def test_a_negated_sum_keeps_its_brackets():
     assert value(negated, numbers) == pytest.approx(-0.8)
     assert value(sympy.Add(c, negated, evaluate=False), numbers) == pytest.approx(-0.1)
     assert value(c * negated, numbers) == pytest.approx(-0.56)
+
+
+def test_a_page_looks_right_without_a_mathematical_font(tmp_path):
+    # In a browser: brackets as high as what they hold, subscripts smaller than their letters.
+    names = ('craig_3r', 'offset_stanford_dh')
+    with chromium_tab() as tab:
+        for name in names:
+            file = tmp_path / f'{name}.html'
+            file.write_text(html_of(report_of(ks.derive(ks.load_robot(name)))), encoding='utf-8')
+            tab.open(file.as_uri(), 1000, 800)
+            count = tab.wait_for(f'document.querySelectorAll({BRACKETS!r}).length', 'formulas')
+            assert count > 20
+            highest = tab.evaluate(f'Math.max(...{HEIGHTS})')
+            letter = tab.evaluate('parseFloat(getComputedStyle(document.body).fontSize)')
+            assert highest < HIGHEST_BRACKET * letter
+            sizes = tab.evaluate(SIZES)
+            assert len(sizes) > 20
+            assert all(sub < 0.8 * base for base, sub in sizes)
+            assert tab.errors == []
+
+
+def test_letters_are_italic_words_upright_and_brackets_do_not_grow():
+    q = sympy.Symbol('q_1')
+    markup = mathml(-sympy.sin(q) * sympy.Symbol('L_2'))
+    assert '<mi class="word">sin</mi>' in markup
+    assert '<mi class="letter">q</mi>' in markup
+    assert '<mo stretchy="false">(</mo>' in markup
+    assert '<mo>-</mo>' not in markup

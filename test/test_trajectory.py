@@ -11,16 +11,16 @@ from arms import BUNDLED, RANDOM, robot_of
 from tolerances import DIFFERENCE, DIFFERENCE_STEP
 
 import kinematics_service as ks
-from kinematics_service.singular_pose import singular_poses
-from kinematics_service.trajectory import (
+from kinematics_service.motion import SPEED_SHARE
+from kinematics_service.passage import (
+    DAMPED,
     FREE_SLIDING,
     FREE_TURNING,
     SHORTEST_PERIOD,
-    SPEED_SHARE,
-    TRAJECTORIES,
-    sine_trajectory,
     smooth_trajectory,
 )
+from kinematics_service.singular_pose import singular_poses
+from kinematics_service.trajectory import TRAJECTORIES, sine_trajectory
 
 # The demo's joint states are 20 ms apart; at the slowed-down singular pose that is 1e-4 rad.
 SAMPLES = 2001
@@ -105,6 +105,28 @@ def test_the_smooth_path_leads_from_regular_poses_through_a_singular_one(name):
     # Each level lasts long enough to be seen on a table drawn ten times a second.
     for level in (ks.Level.OK, ks.Level.WARN, ks.Level.ERROR):
         assert np.mean(measured.level == level) * 0.5 * motion.period > 0.3
+
+
+# Their tool's motion along the way is not small at the singular pose.
+NOT_STEEP = ('offset_stanford_dh', 'offset_stanford_printed', 'offset_stanford_shape',
+             'rrp_elementary', 'spherical_rrp')  # fmt: skip
+
+
+@pytest.mark.parametrize('name', sorted(set(BUNDLED) - set(NOT_STEEP)))
+def test_joints_speed_up_towards_a_singular_pose_and_the_tool_does_not(name):
+    robot = robot_of(name)
+    motion = smooth_trajectory(robot)
+    t = np.linspace(0.0, 0.5 * motion.period, SAMPLES)
+    q, qdot = motion.at(t)
+    distance = ks.singularity(robot, q).distance
+    fastest = np.max(np.abs(qdot), axis=1)
+    peak = int(np.argmax(fastest))
+    assert 0.5 * DAMPED < distance[peak] < 2.0 * DAMPED
+    assert fastest[peak] > 1.4 * np.median(fastest)
+    # Damping bounds them: they are slower again at the singular pose.
+    assert fastest[np.argmin(distance)] < 0.7 * fastest[peak]
+    speed = np.linalg.norm(ks.twist(robot, q, qdot)[:, :3], axis=1)
+    assert speed[peak] < 0.8 * np.max(speed)
 
 
 @pytest.mark.parametrize('name', BUNDLED)

@@ -10,7 +10,9 @@ import re
 import signal
 import subprocess
 import sys
+import threading
 import time
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +20,8 @@ import pytest
 
 pytest.importorskip('viser', reason="needs viser: pip install '.[view]'")
 
-from chromium import chromium_tab, find_chromium
+from chromium import DEADLINE, chromium_tab, find_chromium
+from view_client import PROTOCOL, Served, panel_of, served, update
 
 import kinematics_service as ks
 from kinematics_service.view.scene import JOINT_COLOUR, LEVEL_COLOURS
@@ -94,7 +97,7 @@ def wait_for_picture(tab, path, true):
     Return the first picture of which something is true; software draws some frames a second.
 
     """
-    deadline = time.monotonic() + 30.0
+    deadline = time.monotonic() + DEADLINE
     while True:
         image = picture(tab, path)
         if true(image):
@@ -207,18 +210,78 @@ def test_nothing_was_complained_of_and_nobody_else_was_asked(page):
     assert asked.pop().startswith('127.0.0.1:')
 
 
-def test_another_page_cannot_open_a_connection(page):
-    connect = pytest.importorskip('websockets.sync.client').connect
-    from websockets.exceptions import ConnectionClosed
-
+def test_a_page_of_somebody_else_opens_no_connection(page):
     address = page.evaluate('location.host')
-    viser = pytest.importorskip('viser')
-    options = {'subprotocols': [f'viser-v{viser.__version__}']}
-    with connect(f'ws://{address}', origin=f'http://{address}', **options) as own:
-        assert own.recv(timeout=10)
-    for origin in ('https://evil.example', 'null'):
-        with connect(f'ws://{address}', origin=origin, **options) as foreign:
-            with pytest.raises(ConnectionClosed) as closed:
-                while True:
-                    foreign.recv(timeout=10)
-            assert closed.value.rcvd.code == 1008
+    host, _, port = address.partition(':')
+    view = Served(None, host, int(port), '')
+    slider = next(thing for thing in panel_of(view) if isinstance(thing.value, float))
+    message = list(update(slider.uuid, value=slider.value + 0.123))
+    attack = f"""<script>
+        let opened = 0, ended = 0;
+        for (let k = 0; k < 150; k++) {{
+            const s = new WebSocket('ws://{address}', ['{PROTOCOL}']);
+            s.onopen = () => {{ opened++; s.send(new Uint8Array({message})); }};
+            s.onclose = () => ended++;
+        }}
+    </script>"""
+
+    class Handler(BaseHTTPRequestHandler):
+        def do_GET(self):
+            self.send_response(200)
+            self.send_header('Content-Type', 'text/html')
+            self.end_headers()
+            self.wfile.write(attack.encode())
+
+        def log_message(self, *_):
+            pass
+
+    with ThreadingHTTPServer(('127.0.0.1', 0), Handler) as server:
+        threading.Thread(target=server.serve_forever).start()
+        try:
+            with chromium_tab() as tab:
+                tab.open(f'http://127.0.0.1:{server.server_port}/', 300, 200)
+                tab.wait_for('ended == 150', 'all connections ended', 240.0)
+                assert tab.evaluate('opened') == 0
+                # Nor can it put the page into its own.
+                tab.evaluate(
+                    "new Promise(done => {const f = document.createElement('iframe');"
+                    f"f.onload = done; f.src = 'http://{address}/'; document.body.append(f)}})"
+                    '.then(() => 1)'
+                )
+                assert any('frame-ancestors' in error for error in tab.errors)
+        finally:
+            server.shutdown()
+    now = next(thing.value for thing in panel_of(view) if thing.uuid == slider.uuid)
+    assert now == slider.value
+
+
+def test_the_address_with_the_token_opens_the_page_and_its_sliders():
+    find_chromium()
+    address = ('--host', '0.0.0.0')
+    with served('--sliders', '--robot', 'planar_2r', *address) as view, chromium_tab() as tab:
+        tab.open(f'http://{view.netloc}/', 600, 400)
+        tab.wait_for("document.body.innerText.includes('needs its token')", 'the refusal')
+        tab.call('Page.navigate', url=f'http://{view.netloc}/?token={view.token}')
+        tab.wait_for(f'{fact("position")} != null', 'the position of the tool')
+        assert tab.evaluate("document.querySelector('#kin-title').textContent") == 'planar_2r'
+        # The browser remembers it, out of reach of scripts.
+        tab.call('Page.navigate', url=f'http://{view.netloc}/')
+        tab.wait_for(f'location.search == "" && {fact("position")} != null', 'the page again')
+        assert view.token not in tab.evaluate('document.cookie')
+
+
+def test_a_narrow_screen_shows_the_arm_above_the_panel(folder):
+    find_chromium()
+    width, height = 500, 900
+    with served('--sliders', '--robot', 'ur5e') as view, chromium_tab() as tab:
+        tab.open(f'http://{view.netloc}', width, height)
+        tab.wait_for(f'{fact("position")} != null', 'the position of the tool')
+        title = "document.querySelector('#kin-title').getBoundingClientRect()"
+        top = tab.wait_for(f'({title}.top < {height} && {title}.top)', 'the title in sight')
+        # Two thirds of the picture are the arm's.
+        assert top > 0.6 * height
+
+        def arm_is_seen(image):
+            return near(image[: int(0.6 * height)], JOINT_COLOUR) > 300
+
+        wait_for_picture(tab, folder / 'view_narrow.png', arm_is_seen)

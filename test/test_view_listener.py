@@ -4,10 +4,12 @@ What the live view hears of a running node, and what it says to one.
 """
 
 import threading
+import time
 
 import numpy as np
 import pytest
-from ros_harness import START, joint_state
+from rcl_interfaces.srv import SetParameters
+from ros_harness import DEADLINE, START, Arm, joint_state
 
 import kinematics_service as ks
 from kinematics_service.measures import Level
@@ -59,6 +61,10 @@ def together(one, view, true, what):
     one.spin_until(turn, what)
 
 
+def came(view, *outputs):
+    return all(getattr(view.outputs, name).count > 0 for name in outputs)
+
+
 def test_it_shows_what_the_node_says(viewing):
     one, view = viewing()
     assert view.observation() is None
@@ -68,7 +74,11 @@ def test_it_shows_what_the_node_says(viewing):
     together(
         one,
         view,
-        lambda: bool(one.send(q, qdot)) and view._distance.count > 0 and view._frames.count > 0,
+        lambda: (
+            bool(one.send(q, qdot))
+            and view.outputs.distance.count > 0
+            and view.outputs.frames.count > 0
+        ),
         'answers',
     )
     seen = view.observation()
@@ -102,7 +112,11 @@ def test_other_axes_and_orders_are_turned_back(viewing):
     together(
         one,
         view,
-        lambda: bool(one.send(q, qdot)) and view._jacobian.count > 0 and view._twist.count > 0,
+        lambda: (
+            bool(one.send(q, qdot))
+            and view.outputs.jacobian.count > 0
+            and view.outputs.twist.count > 0
+        ),
         'answers',
     )
     seen = view.observation()
@@ -113,7 +127,12 @@ def test_other_axes_and_orders_are_turned_back(viewing):
 def test_the_level_is_the_node_s(viewing):
     one, view = viewing('planar_2r')
     one.attach(listeners=2)
-    together(one, view, lambda: bool(one.send([0.1, 0.01])) and view._warning.count > 0, 'warning')
+    together(
+        one,
+        view,
+        lambda: bool(one.send([0.1, 0.01])) and came(view, 'warning'),
+        'warning',
+    )
     together(one, view, lambda: view.observation() is not None, 'observation')
     assert view.observation().level == Level.ERROR
     # Left at 1.5 times the threshold only: at 0.14 the node still warns, the pose alone does not.
@@ -151,7 +170,7 @@ def test_without_a_node_joint_states_suffice(arm):
 
         together(one, view, heard, 'observation')
         assert view.observation().q == pytest.approx([0.2, 0.7])
-        assert 'no node /elsewhere answers' in view.status
+        assert 'the node /elsewhere is not there' in view.status
     finally:
         view.close()
 
@@ -168,3 +187,115 @@ def test_published_sliders_move_the_node_and_not_against_a_robot(viewing):
     one.attach(listeners=2)  # a robot begins to speak
     together(one, view, lambda: view.publish(q) != '', 'refusal')
     assert 'another publisher' in view.publish(q)
+
+
+def test_an_arm_of_other_geometry_with_the_same_joint_names_is_not_mixed_in(viewing):
+    one, view = viewing('ur10e', shown='ur5e')
+    assert ks.load_robot('ur10e').joint_names == ks.load_robot('ur5e').joint_names
+    assert view.status.startswith('/kinematics runs ur10e, this is ur5e')
+    assert view.observation() is None
+
+
+# Several arms, and nodes that come, go and come back
+
+
+class Thread:
+    """
+    The nodes of a test, turned by a thread of their own: the view waits for their answers.
+
+    """
+
+    def __init__(self, *arms):
+        self._arms, self._ended = list(arms), threading.Event()
+        self._thread = threading.Thread(target=self._turn)
+
+    def _turn(self):
+        while not self._ended.is_set():
+            for one in self._arms:
+                one.executor.spin_once(timeout_sec=0.005)
+
+    def __enter__(self):
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_):
+        self._ended.set()
+        self._thread.join()
+
+
+@pytest.fixture
+def sessions():
+    open_ones = []
+
+    def start(context, robot=None, node=''):
+        from kinematics_service.ros.view_session import ViewSession
+
+        session = ViewSession(context, robot, 'puma560', node)
+        open_ones.append(session)
+        return session
+
+    yield start
+    for session in open_ones:
+        session.close()
+
+
+def until(session, true, what):
+    deadline = time.monotonic() + 4.0 * DEADLINE
+    while not true():
+        assert time.monotonic() < deadline, f'{what}; {session.title}; {session.status}'
+        session.listen(0.01)
+
+
+def test_one_chooses_among_the_arms_that_are_there(arm, sessions):
+    left = arm('planar_2r', namespace='/left')
+    right = arm('craig_3r', namespace='/right')
+    with Thread(left, right):
+        session = sessions(left.context)
+        until(session, lambda: len(session.nodes) == 2, 'two nodes')
+        assert session.nodes == ('/left/kinematics', '/right/kinematics')
+        # The first one is shown, and the page says so, before anybody has chosen.
+        assert session.title == 'planar_2r of /left/kinematics'
+        session.choose('/right/kinematics')
+        assert session.robot.name == 'craig_3r'
+        assert session.title == 'craig_3r of /right/kinematics'
+        assert 'nothing comes on /right/joint_states' in session.status
+        session.choose('/left/kinematics')
+        assert session.title == 'planar_2r of /left/kinematics'
+
+
+def test_it_follows_a_node_that_comes_late_and_comes_back_as_another(arm, sessions):
+    from rclpy.parameter import Parameter
+
+    quiet = arm('planar_2r', namespace='/apart')
+    session = sessions(quiet.context, node='/late/kinematics')
+    assert session.title == 'puma560; no node /late/kinematics is heard'
+    first = Arm('planar_3r', namespace='/late')
+    with Thread(first):
+        until(session, lambda: session.robot.name == 'planar_3r', 'the late node')
+        assert session.title == 'planar_3r of /late/kinematics'
+        # Other frames while it runs.
+        request = SetParameters.Request(
+            parameters=[Parameter('jacobian_frame', value='tool').to_parameter_msg()]
+        )
+        service = '/late/kinematics/set_parameters'
+        client = quiet.peer.create_client(SetParameters, service)
+        quiet.spin_until(client.service_is_ready, service)
+        future = client.call_async(request)
+        quiet.spin_until(future.done, 'the new frame')
+        until(session, lambda: session._listener.facts.axes[0] == 'tool', 'the new frame')
+    first.close()
+    again = arm('scara_hsr065', namespace='/late')
+    with Thread(again):
+        until(session, lambda: session.robot.name == 'scara_hsr065', 'the other robot')
+        assert session.title == 'scara_hsr065 of /late/kinematics'
+        assert session._listener.facts.axes == ('base', 'base')
+
+
+def test_a_robot_that_was_asked_for_stays(arm, sessions):
+    one = arm('planar_3r', namespace='/mine')
+    with Thread(one):
+        session = sessions(one.context, robot=ks.load_robot('ur5e'))
+        assert session.robot.name == 'ur5e'
+        assert 'runs planar_3r, this is ur5e' in session.status
+        session.choose('/mine/kinematics')
+        assert session.robot.name == 'planar_3r'

@@ -34,7 +34,8 @@ from std_msgs.msg import Float64, Float64MultiArray, MultiArrayDimension
 
 from kinematics_service.ros import wire_reader
 from kinematics_service.ros.messages import time_message
-from kinematics_service.ros.wire_reader import JointStateReader, WireError
+from kinematics_service.ros.wire_check import WireError
+from kinematics_service.ros.wire_reader import JointStateReader
 from kinematics_service.ros.wire_template import Template
 
 SECOND = 1_000_000_000

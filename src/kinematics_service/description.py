@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
+from .errors import Fault
 from .expressions import Expression
 
 JointType = Literal['revolute', 'prismatic', 'helical']
@@ -57,6 +58,8 @@ class JointDescription:
         -inf and inf where there is none.
     velocity : rad/s or m/s
         The largest speed; inf where none is given.
+    unused
+        It stands in no row of the table, and the file says so: it moves nothing.
 
     """
 
@@ -66,6 +69,7 @@ class JointDescription:
     lower: float
     upper: float
     velocity: float
+    unused: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,6 +174,7 @@ class KnownPose:
     ----------
     q : n values, rad or m
     tolerance_xyz, tolerance_rpy : m, rad
+        The latter is inf where the source gives no orientation; that of `motion` is then none.
 
     """
 
@@ -229,8 +234,10 @@ class RobotDescription:
         What the texts inside are written in; every number but the constants' is SI.
     links
         `DhRow` for standard and modified, else `ElementaryMotion` or `ShapeRow`.
+    warnings
+        What is allowed but is most likely a mistake: another unit, a constant nobody uses.
     remarks
-        Sentences for `check`: what is allowed but looks like a mistake.
+        Sentences for `check`: what is worth knowing.
     file
         The path as the user gave it.
 
@@ -248,5 +255,6 @@ class RobotDescription:
     tool: Placement
     singularity: SingularityDescription
     known_poses: tuple[KnownPose, ...]
+    warnings: tuple[Fault, ...]
     remarks: tuple[str, ...]
     file: str

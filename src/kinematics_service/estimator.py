@@ -111,6 +111,7 @@ class Refusal(NamedTuple):
 
 
 # Reasons, as they are counted and shown in the diagnostics.
+UNREADABLE = 'not a JointState'
 NOT_OURS = 'none of our joints'
 NO_POSITION = 'no position'
 MALFORMED = 'position and name of different length'
@@ -435,7 +436,7 @@ class Estimator:
 
     def _refused(self, said: int) -> Refusal:
         if said == kernel.NOT_COMPUTABLE:
-            # Lengths of the robot file can still overflow; such a position must not be kept.
+            # The lengths of an arm made in Python can overflow; such a position must not be kept.
             self._table.forget()
         refusal = _REFUSALS[said]
         self.counts[refusal.reason] += 1

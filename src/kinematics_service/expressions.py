@@ -11,7 +11,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from .errors import ExpressionError
-from .expression_syntax import operands_of, postorder, syntax_tree
+from .expression_syntax import names_in, operands_of, postorder, syntax_tree
+from .pi_in_degrees import advice_on_pi
 
 MOST_LISTED = 20  # names in a message
 
@@ -52,13 +53,17 @@ class Scope:
     Parameters
     ----------
     angle_unit
-        'rad' or 'deg': of the trigonometric functions. `pi` is known in radians only.
+        'rad' or 'deg': of the trigonometric functions. `pi` is accepted in radians only.
     constants
         Values in the file's units.
     variables
         Joint variables that may stand here, in the order of the joints.
     refused
         Names the file does know, and why they may not stand here.
+    angles
+        Those of the variables that are angles.
+    wanted
+        1 where an angle is expected, 0 for a length or a ratio, None where either may stand.
 
     """
 
@@ -66,6 +71,8 @@ class Scope:
     constants: Mapping[str, float] = field(default_factory=dict)
     variables: tuple[str, ...] = ()
     refused: Mapping[str, str] = field(default_factory=dict)
+    angles: frozenset[str] = frozenset()
+    wanted: int | None = None
 
     @property
     def known(self) -> tuple[str, ...]:
@@ -81,12 +88,8 @@ class Scope:
         Return why a name may not stand here, or None where it may.
 
         """
-        if name in self.known:
-            return None
-        if name == 'pi':
-            return (
-                "'pi' is not accepted in a file with 'angle: deg': write 180, or use 'angle: rad'"
-            )
+        if name in self.known or name == 'pi':
+            return None  # where pi is not accepted, the whole expression tells what to write
         return self.refused.get(name) or (
             f'unknown name {_short(name)!r} (known: {_listed(self.known)})'
         )
@@ -136,7 +139,10 @@ def check_function(text: str, scope: Scope) -> None:
 def _value(text: str, scope: Scope, must_be_linear: bool) -> Affine | None:
     # A machine with a stack instead of recursion: no nesting can exhaust it.
     values: list[Affine | None] = []
-    for node in postorder(syntax_tree(text, scope.why_not)):
+    tree = syntax_tree(text, scope.why_not)
+    if scope.angle_unit == 'deg' and 'pi' in names_in(text):
+        raise ExpressionError(advice_on_pi(text, tree, scope.angles, scope.wanted))
+    for node in postorder(tree):
         first = len(values) - len(operands_of(node))
         taken, values = values[first:], values[:first]
         operands = [value for value in taken if value is not None]

@@ -61,7 +61,7 @@ def number(value: float) -> str:
 
 class FaultReport:
     """
-    The faults and remarks of one document; it only ever grows.
+    The faults, warnings and remarks of one document; it only ever grows.
 
     """
 
@@ -69,6 +69,7 @@ class FaultReport:
         self._document = document
         self._faults: list[Fault] = []
         self._count = 0
+        self._warnings: list[Fault] = []
         self._remarks: list[tuple[int, str]] = []
         for path, line, message in document.faults():
             self._add(path, line, message)
@@ -97,9 +98,25 @@ class FaultReport:
         # Finding a line takes time, which a file with thousands of faults could multiply.
         self._add(path, 0 if self.full else self._document.line(path), message)
 
+    def warn(self, path: Path, message: str) -> None:
+        """
+        Add what is allowed at a path but is most likely a mistake.
+
+        """
+        if len(self._warnings) < MAX_FAULTS:
+            line = self._document.line(path)
+            self._warnings.append(Fault(self._document.file, line, dotted(path), message))
+
+    def warnings(self) -> tuple[Fault, ...]:
+        """
+        Return the warnings in the order of the file.
+
+        """
+        return tuple(sorted(self._warnings, key=lambda warning: warning.line))
+
     def remark(self, path: Path, sentence: str) -> None:
         """
-        Add what is allowed at a path but looks like a mistake.
+        Add what is worth knowing of a path.
 
         """
         line = self._document.line(path)

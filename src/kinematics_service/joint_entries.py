@@ -11,9 +11,9 @@ from .description import JointDescription, JointType
 from .entries import checked, checked_list
 from .expression_syntax import IDENTIFIER, why_no_name
 from .fault_report import FaultReport, number, quoted
-from .quantities import INFINITE, KIND_OF, Quantities
+from .quantities import DEGREES, INFINITE, KIND_OF, METRES, MILLIMETRES, RADIANS, Quantities
 from .robot_schema import JointEntry
-from .yaml_document import Path
+from .yaml_document import Path, ScalarNode
 
 MAX_JOINTS = 128
 PATH: Path = ('joints',)
@@ -36,6 +36,19 @@ def read_joint_entries(data: Any, report: FaultReport) -> list[JointEntry]:
         )
         items = []
     return [checked(JointEntry, item, (*PATH, i), report) for i, item in enumerate(items)]
+
+
+def names_given(data: Any) -> frozenset[str]:
+    """
+    Return what a joint with faults may be called in expressions: the words under its keys.
+
+    """
+    values = data.items() if isinstance(data, dict) else ()
+    return frozenset(
+        value.text
+        for key, value in values
+        if isinstance(value, ScalarNode) and key != 'type' and IDENTIFIER.fullmatch(value.text)
+    )
 
 
 def read_variables(
@@ -75,7 +88,9 @@ def read_joint(
     velocity = _velocity(entry, joint_type, (*path, 'velocity'), quantities)
     if entry.name is None or variable is None or report.fault_count > before:
         return None
-    return JointDescription(entry.name, variable, joint_type, lower, upper, velocity)
+    return JointDescription(
+        entry.name, variable, joint_type, lower, upper, velocity, bool(entry.unused)
+    )
 
 
 def joint_type_of(entry: JointEntry) -> JointType | None:
@@ -136,7 +151,7 @@ def _limits(
         if text is not None and INFINITE.fullmatch(text):
             ends.append(-math.inf if text.startswith('-') else math.inf)
         else:
-            end = quantities.fixed(text, KIND_OF[joint_type], (*path, index))
+            end = quantities.fixed(text, KIND_OF[joint_type], (*path, index), usual=False)
             if end is None:
                 return -math.inf, math.inf
             ends.append(end)
@@ -146,11 +161,11 @@ def _limits(
         message = f'the lower limit must be below the upper one, not [{texts}]'
         quantities.report.fault(path, message)
     else:
-        _remark_on_limits(lower, upper, joint_type, path, quantities)
+        _warn_of_limits(lower, upper, joint_type, path, quantities)
     return lower, upper
 
 
-def _remark_on_limits(
+def _warn_of_limits(
     lower: float, upper: float, joint_type: JointType, path: Path, quantities: Quantities
 ) -> None:
     units, report = quantities.units, quantities.report
@@ -159,27 +174,26 @@ def _remark_on_limits(
         return
     if joint_type == 'prismatic':
         if units.length == 'm' and largest > 10.0:
-            report.remark(path, f'a stroke to {number(largest)} m: are these millimetres?')
+            report.warn(path, f'a stroke to {number(largest)} m: {MILLIMETRES}')
         if units.length == 'mm' and largest < 0.002:
-            report.remark(path, f'a stroke to {number(largest * 1e3)} mm: are these metres?')
+            report.warn(path, f'a stroke to {number(largest * 1e3)} mm: {METRES}')
     elif joint_type == 'revolute':
         turns = largest / (2.0 * math.pi)
-        if units.angle == 'rad' and turns > 4.0:
-            report.remark(path, f'limits of {number(turns)} turns: are these degrees?')
+        # A wrist may have two turns, and its limit is then no whole number of radians.
+        if units.angle == 'rad' and (turns > 4.0 or (turns > 1.0 and largest.is_integer())):
+            report.warn(path, f'limits of {number(turns)} turns: {DEGREES}')
         if units.angle == 'deg' and largest <= math.radians(2.0 * math.pi + 0.01):
-            report.remark(
-                path, f'limits within {math.degrees(largest):.3g} deg: are these radians?'
-            )
+            report.warn(path, f'limits within {math.degrees(largest):.3g} deg: {RADIANS}')
 
 
 def _velocity(
     entry: JointEntry, joint_type: JointType, path: Path, quantities: Quantities
 ) -> float:
-    velocity = quantities.fixed(entry.velocity, KIND_OF[joint_type], path)
+    velocity = quantities.fixed(entry.velocity, KIND_OF[joint_type], path, usual=False)
     if velocity is None:
         return math.inf
     if velocity <= 0.0:
         quantities.report.fault(path, f'must be above 0, not {entry.velocity}')
     elif velocity > 100.0:
-        quantities.report.remark(path, f'{number(velocity)} per second is very fast: which unit?')
+        quantities.report.warn(path, f'{number(velocity)} per second is very fast: which unit?')
     return velocity

@@ -3,10 +3,11 @@ The known poses of a robot file: where the tool is, by the file's own source.
 
 """
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
-from .description import JointDescription, KnownPose
+from .description import JointDescription, JointType, KnownPose
 from .entries import checked, checked_list
 from .fault_report import number
 from .motion_entries import pose_motion
@@ -19,7 +20,10 @@ ROUND_OFF = 1e-9
 
 
 def read_known_poses(
-    data: Any, joint_count: int, joints: Sequence[JointDescription], quantities: Quantities
+    data: Any,
+    types: Sequence[JointType | None],
+    joints: Sequence[JointDescription],
+    quantities: Quantities,
 ) -> tuple[KnownPose, ...]:
     """
     Return the poses in SI units, without those that have faults.
@@ -28,10 +32,10 @@ def read_known_poses(
     ----------
     data
         The list as the file has it; None where there is none.
-    joint_count
-        Number of entries in the list of joints.
+    types
+        Of the entries in the list of joints; None where it has been refused.
     joints
-        Their descriptions; fewer where some have faults, and then no q is read.
+        Their descriptions; fewer where some have faults, and then no q is compared with limits.
     quantities
         What the names in expressions mean.
 
@@ -41,7 +45,7 @@ def read_known_poses(
     path: Path = ('known_poses',)
     items = checked_list(data, path, quantities.report, 'a list of {q, xyz, rpy}')
     poses = [
-        _known_pose(item, (*path, index), joint_count, joints, quantities)
+        _known_pose(item, (*path, index), types, joints, quantities)
         for index, item in enumerate(items)
     ]
     return tuple(pose for pose in poses if pose is not None)
@@ -50,7 +54,7 @@ def read_known_poses(
 def _known_pose(
     data: Any,
     path: Path,
-    joint_count: int,
+    types: Sequence[JointType | None],
     joints: Sequence[JointDescription],
     quantities: Quantities,
 ) -> KnownPose | None:
@@ -58,10 +62,10 @@ def _known_pose(
     before = report.fault_count
     entry = checked(KnownPoseEntry, data, path, report)
     texts = entry.q or []
-    if entry.q is not None and joint_count and len(texts) != joint_count:
-        message = f'{len(texts)} values for {joint_count} joints'
+    if entry.q is not None and types and len(texts) != len(types):
+        message = f'{len(texts)} values for {len(types)} joints'
         report.fault((*path, 'q'), message)
-    q = _joint_vector(texts, (*path, 'q'), joints, quantities)
+    q = _joint_vector(texts, (*path, 'q'), types, joints, quantities)
     motion = pose_motion(entry.xyz, entry.rpy, path, quantities)
     tolerance_path = (*path, 'tolerance')
     tolerance = ToleranceEntry()
@@ -69,7 +73,11 @@ def _known_pose(
         tolerance = checked(ToleranceEntry, entry.tolerance, tolerance_path, report)
     xyz = _tolerance(tolerance.xyz, 'length', (*tolerance_path, 'xyz'), quantities)
     rpy = _tolerance(tolerance.rpy, 'angle', (*tolerance_path, 'rpy'), quantities)
-    if motion is None or report.fault_count > before or len(q) != joint_count:
+    if entry.rpy is None:
+        if tolerance.rpy is not None and 'rpy' not in data:
+            report.fault((*tolerance_path, 'rpy'), 'the pose has no rpy that it could be of')
+        rpy = math.inf
+    if motion is None or report.fault_count > before or len(q) != len(types):
         return None
     return KnownPose(q, motion, xyz, rpy)
 
@@ -77,26 +85,30 @@ def _known_pose(
 def _joint_vector(
     texts: Sequence[str | None],
     path: Path,
+    types: Sequence[JointType | None],
     joints: Sequence[JointDescription],
     quantities: Quantities,
 ) -> tuple[float, ...]:
-    q: list[float] = []
-    if len(texts) != len(joints):
+    if len(texts) != len(types):
         return ()
-    for index, (text, joint) in enumerate(zip(texts, joints, strict=True)):
-        value = quantities.fixed(text, KIND_OF[joint.type], (*path, index))
-        if value is None:
-            return ()
+    q = [
+        quantities.fixed(text, KIND_OF[joint_type], (*path, index), usual=False)
+        for index, (text, joint_type) in enumerate(zip(texts, types, strict=True))
+        if joint_type
+    ]
+    known = tuple(value for value in q if value is not None)
+    if len(known) != len(joints):
+        return ()
+    for index, (value, joint) in enumerate(zip(known, joints, strict=True)):
         if not joint.lower - ROUND_OFF <= value <= joint.upper + ROUND_OFF:
             limits = f'[{number(joint.lower)}, {number(joint.upper)}]'
             sentence = f'{number(value)} lies outside the limits {limits} of {joint.name!r}'
             quantities.report.remark((*path, index), sentence)
-        q.append(value)
-    return tuple(q)
+    return known
 
 
 def _tolerance(text: str | None, kind: Kind, path: Path, quantities: Quantities) -> float:
-    value = quantities.fixed(text, kind, path)
+    value = quantities.fixed(text, kind, path, usual=False)
     if value is None:
         return EXACT
     if value <= 0.0:

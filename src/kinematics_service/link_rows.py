@@ -4,6 +4,7 @@ The rows of a robot file's table, by its convention.
 Adding a convention is adding one function to `ROW_OF`.
 """
 
+import math
 import re
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, TypeAlias, get_args
@@ -11,13 +12,14 @@ from typing import Any, TypeAlias, get_args
 from .description import Axis, DhRow, ElementaryMotion, ShapeRow
 from .entries import checked, checked_list, checked_word
 from .expressions import Expression
-from .fault_report import quoted
+from .fault_report import number, quoted
 from .motion_entries import read_motion
-from .quantities import Kind, Quantities
+from .quantities import LONG, METRES, MILLIMETRES, Kind, Quantities
 from .robot_schema import DhRowEntry, ShapeRowEntry
 from .yaml_document import Path, ScalarNode
 
 MAX_ROWS = 512
+SHORT = 0.01  # m: no arm is as short
 PATH: Path = ('links',)
 ELEMENTARY = re.compile(r'\s*([A-Za-z]+)\s*\((.*)\)\s*', re.DOTALL)
 AXES: tuple[Axis, ...] = get_args(Axis)
@@ -45,6 +47,19 @@ def read_links(data: Any, convention: str, quantities: Quantities) -> tuple[Row,
     return found if report.fault_count == before and len(found) == len(items) else None
 
 
+def likely_convention(data: Any) -> str:
+    """
+    Return the convention whose rows look like those of a list.
+
+    """
+    first = data[0] if isinstance(data, list) and data else None
+    if isinstance(first, ScalarNode):
+        return 'elementary'
+    if isinstance(first, dict) and {'in', 'out', 'joint'} & first.keys():
+        return 'shape'
+    return 'standard'
+
+
 def moving_parts(row: Row) -> Iterator[tuple[Kind, str, Expression]]:
     """
     Yield what may move in a row: angle or length, its place in words, its expression.
@@ -58,6 +73,44 @@ def moving_parts(row: Row) -> Iterator[tuple[Kind, str, Expression]]:
             yield _kind(row.axis), row.axis, row.argument
         case ShapeRow(joint=ElementaryMotion() as joint):
             yield _kind(joint.axis), joint.axis, joint.argument
+
+
+def variables_of(row: Row) -> frozenset[str]:
+    """
+    Return the joint variables that move a row.
+
+    """
+    return frozenset(
+        variable
+        for _, _, expression in moving_parts(row)
+        for variable, _ in expression.affine.coefficients
+    )
+
+
+def warn_of_size(rows: Sequence[Row], quantities: Quantities) -> None:
+    """
+    Warn where the lengths of a table together are hardly meant in the file's unit.
+
+    """
+    lengths = [length for row in rows for length in _lengths(row)]
+    total, report = sum(lengths), quantities.report
+    if quantities.units.length == 'm' and total > LONG and max(lengths) <= LONG:
+        report.warn(PATH, f'lengths of {number(total)} m in all: {MILLIMETRES}')
+    if quantities.units.length == 'mm' and 0.0 < total < SHORT:
+        report.warn(PATH, f'lengths of {number(total * 1e3)} mm in all: {METRES}')
+
+
+def _lengths(row: Row) -> Iterator[float]:
+    match row:
+        case DhRow():
+            yield abs(row.a.affine.constant)
+            yield abs(row.d.affine.constant)
+        case ElementaryMotion():
+            if _kind(row.axis) == 'length':
+                yield abs(row.argument.affine.constant)
+        case ShapeRow():
+            for motion in (row.inner, row.outer):
+                yield math.hypot(*motion.matrix[:3, 3])
 
 
 def check_helical(rows: Sequence[Row], quantities: Quantities) -> None:
@@ -90,9 +143,6 @@ def _dh_row(data: Any, path: Path, quantities: Quantities) -> DhRow | None:
     theta = quantities.moving(entry.theta, 'angle', (*path, 'theta'), 'theta')
     if a is None or alpha is None or d is None or theta is None:
         return None
-    if quantities.units.angle == 'rad' and abs(alpha.affine.constant) > 6.3:
-        turned = f'{alpha.affine.constant:g} rad is more than a turn: are these degrees?'
-        quantities.report.remark((*path, 'alpha'), turned)
     return DhRow(a, alpha, d, theta)
 
 

@@ -5,9 +5,10 @@ Recorded joint motions, read from a CSV file.
 
 import csv
 import math
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from decimal import Decimal, InvalidOperation
+from decimal import Decimal
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +24,8 @@ POSITION, VELOCITY = 'position.', 'velocity.'
 LATEST = Decimal(2**31)
 # Names a message lists at most.
 LISTED = 20
+# What other programs read as a number too: `1_0` and digits of other scripts are Python's alone.
+NUMBER = re.compile(r'[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?|[-+]?(nan|inf(inity)?)', re.A | re.I)
 
 
 class RecordingError(KinematicsError, ValueError):
@@ -150,20 +153,16 @@ class _Reader:
         )
 
     def _stamp(self, text: str) -> int:
-        # Through Decimal: nanoseconds of a day in this century do not fit a double.
         try:
-            seconds = Decimal(text.strip())
-        except InvalidOperation:
-            seconds = Decimal('nan')
-        if not (seconds.is_finite() and 0 <= seconds < LATEST):
+            return nanoseconds_of(text)
+        except ValueError:
             raise self._fault(
                 f'column {STAMP!r}: {_shown(text)} is not a time in seconds (0 to 2147483648)'
-            )
-        return int(seconds.scaleb(9).to_integral_value())
+            ) from None
 
     def _number(self, column: str, text: str) -> float:
         try:
-            value = float(text)
+            value = number_of(text)
         except ValueError:
             value = math.nan
         if not math.isfinite(value):
@@ -172,6 +171,33 @@ class _Reader:
 
     def _fault(self, sentence: str) -> RecordingError:
         return RecordingError(f'{self.file}:{self.line}: {sentence}')
+
+
+def number_of(text: str) -> float:
+    """
+    Return the number a cell holds; ValueError where it holds none.
+
+    """
+    if not NUMBER.fullmatch(text.strip()):
+        raise ValueError(text)
+    return float(text)
+
+
+def nanoseconds_of(text: str) -> int:
+    """
+    Return the nanoseconds of a time in seconds, 0 to 2^31; ValueError where it is none.
+
+    """
+    # Without a double in between: nanoseconds of a day in this century do not fit one.
+    text = text.strip()
+    whole, _, fraction = text.partition('.')
+    digits = whole + fraction
+    if digits.isascii() and digits.isdecimal() and 0 < len(whole) < 11 and int(whole) < LATEST:
+        return int(whole) * 1_000_000_000 + int((fraction + '000000000')[:9])
+    seconds = Decimal(text) if NUMBER.fullmatch(text) else Decimal('nan')
+    if not (seconds.is_finite() and 0 <= seconds < LATEST):
+        raise ValueError(text)
+    return int(seconds.scaleb(9).to_integral_value())
 
 
 def _shown(text: str) -> str:

@@ -8,7 +8,41 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
-from .entries import Citation, Entry, Number, Numbers, Pair, Triple, Word, Words, one_of
+from .entries import Citation, Entry, Number, Numbers, Pair, Triple, Truth, Word, Words, one_of
+
+# Other words for the accepted ones, of textbooks, URDF and other programs.
+CONVENTIONS = {
+    **dict.fromkeys(
+        ('dh', 'sdh', 'standard_dh', 'dh_standard', 'classic', 'classical', 'distal', 'paul')
+        + ('denavit_hartenberg',),
+        'standard',
+    ),
+    **dict.fromkeys(('mdh', 'modified_dh', 'dh_modified', 'craig', 'proximal'), 'modified'),
+    **dict.fromkeys(('ets', 'elementary_transforms', 'transforms'), 'elementary'),
+    **dict.fromkeys(('sheth_uicker', 'sheth', 'uicker', 'su'), 'shape'),
+}
+JOINT_TYPES = {
+    **dict.fromkeys(
+        ('r', 'rot', 'rotary', 'rotational', 'rotation', 'rotating', 'hinge', 'pin', 'continuous')
+        + ('turning',),
+        'revolute',
+    ),
+    **dict.fromkeys(
+        ('p', 'slide', 'slider', 'sliding', 'linear', 'translational', 'translation', 'trans')
+        + ('telescopic',),
+        'prismatic',
+    ),
+    **dict.fromkeys(('h', 'screw'), 'helical'),
+}
+ANGLES = {'degree': 'deg', 'degrees': 'deg', 'radian': 'rad', 'radians': 'rad'}
+LENGTHS = {
+    **dict.fromkeys(('metre', 'metres', 'meter', 'meters', 'si'), 'm'),
+    **dict.fromkeys(('millimetre', 'millimetres', 'millimeter', 'millimeters'), 'mm'),
+}
+POSE_KEYS = {
+    **dict.fromkeys(('position', 'pos', 'translation', 'origin', 'p'), 'xyz'),
+    **dict.fromkeys(('orientation', 'rotation', 'rot', 'euler', 'roll_pitch_yaw'), 'rpy'),
+}
 
 
 class RobotEntry(Entry):
@@ -19,10 +53,19 @@ class RobotEntry(Entry):
 
     noun = 'a robot file'
     required = ('robot', 'convention', 'joints', 'links')
+    also = {
+        'name': 'robot',
+        'reference': 'source',
+        **dict.fromkeys(('dh', 'table', 'rows', 'dh_table', 'dh_parameters'), 'links'),
+        'poses': 'known_poses',
+        **dict.fromkeys(('end_effector', 'ee', 'tcp'), 'tool'),
+    }
 
     robot: Word = None
     source: Citation = None
-    convention: Annotated[str | None, one_of('standard', 'modified', 'elementary', 'shape')] = None
+    convention: Annotated[
+        str | None, one_of('standard', 'modified', 'elementary', 'shape', also=CONVENTIONS)
+    ] = None
     units: Any = None
     constants: Any = None
     joints: Any = None
@@ -41,8 +84,8 @@ class UnitsEntry(Entry):
 
     noun = 'units'
 
-    angle: Annotated[str | None, one_of('rad', 'deg')] = None
-    length: Annotated[str | None, one_of('m', 'mm')] = None
+    angle: Annotated[str | None, one_of('rad', 'deg', also=ANGLES)] = None
+    length: Annotated[str | None, one_of('m', 'mm', also=LENGTHS)] = None
 
 
 class JointEntry(Entry):
@@ -53,12 +96,25 @@ class JointEntry(Entry):
 
     noun = 'a joint'
     required = ('name', 'type')
+    also = {
+        **dict.fromkeys(('var', 'symbol', 'q'), 'variable'),
+        **dict.fromkeys(('kind', 'joint_type'), 'type'),
+        **dict.fromkeys(
+            ('lower', 'upper', 'min', 'max', 'range', 'qlim', 'q_min', 'q_max', 'lower_limit')
+            + ('upper_limit',),
+            'limits',
+        ),
+        **dict.fromkeys(('speed', 'vel', 'max_speed', 'max_velocity'), 'velocity'),
+    }
 
     name: Word = None
     variable: Word = None
-    type: Annotated[str | None, one_of('revolute', 'prismatic', 'helical')] = None
+    type: Annotated[str | None, one_of('revolute', 'prismatic', 'helical', also=JOINT_TYPES)] = (
+        None
+    )
     limits: Pair | None = None
     velocity: Number = None
+    unused: Truth = None
 
 
 class DhRowEntry(Entry):
@@ -69,6 +125,7 @@ class DhRowEntry(Entry):
 
     noun = 'a row of the table'
     required = ('a', 'alpha', 'd', 'theta')
+    also = {'length': 'a', 'twist': 'alpha', 's': 'd', 'th': 'theta', 'angle': 'theta'}
 
     a: Number = None
     alpha: Number = None
@@ -83,6 +140,7 @@ class ShapeRowEntry(Entry):
     """
 
     noun = 'a row of the table'
+    also = {'input': 'in', 'output': 'out'}
 
     inner: Any = Field(None, alias='in')
     joint: Word = None
@@ -96,6 +154,7 @@ class PoseEntry(Entry):
     """
 
     noun = 'a pose'
+    also = POSE_KEYS
 
     xyz: Triple | None = None
     rpy: Triple | None = None
@@ -108,6 +167,7 @@ class PlacementEntry(PoseEntry):
     """
 
     noun = 'a placement'
+    also = {**POSE_KEYS, 'name': 'frame', 'link': 'frame'}
 
     frame: Word = None
 
@@ -131,7 +191,8 @@ class KnownPoseEntry(PoseEntry):
     """
 
     noun = 'a known pose'
-    required = ('q', 'xyz', 'rpy')
+    required = ('q', 'xyz')
+    also = {**POSE_KEYS, **dict.fromkeys(('joints', 'angles', 'positions'), 'q')}
 
     q: Numbers | None = None
     tolerance: Any = None

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import Any, get_args
 
 from .description import Factor, Measure, SingularityDescription
-from .entries import checked, checked_list, did_you_mean
+from .entries import checked, checked_list, did_you_mean, meant_by
 from .expression_syntax import names_in
 from .fault_report import number, quoted
 from .quantities import Kind, Quantities
@@ -58,7 +58,7 @@ def _task(words: Sequence[str | None], quantities: Quantities) -> tuple[str, ...
     seen: set[str | None] = set()
     for index, word in enumerate(words):
         if word is not None and word not in ROWS:
-            hint = did_you_mean(word, ROWS)
+            hint = did_you_mean(meant_by(word, ROWS))
             report.fault((*path, index), f'unknown direction {quoted(word)}{hint} {accepted}')
         elif word in seen:
             report.fault((*path, index), f'{word!r} stands twice')
@@ -82,7 +82,7 @@ def _thresholds(
             message = f'the key {key!r} is missing: {measure} has no default threshold'
             report.fault(path, message)
             continue
-        value = quantities.fixed(text, kind, path)
+        value = quantities.fixed(text, kind, path, usual=False)
         if value is not None and _in_range(value, measure, path, quantities):
             values[key] = value
     if len(values) < 2:

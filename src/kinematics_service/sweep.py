@@ -8,7 +8,7 @@ here, so that the numbers are the same bit for bit.
 import logging
 import re
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -104,16 +104,37 @@ def _by_workers(
         for piece in pieces:
             under_way.append(client.submit(function, robot, piece, pure=False))
             if len(under_way) >= AHEAD * threads:
-                yield _result(under_way.popleft())
+                yield np.asarray(_result(under_way.popleft()))
         while under_way:
-            yield _result(under_way.popleft())
+            yield np.asarray(_result(under_way.popleft()))
     finally:
         client.cancel(list(under_way))
 
 
-def _result(future: Any) -> Floats:
+def results_of_workers(
+    function: Callable[[Any], Any], items: Sequence[Any], workers: str
+) -> Iterator[Any]:
+    """
+    Yield the function's result of each item, in order, computed by the workers of a cluster.
+
+    Raises
+    ------
+    SweepError
+        As `map_batches`.
+
+    """
+    with _client(workers) as client:
+        futures = [client.submit(function, item, pure=False) for item in items]
+        try:
+            for future in futures:
+                yield _result(future)
+        finally:
+            client.cancel(futures)
+
+
+def _result(future: Any) -> Any:
     try:
-        return np.asarray(future.result())
+        return future.result()
     except KinematicsError:
         raise
     except Exception as error:

@@ -96,6 +96,18 @@ class Document:
         yield from _faults(self.root, ())
 
 
+def texts_in(data: Any) -> Iterator[str]:
+    """
+    Yield every text in what `Document.data` holds, keys aside.
+
+    """
+    if isinstance(data, ScalarNode):
+        yield data.text
+    elif isinstance(data, (list, dict)):
+        for value in data.values() if isinstance(data, dict) else data:
+            yield from texts_in(value)
+
+
 def _short(text: str) -> str:
     return text if len(text) <= 60 else f'{text[:57]}...'
 

@@ -3,22 +3,27 @@ One audit from the open file to the finished findings.
 
 """
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
 from ..estimator import ACCEPTED, NOT_OURS, NOT_STAMPED, RESETS, Estimator, EstimatorSettings
+from ..kernel import Floats
+from ..measures import Level
 from ..robot import Robot
-from .block import AuditError, Block
+from .block import AuditError, Block, Unreadable
+from .columns import Column, spans
 from .computer import Computer, NoStateError
 from .frames import FrameReport, FrameSettings, NotCompared, frames_of
 from .ingest import Example, Ingest
 from .joints import JointReport, Jump, joint_reports, jumps_of
 from .neighbourhoods import Neighbourhoods
-from .source import Source
+from .source import Remark, Source
 from .stream import Stream, StreamWatch
 from .stretches import Stretch, badness, stretches_of, watched_values
 from .timeline import Part, Timeline
@@ -63,7 +68,7 @@ class Audit:
     what: str
     topic: str
     planned: bool
-    remarks: tuple[str, ...]
+    remarks: tuple[Remark, ...]
     counts: dict[str, int]
     examples: dict[str, Example]
     stream: Stream
@@ -84,6 +89,14 @@ class Audit:
         """
         other = (ACCEPTED, NOT_STAMPED, RESETS, NOT_OURS)
         return {reason: n for reason, n in self.counts.items() if n and reason not in other}
+
+    @property
+    def damaged(self) -> bool:
+        """
+        Return whether the file does not have the checksums it was written with.
+
+        """
+        return any(remark.level == Level.ERROR for remark in self.remarks)
 
 
 class Listener(NamedTuple):
@@ -122,9 +135,9 @@ def audit(
     heard: dict[str, None] = {}
     around = None if source.poses is None else Neighbourhoods(robot, source.poses)
 
-    def each(block: Block, part: Part | None) -> None:
+    def each(block: Block | Unreadable, part: Part | None) -> None:
         watch.take(block)
-        if len(heard) < MOST_NAMES:
+        if isinstance(block, Block) and len(heard) < MOST_NAMES:
             heard.update(dict.fromkeys(block.names))
         if part is not None:
             listener.part(part)
@@ -153,7 +166,7 @@ def audit(
         what=source.what,
         topic=source.topic,
         planned=source.planned,
-        remarks=source.remarks,
+        remarks=tuple(source.remarks),
         counts=dict(ingest.counts),
         examples=ingest.examples,
         stream=stream,
@@ -193,29 +206,27 @@ def _moments(
     joints: tuple[JointReport, ...],
     jumps: tuple[Jump, ...],
 ) -> tuple[Moment, ...]:
-    values = watched_values(robot, timeline)
-    worst = int(np.argmax(badness(robot, values)))
+    worst, value = _nearest(robot, timeline)
     measure = robot.thresholds.measure.replace('_', ' ')
-    moments = [Moment(f'nearest to a singularity ({measure})', worst, f'{values[worst]:.3g}')]
-    speeds = np.linalg.norm(timeline.twist[:, :3], axis=1)
-    turns = np.linalg.norm(timeline.twist[:, 3:], axis=1)
+    moments = [Moment(f'nearest to a singularity ({measure})', worst, f'{value:.3g}')]
     for what, column, unit in (
-        ('fastest tool motion', speeds, 'm/s'),
-        ('fastest tool rotation', turns, 'rad/s'),
+        ('fastest tool motion', timeline.speed, 'm/s'),
+        ('fastest tool rotation', timeline.turning, 'rad/s'),
     ):
-        if np.any(np.isfinite(column)) and np.nanmax(column) > 0.0:
-            row = int(np.nanargmax(column))
-            moments.append(Moment(what, row, f'{column[row]:.3g} {unit}'))
+        row, value = _largest(column)
+        if value > 0.0:
+            moments.append(Moment(what, row, f'{value:.3g} {unit}'))
     for j, joint in enumerate(joints):
         unit = 'm' if joint.sliding else 'rad'
-        excess = np.maximum(joint.lower - timeline.q[:, j], timeline.q[:, j] - joint.upper)
         if joint.beyond:
-            row = int(np.argmax(excess))
+            row, value = _largest(
+                timeline.q.columns[j], partial(_excess, joint.lower, joint.upper)
+            )
             moments.append(
-                Moment(f'{joint.name} farthest beyond its limit', row, f'{excess[row]:.3g} {unit}')
+                Moment(f'{joint.name} farthest beyond its limit', row, f'{value:.3g} {unit}')
             )
         if joint.too_fast:
-            row = int(np.nanargmax(np.abs(timeline.qdot[:, j])))
+            row, _ = _largest(timeline.qdot.columns[j], np.abs)
             moments.append(
                 Moment(
                     f'{joint.name} above its velocity limit of {joint.velocity_limit:.3g}',
@@ -237,3 +248,36 @@ def _moments(
             Moment(f'largest jump ({largest.joint})', largest.row, f'{largest.step:+.3g}')
         )
     return tuple(moments)
+
+
+def _excess(lower: float, upper: float, q: Floats) -> Floats:
+    beyond: Floats = np.maximum(lower - q, q - upper)
+    return beyond
+
+
+def _nearest(robot: Robot, timeline: Timeline) -> tuple[int, float]:
+    # The first row at which the watched measure is worst, and its value.
+    found: tuple[int, float] | None = None
+    most = -math.inf
+    for rows in spans(len(timeline)):
+        values = watched_values(robot, timeline, rows)
+        worse = badness(robot, values)
+        k = int(np.argmax(worse))
+        if found is None or worse[k] > most:
+            found, most = (rows.start + k, float(values[k])), float(worse[k])
+    assert found is not None
+    return found
+
+
+def _largest(
+    column: Column, function: Callable[[Floats], Floats] = lambda values: values
+) -> tuple[int, float]:
+    # The first row at which a function of a column is largest, NaN left out; -inf where all are.
+    row, largest = 0, -math.inf
+    for rows in spans(len(column)):
+        values = function(column[rows])
+        known = np.where(np.isnan(values), -np.inf, values)
+        k = int(np.argmax(known))
+        if known[k] > largest:
+            row, largest = rows.start + k, float(known[k])
+    return row, largest

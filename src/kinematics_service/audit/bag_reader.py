@@ -4,7 +4,7 @@ rosbags.
 
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -13,18 +13,14 @@ import numpy as np
 
 from ..errors import KinematicsError
 from ..joint_sample import JointSample
-from .block import LARGEST_BLOCK, AuditError, Block, blocks_of
+from .bag_checks import checked, missing
+from .bag_poses import POSES, track_of_messages
+from .block import LARGEST_BLOCK, AuditError, Block, Unreadable, blocks_of
 from .joint_state_cdr import columns_of
-from .pose_format import PoseFormat
-from .source import PoseTrack, Source, Wanted
-from .tool_poses import pose_track
+from .source import PoseTrack, Remark, Source, Wanted
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 TRAJECTORY = 'trajectory_msgs/msg/JointTrajectory'
-POSES = {
-    'geometry_msgs/msg/PoseStamped': lambda message: message.pose,
-    'geometry_msgs/msg/PoseWithCovarianceStamped': lambda message: message.pose.pose,
-}
 SECOND = 1_000_000_000
 INSTALL = "bags need rosbags: pip install '.[bag]' in its checkout, or pip install rosbags"
 MOST_LISTED = 20
@@ -116,6 +112,8 @@ class _Bag:
     def __init__(self, path: Path, reader: Any, wanted: Wanted) -> None:
         self.path, self.reader, self.wanted = path, reader, wanted
         self.types: dict[str, str] = {c.topic: c.msgtype for c in reader.connections}
+        self.remarks: list[Remark] = []
+        self.read = 0
 
     def source(self) -> Source:
         topic, kind = self._topic()
@@ -133,14 +131,33 @@ class _Bag:
             messages = (
                 trajectory_of_message(message) for message, _ in self._messages(connections)
             )
-            blocks = blocks_of_trajectories(messages, self.wanted, f'{self.path}: {topic}')
-            return Source(f'planned trajectory in a {what}', topic, True, None, blocks, poses)
-        raw = self._blocks(connections)
-        return Source(what, topic, False, total, self._guarded(raw), poses)
+            blocks: Iterator[Block | Unreadable] = blocks_of_trajectories(
+                messages, self.wanted, f'{self.path}: {topic}'
+            )
+            what, total = f'planned trajectory in a {what}', None
+        else:
+            blocks = self._blocks(connections)
+        planned = kind == TRAJECTORY
+        guarded = self._guarded(blocks, connections)
+        return Source(what, topic, planned, total, guarded, poses, self.remarks)
 
-    def _guarded(self, blocks: Iterator[Block]) -> Iterator[Block]:
+    def _guarded(
+        self, blocks: Iterator[Block | Unreadable], connections: list[Any]
+    ) -> Iterator[Block | Unreadable]:
         with _one_sentence(self.path):
             yield from blocks
+            self.remarks += checked(self.path)
+            topic, name = connections[0].topic, self.path.name
+            self.remarks += missing(name, topic, self._promised(connections), self.read)
+
+    def _promised(self, connections: list[Any]) -> int:
+        if self.reader.is2:
+            return sum(connection.msgcount for connection in connections)
+        own = {connection.id for connection in connections}
+        chunks = (chunk for one in self.reader.readers for chunk in one.chunk_infos)
+        return sum(
+            n for chunk in chunks for id_, n in chunk.connection_counts.items() if id_ in own
+        )
 
     def _topic(self) -> tuple[str, str]:
         wanted, kinds = self.wanted.topic, (JOINT_STATE, TRAJECTORY)
@@ -181,17 +198,23 @@ class _Bag:
         return [c for c in self.reader.connections if c.topic == topic]
 
     def _messages(self, connections: list[Any]) -> Iterator[tuple[Any, int]]:
-        for connection, time, raw in self.reader.messages(connections):
-            yield self.reader.deserialize(raw, connection.msgtype), time
+        for time, raw in self._raw(connections):
+            yield self.reader.deserialize(raw, connections[0].msgtype), time
 
-    def _blocks(self, connections: list[Any]) -> Iterator[Block]:
-        messages = self.reader.messages(connections)
+    def _raw(self, connections: list[Any]) -> Iterator[tuple[int, bytes]]:
+        self.read = 0
+        for _, time, raw in self.reader.messages(connections):
+            self.read += 1
+            yield time, raw
+
+    def _blocks(self, connections: list[Any]) -> Iterator[Block | Unreadable]:
+        messages = self._raw(connections)
         if not self.reader.is2:
-            yield from blocks_of(self._sample(raw, time) for _, time, raw in messages)
+            yield from self._one_by_one(messages)
             return
         raws: list[bytes] = []
         times: list[int] = []
-        for _, time, raw in messages:
+        for time, raw in messages:
             if raws and (len(raw) != len(raws[0]) or len(raws) >= LARGEST_BLOCK):
                 yield from self._alike(raws, times)
                 raws, times = [], []
@@ -200,20 +223,30 @@ class _Bag:
         if raws:
             yield from self._alike(raws, times)
 
-    def _alike(self, raws: Sequence[bytes], times: Sequence[int]) -> Iterator[Block]:
-        # Messages of one length; those with other names among them go the long way.
+    def _one_by_one(self, messages: Iterable[tuple[int, bytes]]) -> Iterator[Block | Unreadable]:
+        samples: list[JointSample] = []
+        for time, raw in messages:
+            sample = self._sample(raw, time)
+            if isinstance(sample, JointSample):
+                samples.append(sample)
+            if samples and (len(samples) >= LARGEST_BLOCK or isinstance(sample, Unreadable)):
+                yield from blocks_of(samples)
+                samples = []
+            if isinstance(sample, Unreadable):
+                yield sample
+        yield from blocks_of(samples)
+
+    def _alike(self, raws: Sequence[bytes], times: Sequence[int]) -> Iterator[Block | Unreadable]:
         columns = columns_of(raws) if len(raws) > 1 else None
         if columns is None:
-            yield from blocks_of(self._sample(raw, time) for raw, time in zip(raws, times))
+            yield from self._one_by_one(zip(times, raws))
             return
         received = np.array(times, dtype=np.int64)
         edges = np.flatnonzero(np.diff(columns.alike)) + 1
         for begin, end in zip([0, *edges.tolist()], [*edges.tolist(), len(raws)]):
             span = slice(begin, end)
             if not columns.alike[begin]:
-                yield from blocks_of(
-                    self._sample(raw, time) for raw, time in zip(raws[span], times[span])
-                )
+                yield from self._one_by_one(zip(times[span], raws[span]))
                 continue
             yield Block(
                 columns.names,
@@ -223,8 +256,11 @@ class _Bag:
                 columns.velocities[span],
             )
 
-    def _sample(self, raw: bytes, time: int) -> JointSample:
-        message: Any = self.reader.deserialize(raw, JOINT_STATE)
+    def _sample(self, raw: bytes, time: int) -> JointSample | Unreadable:
+        try:
+            message: Any = self.reader.deserialize(raw, JOINT_STATE)
+        except Exception as error:  # whatever the bytes make the reader raise
+            return Unreadable(time, ' '.join(str(error).split()) or type(error).__name__)
         stamp = message.header.stamp
         return JointSample(
             tuple(message.name),
@@ -245,14 +281,10 @@ class _Bag:
             with_pose = sorted(name for name, own in self.types.items() if own in POSES)
             listed = ', '.join(with_pose) or 'no topic'
             raise AuditError(f'{self.path}: pose topic {topic} {known}; PoseStamped: {listed}')
-        rows, stamps, frame = [], [], ''
-        for message, time in self._messages(self._connections(topic)):
-            pose = POSES[kind](message)
-            p, o = pose.position, pose.orientation
-            stamp = int(message.header.stamp.sec) * SECOND + int(message.header.stamp.nanosec)
-            stamps.append(stamp or time)
-            rows.append((p.x, p.y, p.z, o.x, o.y, o.z, o.w))
-            frame = frame or str(message.header.frame_id)
-        if not rows:
+        messages = self._raw(self._connections(topic))
+        track = track_of_messages(
+            topic, kind, messages, lambda raw: self.reader.deserialize(raw, kind)
+        )
+        if track is None:
             raise AuditError(f'{self.path}: there is no message on {topic}')
-        return pose_track(topic, frame, np.array(stamps), np.array(rows), PoseFormat('xyzw'))
+        return track

@@ -69,6 +69,20 @@ class Block:
         )
 
 
+@dataclass(frozen=True)
+class Unreadable:
+    """
+    A message among the blocks that is no JointState; why, in words.
+
+    """
+
+    received: int
+    reason: str
+
+    def __len__(self) -> int:
+        return 1
+
+
 def blocks_of(samples: Iterable[JointSample]) -> Iterator[Block]:
     """
     Yield samples in blocks, in their order.

@@ -12,27 +12,13 @@ from html import escape
 import numpy as np
 
 from ..kernel import Floats
-from .block import Flags
+from .curves import WIDTH, Curve, across
 
-# The drawing is so wide, in columns of which each shows its least and its largest value.
-WIDTH, HEIGHT = 1000, 100
-COLUMNS = 800
+HEIGHT = 100
 # Share of the height that stays free above and below.
 AIR = 0.06
 # Decades a logarithmic axis shows at most.
 DECADES = 5
-
-
-@dataclass(frozen=True, eq=False)
-class Curve:
-    """
-    A line: its name, values (N,), and style (`c0` to `c5`, also `limit`).
-
-    """
-
-    name: str
-    values: Floats
-    style: str
 
 
 @dataclass(frozen=True)
@@ -68,12 +54,10 @@ class Chart:
     ----------
     title, unit
         What is shown, and in which unit.
-    t : shape (N,), s
-        Time, not falling.
-    breaks : shape (N,)
-        Whether a curve is interrupted before a row.
     levels
-        Lines across; `fits` tells whether the axis must show them.
+        Lines across; the axis shows those that it must, or that a curve comes near.
+    end : s
+        Of the time axis.
     height
         In px.
 
@@ -81,9 +65,7 @@ class Chart:
 
     title: str
     unit: str
-    t: Floats
     curves: Sequence[Curve]
-    breaks: Flags
     bands: Sequence[Band] = ()
     levels: Sequence[Level] = ()
     log: bool = False
@@ -152,51 +134,13 @@ class Chart:
         return f'<rect class="{band.style}" x="{x:.2f}" y="0" width="{width:.2f}" height="100"/>'
 
     def _path(self, curve: Curve, axis: '_Axis') -> str:
-        x = self.t * (WIDTH / self.end) if self.end else np.full(len(self.t), 0.5 * WIDTH)
-        rows, begins = thinned(x, curve.values, self.breaks)
-        y = axis.at_all(curve.values[rows])
-        if len(rows) == 1:
-            rows, y, begins = np.repeat(rows, 2), np.repeat(y, 2), np.array([True, False])
-            return f'M{x[rows[0]] - 3:.1f} {y[0]:.2f}L{x[rows[0]] + 3:.1f} {y[0]:.2f}'
+        x, y = across(curve.t, self.end), axis.at_all(curve.values)
+        if len(x) == 1:
+            return f'M{x[0] - 3:.1f} {y[0]:.2f}L{x[0] + 3:.1f} {y[0]:.2f}'
         return ''.join(
             f'{"M" if begin else "L"}{px:.1f} {py:.2f}'
-            for px, py, begin in zip(x[rows].tolist(), y.tolist(), begins.tolist())
+            for px, py, begin in zip(x.tolist(), y.tolist(), curve.begins.tolist())
         )
-
-
-def thinned(x: Floats, values: Floats, breaks: Flags) -> tuple[np.ndarray, Flags]:  # type: ignore[type-arg]
-    """
-    Return the rows of a curve to draw, and at which of them it begins anew.
-
-    Of every column of the drawing the first, the least, the largest and the last value stay.
-
-    """
-    known = np.flatnonzero(np.isfinite(values))
-    if not len(known):
-        return known, np.zeros(0, dtype=bool)
-    # A row begins anew after a break or a row that is not known.
-    group = np.cumsum(breaks) + np.cumsum(~np.isfinite(values))
-    if len(known) > 4 * COLUMNS:
-        column = np.minimum(x[known] * (COLUMNS / WIDTH), COLUMNS - 1).astype(np.int64)
-        edges = np.flatnonzero(
-            np.diff(column, prepend=-1) | (np.diff(group[known], prepend=-1) != 0)
-        )
-        inside = values[known]
-        low, high = np.minimum.reduceat(inside, edges), np.maximum.reduceat(inside, edges)
-        counts = np.diff(edges, append=len(known))
-        # The first row of each column that has its least, and its largest, value.
-        least = _first_where(inside == np.repeat(low, counts), edges)
-        largest = _first_where(inside == np.repeat(high, counts), edges)
-        kept = np.unique(np.concatenate([edges, edges + counts - 1, least, largest]))
-        known = known[kept]
-    begins = np.diff(group[known], prepend=-1) != 0
-    return known, begins
-
-
-def _first_where(flags: Flags, edges: np.ndarray) -> np.ndarray:  # type: ignore[type-arg]
-    at = np.flatnonzero(flags)
-    found: np.ndarray = at[np.searchsorted(at, edges)]  # type: ignore[type-arg]
-    return found
 
 
 @dataclass(frozen=True)
@@ -207,7 +151,7 @@ class _Axis:
 
     @classmethod
     def of(cls, chart: Chart) -> '_Axis':
-        values = [curve.values[np.isfinite(curve.values)] for curve in chart.curves]
+        values = [curve.values for curve in chart.curves]
         lows = [float(np.min(column)) for column in values if len(column)] or [0.0]
         highs = [float(np.max(column)) for column in values if len(column)] or [1.0]
         low, high = min(lows), max(highs)
@@ -240,6 +184,9 @@ class _Axis:
         if not self.log:
             return nice_ticks(self.low, self.high, 4)
         first, last = math.ceil(math.log10(self.low)), math.floor(math.log10(self.high))
+        if last <= first:
+            # Less than two powers of ten: round numbers between them.
+            return [tick for tick in nice_ticks(self.low, self.high, 4) if tick > 0.0]
         return [10.0**k for k in range(first, last + 1)]
 
 

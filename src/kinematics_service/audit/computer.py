@@ -16,10 +16,10 @@ from ..measures import Level
 from ..notice import Notice, notice_of, stale_notice
 from ..robot import Robot
 from ..singularities import FactorMeasures, Singularity, singularity_of
-from ..tool_state import ToolState, evaluate
-from .block import Block, Flags
+from ..tool_state import evaluate
+from .block import Block, Flags, Unreadable
 from .ingest import Ingest, Known
-from .judging import Judge, Levels
+from .judging import Judge
 from .timeline import MEASURE_NAMES, Part, Said, Timeline
 
 # Sentences kept; an arm that chatters at a threshold for hours is told by its first ones.
@@ -67,23 +67,31 @@ class Computer:
         self._base_frame, self._joint_prefix = base_frame, joint_prefix
         self._judge = Judge(robot.thresholds)
         self._quaternion: Floats | None = None
-        self._rows = 0
-        self._said: list[Said] = []
-        self._columns: list[dict[str, Floats]] = []
+        self._timeline = Timeline(robot)
 
-    def run(self, blocks: Iterable[Block], each: Callable[[Block, Part | None], None]) -> Timeline:
+    def run(
+        self,
+        blocks: Iterable[Block | Unreadable],
+        each: Callable[[Block | Unreadable, Part | None], None],
+    ) -> Timeline:
         """
         Return the timeline of all blocks; `each` is called with every one and what it made.
 
         """
         for block in blocks:
+            if isinstance(block, Unreadable):
+                self._ingest.refuse(block)
+                each(block, None)
+                continue
             known = self._ingest.take(block)
             part = self._part(known) if len(known) else None
             each(block, part)
-        return self._timeline()
+        if not len(self._timeline):
+            raise NoStateError
+        return self._timeline
 
     def _part(self, known: Known) -> Part | None:
-        robot = self._robot
+        robot, first = self._robot, len(self._timeline)
         try:
             state = evaluate(robot, known.q, np.nan_to_num(known.qdot, nan=0.0))
         except JointVectorError:
@@ -104,18 +112,21 @@ class Computer:
         )
         moving = ~np.any(np.isnan(known.qdot), axis=1)
         said = [
-            Said(self._rows + k, silence.moment, self._stale_notice(silence.missing))
+            Said(first + k, silence.moment, self._stale_notice(silence.missing))
             for k, silence in judged.silences
         ]
         for k in judged.said:
             one = part_singularity(singularity, k, bool(moving[k]))
             level = Level(int(judged.levels[k]))
             notice = notice_of(robot, one, level, self._base_frame, self._joint_prefix)
-            said.append(Said(self._rows + k, int(known.arrivals[k]), notice))
+            said.append(Said(first + k, int(known.arrivals[k]), notice))
         said.sort(key=lambda one: (one.row, one.moment))
-        quaternion = self._continuous(state.quaternion_xyzw, known.fresh)
-        first = self._rows
-        self._keep(known, state, quaternion, singularity, judged.levels, moving, said)
+        signs = self._signs(state.quaternion_xyzw, known.fresh)
+        quaternion = state.quaternion_xyzw * signs[:, None]
+        self._quaternion = np.array(quaternion[-1])
+        timeline = self._timeline
+        timeline.append(known, state, singularity, judged.levels, signs < 0.0)
+        timeline.said += said[: max(0, MOST_SAID - len(timeline.said))]
         return Part(first, known, state, quaternion, singularity, said)
 
     def _computable(self, known: Known) -> Known:
@@ -141,7 +152,7 @@ class Computer:
     def _stale_notice(self, missing: tuple[str, ...]) -> Notice:
         return stale_notice(self._robot, f'no joint state of {", ".join(missing)}')
 
-    def _continuous(self, quaternions: Floats, fresh: Flags) -> Floats:
+    def _signs(self, quaternions: Floats, fresh: Flags) -> Floats:
         # As the estimator: turned where the last one, as published, points the other way.
         before = quaternions[:1] if self._quaternion is None else self._quaternion[None]
         last = np.concatenate([before, quaternions[:-1]])
@@ -152,62 +163,7 @@ class Computer:
         signs = np.cumprod(turns)
         for k in np.flatnonzero(fresh | (dots == 0.0)):
             signs[k:] *= signs[k]  # here it begins anew, with w >= 0
-        result: Floats = quaternions * signs[:, None]
-        self._quaternion = np.array(result[-1])
-        return result
-
-    def _keep(
-        self,
-        known: Known,
-        state: ToolState,
-        quaternion: Floats,
-        singularity: Singularity,
-        levels: Levels,
-        moving: Flags,
-        said: list[Said],
-    ) -> None:
-        silent = np.zeros(len(known), dtype=bool)
-        silent[list(known.silences)] = True
-        factors = singularity.factors
-        columns = {
-            'messages': known.messages,
-            'stamps': known.stamps,
-            'arrivals': known.arrivals,
-            'q': known.q,
-            'qdot': known.qdot,
-            'differenced': known.differenced,
-            'position': np.array(state.position),
-            'quaternion_xyzw': quaternion,
-            'twist': np.where(moving[:, None], state.twist, np.nan),
-            'time_to_warning': np.where(moving, singularity.time_to_warning, np.nan),
-            'factors': np.zeros((len(known), 0))
-            if factors is None
-            else np.array(factors.distances),
-            'levels': levels,
-            'silent': silent,
-        }
-        for name in MEASURE_NAMES:
-            values = getattr(singularity, name)
-            if values is not None:
-                columns[f'measure {name}'] = np.array(values)
-        self._columns.append(columns)
-        self._rows += len(known)
-        self._said += said[: max(0, MOST_SAID - len(self._said))]
-
-    def _timeline(self) -> Timeline:
-        columns: dict[str, Any] = {}
-        for name in list(self._columns[0]) if self._columns else ():
-            columns[name] = np.concatenate([part.pop(name) for part in self._columns])
-        if not columns:
-            raise NoStateError
-        measures = {
-            name.partition(' ')[2]: columns.pop(name)
-            for name in list(columns)
-            if name.startswith('measure ')
-        }
-        steps = np.maximum(np.diff(columns['stamps'], prepend=columns['stamps'][:1]), 0)
-        t = np.cumsum(steps) * 1e-9
-        return Timeline(**columns, t=t, measures=measures, said=tuple(self._said))
+        return np.asarray(signs, dtype=np.float64)
 
 
 class NoStateError(Exception):

@@ -4,6 +4,7 @@ An audit as one JSON object.
 """
 
 import dataclasses
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -12,31 +13,34 @@ from ..frame_doctor import Cause
 from ..kernel import Floats
 from ..measures import Level
 from ..rigid_motion import roll_pitch_yaw
+from ..singularities import singularity_of
+from ..tool_state import evaluate
 from ..version import __version__
 from .auditing import Audit
 from .block import Times
 from .frames import NotCompared
 from .stretches import badness, watched_values
+from .timeline import MEASURE_NAMES
 from .verdict import verdict_of
 
 # Rows of the series at most; of longer recordings the worst ones, evenly spread.
 MOST_ROWS = 10_000
 
 
-def thinned_rows(worse: Floats, most: int) -> Times:
+def thinned_rows(count: int, most: int, worse: Callable[[slice], Floats]) -> Times:
     """
-    Return at most `most` rows of N: of each stretch of time the first one and the worst one.
+    Return at most `most` of `count` rows: of each stretch of time the first and the worst one.
 
     Parameters
     ----------
-    worse : shape (N,)
-        What the largest is the worst of.
+    worse
+        Of some rows, what the largest is the worst of.
 
     """
-    if len(worse) <= most:
-        return np.arange(len(worse))
-    edges = np.linspace(0, len(worse), max(most // 2, 1) + 1).astype(int)
-    worst = [a + int(np.argmax(worse[a:b])) for a, b in zip(edges, edges[1:])]
+    if count <= most:
+        return np.arange(count)
+    edges = np.linspace(0, count, max(most // 2, 1) + 1).astype(int)
+    worst = [a + int(np.argmax(worse(slice(a, b)))) for a, b in zip(edges, edges[1:])]
     return np.unique(np.concatenate([edges[:-1], worst]))
 
 
@@ -47,7 +51,11 @@ def document_of(audit: Audit) -> dict[str, Any]:
     """
     robot, timeline = audit.robot, audit.timeline
     verdict = verdict_of(audit)
-    rows = thinned_rows(badness(robot, watched_values(robot, timeline)), MOST_ROWS)
+    rows = thinned_rows(
+        len(timeline),
+        MOST_ROWS,
+        lambda part: badness(robot, watched_values(robot, timeline, part)),
+    )
     return {
         'version': __version__,
         'file': audit.file,
@@ -66,6 +74,7 @@ def document_of(audit: Audit) -> dict[str, Any]:
         'messages': {
             'total': audit.stream.messages,
             'states': len(timeline),
+            'refused': sum(audit.refused.values()),
             'by_outcome': audit.counts,
             'first_refused': {
                 reason: example._asdict() for reason, example in audit.examples.items()
@@ -191,19 +200,25 @@ def offset_of(T: Floats) -> dict[str, Any]:
 
 def _series(audit: Audit, rows: Times) -> dict[str, Any]:
     timeline = audit.timeline
+    q, qdot, factors = timeline.q[rows], timeline.qdot[rows], timeline.factors[rows]
+    state = evaluate(audit.robot, q, np.nan_to_num(qdot, nan=0.0))
+    singularity = singularity_of(state)
+    moving = ~np.any(np.isnan(qdot), axis=1)
+    signs = np.where(timeline.turned[rows], -1.0, 1.0)
+    measures = {name: getattr(singularity, name) for name in MEASURE_NAMES}
     return {
         'thinned': len(rows) < len(timeline),
         'message': timeline.messages[rows],
         'stamp': timeline.stamps[rows],
         't': timeline.t[rows],
-        'q': timeline.q[rows],
-        'qdot': timeline.qdot[rows],
-        'position': timeline.position[rows],
-        'quaternion_xyzw': timeline.quaternion_xyzw[rows],
-        'twist': timeline.twist[rows],
-        **{name: values[rows] for name, values in timeline.measures.items()},
-        'time_to_warning': timeline.time_to_warning[rows],
+        'q': q,
+        'qdot': qdot,
+        'position': state.position,
+        'quaternion_xyzw': state.quaternion_xyzw * signs[:, None],
+        'twist': np.where(moving[:, None], state.twist, np.nan),
+        **{name: values for name, values in measures.items() if values is not None},
+        'time_to_warning': np.where(moving, singularity.time_to_warning, np.nan),
         'factor_names': audit.robot.factors.names,
-        'factor_distances': timeline.factors[rows],
+        'factor_distances': factors,
         'level': [Level(int(level)).name for level in timeline.levels[rows]],
     }

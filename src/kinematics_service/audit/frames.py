@@ -123,7 +123,7 @@ def frames_of(
     Return how the poses of a second source compare with the recording's, or why they cannot.
 
     """
-    none = NotCompared(track.name, track.frame, len(track.stamps), track.refused)
+    none = NotCompared(track.name, track.frame, track.total or len(track.stamps), track.refused)
     if track.refused:
         return none
     found = around.track()
@@ -147,7 +147,7 @@ def frames_of(
     return FrameReport(
         name=track.name,
         frame=track.frame,
-        poses=len(track.stamps),
+        poses=none.poses,
         considered=len(use),
         matched=int(np.sum(use)),
         unmatched=reason,

@@ -13,10 +13,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..estimator import ACCEPTED, LARGEST, RESETS, Estimator, Refusal
+from ..estimator import ACCEPTED, LARGEST, RESETS, UNREADABLE, Estimator, Refusal
 from ..kernel import Floats
 from ..robot import Robot
-from .block import Block, Flags, Times
+from .block import Block, Flags, Times, Unreadable
 
 # Fewer messages than this are not worth columns.
 SHORTEST_RUN = 8
@@ -130,6 +130,16 @@ class Ingest:
         self._message += len(block)
         self._pending = (rows.silence, rows.reset)
         return rows.known(self._robot.dof)
+
+    def refuse(self, message: Unreadable) -> None:
+        """
+        Count a message that cannot be read, as the node does.
+
+        """
+        self.counts[UNREADABLE] += 1
+        if UNREADABLE not in self.examples:
+            self.examples[UNREADABLE] = Example(self._message, 0, message.reason)
+        self._message += 1
 
     def _runs(self, block: Block) -> Iterator[tuple[int, int]]:
         # Runs of messages that can be taken in columns once the first of them is accepted; others
@@ -249,10 +259,7 @@ class Ingest:
 
 
 class _Rows:
-    """
-    The rows of a `Known` while they are collected.
-
-    """
+    """The rows of a `Known` while they are collected."""
 
     def __init__(self, silence: Silence | None, reset: bool) -> None:
         self.silences: dict[int, Silence] = {}

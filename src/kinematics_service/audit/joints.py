@@ -4,6 +4,7 @@ What each joint did: range, limits, jumps, and its reported velocity against its
 """
 
 import math
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -11,7 +12,9 @@ import numpy as np
 from ..joint_table import LIMIT_SLACK
 from ..kernel import Floats
 from ..robot import Robot
-from .block import Flags, Times
+from .block import Times
+from .columns import median, spans
+from .reported_velocities import Unwrapped, VelocityCheck, longest_interval, velocity_check
 from .timeline import Timeline
 
 # A step is a jump where it exceeds, by so much (rad, m), what three times the larger reported
@@ -24,15 +27,6 @@ TOUCHES = (math.radians(0.5), 1e-3)
 # Positions beyond their limits by more than a turn are perhaps degrees.
 DEGREES_BEYOND = math.tau
 MOST_JUMPS = 100
-# Lags tried, in median intervals; and messages they are tried on.
-LAGS, LAG_ROWS = 12, 50_000
-# A lag is believed where it takes this share of the difference away, and a scale likewise.
-BELIEVED = 0.6
-# Differences below this share of the speed need no explanation; scales this near to 1 are none.
-WORTH, SAME_SCALE = 0.002, 0.05
-# Slower than this (rad/s, m/s; RMS) there is nothing to compare; nor where so many standard errors
-# of the noise could be the motion, or the way is no longer than so many jitters of a position.
-STILL, SURE, MANY_JITTERS = 1e-3, math.sqrt(6.0), 20.0
 
 
 class Jump(NamedTuple):
@@ -45,35 +39,6 @@ class Jump(NamedTuple):
     joint: str
     step: float
     seconds: float
-
-
-class VelocityCheck(NamedTuple):
-    """
-    Reported velocities of a joint against differences of its positions, rad/s or m/s.
-
-    Attributes
-    ----------
-    rms, typical, worst
-        RMS, median and largest of their difference; `row` is where it is worst.
-    speed
-        RMS of the differences themselves.
-    noise
-        RMS of what in them is noise of the positions.
-    lag : s
-        By which the velocities come late, 0 where none is believable.
-    scale
-        Reported over differentiated: -1 a wrong sign, 57.3 degrees; 1 where none is believable.
-
-    """
-
-    rms: float
-    typical: float
-    worst: float
-    row: int
-    speed: float
-    noise: float
-    lag: float
-    scale: float
 
 
 class JointReport(NamedTuple):
@@ -123,30 +88,42 @@ def joint_reports(robot: Robot, timeline: Timeline) -> tuple[JointReport, ...]:
 
 
 def _report(robot: Robot, timeline: Timeline, j: int) -> JointReport:
-    q = timeline.q[:, j]
     lower, upper = robot.limits[j].tolist()
     sliding = robot.joint_types[j] == 'prismatic'
-    excess = np.maximum(lower - q, q - upper)
-    beyond = excess > LIMIT_SLACK
-    speeds = np.abs(timeline.qdot[:, j])
-    fastest = float(np.nanmax(speeds)) if np.any(~np.isnan(speeds)) else math.nan
-    with np.errstate(invalid='ignore'):
-        too_fast = int(np.sum(speeds > robot.velocity_limits[j] * (1.0 + LIMIT_SLACK)))
+    top = robot.velocity_limits[j] * (1.0 + LIMIT_SLACK)
+    least, greatest, worst, fastest = math.inf, -math.inf, 0.0, math.nan
+    beyond = touching = too_fast = 0
+    first_beyond = -1
+    for rows in spans(len(timeline)):
+        q = timeline.q.columns[j][rows]
+        excess = np.maximum(lower - q, q - upper)
+        outside = excess > LIMIT_SLACK
+        if first_beyond < 0 and np.any(outside):
+            first_beyond = rows.start + int(np.argmax(outside))
+        beyond += int(np.sum(outside))
+        touching += int(np.sum((excess > -TOUCHES[sliding]) & ~outside))
+        least, greatest = min(least, float(np.min(q))), max(greatest, float(np.max(q)))
+        worst = max(worst, float(np.max(excess)))
+        speeds = np.abs(timeline.qdot.columns[j][rows])
+        with np.errstate(invalid='ignore'):
+            too_fast += int(np.sum(speeds > top))
+        if np.any(~np.isnan(speeds)):
+            fastest = float(np.fmax(fastest, np.nanmax(speeds)))
     return JointReport(
         name=robot.joint_names[j],
         sliding=sliding,
-        least=float(np.min(q)),
-        greatest=float(np.max(q)),
+        least=least,
+        greatest=greatest,
         lower=lower,
         upper=upper,
-        beyond=int(np.sum(beyond)),
-        touching=int(np.sum((excess > -TOUCHES[sliding]) & ~beyond)),
-        first_beyond=int(np.argmax(beyond)) if np.any(beyond) else -1,
-        worst_beyond=float(max(np.max(excess), 0.0)),
+        beyond=beyond,
+        touching=touching,
+        first_beyond=first_beyond,
+        worst_beyond=worst,
         fastest=fastest,
         velocity_limit=float(robot.velocity_limits[j]),
         too_fast=too_fast,
-        check=_velocity_check(timeline, _unwrapped(robot, timeline, j), j),
+        check=velocity_check(timeline, j, bool(robot.continuous[j])),
     )
 
 
@@ -161,112 +138,54 @@ def look_like_degrees(reports: tuple[JointReport, ...]) -> bool:
     return len(far) + len(wild) >= min(2, len(turning)) > 0
 
 
-def _unwrapped(robot: Robot, timeline: Timeline, j: int) -> Floats:
-    q: Floats = timeline.q[:, j]
-    return np.unwrap(q) if robot.continuous[j] else q
-
-
-def _steady(stamps: Times) -> Flags:
-    # Whether each state follows the one before it within a time that means something.
-    steps = np.diff(stamps)
-    forwards = steps[steps > 0]
-    longest = 5.0 * float(np.median(forwards)) if len(forwards) else 0.0
-    steady: Flags = (steps > 0) & (steps <= longest)
-    return steady
-
-
 def jumps_of(robot: Robot, timeline: Timeline) -> tuple[int, tuple[Jump, ...]]:
     """
     Return how many jumps there are, and the first of them.
 
     """
-    steady = _steady(timeline.stamps)
-    intervals = np.diff(timeline.stamps) * 1e-9
-    found: list[Jump] = []
-    for j in range(robot.dof):
-        sliding = robot.joint_types[j] == 'prismatic'
-        steps = np.diff(_unwrapped(robot, timeline, j))
-        speeds = np.abs(np.where(timeline.differenced, np.nan, timeline.qdot[:, j]))
-        reported = SPEED_MARGIN * np.fmax(speeds[1:], speeds[:-1])
-        limit = LIMIT_MARGIN * float(robot.velocity_limits[j])
-        otherwise = limit if math.isfinite(limit) else FREE_SPEED[sliding]
-        explained = np.where(np.isnan(reported), otherwise, reported) * intervals
-        odd = steady & (np.abs(steps) > explained + JUMP[sliding])
-        found += [
-            Jump(k + 1, robot.joint_names[j], float(steps[k]), float(intervals[k]))
-            for k in np.flatnonzero(odd).tolist()
-        ]
-    found.sort()
-    return len(found), tuple(found[:MOST_JUMPS])
+    longest = longest_interval(median(lambda: _forwards(timeline)))
+    joints = [Unwrapped(bool(wraps)) for wraps in robot.continuous]
+    before: list[Floats] = [np.zeros(0)] * robot.dof
+    count = 0
+    first: list[Jump] = []
+    for rows in spans(len(timeline)):
+        begin = max(rows.start - 1, 0)
+        span = slice(begin, rows.stop)
+        gaps = np.diff(timeline.stamps[span])
+        steady, differenced = (gaps > 0) & (gaps <= longest), timeline.differenced[span]
+        found: list[Jump] = []
+        for j in range(robot.dof):
+            q = joints[j].take(timeline.q.columns[j][rows])
+            steps = np.diff(np.concatenate([before[j], q]))
+            before[j] = q[-1:]
+            speeds = np.where(differenced, np.nan, timeline.qdot.columns[j][span])
+            allowed = _explained(robot, j, np.abs(speeds), gaps * 1e-9)
+            odd = np.flatnonzero(steady & (np.abs(steps) > allowed))
+            count += len(odd)
+            found += [
+                Jump(
+                    begin + k + 1,
+                    robot.joint_names[j],
+                    float(steps[k]),
+                    float(gaps[k] * 1e-9),
+                )
+                for k in odd[:MOST_JUMPS].tolist()
+            ]
+        first = (first + sorted(found))[:MOST_JUMPS]
+    return count, tuple(first)
 
 
-def _velocity_check(timeline: Timeline, q: Floats, j: int) -> VelocityCheck | None:
-    reported = np.where(timeline.differenced, np.nan, timeline.qdot[:, j])
-    # Where neither changes, the joint stood still or was in none of the messages.
-    news = np.flatnonzero(
-        (np.diff(q, prepend=np.nan) != 0.0) | (np.diff(reported, prepend=np.nan) != 0.0)
-    )
-    q, reported, stamps, t = q[news], reported[news], timeline.stamps[news], timeline.t[news]
-    use = _steady(stamps) & ~np.isnan(reported[1:]) & ~np.isnan(reported[:-1])
-    if np.sum(use) < 4:
-        return None
-    intervals = np.diff(stamps) * 1e-9
-    safe = np.where(use, intervals, 1.0)
-    # The mean velocity of an interval against the mean of its ends: right to second order.
-    mean = np.where(use, np.diff(q) / safe, 0.0)
-    ends = np.where(use, 0.5 * (reported[1:] + reported[:-1]), 0.0)
-    off = np.abs(ends - mean)
-    speed = math.sqrt(float(np.sum(mean**2)) / float(np.sum(use)))
-    motion = _motion(mean, use)
-    noise = math.sqrt(max(speed**2 - motion**2, 0.0))
-    jitter = noise * float(np.median(intervals[use])) / math.sqrt(2.0)
-    if motion < max(STILL, SURE * noise / len(use) ** 0.25) or np.ptp(q) < MANY_JITTERS * jitter:
-        return None
-    rms = math.sqrt(float(np.sum(off**2)) / float(np.sum(use)))
-    typical = float(np.median(off[use]))
-    worst = int(np.argmax(off))
-    scale = lag = 0.0
-    if rms > WORTH * speed:
-        scale = _scale(mean, ends, use, motion, rms)
-        lag = 0.0 if scale else _lag(t, mean, reported, use, rms)
-    return VelocityCheck(
-        rms, typical, float(off[worst]), int(news[worst + 1]), speed, noise, lag, scale or 1.0
-    )
+def _explained(robot: Robot, j: int, speeds: Floats, intervals: Floats) -> Floats:
+    # Steps of a joint that are no jumps, from speeds (N + 1,) at the ends of intervals (N,).
+    sliding = robot.joint_types[j] == 'prismatic'
+    reported = SPEED_MARGIN * np.fmax(speeds[1:], speeds[:-1])
+    limit = LIMIT_MARGIN * float(robot.velocity_limits[j])
+    otherwise = limit if math.isfinite(limit) else FREE_SPEED[sliding]
+    explained: Floats = np.where(np.isnan(reported), otherwise, reported) * intervals
+    return explained + JUMP[sliding]
 
 
-def _motion(mean: Floats, use: Flags) -> float:
-    # RMS of the differences without the noise of the positions. That of one position is in two
-    # differences, next to each other; the product of one and the next but one is free of it, and
-    # the speed hardly changes in between.
-    both = use[2:] & use[1:-1] & use[:-2]
-    if not np.any(both):
-        return math.sqrt(float(np.sum(mean**2)) / float(np.sum(use)))
-    return math.sqrt(max(float(np.mean((mean[2:] * mean[:-2])[both])), 0.0))
-
-
-def _scale(mean: Floats, ends: Floats, use: Flags, motion: float, rms: float) -> float:
-    # By which factor the reported velocities are too large, 0 where none explains them. The noise
-    # of the positions is in the differences alone, so the motion without it is the measure.
-    scale = float(np.mean((ends * mean)[use])) / motion**2
-    left = math.sqrt(float(np.mean((ends - scale * mean)[use] ** 2)))
-    return scale if left < BELIEVED * rms and abs(scale - 1.0) > SAME_SCALE else 0.0
-
-
-def _lag(t: Floats, mean: Floats, reported: Floats, use: Flags, rms: float) -> float:
-    # The shift of the reported velocities that brings them nearest, s.
-    at = np.flatnonzero(use)
-    at = at[:: max(1, len(at) // LAG_ROWS)]
-    interval = float(np.median(np.diff(t)[use]))
-    known = ~np.isnan(reported)
-    middle = 0.5 * (t[at] + t[at + 1])
-    shifts = interval * np.linspace(-LAGS, LAGS, 8 * LAGS + 1)
-    errors = np.array(
-        [
-            np.mean((np.interp(middle + shift, t[known], reported[known]) - mean[at]) ** 2)
-            for shift in shifts
-        ]
-    )
-    best = int(np.argmin(errors))
-    if math.sqrt(float(errors[best])) > BELIEVED * rms or best in (0, len(shifts) - 1):
-        return 0.0
-    return float(shifts[best])
+def _forwards(timeline: Timeline) -> Iterator[Times]:
+    for rows in spans(len(timeline)):
+        steps = np.diff(timeline.stamps[max(rows.start - 1, 0) : rows.stop])
+        yield steps[steps > 0]

@@ -18,16 +18,17 @@ from .page_charts import (
     tool_charts,
 )
 from .page_frames import frame_section
+from .page_header import Origin, header
 from .page_style import SCRIPT, STYLE
 from .page_table import MOST, more_of, table
 from .verdict import Verdict, count, seconds, verdict_of
 
-SIGNS = {'OK': '&#10003; fine', 'WARN': '&#9650; note', 'ERROR': '&#9632; bad'}
+SIGNS = {'OK': '&#10003; fine', 'WARN': '&#9650; WARN', 'ERROR': '&#9632; ERROR'}
 
 
-def page_of(audit: Audit) -> str:
+def page_of(audit: Audit, origin: Origin | None = None) -> str:
     """
-    Return the page as HTML.
+    Return the page as HTML, with files, sums and date at its head where an origin is given.
 
     """
     title = f'Audit of {audit.file.rpartition("/")[2]}'
@@ -36,7 +37,7 @@ def page_of(audit: Audit) -> str:
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         f'<title>{escape(title)}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n',
-        f'<h1>{escape(title)}</h1>\n{_introduction(audit)}',
+        f'<h1>{escape(title)}</h1>\n{header(audit, origin)}{_introduction(audit)}',
         _verdict(verdict),
         *(section(audit) for section in SECTIONS),
         f'<p class="soft">kinematics_service {__version__}. Computed as the node computes, from '
@@ -51,7 +52,7 @@ def _introduction(audit: Audit) -> str:
     what = count(stream.messages, 'sample' if audit.planned else 'message')
     return (
         f'<p class="soft">{escape(audit.what)}, {escape(audit.topic)}: {what} over '
-        f'{seconds(float(audit.timeline.t[-1]))}{rate}. Robot {escape(robot.name)}, '
+        f'{seconds(audit.timeline.end)}{rate}. Robot {escape(robot.name)}, '
         f'{escape(robot.tool_frame)} in {escape(robot.base_frame)}.</p>\n'
     )
 

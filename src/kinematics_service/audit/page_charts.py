@@ -4,6 +4,8 @@ The charts of the audit page: what is drawn, in which unit.
 """
 
 import math
+from collections.abc import Callable, Iterator
+from functools import lru_cache
 
 import numpy as np
 
@@ -12,9 +14,14 @@ from ..measures import MEASURES
 from ..measures import Level as Badness
 from .auditing import Audit
 from .block import Flags
-from .charts import Band, Chart, Curve, Level
+from .charts import Band, Chart, Level
+from .columns import Column, spans
+from .curves import Curve, curve_of
 from .frames import FrameReport
 from .stretches import watched_values
+
+# The values of some rows, of which a curve is made.
+Values = Callable[[slice], Floats]
 
 # Stretches shaded at most; more would be a grey wall.
 MOST_BANDS = 400
@@ -27,36 +34,65 @@ MEASURED = {
 }
 
 
-def _end(audit: Audit) -> float:
-    return float(audit.timeline.t[-1])
-
-
-def _breaks(audit: Audit) -> Flags:
+def _breaks(audit: Audit, rows: slice) -> Flags:
     timeline = audit.timeline
-    breaks = timeline.silent.copy()
-    steps = np.diff(timeline.t)
+    breaks: Flags = np.array(timeline.silent[rows])
+    begin = max(rows.start - 1, 0)
+    steps = np.diff(timeline.t[begin : rows.stop])
     longest = max(1.0, 20.0 * audit.stream.median_interval)
-    breaks[1:] |= steps > longest
+    breaks[begin + 1 - rows.start :] |= steps > longest
     return breaks
 
 
+def _curve(audit: Audit, name: str, style: str, values: Values) -> Curve:
+    timeline = audit.timeline
+
+    def pieces() -> Iterator[tuple[Floats, Floats, Flags]]:
+        for rows in spans(len(timeline)):
+            yield timeline.t[rows], values(rows), _breaks(audit, rows)
+
+    return curve_of(name, style, timeline.end, pieces())
+
+
+def _finite(column: Column) -> Values:
+    def values(rows: slice) -> Floats:
+        numbers = column[rows]
+        return np.where(np.isinf(numbers), np.nan, numbers)
+
+    return values
+
+
+def _scaled(column: Column, scale: float) -> Values:
+    return lambda rows: scale * column[rows]
+
+
+@lru_cache(maxsize=1)
 def _bands(audit: Audit) -> list[Band]:
     timeline = audit.timeline
-    silent = _breaks(audit)
     # Runs of one level; each lasts to the next message, but not through a silence.
-    edges = np.flatnonzero(np.diff(timeline.levels, prepend=-1) | silent)
-    ends = np.append(edges[1:], len(timeline) - 1)
-    bands = []
-    for begin, end in zip(edges.tolist(), ends.tolist()):
-        level = Badness(int(timeline.levels[begin]))
-        if level != Badness.OK:
-            end = end - 1 if silent[end] else end
-            bands.append(Band(float(timeline.t[begin]), float(timeline.t[end]), level.name))
-    if len(bands) > MOST_BANDS:
-        bands = []
-    quiet = np.flatnonzero(silent)
-    quiet = quiet[quiet > 0][:MOST_BANDS]
-    return bands + [Band(float(timeline.t[k - 1]), float(timeline.t[k]), 'gap') for k in quiet]
+    bands: list[tuple[int, int, int]] = []
+    quiet: list[int] = []
+    edges, levels = np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int8)
+    silent, last = np.zeros(0, dtype=bool), -1
+    for rows in spans(len(timeline)):
+        own, breaks = timeline.levels[rows], _breaks(audit, rows)
+        at = np.flatnonzero((np.diff(own, prepend=last) != 0) | breaks)
+        last = int(own[-1])
+        if rows.stop == len(timeline):
+            at = np.append(at, len(own) - 1)
+        edges = np.append(edges, at + rows.start)
+        levels, silent = np.append(levels, own[at]), np.append(silent, breaks[at])
+        ends = edges[1:] - silent[1:]
+        bad = np.flatnonzero(levels[:-1] != Badness.OK)[: MOST_BANDS + 1 - len(bands)]
+        bands += [(int(edges[k]), int(ends[k]), int(levels[k])) for k in bad]
+        gaps = np.flatnonzero(breaks) + rows.start
+        quiet += gaps[gaps > 0][: MOST_BANDS - len(quiet)].tolist()
+        edges, levels, silent = edges[-1:], levels[-1:], silent[-1:]
+    t = timeline.t
+    shown = bands if len(bands) <= MOST_BANDS else []
+    return [Band(float(t[a]), float(t[b]), Badness(level).name) for a, b, level in shown] + [
+        Band(float(t[k - 1]), float(t[k]), 'gap') for k in quiet
+    ]
 
 
 def measure_charts(audit: Audit) -> str:
@@ -66,41 +102,33 @@ def measure_charts(audit: Audit) -> str:
     """
     robot, timeline = audit.robot, audit.timeline
     measure = MEASURES[robot.thresholds.measure]
-    values = watched_values(robot, timeline)
-    log = bool(np.any(values > 0.0))
+
+    def watched(rows: slice) -> Floats:
+        values = watched_values(robot, timeline, rows)
+        return np.where(np.isinf(values), np.nan, values)
+
     levels = [
         Level(robot.thresholds.warn, f'warn {robot.thresholds.warn:g}', 'warnline'),
         Level(robot.thresholds.stop, f'stop {robot.thresholds.stop:g}'),
     ]
     name = MEASURED[measure.name]
-    charts = [
-        Chart(
-            f'{name} to a singular pose' if measure.name == 'distance' else name,
-            measure.unit,
-            timeline.t,
-            [Curve(name, np.where(np.isinf(values), np.nan, values), 'c0')],
-            _breaks(audit),
-            _bands(audit),
-            levels,
-            log,
-            210,
-            _end(audit),
-        )
-    ]
+    curve = _curve(audit, name, 'c0', watched)
+    title = f'{name} to a singular pose' if measure.name == 'distance' else name
+    log = bool(np.any(curve.values > 0.0))
+    charts = [_chart(audit, title, measure.unit, [curve], log, levels, 210)]
     factors = robot.factors.names
     if len(factors) > 1:
         curves = [
-            Curve(factor, timeline.factors[:, k], f'c{k % 6}') for k, factor in enumerate(factors)
+            _curve(audit, factor, f'c{k % 6}', _scaled(timeline.factors.columns[k], 1.0))
+            for k, factor in enumerate(factors)
         ]
         charts.append(
             _chart(audit, 'distance to the zero of each factor', 'rad', curves, True, levels)
         )
     for other in ('smallest_singular_value', 'condition_number'):
         if other != measure.name:
-            column = timeline.measures[other]
-            column = np.where(np.isinf(column), np.nan, column)
-            if np.any(column > 0.0):
-                curve = Curve(MEASURED[other], column, 'c0')
+            curve = _curve(audit, MEASURED[other], 'c0', _finite(timeline.measures[other]))
+            if np.any(curve.values > 0.0):
                 charts.append(_chart(audit, MEASURED[other], '', [curve], True))
     text = ''.join(chart.html() for chart in charts)
     if audit.stretches:
@@ -121,18 +149,8 @@ def _chart(
     levels: list[Level] | None = None,
     height: int = 150,
 ) -> Chart:
-    return Chart(
-        title,
-        unit,
-        audit.timeline.t,
-        curves,
-        _breaks(audit),
-        _bands(audit),
-        levels or [],
-        log,
-        height,
-        _end(audit),
-    )
+    bands, end = _bands(audit), audit.timeline.end
+    return Chart(title, unit, curves, bands, levels or [], log, height, end)
 
 
 def joint_charts(audit: Audit) -> str:
@@ -141,27 +159,24 @@ def joint_charts(audit: Audit) -> str:
 
     """
     text = []
+    timeline = audit.timeline
     for j, joint in enumerate(audit.joints):
         scale, unit = (1.0, 'm') if joint.sliding else (math.degrees(1.0), 'deg')
-        q, qdot = scale * audit.timeline.q[:, j], scale * audit.timeline.qdot[:, j]
         limits = [
             Level(scale * value, f'limit {scale * value:.4g}')
             for value in (joint.lower, joint.upper)
             if math.isfinite(value)
         ]
-        text.append(
-            _chart(
-                audit, joint.name, unit, [Curve('position', q, 'c0')], False, limits, 110
-            ).html()
-        )
-        if np.any(np.isfinite(qdot)):
+        curve = _curve(audit, 'position', 'c0', _scaled(timeline.q.columns[j], scale))
+        text.append(_chart(audit, joint.name, unit, [curve], False, limits, 110).html())
+        curve = _curve(audit, 'velocity', 'c2 solid', _scaled(timeline.qdot.columns[j], scale))
+        if len(curve.values):
             top = scale * joint.velocity_limit
             speeds = (
                 [Level(-top, f'limit {-top:.4g}'), Level(top, f'limit {top:.4g}')]
                 if math.isfinite(top)
                 else []
             )
-            curve = Curve('velocity', qdot, 'c2 solid')
             title = f'{joint.name}, velocity'
             text.append(_chart(audit, title, f'{unit}/s', [curve], False, speeds, 110).html())
     return f'<div class="joints">{"".join(text)}</div>\n'
@@ -174,19 +189,19 @@ def tool_charts(audit: Audit) -> str:
     """
     timeline = audit.timeline
     curves = [
-        Curve(name, timeline.position[:, k], f'c{k}') for k, name in enumerate(('x', 'y', 'z'))
+        _curve(audit, name, f'c{k}', _scaled(timeline.position.columns[k], 1.0))
+        for k, name in enumerate(('x', 'y', 'z'))
     ]
     frame = audit.robot.base_frame
     text = _chart(audit, f'position in {frame}', 'm', curves).html()
-    speeds = _norms(timeline.twist[:, :3]), np.degrees(_norms(timeline.twist[:, 3:]))
-    for title, unit, values in (('speed', 'm/s', speeds[0]), ('turning', 'deg/s', speeds[1])):
-        if np.any(np.isfinite(values)):
-            text += _chart(audit, title, unit, [Curve(title, values, 'c0')], height=110).html()
+    for title, unit, values in (
+        ('speed', 'm/s', _scaled(timeline.speed, 1.0)),
+        ('turning', 'deg/s', lambda rows: np.degrees(timeline.turning[rows])),
+    ):
+        curve = _curve(audit, title, 'c0', values)
+        if len(curve.values):
+            text += _chart(audit, title, unit, [curve], height=110).html()
     return text
-
-
-def _norms(vectors: Floats) -> Floats:
-    return np.asarray(np.linalg.norm(vectors, axis=1))
 
 
 def frame_charts(audit: Audit, report: FrameReport) -> str:
@@ -194,11 +209,14 @@ def frame_charts(audit: Audit, report: FrameReport) -> str:
     Return what remains between the poses of both sources.
 
     """
-    none = np.zeros(len(report.t), dtype=bool)
-    bands, end = _bands(audit), _end(audit)
+    none, end = np.zeros(len(report.t), dtype=bool), audit.timeline.end
     return ''.join(
-        Chart(
-            title, unit, report.t, [Curve(title, values, 'c0')], none, bands, (), False, 110, end
+        _chart(
+            audit,
+            title,
+            unit,
+            [curve_of(title, 'c0', end, [(report.t, values, none)])],
+            height=110,
         ).html()
         for title, unit, values in (
             ('position remaining', 'mm', 1e3 * report.position),
@@ -213,12 +231,18 @@ def interval_chart(audit: Audit) -> str:
 
     """
     timeline = audit.timeline
-    steps = np.diff(timeline.stamps, prepend=timeline.stamps[:1]) * 1e-6
-    if len(steps) < 3 or not np.any(steps > 0.0):
+    if len(timeline) < 3:
         return ''
-    steps[0] = np.nan
-    curve = Curve('interval', np.where(steps > 0.0, steps, np.nan), 'c0')
-    none = np.zeros(len(steps), dtype=bool)
-    return Chart(
-        'interval of the stamps', 'ms', timeline.t, [curve], none, (), (), True, 110, _end(audit)
-    ).html()
+
+    def pieces() -> Iterator[tuple[Floats, Floats, Flags]]:
+        for rows in spans(len(timeline)):
+            before = timeline.stamps[max(rows.start - 1, 0)]
+            steps = np.diff(timeline.stamps[rows], prepend=before) * 1e-6
+            none = np.zeros(len(steps), dtype=bool)
+            yield timeline.t[rows], np.where(steps > 0.0, steps, np.nan), none
+
+    curve = curve_of('interval', 'c0', timeline.end, pieces())
+    if not len(curve.values):
+        return ''
+    title = 'interval of the stamps'
+    return Chart(title, 'ms', [curve], (), (), True, 110, timeline.end).html()

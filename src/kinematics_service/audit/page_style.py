@@ -24,6 +24,10 @@ p { margin: .4rem 0; } .soft { color: var(--soft); }
 .verdict.ERROR { border-color: var(--stop); }
 .verdict p.first { font-size: 1.15rem; font-weight: 600; }
 .verdict ul { margin: .4rem 0 0; padding-left: 1.2rem; }
+dl.origin { display: grid; grid-template-columns: max-content minmax(0, 1fr); gap: .15rem 1rem;
+  margin: .6rem 0; padding: .5rem 0; border-top: 1px solid var(--rule);
+  border-bottom: 1px solid var(--rule); font-size: .92rem; }
+dt { color: var(--soft); } dd { margin: 0; overflow-wrap: anywhere; }
 .tag { font-weight: 700; font-size: .85em; white-space: nowrap; padding-right: .3rem; }
 .tag.OK { color: var(--fine); } .tag.ERROR { color: var(--stop); }
 .tag.WARN { color: var(--ink); border-bottom: 3px solid var(--warn); padding: 0;
@@ -74,7 +78,14 @@ rect.gap { fill: var(--gap); opacity: .25; }
 .swatch.gap { background: color-mix(in srgb, var(--gap) 30%, transparent); }
 td:last-child { min-width: 9rem; }
 code { font-size: .9em; overflow-wrap: anywhere; }
-@media print { body { max-width: none; margin: 0; font-size: 10.5pt; } .wide { overflow: visible; }
+@media (max-width: 40rem) { .plot { margin-left: 3.2rem; } figcaption .key { margin-left: .4rem; }
+  .plot .note { max-width: 60%; } body { padding: 0 .6rem; overflow-wrap: anywhere; } }
+@page { size: A4; margin: 14mm 12mm 16mm; }
+@media print { body { max-width: none; margin: 0; padding: 0; font-size: 9.5pt; }
+  .wide { overflow: visible; } table { font-size: 7.5pt; }
+  th, td { padding-right: .5rem; overflow-wrap: anywhere; }
+  td:last-child { min-width: 0; } td.n, td.t, td:first-child { white-space: normal; }
+  .plot .read, .cursor { display: none; } figure { margin-bottom: 1rem; }
   h2 { break-after: avoid; } tr { break-inside: avoid; }
   .verdict, rect, .tag, .swatch { print-color-adjust: exact; -webkit-print-color-adjust: exact; } }
 """

@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 
 from ..kernel import Floats
+from ..measures import Level
 from .between_points import Planned, sampled
 from .block import LARGEST_BLOCK, AuditError, Block, Times
-from .source import Source, Wanted
+from .source import Remark, Source, Wanted
 
 SECOND = 1_000_000_000
 # Trajectories of one topic follow each other with a pause longer than any timeout (ns).
@@ -60,23 +61,33 @@ def open_planned(file: Path, wanted: Wanted) -> Source:
         None,
         blocks_of_trajectories(planned, wanted, str(file)),
         None,
-        (f'{len(planned)} trajectories in a row',) if len(planned) > 1 else (),
+        [Remark(Level.OK, f'{len(planned)} trajectories in a row')] if len(planned) > 1 else [],
     )
 
 
 def _documents(file: Path, text: str) -> list[Any]:
     if file.suffix.lower() == '.json' or text.lstrip().startswith('{'):
         try:
-            return [json.loads(text)]
+            return [json.loads(text, object_pairs_hook=_mapping)]
         except (ValueError, RecursionError) as error:
             reason = str(error) or 'nested too deeply'
             raise AuditError(f'{file}: is not valid JSON: {reason}') from None
-    from .block_yaml import BlockYamlError, read_documents
+    from .plan_yaml import PlanYamlError, read_documents
 
     try:
         return read_documents(text)
-    except BlockYamlError as error:
+    except PlanYamlError as error:
         raise AuditError(f'{file}:{error}') from None
+
+
+def _mapping(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    # Of a key that is there twice, json.loads would take the last in silence.
+    mapping = dict(pairs)
+    if len(mapping) < len(pairs):
+        keys = [key for key, _ in pairs]
+        twice = next(key for key in mapping if keys.count(key) > 1)
+        raise ValueError(f'the key {twice[:40]!a} is there twice')
+    return mapping
 
 
 def _trajectories(document: Any, depth: int = 0) -> Iterator[Mapping[str, Any]]:
@@ -157,20 +168,22 @@ def _table(rows: Sequence[Any], names: tuple[str, ...], key: str, where: str) ->
             if key != 'positions':
                 return None
             raise AuditError(f'{where}: points[{k}] has not one position for each joint')
+        # Truth values and texts, which numpy would take for numbers.
+        if isinstance(row, list) and not {type(value) for value in row} <= {int, float}:
+            raise AuditError(f'{where}: points[{k}]: {key} must be numbers')
     try:
         return np.array(rows, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise AuditError(f'{where}: {key} must be numbers') from None
+    except OverflowError:
+        raise AuditError(f'{where}: {key} holds a number that is not finite') from None
 
 
 def _seconds(time: Any, k: int, where: str) -> float:
-    if isinstance(time, (int, float)) and not isinstance(time, bool):
-        return float(time)
     if isinstance(time, Mapping):
-        seconds = time.get('sec', time.get('secs', 0))
-        nanoseconds = time.get('nanosec', time.get('nsecs', 0))
-        if isinstance(seconds, (int, float)) and isinstance(nanoseconds, (int, float)):
-            return float(seconds) + float(nanoseconds) * 1e-9
+        parts = (time.get('sec', time.get('secs', 0)), time.get('nanosec', time.get('nsecs', 0)))
+    else:
+        parts = (time, 0)
+    if {type(part) for part in parts} <= {int, float} and all(abs(p) < 1e18 for p in parts):
+        return float(parts[0]) + float(parts[1]) * 1e-9
     raise AuditError(f'{where}: points[{k}]: time_from_start must be sec and nanosec, or seconds')
 
 

@@ -5,13 +5,14 @@ Where joint states come from: one entry for every kind of file, found by what th
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
 from ..kernel import Floats
+from ..measures import Level
 from ..robot import Robot
-from .block import AuditError, Block, Times
+from .block import AuditError, Block, Times, Unreadable
 from .pose_format import PoseFormat
 
 BAGS = ('.mcap', '.db3', '.bag')
@@ -42,6 +43,8 @@ class PoseTrack(NamedTuple):
         Why the poses cannot be used, a sentence; empty where they can.
     doubts
         Numbers beyond what a pose can have, each a sentence.
+    total
+        How many poses the source has, where these are some of them, evenly spread; else 0.
 
     """
 
@@ -52,6 +55,7 @@ class PoseTrack(NamedTuple):
     q: Floats | None = None
     refused: str = ''
     doubts: tuple[str, ...] = ()
+    total: int = 0
 
 
 class Wanted(NamedTuple):
@@ -66,6 +70,16 @@ class Wanted(NamedTuple):
     columns: str | None = None
     joint_prefix: str = ''
     pose_format: PoseFormat = PoseFormat()
+
+
+class Remark(NamedTuple):
+    """
+    What is to be said of a file itself: `level` OK, WARN, or ERROR where it is damaged.
+
+    """
+
+    level: Level
+    text: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +102,7 @@ class Source:
     poses
         The second source of the tool pose, where one was asked for.
     remarks
-        What is to be said of the file itself.
+        What is to be said of the file itself, complete when the blocks are read.
 
     """
 
@@ -96,9 +110,9 @@ class Source:
     topic: str
     planned: bool
     total: int | None
-    blocks: Iterator[Block]
+    blocks: Iterator[Block | Unreadable]
     poses: PoseTrack | None = None
-    remarks: tuple[str, ...] = ()
+    remarks: list[Remark] = field(default_factory=list)
 
 
 @contextmanager

@@ -4,12 +4,14 @@ How the messages of a recording came: rate, gaps, repeated stamps, names that ch
 """
 
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-from .block import Block, Times
+from .block import Block, Times, Unreadable
+from .columns import Column, median, spans
 
 # A gap is this many times the median interval of stamps, and at least so long (ns).
 GAP, SHORTEST_GAP = 5.0, 20_000_000
@@ -107,8 +109,9 @@ class StreamWatch:
 
     def __init__(self, joint_names: tuple[str, ...]) -> None:
         self._ours = set(joint_names)
-        self._stamps: list[Times] = []
-        self._delays: list[Times] = []
+        # Of the messages with a stamp.
+        self._stamps, self._delays = Column(np.int64), Column(np.int64)
+        self._numbers = Column(np.int64)
         self._orders: Counter[tuple[str, ...]] = Counter()
         self._first: dict[tuple[str, ...], tuple[int, int]] = {}
         self._order: tuple[str, ...] | None = None
@@ -117,19 +120,24 @@ class StreamWatch:
         self._last: tuple[int, list[float]] | None = None
         self._count = 0
 
-    def take(self, block: Block) -> None:
+    def take(self, block: Block | Unreadable) -> None:
         """
         Look at the next block.
 
         """
+        if isinstance(block, Unreadable):
+            self._count += 1
+            return
         order = tuple(name for name in block.names if name in self._ours)
         if order:
             self._orders[order] += len(block)
             self._first.setdefault(order, (self._count, len(block.names) - len(order)))
             self._changes += self._order is not None and self._order != order
             self._order = order
-        self._stamps.append(block.stamps)
-        self._delays.append(np.where(block.stamps > 0, block.received - block.stamps, 0))
+        stamped = block.stamps > 0
+        self._numbers.append(np.flatnonzero(stamped) + self._count)
+        self._stamps.append(block.stamps[stamped])
+        self._delays.append((block.received - block.stamps)[stamped])
         same = (np.diff(block.stamps) == 0) & np.all(np.diff(block.positions, axis=0) == 0, axis=1)
         self._identical += int(np.sum(same & (block.stamps[1:] > 0)))
         first = (int(block.stamps[0]), block.positions[0].tolist())
@@ -142,36 +150,53 @@ class StreamWatch:
         Return what there was.
 
         """
-        stamps = np.concatenate(self._stamps) if self._stamps else np.zeros(0, dtype=np.int64)
-        stamped = np.flatnonzero(stamps > 0)
-        steps = np.diff(stamps[stamped])
-        forwards = steps[steps > 0]
-        median = float(np.median(forwards)) if len(forwards) else 0.0
-        late = np.flatnonzero(steps > max(GAP * median, SHORTEST_GAP))
-        longest = late[np.argsort(-steps[late], kind='stable')][:MOST_LISTED]
-        delays = np.concatenate(self._delays)[stamped] if self._delays else stamps[stamped]
+        stamps, delays = self._stamps, self._delays
+        forwards = median(lambda: (steps[steps > 0] for _, steps in self._steps()))
+        longest = max(GAP * forwards, SHORTEST_GAP)
+        gaps: list[tuple[int, int]] = []
+        gap_count = repeated = backwards = duration = 0
+        largest = least = 0
+        for begin, steps in self._steps():
+            late = np.flatnonzero(steps > longest)
+            gap_count += len(late)
+            late = late[np.argsort(-steps[late], kind='stable')][:MOST_LISTED]
+            gaps += [(-int(steps[k]), begin + k) for k in late.tolist()]
+            gaps = sorted(gaps)[:MOST_LISTED]
+            repeated += int(np.sum(steps == 0))
+            backwards += int(np.sum(steps < 0))
+            duration += int(np.sum(steps[steps > 0]))
+            largest, least = max(largest, int(np.max(steps))), min(least, int(np.min(steps)))
+        delay_longest = max((int(np.max(delays[rows])) for rows in spans(len(delays))), default=0)
         return Stream(
             messages=self._count,
-            first_stamp=int(stamps[stamped[0]]) if len(stamped) else 0,
-            last_stamp=int(stamps[stamped[-1]]) if len(stamped) else 0,
-            median_interval=median * 1e-9,
-            longest_interval=float(np.max(steps, initial=0)) * 1e-9,
-            duration=float(np.sum(forwards)) * 1e-9,
-            gap_count=len(late),
+            first_stamp=int(stamps[0]) if len(stamps) else 0,
+            last_stamp=int(stamps[-1]) if len(stamps) else 0,
+            median_interval=forwards * 1e-9,
+            longest_interval=largest * 1e-9,
+            duration=duration * 1e-9,
+            gap_count=gap_count,
             gaps=tuple(
-                Gap(int(stamped[k + 1]), int(stamps[stamped[k]]), float(steps[k]) * 1e-9)
-                for k in np.sort(longest)
+                Gap(int(self._numbers[k + 1]), int(stamps[k]), -step * 1e-9)
+                for step, k in sorted(gaps, key=lambda gap: gap[1])
             ),
-            repeated=int(np.sum(steps == 0)),
-            backwards=int(np.sum(steps < 0)),
-            unstamped=self._count - len(stamped),
-            largest_step_back=float(-np.min(steps, initial=0)) * 1e-9,
+            repeated=repeated,
+            backwards=backwards,
+            unstamped=self._count - len(stamps),
+            largest_step_back=-least * 1e-9,
             identical=int(self._identical),
             orders=tuple(
                 NameOrder(order, self._first[order][1], count, self._first[order][0])
                 for order, count in self._orders.most_common(MOST_LISTED)
             ),
             changes_of_order=self._changes,
-            delay_median=float(np.median(delays)) * 1e-9 if len(delays) else 0.0,
-            delay_longest=float(np.max(delays, initial=0)) * 1e-9,
+            delay_median=median(lambda: (delays[rows] for rows in spans(len(delays)))) * 1e-9,
+            delay_longest=max(delay_longest, 0) * 1e-9,
         )
+
+    def _steps(self) -> Iterator[tuple[int, Times]]:
+        # Steps between stamps, with the number of the first of them.
+        for rows in spans(len(self._stamps)):
+            begin = max(rows.start - 1, 0)
+            steps = np.diff(self._stamps[begin : rows.stop])
+            if len(steps):
+                yield begin, steps

@@ -3,6 +3,8 @@ Stretches of a recording near a singularity, each with its name, duration and wo
 
 """
 
+import math
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -12,6 +14,7 @@ from ..measures import MEASURES, Level
 from ..notice import direction_in_words, joints_in_words
 from ..robot import Robot
 from ..singularities import singularity
+from .columns import spans
 from .timeline import Timeline
 
 
@@ -76,12 +79,12 @@ class Stretch(NamedTuple):
         return self.end - self.begin
 
 
-def watched_values(robot: Robot, timeline: Timeline) -> Floats:
+def watched_values(robot: Robot, timeline: Timeline, rows: slice) -> Floats:
     """
-    Return the watched measure of every state, |det| for the determinant, shape (N,).
+    Return the watched measure of some states, |det| for the determinant, shape (N,).
 
     """
-    values: Floats = np.abs(timeline.measures[robot.thresholds.measure])
+    values: Floats = np.abs(timeline.measures[robot.thresholds.measure][rows])
     return values
 
 
@@ -100,55 +103,70 @@ def stretches_of(robot: Robot, timeline: Timeline) -> tuple[Stretch, ...]:
     Return the stretches near a singularity, in their order.
 
     """
-    bad = timeline.levels != Level.OK
-    begins = bad & ~np.concatenate([[False], bad[:-1]]) | bad & timeline.silent
-    ends = bad & ~np.concatenate([bad[1:], [False]])
-    ends[:-1] |= bad[:-1] & timeline.silent[1:]
-    values = watched_values(robot, timeline)
-    worse = badness(robot, values)
-    return tuple(
-        _stretch(robot, timeline, values, worse, first, last)
-        for first, last in zip(np.flatnonzero(begins).tolist(), np.flatnonzero(ends).tolist())
-    )
+    return tuple(_stretch(robot, timeline, first, last) for first, last in _runs(timeline))
 
 
-def _stretch(
-    robot: Robot, timeline: Timeline, values: Floats, worse: Floats, first: int, last: int
-) -> Stretch:
-    worst = first + int(np.argmax(worse[first : last + 1]))
-    until = last + 1 if last + 1 < len(timeline) and not timeline.silent[last + 1] else last
-    t = timeline.t[first : until + 1]
-    levels = timeline.levels[first : last + 1]
-    # Each message holds until the next one.
-    holds = np.diff(t, append=t[-1:])[: len(levels)]
+def _runs(timeline: Timeline) -> Iterator[tuple[int, int]]:
+    # First and last row of every run of states that are not OK; a silence ends one.
+    first: int | None = None
+    for rows in spans(len(timeline)):
+        bad, silent = timeline.levels[rows] != Level.OK, timeline.silent[rows]
+        before = np.concatenate([[first is not None], bad[:-1]])
+        for k in np.flatnonzero((bad != before) | bad & silent).tolist():
+            if first is not None:
+                yield first, rows.start + k - 1
+            first = rows.start + k if bad[k] else None
+    if first is not None:
+        yield first, len(timeline) - 1
+
+
+def _stretch(robot: Robot, timeline: Timeline, first: int, last: int) -> Stretch:
+    goes_on = last + 1 < len(timeline) and not timeline.silent[last + 1]
+    until = last + 1 if goes_on else last
+    level, stopped = Level.OK, 0.0
+    worst, worse = first, -math.inf
+    passed: dict[int, Passed] = {}
+    for span in spans(last + 1 - first):
+        rows = slice(first + span.start, first + span.stop)
+        t = timeline.t[rows.start : min(rows.stop, until) + 1]
+        levels = timeline.levels[rows]
+        # Each message holds until the next one.
+        holds = np.diff(t, append=t[-1:])[: len(levels)]
+        level = max(level, Level(int(np.max(levels))))
+        stopped += float(np.sum(holds[levels == Level.ERROR]))
+        bad = badness(robot, watched_values(robot, timeline, rows))
+        k = int(np.argmax(bad))
+        if bad[k] > worse:
+            worst, worse = rows.start + k, float(bad[k])
+        _pass(robot, timeline, rows, passed)
     near = singularity(robot, timeline.q[worst])
     names = robot.factors.names
-    factor = names[int(np.argmin(timeline.factors[worst]))] if names else ''
     return Stretch(
         first=first,
         last=last,
         worst=worst,
-        begin=float(t[0]),
-        end=float(t[-1]),
-        level=Level(int(np.max(levels))),
-        stopped=float(np.sum(holds[levels == Level.ERROR])),
-        value=float(values[worst]),
-        factor=factor,
-        factors=_factors(robot, timeline, first, last),
+        begin=float(timeline.t[first]),
+        end=float(timeline.t[until]),
+        level=level,
+        stopped=stopped,
+        value=float(watched_values(robot, timeline, slice(worst, worst + 1))[0]),
+        factor=names[int(np.argmin(timeline.factors[worst]))] if names else '',
+        factors=tuple(sorted(passed.values(), key=lambda one: one.row)),
         lost=direction_in_words(near.lost_direction),
         fighting=joints_in_words(robot.joint_names, near.joint_motion),
         q=timeline.q[worst],
     )
 
 
-def _factors(robot: Robot, timeline: Timeline, first: int, last: int) -> tuple[Passed, ...]:
+def _pass(robot: Robot, timeline: Timeline, rows: slice, passed: dict[int, Passed]) -> None:
+    # Where each factor that is the nearest at some time was least.
     if not robot.factors.names:
-        return ()
-    distances = timeline.factors[first : last + 1]
+        return
+    distances = timeline.factors[rows]
     nearest = np.argmin(distances, axis=1)
-    passed = []
     for k in np.unique(nearest).tolist():
-        rows = np.flatnonzero(nearest == k)
-        row = int(rows[np.argmin(distances[rows, k])])
-        passed.append(Passed(robot.factors.names[k], float(distances[row, k]), first + row))
-    return tuple(sorted(passed, key=lambda one: one.row))
+        own = np.flatnonzero(nearest == k)
+        row = int(own[np.argmin(distances[own, k])])
+        distance = float(distances[row, k])
+        if k not in passed or distance < passed[k].distance:
+            passed[k] = Passed(robot.factors.names[k], distance, rows.start + row)

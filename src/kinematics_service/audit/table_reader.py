@@ -6,17 +6,17 @@ Joint states in a table: a CSV file with a header, of any of the known layouts.
 import csv
 import warnings
 from collections.abc import Iterator, Sequence
-from decimal import Decimal, InvalidOperation
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from ..kernel import Floats
-from ..recording import LATEST, POSITION, STAMP, VELOCITY
+from ..measures import Level
+from ..recording import POSITION, STAMP, VELOCITY, nanoseconds_of, number_of
 from .block import LARGEST_BLOCK, AuditError, Block, Times
 from .pose_format import ACCEPTED_POSES, PoseFormat, pose_columns
-from .source import PoseTrack, Source, Wanted
+from .source import PoseTrack, Remark, Source, Wanted
 from .tool_poses import pose_track
 
 SHOWN = 12
@@ -109,7 +109,7 @@ class _Table:
                 )
 
         topic = f'{self.names.position}*'
-        return Source('table', topic, False, len(stamps), blocks(), track, tuple(remarks))
+        return Source('table', topic, False, len(stamps), blocks(), track, remarks)
 
     def _layout(self) -> Names:
         if self.wanted.columns is not None:
@@ -181,7 +181,7 @@ class _Table:
         listed = ', '.join(ascii(name) for name in self.header[:SHOWN])
         return listed + (f' and {more} more' if more > 0 else '')
 
-    def _numbers(self) -> tuple[Times, Floats, list[str]]:
+    def _numbers(self) -> tuple[Times, Floats, list[Remark]]:
         # All wanted columns: positions, velocities, pose.
         columns = self._family(self.names.position) + self._velocity_columns()
         pose = self._pose_columns()
@@ -213,25 +213,28 @@ class _Table:
             raise ValueError
         return np.ascontiguousarray(table[:, 0]).view(np.int64), table[:, 1:]
 
-    def _line_by_line(self, stamp_at: int, at: Sequence[int]) -> tuple[Times, Floats, list[str]]:
+    def _line_by_line(
+        self, stamp_at: int, at: Sequence[int]
+    ) -> tuple[Times, Floats, list[Remark]]:
         # The long way, which knows what to say of a bad line.
         stamps: list[int] = []
         numbers: list[list[float]] = []
-        remarks: list[str] = []
+        remarks: list[Remark] = []
         with self.file.open(encoding='utf-8-sig', newline='') as stream:
             rows = csv.reader(stream, delimiter=self.delimiter)
             lines = [(rows.line_num, cells) for cells in rows if any(c.strip() for c in cells)]
         for k, (line, cells) in enumerate(lines[1:], start=1):
             if len(cells) != len(self.header):
                 if k == len(lines) - 1 and k > 1:
-                    remarks.append(f'line {line}, the last one, is cut off and left out')
+                    text = f'line {line}, the last one, is cut off and left out'
+                    remarks.append(Remark(Level.OK, text))
                     continue
                 raise AuditError(
                     f'{self.file}:{line}: {len(cells)} cells, but the header has '
                     f'{len(self.header)} columns'
                 )
             try:
-                stamps.append(_nanoseconds(cells[stamp_at]))
+                stamps.append(nanoseconds_of(cells[stamp_at]))
             except ValueError:
                 raise AuditError(
                     f'{self.file}:{line}: column {self.header[stamp_at]!r}: '
@@ -245,7 +248,7 @@ class _Table:
     def _number(self, line: int, column: int, cell: str) -> float:
         text = cell.strip()
         try:
-            return float(text) if text else float('nan')
+            return number_of(text) if text else float('nan')
         except ValueError:
             raise AuditError(
                 f'{self.file}:{line}: column {self.header[column]!r}: {text[:40]!a} is not a '
@@ -253,20 +256,6 @@ class _Table:
             ) from None
 
 
-def _nanoseconds(text: str) -> int:
-    # Without a double in between: nanoseconds of a day in this century do not fit one.
-    whole, _, fraction = text.strip().partition('.')
-    if whole.isdecimal() and (fraction.isdecimal() or not fraction) and len(whole) < 11:
-        return int(whole) * 1_000_000_000 + int((fraction + '000000000')[:9])
-    try:
-        seconds = Decimal(text.strip())
-    except InvalidOperation:
-        raise ValueError(text) from None
-    if not (seconds.is_finite() and 0 <= seconds < LATEST):
-        raise ValueError(text)
-    return int(seconds.scaleb(9).to_integral_value())
-
-
 def _nanoseconds_as_double(text: str) -> float:
     # The bits of an integer in the one table of doubles that numpy reads.
-    return float(np.int64(_nanoseconds(text)).view(np.float64))
+    return float(np.int64(nanoseconds_of(text)).view(np.float64))

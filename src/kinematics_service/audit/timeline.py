@@ -3,14 +3,17 @@ What is known of an arm at every message of a recording, in columns.
 
 """
 
-from dataclasses import dataclass
 from typing import NamedTuple
+
+import numpy as np
 
 from ..kernel import Floats
 from ..notice import Notice
+from ..robot import Robot
 from ..singularities import Singularity
 from ..tool_state import ToolState
 from .block import Flags, Times
+from .columns import Column, Table
 from .ingest import Known
 from .judging import Levels
 
@@ -34,29 +37,31 @@ class Said(NamedTuple):
     notice: Notice
 
 
-@dataclass(frozen=True, eq=False)
 class Timeline:
     """
-    Every state of a recording; N of them.
+    Every state of a recording; N of them, in columns that are read in pieces.
+
+    What is not here (Jacobian, quaternion, twist, other measures) is computed anew where it is
+    wanted for some rows, from `q` and `qdot`.
 
     Attributes
     ----------
     messages : shape (N,)
         Number of the message that made it, from 0.
-    stamps, arrivals : shape (N,), ns
-        Of the state; of the receipt.
+    stamps : shape (N,), ns
+        Of the state.
     t : shape (N,), s
         Time since the first state by the stamps; a step back takes no time.
     q, qdot : shape (N, n), rad or m, rad/s or m/s
         Rows of `qdot` are NaN where unknown.
     differenced : shape (N,)
         Whether the velocities are differences of positions.
-    position : shape (N, 3), m; quaternion_xyzw : shape (N, 4); twist : shape (N, 6)
-        Of the tool in the base frame; the twist is NaN where unknown.
+    turned : shape (N,)
+        Whether the tool's quaternion is published with the opposite sign of the kernel's.
+    position : shape (N, 3), m; speed : shape (N,), m/s; turning : shape (N,), rad/s
+        Of the tool in the base frame; speeds are NaN where unknown.
     measures : by name, shape (N,)
-        As in `Singularity`; `determinant` is missing where J_t is not square.
-    time_to_warning : shape (N,), s
-        NaN where unknown.
+        As in `Singularity`: the watched one, smallest singular value, and condition number.
     factors : shape (N, F), rad
         Distance to the zero of each named factor; F is 0 where the file lists none.
     levels : shape (N,)
@@ -68,25 +73,71 @@ class Timeline:
 
     """
 
-    messages: Times
-    stamps: Times
-    arrivals: Times
-    t: Floats
-    q: Floats
-    qdot: Floats
-    differenced: Flags
-    position: Floats
-    quaternion_xyzw: Floats
-    twist: Floats
-    measures: dict[str, Floats]
-    time_to_warning: Floats
-    factors: Floats
-    levels: Levels
-    silent: Flags
-    said: tuple[Said, ...]
+    def __init__(self, robot: Robot) -> None:
+        self.messages, self.stamps = Column(np.int64), Column(np.int64)
+        self.t = Column(np.float64)
+        self.q, self.qdot = Table(robot.dof), Table(robot.dof)
+        self.differenced, self.turned = Column(bool), Column(bool)
+        self.position, self.speed, self.turning = Table(3), Column(np.float64), Column(np.float64)
+        kept = (robot.thresholds.measure, 'smallest_singular_value', 'condition_number')
+        self.measures = {name: Column(np.float64) for name in kept}
+        self.factors = Table(len(robot.factors.names))
+        self.levels, self.silent = Column(np.int8), Column(bool)
+        self.said: list[Said] = []
+        self._clock: tuple[int, int] | None = None
 
     def __len__(self) -> int:
         return len(self.stamps)
+
+    @property
+    def end(self) -> float:
+        """
+        Return the time of the last state, s.
+
+        """
+        return float(self.t[-1])
+
+    def append(
+        self,
+        known: Known,
+        state: ToolState,
+        singularity: Singularity,
+        levels: Levels,
+        turned: Flags,
+    ) -> None:
+        """
+        Add the next batch of states.
+
+        """
+        moving = ~np.any(np.isnan(known.qdot), axis=1)
+        twist = np.where(moving[:, None], state.twist, np.nan)
+        silent = np.zeros(len(known), dtype=bool)
+        silent[list(known.silences)] = True
+        self.messages.append(known.messages)
+        self.t.append(self._times(known.stamps))
+        self.stamps.append(known.stamps)
+        self.q.append(known.q)
+        self.qdot.append(known.qdot)
+        self.differenced.append(known.differenced)
+        self.turned.append(turned)
+        self.position.append(state.position)
+        self.speed.append(np.linalg.norm(twist[:, :3], axis=1))
+        self.turning.append(np.linalg.norm(twist[:, 3:], axis=1))
+        for name, column in self.measures.items():
+            column.append(getattr(singularity, name))
+        factors = singularity.factors
+        none = np.zeros((len(known), 0))
+        self.factors.append(none if factors is None else factors.distances)
+        self.levels.append(levels)
+        self.silent.append(silent)
+
+    def _times(self, stamps: Times) -> Floats:
+        last, passed = self._clock or (int(stamps[0]), 0)
+        steps = np.maximum(np.diff(stamps, prepend=last), 0)
+        total = passed + np.cumsum(steps)
+        self._clock = int(stamps[-1]), int(total[-1])
+        times: Floats = total * 1e-9
+        return times
 
 
 class Part(NamedTuple):

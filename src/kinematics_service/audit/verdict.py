@@ -12,6 +12,10 @@ from .auditing import Audit
 from .frames import NotCompared
 from .joints import look_like_degrees
 
+# So many messages of a recording, and such a share of them, may make no state before its verdict
+# is in doubt: a few are usual while several drivers start, and 1 in 1,000 at 1 kHz is a
+# millisecond in a second, in which no arm gets into a singularity and out of it.
+FEW, SHARE = 2, 1e-3
 # Differences of reported velocity worth a sentence: share of the joint's own speed.
 VELOCITY_SHARE = 0.2
 
@@ -68,7 +72,7 @@ def verdict_of(audit: Audit) -> Verdict:
     Return the findings in words.
 
     """
-    sentences = [_singular(audit), *_limits(audit), *_frames(audit)]
+    sentences = [*_not_judged(audit), _singular(audit), *_limits(audit), *_frames(audit)]
     if not audit.planned:
         sentences += [*_messages(audit), *_stream(audit), *_velocities(audit)]
     if audit.jump_count:
@@ -81,12 +85,48 @@ def verdict_of(audit: Audit) -> Verdict:
                 f'the first of {jump.joint} by {jump.step:+.3g} at {at}.',
             )
         )
-    sentences += [Sentence(Level.OK, f'{remark}.') for remark in audit.remarks]
+    sentences += [Sentence(remark.level, f'{remark.text}.') for remark in audit.remarks]
     first, *others = sentences
     return Verdict((first, *sorted(others, key=lambda sentence: -sentence.level)))
 
 
+def _unjudged(audit: Audit) -> int:
+    # A repeated message of a recording was judged the first time.
+    repeated = 0 if audit.planned else audit.refused.get(DROPPED, 0)
+    return sum(audit.refused.values()) - repeated
+
+
+def _unjudged_share(audit: Audit) -> str:
+    refused, total = _unjudged(audit), audit.stream.messages
+    noun = 'sample' if audit.planned else 'message'
+    return f'{refused:,} of {count(total, noun)} ({100.0 * refused / total:.3g} %)'
+
+
+def _in_doubt(audit: Audit) -> bool:
+    # Whether so many messages of a recording made no state that its verdict is in doubt.
+    return not audit.planned and _unjudged(audit) > max(FEW, SHARE * audit.stream.messages)
+
+
+def _not_judged(audit: Audit) -> list[Sentence]:
+    if not audit.planned or not audit.refused:
+        return []
+    text = f'The planned motion could not be judged in {_unjudged_share(audit)}'
+    return [Sentence(Level.ERROR, f'{text}: {_reasons(audit.refused)}.')]
+
+
+def _reasons(refused: dict[str, int]) -> str:
+    return ', '.join(f'{reason} ({number:,})' for reason, number in refused.items())
+
+
 def _singular(audit: Audit) -> Sentence:
+    found = _singular_poses(audit)
+    if not _in_doubt(audit):
+        return found
+    level = max(found.level, Level.WARN)
+    return Sentence(level, f'{found.text} {_unjudged_share(audit)} could not be judged.')
+
+
+def _singular_poses(audit: Audit) -> Sentence:
     measure = MEASURES[audit.robot.thresholds.measure]
     thresholds = audit.robot.thresholds
     who = 'The planned motion' if audit.planned else 'The arm'
@@ -102,7 +142,7 @@ def _singular(audit: Audit) -> Sentence:
     level = max(stretch.level for stretch in audit.stretches)
     stretch = max(audit.stretches, key=lambda one: (one.level, -_goodness(audit, one.value)))
     near = sum(one.seconds for one in audit.stretches)
-    total = float(audit.timeline.t[-1])
+    total = audit.timeline.end
     names = dict.fromkeys([stretch.factor, *(one.name for one in stretch.factors)])
     named = f' ({", ".join(names)})' if stretch.factor else ''
     where = (
@@ -166,9 +206,9 @@ def _messages(audit: Audit) -> list[Sentence]:
     dropped = refused.pop(DROPPED, 0)
     sentences = []
     if refused:
-        reasons = ', '.join(f'{reason} ({n:,})' for reason, n in refused.items())
         number = count(sum(refused.values()), 'message')
-        sentences.append(Sentence(Level.WARN, f'{number} made no new state: {reasons}.'))
+        level = Level.WARN if _in_doubt(audit) else Level.OK
+        sentences.append(Sentence(level, f'{number} made no new state: {_reasons(refused)}.'))
     if dropped:
         stream = audit.stream
         text = f'{count(dropped, "message")} dropped, the stamp being not newer'

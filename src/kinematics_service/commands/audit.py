@@ -3,11 +3,11 @@ The command `audit`: a recording or a planned trajectory, judged as the node wou
 
 """
 
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+import sys
+from datetime import datetime
 from enum import Enum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -24,10 +24,8 @@ from .frame_options import (
 from .options import RobotOption, WrongUsage, given_robot
 
 if TYPE_CHECKING:
-    from ..audit.auditing import Audit
-    from ..audit.frames import FrameSettings
-    from ..audit.source import Wanted
     from ..robot import Robot
+    from .audit_runs import Outcome
 
 FAILURES = ('never', 'warn', 'stop', 'limits', 'frames')
 
@@ -41,6 +39,7 @@ Examples:
   kinematics_service audit plan.yaml --robot arm.yaml
   kinematics_service audit bag/ --robot ur5e --pose-topic /tcp_pose --json -
   kinematics_service audit run.bag --robot panda --out run_kinematics.mcap
+  kinematics_service audit shift/*.mcap --robot ur5e --jobs 4 --html pages/
 
 \b
 FILE is one of
@@ -50,14 +49,20 @@ FILE is one of
   a JointTrajectory (.yaml, .json) as `ros2 topic echo` prints it, or in a bag
 
 \b
+Of several FILEs each has its verdict, --html, --json and --out name folders, and
+the exit code is that of the worst.
+
+\b
 Exit code 0: judged. 1: FILE cannot be read or has no state of this robot, or
 --fail-on is met. 2: wrong usage. --fail-on is a list of
   warn, stop     it comes nearer to a singularity than that threshold
   limits         a joint is beyond its limits
-  frames         the second source of poses cannot be compared, or disagrees:
-                 the cause is found, or more than --pose-stop remains with
-                 constant offsets of base and tool
+  frames         there is no second source of poses, or it cannot be compared,
+                 or disagrees: the cause is found, or more than --pose-stop
+                 remains with constant offsets of base and tool
   never          the default of a recording; that of a plan is stop
+A plan that could not be judged in some sample, and a file whose checksum is
+wrong, fail too, unless it says never.
 """
 
 
@@ -73,7 +78,7 @@ class VelocitySource(str, Enum):
 
 
 def audit(
-    file: Annotated[Path, typer.Argument(metavar='FILE', help='The recording or the plan.')],
+    files: Annotated[list[Path], typer.Argument(metavar='FILE...', help='Recordings or plans.')],
     robot: RobotOption,
     topic: Annotated[
         str | None,
@@ -121,26 +126,71 @@ def audit(
     pose_gap: GapOption = None,
     pose_warn: WarnOption = WARN,
     pose_stop: BadOption = STOP,
+    jobs: Annotated[
+        int | None,
+        typer.Option(metavar='N', help='Audit so many files at once.', show_default='1'),
+    ] = None,
+    workers: Annotated[
+        str | None,
+        typer.Option(
+            metavar='dask://HOST:PORT',
+            help='Have a dask cluster audit the files, which its workers must see.',
+            show_default='here',
+        ),
+    ] = None,
 ) -> None:
     """
     Run the command; `HELP` is what its user reads.
 
     """
-    wanted = _failures(fail_on)
+    failures = _failures(fail_on)
     if not 1e-3 <= timeout <= 3600.0:
         raise WrongUsage(f'--timeout: {timeout:g} is not within 0.001 and 3600 s')
-    for option, path in (('--html', html), ('--out', out)):
-        if path is not None and path.resolve() == file.resolve():
-            raise WrongUsage(f'{option}: {path} is the recording itself')
+    if workers is not None and (jobs is not None or out is not None):
+        raise WrongUsage('--workers goes with neither --jobs nor --out')
+    if jobs is not None and jobs < 1:
+        raise WrongUsage(f'--jobs: {jobs} is not 1 or more')
+    paths = {
+        'html': _paths('--html', html, files, '.html'),
+        'json': _paths('--json', json, files, '.json'),
+        'out': _paths('--out', out, files, '.mcap'),
+    }
+    for option, own in paths.items():
+        for path in own:
+            if path is not None and path.resolve() in [file.resolve() for file in files]:
+                raise WrongUsage(f'--{option}: {path} is the recording itself')
     arm = _judged(given_robot(robot), warn, stop)
     frames = given_frames(pose_gap, pose_warn, pose_stop)
     form = given_format(pose_format)
     from ..audit.source import Wanted
+    from ..estimator import EstimatorSettings
+    from .audit_runs import Run, outcomes
 
     reading = Wanted(arm, topic, pose_topic, columns, joint_prefix, form)
-    finished = _run(file, reading, out, velocity_source.value, timeout, frames)
-    _write(finished, html, json)
-    if _failed(finished, wanted):
+    settings = EstimatorSettings(joint_prefix, velocity_source.value, round(timeout * 1e9))
+    date = datetime.now().astimezone().isoformat(' ', 'seconds')
+    runs = [
+        Run(
+            file,
+            robot,
+            date,
+            reading,
+            settings,
+            frames,
+            failures,
+            html is not None,
+            json is not None,
+            out,
+        )
+        for file, html, json, out in zip(files, paths['html'], paths['json'], paths['out'])
+    ]
+    failed = False
+    for k, outcome in enumerate(outcomes(runs, jobs or 1, workers)):
+        if k:
+            print()
+        _report(outcome, paths['html'][k], paths['json'][k])
+        failed |= outcome.failed
+    if failed:
         raise typer.Exit(1)
 
 
@@ -176,78 +226,41 @@ def _judged(robot: 'Robot', warn: float | None, stop: float | None) -> 'Robot':
     return with_singularity(robot, None, thresholds)
 
 
-def _run(
-    file: Path,
-    reading: 'Wanted',
-    out: Path | None,
-    velocity_source: str,
-    timeout: float,
-    frames: 'FrameSettings',
-) -> 'Audit':
-    from ..audit.auditing import Listener
-    from ..audit.auditing import audit as audited
-    from ..audit.source import open_source
-    from ..estimator import EstimatorSettings
-
-    robot, joint_prefix = reading.robot, reading.joint_prefix
-    settings = EstimatorSettings(joint_prefix, velocity_source, round(timeout * 1e9))
-    with ExitStack() as stack:
-        source = stack.enter_context(open_source(file, reading))
-        part: Callable[[Any], None] = lambda _: None  # noqa: E731
-        if out is not None:
-            from ..audit.bag_writer import open_writer
-
-            part = stack.enter_context(open_writer(out, robot, joint_prefix)).write
-        progress = stack.enter_context(_progress(source.total))
-        listener = Listener(progress, part)
-        return audited(source, robot, str(file), settings, listener, frames)
+def _paths(option: str, given: Path | None, files: list[Path], suffix: str) -> list[Path | None]:
+    # Where an option's file of each recording goes: of several into a folder, by their names.
+    several = len(files) > 1
+    if given is None or not (several or given.is_dir()):
+        return [given] * len(files)
+    if str(given) == '-':
+        raise WrongUsage(f'{option} - is for one recording; name a folder for {len(files)}')
+    if given.exists() and not given.is_dir():
+        raise WrongUsage(f'{option}: {given} is a file; name a folder for {len(files)} recordings')
+    names = [(file.name if file.is_dir() else file.stem) + suffix for file in files]
+    for name, file in zip(names, files):
+        other = files[names.index(name)]
+        if other is not file:
+            raise WrongUsage(f'{option}: {other} and {file} would both be {given / name}')
+    try:
+        given.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise WrongUsage(f'{option}: {given}: {error.strerror}') from None
+    return [given / name for name in names]
 
 
-@contextmanager
-def _progress(total: int | None) -> Iterator[Callable[[int], None]]:
-    # A bar on standard error while it works, on a terminal only; gone when it is done.
-    from rich.console import Console
-
-    console = Console(stderr=True)
-    if not console.is_terminal:
-        yield lambda _: None
-        return
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
-
-    columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=console, transient=True) as bar:
-        task = bar.add_task('messages', total=total)
-        yield lambda messages: bar.advance(task, messages)
-
-
-def _write(finished: 'Audit', html: Path | None, json: Path | None) -> None:
-    from ..audit.document import document_of
-    from ..audit.page import page_of
+def _report(outcome: 'Outcome', html: Path | None, json: Path | None) -> None:
     from ..audit.summary import print_summary
-    from ..printing import json_text
     from ..robot_file_writer import replace_file
 
+    if outcome.summary is None:
+        print(f'{outcome.error}', file=sys.stderr)
+        return
     if html is not None:
-        replace_file(html, page_of(finished))
+        replace_file(html, outcome.html)
     if json is not None and str(json) != '-':
-        replace_file(json, json_text(document_of(finished)) + '\n')
+        replace_file(json, outcome.json + '\n')
     if json is not None and str(json) == '-':
-        print(json_text(document_of(finished)))
+        print(outcome.json)
     else:
-        print_summary(finished)
-
-
-def _failed(finished: 'Audit', wanted: tuple[str, ...] | None) -> bool:
-    from ..measures import Level
-
-    wanted = wanted or (('stop',) if finished.planned else ('never',))
-    worst = max((stretch.level for stretch in finished.stretches), default=Level.OK)
-    frames = finished.frames
-    met = {
-        'never': False,
-        'warn': worst >= Level.WARN,
-        'stop': worst >= Level.ERROR,
-        'limits': any(joint.beyond for joint in finished.joints),
-        'frames': frames is not None and frames.failed,
-    }
-    return any(met[word] for word in wanted)
+        print_summary(outcome.summary)
+    if outcome.error:
+        print(outcome.error, file=sys.stderr)

@@ -6,7 +6,8 @@ The command `check`: whether robot files describe robots, and which.
 import math
 import sys
 from collections.abc import Iterator, Sequence
-from typing import Annotated
+from dataclasses import replace
+from typing import Annotated, NamedTuple
 
 import numpy as np
 import typer
@@ -33,10 +34,12 @@ true of the arm at every pose.
 Examples:
   kinematics_service check my_robot.yaml
   kinematics_service check puma560 ur5e config/*.yaml > report.txt
+  kinematics_service check --strict my_robot.yaml
 
 All faults of a file are reported at once, on standard error, as file:line: where: message. Known
 poses of the file that the table does not reach are faults too. The exit code is 1 if any file has
-a fault; the other files are still checked.
+a fault; the other files are still checked. What is allowed but most likely a mistake, such as a
+link of 250 m, is a line with WARN there; with --strict it makes the exit code 1 too.
 """
 
 Files = Annotated[
@@ -44,41 +47,60 @@ Files = Annotated[
 ]
 
 
-def check(files: Files) -> None:
+class Verdict(NamedTuple):
+    """
+    What is wrong with a file, and what is most likely a mistake, each a line.
+
+    """
+
+    faults: list[str]
+    warnings: list[str]
+
+
+def check(
+    files: Files,
+    strict: Annotated[
+        bool, typer.Option('--strict', help='Exit code 1 also where there are only warnings.')
+    ] = False,
+) -> None:
     """
     Run the command; `HELP` is what its user reads.
 
     """
     out = Output()
-    faulty = 0
+    faulty = doubtful = 0
     for file in files:
-        faults = _checked(out, file)
-        if faults:
-            faulty += 1
+        verdict = _checked(out, file)
+        faulty += bool(verdict.faults)
+        doubtful += bool(verdict.warnings)
+        lines = [*verdict.warnings, *verdict.faults]
+        if lines:
             # In the order it happened, where both streams are one screen.
             sys.stdout.flush()
-            print(plain('\n'.join(faults)), file=sys.stderr)
+            print(plain('\n'.join(lines)), file=sys.stderr)
     if len(files) > 1:
-        verdict = f'{faulty} of them with faults' if faulty else 'no faults'
-        out.print(heading(f'{len(files)} files checked, {verdict}'))
-    if faulty:
+        counts = [f'{faulty} of them with faults' if faulty else 'no faults']
+        counts += [f'{doubtful} with warnings'] if doubtful else []
+        out.print(heading(f'{len(files)} files checked, {", ".join(counts)}'))
+    if faulty or (strict and doubtful):
         raise typer.Exit(1)
 
 
-def _checked(out: Output, file: str) -> list[str]:
-    # Prints what there is to say of a file, and returns its faults.
+def _checked(out: Output, file: str) -> Verdict:
+    # Prints what there is to say of a file.
     try:
         with patience():
             robot = load_robot(file)
     except RobotFileError as error:
-        return [str(fault) for fault in error.faults]
+        return Verdict([str(fault) for fault in error.faults], [])
     except KinematicsError as error:
-        return [str(error)]
+        return Verdict([str(error)], [])
     errors = pose_errors(robot)
     faults = pose_faults(robot, errors)
     _print_robot(out, robot)
     _print_arm(out, robot, errors, faults)
-    return [str(fault) for fault in faults]
+    doubts = [replace(one, where=f'WARN {one.where}') for one in robot.description.warnings]
+    return Verdict(list(map(str, faults)), list(map(str, doubts)))
 
 
 def _print_robot(out: Output, robot: Robot) -> None:
@@ -111,14 +133,15 @@ def _is_formula(text: str) -> bool:
 def _joint_table(robot: Robot) -> Table:
     named_apart = robot.joint_names != robot.variables
     with_speeds = bool(np.isfinite(robot.velocity_limits).any())
+    slides = 'prismatic' in robot.joint_types
     in_mm = robot.description.length_unit == 'mm'
     joints = table(
         '  joint',
-        *(['var'] if named_apart else []),
+        *(['variable'] if named_apart else []),
         'type',
-        'limits [rad, m]',
-        'limits [deg, mm]' if in_mm else 'limits [deg]',
-        *(['rad/s, m/s'] if with_speeds else []),
+        'limits [rad, m]' if slides else 'limits [rad]',
+        'limits [deg, mm]' if slides and in_mm else 'limits [deg]',
+        *(['rad/s, m/s' if slides else 'rad/s'] if with_speeds else []),
     )
     for j, name in enumerate(robot.joint_names):
         limits, speed = robot.limits[j], robot.velocity_limits[j]
@@ -129,7 +152,7 @@ def _joint_table(robot: Robot) -> Table:
         joints.add_row(
             f'  {plain(name)}',
             *([plain(robot.variables[j])] if named_apart else []),
-            robot.joint_types[j],
+            robot.joint_types[j] + (', unused' if robot.description.joints[j].unused else ''),
             _range(limits),
             other,
             *([f'{speed:.4g}' if math.isfinite(speed) else 'none'] if with_speeds else []),

@@ -24,6 +24,7 @@ from . import (
     ik,
     import_urdf,
     jacobian,
+    new,
     plot,
     robots,
     ros_commands,
@@ -56,6 +57,7 @@ app = typer.Typer(
     context_settings={'help_option_names': ['-h', '--help']},
 )
 app.command(short_help='Check robot files and print what they say.', help=check.HELP)(check.check)
+app.command(short_help='Write a robot file to begin with.', help=new.HELP)(new.new)
 app.command(short_help='Print the pose of the tool.', help=fk.HELP)(fk.fk)
 app.command(short_help='Find joint positions for a pose of the tool.', help=ik.HELP)(ik.ik)
 app.command(short_help='Print the Jacobian and the twist of the tool.', help=jacobian.HELP)(

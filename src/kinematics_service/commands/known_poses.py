@@ -3,6 +3,7 @@ The known poses of a robot file, against what the arm does.
 
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -50,13 +51,13 @@ class PoseError:
 
     def __str__(self) -> str:
         """
-        Return both errors and their tolerances.
+        Return the errors and their tolerances; of the position alone where nothing else is known.
 
         """
-        return (
-            f'{self.distance:.2g} m (tolerance {self.known.tolerance_xyz:g}), '
-            f'{self.angle:.2g} rad (tolerance {self.known.tolerance_rpy:g})'
-        )
+        position = f'{self.distance:.2g} m (tolerance {self.known.tolerance_xyz:g})'
+        if math.isinf(self.known.tolerance_rpy):
+            return position
+        return f'{position}, {self.angle:.2g} rad (tolerance {self.known.tolerance_rpy:g})'
 
 
 def pose_errors(robot: Robot) -> tuple[PoseError, ...]:

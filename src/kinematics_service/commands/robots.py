@@ -3,13 +3,14 @@ The command `robots`: the robots that come with the package.
 
 """
 
-from ..bundle import bundled_robots
-from ..description import JointDescription
+from ..bundle import grouped_robots
+from ..description import JointDescription, RobotDescription
 from ..printing import Output, heading, plain
 from ..robot_file import read_robot_file
 
 HELP = """
-List the robots that come with the package, a line each; any command takes their names.
+List the robots that come with the package, a line each; any command takes their names, and
+'new NAME --from ROBOT' makes a file of one.
 
 \b
 Joints: R revolute, P prismatic, H helical, base to tool.
@@ -37,21 +38,28 @@ def robots() -> None:
 
     """
     out = Output()
-    rows = [HEADER]
-    for name, path in bundled_robots().items():
-        about = read_robot_file(path)
-        letters = joint_letters(about.joints)
-        rows.append(
-            (name, str(len(about.joints)), letters, about.convention, _first(about.source))
-        )
-    widths = [max(map(len, column)) for column in zip(*rows)]
+    groups = {
+        title: [_row(name, read_robot_file(path)) for name, path in robots.items()]
+        for title, robots in grouped_robots().items()
+    }
+    everything = [HEADER, *(row for rows in groups.values() for row in rows)]
+    widths = [max(map(len, column)) for column in zip(*everything)]
+    out.print(heading(_line(HEADER, widths, out.width)))
+    for title, rows in groups.items():
+        out.print('', heading(title), *(_line(row, widths, out.width) for row in rows))
+
+
+def _row(name: str, about: RobotDescription) -> tuple[str, ...]:
+    letters = joint_letters(about.joints)
+    return name, str(len(about.joints)), letters, about.convention, _first(about.source)
+
+
+def _line(row: tuple[str, ...], widths: list[int], width: int) -> str:
+    *cells, source = row
     # What does not fit on a line is left out at the end of the source, and nowhere else.
-    room = max(out.width - sum(widths[:-1]) - 2 * len(widths[:-1]), len(HEADER[-1]))
-    for i, (*cells, source) in enumerate(rows):
-        known = ''.join(plain(cell).ljust(width + 2) for cell, width in zip(cells, widths))
-        cut = source if len(source) <= room else f'{source[: room - 3]}...'
-        line = known + plain(cut)
-        out.print(line if i else heading(line))
+    room = max(width - sum(widths[:-1]) - 2 * len(cells), len(HEADER[-1]))
+    known = ''.join(plain(cell).ljust(wide + 2) for cell, wide in zip(cells, widths))
+    return known + plain(source if len(source) <= room else f'{source[: room - 3]}...')
 
 
 def _first(source: str) -> str:

@@ -32,9 +32,10 @@ Examples:
   kinematics_service view --node /left/kinematics --port 8081
   kinematics_service view --robot my_arm.yaml --publish
 
-Only this computer sees the page unless --host says otherwise. With --publish it has a box to
-tick, after which the sliders speak as joint states: for a node without a robot. Without ROS
-there are sliders only.
+Where several nodes are heard, the page has a list to choose from. Only this computer sees the
+page unless --host says otherwise: then the address that is printed holds a token, and nothing is
+shown without it. With --publish the page has a box to tick, after which the sliders speak as
+joint states: for a node without a robot. Without ROS there are sliders only.
 """
 
 
@@ -56,14 +57,24 @@ def view(
         ),
     ] = None,
     node: Annotated[
-        str, typer.Option(metavar='NAME', help='The full name of the node.')
-    ] = '/kinematics',
+        str,
+        typer.Option(
+            metavar='NAME',
+            help='The full name of the node.',
+            show_default='/kinematics, or the first there is',
+        ),
+    ] = '',
     port: Annotated[
         int, typer.Option(min=0, max=65535, help='Where to serve the page; 0: any free one.')
     ] = 8080,
     host: Annotated[
-        str, typer.Option(help='Address to serve it at; 0.0.0.0: the whole network sees it.')
+        str,
+        typer.Option(help='Address to serve it at; 0.0.0.0: all of the network, with a token.'),
     ] = '127.0.0.1',
+    allow_host: Annotated[
+        list[str] | None,
+        typer.Option(metavar='NAME', help='Another name under which it is reached; repeatable.'),
+    ] = None,
     sliders: Annotated[
         bool, typer.Option('--sliders', help='Sliders, also where joint states come; no ROS.')
     ] = False,
@@ -78,24 +89,25 @@ def view(
     if sliders and publish:
         raise WrongUsage('--sliders needs no ROS and --publish does: give one of them')
     try:
-        from ..view.door import check_address
+        from ..view.address import Address, check_address
         from ..view.run import Silence, run_page
     except ImportError as error:
         if _is_ours(error):
             raise
         raise ViewerMissingError(WITHOUT_VISER.format(reason=error)) from error
     check_address(host, port)
+    address = Address(host, port, tuple(allow_host or ()))
     arm = None if robot is None else given_robot(robot)
     with stop_signals() as stop:
         status = 'sliders'
         if not sliders:
             run_view = _with_ros(publish)
             if run_view is not None:
-                options = (node, host, port, publish, context.obj)
+                options = (node, address, publish, context.obj)
                 raise typer.Exit(run_view(arm, DEFAULT, *options, lambda: stop.came))
             status = 'sliders only: no ROS here'
-        silence = Silence(status)
-        run_page(arm or given_robot(DEFAULT), silence, host, port, False, lambda: stop.came)
+        silence = Silence(arm or given_robot(DEFAULT), status)
+        run_page(silence, address, False, lambda: stop.came)
 
 
 def _with_ros(publish: bool) -> Callable[..., int] | None:

@@ -14,14 +14,30 @@ from ..robot import Robot
 from ..singularities import singularity
 from .captions import nearness, positions, short
 from .labels import Label, place_labels
-from .picture import BLACK, BLUE, GREEN, GREY, LIGHT, ORANGE, PURPLE, VERMILION, Draw, words
+from .picture import (
+    AXIS_COLORS,
+    BLACK,
+    GREY,
+    LIGHT,
+    ORANGE,
+    PURPLE,
+    Draw,
+    with_unit,
+    words,
+)
 from .skeleton import Skeleton, skeleton_of
 
 # Lengths as shares of the drawn cube's edge.
 FRAME, AXIS, TOOL_FRAME, LOST = 0.06, 0.24, 0.11, 0.22
 MARGIN = 0.08
-VIEW = {'elev': 22.0, 'azim': -55.0}
-AXIS_COLORS = (VERMILION, GREEN, BLUE)
+# Height of the eye, and where it stands around the arm, degrees: never along x or y, whose labels
+# would fall together. The first of equal ones is taken.
+ELEVATION = 22.0
+AZIMUTHS = (-55.0, *(float(a) for a in range(-175, 180, 10) if 10 < a % 90 < 80))
+# Points of a link that are looked at.
+ALONG = 9
+# What the length of an arm on paper counts beside its area: an arm in a line has none.
+LENGTH_SHARE = 0.1
 
 
 def arm_picture(robot: Robot, q: Floats) -> Draw:
@@ -40,7 +56,7 @@ def arm_picture(robot: Robot, q: Floats) -> Draw:
         figure.set_size_inches(7.5, 7.4)
         axes = figure.add_axes((-0.03, 0.035, 1.0, 0.925), projection='3d')
         cube = cube_around([skeleton])
-        set_space(axes, cube)
+        set_space(axes, cube, azimuth_of(skeleton))
         draw_skeleton(axes, skeleton, cube, label_size=9.0)
         if near.level != Level.OK:
             _draw_lost(axes, skeleton.tool[:3, 3], near.lost_direction[:3], edge_of(cube))
@@ -75,18 +91,48 @@ def edge_of(cube: Floats) -> float:
     return float(cube[0, 1] - cube[0, 0])
 
 
-def set_space(axes: Any, cube: Floats, small: bool = False) -> None:
+def azimuth_of(skeleton: Skeleton) -> float:
     """
-    Give axes in space equal scales, units and a fixed view; `small` for one of many panels.
+    Return from where around the vertical an arm is seen largest, degrees.
+
+    Largest is the area over which its links spread on paper: the product of the spreads along the
+    principal directions there.
+
+    """
+    segments = skeleton.segments
+    if not segments:
+        return AZIMUTHS[0]
+    shares = np.linspace(0.0, 1.0, ALONG)[:, None]
+    points = np.vstack([s.start + shares * (s.end - s.start) for s in segments])
+    weights = np.repeat([np.linalg.norm(s.end - s.start) for s in segments], ALONG)
+    points = points - np.average(points, axis=0, weights=weights)
+    moments = points.T @ (points * (weights / np.sum(weights))[:, None])
+    return max(AZIMUTHS, key=lambda azimuth: _size_on_paper(moments, azimuth))
+
+
+def _size_on_paper(moments: Floats, azimuth: float) -> float:
+    # From the second moments (3, 3), over those of the arm itself.
+    a, e = np.radians([azimuth, ELEVATION])
+    across = [-np.sin(a), np.cos(a), 0.0]
+    up = [-np.sin(e) * np.cos(a), -np.sin(e) * np.sin(a), np.cos(e)]
+    paper = np.array([across, up])
+    small, large = np.linalg.eigvalsh(paper @ moments @ paper.T) / np.trace(moments)
+    # Rounded, so that equal views are equal and the first one is taken.
+    return round(float(np.sqrt(max(small, 0.0) * large) + LENGTH_SHARE * large), 9)
+
+
+def set_space(axes: Any, cube: Floats, azimuth: float, small: bool = False) -> None:
+    """
+    Give axes in space equal scales, units and a view; `small` for one of many panels.
 
     """
     size = 8.0 if small else 10.0
     axes.set(xlim=cube[0], ylim=cube[1], zlim=cube[2])
-    axes.set_box_aspect((1.0, 1.0, 1.0), zoom=0.93 if small else 1.0)
+    axes.set_box_aspect((1.0, 1.0, 1.0), zoom=1.0 if small else 1.0)
     axes.computed_zorder = False  # axes in front of links, labels in front of all
-    axes.view_init(**VIEW)
-    for name, axis in zip('xyz', (axes.xaxis, axes.yaxis, axes.zaxis)):
-        axis.set_label_text(f'{name}, m', fontsize=size)
+    axes.view_init(elev=ELEVATION, azim=azimuth)
+    for name, color, axis in zip('xyz', AXIS_COLORS, (axes.xaxis, axes.yaxis, axes.zaxis)):
+        axis.set_label_text(with_unit(name, 'm'), fontsize=size, color=color)
         axis.labelpad = -2.5 if small else 3.0
         axis.set_tick_params(labelsize=size - 1.0, pad=-1.5 if small else 0.0)
         axis.set_pane_color('#FAFAFA')

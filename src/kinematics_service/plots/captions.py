@@ -13,7 +13,7 @@ from ..kernel import Floats
 from ..measures import Level
 from ..robot import Robot
 from ..singularities import Singularity
-from .picture import words
+from .picture import with_unit, words
 from .ranges import sliding
 
 # Joint names longer than this are cut: pictures have little room.
@@ -79,4 +79,4 @@ def joint_label(robot: Robot, j: int) -> str:
     Return the label of an axis along which a joint moves, with its unit.
 
     """
-    return f'{short(robot.variables[j])}, {"m" if sliding(robot)[j] else "rad"}'
+    return with_unit(short(robot.variables[j]), 'm' if sliding(robot)[j] else 'rad')

@@ -9,14 +9,16 @@ from typing import Any
 
 import numpy as np
 
+from ..kernel import Floats
 from ..robot import Robot
 from .captions import joint_label, positions
 from .distance_map import DistanceMap
-from .picture import DASHES, ORANGE, PURPLE, SKY, VERMILION, YELLOW, Draw, words
+from .picture import Draw, with_unit, words
 from .ranges import sliding
+from .set_styles import set_styles
 
-# On the dark to light ground of the map; told apart by dashes as well.
-SET_COLORS = (VERMILION, SKY, PURPLE, YELLOW, ORANGE, '#FFFFFF')
+# A factor this small on the border, as a share of its largest value, is zero there.
+AT_BORDER = 1e-9
 QUARTER = math.pi / 4.0
 # The first-order estimate says little beyond, rad.
 FAR = 1.0
@@ -56,7 +58,7 @@ def map_picture(robot: Robot, numbers: DistanceMap) -> Draw:
             cax=axes.inset_axes((1.03, 0.0, 0.04, 1.0)),
             extend='max' if largest == FAR else 'neither',
         )
-        bar.set_label('distance to singularity, rad (first-order estimate)')
+        bar.set_label(with_unit('first-order estimate of the distance to singularity', 'rad'))
         entries = _draw_sets(axes, numbers) + _draw_thresholds(axes, robot, numbers)
         for axis, joint in zip((axes.xaxis, axes.yaxis), numbers.joints):
             _label(axis, robot, joint)
@@ -77,17 +79,36 @@ def _draw_sets(axes: Any, numbers: DistanceMap) -> list[Any]:
     from matplotlib.lines import Line2D
 
     entries = []
-    for k, (name, values) in enumerate(numbers.functions.items()):
+    styles = set_styles(tuple(numbers.functions))
+    for name, function in numbers.functions.items():
+        values = with_border_crossed(function)
         if name in numbers.everywhere or values.min() > 0.0 or values.max() < 0.0:
             continue
-        color, style = SET_COLORS[k % len(SET_COLORS)], DASHES[k % len(DASHES)]
+        color, style = styles[name]
+        # A set on the border is drawn in its full width.
         axes.contour(
             numbers.horizontal, numbers.vertical, values, levels=[0.0],
-            colors=[color], linewidths=2.2, linestyles=[style],
+            colors=[color], linewidths=2.2, linestyles=[style], clip_on=False, zorder=3,
         )  # fmt: skip
         label = f'{words(name)} = 0'
         entries.append(Line2D([], [], color=color, linestyle=style, linewidth=2.2, label=label))
     return entries
+
+
+def with_border_crossed(values: Floats) -> Floats:
+    """
+    Return values (rows, columns) that change their sign at zeros on the border of the map.
+
+    A factor that is zero along the border itself, as sin(q) is at pi, has round-off of either sign
+    there, and a curve is drawn only between values of different signs.
+
+    """
+    crossed = np.array(values)
+    for turned in (crossed, crossed[::-1], crossed.T, crossed.T[::-1]):
+        border, inside = turned[0], turned[1]
+        zero = np.abs(border) <= AT_BORDER * np.max(np.abs(values))
+        border[zero] = -np.copysign(AT_BORDER * np.abs(inside), inside)[zero]
+    return crossed
 
 
 def _draw_thresholds(axes: Any, robot: Robot, numbers: DistanceMap) -> list[Any]:

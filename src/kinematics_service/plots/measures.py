@@ -9,12 +9,13 @@ from typing import Any
 import numpy as np
 
 from ..kernel import Floats
+from ..measure_units import volume_power
 from ..measures import MEASURES
 from ..robot import Robot
 from ..singularities import Singularity, singularity
 from .motion import Motion
 from .over_time import draw_curves, draw_legend, finite_range, panels, shade
-from .picture import BLUE, GREY, VERMILION, Draw, words
+from .picture import BLUE, GREY, VERMILION, Draw, with_unit, words
 
 # Names of factors above the first panel: as wide as this share of it a letter, at most so many.
 LETTER, NAMED = 0.014, 12
@@ -54,7 +55,7 @@ def measures_picture(robot: Robot, motion: Motion) -> Draw:
             values = np.asarray(getattr(near, name))
             draw_curves(axes, motion, values[:, None], [''])
             axes.lines[-1].set_color(BLUE)
-            axes.set_ylabel(f'{LABELS[name]}\n[{units[name]}]')
+            axes.set_ylabel(with_unit(LABELS[name], units[name]).replace(' (', '\n('))
             if name == 'condition_number':
                 _scale_condition(axes, values)
             else:
@@ -78,24 +79,17 @@ def measure_units(robot: Robot) -> dict[str, str]:
     """
     Return the unit of each measure: those of determinant and manipulability depend on the task.
 
-    The singular values of the unscaled J_t count in m for rows of translation, and columns of
-    sliding joints take that back. `mixed` where the minors of a J_t that is not square differ.
+    `mixed` where the minors of a J_t that is not square differ.
 
     """
-    rows, n = robot.task.rows, robot.dof
-    linear = sum(row in ('x', 'y', 'z') for row in rows)
-    slides = sum(kind == 'prismatic' for kind in robot.joint_types)
-    if len(rows) > n:
-        uniform, power = linear in (0, len(rows)), (n if linear else 0) - slides
-    else:
-        uniform, power = len(rows) == n or slides == 0, linear - slides
-    product = {0: '1', 1: 'm'}.get(power, f'm$^{{{power}}}$') if uniform else 'mixed'
+    power = volume_power(robot)
+    product = {None: 'mixed', 0: '', 1: 'm'}.get(power, f'm$^{{{power}}}$')
     return {
         'distance': 'rad',
         'determinant': product,
         'manipulability': product,
         'smallest_singular_value': 'm',
-        'condition_number': '1',
+        'condition_number': '',
     }
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from ..kernel import Floats
 from ..measures import Level
 from .motion import Motion, stretches
-from .picture import DASHES, SERIES, VERMILION, YELLOW
+from .picture import DASHES, SERIES, VERMILION, YELLOW, with_unit
 
 WIDTH, HEAD = 8.5, 1.3  # inches
 # Longer curves become a bitmap inside an SVG or PDF.
@@ -37,13 +37,19 @@ def panels(figure: Any, heights: Sequence[float], title: str) -> list[Any]:
     figure.set_layout_engine('constrained', h_pad=0.06)
     axes = figure.subplots(len(heights), 1, sharex=True, squeeze=False, height_ratios=heights)
     rows = [row[0] for row in axes]
-    rows[-1].set_xlabel('time, s')
+    rows[-1].set_xlabel(with_unit('time', 's'))
     figure.suptitle(title, fontsize=10.5)
     figure.align_ylabels(rows)
     return rows
 
 
-def draw_curves(axes: Any, motion: Motion, values: Floats, names: Sequence[str]) -> None:
+def draw_curves(
+    axes: Any,
+    motion: Motion,
+    values: Floats,
+    names: Sequence[str],
+    colors: Sequence[str] = SERIES,
+) -> None:
     """
     Draw columns of values (N, k) over time; told apart by colour and by dashes.
 
@@ -53,7 +59,7 @@ def draw_curves(axes: Any, motion: Motion, values: Floats, names: Sequence[str])
         axes.plot(
             times,
             broken[:, k],
-            color=SERIES[k % len(SERIES)],
+            color=colors[k % len(colors)],
             linestyle=DASHES[k % len(DASHES)],
             label=name,
             rasterized=len(times) > MANY,

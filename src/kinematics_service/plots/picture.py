@@ -19,6 +19,8 @@ from ..printing import plain
 BLACK, ORANGE, SKY, GREEN = '#000000', '#E69F00', '#56B4E9', '#009E73'
 YELLOW, BLUE, VERMILION, PURPLE = '#F0E442', '#0072B2', '#D55E00', '#CC79A7'
 GREY, LIGHT = '#606060', '#C8C8C8'
+# x, y and z of a frame, as every viewer of robots has them.
+AXIS_COLORS = ('#D7191C', '#2CA02C', '#1F5FD7')
 SERIES = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK)
 DASHES = ('-', '--', '-.', ':', (0, (6, 1.5, 1.5, 1.5, 1.5, 1.5)), (0, (3, 1)), '-')
 
@@ -198,6 +200,14 @@ def show_picture(draw: Draw, title: str) -> None:
         draw(figure)
         figure.canvas.manager.set_window_title(title)
         pyplot.show()
+
+
+def with_unit(quantity: str, unit: str) -> str:
+    """
+    Return the label of a quantity: `time (s)`, and `condition number` of one without a unit.
+
+    """
+    return f'{quantity} ({unit})' if unit else quantity
 
 
 def words(text: str) -> str:

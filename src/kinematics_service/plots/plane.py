@@ -14,7 +14,7 @@ from ..kinematics import forward_kinematics
 from ..robot import Robot
 from ..task import SEED
 from .captions import short
-from .picture import PlotError
+from .picture import PlotError, with_unit
 from .ranges import clear_pose, random_positions
 from .skeleton import JointAxis, skeleton_of
 
@@ -163,14 +163,14 @@ def _half_plane(axis: JointAxis) -> Plane:
     if parallel:
         direction = np.eye(3)[along]
     who = short(axis.variables[0])
-    height = f'{"xyz"[along]}, m' if parallel else f'along the axis of {who}, m'
+    height = 'xyz'[along] if parallel else f'along the axis of {who}'
     return Plane(
         name='rz',
         origin=np.array(axis.point),
         across=np.roll(direction, 1),
         up=np.array(direction),
         at=0.0,
-        labels=(f'r, distance from the axis of {who}, m', height),
+        labels=(with_unit(f'distance from the axis of {who}', 'm'), with_unit(height, 'm')),
         title=f'half plane of the axis of {who}',
     )
 
@@ -190,6 +190,6 @@ def _base_plane(name: str, at: float | None, points: Floats, flat: float) -> Pla
         across=unit[across],
         up=unit[up],
         at=at,
-        labels=(f'{name[0]}, m', f'{name[1]}, m'),
+        labels=(with_unit(name[0], 'm'), with_unit(name[1], 'm')),
         title=f'plane {"xyz"[third]} = {at:.3g} m',
     )

@@ -16,14 +16,15 @@ from ..kernel import Floats
 from ..rigid_motion import roll_pitch_yaw
 from ..robot import Robot
 from ..singularities import singularity
-from .arm import cube_around, draw_skeleton, set_space
+from .arm import azimuth_of, cube_around, draw_skeleton, set_space
 from .captions import positions, signed
 from .picture import BLACK, PURPLE, VERMILION, Draw, words
 from .skeleton import skeleton_of
 
 # More poses than this are not drawn, only counted.
 MOST = 16
-WIDTH, HEIGHT, HEAD, LINE = 3.4, 4.0, 0.2, 0.18  # of a panel, above them all, inches
+# Of a panel, of its words, below it, above them all, of a line, inches.
+WIDTH, HEIGHT, WORDS, BELOW, HEAD, LINE = 3.4, 4.1, 0.85, 0.12, 0.2, 0.18
 TEXT = 8.5
 LETTERS = 12.5  # of the title to an inch
 COLUMNS = {1: 1, 2: 2, 3: 3, 4: 4, 5: 3, 6: 3, 7: 4, 8: 4, 9: 3}
@@ -91,10 +92,11 @@ def solutions_picture(robot: Robot, target: Floats, result: IkResult) -> Draw:
         cube = cube_around(skeletons, point)
         for k, (pose, skeleton) in enumerate(zip(shown, skeletons)):
             row, column = divmod(k, columns)
-            left, bottom = column / columns, (rows - 1 - row) * HEIGHT / height
-            panel = (left, bottom + 0.01, 0.97 / columns, 0.76 * HEIGHT / height)
+            left, bottom = column / columns, (rows - 1 - row) * HEIGHT
+            drawing = HEIGHT - WORDS - BELOW
+            panel = (left, (bottom + BELOW) / height, 0.97 / columns, drawing / height)
             axes = figure.add_axes(panel, projection='3d')
-            set_space(axes, cube, small=True)
+            set_space(axes, cube, azimuth_of(skeleton), small=True)
             draw_skeleton(axes, skeleton, cube, label_size=None)
             _draw_target(axes, point)
             _write_heading(figure, robot, pose, float(near.distance[k]), panel, height)
@@ -107,9 +109,10 @@ def _write_heading(
     figure: Any, robot: Robot, pose: Pose, distance: float, panel: Sequence[float], height: float
 ) -> None:
     left, bottom, width, up = panel
+    top = bottom + up + (WORDS - LINE / 2.0) / height
     figure.text(
         left + width / 2.0,
-        bottom + up + 0.80 / height,
+        top,
         words(pose.heading),
         ha='center',
         va='top',
@@ -120,10 +123,10 @@ def _write_heading(
     )
     figure.text(
         left + width / 2.0,
-        bottom + up + 0.02 / height,
+        top - LINE * (pose.heading.count('\n') + 1) / height,
         f'{positions(robot, pose.q, 40)}\ndistance to singularity {distance:.3f} rad',
         ha='center',
-        va='bottom',
+        va='top',
         fontsize=TEXT,
         linespacing=1.2,
     )

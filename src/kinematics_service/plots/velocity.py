@@ -14,7 +14,7 @@ from ..singularities import singularity
 from .captions import short
 from .motion import Motion
 from .over_time import draw_curves, draw_legend, panels, shade
-from .picture import Draw, words
+from .picture import AXIS_COLORS, BLACK, Draw, with_unit, words
 from .ranges import sliding
 
 
@@ -43,14 +43,14 @@ def velocity_picture(robot: Robot, motion: Motion) -> Draw:
             (angular, tool[:, 3:], 'ω', 'rad/s'),
         ):
             names = [f'{letter}{axis}' for axis in 'xyz'] + [f'|{letter}|']
-            draw_curves(axes, motion, _with_norm(part), names)
+            draw_curves(axes, motion, _with_norm(part), names, (*AXIS_COLORS, BLACK))
             kind = 'linear' if letter == 'v' else 'angular'
-            axes.set_ylabel(f'{kind} velocity, {unit}')
-            axes.lines[-1].set(color='black', linestyle='-', linewidth=1.0, zorder=2)
+            axes.set_ylabel(with_unit(f'{kind} velocity', unit))
+            axes.lines[-1].set(linestyle='-', linewidth=1.0, zorder=2)
         for axes, (chosen, unit) in zip(rates, joints):
             names = [f"{short(name)}'" for name, take in zip(robot.variables, chosen) if take]
             draw_curves(axes, motion, motion.qdot[:, chosen], names)
-            axes.set_ylabel(f'joints, {unit}')
+            axes.set_ylabel(with_unit('joint velocity', unit))
         entries = shade(rows, motion, levels)
         for axes in rows:
             draw_legend(axes)

@@ -11,12 +11,16 @@ import numpy as np
 from ..kernel import Floats
 from ..robot import Robot
 from .critical import Critical
-from .picture import BLACK, GREEN, PURPLE, SKY, VERMILION, Draw, words
+from .picture import BLACK, Draw, with_unit, words
+from .set_styles import set_styles
 from .workspace import Workspace
 
-SET_COLORS = (VERMILION, SKY, PURPLE, GREEN)
+# So many kinds of singular points are drawn, those with most points first.
+MOST_SETS = 4
 LONGEST, BAR = 7.0, 1.6  # of the plane's longer side, and beside it, inches
-FAR = 1.0  # rad; the first-order estimate says little beyond
+# The scale goes from the smallest to this percentile, so that few cells do not take it all; and
+# what a scale spans at least, rad.
+HIGH, LEAST = 98.0, 1e-3
 
 
 def workspace_picture(robot: Robot, space: Workspace, critical: Critical) -> Draw:
@@ -32,10 +36,10 @@ def workspace_picture(robot: Robot, space: Workspace, critical: Critical) -> Dra
         figure.set_layout_engine('constrained')
         axes = figure.subplots()
         low, high = space.corner, space.corner + space.size * np.array([columns, rows])
-        largest = min(max(float(np.nanmax(space.best)), 1e-3), FAR)
+        low_end, high_end = scale_of(space.best)
         image = axes.imshow(
             space.best, origin='lower', extent=(low[0], high[0], low[1], high[1]),
-            cmap='cividis', vmin=0.0, vmax=largest, interpolation='nearest', aspect='equal',
+            cmap='cividis', vmin=low_end, vmax=high_end, interpolation='nearest', aspect='equal',
         )  # fmt: skip
         _draw_border(axes, space)
         _draw_critical(axes, critical)
@@ -54,9 +58,9 @@ def workspace_picture(robot: Robot, space: Workspace, critical: Critical) -> Dra
         bar = figure.colorbar(
             image,
             cax=axes.inset_axes((1.03, 0.0, 0.05, 1.0)),
-            extend='max' if largest == FAR else 'neither',
+            extend='max' if high_end < np.nanmax(space.best) else 'neither',
         )
-        bar.set_label('largest distance to singularity found there, rad')
+        bar.set_label(with_unit('largest distance to singularity found there', 'rad'))
         figure.suptitle(
             f'{words(robot.name)}: where {words(robot.tool_frame)} gets\n'
             f'{space.plane.title} ({space.poses:,} poses)',
@@ -68,6 +72,19 @@ def workspace_picture(robot: Robot, space: Workspace, critical: Critical) -> Dra
         )  # fmt: skip
 
     return draw
+
+
+def scale_of(values: Floats) -> tuple[float, float]:
+    """
+    Return the ends of a scale for distances, rad; values may be nan.
+
+    It begins at 0, unless all of them are so far from it that they would look the same.
+
+    """
+    finite = values[np.isfinite(values)]
+    low, high = float(np.min(finite)), float(np.percentile(finite, HIGH))
+    low = low if high - low < 0.5 * high else 0.0
+    return low, max(high, low + LEAST)
 
 
 def _draw_border(axes: Any, space: Workspace) -> None:
@@ -91,10 +108,11 @@ def _blurred(values: Floats) -> Floats:
 def _draw_critical(axes: Any, critical: Critical) -> None:
     names = np.array(critical.names)
     most = [name for name, _ in collections.Counter(names.tolist()).most_common()]
-    for k, name in enumerate(most[: len(SET_COLORS)]):
+    styles = set_styles(most)
+    for k, name in enumerate(most[:MOST_SETS]):
         points = critical.points[names == name]
         label = f'position singular: {words(name)}' if name else 'position singular'
         axes.plot(
             *points.T, linestyle='none', marker='.', markersize=2.6, markeredgewidth=0.0,
-            color=SET_COLORS[k], label=label, zorder=5 + 0.1 * k, rasterized=True,
+            color=styles[name][0], label=label, zorder=5 + 0.1 * k, rasterized=True,
         )  # fmt: skip

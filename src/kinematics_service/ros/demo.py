@@ -11,10 +11,11 @@ from pathlib import Path
 
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
-from rich.console import Console, Group
+from rich.console import Console, RenderableType
 from rich.live import Live
 
 from ..errors import KinematicsError
+from ..measure_units import volume_unit
 from ..patience import ready_kernel
 from ..recording import read_recording
 from ..stop_signals import stop_signals
@@ -162,7 +163,7 @@ def _play(
         )
 
     fine = turn(lambda: arm.heard and listener.found(node), MEETING)
-    with _report(display, listener, output):
+    with _report(display, listener, output, volume_unit(node.settings.robot)):
         listener.start()
         arm.start()
         fine = fine and turn(lambda: arm.finished, duration)
@@ -193,7 +194,9 @@ def _helper(node: KinematicsNode, name: str) -> Node:
 
 
 @contextmanager
-def _report(display: Node, listener: Listener, output: StandardOutput) -> Iterator[None]:
+def _report(
+    display: Node, listener: Listener, output: StandardOutput, unit: str
+) -> Iterator[None]:
     # On a terminal the table on a screen of its own, which restores what was there before.
     steady = Clock(clock_type=ClockType.STEADY_TIME)
     if not output.is_terminal:
@@ -204,8 +207,8 @@ def _report(display: Node, listener: Listener, output: StandardOutput) -> Iterat
         return
     console = Console(markup=False, highlight=False, emoji=False)
 
-    def drawn() -> Group:
-        return screen(listener, console.width, output.shows_blocks)
+    def drawn() -> RenderableType:
+        return screen(listener, console.size, output.shows_blocks, unit)
 
     with Live(
         drawn(),

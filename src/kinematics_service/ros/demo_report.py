@@ -7,10 +7,10 @@ import math
 import os
 from collections.abc import Sequence
 
+from ..motion import Trajectory
 from ..printing import plain
 from ..robot import Robot
 from ..singularities import singularity
-from ..trajectory import Trajectory
 from .listener import Listener
 from .live_table import number
 from .readings import Warned, pose_of
@@ -32,7 +32,8 @@ def motion_in_words(robot: Robot, trajectory: Trajectory) -> str:
     joints = ' '.join(number(position, 3) for position in trajectory.centre)
     return (
         f'{robot.name} moves through the singular pose q = {joints} '
-        f'once in {trajectory.period / 2.0:.0f} s'
+        f'once in {trajectory.period / 2.0:.0f} s, its tool at one speed until damping '
+        'bounds the joints'
     )
 
 

@@ -4,7 +4,7 @@ The state of the input as a DiagnosticArray: what was heard, what became of it, 
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from .. import estimator
@@ -12,12 +12,15 @@ from ..measures import Level
 from ..notice import Notice
 
 REJECTED = (
+    estimator.UNREADABLE,
     estimator.MALFORMED,
     estimator.DUPLICATE,
     estimator.NOT_FINITE,
     estimator.TOO_LARGE,
 )
 INTERNAL_ERROR = 'internal error'
+# A loss is warned of for so many seconds.
+RECENT = 10.0
 
 
 @dataclass
@@ -71,6 +74,11 @@ class InputState:
         Of the last answer.
     topic, robot
         Resolved name of the input topic, name of the arm.
+    reliable
+        Whether what is lost on the way is sent again.
+    lost, lost_of_late
+        Messages that were published and not taken: since the first was heard, None where the
+        middleware does not number them; and within the last `RECENT` seconds.
     work
         Processing times.
 
@@ -87,6 +95,9 @@ class InputState:
     velocity_source: str
     topic: str
     robot: str
+    reliable: bool = True
+    lost: int | None = None
+    lost_of_late: int = 0
     work: Work = field(default_factory=Work)
 
 
@@ -105,6 +116,8 @@ def input_notice(state: InputState) -> Notice:
         ('age', 'never heard' if math.isinf(state.age) else f'{state.age:.3f} s'),
         ('publishers', f'{len(state.publishers)}'),
         ('publisher names', ', '.join(state.publishers)),
+        ('reliability', 'reliable' if state.reliable else 'best effort'),
+        ('lost', 'not known' if state.lost is None else f'{state.lost}'),
         ('missing joints', ', '.join(state.missing)),
         ('joints beyond their limits', ', '.join(state.beyond)),
         ('joints told differently by publishers', ', '.join(state.disputed)),
@@ -134,21 +147,28 @@ def _verdict(state: InputState) -> tuple[Level, str]:
                 f'no joint state yet on {state.topic} ({who}): missing {", ".join(state.missing)}',
             )
         return Level.ERROR, f'joint states are stale: missing {", ".join(state.missing)}'
-    if state.disputed:
-        return (
-            Level.WARN,
-            f'publishers disagree about {", ".join(state.disputed)}: '
-            f'{" and ".join(dict.fromkeys(state.publishers))}',
-        )
-    if state.beyond:
-        return Level.WARN, f'beyond the limits: {", ".join(state.beyond)}'
-    rejected = [reason for reason in REJECTED if state.news.get(reason, 0)]
-    if rejected:
-        return Level.WARN, f'messages rejected: {", ".join(rejected)}'
-    if state.news.get(INTERNAL_ERROR, 0):
-        return Level.WARN, 'messages met an internal error; see the log'
+    warnings = tuple(_warnings(state))
+    if warnings:
+        return Level.WARN, '; '.join(warnings)
     if state.velocity_source == 'difference':
         return Level.OK, 'fine; velocities are differences of positions'
     if state.velocity_source == 'none':
         return Level.OK, 'fine, but without velocities: no twist'
     return Level.OK, 'fine'
+
+
+def _warnings(state: InputState) -> Iterator[str]:
+    if state.disputed:
+        yield (
+            f'publishers disagree about {", ".join(state.disputed)}: '
+            f'{" and ".join(dict.fromkeys(state.publishers))}'
+        )
+    if state.beyond:
+        yield f'beyond the limits: {", ".join(state.beyond)}'
+    rejected = [reason for reason in REJECTED if state.news.get(reason, 0)]
+    if rejected:
+        yield f'messages rejected: {", ".join(rejected)}'
+    if state.lost_of_late:
+        yield f'{state.lost_of_late} messages lost within {RECENT:g} s'
+    if state.news.get(INTERNAL_ERROR, 0):
+        yield 'messages met an internal error; see the log'

@@ -4,7 +4,7 @@ The node's diagnostics: once a second, what it hears and what becomes of it.
 """
 
 import time
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Callable
 
 from diagnostic_msgs.msg import DiagnosticArray
@@ -13,7 +13,8 @@ from rclpy.node import Node
 
 from ..estimator import Estimator
 from ..notice import Notice
-from .diagnostics import InputState, Work, input_notice
+from .best_subscription import BestSubscription
+from .diagnostics import RECENT, InputState, Work, input_notice
 from .messages import full_name, status_message
 from .topics import DIAGNOSTICS, DIAGNOSTICS_QOS
 
@@ -35,7 +36,7 @@ class Health:
         self,
         node: Node,
         estimator: Estimator,
-        input_topic: str,
+        subscription: BestSubscription,
         frames: Callable[[], Notice | None],
         velocity_source: Callable[[], str],
         steady: Clock,
@@ -43,11 +44,13 @@ class Health:
         self.work = Work()
         self._node = node
         self._estimator = estimator
-        self._input_topic = input_topic
+        self._subscription = subscription
         self._frames = frames
         self._velocity_source = velocity_source
         self._counts_said: Counter[str] = Counter()
         self._said = time.monotonic()
+        # When diagnostics were said, s, and how many messages had been lost by then.
+        self._losses: deque[tuple[float, int]] = deque([(self._said, 0)])
         self._publisher = node.create_publisher(DiagnosticArray, DIAGNOSTICS, DIAGNOSTICS_QOS)
         node.create_timer(PERIOD, self.say, clock=steady)
 
@@ -59,15 +62,24 @@ class Health:
         """
         return str(self._publisher.topic_name)
 
+    def _lost_of_late(self, now: float, lost: int) -> int:
+        losses = self._losses
+        losses.append((now, lost))
+        while now - losses[0][0] > RECENT:
+            losses.popleft()
+        return lost - losses[0][1]
+
     def say(self) -> None:
         """
         Publish the state of the input since the last word.
 
         """
-        node, estimator = self._node, self._estimator
+        node, estimator, subscription = self._node, self._estimator, self._subscription
         now, arrival = time.monotonic(), time.monotonic_ns()
         counts = Counter(estimator.counts)
-        publishers = node.get_publishers_info_by_topic(self._input_topic)
+        publishers = node.get_publishers_info_by_topic(subscription.topic_name)
+        subscription.settle(publishers)
+        lost = subscription.lost
         state = InputState(
             counts=counts,
             news=counts - self._counts_said,
@@ -80,7 +92,10 @@ class Health:
                 f'{info.node_namespace.rstrip("/")}/{info.node_name}' for info in publishers
             ),
             velocity_source=self._velocity_source(),
-            topic=self._input_topic,
+            topic=subscription.topic_name,
+            reliable=subscription.is_reliable,
+            lost=lost,
+            lost_of_late=self._lost_of_late(now, lost or 0),
             robot=estimator.robot.name,
             work=self.work,
         )

@@ -3,24 +3,22 @@ Joint states as they come in: as bytes, or as messages of rclpy.
 
 """
 
-import copy
 import time
 from collections.abc import Callable
 
 from rclpy.node import Node
-from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import JointState
 
 from ..estimator import Estimator, EstimatorSettings
 from ..joint_sample import JointSample
 from ..wire_form import WireForm
+from .best_subscription import BestSubscription
 from .messages import sample_of, stamp_of
 from .settings import Settings
 from .topics import JOINT_STATES, JOINT_STATES_QOS
-from .wire_reader import JointStateReader, WireError
-
-UNREADABLE = 'not a JointState'
+from .wire_check import WireError, read_message
+from .wire_reader import JointStateReader
 
 
 def warm_up_bytes(settings: Settings) -> None:
@@ -54,9 +52,13 @@ class Input:
     take_bytes
         Called first with a serialized message, its form and its arrival; returns whether that was
         enough, otherwise the message is read and given to `take`.
-    drop
-        Called with the reason where there is none: what is no JointState, the middleware would
-        have dropped before a message was made of it.
+    refuse
+        Called with a sentence where bytes are no JointState.
+
+    Attributes
+    ----------
+    subscription
+        What it hears, how reliably, and how much of it is lost.
 
     """
 
@@ -66,21 +68,18 @@ class Input:
         transport: str,
         take: Callable[[JointSample], None],
         take_bytes: Callable[[WireForm, bytes, int], bool],
-        drop: Callable[[str], None],
+        refuse: Callable[[str], None],
     ) -> None:
-        self._take, self._take_bytes, self._drop = take, take_bytes, drop
+        self._take, self._take_bytes, self._refuse = take, take_bytes, refuse
         self._clock = node.get_clock()
         self._reader = JointStateReader()
         self._form: WireForm | None = None  # of the last message
-        raw = transport == 'bytes'
-        # Overrides are written into the profile that is given: it must be a copy.
-        self.subscription = node.create_subscription(
+        self.subscription = BestSubscription(
+            node,
             JointState,
             JOINT_STATES,
-            self._on_bytes if raw else self._on_message,
-            copy.copy(JOINT_STATES_QOS),
-            raw=raw,
-            qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+            JOINT_STATES_QOS,
+            self._on_bytes if transport == 'bytes' else self._on_message,
         )
 
     @property
@@ -89,12 +88,17 @@ class Input:
         Return the full name of the topic.
 
         """
-        return str(self.subscription.topic_name)
+        return self.subscription.topic_name
 
     def _received(self, stamp: int) -> int:
         return stamp or int(self._clock.now().nanoseconds)
 
-    def _on_message(self, message: JointState) -> None:
+    def _on_message(self, data: bytes) -> None:
+        try:
+            message = read_message(data, JointState)
+        except WireError as error:
+            self._refuse(str(error))
+            return
         received = self._received(stamp_of(message))
         self._take(sample_of(message, received, time.monotonic_ns()))
 
@@ -109,8 +113,8 @@ class Input:
                 return
         try:
             names, positions, velocities, stamp = self._reader.read(data)
-        except WireError:
-            self._drop(UNREADABLE)
+        except WireError as error:
+            self._refuse(str(error))
             return
         self._take(
             JointSample(names, positions, velocities, stamp, self._received(stamp), arrival)

@@ -13,11 +13,12 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from rclpy.node import Node
 from rclpy.serialization import deserialize_message
+from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, Float64MultiArray
 
 from .heard import Heard
 from .readings import Pose, Warned, pose_of, warned_of
-from .topics import OUTPUT_QOS, WARNING, WARNING_QOS
+from .topics import JOINT_STATES, OUTPUT_QOS, WARNING, WARNING_QOS
 
 DISTANCE = 'singularity/distance'
 MEASURES = ('determinant', 'manipulability', 'condition_number', 'smallest_singular_value')
@@ -54,6 +55,10 @@ class Listener:
         The worst pose so far.
     history
         The smallest distance in each INTERVAL, rad; inf where none was heard.
+    joints
+        What the node hears, from `start` on; None before.
+    speeds
+        The speed of the fastest joint in each INTERVAL, rad/s or m/s.
     warned, levels
         The last warning, and the levels one after the other.
     then
@@ -66,6 +71,9 @@ class Listener:
         self.started = time.monotonic()
         self.nearest = Nearest(math.inf, 0.0, None)
         self.history: deque[float] = deque(maxlen=LONGEST_HISTORY)
+        self.speeds: deque[float] = deque(maxlen=LONGEST_HISTORY)
+        self.joints: Heard | None = None
+        self._node = node
         self._intervals = 0
         self.warned: Warned | None = None
         self.levels: list[str] = []
@@ -101,9 +109,12 @@ class Listener:
 
     def start(self) -> None:
         """
-        Count the time from now on.
+        Count the time from now on, and hear the joints too.
 
         """
+        # Not before: that somebody hears the joints is how the node is known to.
+        topic = f'{self.source.rpartition("/")[0]}/{JOINT_STATES}'
+        self.joints = Heard(self._node, topic, JointState, OUTPUT_QOS)
         self.started = time.monotonic()
 
     @property
@@ -130,6 +141,14 @@ class Listener:
         message = (self.distance if name == 'distance' else self.measures[name]).message
         return None if message is None else float(message.data)
 
+    def joint_speeds(self) -> dict[str, float]:
+        """
+        Return the last velocities by joint name, rad/s or m/s; none where none came.
+
+        """
+        message = None if self.joints is None else self.joints.message
+        return {} if message is None else dict(zip(message.name, message.velocity))
+
     def _note(self, message: bytes) -> None:
         distance = float(deserialize_message(message, Float64).data)
         now = self.time
@@ -140,7 +159,10 @@ class Listener:
         while self._intervals * INTERVAL <= now:
             self._intervals += 1
             self.history.append(math.inf)
+            self.speeds.append(0.0)
         self.history[-1] = min(self.history[-1], distance)
+        speeds = [abs(speed) for speed in self.joint_speeds().values() if math.isfinite(speed)]
+        self.speeds[-1] = max([self.speeds[-1], *speeds])
 
     def _warn(self, message: bytes) -> None:
         self.warned = warned_of(deserialize_message(message, DiagnosticStatus))

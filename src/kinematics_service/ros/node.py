@@ -13,7 +13,7 @@ from rclpy.duration import Duration
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
-from ..estimator import RESETS, Answer, Estimator, Refusal
+from ..estimator import RESETS, UNREADABLE, Answer, Estimator, Refusal
 from ..joint_sample import JointSample
 from ..measures import Level
 from ..notice import Notice, notice_of, stale_notice, structure_in_words
@@ -87,7 +87,7 @@ class KinematicsNode(Node):
         self._health = Health(
             self,
             self._estimator,
-            self._input.topic_name,
+            self._input.subscription,
             self._reference.notice,
             lambda: self._latest.velocity_source if self._latest else 'none',
             self._steady,
@@ -107,7 +107,7 @@ class KinematicsNode(Node):
         self._warning = self.create_publisher(DiagnosticStatus, WARNING, WARNING_QOS)
         self.solver = Solver(self.settings, self.get_logger().error)
         self._targets = Targets(self, self.settings, self._present, self.solver, self._steady)
-        self._input = Input(self, transport, self._on_sample, self._on_bytes, self._on_unreadable)
+        self._input = Input(self, transport, self._on_sample, self._on_bytes, self._refuse)
         self.create_service(Trigger, DESCRIBE, self._describe)
 
     def trust_the_order_of_events(self) -> None:
@@ -126,10 +126,7 @@ class KinematicsNode(Node):
 
     @property
     def settings(self) -> Settings:
-        """
-        Return the settings in force.
-
-        """
+        """Return the settings in force."""
         return self._settings
 
     # Start
@@ -153,8 +150,9 @@ class KinematicsNode(Node):
 
     # Messages
 
-    def _on_unreadable(self, reason: str) -> None:
-        self._estimator.counts[reason] += 1
+    def _refuse(self, sentence: str) -> None:
+        self._estimator.counts[UNREADABLE] += 1
+        self._follow(Refusal(UNREADABLE, sentence), 0, self._outputs.heard(), False)
 
     def _on_sample(self, sample: JointSample) -> None:
         try:

@@ -28,8 +28,12 @@ class NodeFacts(NamedTuple):
     ----------
     source
         Its full name.
+    text
+        Its description as it came.
     robot
         Its parameter `robot`: a bundled name or a file.
+    name
+        The name in its robot file.
     joints
         Names of the joints, prefix included.
     joint_states
@@ -42,7 +46,9 @@ class NodeFacts(NamedTuple):
     """
 
     source: str
+    text: str
     robot: str
+    name: str
     joints: tuple[str, ...]
     joint_states: str
     axes: tuple[str, str]
@@ -62,7 +68,8 @@ class NodeFacts(NamedTuple):
 
         """
         prefix = self.prefix(robot)
-        if self.joints == tuple(prefix + name for name in robot.joint_names):
+        names = tuple(prefix + name for name in robot.joint_names)
+        if self.joints == names and self.name == robot.name:
             return ''
         return (
             f'{self.source} runs {self.robot}, this is {robot.name}: '
@@ -110,7 +117,9 @@ def ask_node(node: Node, executor: Any, source: str, patience: float) -> NodeFac
         judged = facts['singularity']
         return NodeFacts(
             source=source,
+            text=told.message,
             robot=(values.values[0].string_value if values else '') or str(facts['robot']),
+            name=str(facts['robot']),
             joints=tuple(str(joint['name']) for joint in facts['joints']),
             joint_states=str(facts['subscribes']),
             axes=(str(facts['jacobian']['axes']), str(facts['twist']['axes'])),

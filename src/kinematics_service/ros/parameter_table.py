@@ -30,6 +30,7 @@ class Parameter:
     description: str
     choices: tuple[str, ...] = ()
     range: tuple[float, float] | None = None
+    least: float = 0.0  # of what is not 0, where 0 has a meaning of its own
     read_only: bool = False
 
     def descriptor(self) -> ParameterDescriptor:
@@ -42,6 +43,8 @@ class Parameter:
         descriptor.read_only = self.read_only
         if self.choices:
             descriptor.additional_constraints = 'one of: ' + ', '.join(self.choices)
+        if self.least:
+            descriptor.additional_constraints = f'0, or at least {self.least:g}'
         if self.range is not None:
             low, high = self.range
             descriptor.floating_point_range = [
@@ -83,6 +86,7 @@ PARAMETERS = (
         'Answers a second at most, by stamp; 0: every message.',
         (),
         (0.0, 1e6),
+        least=1e-3,
     ),
     Parameter(
         'joint_state_timeout',

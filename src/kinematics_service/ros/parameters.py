@@ -79,7 +79,10 @@ class NodeParameters:
         def changed(parameters: Sequence[RosParameter]) -> None:
             if any(parameter.name in NAMES for parameter in parameters):
                 self._settings = self._settings_with({})
-                apply(self._settings)
+                try:
+                    apply(self._settings)
+                except Exception as error:  # whoever set it would get no answer
+                    self._own_fault(error)
 
         self._node.add_on_set_parameters_callback(self._check)
         self._node.add_post_set_parameters_callback(changed)
@@ -117,13 +120,19 @@ class NodeParameters:
         return settings_from({**values, **changes}, self._robot)
 
     def _check(self, parameters: Sequence[RosParameter]) -> SetParametersResult:
-        # An exception here would reach whoever sets the parameter: it becomes a refusal.
-        result = SetParametersResult(successful=True)
+        # After an exception here whoever sets the parameter would get no answer: it is a refusal.
         changes = {p.name: p.value for p in parameters if p.name in NAMES}
-        if changes:
-            try:
+        reason = ''
+        try:
+            if changes:
                 self._settings_with(changes)
-            except KinematicsError as error:
-                result.successful = False
-                result.reason = str(error)
-        return result
+        except KinematicsError as error:
+            reason = str(error)
+        except Exception as error:
+            reason = self._own_fault(error)
+        return SetParametersResult(successful=not reason, reason=reason)
+
+    def _own_fault(self, error: Exception) -> str:
+        sentence = f'internal error at a parameter, please report it: {error!a}'
+        self._node.get_logger().error(sentence)
+        return sentence

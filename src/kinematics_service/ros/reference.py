@@ -24,6 +24,7 @@ from ..robot import Robot
 from .messages import SECOND
 from .target_messages import RefusedTargetError, pose_of
 from .topics import REFERENCE_POSE, TARGET_POSE_QOS
+from .wire_check import WireError, read_message
 
 # A pose between two joint states that are further apart (ns) is not compared.
 LONGEST_GAP = 100_000_000
@@ -75,6 +76,7 @@ class Reference:
             REFERENCE_POSE,
             self._on_pose,
             copy.copy(TARGET_POSE_QOS),
+            raw=True,
             qos_overriding_options=QoSOverridingOptions.with_default_policies(),
         )
 
@@ -98,12 +100,13 @@ class Reference:
         self._pairs.clear()
         self._collected, self._due = 0, FIRST
 
-    def _on_pose(self, message: PoseStamped) -> None:
-        stamp = message.header.stamp
+    def _on_pose(self, data: bytes) -> None:
         try:
+            message = read_message(data, PoseStamped)
+            stamp = message.header.stamp
             self._pending = int(stamp.sec) * SECOND + int(stamp.nanosec), pose_of(message)
             self.is_there = True
-        except RefusedTargetError as error:
+        except (RefusedTargetError, WireError) as error:
             self._refused = str(error)
 
     def note(self, answer: Answer) -> None:

@@ -131,8 +131,12 @@ def settings_from(values: Mapping[str, Any], robot: Robot) -> Settings:
             raise _refuse(parameter.name, value, 'one of ' + ', '.join(parameter.choices))
         if parameter.range is not None:
             low, high = parameter.range
-            if not (math.isfinite(value) and low <= value <= high):
-                raise _refuse(parameter.name, value, f'{low:g} to {high:g}')
+            accepted = f'{low:g} to {high:g}'
+            if parameter.least:
+                accepted = f'0, or {parameter.least:g} to {high:g}'
+            fits = math.isfinite(value) and low <= value <= high
+            if not fits or 0.0 < value < parameter.least:
+                raise _refuse(parameter.name, value, accepted)
     prefix = _checked_name('frame_prefix', values['frame_prefix'].lstrip('/'), 'part of a frame')
     base = _checked_name('base_frame', values['base_frame'], 'a frame') or robot.base_frame
     tool = _checked_name('tool_frame', values['tool_frame'], 'a frame') or robot.tool_frame

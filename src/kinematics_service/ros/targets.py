@@ -51,6 +51,7 @@ from .topics import (
     TARGET_TWIST,
     TARGET_TWIST_QOS,
 )
+from .wire_check import read_message
 
 # The silence of a stream of twists is looked for so often, as a share of its timeout.
 WATCH_SHARE = 0.25
@@ -116,6 +117,7 @@ class Targets:
                 name,
                 take,
                 copy.copy(qos),
+                raw=True,  # what is no message is refused here, in words, and not by rclpy
                 qos_overriding_options=QoSOverridingOptions.with_default_policies(),
             )
         # Turns only while a twist is in force: its thread would wake for nothing otherwise.
@@ -168,9 +170,9 @@ class Targets:
 
     # Poses
 
-    def _on_pose(self, message: PoseStamped) -> None:
+    def _on_pose(self, data: bytes) -> None:
         try:
-            notice = self._answer_pose(message)
+            notice = self._answer_pose(read_message(data, PoseStamped))
         except Exception as error:  # nothing that is sent may stop the node
             notice = self._refused(error)
         self._say('target_pose', notice)
@@ -191,11 +193,14 @@ class Targets:
 
     # Twists
 
-    def _on_twist(self, message: TwistStamped) -> None:
+    def _on_twist(self, data: bytes) -> None:
+        stamp = None
         try:
+            message = read_message(data, TwistStamped)
+            stamp = _stamp(message)
             notice = self._answer_twist(message)
         except Exception as error:  # nothing that is sent may stop the node
-            self._stop(_stamp(message))
+            self._stop(stamp)
             notice = self._refused(error)
         self._say('target_twist', notice)
 

@@ -34,10 +34,11 @@ from .output_messages import (
 )
 from .settings import Settings
 
-# A best-effort subscription hears reliable and best-effort publishers alike.
+# Reliable where every publisher offers that; room for a second at 1 kHz in which the process does
+# not run.
 JOINT_STATES_QOS = QoSProfile(
-    depth=100,
-    reliability=ReliabilityPolicy.BEST_EFFORT,
+    depth=1000,
+    reliability=ReliabilityPolicy.BEST_AVAILABLE,
     durability=DurabilityPolicy.VOLATILE,
 )
 OUTPUT_QOS = QoSProfile(depth=100, reliability=ReliabilityPolicy.RELIABLE)

@@ -8,40 +8,28 @@ axes) comes from the same joint states by the same functions. Without a node eve
 
 import os
 import time
-from dataclasses import replace
 from typing import Any
 
-import numpy as np
-from diagnostic_msgs.msg import DiagnosticStatus
-from geometry_msgs.msg import PoseArray, PoseStamped, TwistStamped
 from rclpy.context import Context
 from rclpy.node import Node
-from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import JointState
-from std_msgs.msg import Float64, Float64MultiArray
+from std_srvs.srv import Trigger
 
 from ..estimator import Answer, Estimator, EstimatorSettings
 from ..kernel import Floats
-from ..measures import Level
-from ..rigid_motion import rotation_of_quaternion
 from ..robot import Robot
 from ..singularities import singularity_of
 from ..view.observation import Observation, observation_of
-from .heard import Heard
 from .messages import sample_of, stamp_of, time_message
 from .node_facts import NodeFacts, ask_node
-from .readings import LayoutError, matrix_of, velocity_of, warned_of
 from .spin import new_executor
-from .topics import JOINT_STATES, JOINT_STATES_QOS, OUTPUT_QOS, WARNING, WARNING_QOS
+from .topics import DESCRIBE, JOINT_STATES, JOINT_STATES_QOS, OUTPUT_QOS, WARNING
+from .view_outputs import FRESH, ViewOutputs
 
-# Older than this (s) nothing is shown as live.
-FRESH = 1.0
 # Where messages come faster than they can be taken, the page still moves (s).
 LONGEST_CATCHING_UP = 0.2
-# A node that is not there is asked for so often (s).
-ASK_AGAIN = 2.0
-# Only the last message of a topic is shown.
-LAST_QOS = QoSProfile(depth=5, reliability=ReliabilityPolicy.RELIABLE)
+# A node is asked so often what it is (s), and waited for so long where it has become another one.
+ASK_AGAIN, PATIENCE = 1.0, 0.5
 
 
 class ViewListener:
@@ -67,8 +55,8 @@ class ViewListener:
         )
         self._executor = new_executor(self._node, context)
         self._facts: NodeFacts | None = None
+        self._known: frozenset[bytes] = frozenset()
         self._asked = -ASK_AGAIN
-        self._robot: Robot | None = None
         self._estimator: Estimator | None = None
         self._answer: Answer | None = None
         self._arrival = 0.0
@@ -76,26 +64,9 @@ class ViewListener:
         self._publisher: Any = None
         self._subscription: Any = None
         self._mismatch = ''
-
-        def hear(topic: str, kind: Any, qos: QoSProfile) -> Heard:
-            return Heard(self._node, f'{self.source}/{topic}', kind, qos)
-
-        self._pose = hear('pose', PoseStamped, LAST_QOS)
-        self._jacobian = hear('jacobian', Float64MultiArray, LAST_QOS)
-        self._frames = hear('link_frames', PoseArray, LAST_QOS)
-        self._twist = hear('twist', TwistStamped, LAST_QOS)
-        self._distance = hear('singularity/distance', Float64, LAST_QOS)
-        self._warning = Heard(
-            self._node, WARNING.replace('~', self.source), DiagnosticStatus, WARNING_QOS
-        )
-        self._outputs = (
-            self._pose,
-            self._jacobian,
-            self._frames,
-            self._twist,
-            self._distance,
-            self._warning,
-        )
+        self.outputs = ViewOutputs(self._node, self.source)
+        self._watch = self._node.create_client(Trigger, DESCRIBE.replace('~', self.source))
+        self._description: Any = None
 
     def close(self) -> None:
         """
@@ -122,28 +93,75 @@ class ViewListener:
 
     @property
     def _heard_so_far(self) -> int:
-        return self._joint_states + sum(heard.count for heard in self._outputs)
+        return self._joint_states + self.outputs.count
 
     def ask(self, patience: float) -> NodeFacts | None:
         """
         Return what the node says of itself, waiting so many seconds; None where there is none.
 
         """
-        self._asked = time.monotonic()
-        self._facts = ask_node(self._node, self._executor, self.source, patience) or self._facts
+        self._asked, self._description = time.monotonic(), None
+        facts = ask_node(self._node, self._executor, self.source, patience)
+        if facts is not None:
+            self._facts, self._known = facts, self._publishers()
         return self._facts
+
+    @property
+    def facts(self) -> NodeFacts | None:
+        """
+        Return what the node last said of itself; None while it has not.
+
+        """
+        return self._facts
+
+    def changed(self) -> bool:
+        """
+        Return whether the node has come, come back, or says other things of itself; ask it then.
+
+        """
+        told = self._description
+        if told is not None and told.done():
+            self._description = None
+            text = '' if told.exception() else told.result().message
+            before = self._facts
+            if text and (
+                before is None or text != before.text or self._publishers() - self._known
+            ):
+                return self.ask(PATIENCE) is not before
+        if time.monotonic() - self._asked > ASK_AGAIN:
+            self._asked = time.monotonic()
+            if self._description is not None:  # lost, with the node that it was for
+                self._watch.remove_pending_request(self._description)
+            ready = self._watch.service_is_ready()
+            self._description = self._watch.call_async(Trigger.Request()) if ready else None
+        return False
+
+    def _publishers(self) -> frozenset[bytes]:
+        # A node that comes back has other ones, by their identifiers.
+        topic = WARNING.replace('~', self.source)
+        infos = self._node.get_publishers_info_by_topic(topic)
+        return frozenset(bytes(info.endpoint_gid) for info in infos)
+
+    def sources(self) -> tuple[str, ...]:
+        """
+        Return the full names of the kinematics nodes there are.
+
+        """
+        end = WARNING.removeprefix('~')
+        return tuple(
+            sorted(
+                topic.removesuffix(end)
+                for topic, _ in self._node.get_topic_names_and_types()
+                if topic.endswith(end) and self._node.count_publishers(topic)
+            )
+        )
 
     def show(self, robot: Robot) -> None:
         """
         Hear the joint states of this arm from now on.
 
         """
-        self._robot = robot
-        self._subscribe()
-
-    def _subscribe(self) -> None:
-        robot, facts = self._robot, self._facts
-        assert robot is not None
+        facts, self._answer, self._mismatch = self._facts, None, ''
         namespace = self.source.rpartition('/')[0]
         topic, prefix = f'{namespace}/{JOINT_STATES}', ''
         if facts is not None:
@@ -172,20 +190,12 @@ class ViewListener:
             self._answer, self._arrival = answer, time.monotonic()
 
     @property
-    def other_robot(self) -> str:
-        """
-        Return the robot of the node where it is not the one that is shown; otherwise empty.
-
-        """
-        return self._facts.robot if self._mismatch and self._facts is not None else ''
-
-    @property
     def _live(self) -> bool:
         return self._answer is not None and time.monotonic() - self._arrival < FRESH
 
     @property
     def _node_live(self) -> bool:
-        return not self._mismatch and self._pose.count > 0 and self._pose.age < FRESH
+        return self._facts is not None and not self._mismatch and self.outputs.live
 
     @property
     def status(self) -> str:
@@ -197,52 +207,25 @@ class ViewListener:
             return self._mismatch
         topic = JOINT_STATES if self._subscription is None else self._subscription.topic_name
         if not self._live:
-            return f'sliders: nothing comes on {topic}'
-        if not self._node_live:
-            return f'live from {topic}; no node {self.source} answers'
-        return f'live from {self.source}, {self._pose.rate():.0f} Hz'
+            return f'moved by the sliders: nothing comes on {topic}'
+        if self._node_live:
+            return f'live from {self.source}, {self.outputs.pose.rate():.0f} Hz'
+        silent = 'is silent' if self._facts is not None else 'is not there'
+        return f'live from {topic}; the node {self.source} {silent}'
 
     def observation(self) -> Observation | None:
         """
         Return the newest observation; None while no joint states come.
 
         """
-        if self._facts is None and time.monotonic() - self._asked > ASK_AGAIN:
-            if self._warning.count > 0 and self.ask(0.5) is not None:
-                self._subscribe()
-            self._asked = time.monotonic()
         if not self._live or self._mismatch:
             return None
         assert self._answer is not None
         state = self._answer.state
         seen = observation_of(state, singularity_of(state))
-        return self._as_the_node_says(seen) if self._node_live else seen
-
-    def _as_the_node_says(self, seen: Observation) -> Observation:
-        values: dict[str, Any] = {}
-        axes = self._facts.axes if self._facts is not None else ('base', 'base')
-        pose = _matrix(self._pose.message.pose)
-        values['pose'] = pose
-        if self._frames.age < FRESH and self._frames.count:
-            frames = np.array([_matrix(one) for one in self._frames.message.poses])
-            if frames.shape == seen.frames.shape:
-                values['frames'] = frames
-        if self._jacobian.age < FRESH and self._jacobian.count:
-            J = _six_rows(self._jacobian.message)
-            if J is not None and J.shape == seen.jacobian.shape:
-                values['jacobian'] = _to_base(J, pose) if axes[0] == 'tool' else J
-        if self._twist.age < FRESH and self._twist.count:
-            heard = velocity_of(self._twist.message)
-            twist = np.concatenate([heard.linear, heard.angular])
-            values['twist'] = _to_base(twist[:, None], pose)[:, 0] if axes[1] == 'tool' else twist
-        if self._distance.age < FRESH and self._distance.count:
-            distance = float(self._distance.message.data)
-            values['singularity'] = replace(seen.singularity, distance=distance)
-        if self._warning.count:
-            level = warned_of(self._warning.message).level
-            if level in Level.__members__ and level != Level.STALE.name:
-                values['level'] = Level[level]
-        return replace(seen, **values)
+        if self._facts is not None and self._node_live:
+            return self.outputs.shown(seen, self._facts.axes)
+        return seen
 
     def publish(self, q: Floats) -> str:
         """
@@ -261,29 +244,3 @@ class ViewListener:
         message.header.stamp = time_message(self._node.get_clock().now().nanoseconds)
         self._publisher.publish(message)
         return ''
-
-
-def _matrix(pose: Any) -> Floats:
-    p, o = pose.position, pose.orientation
-    T = np.eye(4)
-    T[:3, :3] = rotation_of_quaternion((o.x, o.y, o.z, o.w))
-    T[:3, 3] = p.x, p.y, p.z
-    return T
-
-
-def _six_rows(message: Any) -> Floats | None:
-    # Linear rows first, whatever the order is.
-    try:
-        matrix = matrix_of(message)
-    except LayoutError:
-        return None
-    order = {name: k for k, name in enumerate(matrix.rows)}
-    wanted = ('vx', 'vy', 'vz', 'wx', 'wy', 'wz')
-    if set(order) != set(wanted):
-        return None
-    return matrix.values[[order[name] for name in wanted]]
-
-
-def _to_base(six_rows: Floats, pose: Floats) -> Floats:
-    R = pose[:3, :3]
-    return np.concatenate([R @ six_rows[:3], R @ six_rows[3:]])

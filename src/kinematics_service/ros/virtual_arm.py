@@ -13,8 +13,8 @@ from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
 from ..kernel import Floats
+from ..motion import Trajectory
 from ..recording import Recording
-from ..trajectory import Trajectory
 from .messages import time_message
 from .topics import JOINT_STATES
 

@@ -13,13 +13,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from rclpy.serialization import deserialize_message, serialize_message
+from rclpy.serialization import serialize_message
 from sensor_msgs.msg import JointState
 
-from ..errors import KinematicsError
 from ..kernel import Floats
 from ..wire_form import WireForm
 from .messages import SECOND, stamp_of
+from .wire_check import WireError, read_message
 from .wire_template import HARD_NUMBERS, STAMP, only_place
 
 # Layouts known at a time: a few drivers on one topic. Larger messages are not learned.
@@ -36,13 +36,6 @@ MARKED_STAMP = 0x1A2B3C4D * SECOND + 0x1F2E3D4C
 EMPTY = np.empty(0)
 EMPTY.setflags(write=False)
 Bytes = NDArray[np.uint8]
-
-
-class WireError(KinematicsError, ValueError):
-    """
-    Bytes that are no JointState: the official deserializer refuses them too.
-
-    """
 
 
 class WireJointState(NamedTuple):
@@ -179,9 +172,7 @@ class JointStateReader:
                 yield layout.form
 
     def _read_officially(self, data: bytes) -> WireJointState:
-        message = _deserialized(data)
-        if message is None:
-            raise WireError(f'{len(data)} bytes that are no JointState')
+        message = read_message(data, JointState)
         names = tuple(message.name)
         names = next((layout.names for layout in self._layouts if layout.names == names), names)
         self._credit = min(self._credit + CREDIT_A_MESSAGE, CREDIT)
@@ -247,8 +238,8 @@ class JointStateReader:
 
 def _deserialized(data: bytes) -> Any:
     try:
-        return deserialize_message(data, JointState)
-    except Exception:  # whatever it raises, a message it is not
+        return read_message(data, JointState)
+    except WireError:
         return None
 
 

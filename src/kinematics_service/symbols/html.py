@@ -3,6 +3,7 @@ A derivation as one page that needs nothing else: formulas in MathML, which brow
 
 """
 
+import re
 from collections.abc import Sequence
 from html import escape
 from typing import Any
@@ -22,7 +23,13 @@ p { margin: 0.4rem 0; }
 .formula { overflow-x: auto; padding: 0.4rem 0; }
 mtable.matrix { border-left: 1.5px solid; border-right: 1.5px solid; border-radius: 0.5em;
                 padding: 0 0.35em; }
-mtd { padding: 0.12em 0.5em; }
+mtd { padding: 0.2em 0.5em; }
+math { font-family: "Latin Modern Math", "STIX Two Math", "Cambria Math", "Libertinus Math", math,
+       "Times New Roman", "Liberation Serif", "DejaVu Serif", serif; }
+mi { text-transform: none; font-style: normal; }
+mi.letter { font-style: italic; }
+mi.word { margin-left: 0.15em; }
+msub > :nth-child(2), msup > :nth-child(2), msubsup > :nth-child(n + 2) { font-size: 0.72em; }
 @media (prefers-color-scheme: dark) { body { color: #e6e6e6; background: #181818; } }
 """
 GREEK = {'alpha', 'beta', 'gamma', 'theta', 'phi', 'psi', 'omega'}
@@ -103,7 +110,7 @@ def html_of(blocks: Sequence[Block]) -> str:
         if isinstance(block, Heading):
             lines.append(f'<h{block.level}>{escape(block.text)}</h{block.level}>')
         elif isinstance(block, Equation):
-            row = f'<mrow>{_left(block.left)}<mo>=</mo>{mathml(block.right)}</mrow>'
+            row = f'<mrow>{_as_written(_left(block.left))}<mo>=</mo>{mathml(block.right)}</mrow>'
             lines.append(f'<div class="formula">{MATHML.format("block", row)}</div>')
         else:
             parts = (
@@ -119,8 +126,16 @@ def mathml(expression: Any) -> str:
     Return an expression as presentation MathML without the outer element.
 
     """
-    printer = DecimalMathMLPrinter()
-    return str(printer._print(expression).toxml())
+    return _as_written(str(DecimalMathMLPrinter()._print(expression).toxml()))
+
+
+def _as_written(markup: str) -> str:
+    # What looks alike with a mathematical font and without: brackets of the height of a letter,
+    # letters in the italics of any font, words upright, and a minus as long as a plus.
+    markup = re.sub(r'<mo>([()])</mo>', r'<mo stretchy="false">\1</mo>', markup)
+    markup = re.sub(r'<mi>(&\w+;|[^<\d])</mi>', r'<mi class="letter">\1</mi>', markup)
+    markup = re.sub(r'<mi>([^<\d][^<]*)</mi>', r'<mi class="word">\1</mi>', markup)
+    return markup.replace('<mo>-</mo>', '<mo>\N{MINUS SIGN}</mo>')
 
 
 def _left(left: str) -> str:

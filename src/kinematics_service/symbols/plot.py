@@ -33,12 +33,15 @@ def plot_velocity(path: Path, span: tuple[float, float], file: File) -> None:
     figure = Figure(figsize=(9, 6), layout='constrained')
     FigureCanvasAgg(figure)
     upper, lower = figure.subplots(2, 1, sharex=True)
-    for axes, vector, label in ((upper, path.v, f'v, {unit}/s'), (lower, path.omega, 'w, rad/s')):
+    for axes, vector, label in (
+        (upper, path.v, f'linear velocity ({unit}/s)'),
+        (lower, path.omega, 'angular velocity (rad/s)'),
+    ):
         for k, name in enumerate('xyz'):
             axes.plot(times, path.sampled(vector[k], times), label=name)
         for crossing in path.crossings(*span):
             axes.axvline(crossing.time, color='0.6', linewidth=0.8, linestyle='--')
         axes.set_ylabel(label)
         axes.legend(loc='upper right')
-    lower.set_xlabel('t, s')
+    lower.set_xlabel('time (s)')
     figure.savefig(file, dpi=120, format='png')

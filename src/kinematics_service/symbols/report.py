@@ -3,7 +3,7 @@ A derivation as a list of headings, sentences and equations, for every output fo
 
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -98,16 +98,31 @@ def _frames(derivation: Derivation) -> Iterator[Block]:
         given = ', '.join(f'{s} = {v:.12g}' for s, v in derivation.names.values.items())
         yield say(f'Numbers of the file: {given}')
     yield Heading('Frames', 2)
-    for k, T in enumerate(derivation.row_transforms, 1):
-        yield Equation(f'T_{{{k - 1},{k}}}', T)
-    for k, T in enumerate(derivation.frames):
-        yield Equation(f'T_{{base,{k}}}', T)
-    yield Equation('T', derivation.T)
-    yield Equation('R', derivation.rotation)
-    yield Equation('p', derivation.position)
+    yield say(
+        'T_i,k is frame k in frame i, and T the tool in the base frame; R and p are its rotation '
+        'and its position. A matrix that is one of those above is named, not written again.'
+    )
+    transforms = [(f'{k - 1},{k}', T) for k, T in enumerate(derivation.row_transforms, 1)]
+    transforms += [(f'base,{k}', T) for k, T in enumerate(derivation.frames)]
+    yield from _once([(f'T_{{{which}}}', T) for which, T in transforms] + [('T', derivation.T)])
     for k, (z, o) in enumerate(zip(derivation.z, derivation.o), 1):
         yield Equation(f'z_{{{k}}}', z)
         yield Equation(f'o_{{{k}}}', o)
+
+
+def _once(matrices: Sequence[tuple[str, Any]]) -> Iterator[Block]:
+    # Those that are the identity, or equal to an earlier one, by name.
+    shown: dict[Any, str] = {sympy.ImmutableMatrix(sympy.eye(4)): 'the identity'}
+    for left, matrix in matrices:
+        known = shown.setdefault(sympy.ImmutableMatrix(matrix), left)
+        if known == left:
+            yield Equation(left, matrix)
+        else:
+            yield say(f'{_in_words(left)} is {_in_words(known)}.')
+
+
+def _in_words(left: str) -> str:
+    return left.replace('{', '').replace('}', '')
 
 
 def _jacobian(derivation: Derivation, frame: str) -> Iterator[Block]:

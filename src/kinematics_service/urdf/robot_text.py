@@ -51,12 +51,16 @@ def robot_file_text(
 
     """
     names = _variables(chain.variables)
+    moving = {term.variable for row in table.rows for term in row.terms}
     lines = [
         f'robot: {name}',
         f'source: {json.dumps(_printable(source)[:LONGEST_SOURCE], ensure_ascii=False)}',
         f'convention: {convention}',
         'joints:',
-        *(_joint(joint, variable) for joint, variable in zip(chain.variables, names)),
+        *(
+            _joint(joint, variable, j in moving)
+            for j, (joint, variable) in enumerate(zip(chain.variables, names))
+        ),
         'links:',
         *(_link(row, names) for row in table.rows),
         f'base: {_placement(chain.base, table.base)}',
@@ -90,7 +94,7 @@ def _name(text: str, what: str, refused: str) -> str:
     return text if plain else json.dumps(text, ensure_ascii=False)
 
 
-def _joint(joint: Variable, variable: str) -> str:
+def _joint(joint: Variable, variable: str, moves: bool) -> str:
     entry = [f'name: {_name(joint.name, "joint", NOT_IN_JOINTS)}']
     if variable != joint.name:
         entry.append(f'variable: {variable}')
@@ -99,6 +103,8 @@ def _joint(joint: Variable, variable: str) -> str:
         entry.append(f'limits: [{_limit(joint.lower)}, {_limit(joint.upper)}]')
     if math.isfinite(joint.velocity):
         entry.append(f'velocity: {_number(joint.velocity)}')
+    if not moves:
+        entry.append('unused: true')
     return f'  - {{{", ".join(entry)}}}'
 
 

@@ -3,21 +3,22 @@ The web page: the picture, the panel beside it, and what people can switch.
 
 """
 
-import io
 from collections.abc import Iterator
-from contextlib import contextmanager, redirect_stdout
+from contextlib import contextmanager
 
-import numpy as np
 import viser
 
 from ..kernel import Floats
 from ..robot import Robot
-from .door import ServerAddressError, check_address, guard
+from .address import Address, ServerAddressError, check_address
+from .admission import admission_to
 from .drawing import Drawing
+from .guarded_server import guarded_server
 from .observation import Observation, observe
 from .panel import facts_html, gauges_html, jacobian_html, joints_html
-from .scene import Scene, scene_of
+from .scene import scene_of
 from .sliders import Sliders, singular_pose
+from .viewpoint import Viewpoint
 
 SWITCHES = (
     ('linear', 'ellipsoid of velocities (blue)'),
@@ -36,7 +37,9 @@ class Page:
     Parameters
     ----------
     server
-        Its server.
+        Its server; what another page has put there is gone.
+    viewpoint
+        Where it looks from.
     robot
         The arm.
     publishable
@@ -51,19 +54,28 @@ class Page:
 
     """
 
-    def __init__(self, server: viser.ViserServer, robot: Robot, publishable: bool) -> None:
+    def __init__(
+        self, server: viser.ViserServer, viewpoint: Viewpoint, robot: Robot, publishable: bool
+    ) -> None:
         self.robot = robot
         self._server = server
         self._wish: Floats | None = None
         self._in_hand = True
+        server.scene.reset()
         gui = server.gui
-        gui.configure_theme(
-            control_layout='fixed', control_width='large', show_logo=False, show_share_button=False
-        )
+        gui.reset()
+        gui.configure_theme(control_width='large', show_logo=False, show_share_button=False)
         gui.set_panel_label(robot.name)
+        gui.main_panel.dock_right()
+        self._nodes = gui.add_dropdown('arm of', ('',), visible=False)
         self._gauges = gui.add_html('')
+        self._add_folders(publishable)
+        viewpoint.look_at(self._first)
+
+    def _add_folders(self, publishable: bool) -> None:
+        gui = self._server.gui
         with gui.add_folder('Joints'):
-            self.sliders = Sliders(server, robot)
+            self.sliders = Sliders(self._server, self.robot)
             self._publish = gui.add_checkbox(
                 'publish joint states',
                 False,
@@ -78,14 +90,32 @@ class Page:
         with gui.add_folder('Limits'):
             self._joints = gui.add_html('')
         with gui.add_folder('Show', expand_by_default=False):
-            first = scene_of(observe(robot, self.sliders.positions))
-            self._drawing = Drawing(server, first)
+            self._first = scene_of(observe(self.robot, self.sliders.positions))
+            self._drawing = Drawing(self._server, self._first)
             self._switches = {
                 name: gui.add_checkbox(label, self._drawing.shown[name])
                 for name, label in SWITCHES
             }
             gui.add_button('Clear the trail').on_click(lambda _: self._drawing.clear_trail())
-        self._look(first)
+
+    def offer(self, nodes: tuple[str, ...], node: str) -> str:
+        """
+        Offer the arms of several nodes; return the node that is chosen.
+
+        Parameters
+        ----------
+        nodes
+            Full names of the nodes there are.
+        node
+            The one whose arm is shown.
+
+        """
+        options = nodes if node in nodes else (node, *nodes)
+        if self._nodes.options != options:
+            self._nodes.options = options
+            self._nodes.value = node
+            self._nodes.visible = len(options) > 1
+        return str(self._nodes.value)
 
     def _add_buttons(self, regular: Floats) -> None:
         singular = singular_pose(self.robot, self.sliders.ranges, regular)
@@ -96,13 +126,6 @@ class Page:
             self._buttons.append((self._server.gui.add_button('Singular pose'), singular))
         for button, q in self._buttons:
             button.on_click(lambda _, q=q: setattr(self, '_wish', q))
-
-    def _look(self, scene: Scene) -> None:
-        # From in front, a little above; the arm fills the middle.
-        camera = self._server.initial_camera
-        middle = scene.links.reshape(-1, 3).mean(axis=0)
-        camera.look_at = tuple(middle)
-        camera.position = tuple(middle + scene.size * np.array([0.85, 0.7, 0.4]))
 
     @property
     def wants_to_publish(self) -> bool:
@@ -142,9 +165,9 @@ class Page:
         for button, _ in self._buttons:
             button.disabled = not people
 
-    def show(self, seen: Observation, status: str) -> None:
+    def show(self, seen: Observation, title: str, status: str) -> None:
         """
-        Show an observation, and in a line where it comes from; nothing is sent that is known.
+        Show an observation, whose it is and where it comes from; nothing is sent that is known.
 
         """
         for name, switch in self._switches.items():
@@ -153,7 +176,7 @@ class Page:
         with self._server.atomic():
             self._drawing.draw(scene)
             for handle, content in (
-                (self._gauges, gauges_html(seen, status)),
+                (self._gauges, gauges_html(seen, title, status)),
                 (self._facts, facts_html(seen, scene)),
                 (self._jacobian, jacobian_html(seen)),
                 (self._joints, joints_html(seen)),
@@ -163,27 +186,22 @@ class Page:
 
 
 @contextmanager
-def serve(robot: Robot, host: str, port: int, publishable: bool) -> Iterator[tuple[Page, str]]:
+def serve(address: Address, label: str) -> Iterator[tuple[viser.ViserServer, str]]:
     """
-    Serve a page within the block; yield it and its address.
+    Serve pages within the block; yield the server and the address to open in a browser.
 
     Raises
     ------
     ServerAddressError
         The port is taken, or the host is no address of this computer.
+    UnknownViserError
+        Pages of others could talk to this one.
 
     """
+    host, port, more_names = address
     check_address(host, port)
-    silence = io.StringIO()  # what viser prints on its own
-    with redirect_stdout(silence):
-        server = viser.ViserServer(host=host, port=port, label=robot.name, verbose=False)
-    try:
+    admission = admission_to(host, more_names)
+    with guarded_server(host, port, label, admission) as server:
         if port not in (0, server.get_port()):  # taken in the meantime: viser went on to the next
             raise ServerAddressError(f'--port {port}: taken by another program on {host}')
-        guard(server, host)
-        shown = 'localhost' if host in ('0.0.0.0', '::') else host
-        name = f'[{shown}]' if ':' in shown else shown
-        yield Page(server, robot, publishable), f'http://{name}:{server.get_port()}'
-    finally:
-        with redirect_stdout(silence):
-            server.stop()
+        yield server, admission.address(host, server.get_port())

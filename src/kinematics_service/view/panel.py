@@ -23,6 +23,7 @@ INK = {Level.OK: '#fff', Level.WARN: '#000', Level.ERROR: '#fff', Level.STALE: '
 # The same for people who do not see the colour, and for print.
 SIGNS = {Level.OK: '●', Level.WARN: '▲', Level.ERROR: '■', Level.STALE: '○'}
 
+# On a narrow screen viser's panel is a sheet over the picture: it leaves the arm to be seen.
 STYLE = """<style>
 .kin{font-size:12px;line-height:1.35;padding:2px 10px 4px 8px}
 .kin table{border-collapse:collapse;width:100%;font-variant-numeric:tabular-nums}
@@ -31,6 +32,7 @@ STYLE = """<style>
 .kin td:first-child,.kin th:first-child{text-align:left}
 .kin .num{font-family:ui-monospace,monospace;font-size:11px}
 .kin .head{font-weight:700;font-size:14px;padding:5px 8px;border-radius:4px;margin:2px 0}
+#kin-title{font-weight:700;overflow-wrap:anywhere}
 .kin .bar{position:relative;height:9px;border-radius:3px;background:#8884;margin:1px 0 15px}
 .kin .bar.low{margin-bottom:3px;height:6px}
 .kin .fill{height:100%;min-width:4px;border-radius:3px}
@@ -39,6 +41,10 @@ STYLE = """<style>
 white-space:nowrap}
 .kin .pin{position:absolute;top:-3px;width:4px;height:12px;margin-left:-2px;border-radius:2px}
 .kin .pair{display:flex;justify-content:space-between;gap:8px}
+@media (max-width:36em){
+.mantine-Paper-root:has(#kin-gauges){max-height:34vh!important;width:100%!important}
+.mantine-Paper-root:has(#kin-gauges) .mantine-ScrollArea-content>*{width:100%!important}
+}
 </style>"""
 
 
@@ -54,13 +60,14 @@ def _box(name: str, content: str) -> str:
     return f'<div class="kin" id="kin-{name}">{content}</div>'
 
 
-def gauges_html(seen: Observation, status: str) -> str:
+def gauges_html(seen: Observation, title: str, status: str) -> str:
     """
-    Return the headline, where the numbers come from, and the gauges.
+    Return whose arm it is, the headline, where the numbers come from, and the gauges.
 
     """
     level = seen.level
     head = (
+        f'<div id="kin-title">{escape(title)}</div>'
         f'<div class="head" data-level="{level.name}" '
         f'style="background:{colour(level)};color:{INK[level]}">'
         f'{SIGNS[level]} {escape(headline(seen))}</div>'

@@ -10,17 +10,54 @@ from typing import Protocol
 
 from ..kernel import Floats
 from ..robot import Robot
+from .address import Address
+from .admission import ANYWHERE
 from .observation import Observation, observe
 from .page import Page, serve
+from .viewpoint import Viewpoint
 
 PERIOD = 1.0 / 30.0
 
 
 class Source(Protocol):
     """
-    Where joint states come from; `ros.view_listener` has one.
+    Whose arm is shown, and where its joint states come from; `ros.view_session` has one.
 
     """
+
+    @property
+    def robot(self) -> Robot:
+        """
+        Return the arm to show now: another object where it has changed.
+
+        """
+
+    @property
+    def title(self) -> str:
+        """
+        Return whose arm it is.
+
+        """
+
+    @property
+    def node(self) -> str:
+        """
+        Return the node whose arm it is; empty without ROS.
+
+        """
+
+    @property
+    def nodes(self) -> tuple[str, ...]:
+        """
+        Return the nodes whose arms can be shown.
+
+        """
+
+    def choose(self, node: str) -> None:
+        """
+        Show the arm of another node.
+
+        """
 
     def listen(self, seconds: float) -> None:
         """
@@ -50,12 +87,21 @@ class Source(Protocol):
 
 class Silence:
     """
-    The source of a page without ROS: it hears nothing.
+    The source of a page without ROS: an arm that is moved by sliders alone.
 
     """
 
-    def __init__(self, status: str) -> None:
-        self.status = status
+    node = ''
+    nodes: tuple[str, ...] = ()
+
+    def __init__(self, robot: Robot, status: str) -> None:
+        self.robot, self.title, self.status = robot, robot.name, status
+
+    def choose(self, node: str) -> None:
+        """
+        Do nothing: there is one arm.
+
+        """
 
     def listen(self, seconds: float) -> None:
         """
@@ -80,23 +126,16 @@ class Silence:
 
 
 def run_page(
-    robot: Robot,
-    source: Source,
-    host: str,
-    port: int,
-    publishable: bool,
-    ended: Callable[[], bool],
-) -> int:
+    source: Source, address: Address, publishable: bool, ended: Callable[[], bool]
+) -> None:
     """
-    Serve a page of an arm; return the port it was served at.
+    Serve a page of an arm.
 
     Parameters
     ----------
-    robot
-        The arm.
     source
-        Where joint states come from; the sliders move the arm while none come.
-    host, port
+        The arm and where its joint states come from; the sliders move it while none come.
+    address
         Where to serve it.
     publishable
         Whether to offer to publish the sliders.
@@ -107,38 +146,51 @@ def run_page(
     ------
     ServerAddressError
         The port is taken, or the host is no address of this computer.
+    UnknownViserError
+        Pages of others could talk to this one.
 
     """
-    with serve(robot, host, port, publishable) as (page, address):
-        print(f'{address} shows {robot.name}; {source.status}; Ctrl-C ends it', flush=True)
-        if host in ('0.0.0.0', '::'):
-            print(f'kinematics_service: {host}: everybody on the network sees it', file=sys.stderr)
+    with serve(address, source.robot.name) as (server, url):
+        viewpoint = Viewpoint(server)
+        page = Page(server, viewpoint, source.robot, publishable)
+        print(f'{url} shows {source.title}; {source.status}; Ctrl-C ends it', flush=True)
+        if address.host in ANYWHERE:
+            print(
+                f'kinematics_service: {address.host}: whoever has this address, with its token '
+                'and a name of this computer, sees it from anywhere on the network',
+                file=sys.stderr,
+            )
         while not ended():
             begin = time.monotonic()
+            if source.robot is not page.robot:
+                page = Page(server, viewpoint, source.robot, publishable)
+                print(f'it shows {source.title}', flush=True)
             turn(page, source)
             # At least a little rest: where drawing is slow the page stays slow, not the computer.
             source.listen(max(0.2 * PERIOD, PERIOD - (time.monotonic() - begin)))
-    return int(address.rpartition(':')[2])
 
 
 def turn(page: Page, source: Source) -> None:
     """
-    Show what is to be seen now.
+    Show what is to be seen now, or go to the node that somebody has chosen.
 
     """
+    chosen = page.offer(source.nodes, source.node)
+    if chosen != source.node:
+        source.choose(chosen)
+        return
     seen = source.observation()
+    status = source.status
     if page.wants_to_publish:
         q, qdot = page.lead()
         refusal = source.publish(q)
         if not refusal:
-            page.show(seen or observe(page.robot, q, qdot), f'publishing; {source.status}')
+            page.show(seen or observe(page.robot, q, qdot), source.title, f'publishing; {status}')
             return
         status = f'not publishing: {refusal}'
-    else:
-        status = source.status
     if seen is not None:
         page.follow(seen.q)
-        page.show(seen, status)
+        page.show(seen, source.title, status)
         return
     q, qdot = page.lead()
-    page.show(observe(page.robot, q, qdot), status)
+    page.show(observe(page.robot, q, qdot), source.title, status)

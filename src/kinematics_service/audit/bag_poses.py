@@ -1,0 +1,77 @@
+"""
+A topic with poses of the tool in a bag: of a long one as many as the frame check can use.
+
+"""
+
+from collections.abc import Callable, Iterable
+from typing import Any
+
+import numpy as np
+
+from .pose_format import PoseFormat
+from .source import PoseTrack
+from .tool_poses import pose_track
+
+POSES = {
+    'geometry_msgs/msg/PoseStamped': lambda message: message.pose,
+    'geometry_msgs/msg/PoseWithCovarianceStamped': lambda message: message.pose.pose,
+}
+SECOND = 1_000_000_000
+# So many poses are kept (13 MB): where there are more, every second one is given up, again and
+# again. The frame check follows some hundred of those within the recording.
+HELD = 2**16
+
+
+def track_of_messages(
+    topic: str,
+    kind: str,
+    messages: Iterable[tuple[int, bytes]],
+    read: Callable[[bytes], Any],
+) -> PoseTrack | None:
+    """
+    Return the poses of messages that come with the time (ns) of their receipt; None without any.
+
+    Parameters
+    ----------
+    kind
+        Their type, one of `POSES`.
+    read
+        Makes a message of its bytes, or raises anything at all.
+
+    """
+    rows, stamps = np.empty((HELD, 7)), np.empty(HELD, dtype=np.int64)
+    stride, kept, count, looked_at, frame = 1, 0, 0, 0, ''
+    unreadable = 0
+    for time, raw in messages:
+        count += 1
+        if (count - 1) % stride:
+            continue
+        if kept == HELD:
+            kept, stride = HELD // 2, 2 * stride
+            rows[:kept], stamps[:kept] = rows[::2].copy(), stamps[::2].copy()
+        looked_at += 1
+        try:
+            message = read(raw)
+        except Exception:  # whatever the bytes make the reader raise
+            unreadable += 1
+            continue
+        stamp = message.header.stamp
+        stamps[kept] = int(stamp.sec) * SECOND + int(stamp.nanosec) or time
+        rows[kept] = _numbers(POSES[kind](message))
+        frame = frame or str(message.header.frame_id)
+        kept += 1
+    if not count:
+        return None
+    if not kept:
+        none = np.zeros((0, 4, 4))
+        return PoseTrack(topic, '', stamps[:0], none, refused='none of its messages can be read')
+    track = pose_track(topic, frame, stamps[:kept].copy(), rows[:kept], PoseFormat('xyzw'))
+    if unreadable:
+        doubt = f'{unreadable:,} of {looked_at:,} messages cannot be read'
+        track = track._replace(doubts=(*track.doubts, doubt))
+    return track._replace(total=count)
+
+
+def _numbers(pose: Any) -> tuple[float, ...]:
+    p, o = pose.position, pose.orientation
+    return p.x, p.y, p.z, o.x, o.y, o.z, o.w

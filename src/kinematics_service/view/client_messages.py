@@ -1,0 +1,125 @@
+"""
+What the page may tell its server: where its camera is, and new values of what people can change.
+
+Everything else that viser's clients could say (other attributes of a thing of the panel, files,
+shares) is refused before viser reads it.
+"""
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import msgspec
+from viser import GuiButtonHandle, GuiCheckboxHandle, GuiDropdownHandle, GuiSliderHandle
+
+Three = tuple[float, float, float]
+Four = tuple[float, float, float, float]
+# No picture is as wide as this (pixels).
+WIDEST = 1e6
+
+
+class Camera(
+    msgspec.Struct,
+    tag='ViewerCameraMessage',
+    tag_field='type',
+    forbid_unknown_fields=True,
+    frozen=True,
+):
+    """
+    Where a page looks from, as viser's `ViewerCameraMessage`.
+
+    """
+
+    wxyz: Four
+    position: Three
+    fov: float
+    near: float
+    far: float
+    image_height: float
+    image_width: float
+    look_at: Three
+    up_direction: Three
+
+
+class Value(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
+    """
+    The one attribute of a thing of the panel that a page may change.
+
+    """
+
+    value: bool | float | str
+
+
+class Change(
+    msgspec.Struct,
+    tag='GuiUpdateMessage',
+    tag_field='type',
+    forbid_unknown_fields=True,
+    frozen=True,
+):
+    """
+    A new value of a thing of the panel, as viser's `GuiUpdateMessage`.
+
+    """
+
+    uuid: str
+    updates: Value
+
+
+DECODER = msgspec.msgpack.Decoder(Camera | Change)
+
+
+class MessageError(ValueError):
+    """
+    A message that no page of ours sends.
+
+    """
+
+
+def is_taken(data: object, panel: Mapping[str, Any]) -> bool:
+    """
+    Return whether viser is to read a message; False where it comes too late to mean anything.
+
+    Parameters
+    ----------
+    data
+        The message as it came.
+    panel
+        The things of the panel by their identifiers.
+
+    Raises
+    ------
+    MessageError
+        No page of ours says so.
+
+    """
+    if not isinstance(data, bytes):
+        raise MessageError('messages are binary')
+    try:
+        message = DECODER.decode(data)
+    except (msgspec.DecodeError, RecursionError, OverflowError) as error:
+        raise MessageError(str(error)) from None
+    if isinstance(message, Camera):
+        numbers = (*message.wxyz, *message.position, *message.look_at, *message.up_direction)
+        if not all(map(math.isfinite, (*numbers, message.fov))):
+            raise MessageError('the camera is nowhere')
+        if not (0 <= message.image_height < WIDEST and 0 <= message.image_width < WIDEST):
+            raise MessageError('no picture has that size')
+        return True
+    thing = panel.get(message.uuid)
+    if thing is None or thing.disabled or not thing.visible:
+        return False
+    if not _fits(thing, message.updates.value):
+        raise MessageError('not a value of that thing')
+    return True
+
+
+def _fits(thing: object, value: float | bool | str) -> bool:
+    match thing:
+        case GuiSliderHandle():
+            return isinstance(value, float) and math.isfinite(value)
+        case GuiCheckboxHandle() | GuiButtonHandle():
+            return isinstance(value, bool)
+        case GuiDropdownHandle():
+            return value in thing.options
+    return False

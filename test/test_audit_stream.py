@@ -1,0 +1,278 @@
+"""
+An audit that reads its states in pieces says the same, and several of them at once do, too.
+
+"""
+
+import json
+
+import numpy as np
+import pytest
+from arms import robot_of
+from recordings import BEGIN, SECOND, awkward, motion, samples_of
+from test_audit import audited
+from test_audit_files import document, refusal, run
+
+from kinematics_service.audit import columns
+from kinematics_service.audit.block import blocks_of
+from kinematics_service.audit.document import document_of
+from kinematics_service.audit.joint_state_cdr import columns_of
+from kinematics_service.audit.page import page_of
+from kinematics_service.audit.reported_velocities import Unwrapped
+from kinematics_service.audit.stream import StreamWatch
+from kinematics_service.measures import Level
+from kinematics_service.printing import json_text
+
+# Sums of squares in other pieces.
+ROUND_OFF = 1e-12
+
+
+@pytest.fixture(autouse=True)
+def whole_lines(monkeypatch):
+    monkeypatch.delenv('COLUMNS', raising=False)
+
+
+def faulty(robot):
+    """
+    Return samples in which much is wrong, also over long stretches and at their ends.
+
+    """
+    t, q, qdot = motion(robot, 2500, 100.0, 3)
+    random = np.random.default_rng(2)
+    t = t + np.cumsum(random.choice([0.0, 1e-3, 0.5], 2500, p=[0.9, 0.09, 0.01]))
+    q[700:, 1] += 0.3
+    qdot[:, 0] = np.roll(qdot[:, 0], 4)
+    qdot[:, 2] *= -1.0
+    qdot[900:1200] = np.nan
+    samples = samples_of(robot, t, q, qdot)
+    samples[40] = samples[39]
+    for k in range(1500, 1510):
+        samples[k] = samples[k]._replace(stamp=0)
+    for k in range(2000, 2500):
+        samples[k] = samples[k]._replace(stamp=samples[k].stamp - 9 * SECOND)
+    return samples
+
+
+@pytest.mark.parametrize('name', ['ur5e', 'kinova_gen3', 'scara_hsr065'])
+def test_columns_on_disk_change_no_bit(name, monkeypatch):
+    robot = robot_of(name)
+    for samples in (faulty(robot), awkward(robot, 6)):
+        whole, _ = audited(samples, robot)
+        expected = json_text(document_of(whole)), page_of(whole)
+        monkeypatch.setattr(columns, 'HELD', 100)
+        monkeypatch.setattr('kinematics_service.audit.block.LARGEST_BLOCK', 77)
+        written, _ = audited(samples, robot)
+        assert (json_text(document_of(written)), page_of(written)) == expected
+        monkeypatch.undo()
+
+
+def almost(found, expected):
+    """
+    Check that two documents are the same but for the rounding of sums.
+
+    """
+    assert type(found) is type(expected)
+    if isinstance(found, dict):
+        assert list(found) == list(expected)
+        for key in found:
+            almost(found[key], expected[key])
+    elif isinstance(found, list):
+        assert len(found) == len(expected)
+        for pair in zip(found, expected):
+            almost(*pair)
+    elif isinstance(found, float):
+        assert found == pytest.approx(expected, rel=ROUND_OFF, abs=ROUND_OFF)
+    else:
+        assert found == expected
+
+
+@pytest.mark.parametrize('size', [1, 7, 512])
+@pytest.mark.parametrize('name', ['ur5e', 'kinova_gen3'])
+def test_pieces_of_any_size_give_the_same_verdict(name, size, monkeypatch):
+    robot = robot_of(name)
+    samples = faulty(robot)[: 300 if size == 1 else None]
+    whole, _ = audited(samples, robot)
+    expected, page = json.loads(json_text(document_of(whole))), page_of(whole)
+    checks = [joint['check'] for joint in expected['joints']]
+    if (name, size) == ('ur5e', 7):
+        assert any(check['lag'] for check in checks)
+        assert any(check['scale'] != 1.0 for check in checks)
+    monkeypatch.setattr(columns, 'AT_ONCE', size)
+    monkeypatch.setattr(columns, 'HELD', 3 * size)
+    pieces, _ = audited(samples, robot)
+    found = json.loads(json_text(document_of(pieces)))
+    assert found['verdict'] == expected['verdict']
+    almost(found, expected)
+    assert page_of(pieces) == page
+
+
+def test_a_median_of_pieces_is_that_of_all(monkeypatch):
+    random = np.random.default_rng(1)
+    for numbers in (
+        random.normal(size=2001),
+        np.full(1500, 1e6),
+        1_000_000 + random.integers(-2, 3, 1800),
+        np.exp(20.0 * random.normal(size=1777)),
+        np.repeat([-1.5, 2.5e100], 700),
+        np.array([3]),
+    ):
+        expected = np.median(numbers)
+        for size in (5, 900, 5000):
+            monkeypatch.setattr(columns, 'AT_ONCE', size)
+            pieces = [numbers[k : k + 97] for k in range(0, len(numbers), 97)]
+            assert columns.median(lambda p=pieces: iter(p)) == expected
+    assert columns.median(lambda: iter([])) == 0.0
+
+
+def test_turns_are_unwrapped_in_pieces_as_in_one():
+    q = np.random.default_rng(3).uniform(-4.0, 4.0, 1000)
+    whole = np.unwrap(q)
+    for size in (1, 3, 1000):
+        joint = Unwrapped(True)
+        pieces = [joint.take(q[k : k + size]) for k in range(0, 1000, size)]
+        np.testing.assert_array_equal(np.concatenate(pieces), whole)
+
+
+def test_gaps_are_counted_across_blocks_and_pieces(monkeypatch):
+    robot = robot_of('planar_2r')
+    samples = samples_of(robot, *motion(robot, 600))
+    del samples[100:140], samples[300:420]
+    monkeypatch.setattr(columns, 'AT_ONCE', 50)
+    watch = StreamWatch(robot.joint_names)
+    for block in blocks_of(samples):
+        watch.take(block)
+    stream = watch.stream()
+    assert [gap.message for gap in stream.gaps] == [100, 300]
+    assert [gap.seconds for gap in stream.gaps] == pytest.approx([0.41, 1.21])
+    assert stream.median_interval == 0.01
+
+
+# Several at once
+
+
+@pytest.fixture
+def tables(tmp_path):
+    """
+    Return tables of a motion that keeps away from singular poses, and of one that does not.
+
+    """
+    files = []
+    for name, elbow in (('safe', (1.0, 2.0)), ('close', (1.0, -1.0)), ('again', (0.5, 2.0))):
+        q2 = np.linspace(*elbow, 300).tolist()
+        rows = [f'{1.7e9 + 0.01 * k!r},0.2,{q2[k]!r}' for k in range(300)]
+        files.append(tmp_path / f'{name}.csv')
+        files[-1].write_text('\n'.join(['stamp,position.q1,position.q2', *rows]))
+    return files
+
+
+@pytest.mark.parametrize('how', ['one', 'jobs', 'cluster'])
+def test_each_of_several_recordings_has_its_verdict(tables, tmp_path, capsys, how):
+    robot = ('--robot', 'planar_2r')
+    alone = [document(capsys, file, *robot) for file in tables]
+    pages, data = tmp_path / 'pages', tmp_path / 'data'
+    options = [*robot, '--html', pages, '--json', data, '--fail-on', 'stop']
+    files = [tables[0], tmp_path / 'none.csv', *tables[1:]]
+    if how == 'jobs':
+        options += ['--jobs', '2']
+    if how == 'cluster':
+        distributed = pytest.importorskip('distributed', reason='needs dask[distributed]')
+        with distributed.LocalCluster(
+            n_workers=2, threads_per_worker=1, dashboard_address='127.0.0.1:0', host='127.0.0.1'
+        ) as local:
+            address = local.scheduler_address.replace('tcp://', 'dask://')
+            code, out, err = run(capsys, *files, *options, '--workers', address)
+    else:
+        code, out, err = run(capsys, *files, *options)
+    assert code == 1
+    assert err.strip() == f'{files[1]}: there is no such file'
+    headings = [line for line in out.splitlines() if ': table, ' in line]
+    assert [line.split(':')[0] for line in headings] == [str(file) for file in tables]
+    for file, expected in zip(tables, alone):
+        assert json.loads((data / f'{file.stem}.json').read_text()) == expected
+        assert f'Audit of {file.name}' in (pages / f'{file.stem}.html').read_text()
+    good = run(capsys, tables[0], tables[2], *robot, '--fail-on', 'stop')
+    assert good[0] == 0
+
+
+def test_several_recordings_need_folders_and_names_of_their_own(tables, tmp_path, capsys):
+    def wrong(*argv):
+        code, _, err = run(capsys, *argv, '--robot', 'planar_2r')
+        assert code == 2
+        return ' '.join(err.split())
+
+    assert 'is for one recording' in wrong(*tables, '--json', '-')
+    assert 'is a file; name a folder' in wrong(*tables, '--html', tables[0])
+    other = tmp_path / 'sub'
+    other.mkdir()
+    (other / 'safe.csv').write_text(tables[0].read_text())
+    assert 'would both be' in wrong(tables[0], other / 'safe.csv', '--json', tmp_path / 'data')
+    assert '--jobs: 0 is not' in wrong(tables[0], '--jobs', '0')
+    assert '--workers goes with' in wrong(tables[0], '--jobs', 2, '--workers', 'dask://a:1')
+    nobody = ('--workers', 'dask://127.0.0.1:9')
+    assert 'no dask scheduler' in refusal(capsys, *tables, '--robot', 'planar_2r', *nobody)
+
+
+# What a flaw would change in silence
+
+
+def test_messages_that_name_other_joints_are_read_with_their_own_names():
+    typesys = pytest.importorskip('rosbags.typesys', reason='needs rosbags')
+    from test_audit_files import JOINT_STATE, joint_states
+
+    store = typesys.get_typestore(typesys.Stores.ROS2_JAZZY)
+    robot = robot_of('planar_2r')
+    samples = samples_of(robot, *motion(robot, 12))
+    # The same length and the same numbers; the names change places.
+    samples[5] = samples[5]._replace(names=samples[5].names[::-1])
+    raws = [
+        bytes(store.serialize_cdr(message, JOINT_STATE))
+        for *_, message in joint_states(store, samples)
+    ]
+    assert len({len(raw) for raw in raws}) == 1
+    assert np.flatnonzero(~columns_of(raws).alike).tolist() == [5]
+
+
+def test_joints_that_change_places_in_a_bag_are_matched_by_name(tmp_path, capsys):
+    typesys = pytest.importorskip('rosbags.typesys', reason='needs rosbags')
+    from test_audit_files import joint_states, write_bag
+
+    store = typesys.get_typestore(typesys.Stores.ROS2_JAZZY)
+    robot = robot_of('planar_2r')
+    t, q, qdot = motion(robot, 40)
+    samples = samples_of(robot, t, q, qdot)
+    for k in range(20, 30):
+        one = samples[k]
+        samples[k] = one._replace(
+            names=one.names[::-1],
+            positions=one.positions[::-1],
+            velocities=one.velocities[::-1],
+        )
+    bag = write_bag(tmp_path / 'bag', store, joint_states(store, samples))
+    found = document(capsys, bag, '--robot', 'planar_2r')
+    assert found['series']['q'] == q.tolist()
+    assert found['stream']['changes_of_order'] == 2
+
+
+def test_a_state_holds_until_the_next_one():
+    robot = robot_of('planar_2r')
+    # Unequal times between messages; at stop are the 3rd and the 4th.
+    stamps = np.array([0.0, 0.1, 0.3, 0.7, 1.5, 1.6, 1.8])
+    elbow = np.array([1.0, 0.05, 0.02, 0.01, 0.06, 1.0, 1.1])
+    q = np.column_stack([np.zeros(7), elbow])
+    result, _ = audited(samples_of(robot, stamps, q, np.zeros((7, 0))), robot)
+    (stretch,) = result.stretches
+    assert (stretch.first, stretch.last, stretch.level) == (1, 4, Level.ERROR)
+    assert stretch.stopped == pytest.approx(0.4 + 0.8)
+    assert stretch.seconds == pytest.approx(1.5)
+
+
+def test_a_joint_beyond_its_limit_does_not_touch_it():
+    robot = robot_of('puma560')
+    t, q, qdot = motion(robot, 300, 100.0)
+    lower, upper = robot.limits[0]
+    q[:, 0] = np.linspace(0.5 * lower, 0.5 * upper, 300)
+    q[50:54, 0] = upper + 2e-3
+    q[90:96, 0] = upper - 1e-3
+    q[99, 0] = lower
+    result, _ = audited(samples_of(robot, t, q, qdot), robot)
+    assert (result.joints[0].beyond, result.joints[0].touching) == (4, 7)
+    assert BEGIN > 0

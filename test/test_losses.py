@@ -1,0 +1,83 @@
+"""
+Messages that are lost are told by the numbers of those that are heard.
+
+"""
+
+import random
+
+import pytest
+
+pytest.importorskip('rclpy', reason='needs ROS 2')
+
+from kinematics_service.ros.losses import Losses
+
+
+def losses(publishers=1):
+    return Losses(lambda: publishers)
+
+
+def heard(one, numbers):
+    for number in numbers:
+        one.heard(number)
+    return one.count
+
+
+def test_gaps_are_counted():
+    assert heard(losses(), [7, 8, 9]) == 0
+    assert heard(losses(), [7, 9, 10, 15]) == 5
+
+
+def test_what_came_before_the_first_message_is_not_lost():
+    assert heard(losses(), [60_000, 60_001]) == 0
+
+
+@pytest.mark.parametrize('publishers', [1, 2])
+def test_a_publisher_that_begins_anew_is_no_loss(publishers):
+    assert heard(losses(publishers), [500, 501, 1, 2, 3]) == 0
+
+
+def test_a_publisher_that_joins_with_higher_numbers_is_no_loss():
+    there = [1]
+    one = Losses(lambda: there[0])
+    heard(one, [3, 4])
+    there[0] = 2
+    assert heard(one, [5, 90_000, 6, 90_001, 7, 90_002]) == 0
+    assert heard(one, [90_005, 8]) == 2
+
+
+def test_a_publisher_in_the_place_of_another_is_no_loss():
+    one = losses(2)
+    heard(one, [3, 500, 4, 501])
+    one.forget()
+    assert heard(one, [60_000, 5, 60_001, 6]) == 0
+    assert heard(one, [60_004, 7]) == 2
+
+
+def test_a_silent_publisher_hides_no_more_than_the_first_gap():
+    one = losses(2)
+    assert heard(one, [1, 2, 5, 6]) == 0  # 5 may be the other's first
+    assert heard(one, [9, 10, 21]) == 2 + 10
+
+
+def test_where_nothing_is_numbered_nothing_is_known():
+    assert heard(losses(), [None, None]) is None
+
+
+@pytest.mark.parametrize('seed', range(40))
+def test_gaps_of_several_publishers_add_up_however_their_numbers_mix(seed):
+    draw = random.Random(seed)
+    count = draw.choice([2, 3])
+    last = draw.sample(range(1, draw.choice([8, 40, 4_000]), 2), count)
+    one, lost = losses(count), 0
+    heard(one, draw.sample(last, count) if seed % 2 else last)
+    for _ in range(3_000):
+        k = draw.randrange(count)
+        gap = draw.choice([0] * 30 + [1, 2, 30])
+        last[k] += 1 + gap
+        lost += gap
+        one.heard(last[k])
+    # Each is heard once more, the highest number first: no gap is left open.
+    for k in sorted(range(count), key=last.__getitem__):
+        last[k] += 1
+        one.heard(last[k])
+    assert one.count == lost
