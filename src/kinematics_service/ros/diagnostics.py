@@ -18,6 +18,7 @@ REJECTED = (
     estimator.TOO_LARGE,
 )
 INTERNAL_ERROR = 'internal error'
+LEFT_OUT = 'left out'
 
 
 @dataclass
@@ -118,6 +119,7 @@ def input_notice(state: InputState) -> Notice:
         ('resets', f'{state.counts.get(estimator.RESETS, 0)}'),
         ('rejected', f'{rejected}'),
         *((f'rejected: {reason}', f'{state.counts.get(reason, 0)}') for reason in REJECTED),
+        ('left out: came faster than answered', f'{state.counts.get(LEFT_OUT, 0)}'),
         ('internal errors', f'{state.counts.get(INTERNAL_ERROR, 0)}'),
         ('processing time, mean', f'{state.work.mean * 1e-3:.0f} us'),
         ('processing time, longest', f'{state.work.longest * 1e-3:.0f} us'),
@@ -145,6 +147,9 @@ def _verdict(state: InputState) -> tuple[Level, str]:
     rejected = [reason for reason in REJECTED if state.news.get(reason, 0)]
     if rejected:
         return Level.WARN, f'messages rejected: {", ".join(rejected)}'
+    left_out = state.news.get(LEFT_OUT, 0)
+    if left_out:
+        return Level.WARN, f'messages come faster than they can be answered: {left_out} left out'
     if state.news.get(INTERNAL_ERROR, 0):
         return Level.WARN, 'messages met an internal error; see the log'
     if state.velocity_source == 'difference':

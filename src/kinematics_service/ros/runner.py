@@ -23,7 +23,7 @@ from .messages import full_name
 from .middleware import take_profiles
 from .node import KinematicsNode
 from .parameters import RobotConflictError
-from .spin import keeps_order, new_executor, spin
+from .spin import Spinner
 
 FINE, FAULT, WRONG_USAGE = 0, 1, 2
 
@@ -144,21 +144,24 @@ def _run(
         # What rclpy itself reads: use_sim_time, QoS overrides, the names of the node.
         tell(f'rclpy cannot start the node: {_first_clause(error)}')
         return FAULT
-    executor = new_executor(nodes[0], context)
-    for node in nodes[1:]:
-        executor.add_node(node)
-    if keeps_order(executor):
+
+    def left_out(count: int) -> None:
+        for node in nodes:
+            node.events_were_left_out(count)
+
+    spinner = Spinner(context, nodes, left_out)
+    if spinner.in_order:
         for node in nodes:
             node.trust_the_order_of_events()
     # What is there now stays. To look through it takes the garbage collector some 80 ms, which
     # would fall between two messages, and more on the way out.
     gc.freeze()
-    fine = spin(executor, nodes[0], lambda: stop.came or not context.ok())
+    stop.then = spinner.interrupt
+    fine = spinner.spin(lambda: stop.came or not context.ok())
     for node in nodes:
         if context.ok():
             node.end_motion()
-        executor.remove_node(node)
-    executor.shutdown()
+    spinner.close()
     return FINE if fine else FAULT
 
 

@@ -31,7 +31,7 @@ from .heard import Heard
 from .messages import sample_of, stamp_of, time_message
 from .node_facts import NodeFacts, ask_node
 from .readings import LayoutError, matrix_of, velocity_of, warned_of
-from .spin import new_executor
+from .spin import Spinner
 from .topics import JOINT_STATES, JOINT_STATES_QOS, OUTPUT_QOS, WARNING, WARNING_QOS
 
 # Older than this (s) nothing is shown as live.
@@ -65,7 +65,7 @@ class ViewListener:
             start_parameter_services=False,
             enable_rosout=False,
         )
-        self._executor = new_executor(self._node, context)
+        self._spinner = Spinner(context, [self._node])
         self._facts: NodeFacts | None = None
         self._asked = -ASK_AGAIN
         self._robot: Robot | None = None
@@ -102,8 +102,7 @@ class ViewListener:
         Destroy the node.
 
         """
-        self._executor.remove_node(self._node)
-        self._executor.shutdown()
+        self._spinner.close()
         self._node.destroy_node()
 
     def listen(self, seconds: float) -> None:
@@ -113,12 +112,13 @@ class ViewListener:
         """
         deadline = time.monotonic() + seconds
         while (left := deadline - time.monotonic()) > 0.0:
-            self._executor.spin_once(timeout_sec=left)
+            self._spinner.spin_once(timeout_sec=left)
         while time.monotonic() < deadline + LONGEST_CATCHING_UP:
             before = self._heard_so_far
-            self._executor.spin_once(timeout_sec=0.0)
+            self._spinner.spin_once(timeout_sec=0.0)
             if self._heard_so_far == before:
                 return
+        self._spinner.start_anew()
 
     @property
     def _heard_so_far(self) -> int:
@@ -130,7 +130,7 @@ class ViewListener:
 
         """
         self._asked = time.monotonic()
-        self._facts = ask_node(self._node, self._executor, self.source, patience) or self._facts
+        self._facts = ask_node(self._node, self._spinner, self.source, patience) or self._facts
         return self._facts
 
     def show(self, robot: Robot) -> None:
