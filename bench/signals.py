@@ -156,7 +156,7 @@ def _stopped_start(k: int) -> tuple[str, float]:
             node.popen.kill()
     text = '\n'.join(node.lines)
     if 'Traceback' in text or code not in (0, -number):
-        if 'kinematics_service' not in text:
+        if '/kinematics_service/' not in text:  # in no line of the package
             return 'early', seconds
         print(f'exit code {code}: {text}', file=sys.stderr)
         return 'bad', seconds

@@ -24,7 +24,7 @@ from .demo_screen import screen
 from .listener import Listener
 from .node import KinematicsNode
 from .parameters import RobotConflictError
-from .runner import FAULT, FINE, WRONG_USAGE, open_context, start_refusal, tell
+from .runner import FAULT, FINE, WRONG_USAGE, leave, open_context, start_refusal, tell
 from .spin import Spinner
 from .standard_output import StandardOutput
 from .virtual_arm import (
@@ -104,7 +104,7 @@ def run_demo(
             lines = invitation(
                 motion, node.get_fully_qualified_name(), f'{RANGE}={os.environ[RANGE]}', set_aside
             )
-            return _play(node, arm, lines, duration, stop)
+            code = _play(node, arm, lines, duration, stop)
         except RobotConflictError as error:
             tell(str(error))
             return WRONG_USAGE
@@ -113,6 +113,7 @@ def run_demo(
             return FAULT
         finally:
             context.try_shutdown()
+        return leave(code, stop, [node])
 
 
 def stay_on_this_host() -> tuple[str, ...]:

@@ -23,7 +23,7 @@ from .echo_topics import ECHO_TOPICS, EchoTopic
 from .heard import Heard
 from .live_table import coloured
 from .readings import LayoutError
-from .runner import FAULT, FINE, WRONG_USAGE, open_context, start_refusal, tell
+from .runner import FAULT, FINE, WRONG_USAGE, leave, open_context, start_refusal, tell
 from .silence import reason_of_silence
 from .spin import Spinner
 from .standard_output import StandardOutput
@@ -96,9 +96,10 @@ def run_echo(
                 fine = spinner.spin(lambda: stop.came or not context.ok() or echo.over)
             spinner.close()
             listener.destroy_node()
-            return FINE if fine and not echo.in_vain else FAULT
+            code = FINE if fine and not echo.in_vain else FAULT
         finally:
             context.try_shutdown()
+        return leave(code, stop, [])
 
 
 class _Echo:

@@ -3,6 +3,7 @@ From the command line to a running node and back to an exit code.
 
 """
 
+import contextlib
 import gc
 import os
 import sys
@@ -26,6 +27,8 @@ from .parameters import RobotConflictError
 from .spin import Spinner
 
 FINE, FAULT, WRONG_USAGE = 0, 1, 2
+# What rclpy makes of QoS overrides; its constructor says no more than that it refuses them.
+QOS_PROFILE = 'rmw_qos_profile_t'
 
 
 def tell(sentence: str) -> None:
@@ -120,12 +123,23 @@ def run_node(
             for node in nodes:
                 node.destroy_node()
             context.try_shutdown()
-        if any(node.solver.is_loading for node in nodes):
-            # A compiler at work in a thread does not survive the end of the interpreter.
-            sys.stdout.flush()
-            sys.stderr.flush()
-            os._exit(code)
-        return code
+        return leave(code, stop, nodes)
+
+
+def leave(code: int, stop: StopSignal, nodes: Sequence[KinematicsNode]) -> int:
+    """
+    End the process where all is put in order and a signal asked for it; else return the code.
+
+    The end of the interpreter takes seconds on a busy machine and hears no signal, and a compiler
+    at work in a thread does not survive it.
+
+    """
+    if stop.came or any(node.solver.is_loading for node in nodes):
+        for stream in (sys.stdout, sys.stderr):
+            with contextlib.suppress(OSError, ValueError):  # closed, or its reader has gone
+                stream.flush()
+        os._exit(code)
+    return code
 
 
 def _run(
@@ -143,6 +157,11 @@ def _run(
     except (ParameterException, RuntimeError) as error:
         # What rclpy itself reads: use_sim_time, QoS overrides, the names of the node.
         tell(f'rclpy cannot start the node: {_first_clause(error)}')
+        return FAULT
+    except TypeError as error:
+        if QOS_PROFILE not in str(error):
+            raise
+        tell('rclpy cannot start the node: a value of qos_overrides is out of its range')
         return FAULT
 
     def left_out(count: int) -> None:
