@@ -24,7 +24,7 @@ WAY_OUT = 5.0
 # A clean-up that hangs is cut off by a second signal after a second.
 HARD_END = 6.0
 STARTS = 6
-UNKNOWN = 20_000
+UNKNOWN = 5_000
 PACKAGE = str(Path(kinematics_service.__file__).parent)
 
 
