@@ -3,7 +3,9 @@ The process always ends: floods of messages and of timers, signals at any moment
 
 """
 
+import contextlib
 import os
+import pty
 import random
 import signal
 import subprocess
@@ -11,13 +13,18 @@ import sys
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 pytest.importorskip('rclpy', reason='needs ROS 2')
 
 from node_process import NodeProcess
 
-import kinematics_service
+import kinematics_service as ks
+from kinematics_service.stop_signals import SHOW_CURSOR
+
+sys.path.insert(0, str(Path(__file__).parents[1] / 'bench'))
+from joint_state_mcap import write_motion
 
 # The contract's second, and what a busy machine adds to it.
 WAY_OUT = 5.0
@@ -25,7 +32,8 @@ WAY_OUT = 5.0
 HARD_END = 6.0
 STARTS = 6
 UNKNOWN = 5_000
-PACKAGE = str(Path(kinematics_service.__file__).parent)
+HIDE_CURSOR = b'\x1b[?25l'
+PACKAGE = str(Path(ks.__file__).parent)
 
 
 def program_ends(program, *signals, ready='ready', pause=0.0, environment=None):
@@ -200,8 +208,64 @@ line.run = run
 sys.exit(entry.main())
 """
     code, seconds, output = program_ends(program, signal.SIGINT, pause=0.1)
-    assert (code, output) == (-signal.SIGINT, '')
+    assert (code, output) == (130, '')
     assert seconds < WAY_OUT
+
+
+def children_of(pid):
+    """
+    Return the processes that a process has started.
+
+    """
+    return [int(child) for child in Path(f'/proc/{pid}/task/{pid}/children').read_text().split()]
+
+
+@pytest.mark.skipif(not Path('/proc/self/task').exists(), reason='needs /proc')
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGKILL], ids=lambda s: s.name)
+def test_an_audit_by_several_processes_leaves_none_of_them_behind(tmp_path, number):
+    robot = ks.load_robot('ur5e')
+
+    def motion(t):
+        q = np.sin(t[:, None] + np.arange(robot.dof))
+        return q, np.cos(t[:, None] + np.arange(robot.dof))
+
+    bags = [tmp_path / 'a.mcap', tmp_path / 'b.mcap']
+    for bag in bags:
+        write_motion(bag, robot.joint_names, 300_000, motion)
+    command = [sys.executable, '-m', 'kinematics_service', 'audit', *bags, '--robot', 'ur5e']
+    with subprocess.Popen([*command, '--jobs', '2'], stderr=subprocess.PIPE, text=True) as audit:
+        deadline = time.monotonic() + 60.0
+        # Two that work, and the one that keeps account of what they share.
+        while len(children := children_of(audit.pid)) < 3:
+            assert time.monotonic() < deadline, 'no processes'
+            time.sleep(0.05)
+        time.sleep(1.0)
+        audit.send_signal(number)
+        assert audit.wait(WAY_OUT) in (130, -signal.SIGKILL)
+        deadline = time.monotonic() + WAY_OUT
+        while any(Path(f'/proc/{child}').exists() for child in children):
+            assert time.monotonic() < deadline, 'a process is left behind'
+            time.sleep(0.05)
+        assert 'Traceback' not in audit.stderr.read()
+
+
+def test_ctrl_c_gives_the_cursor_back():
+    master, slave = pty.openpty()
+    command = [sys.executable, '-m', 'kinematics_service', 'derive', 'panda']
+    with subprocess.Popen(command, stdin=slave, stdout=slave, stderr=slave) as derive:
+        os.close(slave)
+        shown = b''
+        while HIDE_CURSOR not in shown:
+            shown += os.read(master, 65536)
+        time.sleep(0.5)
+        derive.send_signal(signal.SIGINT)
+        assert derive.wait(WAY_OUT) == 130
+        with contextlib.suppress(OSError):  # no more to come
+            while piece := os.read(master, 65536):
+                shown += piece
+        os.close(master)
+    assert shown.rindex(SHOW_CURSOR) > shown.rindex(HIDE_CURSOR)
+    assert b'Traceback' not in shown
 
 
 # What is written when it starts

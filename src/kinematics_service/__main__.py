@@ -3,9 +3,11 @@ The way in: `python -m kinematics_service`, installed as `kinematics_service`.
 
 """
 
-import signal
 import sys
 from collections.abc import Sequence
+from contextlib import nullcontext
+
+from .stop_signals import INTERRUPTED, interruptible
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -18,17 +20,14 @@ def main(argv: Sequence[str] | None = None) -> int:
         Without the program's name; default: that of this process.
 
     """
-    if argv is None and signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-        # A command that has nothing to put in order ends at once, also from inside a library:
-        # a KeyboardInterrupt waits for it to come back, and in a callback of LLVM it is lost.
-        signal.signal(signal.SIGINT, signal.SIG_DFL)
-    try:
-        # Imported here, so that Ctrl-C while numba loads ends as quietly as later.
-        from .commands.command_line import run
+    # Imported here: while it loads, Ctrl-C has its default action (`__init__`).
+    from .commands.command_line import run
 
-        return run(argv)
+    try:
+        with nullcontext() if argv is not None else interruptible():
+            return run(argv)
     except KeyboardInterrupt:
-        return 130
+        return INTERRUPTED
 
 
 if __name__ == '__main__':

@@ -1,10 +1,11 @@
 """
-SIGINT and SIGTERM: the first one asks for the end, a second one makes it.
+SIGINT and SIGTERM: the first one asks for the end, a second one, or time, makes it.
 
 """
 
 import contextlib
 import os
+import select
 import signal
 import threading
 import time
@@ -15,6 +16,11 @@ NUMBERS = (signal.SIGINT, signal.SIGTERM)
 # A clean-up is left so long, from the first signal on, although a second one comes (s): one press
 # of Ctrl-C can reach a process twice.
 GRACE = 1.0
+# A command that Ctrl-C interrupts puts its things in order within this (s): half-written files,
+# processes of its own, the cursor.
+UNWINDING = 0.8
+INTERRUPTED = 130  # as shells have it
+SHOW_CURSOR = b'\x1b[?25h'
 
 
 class StopSignal:
@@ -82,3 +88,33 @@ def stop_signals() -> Iterator[StopSignal]:
         for number in NUMBERS:
             signal.signal(number, signal.SIG_IGN)
         signal.set_wakeup_fd(-1)
+
+
+@contextmanager
+def interruptible() -> Iterator[None]:
+    """
+    Raise KeyboardInterrupt at Ctrl-C, and end the process where that does not do it in time.
+
+    Inside a library the exception waits until it comes back, and one that calls Python may lose
+    it. A second Ctrl-C does not wait either.
+
+    """
+    signals, told = os.pipe()
+    os.set_blocking(told, False)
+    signal.set_wakeup_fd(told, warn_on_full_buffer=False)
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    threading.Thread(target=_end_in_time, args=(signals,), daemon=True).start()
+    try:
+        yield
+    finally:
+        signal.set_wakeup_fd(-1)
+
+
+def _end_in_time(signals: int) -> None:
+    os.read(signals, 1)
+    select.select([signals], [], [], UNWINDING)
+    for stream in (1, 2):
+        if os.isatty(stream):
+            os.write(stream, SHOW_CURSOR)
+            break
+    os._exit(INTERRUPTED)
