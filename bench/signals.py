@@ -2,9 +2,12 @@
 Ends many nodes with a signal, idle and under load, and prints how they took it.
 
     python bench/signals.py [RUNS]
+    python bench/signals.py --starts RUNS
 
 Each of RUNS runs (default 200) starts `python -m kinematics_service`, waits until it listens (or,
-under load, has answered), and sends SIGINT or SIGTERM, once or twice.
+under load, has answered), and sends SIGINT or SIGTERM, once or twice. With --starts the signal
+comes at a random moment of the first 5 s, whatever the node does then, idle and with two processes
+a core that only compute.
 """
 
 import os
@@ -15,10 +18,12 @@ import subprocess
 import sys
 import threading
 import time
+from collections import Counter
 
 NODE = [sys.executable, '-m', 'kinematics_service', '--robot', 'craig_3r']
 RATE = 1000.0
 DEADLINE = 30.0
+MOMENTS, WAY_OUT = 5.0, 2.0
 
 LOAD = f"""
 import time, rclpy
@@ -104,6 +109,60 @@ def ends(number: int, twice: bool, runs: int, ear: subprocess.Popen | None) -> l
     return results
 
 
+def starts(runs: int) -> int:
+    """
+    Stop nodes at random moments of their start; return 1 where one did not end as it should.
+
+    What the interpreter itself says of a signal, before it has read a line of ours, is counted
+    by itself.
+
+    """
+    bad = 0
+    print(
+        '| load | starts | exit code 0 | by the signal | early | tracebacks | longest s | late |'
+    )
+    print('|---|---|---|---|---|---|---|---|')
+    for busy in (False, True):
+        hogs = [
+            subprocess.Popen([sys.executable, '-c', 'while True: pass'])
+            for _ in range(2 * (os.cpu_count() or 1) if busy else 0)
+        ]
+        try:
+            results = [_stopped_start(k) for k in range(runs // 2)]
+        finally:
+            for hog in hogs:
+                hog.kill()
+                hog.wait()
+        tally = Counter(how for how, _ in results)
+        longest = max(seconds for _, seconds in results)
+        late = sum(seconds > WAY_OUT for _, seconds in results)
+        bad += tally['bad'] + late
+        print(
+            f'| {"busy" if busy else "idle"} | {len(results)} | {tally["0"]} | {tally["signal"]} '
+            f'| {tally["early"]} | {tally["bad"]} | {longest:.2f} | {late} |',
+            flush=True,
+        )
+    return 1 if bad else 0
+
+
+def _stopped_start(k: int) -> tuple[str, float]:
+    number = (signal.SIGINT, signal.SIGTERM)[k % 2]
+    node = Node()
+    try:
+        time.sleep(random.uniform(0.0, MOMENTS))
+        code, seconds = node.end(number, False)
+    finally:
+        if node.popen.poll() is None:
+            node.popen.kill()
+    text = '\n'.join(node.lines)
+    if 'Traceback' in text or code not in (0, -number):
+        if '/kinematics_service/' not in text:  # in no line of the package
+            return 'early', seconds
+        print(f'exit code {code}: {text}', file=sys.stderr)
+        return 'bad', seconds
+    return ('signal' if code else '0'), seconds
+
+
 def main(runs: int) -> int:
     """
     Print a table; return 1 where some node did not end as it should.
@@ -145,4 +204,7 @@ def main(runs: int) -> int:
 
 
 if __name__ == '__main__':
-    sys.exit(main(int(sys.argv[1]) if len(sys.argv) > 1 else 200))
+    words = sys.argv[1:]
+    part = starts if words[:1] == ['--starts'] else main
+    words = [word for word in words if word != '--starts']
+    sys.exit(part(int(words[0]) if words else 200))

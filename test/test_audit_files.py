@@ -627,7 +627,7 @@ def test_the_page_is_self_contained_and_the_verdict_comes_first(tmp_path, capsys
 
 def test_the_head_of_the_page_says_what_was_judged_by_what(tmp_path, capsys):
     file, html = tmp_path / 'day 7.csv', tmp_path / 'page.html'
-    rows = [f'{1.5e9 + 0.02 * k:.2f},{0.01 * k:.2f},{0.7 - 0.03 * k:.2f}' for k in range(40)]
+    rows = [f'{1.9e9 + 0.02 * k:.2f},{0.01 * k:.2f},{0.7 - 0.03 * k:.2f}' for k in range(40)]
     file.write_text('\n'.join(['stamp,position.q1,position.q2', *rows]))
     table = ks.bundled_robots()['planar_2r']
     base = (file, '--robot', 'planar_2r', '--warn', '0.27', '--stop', '0.013', '--html', html)

@@ -303,6 +303,11 @@ def refusal(*arguments, environment=None, command=('-m', 'kinematics_service')):
         (('--ros-args', '-p', 'nonsense'), 2, 'nonsense'),
         (('--ros-args', '--params-file', 'nowhere.yaml'), 2, 'nowhere.yaml'),
         (('--ros-args', '-r', '__node:=a/b'), 2, 'a/b'),
+        (
+            ('--ros-args', '-p', 'qos_overrides./joint_states.subscription.depth:=88888888888'),
+            1,
+            'qos_overrides is out of its range',
+        ),
         (('--ros-args', '--nonsense'), 2, '--nonsense'),
     ],
     ids=lambda x: ' '.join(x) if isinstance(x, tuple) and isinstance(x[0], str) else '',

@@ -407,6 +407,7 @@ def test_diagnostics_come_once_a_second_with_all_their_keys(arm):
         'rejected: position not finite': '0',
         'not stamped': '0',
         'resets': '0',
+        'left out: came faster than answered': '0',
         'internal errors': '0',
     }.items():
         assert values[key] == value, key

@@ -6,8 +6,17 @@ Each name is imported when it is first used, so that the command line answers `-
 Ctrl-C, before the kernel is loaded.
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+import signal
+import sys
+
+# As a command this file comes before `__main__`: Ctrl-C ends it without a traceback from here on.
+_program = sys.argv[0] if sys.argv else ''
+_is_command = (_program == '-m' and __name__ in sys.orig_argv) or _program.endswith(f'/{__name__}')
+if _is_command and signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+from importlib import import_module  # noqa: E402
+from typing import TYPE_CHECKING, Any  # noqa: E402
 
 if TYPE_CHECKING:
     from .bundle import bundled_robots as bundled_robots

@@ -5,6 +5,9 @@ The way in: `python -m kinematics_service`, installed as `kinematics_service`.
 
 import sys
 from collections.abc import Sequence
+from contextlib import nullcontext
+
+from .stop_signals import INTERRUPTED, interruptible
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -17,13 +20,14 @@ def main(argv: Sequence[str] | None = None) -> int:
         Without the program's name; default: that of this process.
 
     """
-    try:
-        # Imported here, so that Ctrl-C while numba loads ends as quietly as later.
-        from .commands.command_line import run
+    # Imported here: while it loads, Ctrl-C has its default action (`__init__`).
+    from .commands.command_line import run
 
-        return run(argv)
+    try:
+        with nullcontext() if argv is not None else interruptible():
+            return run(argv)
     except KeyboardInterrupt:
-        return 130
+        return INTERRUPTED
 
 
 if __name__ == '__main__':

@@ -3,6 +3,7 @@ A word to whoever waits while the kernel is compiled, once on each machine.
 
 """
 
+import signal
 import sys
 import threading
 from collections.abc import Iterator
@@ -14,6 +15,7 @@ from .singularities import singularity
 
 # Reading the kernel from its cache takes less (s).
 LONG = 1.0
+MAIN = threading.main_thread()
 
 
 @contextmanager
@@ -24,6 +26,9 @@ def patience() -> Iterator[None]:
     """
 
     over = threading.Event()
+    handler = signal.getsignal(signal.SIGINT)
+    # A KeyboardInterrupt inside a callback of the compiler would be lost, with a traceback.
+    bare = handler is signal.default_int_handler and threading.current_thread() is MAIN
 
     def tell() -> None:
         # On a busy machine the compiler may begin long after the first look.
@@ -38,10 +43,14 @@ def patience() -> Iterator[None]:
                 return
 
     threading.Thread(target=tell, daemon=True).start()
+    if bare:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
     try:
         yield
     finally:
         over.set()
+        if bare:
+            signal.signal(signal.SIGINT, handler)
 
 
 def ready_kernel() -> None:

@@ -1,45 +1,120 @@
 """
-SIGINT and SIGTERM as a flag.
+SIGINT and SIGTERM: the first one asks for the end, a second one, or time, makes it.
 
 """
 
+import contextlib
+import os
+import select
 import signal
-from collections.abc import Iterator
+import threading
+import time
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from types import FrameType
+
+NUMBERS = (signal.SIGINT, signal.SIGTERM)
+# A clean-up is left so long, from the first signal on, although a second one comes (s): one press
+# of Ctrl-C can reach a process twice.
+GRACE = 1.0
+# A command that Ctrl-C interrupts puts its things in order within this (s): half-written files,
+# processes of its own, the cursor.
+UNWINDING = 0.8
+INTERRUPTED = 130  # as shells have it
+SHOW_CURSOR = b'\x1b[?25h'
 
 
 class StopSignal:
     """
     Whether SIGINT or SIGTERM has come.
 
+    Attributes
+    ----------
+    came
+        Whether one has.
+    then
+        Called when the first one comes, from another thread.
+    last_words
+        Written to standard output where a second one ends the process: what a terminal needs.
+
     """
 
     def __init__(self) -> None:
         self.came = False
+        self.then: Callable[[], None] = lambda: None
+        self.last_words = b''
 
-    def __call__(self, signum: int, frame: FrameType | None) -> None:
+    def follow(self, signals: int) -> None:
         """
-        Note that it came: the signal handler.
+        Read signals from a file as they come, and end the process at the second one.
+
+        Parameters
+        ----------
+        signals
+            Descriptor of the file.
 
         """
+        os.read(signals, 1)
+        first = time.monotonic()
         self.came = True
+        self.then()
+        os.read(signals, 1)
+        time.sleep(max(0.0, first + GRACE - time.monotonic()))
+        with contextlib.suppress(OSError):
+            os.write(1, self.last_words)
+        os._exit(0)
 
 
 @contextmanager
 def stop_signals() -> Iterator[StopSignal]:
     """
-    Handle SIGINT and SIGTERM with a flag inside the block, and ignore both from its end on.
+    Handle SIGINT and SIGTERM inside the block, and ignore both from its end on.
 
-    rclpy's own handlers end a busy node with a traceback most of the time. A second signal during
-    the clean-up must do no harm, so the process stays deaf to both.
+    rclpy's own handlers end a busy node with a traceback most of the time. A thread follows the
+    signals, so that they are heard also while the main thread is inside a library that does not
+    come back to Python. A signal while the interpreter ends must do no harm, so the process is
+    deaf to both after the block.
 
     """
     stop = StopSignal()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, stop)
+    signals, told = os.pipe()
+    os.set_blocking(told, False)
+    signal.set_wakeup_fd(told, warn_on_full_buffer=False)
+    for number in NUMBERS:
+        signal.signal(number, lambda number, frame: None)  # told by the descriptor
+    threading.Thread(target=stop.follow, args=(signals,), daemon=True).start()
     try:
         yield stop
     finally:
-        for number in (signal.SIGINT, signal.SIGTERM):
+        for number in NUMBERS:
             signal.signal(number, signal.SIG_IGN)
+        signal.set_wakeup_fd(-1)
+
+
+@contextmanager
+def interruptible() -> Iterator[None]:
+    """
+    Raise KeyboardInterrupt at Ctrl-C, and end the process where that does not do it in time.
+
+    Inside a library the exception waits until it comes back, and one that calls Python may lose
+    it. A second Ctrl-C does not wait either.
+
+    """
+    signals, told = os.pipe()
+    os.set_blocking(told, False)
+    signal.set_wakeup_fd(told, warn_on_full_buffer=False)
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    threading.Thread(target=_end_in_time, args=(signals,), daemon=True).start()
+    try:
+        yield
+    finally:
+        signal.set_wakeup_fd(-1)
+
+
+def _end_in_time(signals: int) -> None:
+    os.read(signals, 1)
+    select.select([signals], [], [], UNWINDING)
+    for stream in (1, 2):
+        if os.isatty(stream):
+            os.write(stream, SHOW_CURSOR)
+            break
+    os._exit(INTERRUPTED)

@@ -4,11 +4,14 @@ Recordings audited one after the other, by processes of this machine, or by a da
 """
 
 import multiprocessing
+import os
 import signal
+import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from multiprocessing.connection import wait
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -160,7 +163,7 @@ def outcomes(runs: Sequence[Run], jobs: int, workers: str | None) -> Iterator[Ou
 
 def _by_processes(runs: Sequence[Run], jobs: int) -> Iterator[Outcome]:
     context = multiprocessing.get_context('spawn')
-    with ProcessPoolExecutor(jobs, context, _leave_signals_to_the_parent) as pool:
+    with ProcessPoolExecutor(jobs, context, _live_with_the_parent) as pool:
         try:
             yield from pool.map(outcome_of, runs)
         except BaseException:
@@ -169,8 +172,17 @@ def _by_processes(runs: Sequence[Run], jobs: int) -> Iterator[Outcome]:
             raise
 
 
-def _leave_signals_to_the_parent() -> None:
+def _live_with_the_parent() -> None:
+    # Signals are the parent's affair, and without it there is nobody to answer to.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+
+    def follow() -> None:
+        wait([parent.sentinel])
+        os._exit(1)
+
+    threading.Thread(target=follow, daemon=True).start()
 
 
 @contextmanager

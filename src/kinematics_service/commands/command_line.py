@@ -154,8 +154,6 @@ def run(argv: Sequence[str] | None = None) -> int:
         return _failed(str(error))
     except ros_commands.RosMissingError as error:
         return _failed(f'kinematics_service: {error}')
-    except KeyboardInterrupt:
-        return 130
     except Exception as error:
         text = ' '.join(f'{type(error).__name__}: {error}'.split())
         return _failed(f'kinematics_service: {text} (set KINEMATICS_TRACEBACK=1 for the details)')

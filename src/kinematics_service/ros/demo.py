@@ -18,17 +18,22 @@ from ..errors import KinematicsError
 from ..measure_units import volume_unit
 from ..patience import ready_kernel
 from ..recording import read_recording
-from ..stop_signals import stop_signals
+from ..stop_signals import StopSignal, stop_signals
 from ..trajectory import TRAJECTORIES
 from .demo_report import PlainReport, invitation, motion_in_words, summary
 from .demo_screen import screen
 from .listener import Listener
 from .node import KinematicsNode
 from .parameters import RobotConflictError
-from .runner import FAULT, FINE, WRONG_USAGE, open_context, start_refusal, tell
-from .spin import new_executor, spin
+from .runner import FAULT, FINE, WRONG_USAGE, leave, open_context, start_refusal, tell
+from .spin import Spinner
 from .standard_output import StandardOutput
-from .virtual_arm import Moment, VirtualArm, moments_of_recording, moments_of_trajectory
+from .virtual_arm import (
+    VirtualArm,
+    moments_of_recording,
+    moments_of_trajectory,
+    period_of_recording,
+)
 
 NAMESPACE = '/demo'
 # The node's own rules come before the user's, so that nothing of the demo leaves its namespace.
@@ -50,6 +55,8 @@ REDRAW, SECOND = 0.1, 1.0
 # Waiting at most so long for the parts to find each other, and for the last answers (after a
 # signal too), in s.
 MEETING, FAREWELL = 5.0, 0.4
+# Back to the terminal's own screen, with its cursor.
+LEAVE_SCREEN = b'\x1b[?1049l\x1b[?25h'
 
 
 def run_demo(
@@ -94,11 +101,11 @@ def run_demo(
         try:
             rules = [word for rule in RULES for word in ('-r', rule)]
             node = KinematicsNode(robot, context=context, cli_args=['--ros-args', *rules])
-            moments, motion = _moments(node, trajectory, replay)
+            arm, motion = _arm(node, trajectory, replay)
             lines = invitation(
                 motion, node.get_fully_qualified_name(), f'{RANGE}={os.environ[RANGE]}', set_aside
             )
-            return _play(node, moments, lines, duration, lambda: stop.came or not context.ok())
+            code = _play(node, arm, lines, duration, stop)
         except RobotConflictError as error:
             tell(str(error))
             return WRONG_USAGE
@@ -107,6 +114,7 @@ def run_demo(
             return FAULT
         finally:
             context.try_shutdown()
+        return leave(code, stop, [node])
 
 
 def stay_on_this_host() -> tuple[str, ...]:
@@ -119,66 +127,63 @@ def stay_on_this_host() -> tuple[str, ...]:
     return tuple(name for name in LEADS_ELSEWHERE if os.environ.pop(name, ''))
 
 
-def _moments(
+def _arm(
     node: KinematicsNode, trajectory: str, replay: str | os.PathLike[str] | None
-) -> tuple[Iterator[Moment], str]:
-    # What the arm does, and the same in words.
-    robot = node.settings.robot
+) -> tuple[VirtualArm, str]:
+    # The arm, and what it does in words.
+    robot, names = node.settings.robot, node.settings.joint_names
     if replay is not None:
         recording = read_recording(Path(replay), robot)
         rows, seconds = len(recording.stamps), recording.due[-1]
         words = f'{robot.name} replays {rows} joint states of {seconds:.1f} s from {replay}'
-        return moments_of_recording(recording), words
+        moments, period = moments_of_recording(recording), period_of_recording(recording)
+        return VirtualArm(_helper(node, 'arm'), names, moments, period), words
     path = TRAJECTORIES[trajectory](robot)
     smooth = trajectory == 'smooth'
     words = motion_in_words(robot, path) if smooth else f'{robot.name} moves in sines'
-    return moments_of_trajectory(path, time.time_ns()), words
+    moments = moments_of_trajectory(path, time.time_ns())
+    return VirtualArm(_helper(node, 'arm'), names, moments), words
 
 
 def _play(
     node: KinematicsNode,
-    moments: Iterator[Moment],
+    arm: VirtualArm,
     lines: Sequence[str],
     duration: float | None,
-    stopped: Callable[[], bool],
+    stop: StopSignal,
 ) -> int:
-    arm_node, display = _helper(node, 'arm'), _helper(node, 'display')
-    arm = VirtualArm(arm_node, node.settings.joint_names, moments)
+    display = _helper(node, 'display')
     listener = Listener(display, node.get_fully_qualified_name())
     output = StandardOutput()
-    executor = new_executor(node, node.context)
-    executor.add_node(arm_node)
-    executor.add_node(display)
+    spinner = Spinner(node.context, [node, arm.node, display], node.events_were_left_out)
+    stop.then = spinner.interrupt
     output.line(*lines)
 
     def over() -> bool:
-        return stopped() or output.closed
+        return stop.came or not node.context.ok() or output.closed
 
     def turn(until: Callable[[], bool], longest: float | None = None) -> bool:
         end = None if longest is None else time.monotonic() + longest
-        return spin(
-            executor,
-            node,
-            lambda: over() or until() or (end is not None and time.monotonic() >= end),
+        return spinner.spin(
+            lambda: over() or until() or (end is not None and time.monotonic() >= end)
         )
 
     fine = turn(lambda: arm.heard and listener.found(node), MEETING)
+    if output.is_terminal:
+        stop.last_words = LEAVE_SCREEN
     with _report(display, listener, output, volume_unit(node.settings.robot)):
         listener.start()
         arm.start()
         fine = fine and turn(lambda: arm.finished, duration)
         arm.stop()
         farewell = time.monotonic() + FAREWELL
-        fine = fine and spin(
-            executor,
-            node,
-            lambda: listener.answered >= arm.sent or time.monotonic() >= farewell,
+        fine = fine and spinner.spin(
+            lambda: listener.answered >= arm.sent or time.monotonic() >= farewell
         )
     output.line(*summary(listener, arm.sent))
-    for ended in (display, arm_node, node):
-        executor.remove_node(ended)
+    spinner.close()
+    for ended in (display, arm.node, node):
         ended.destroy_node()
-    executor.shutdown()
     return FINE if fine else FAULT
 
 

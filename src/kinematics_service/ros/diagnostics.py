@@ -21,6 +21,7 @@ REJECTED = (
 INTERNAL_ERROR = 'internal error'
 # A loss is warned of for so many seconds.
 RECENT = 10.0
+LEFT_OUT = 'left out'
 
 
 @dataclass
@@ -131,6 +132,7 @@ def input_notice(state: InputState) -> Notice:
         ('resets', f'{state.counts.get(estimator.RESETS, 0)}'),
         ('rejected', f'{rejected}'),
         *((f'rejected: {reason}', f'{state.counts.get(reason, 0)}') for reason in REJECTED),
+        ('left out: came faster than answered', f'{state.counts.get(LEFT_OUT, 0)}'),
         ('internal errors', f'{state.counts.get(INTERNAL_ERROR, 0)}'),
         ('processing time, mean', f'{state.work.mean * 1e-3:.0f} us'),
         ('processing time, longest', f'{state.work.longest * 1e-3:.0f} us'),
@@ -170,5 +172,8 @@ def _warnings(state: InputState) -> Iterator[str]:
         yield f'messages rejected: {", ".join(rejected)}'
     if state.lost_of_late:
         yield f'{state.lost_of_late} messages lost within {RECENT:g} s'
+    left_out = state.news.get(LEFT_OUT, 0)
+    if left_out:
+        yield f'messages come faster than they can be answered: {left_out} left out'
     if state.news.get(INTERNAL_ERROR, 0):
         yield 'messages met an internal error; see the log'

@@ -23,9 +23,9 @@ from .echo_topics import ECHO_TOPICS, EchoTopic
 from .heard import Heard
 from .live_table import coloured
 from .readings import LayoutError
-from .runner import FAULT, FINE, WRONG_USAGE, open_context, start_refusal, tell
+from .runner import FAULT, FINE, WRONG_USAGE, leave, open_context, start_refusal, tell
 from .silence import reason_of_silence
-from .spin import new_executor, spin
+from .spin import Spinner
 from .standard_output import StandardOutput
 
 REDRAW = 0.1
@@ -90,15 +90,16 @@ def run_echo(
                 enable_rosout=False,
             )
             echo = _Echo(listener, echoed, topic, once, as_json, timeout)
-            executor = new_executor(listener, context)
+            spinner = Spinner(context, [listener])
+            stop.then = spinner.interrupt
             with echo.shown():
-                fine = spin(executor, listener, lambda: stop.came or not context.ok() or echo.over)
-            executor.remove_node(listener)
-            executor.shutdown()
+                fine = spinner.spin(lambda: stop.came or not context.ok() or echo.over)
+            spinner.close()
             listener.destroy_node()
-            return FINE if fine and not echo.in_vain else FAULT
+            code = FINE if fine and not echo.in_vain else FAULT
         finally:
             context.try_shutdown()
+        return leave(code, stop, [])
 
 
 class _Echo:

@@ -16,13 +16,14 @@ from std_srvs.srv import Trigger
 from ..estimator import RESETS, UNREADABLE, Answer, Estimator, Refusal
 from ..joint_sample import JointSample
 from ..measures import Level
-from ..notice import Notice, notice_of, stale_notice, structure_in_words
+from ..notice import Notice, notice_of, stale_notice
 from ..singularities import Singularity, singularity_of
 from ..wire_form import WireForm
 from .describe import description_of
-from .diagnostics import INTERNAL_ERROR
+from .diagnostics import INTERNAL_ERROR, LEFT_OUT
 from .health import Health
 from .input import Input, warm_up_bytes
+from .introduction import introduce
 from .messages import full_name, status_message
 from .outputs import Heard, Outputs
 from .parameters import NodeParameters
@@ -98,7 +99,7 @@ class KinematicsNode(Node):
             post_callback=self._on_clock_jump,
         )
         self._started = time.monotonic_ns()
-        self._introduce()
+        introduce(self, self._own, self._input.topic_name)
 
     def _open_topics(self) -> None:
         transport = self._own.transport
@@ -117,6 +118,18 @@ class KinematicsNode(Node):
         """
         self._outputs.events_in_order = True
 
+    def events_were_left_out(self, messages: int) -> None:
+        """
+        Be told that events were thrown away, and with them so many messages of the process.
+
+        """
+        self._outputs.ask_who_listens()
+        self._estimator.counts[LEFT_OUT] += messages
+        if self._throttle.passes(LEFT_OUT):
+            self.get_logger().warning(
+                'messages come faster than they can be answered: the oldest are left out'
+            )
+
     def end_motion(self) -> None:
         """
         Stop what the last target twist began: to be called before the node goes.
@@ -128,25 +141,6 @@ class KinematicsNode(Node):
     def settings(self) -> Settings:
         """Return the settings in force."""
         return self._settings
-
-    # Start
-
-    def _introduce(self) -> None:
-        robot = self.settings.robot
-        by_default = ' (the default; choose with --robot)' if self._own.by_default else ''
-        which = robot.name + by_default
-        self.get_logger().info(
-            f'robot {which}: {robot.dof} joints, {robot.convention}, '
-            f'{self.settings.base_frame} to {self.settings.tool_frame}; '
-            f'listening to {self._input.topic_name}'
-        )
-        for name in self._own.unknown():
-            self.get_logger().warning(f'parameter {name} is unknown and has no effect')
-        if robot.task.structurally_deficient:
-            self.get_logger().warning(
-                f'{structure_in_words(robot)}; measures are taken over '
-                f'{robot.task.generic_rank} singular values'
-            )
 
     # Messages
 

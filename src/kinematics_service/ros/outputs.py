@@ -224,8 +224,15 @@ class Outputs:
             handle.get_subscription_count, handle.publish_raw, publisher, topic, StampGrid()
         )
 
-    def _on_listener(self, event: Any) -> None:
+    def ask_who_listens(self) -> None:
+        """
+        Look who listens at the next message: one may have come or gone.
+
+        """
         self._heard = None
+
+    def _on_listener(self, event: Any) -> None:
+        self.ask_who_listens()
 
     def _publish_tf(self, report: Report) -> None:
         from tf2_msgs.msg import TFMessage

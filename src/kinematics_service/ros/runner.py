@@ -3,6 +3,7 @@ From the command line to a running node and back to an exit code.
 
 """
 
+import contextlib
 import gc
 import os
 import sys
@@ -23,9 +24,11 @@ from .messages import full_name
 from .middleware import take_profiles
 from .node import KinematicsNode
 from .parameters import RobotConflictError
-from .spin import keeps_order, new_executor, spin
+from .spin import Spinner
 
 FINE, FAULT, WRONG_USAGE = 0, 1, 2
+# What rclpy makes of QoS overrides; its constructor says no more than that it refuses them.
+QOS_PROFILE = 'rmw_qos_profile_t'
 
 
 def tell(sentence: str) -> None:
@@ -120,12 +123,23 @@ def run_node(
             for node in nodes:
                 node.destroy_node()
             context.try_shutdown()
-        if any(node.solver.is_loading for node in nodes):
-            # A compiler at work in a thread does not survive the end of the interpreter.
-            sys.stdout.flush()
-            sys.stderr.flush()
-            os._exit(code)
-        return code
+        return leave(code, stop, nodes)
+
+
+def leave(code: int, stop: StopSignal, nodes: Sequence[KinematicsNode]) -> int:
+    """
+    End the process where all is put in order and a signal asked for it; else return the code.
+
+    The end of the interpreter takes seconds on a busy machine and hears no signal, and a compiler
+    at work in a thread does not survive it.
+
+    """
+    if stop.came or any(node.solver.is_loading for node in nodes):
+        for stream in (sys.stdout, sys.stderr):
+            with contextlib.suppress(OSError, ValueError):  # closed, or its reader has gone
+                stream.flush()
+        os._exit(code)
+    return code
 
 
 def _run(
@@ -144,21 +158,29 @@ def _run(
         # What rclpy itself reads: use_sim_time, QoS overrides, the names of the node.
         tell(f'rclpy cannot start the node: {_first_clause(error)}')
         return FAULT
-    executor = new_executor(nodes[0], context)
-    for node in nodes[1:]:
-        executor.add_node(node)
-    if keeps_order(executor):
+    except TypeError as error:
+        if QOS_PROFILE not in str(error):
+            raise
+        tell('rclpy cannot start the node: a value of qos_overrides is out of its range')
+        return FAULT
+
+    def left_out(count: int) -> None:
+        for node in nodes:
+            node.events_were_left_out(count)
+
+    spinner = Spinner(context, nodes, left_out)
+    if spinner.in_order:
         for node in nodes:
             node.trust_the_order_of_events()
     # What is there now stays. To look through it takes the garbage collector some 80 ms, which
     # would fall between two messages, and more on the way out.
     gc.freeze()
-    fine = spin(executor, nodes[0], lambda: stop.came or not context.ok())
+    stop.then = spinner.interrupt
+    fine = spinner.spin(lambda: stop.came or not context.ok())
     for node in nodes:
         if context.ok():
             node.end_motion()
-        executor.remove_node(node)
-    executor.shutdown()
+    spinner.close()
     return FINE if fine else FAULT
 
 

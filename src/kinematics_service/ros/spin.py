@@ -1,57 +1,188 @@
 """
-The executor and the loop that turns it until a signal.
+The executor and the loop that turns it until it is told to stop.
 
-`EventsExecutor` takes a fifth of the CPU of the default executor per message, but in the wheels
-its `spin()` burns a core and ignores signals, while `spin_once(timeout_sec=...)` works.
+`EventsExecutor` takes a fifth of the CPU of the default executor per message, but its queue of
+events has no bound, it looks at neither a timeout nor a stop before that queue is empty, and in
+the wheels its `spin()` burns a core and ignores signals.
 """
 
+import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from rclpy.clock import Clock, ClockType
 from rclpy.context import Context
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.subscription import Subscription
 from rclpy.task import Future
 
-# A signal is noticed after this at the latest (s).
+# Whether it is over is looked at so often where nothing happens (s).
 TURN = 0.1
 # The events executor must fire a timer within this (s), or the default one is used.
 SELF_TEST = 1.0
 # So many failures of the executor in a row mean that it is broken, not that a message was.
 FAILURES = 100
+# A turn that has not come back after so long (s) is ended: its queue has not been empty since.
+OVERDUE = 0.3
+# Of a subscription's messages that wait when the queue is given up, the newest are answered.
+KEPT = 10
+# No more than so many are taken out then: others come in the meantime.
+MOST_TAKEN = 100_000
 
 
-def new_executor(node: Node, context: Context) -> Any:
+class Spinner:
     """
-    Return an executor that spins `node`: the events executor where it works, else the default.
+    Turns the executor of some nodes; whatever comes, it can be stopped and its queue is bounded.
+
+    Parameters
+    ----------
+    context
+        Of the nodes.
+    nodes
+        What is spun; the first one's logger is used.
+    left_out
+        Called when events came faster than they could be handled for so long that they were given
+        up, with the number of messages that were thrown away unanswered.
+
+    Attributes
+    ----------
+    in_order
+        Whether events are handled in the order they come in.
 
     """
+
+    def __init__(
+        self,
+        context: Context,
+        nodes: Sequence[Node],
+        left_out: Callable[[int], None] = lambda count: None,
+    ) -> None:
+        self._context, self._nodes, self._left_out = context, list(nodes), left_out
+        self._logger = nodes[0].get_logger()
+        self._executor, self.in_order = _executor_for(nodes[0], context)
+        for node in nodes[1:]:
+            self._executor.add_node(node)
+        self._mark: Any = None  # a task at what was the end of the queue
+        self._over: Future = Future()
+        self._began: float | None = None  # the turn that is running
+        self._closed = threading.Event()
+        if self.in_order:
+            threading.Thread(target=self._watch, daemon=True).start()
+
+    def spin(self, stopped: Callable[[], bool]) -> bool:
+        """
+        Handle what comes until `stopped()`; return False where the executor broke down.
+
+        """
+        failures = 0
+        while not stopped():
+            try:
+                self._turn()
+                failures = 0
+            except ExternalShutdownException:
+                return True
+            except Exception as error:  # a message that cannot be taken must not end the node
+                failures += 1
+                if failures in (1, FAILURES):
+                    self._logger.error(f'executor: {error!a}')
+                if failures >= FAILURES:
+                    return False
+        return True
+
+    def spin_once(self, timeout_sec: float) -> None:
+        """
+        Handle one event, waiting for it so long at most.
+
+        """
+        self._executor.spin_once(timeout_sec=timeout_sec)
+
+    def interrupt(self) -> None:
+        """
+        End the present turn after the callback that is running; from any thread.
+
+        """
+        if not self._over.done():
+            self._over.set_result(None)
+
+    def start_anew(self) -> None:
+        """
+        Throw away the events that wait, and but for the newest the messages they are about.
+
+        """
+        self._mark = None
+        if not self.in_order:
+            return  # without a queue of its own
+        self._release()
+        left_out = sum(map(_thin_out, [sub for node in self._nodes for sub in node.subscriptions]))
+        self._executor = _events_executor(self._context)
+        for node in self._nodes:
+            self._executor.add_node(node)
+        self._left_out(left_out)
+
+    def close(self) -> None:
+        """
+        Let go of the nodes.
+
+        """
+        self._closed.set()
+        self._release()
+
+    def _release(self) -> None:
+        for node in self._nodes:
+            self._executor.remove_node(node)
+        self._executor.shutdown()
+
+    def _turn(self) -> None:
+        if not self.in_order:
+            self._executor.spin_once(timeout_sec=TURN)
+            return
+        over = self._over = Future()
+        began = self._began = time.monotonic()
+        try:
+            # Many events a turn, without coming back to Python between them.
+            self._executor.spin_until_future_complete(over, timeout_sec=TURN)
+        finally:
+            self._began = None
+        if time.monotonic() - began < OVERDUE:
+            self._mark = None
+        elif self._mark is None or self._mark.done():
+            self._mark = self._executor.create_task(lambda: None)
+        else:  # what was queued before this turn has not been reached in it
+            self.start_anew()
+
+    def _watch(self) -> None:
+        while not self._closed.wait(TURN):
+            began = self._began
+            if began is not None and time.monotonic() - began >= OVERDUE:
+                self.interrupt()
+
+
+def _executor_for(node: Node, context: Context) -> tuple[Any, bool]:
+    # The events executor where it works, else the default one, and whether it is the former.
     try:
-        from rclpy.experimental import EventsExecutor
+        executor = _events_executor(context)
     except ImportError:
-        executor: Any = SingleThreadedExecutor(context=context)
+        pass
+    else:
         executor.add_node(node)
-        return executor
-    executor = EventsExecutor(context=context)
-    executor.add_node(node)
-    if _fires_a_timer(executor, node):
-        return executor
-    executor.remove_node(node)
-    executor.shutdown()
-    node.get_logger().warning('EventsExecutor fires no timer here; using SingleThreadedExecutor')
+        if _fires_a_timer(executor, node):
+            return executor, True
+        executor.remove_node(node)
+        executor.shutdown()
+        node.get_logger().warning(
+            'EventsExecutor fires no timer here; using SingleThreadedExecutor'
+        )
     executor = SingleThreadedExecutor(context=context)
     executor.add_node(node)
-    return executor
+    return executor, False
 
 
-def keeps_order(executor: Any) -> bool:
-    """
-    Return whether an executor handles events in the order they come in.
+def _events_executor(context: Context) -> Any:
+    from rclpy.experimental import EventsExecutor
 
-    """
-    return type(executor).__name__ == 'EventsExecutor'
+    return EventsExecutor(context=context)
 
 
 def _fires_a_timer(executor: Any, node: Node) -> bool:
@@ -69,27 +200,20 @@ def _fires_a_timer(executor: Any, node: Node) -> bool:
     return fired
 
 
-def spin(executor: Any, node: Node, stopped: Callable[[], bool]) -> bool:
-    """
-    Turn the executor until `stopped()`; return False where it broke down.
-
-    """
-    failures = 0
-    never = Future()
-    while not stopped():
-        try:
-            if keeps_order(executor):
-                # Many events a turn, without coming back to Python between them.
-                executor.spin_until_future_complete(never, timeout_sec=TURN)
-            else:
-                executor.spin_once(timeout_sec=TURN)
-            failures = 0
-        except ExternalShutdownException:
-            return True
-        except Exception as error:  # a message that cannot even be taken must not end the node
-            failures += 1
-            if failures in (1, FAILURES):
-                node.get_logger().error(f'executor: {error!a}')
-            if failures >= FAILURES:
-                return False
-    return True
+def _thin_out(subscription: Subscription) -> int:
+    # Answer the newest messages that wait for a subscription; return the number of the others.
+    taken: list[Any] = []
+    handle = subscription.handle
+    count = 0
+    with handle:
+        while count < MOST_TAKEN:
+            message = handle.take_message(subscription.msg_type, subscription.raw)
+            if message is None:
+                break
+            count += 1
+            taken = [*taken[-KEPT + 1 :], message]
+    with_info = subscription._callback_type is Subscription.CallbackType.WithMessageInfo
+    for one in taken:
+        # As the executor hands them over: with their information as one tuple.
+        subscription.callback(one if with_info else one[0])
+    return count - len(taken)

@@ -22,7 +22,7 @@ from ..singularities import singularity_of
 from ..view.observation import Observation, observation_of
 from .messages import sample_of, stamp_of, time_message
 from .node_facts import NodeFacts, ask_node
-from .spin import new_executor
+from .spin import Spinner
 from .topics import DESCRIBE, JOINT_STATES, JOINT_STATES_QOS, OUTPUT_QOS, WARNING
 from .view_outputs import FRESH, ViewOutputs
 
@@ -53,7 +53,7 @@ class ViewListener:
             start_parameter_services=False,
             enable_rosout=False,
         )
-        self._executor = new_executor(self._node, context)
+        self._spinner = Spinner(context, [self._node])
         self._facts: NodeFacts | None = None
         self._known: frozenset[bytes] = frozenset()
         self._asked = -ASK_AGAIN
@@ -73,8 +73,7 @@ class ViewListener:
         Destroy the node.
 
         """
-        self._executor.remove_node(self._node)
-        self._executor.shutdown()
+        self._spinner.close()
         self._node.destroy_node()
 
     def listen(self, seconds: float) -> None:
@@ -84,12 +83,13 @@ class ViewListener:
         """
         deadline = time.monotonic() + seconds
         while (left := deadline - time.monotonic()) > 0.0:
-            self._executor.spin_once(timeout_sec=left)
+            self._spinner.spin_once(timeout_sec=left)
         while time.monotonic() < deadline + LONGEST_CATCHING_UP:
             before = self._heard_so_far
-            self._executor.spin_once(timeout_sec=0.0)
+            self._spinner.spin_once(timeout_sec=0.0)
             if self._heard_so_far == before:
                 return
+        self._spinner.start_anew()
 
     @property
     def _heard_so_far(self) -> int:
@@ -101,7 +101,7 @@ class ViewListener:
 
         """
         self._asked, self._description = time.monotonic(), None
-        facts = ask_node(self._node, self._executor, self.source, patience)
+        facts = ask_node(self._node, self._spinner, self.source, patience)
         if facts is not None:
             self._facts, self._known = facts, self._publishers()
         return self._facts

@@ -8,6 +8,7 @@ from array import array
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
+import numpy as np
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
@@ -23,6 +24,8 @@ RATE = 50.0
 # After a longer pause (the process was stopped, say) the motion goes on where it was, in s.
 LATE = 0.5
 QUEUE = 1000
+# Of a recording faster than that, several joint states are published at once (s).
+SHORTEST = 0.001
 
 
 class Moment(NamedTuple):
@@ -49,6 +52,15 @@ def moments_of_trajectory(trajectory: Trajectory, start: int) -> Iterator[Moment
         k += 1
 
 
+def period_of_recording(recording: Recording) -> float:
+    """
+    Return how often to look which joint states of a recording are due, in s.
+
+    """
+    steps = np.diff(recording.due)
+    return min(max(float(np.median(steps)), SHORTEST), 1.0 / RATE) if steps.size else 1.0 / RATE
+
+
 def moments_of_recording(recording: Recording) -> Iterator[Moment]:
     """
     Yield the joint states of a recording, with its own stamps.
@@ -72,9 +84,13 @@ class VirtualArm:
         Joint names, in the order of the moments' positions.
     moments
         What to publish.
+    period
+        How often to look what is due, in s.
 
     Attributes
     ----------
+    node
+        As given.
     sent
         Number of joint states so far.
     finished
@@ -82,14 +98,24 @@ class VirtualArm:
 
     """
 
-    def __init__(self, node: Node, names: Sequence[str], moments: Iterator[Moment]) -> None:
+    def __init__(
+        self,
+        node: Node,
+        names: Sequence[str],
+        moments: Iterator[Moment],
+        period: float = 1.0 / RATE,
+    ) -> None:
+        self.node = node
         self.sent = 0
         self.finished = False
         self._message = JointState(name=names)
         self._moments = moments
         self._publisher = node.create_publisher(JointState, JOINT_STATES, QUEUE)
+        # Of one period, and started once: each reset of a timer, and each call of one that is due
+        # again, adds an event to the executor's queue. A timer that is set anew in its own
+        # callback doubles its calls whenever the queue is longer than its pause, without end.
         self._timer = node.create_timer(
-            3600.0, self._turn, clock=Clock(clock_type=ClockType.STEADY_TIME)
+            period, self._turn, clock=Clock(clock_type=ClockType.STEADY_TIME), autostart=False
         )
 
     @property
@@ -108,6 +134,7 @@ class VirtualArm:
         self._start = time.monotonic()
         self._advance()
         self._turn()
+        self._timer.reset()
 
     def stop(self) -> None:
         """
@@ -131,10 +158,6 @@ class VirtualArm:
             self._advance()
         if self.finished:
             self._timer.cancel()
-            return
-        pause = self._start + self._next.due - time.monotonic()
-        self._timer.timer_period_ns = max(1, round(pause * 1e9))
-        self._timer.reset()
 
     def _publish(self, moment: Moment) -> None:
         message = self._message

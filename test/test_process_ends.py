@@ -1,0 +1,298 @@
+"""
+The process always ends: floods of messages and of timers, signals at any moment, bad clean-ups.
+
+"""
+
+import contextlib
+import os
+import pty
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip('rclpy', reason='needs ROS 2')
+
+from node_process import NodeProcess
+
+import kinematics_service as ks
+from kinematics_service.stop_signals import SHOW_CURSOR
+
+sys.path.insert(0, str(Path(__file__).parents[1] / 'bench'))
+from joint_state_mcap import write_motion
+
+# The contract's second, and what a busy machine adds to it.
+WAY_OUT = 5.0
+# A clean-up that hangs is cut off by a second signal after a second.
+HARD_END = 6.0
+STARTS = 6
+UNKNOWN = 5_000
+HIDE_CURSOR = b'\x1b[?25l'
+PACKAGE = str(Path(ks.__file__).parent)
+
+
+def program_ends(program, *signals, ready='ready', pause=0.0, environment=None):
+    """
+    Run a program until it says it is ready, send it signals; return code, seconds and output.
+
+    """
+    with subprocess.Popen(
+        [sys.executable, '-c', program],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env={**os.environ, **(environment or {})},
+    ) as process:
+        try:
+            assert ready in process.stdout.readline(), process.stderr.read()
+            begin = time.monotonic()
+            for number in signals:
+                time.sleep(pause)
+                process.send_signal(number)
+            code = process.wait(20.0)
+            seconds = time.monotonic() - begin
+        finally:
+            process.kill()
+        return code, seconds, process.stdout.read() + process.stderr.read()
+
+
+# A queue that is never empty
+
+
+SPIN = """
+import sys, threading, time
+import rclpy
+from rclpy.clock import Clock, ClockType
+from std_msgs.msg import Empty
+from kinematics_service.ros.spin import Spinner
+from kinematics_service.stop_signals import stop_signals
+
+with stop_signals() as stop:
+    context = rclpy.context.Context()
+    rclpy.init(context=context, signal_handler_options=rclpy.signals.SignalHandlerOptions.NO)
+    node = rclpy.create_node('flooded', context=context)
+    left_out, handled = [], [0]
+    spinner = Spinner(context, [node], left_out.append)
+    stop.then = spinner.interrupt
+{body}
+    print('ready', flush=True)
+    fine = spinner.spin(lambda: stop.came)
+    print(f'fine={{fine}} handled={{handled[0]}} left_out={{len(left_out)}}', flush=True)
+    spinner.close()
+    node.destroy_node()
+    context.try_shutdown()
+"""
+
+# Ten thousand events wait for a callback that takes a millisecond, again and again.
+MESSAGES = """
+    def slow(message):
+        handled[0] += 1
+        time.sleep(0.001)
+
+    node.create_subscription(Empty, 'flood', slow, 50)
+    publisher = node.create_publisher(Empty, 'flood', 50)
+    message = Empty()
+
+    def flood():
+        while True:
+            publisher.publish(message)
+
+    threading.Thread(target=flood, daemon=True).start()
+"""
+
+# Its callback takes longer than its period, and it is set anew in it.
+TIMER = """
+    def slow():
+        handled[0] += 1
+        time.sleep(0.004)
+        timer.reset()
+        timer.reset()
+
+    timer = node.create_timer(0.001, slow, clock=Clock(clock_type=ClockType.STEADY_TIME))
+"""
+
+
+@pytest.mark.parametrize('flood', [MESSAGES, TIMER], ids=['messages', 'timer'])
+def test_one_signal_ends_a_process_whose_queue_is_never_empty(ros_domain, flood):
+    program = SPIN.format(body=flood)
+    code, seconds, output = program_ends(program, signal.SIGINT, pause=3.0)
+    assert code == 0, output
+    assert seconds < 3.0 + WAY_OUT
+    assert 'fine=True' in output
+    assert 'Traceback' not in output
+
+
+def test_a_queue_that_grows_is_given_up_and_what_was_left_out_is_told(ros_domain):
+    program = SPIN.format(body=MESSAGES) + "print(f'total={sum(left_out)}')\n"
+    code, _, output = program_ends(program, signal.SIGTERM, pause=5.0)
+    assert code == 0, output
+    assert 'left_out=0' not in output
+    # Of fifty that the middleware keeps all but the newest ten are thrown away each time.
+    assert int(output.split('total=')[1].split()[0]) >= 10
+
+
+# Signals
+
+
+HANGING = """
+import time
+from kinematics_service.stop_signals import stop_signals
+with stop_signals() as stop:
+    print('ready', flush=True)
+    try:
+        while not stop.came:
+            time.sleep(0.05)
+    finally:
+        {hang}
+"""
+
+
+@pytest.mark.parametrize(
+    'hang',
+    ['time.sleep(60.0)', 'import threading; threading.Event().wait()'],
+    ids=['sleep', 'wait'],
+)
+def test_a_second_signal_ends_a_clean_up_that_hangs(hang):
+    program = HANGING.format(hang=hang)
+    code, seconds, output = program_ends(program, signal.SIGINT, signal.SIGTERM, pause=0.1)
+    assert (code, output) == (0, '')
+    assert 1.0 <= seconds < HARD_END
+
+
+def test_a_second_signal_ends_a_process_that_is_inside_a_library():
+    code, seconds, output = program_ends(
+        HANGING.format(hang='import ctypes\n        while True: ctypes.CDLL(None).sleep(60)'),
+        signal.SIGTERM,
+        signal.SIGINT,
+        pause=0.1,
+    )
+    assert (code, output) == (0, '')
+    assert seconds < HARD_END
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM], ids=lambda s: s.name)
+def test_a_start_that_is_stopped_at_any_moment_ends_without_a_traceback(ros_domain, number):
+    dice = random.Random(number)
+    for k in range(STARTS):
+        node = NodeProcess('--robot', 'planar_2r', ready=False)
+        try:
+            time.sleep(dice.uniform(0.0, 0.5) * k)
+            begin = time.monotonic()
+            node.popen.send_signal(number)
+            code = node.wait()
+            assert time.monotonic() - begin < WAY_OUT
+        finally:
+            node.kill()
+        # What the interpreter says before it has read a line of this package is its own.
+        assert PACKAGE not in node.stderr, node.stderr
+        assert code in (0, -number) or 'Traceback' in node.stderr, node.stderr
+
+
+def test_ctrl_c_ends_a_command_that_computes_inside_a_library():
+    program = """
+import sys, threading, time
+import kinematics_service.__main__ as entry
+import kinematics_service.commands.command_line as line
+import ctypes
+
+def run(argv):
+    print('ready', flush=True)
+    ctypes.CDLL(None).sleep(60)
+
+line.run = run
+sys.exit(entry.main())
+"""
+    code, seconds, output = program_ends(program, signal.SIGINT, pause=0.1)
+    assert (code, output) == (130, '')
+    assert seconds < WAY_OUT
+
+
+def children_of(pid):
+    """
+    Return the processes that a process has started.
+
+    """
+    return [int(child) for child in Path(f'/proc/{pid}/task/{pid}/children').read_text().split()]
+
+
+@pytest.mark.skipif(not Path('/proc/self/task').exists(), reason='needs /proc')
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGKILL], ids=lambda s: s.name)
+def test_an_audit_by_several_processes_leaves_none_of_them_behind(tmp_path, number):
+    robot = ks.load_robot('ur5e')
+
+    def motion(t):
+        q = np.sin(t[:, None] + np.arange(robot.dof))
+        return q, np.cos(t[:, None] + np.arange(robot.dof))
+
+    bags = [tmp_path / 'a.mcap', tmp_path / 'b.mcap']
+    for bag in bags:
+        write_motion(bag, robot.joint_names, 300_000, motion)
+    command = [sys.executable, '-m', 'kinematics_service', 'audit', *bags, '--robot', 'ur5e']
+    with subprocess.Popen([*command, '--jobs', '2'], stderr=subprocess.PIPE, text=True) as audit:
+        deadline = time.monotonic() + 60.0
+        # Two that work, and the one that keeps account of what they share.
+        while len(children := children_of(audit.pid)) < 3:
+            assert time.monotonic() < deadline, 'no processes'
+            time.sleep(0.05)
+        time.sleep(1.0)
+        audit.send_signal(number)
+        assert audit.wait(WAY_OUT) in (130, -signal.SIGKILL)
+        deadline = time.monotonic() + WAY_OUT
+        while any(Path(f'/proc/{child}').exists() for child in children):
+            assert time.monotonic() < deadline, 'a process is left behind'
+            time.sleep(0.05)
+        assert 'Traceback' not in audit.stderr.read()
+
+
+def test_ctrl_c_gives_the_cursor_back():
+    master, slave = pty.openpty()
+    command = [sys.executable, '-m', 'kinematics_service', 'derive', 'panda']
+    with subprocess.Popen(command, stdin=slave, stdout=slave, stderr=slave) as derive:
+        os.close(slave)
+        shown = b''
+        while HIDE_CURSOR not in shown:
+            shown += os.read(master, 65536)
+        time.sleep(0.5)
+        derive.send_signal(signal.SIGINT)
+        assert derive.wait(WAY_OUT) == 130
+        with contextlib.suppress(OSError):  # no more to come
+            while piece := os.read(master, 65536):
+                shown += piece
+        os.close(master)
+    assert shown.rindex(SHOW_CURSOR) > shown.rindex(HIDE_CURSOR)
+    assert b'Traceback' not in shown
+
+
+# What is written when it starts
+
+
+def test_unknown_parameters_are_counted_in_one_line(ros_domain, tmp_path):
+    names = ''.join(f'    nonsense_{k:05}: {k}\n' for k in range(UNKNOWN))
+    file = tmp_path / 'params.yaml'
+    file.write_text(f'/**:\n  ros__parameters:\n{names}')
+    node = NodeProcess('--robot', 'planar_2r', '--ros-args', '--params-file', str(file))
+    try:
+        node.popen.send_signal(signal.SIGINT)
+        begin = time.monotonic()
+        assert node.wait() == 0
+        assert time.monotonic() - begin < WAY_OUT
+    finally:
+        node.kill()
+    told = [line for line in node.lines if 'nonsense_' in line]
+    assert len(told) == 1
+    assert f'{UNKNOWN} parameters are unknown and have no effect: nonsense_00000,' in told[0]
+
+
+def test_one_unknown_parameter_is_named(ros_domain):
+    node = NodeProcess('--robot', 'planar_2r', '--ros-args', '-p', 'nonsense:=1')
+    try:
+        node.popen.send_signal(signal.SIGTERM)
+        assert node.wait() == 0
+    finally:
+        node.kill()
+    assert 'parameter nonsense is unknown and has no effect' in node.stderr
