@@ -26,6 +26,10 @@ SELF_TEST = 1.0
 FAILURES = 100
 # A turn that has not come back after so long (s) is ended: its queue has not been empty since.
 OVERDUE = 0.3
+# What waits in the queue is given up when it has not been worked off for so long (s): longer than
+# the second of messages that a subscription keeps, so that a process starved for a moment catches
+# up and loses none.
+BACKLOG = 2.5
 # Of a subscription's messages that wait when the queue is given up, the newest are answered.
 KEPT = 10
 # No more than so many are taken out then: others come in the meantime.
@@ -65,6 +69,7 @@ class Spinner:
         for node in nodes[1:]:
             self._executor.add_node(node)
         self._mark: Any = None  # a task at what was the end of the queue
+        self._marked = 0.0  # when it was put there, s
         self._over: Future = Future()
         self._began: float | None = None  # the turn that is running
         self._closed = threading.Event()
@@ -145,11 +150,12 @@ class Spinner:
             self._executor.spin_until_future_complete(over, timeout_sec=TURN)
         finally:
             self._began = None
-        if time.monotonic() - began < OVERDUE:
+        now = time.monotonic()
+        if now - began < OVERDUE:
             self._mark = None
         elif self._mark is None or self._mark.done():
-            self._mark = self._executor.create_task(lambda: None)
-        else:  # what was queued before this turn has not been reached in it
+            self._mark, self._marked = self._executor.create_task(lambda: None), now
+        elif now - self._marked > BACKLOG:
             self.start_anew()
 
     def _watch(self) -> None:
