@@ -1,12 +1,16 @@
 """
 Floods the node with joint states, or starves the demo, and says what becomes of it.
 
-    python bench/flood.py [--demo] [--seconds 20] [--publishers 3] [--nice 0]
+    python bench/flood.py [--demo | --timer] [--seconds 20] [--publishers 3] [--nice 0]
         [--hogs 8]
 
 node     publishers send joint states as fast as they can; then one SIGINT
 --demo   processes that only compute take one core together with the demo, then they go; then one
          SIGINT
+--timer  why a timer must not be set anew in its own callback: rclpy's event queue gets a timer's
+         update for each reset and each call, and a call for each update that finds it due. Some
+         updates that come late therefore feed themselves, if working them off takes longer than
+         the period; a timer of fixed period works them off
 
 Prints the memory of the process every few seconds, and how long it lived after the signal.
 """
@@ -40,6 +44,47 @@ while True:
     publisher.publish(bytes(data))
 """
 HOG = 'while True: pass'
+# Calls of a 50 Hz timer, half a second at a time; after a second come the late updates.
+TIMER = """
+import os, sys, threading, time, rclpy
+from rclpy.clock import Clock, ClockType
+from rclpy.experimental import EventsExecutor
+from rclpy.task import Future
+late, sets_itself = int(sys.argv[1]), sys.argv[2] == 'itself'
+rclpy.init()
+node, executor = rclpy.create_node('timers'), EventsExecutor()
+executor.add_node(node)
+steady, calls, begin = Clock(clock_type=ClockType.STEADY_TIME), [0], time.monotonic()
+
+def turn():
+    calls[0] += 1
+    if sets_itself:
+        timer.timer_period_ns = round((0.02 - (time.monotonic() - begin) % 0.02) * 1e9)
+        timer.reset()
+
+def updates():
+    once.cancel()
+    for _ in range(late):
+        timer.reset()
+    time.sleep(0.05)
+
+def watch():
+    for k in range(1, 11):
+        before = calls[0]
+        time.sleep(0.5)
+        pages = int(open('/proc/self/statm').read().split()[1])
+        size = pages * os.sysconf('SC_PAGE_SIZE') / 2**20
+        print(f'{k / 2:4.1f} s: {calls[0] - before:7} calls, {size:6.1f} MiB', flush=True)
+    print('spin_until_future_complete(..., timeout_sec=4.0) did not come back', flush=True)
+    os._exit(0)
+
+timer = node.create_timer(0.02, turn, clock=steady)
+once = node.create_timer(1.0, updates, clock=steady)
+threading.Thread(target=watch, daemon=True).start()
+executor.spin_until_future_complete(Future(), timeout_sec=4.0)
+print(f'spin_until_future_complete(..., timeout_sec=4.0): {time.monotonic() - begin:.1f} s')
+os._exit(0)
+"""
 
 
 def memory(process):
@@ -123,9 +168,17 @@ def starve_demo(options, processes, output):
     return watched(demo, 2 * STEP, 'left alone') and ended(demo)
 
 
+def late_updates():
+    for late in (1000, 40_000):
+        for who in ('itself', 'nobody'):
+            print(f'{late} late updates of a timer that is set anew by {who}', flush=True)
+            subprocess.run([sys.executable, '-c', TIMER, str(late), who], check=True)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
     parser.add_argument('--demo', action='store_true')
+    parser.add_argument('--timer', action='store_true')
     parser.add_argument('--seconds', type=float, default=20.0)
     parser.add_argument('--publishers', type=int, default=3)
     parser.add_argument('--nice', type=int, default=0, help="of the node's main thread")
@@ -133,6 +186,9 @@ def main():
     options = parser.parse_args()
     os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
     os.environ.setdefault('ROS_DOMAIN_ID', '88')
+    if options.timer:
+        late_updates()
+        return 0
     processes = []
     try:
         with tempfile.NamedTemporaryFile('w') as output:
