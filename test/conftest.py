@@ -6,6 +6,7 @@ Library tests need no ROS: nothing here imports rclpy unless a test asks for an 
 
 import os
 import random
+import signal
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -18,6 +19,23 @@ ROS_SETTINGS = (
     'ROS_SECURITY_ENABLE',
     'ROS_STATIC_PEERS',
 )
+
+
+@pytest.fixture(autouse=True)
+def as_it_was() -> Iterator[None]:
+    """
+    Put back what commands that are called within this process leave behind at their end.
+
+    They go on ignoring signals, which processes started later would inherit.
+
+    """
+    # Set by runners of tests; what is printed would be cut to it.
+    os.environ.pop('COLUMNS', None)
+    numbers = (signal.SIGINT, signal.SIGTERM)
+    before = [signal.getsignal(number) for number in numbers]
+    yield
+    for number, handler in zip(numbers, before):
+        signal.signal(number, handler)
 
 
 @pytest.fixture(scope='session')

@@ -23,7 +23,7 @@ NAMES = tuple(MEASURES)
 
 
 def arm(links, types='rrr', settings=''):
-    kinds = {'r': 'revolute', 'p': 'prismatic'}
+    kinds = {'r': 'revolute', 'p': 'prismatic', 'R': 'revolute, unused: true'}
     joints = ', '.join(f'{{name: q{k}, type: {kinds[t]}}}' for k, t in enumerate(types, start=1))
     return ks.robot_from_text(
         f'robot: small\nsource: a test\nconvention: elementary\njoints: [{joints}]\n'
@@ -96,7 +96,7 @@ DEFAULT_TASKS = {
     ),
     'a joint that moves nothing': (
         'Rz(q1), Tx(1), Rz(q2), Tx(1), Rx(0*q3)',
-        'rrr',
+        'rrR',
         'x y rz',
         2,
         'q3',
@@ -141,7 +141,7 @@ def test_only_the_arm_of_document_004_is_deficient_at_every_pose(name):
 
 def test_an_arm_that_moves_nothing_is_refused():
     with pytest.raises(ks.RobotFileError, match=r'no joint moves the tool \(task tool\)'):
-        arm('Rz(0*q1)', 'r')
+        arm('Rz(0*q1)', 'R')
     with pytest.raises(ks.RobotFileError, match=r'no joint moves the tool \(task z\): nothing to'):
         arm('Rz(q1), Tx(1)', 'r', 'singularity: {task: [z]}')
 

@@ -217,11 +217,11 @@ def test_a_page_of_somebody_else_opens_no_connection(page):
     slider = next(thing for thing in panel_of(view) if isinstance(thing.value, float))
     message = list(update(slider.uuid, value=slider.value + 0.123))
     attack = f"""<script>
-        let opened = 0, ended = 0;
+        const attacked = globalThis.attacked = {{opened: 0, ended: 0}};
         for (let k = 0; k < 150; k++) {{
             const s = new WebSocket('ws://{address}', ['{PROTOCOL}']);
-            s.onopen = () => {{ opened++; s.send(new Uint8Array({message})); }};
-            s.onclose = () => ended++;
+            s.onopen = () => {{ attacked.opened++; s.send(new Uint8Array({message})); }};
+            s.onclose = () => attacked.ended++;
         }}
     </script>"""
 
@@ -240,8 +240,8 @@ def test_a_page_of_somebody_else_opens_no_connection(page):
         try:
             with chromium_tab() as tab:
                 tab.open(f'http://127.0.0.1:{server.server_port}/', 300, 200)
-                tab.wait_for('ended == 150', 'all connections ended', 240.0)
-                assert tab.evaluate('opened') == 0
+                tab.wait_for('globalThis.attacked?.ended == 150', 'all connections ended', 240.0)
+                assert tab.evaluate('attacked.opened') == 0
                 # Nor can it put the page into its own.
                 tab.evaluate(
                     "new Promise(done => {const f = document.createElement('iframe');"

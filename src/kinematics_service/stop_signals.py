@@ -99,6 +99,11 @@ def interruptible() -> Iterator[None]:
     it. A second Ctrl-C does not wait either.
 
     """
+    if (
+        signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+    ):  # as a shell's background processes have it
+        yield
+        return
     signals, told = os.pipe()
     os.set_blocking(told, False)
     signal.set_wakeup_fd(told, warn_on_full_buffer=False)
