@@ -15,7 +15,14 @@ ROS = ['ros-jazzy-rclpy[fastrtps]', 'ros-jazzy-common-interfaces']
 # Robots, and layouts for viewers.
 CONFIG = ['*.yaml', '*.json', '*.rviz']
 PEERS = ['pin', 'roboticstoolbox-python', 'yourdfpy']
-TEST = ['pytest>=8', 'pytest-timeout', 'hypothesis', 'ros-jazzy-domain-coordinator', 'rosbags']
+TEST = [
+    'pytest>=8',
+    'pytest-timeout',
+    'pytest-xdist',
+    'hypothesis',
+    'ros-jazzy-domain-coordinator',
+    'rosbags',
+]
 
 setup(
     name=NAME,
