@@ -170,6 +170,10 @@ class Peer:
             self.context.try_shutdown()
 
 
+# Of joint states, where a test has no time-out of its own: a busy machine makes none stale (s).
+UNHURRIED = 30.0
+
+
 class Arm(Peer):
     """
     A node under test with a peer that sends joint states to it and hears its answers.
@@ -194,7 +198,9 @@ class Arm(Peer):
         transport: str = 'bytes',
         **options: Any,
     ):
-        super().__init__(args=('--ros-args', '-p', f'transport:={transport}', *ros_args))
+        parameters = (f'transport:={transport}', f'joint_state_timeout:={UNHURRIED}')
+        defaults = [word for one in parameters for word in ('-p', one)]
+        super().__init__(args=('--ros-args', *defaults, *ros_args))
         try:
             self.node = KinematicsNode(robot, context=self.context, **options)
         except BaseException:

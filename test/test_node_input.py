@@ -453,7 +453,7 @@ def test_differences_of_a_joint_without_limits_take_the_shortest_angle(arm):
 
 
 def test_there_is_no_twist_after_a_gap(arm):
-    one = arm()
+    one = arm(ros_args=['-p', 'joint_state_timeout:=1.0'])
     twists = one.hear('twist', TwistStamped)
     one.answer(Q)
     one.answer(Q, stamp=one.stamp + SECOND + 1)
