@@ -112,7 +112,7 @@ def run_demo(
             return FAULT
         finally:
             context.try_shutdown()
-        return leave(code, stop, [node])
+        return leave(code, stop)
 
 
 def stay_on_this_host() -> tuple[str, ...]:
