@@ -17,12 +17,18 @@ import numpy as np
 import kinematics_service as ks
 from kinematics_service import kernel
 from kinematics_service.estimator import Estimator, EstimatorSettings
+from kinematics_service.inverse.aim import aim_at
+from kinematics_service.inverse.plan import plan_for
+from kinematics_service.inverse.search import PROVED
 from kinematics_service.joint_sample import JointSample
 from kinematics_service.robot import Robot
+from kinematics_service.task import ROW_NAMES
 from kinematics_service.wire_form import WireForm
 
 SECOND = 1_000_000_000
-POSES, MESSAGES = 6, 12
+# More poses than are evaluated side by side.
+POSES, MESSAGES = kernel.LANES + 2, 12
+SINGLY = 4  # of them so many also one by one
 # Arms whose inverse kinematics is asked for: three joints, each closed form, a search, a redundant
 # one. Plain Python takes seconds for each.
 SOLVED = ('craig_3r', 'puma560', 'ur5e', 'scara_hsr065', 'panda')
@@ -93,15 +99,17 @@ def poses_and_measures(robot: Robot, random: np.random.Generator):
     qdot = random.normal(size=q.shape)
     batch = ks.evaluate(robot, q, qdot, depth=kernel.ALL_FRAMES)
     with np.errstate(all='ignore'):
-        ks.singularity(robot, q, qdot)
-        for k in range(POSES):
+        ks.evaluate(robot, q, qdot)
+        ks.forward_kinematics(robot, q)
+        ks.singularity(robot, q[:SINGLY], qdot[:SINGLY])
+        for k in range(SINGLY):
             state = ks.evaluate(robot, q[k], qdot[k])
             kernel.measure_one(robot.packed, state.row, np.empty(robot.measure_places.width))
             ks.singularity(robot, q[k], qdot[k])
             ks.evaluate(robot, q[k], measured=True)
             ks.forward_kinematics(robot, q[k])
         if robot.factors:
-            robot.factors.evaluate(q)
+            robot.factors.evaluate(q[:SINGLY])
     kernel.quaternions(
         batch.link_frames.reshape(-1, 4, 4), np.empty((q.shape[0] * robot.chain.frames, 4))
     )
@@ -155,7 +163,7 @@ def bytes_of_messages(robot: Robot, random: np.random.Generator):
 
 
 def targets(robot: Robot, random: np.random.Generator):
-    for k in range(3):
+    for k in range(2):
         q = random.uniform(np.maximum(robot.limits[:, 0], -2), np.minimum(robot.limits[:, 1], 2))
         if k == 0:
             q *= 0.0
@@ -169,6 +177,21 @@ def targets(robot: Robot, random: np.random.Generator):
             ks.inverse_kinematics(robot, far)
         ks.joint_velocity(robot, state, state.twist)
         ks.joint_velocity(robot, state, 1e3 * random.normal(size=6), frame='tool')
+        # What a search finds: the same solution twice, and one nearby.
+        found = np.array([q, q + 2 * np.pi, q + 0.1])
+        errors = np.array([0.0, 0.1, 0.2]) * PROVED
+        plan = plan_for(robot, ROW_NAMES)
+        kernel.distinct(
+            robot.chain.integers,
+            robot.chain.numbers,
+            aim_at(robot, state.pose).numbers,
+            plan.scales,
+            plan.periods,
+            PROVED,
+            found,
+            errors,
+            *np.zeros((2, 3), np.int64),
+        )
 
 
 def details(random: np.random.Generator):

@@ -298,9 +298,14 @@ def test_nothing_grows_over_a_hundred_thousand_calls():
     assert resident_kib() - before < 2048
 
 
+# An arm with a closed form and factors, and a redundant one that is searched; bench/kernel_bits.py
+# visits all.
+VISITED = ('puma560', 'panda')
+
+
 def toured(environment):
     done = subprocess.run(
-        [sys.executable, str(TESTS / 'kernel_tour.py')],
+        [sys.executable, str(TESTS / 'kernel_tour.py'), *VISITED],
         env={**os.environ, **environment},
         capture_output=True,
         text=True,
@@ -316,6 +321,33 @@ def test_the_compiled_kernel_gives_the_numbers_of_its_source_to_the_last_bit():
     assert compiled == plain
     called = {line.split()[1] for line in compiled}
     assert called == functions()
+
+
+def test_a_batch_gives_the_numbers_of_its_poses_one_by_one_to_the_last_bit():
+    random = np.random.default_rng(3)
+    for name in ('ur5e', 'scara_hsr065', 'craig_3r'):
+        robot = ks.load_robot(name)
+        # Two blocks side by side and a rest; then a huge angle, for which a block is left.
+        q = random.uniform(-9, 9, (2 * kernel.LANES + 3, robot.dof))
+        q[kernel.LANES + 1, 0] = 2.0 * kernel.LARGEST_REDUCED
+        qdot = random.normal(size=q.shape)
+        for rates in (qdot, qdot[:1]):
+            batch = ks.evaluate(robot, q, np.broadcast_to(rates, q.shape))
+            for k, row in enumerate(batch.row):
+                one = ks.evaluate(robot, q[k], np.broadcast_to(rates, q.shape)[k])
+                width = robot.chain.widths[kernel.JACOBIAN]
+                assert row[:width].tobytes() == one.row[:width].tobytes()
+
+
+@pytest.mark.parametrize('at', [0, kernel.LANES - 1, kernel.LANES + 5, 2 * kernel.LANES + 1])
+def test_a_batch_stops_at_its_first_number_that_is_not_finite(at):
+    chain = ks.load_robot('ur5e').chain
+    q = np.full((2 * kernel.LANES + 3, 6), 0.3)
+    q[at:, 2] = np.nan
+    rows = np.zeros((len(q), chain.widths[kernel.JACOBIAN]))
+    rest = np.zeros((1, 6))
+    assert kernel.evaluate(chain.integers, chain.numbers, q, rest, kernel.JACOBIAN, rows) == at
+    assert (rows[:at] == rows[0]).all() or at == 0
 
 
 @compiled_only

@@ -13,10 +13,10 @@ from .aims import off_rotation as off_rotation
 from .aims import parts_of_error as parts_of_error
 from .aims import take_aim as take_aim
 from .angles import shortest_angle as shortest_angle
+from .angles import sine_and_cosine as sine_and_cosine
 from .arrays import Bytes as Bytes
 from .arrays import Floats as Floats
 from .arrays import Integers as Integers
-from .chain_pass import sine_and_cosine as sine_and_cosine
 from .closed_forms import inverse_candidates as inverse_candidates
 from .dependence import free_motions as free_motions
 from .dependence import pivots as pivots

@@ -1,11 +1,11 @@
 """
-Angles less their full turns.
+Angles less their full turns, and their sines and cosines.
 
 """
 
 import math
 
-from . import places
+from . import chain_pass, places
 
 
 def shortest_angle(step: float) -> float:
@@ -25,3 +25,11 @@ def shortest_angle(step: float) -> float:
     else:
         r = m - 2.0 * math.fmod(0.5 * (size - m), places.TAU)
     return math.copysign(1.0, step) * r
+
+
+def sine_and_cosine(x: float) -> tuple[float, float]:
+    """
+    Return what `chain_pass.sincos` returns.
+
+    """
+    return chain_pass.sincos(x)

@@ -34,22 +34,17 @@ COS_10, COS_12, COS_14 = (
     2.08757232129817482790e-09,
     -1.13596475577881948265e-11,
 )
+# Added and taken away, it rounds to a whole number: above it the last place of a double is 1.
+ROUNDER = 1.5 * 2.0**52
 TWO_BY_PI = 6.36619772367581382433e-01
 HALF_PI_1 = 1.57079632673412561417e00
 HALF_PI_2 = 6.07710050630396597660e-11
 HALF_PI_3 = 2.02226624879595063154e-21
 
 
-def sincos(x: float) -> tuple[float, float]:
-    """
-    Return sine and cosine, to two units in the last place.
-
-    """
-    if not abs(x) <= places.LARGEST_REDUCED:
-        if not math.isfinite(x):  # a sum of huge angles; plain Python would raise here
-            return places.NAN, places.NAN
-        return math.sin(x), math.cos(x)
-    turns = math.floor(x * TWO_BY_PI + 0.5)
+def _sincos_reduced(x: float) -> tuple[float, float]:
+    # Of an angle up to LARGEST_REDUCED, without a branch or a call: a loop does several at once.
+    turns = (x * TWO_BY_PI + ROUNDER) - ROUNDER
     first = x - turns * HALF_PI_1
     second = turns * HALF_PI_2
     r = first - second
@@ -72,12 +67,26 @@ def sincos(x: float) -> tuple[float, float]:
     return sign * sine, other * cosine
 
 
-def sine_and_cosine(x: float) -> tuple[float, float]:
+def sincos(x: float) -> tuple[float, float]:
     """
-    Return what `sincos` returns.
+    Return sine and cosine, to two units in the last place.
 
     """
-    return sincos(x)
+    if abs(x) <= places.LARGEST_REDUCED:
+        return _sincos_reduced(x)
+    if not math.isfinite(x):  # a sum of huge angles; plain Python would raise here
+        return places.NAN, places.NAN
+    return math.sin(x), math.cos(x)
+
+
+def sines_and_cosines(angles: Numbers, sines: Numbers, cosines: Numbers) -> None:
+    """
+    Write what `sincos` returns of LANES angles up to LARGEST_REDUCED.
+
+    """
+    for lane in range(places.LANES):
+        pair = _sincos_reduced(angles[lane])
+        sines[lane], cosines[lane] = pair[0], pair[1]
 
 
 def _start(T: Numbers, numbers: Floats, at: int) -> None:
@@ -179,7 +188,6 @@ def evaluate_row(
     Fill a row as `evaluation.evaluate` does; what is returned is finite if all of the row is.
 
     """
-    n = integers[places.JOINTS]
     elements = integers[places.ELEMENTS]
     entries = integers[places.ENTRIES]
     screws = integers[places.SCREWS_AT]
@@ -231,11 +239,27 @@ def evaluate_row(
         else:
             _times(T, numbers, 12 * (k + 1))
 
+    return finish_row(integers, numbers, T, qdot, depth, row)
+
+
+def finish_row(
+    integers: Integers, numbers: Floats, T: Numbers, qdot: Floats, depth: int, row: Floats
+) -> float:
+    """
+    Fill a row once the tool's pose T is known, and points and axes stand in place of the screws.
+
+    """
     _write_motion(T, row, places.POSE_AT)
     write_quaternion(T, row, places.QUATERNION_AT)
     total = T[3] + T[7] + T[11]
     if depth < places.JACOBIAN:
         return total
+    n = integers[places.JOINTS]
+    entries = integers[places.ENTRIES]
+    screws = integers[places.SCREWS_AT]
+    entry_joint = places.CHAIN_HEADER + integers[places.ELEMENTS] + 1
+    c_theta = 12 * (integers[places.ELEMENTS] + 1) + 2 * integers[places.ELEMENTS]
+    c_d = c_theta + entries
     for e in range(entries):
         _write_screw(
             numbers[c_theta + e], numbers[c_d + e], entries, row, arrays.after(row, screws + e)

@@ -2,7 +2,7 @@ cimport cython
 cimport numpy as cnp
 from libc cimport math
 
-from . cimport arrays, chain_pass, places
+from . cimport arrays, chain_pass, lanes, places
 
 cpdef bytes source()
 @cython.locals(
@@ -14,7 +14,10 @@ cpdef Py_ssize_t evaluate(
     cnp.ndarray rows,
 ) except -9
 cdef Py_ssize_t _width(long long* integers, int depth) noexcept nogil
-@cython.locals(nothing=double, k=Py_ssize_t, n=Py_ssize_t, j=Py_ssize_t)
+@cython.locals(
+    nothing=double, k=Py_ssize_t, n=Py_ssize_t, j=Py_ssize_t, q_k='double*', qdot_k='double*',
+    row='double*', side_by_side=cython.bint,
+)
 cdef Py_ssize_t _evaluate_rows(
     long long* integers, double* numbers, Py_ssize_t count, double* q, double* qdot,
     Py_ssize_t each, int depth, Py_ssize_t width, double* rows,

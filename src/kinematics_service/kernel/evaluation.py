@@ -5,7 +5,7 @@ Evaluation of joint positions, of one or of many, and quaternions of poses.
 
 import math
 
-from . import arrays, chain_pass, places
+from . import arrays, chain_pass, lanes, places
 from .arrays import Floats, Integers
 
 
@@ -82,16 +82,24 @@ def _evaluate_rows(
     rows: Floats,
 ) -> int:
     n = integers[places.JOINTS]
-    for k in range(count):
+    k = 0
+    while k < count:
         q_k, qdot_k = arrays.after(q, k * n), arrays.after(qdot, k * each)
+        row = arrays.after(rows, k * width)
+        side_by_side = depth < places.ALL_FRAMES and count - k >= places.LANES
+        if side_by_side and lanes.evaluate_rows(
+            integers, numbers, q_k, qdot_k, each, depth, width, row
+        ):
+            k += places.LANES
+            continue
         nothing = 0.0
         for j in range(n):
             nothing += 0.0 * q_k[j] + 0.0 * qdot_k[j]  # not a number where one is not finite
-        row = arrays.after(rows, k * width)
         if nothing != 0.0 or not math.isfinite(
             chain_pass.evaluate_row(integers, numbers, q_k, qdot_k, depth, row)
         ):
             return k
+        k += 1
     return -1
 
 

@@ -40,6 +40,9 @@ cdef enum:
     CHAIN_HEADER = 8
 
 cdef enum:
+    LANES = 16
+
+cdef enum:
     MIXED = 0
     PLAIN
     TWISTED

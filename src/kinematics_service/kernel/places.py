@@ -11,6 +11,9 @@ JOINTS, ELEMENTS, ENTRIES, FRAMES, ONE_TO_ONE, SCREWS_AT, FRAMES_AT, WIDTH = ran
 
 CHAIN_HEADER = 8
 
+# Poses of a batch that are evaluated side by side (lanes.py).
+LANES = 16
+
 # integers[ONE_TO_ONE]: entries and joints differ; entry k is joint k; and each has an element of
 # its own, with no more than a turn about x and a step along it up to the next one.
 MIXED, PLAIN, TWISTED = range(3)
