@@ -1,6 +1,5 @@
 """Packaging: everything `colcon build` and `pip install` need; the version is package.xml's."""
 
-import sys
 import xml.etree.ElementTree as ElementTree
 from glob import glob
 from pathlib import Path
@@ -8,10 +7,6 @@ from pathlib import Path
 from setuptools import setup
 
 HERE = Path(__file__).parent
-sys.path.insert(0, str(HERE / 'packaging'))
-
-from kernel_build import BuildIfPossible, extension_modules  # noqa: E402
-
 README = HERE / 'README.md'
 NAME = 'kinematics_service'
 MANIFEST = ElementTree.parse(HERE / 'package.xml').getroot()
@@ -46,7 +41,6 @@ setup(
         f'{NAME}.commands',
         f'{NAME}.frame_doctor',
         f'{NAME}.inverse',
-        f'{NAME}.kernel',
         f'{NAME}.plots',
         f'{NAME}.ros',
         f'{NAME}.symbols',
@@ -54,14 +48,7 @@ setup(
         f'{NAME}.view',
         f'{NAME}.config',
     ],
-    package_data={
-        NAME: ['py.typed'],
-        f'{NAME}.kernel': ['*.pxd'],
-        f'{NAME}.ros': ['fastdds.xml'],
-        f'{NAME}.config': CONFIG,
-    },
-    ext_modules=extension_modules(),
-    cmdclass={'build_ext': BuildIfPossible},
+    package_data={NAME: ['py.typed'], f'{NAME}.ros': ['fastdds.xml'], f'{NAME}.config': CONFIG},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{NAME}']),
         (f'share/{NAME}', ['package.xml']),
@@ -72,6 +59,7 @@ setup(
     ],
     install_requires=[
         'numpy>=1.26',
+        'numba>=0.60',
         'sympy>=1.12',
         'ruamel.yaml>=0.18',
         'PyYAML>=6',

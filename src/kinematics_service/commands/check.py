@@ -17,6 +17,7 @@ from ..description import Placement
 from ..errors import Fault, KinematicsError, RobotFileError
 from ..kernel import Floats
 from ..notice import structure_in_words
+from ..patience import patience
 from ..printing import Output, facts, heading, plain, table
 from ..robot import Robot, load_robot
 from ..task import SEEDED_POSES
@@ -88,7 +89,8 @@ def check(
 def _checked(out: Output, file: str) -> Verdict:
     # Prints what there is to say of a file.
     try:
-        robot = load_robot(file)
+        with patience():
+            robot = load_robot(file)
     except RobotFileError as error:
         return Verdict([str(fault) for fault in error.faults], [])
     except KinematicsError as error:

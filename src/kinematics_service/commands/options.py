@@ -13,6 +13,7 @@ import typer
 from ..bundle import find_robot_file
 from ..errors import RobotNotFoundError
 from ..kernel import Floats
+from ..patience import patience
 from ..robot import Robot, load_robot
 
 NUMBER = re.compile(r'[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?')
@@ -75,7 +76,8 @@ def given_robot(name: str, where: str = OPTION) -> Robot:
 
     """
     refuse_unknown_robot(name, where)
-    return load_robot(name)
+    with patience():
+        return load_robot(name)
 
 
 def given_positions(robot: Robot, text: str, degrees: bool) -> Floats:

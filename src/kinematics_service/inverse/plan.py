@@ -99,7 +99,8 @@ class Plan(FrozenArrays):
 
     """
 
-    READ_ONLY: ClassVar = ('scales', 'held', 'idle', 'periods', 'middle', 'limits', 'unlimited')
+    # Not those the kernel reads: a read-only array is another type to numba.
+    READ_ONLY: ClassVar = ('idle', 'middle')
 
     closed: ClosedForm | None
     scales: Floats
