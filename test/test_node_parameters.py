@@ -160,18 +160,18 @@ def shows_length(one):
 
 
 def shows_rows(one):
-    one.answer(Q)
     # Only x counts: y and z are out of reach.
     T = np.eye(4)
     T[:3, 3] = (0.1, 50.0, 60.0)
     targets = Targets(one)
+    one.answer(Q)
     status = targets.ask(pose_target(T))
     assert level_of(status) == OK, status.message
 
 
 def shows_target_timeout(one):
-    one.answer(Q)
     targets = Targets(one)
+    one.answer(Q)
     targets.ask(twist_target([0.01, 0.0, 0.0, 0.0, 0.0, 0.0]))
     one.spin_until(lambda: len(targets.velocities) == 2, 'end of the motion', 0.15)
 
@@ -185,8 +185,8 @@ def shows_servo(key, value, where):
     q, twist = where
 
     def shows(one):
-        one.answer(q)
         targets = Targets(one)
+        one.answer(q)
         targets.ask(twist_target(twist))
         one.spin_until(lambda: targets.velocities, 'velocities')
         ours = joint_velocity(CRAIG, q, twist, ServoSettings(**{key: value})).qdot
@@ -331,8 +331,8 @@ def test_a_wrong_value_is_refused_at_start_with_the_reason(ros_domain, arm, name
 def test_the_default_speed_limits_a_prismatic_joint(arm):
     q = (0.3, 0.9, 0.6)
     one = arm('spherical_rrp', ['-p', 'ik.default_speed:=0.01'])
-    one.answer(q)
     targets = Targets(one)
+    one.answer(q)
     targets.ask(twist_target([0.3, 0.3, 0.3, 0.0, 0.0, 0.0]))
     one.spin_until(lambda: targets.velocities, 'velocities')
     assert abs(targets.velocities[-1].velocity[2]) <= 0.01
@@ -342,8 +342,8 @@ def test_the_default_speed_limits_a_prismatic_joint(arm):
 def test_the_horizon_limits_the_way_to_a_limit(arm, horizon):
     one = arm('puma560', ['-p', f'ik.horizon:={horizon}'])
     limit = one.robot.limits[0, 1]
-    one.answer([limit - 0.01, -0.5, 0.3, 0.2, 0.6, 0.1])
     targets = Targets(one)
+    one.answer([limit - 0.01, -0.5, 0.3, 0.2, 0.6, 0.1])
     targets.ask(twist_target([-0.3, -0.3, 0.0, 0.0, 0.0, 0.5]))
     one.spin_until(lambda: targets.velocities, 'velocities')
     assert math.isclose(targets.velocities[-1].velocity[0], 0.01 / horizon, rel_tol=1e-6)

@@ -28,9 +28,10 @@ PERIOD = 0.005
 def targets(arm):
     def make(robot='ur5e', q=UR5E, ros_args=()):
         one = arm(robot, ros_args)
+        targets = Targets(one)
         if q is not None:
             one.answer(q)
-        return Targets(one)
+        return targets
 
     return make
 
