@@ -99,9 +99,8 @@ def interruptible() -> Iterator[None]:
     it. A second Ctrl-C does not wait either.
 
     """
-    if (
-        signal.getsignal(signal.SIGINT) is signal.SIG_IGN
-    ):  # as a shell's background processes have it
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        # A shell starts its background processes so.
         yield
         return
     signals, told = os.pipe()
