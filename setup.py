@@ -1,5 +1,6 @@
 """Packaging: everything `colcon build` and `pip install` need; the version is package.xml's."""
 
+import sys
 import xml.etree.ElementTree as ElementTree
 from glob import glob
 from pathlib import Path
@@ -7,6 +8,10 @@ from pathlib import Path
 from setuptools import setup
 
 HERE = Path(__file__).parent
+sys.path.insert(0, str(HERE / 'packaging'))
+
+from kernel_build import BuildIfPossible, extension_modules  # noqa: E402
+
 README = HERE / 'README.md'
 NAME = 'kinematics_service'
 MANIFEST = ElementTree.parse(HERE / 'package.xml').getroot()
@@ -41,6 +46,7 @@ setup(
         f'{NAME}.commands',
         f'{NAME}.frame_doctor',
         f'{NAME}.inverse',
+        f'{NAME}.kernel',
         f'{NAME}.plots',
         f'{NAME}.ros',
         f'{NAME}.symbols',
@@ -48,7 +54,14 @@ setup(
         f'{NAME}.view',
         f'{NAME}.config',
     ],
-    package_data={NAME: ['py.typed'], f'{NAME}.ros': ['fastdds.xml'], f'{NAME}.config': CONFIG},
+    package_data={
+        NAME: ['py.typed'],
+        f'{NAME}.kernel': ['*.pxd'],
+        f'{NAME}.ros': ['fastdds.xml'],
+        f'{NAME}.config': CONFIG,
+    },
+    ext_modules=extension_modules(),
+    cmdclass={'build_ext': BuildIfPossible},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{NAME}']),
         (f'share/{NAME}', ['package.xml']),
@@ -59,7 +72,6 @@ setup(
     ],
     install_requires=[
         'numpy>=1.26',
-        'numba>=0.60',
         'sympy>=1.12',
         'ruamel.yaml>=0.18',
         'PyYAML>=6',

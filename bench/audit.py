@@ -73,10 +73,8 @@ def one_audit(path, robot_name, out):
     from kinematics_service.audit.document import document_of
     from kinematics_service.audit.page import page_of
     from kinematics_service.audit.source import Wanted, open_source
-    from kinematics_service.patience import ready_kernel
     from kinematics_service.printing import json_text
 
-    ready_kernel()
     robot = ks.load_robot(robot_name)
     phases = {}
     at = time.perf_counter()

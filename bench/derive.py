@@ -16,7 +16,7 @@ def main() -> None:
     Print a table: robot, seconds, terms left of the difference of the four Jacobians, factors.
 
     """
-    ks.derive(ks.load_robot('planar_2r'))  # imports and compiled kernel are not what is measured
+    ks.derive(ks.load_robot('planar_2r'))  # imports are not what is measured
     wanted = sys.argv[1:] or list(ks.bundled_robots())
     cases = [(name, {}) for name in wanted]
     cases += [(name, {joint: value}) for name, joint, value in LOCKED if name in wanted]

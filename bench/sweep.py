@@ -36,7 +36,7 @@ def main():
     given = parser.parse_args()
     robot = ks.load_robot(given.robot)
     q = random_positions(robot, np.random.default_rng(0), given.poses)
-    singular_table(robot, q[:1])  # compiled, and its cache written, before any clock runs
+    singular_table(robot, q[:1])  # imported before any clock runs
     print(f'{given.robot}, {given.poses:,} poses')
     print(f'{"where":28} {"s":>7} {"poses/s":>11}  equal')
     here, took = seconds(lambda: map_batches(singular_table, robot, q))

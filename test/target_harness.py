@@ -58,8 +58,6 @@ class Targets:
 
     def __init__(self, arm):
         self.arm = arm
-        # Compiled once on a machine.
-        assert arm.node.solver.wait(300.0)
         self.joint_states = arm.hear('ik/joint_states', JointState)
         self.solutions = arm.hear('ik/solutions', Float64MultiArray)
         self.velocities = arm.hear('ik/joint_velocity', JointState)

@@ -142,7 +142,7 @@ def test_accepting_alone_follows_the_same_rules(case):
 @pytest.mark.parametrize('step', [0.0, 0.1, 3.0, math.pi, -math.pi, 3.2, -3.2, 2 * math.pi, 1e15])
 def test_the_shortest_angle_is_the_ieee_remainder(step):
     for x in (step, np.nextafter(step, 9e15), np.nextafter(step, -9e15), 7 * step, -step):
-        found = kernel._shortest_angle(float(x))
+        found = kernel.shortest_angle(float(x))
         assert found == math.remainder(x, math.tau)
         assert math.copysign(1.0, found) == math.copysign(1.0, math.remainder(x, math.tau))
 

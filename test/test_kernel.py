@@ -3,10 +3,9 @@ The compiled functions on their own: sine and cosine, singular values, determina
 
 """
 
-import logging
 import math
 import os
-import shutil
+import re
 import subprocess
 import sys
 from fractions import Fraction
@@ -16,15 +15,17 @@ import mpmath
 import numpy as np
 import pytest
 from arms import robot_of
+from kernel_tour import functions
 from tolerances import ROUND_OFF
 
 import kinematics_service as ks
 from kinematics_service import kernel
+from kinematics_service.kernel import places
+from kinematics_service.kernel.compiled import VARIABLE
 
 PACKAGE = Path(ks.__file__).parent
 TESTS = Path(__file__).parent
-COMPILED = os.environ.get('NUMBA_DISABLE_JIT', '0') == '0'
-compiled_only = pytest.mark.skipif(not COMPILED, reason='about the compiled kernel')
+compiled_only = pytest.mark.skipif(not kernel.is_compiled(), reason='about the compiled kernel')
 
 # Errors of sine and cosine, in units in the last place; fdlibm promises less than one.
 LAST_PLACES = 2.0
@@ -49,14 +50,14 @@ def test_sine_and_cosine_to_two_units_in_the_last_place():
     with mpmath.workdps(50):
         for x in angles().tolist():
             # mpmath reduces with the digits a huge angle needs by itself.
-            for found, exact in zip(kernel._sincos(x), (mpmath.sin(x), mpmath.cos(x))):
+            for found, exact in zip(kernel.sine_and_cosine(x), (mpmath.sin(x), mpmath.cos(x))):
                 place = math.ulp(float(exact))
                 worst = max(worst, float(abs(mpmath.mpf(found) - exact)) / place)
     assert worst <= LAST_PLACES
 
 
 def test_sine_and_cosine_lie_on_the_circle():
-    s, c = np.array([kernel._sincos(x) for x in angles().tolist()]).T
+    s, c = np.array([kernel.sine_and_cosine(x) for x in angles().tolist()]).T
     np.testing.assert_allclose(s * s + c * c, 1.0, rtol=0, atol=4 * np.finfo(float).eps)
 
 
@@ -66,16 +67,16 @@ def test_angles_that_overflow_are_refused_and_raise_nothing_else():
     for q in ([0.0, -1.7e308, 1.7e308], [0.0, 1.7e308, -1.7e308]):
         with pytest.raises(ks.JointVectorError, match='must be finite'):
             ks.jacobian(robot, q)
-    assert all(map(math.isnan, (*kernel._sincos(math.inf), *kernel._sincos(math.nan))))
+    assert all(
+        map(math.isnan, (*kernel.sine_and_cosine(math.inf), *kernel.sine_and_cosine(math.nan)))
+    )
 
 
 def decomposed(A):
     # Rows of A as the kernel takes them: singular values, directions of the rows, turns.
     count, length = A.shape
     work, sigma = np.hstack([A, np.eye(count)]), np.empty(count)
-    kernel._orthogonalise(work, count, length)
-    kernel._sort_by_norm(work, sigma, count, length)
-    kernel._unit_rows(work, sigma, count, length)
+    kernel.decompose(work, sigma)
     return sigma, work[:, :length], work[:, length:]
 
 
@@ -138,10 +139,10 @@ def test_determinant(size):
     random = np.random.default_rng(size)
     for _ in range(20):
         A = random.normal(size=(size, size))
-        assert kernel._determinant(A.copy(), size) == pytest.approx(np.linalg.det(A), rel=1e-12)
+        assert kernel.determinant_of(A.copy()) == pytest.approx(np.linalg.det(A), rel=1e-12)
         whole = random.integers(-5, 6, (size, size))
         exact = exact_determinant(whole.tolist())
-        found = kernel._determinant(whole.astype(float), size)
+        found = kernel.determinant_of(whole.astype(float))
         assert found == pytest.approx(float(exact), rel=1e-13, abs=1e-11)
 
 
@@ -158,8 +159,8 @@ def exact_determinant(rows):
 def test_determinant_of_exactly_dependent_rows_is_zero():
     A = np.arange(9.0).reshape(3, 3)
     A[2] = 0.0
-    assert kernel._determinant(A, 3) == 0.0
-    assert kernel._determinant(np.zeros((1, 1)), 1) == 0.0
+    assert kernel.determinant_of(A) == 0.0
+    assert kernel.determinant_of(np.zeros((1, 1))) == 0.0
 
 
 def rotations(axes, angles):
@@ -217,40 +218,60 @@ def test_the_pose_and_its_quaternion_are_one_rotation(name):
     )
 
 
-@compiled_only
-def test_no_way_of_handing_over_positions_compiles_the_kernel_again():
-    # A second signature is seconds of compiling in the middle of a run.
+def test_positions_may_be_handed_over_in_any_form():
     robot = robot_of('panda')
     q = np.full(7, 0.3)
-    ks.singularity(robot, q, q)
-    ks.singularity(robot, q[None], q[None])
-    functions = (kernel.evaluate, kernel.evaluate_one, kernel.measure)
-    before = [len(function.signatures) for function in functions]
     still = q.copy()
     still.setflags(write=False)
     forms = (
         q.tolist(),
         tuple(q),
         still,
-        q.astype(np.float32),
         q.astype('>f8'),
-        np.arange(7),
-        np.zeros((5, 7), order='F'),
-        np.zeros((7, 5)).T,
-        np.zeros((10, 7))[::2],
-        np.zeros((5, 14))[:, ::2],
+        np.full((5, 7), 0.3, order='F'),
+        np.full((7, 5), 0.3).T,
+        np.full((10, 7), 0.3)[::2],
+        np.full((5, 14), 0.3)[:, ::2],
         np.broadcast_to(q, (5, 7)),
-        np.zeros((2, 3, 7)),
+        np.full((2, 3, 7), 0.3),
         np.zeros((0, 7)),
-        np.zeros(8, dtype='f8')[1:],
+        np.full(8, 0.3)[1:],
         np.frombuffer(b'\0' + q.tobytes(), dtype='f8', offset=1),
     )
+    frames, measured = ks.link_frames(robot, q), ks.singularity(robot, q, q)
     for form in forms:
-        ks.link_frames(robot, form)
-        ks.singularity(robot, form)
-        ks.singularity(robot, form, q)
-        ks.singularity(robot, q, form)
-    assert [len(function.signatures) for function in functions] == before
+        for found in (
+            ks.link_frames(robot, form),
+            ks.evaluate(robot, q, form, depth=2).link_frames,
+        ):
+            assert np.array_equal(found, np.broadcast_to(frames, found.shape))
+        for found in (ks.singularity(robot, form, q), ks.singularity(robot, q, form)):
+            distance = np.asarray(found.distance)
+            assert np.array_equal(distance, np.full(distance.shape, measured.distance))
+
+
+@pytest.mark.parametrize(
+    'wrong',
+    [
+        [0.0] * 6,
+        None,
+        np.zeros(6, dtype=np.float32),
+        np.zeros(6, dtype='>f8'),
+        np.zeros(12)[::2],
+        np.frombuffer(bytes(49), dtype='f8', offset=1),
+    ],
+    ids=['list', 'None', 'float32', 'big endian', 'strided', 'not aligned'],
+)
+def test_the_kernel_refuses_arrays_it_cannot_read(wrong):
+    robot = robot_of('ur5e')
+    row = np.empty(robot.chain.single_widths[kernel.JACOBIAN])
+    with pytest.raises(TypeError):
+        kernel.evaluate_one(robot.packed, wrong, np.zeros(6), row)
+    with pytest.raises(TypeError, match='shorter than'):
+        kernel.evaluate_one(robot.packed, np.zeros(6), np.zeros(6), np.empty(20))
+    row.setflags(write=False)
+    with pytest.raises(TypeError, match='array of float64'):
+        kernel.evaluate_one(robot.packed, np.zeros(6), np.zeros(6), row)
 
 
 @compiled_only
@@ -277,81 +298,80 @@ def test_nothing_grows_over_a_hundred_thousand_calls():
     assert resident_kib() - before < 2048
 
 
-def run_python(arguments, environment, cwd=None):
-    return subprocess.run(
-        [sys.executable, *arguments],
-        env=environment,
-        cwd=cwd,
+# An arm with a closed form and factors, and a redundant one that is searched; bench/kernel_bits.py
+# visits all.
+VISITED = ('puma560', 'panda')
+
+
+def toured(environment):
+    done = subprocess.run(
+        [sys.executable, str(TESTS / 'kernel_tour.py'), *VISITED],
+        env={**os.environ, **environment},
         capture_output=True,
         text=True,
-        timeout=200,
+        timeout=280,
     )
+    assert done.returncode == 0, done.stderr
+    return done.stdout.splitlines()
 
 
 @compiled_only
-def test_the_same_source_passes_as_plain_python():
-    systems = 's001 or s002 or s003c or s000b or craig'
-    result = run_python(
-        [
-            *('-m', 'pytest', '-q', '-x', '-p', 'no:cacheprovider'),
-            str(TESTS / 'test_kernel.py'),
-            str(TESTS / 'test_golden.py'),
-            *('-k', f'test_kernel or (test_pose_jacobian_and_twist and ({systems}))'),
-        ],
-        {**os.environ, 'NUMBA_DISABLE_JIT': '1'},
-        cwd=TESTS.parent,
-    )
-    assert result.returncode == 0, result.stdout + result.stderr
-    assert ' passed' in result.stdout
+def test_the_compiled_kernel_gives_the_numbers_of_its_source_to_the_last_bit():
+    compiled, plain = toured({}), toured({VARIABLE: '1'})
+    assert compiled == plain
+    called = {line.split()[1] for line in compiled}
+    assert called == functions()
 
 
-NOWHERE_TO_WRITE = """
-import logging
-logging.basicConfig(format='%(levelname)s %(name)s %(message)s')
-import kinematics_service as ks
-from kinematics_service import kernel
-assert __import__('os').path.samefile(ks.__path__[0], PATH), ks.__path__
-T = ks.forward_kinematics(ks.load_robot('planar_2r'), [0.0, 0.0])
-assert T[0, 3] == 2.0
-assert len(kernel._uncached) > 10
-"""
+def test_a_batch_gives_the_numbers_of_its_poses_one_by_one_to_the_last_bit():
+    random = np.random.default_rng(3)
+    for name in ('ur5e', 'scara_hsr065', 'craig_3r'):
+        robot = ks.load_robot(name)
+        # Two blocks side by side and a rest; then a huge angle, for which a block is left.
+        q = random.uniform(-9, 9, (2 * kernel.LANES + 3, robot.dof))
+        q[kernel.LANES + 1, 0] = 2.0 * kernel.LARGEST_REDUCED
+        qdot = random.normal(size=q.shape)
+        for rates in (qdot, qdot[:1]):
+            batch = ks.evaluate(robot, q, np.broadcast_to(rates, q.shape))
+            for k, row in enumerate(batch.row):
+                one = ks.evaluate(robot, q[k], np.broadcast_to(rates, q.shape)[k])
+                width = robot.chain.widths[kernel.JACOBIAN]
+                assert row[:width].tobytes() == one.row[:width].tobytes()
+
+
+@pytest.mark.parametrize('at', [0, kernel.LANES - 1, kernel.LANES + 5, 2 * kernel.LANES + 1])
+def test_a_batch_stops_at_its_first_number_that_is_not_finite(at):
+    chain = ks.load_robot('ur5e').chain
+    q = np.full((2 * kernel.LANES + 3, 6), 0.3)
+    q[at:, 2] = np.nan
+    rows = np.zeros((len(q), chain.widths[kernel.JACOBIAN]))
+    rest = np.zeros((1, 6))
+    assert kernel.evaluate(chain.integers, chain.numbers, q, rest, kernel.JACOBIAN, rows) == at
+    assert (rows[:at] == rows[0]).all() or at == 0
 
 
 @compiled_only
-def test_without_a_place_for_the_cache_it_runs_and_says_so_once(tmp_path):
-    # A copy of the package whose __pycache__ is a file, and a home that is one: nothing can be
-    # written there, not even by root.
-    copy = tmp_path / 'kinematics_service'
-    shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns('__pycache__', '*.nb?'))
-    # Not in an editable installation: there the robots stand beside the package.
-    shutil.copytree(ks.bundled_robots()['planar_2r'].parent, copy / 'config', dirs_exist_ok=True)
-    (copy / '__pycache__').write_text('')
-    nowhere = tmp_path / 'file'
-    nowhere.write_text('')
-    environment = {
-        key: value
-        for key, value in os.environ.items()
-        if not key.startswith(('NUMBA_', 'XDG_', 'IPYTHON'))
-    }
-    environment |= {
-        'HOME': str(nowhere / 'home'),
-        'PYTHONPATH': str(tmp_path),
-        'PYTHONDONTWRITEBYTECODE': '1',
-    }
-    code = NOWHERE_TO_WRITE.replace('PATH', repr(str(copy)))
-    result = run_python(['-c', code], environment, cwd=tmp_path)
-    assert result.returncode == 0, result.stderr
-    lines = result.stderr.splitlines()
-    assert len(lines) == 1, result.stderr
-    assert lines[0].startswith('WARNING kinematics_service.kernel no writable place for the comp')
-    assert 'set NUMBA_CACHE_DIR to a writable directory' in lines[0]
+def test_the_compiled_kernel_is_that_of_the_source_beside_it():
+    assert kernel.notice() == ''
 
 
-def test_a_kernel_that_cannot_be_cached_for_another_reason_is_not_hidden(monkeypatch, caplog):
-    def njit(**options):
-        raise ValueError('something else')
+def test_an_uncompiled_kernel_is_said(monkeypatch):
+    monkeypatch.setenv(VARIABLE, '1')
+    assert 'runs as plain Python' in kernel.notice()
 
-    monkeypatch.setattr(kernel.numba, 'njit', njit)
-    with pytest.raises(ValueError, match='something else'), caplog.at_level(logging.WARNING):
-        kernel.compiled(lambda: None)
-    assert not caplog.records
+
+ENUMERATOR = re.compile(r'^    ([A-Z][A-Z_0-9]*)(?: = (\S+))?$', re.MULTILINE)
+DEFINED = re.compile(r'#define KINEMATICS_([A-Z_]+) ([-0-9.e]+)$', re.MULTILINE)
+
+
+def test_places_and_constants_are_the_same_to_the_compiler():
+    text = (PACKAGE / 'kernel' / 'places.pxd').read_text()
+    values, last = {}, -1
+    for name, value in ENUMERATOR.findall(text):
+        last = int(value, 0) if value else last + 1
+        values[name] = last
+    values |= {name: float(value) for name, value in DEFINED.findall(text)}
+    own = {name for name in vars(places) if name.isupper()}
+    assert own - values.keys() == {'NAN', 'INFINITY', 'SOURCE'}
+    for name, value in values.items():
+        assert getattr(places, name) == value, name

@@ -177,7 +177,7 @@ def test_a_node_that_ends_ends_the_motion_it_began(process, peer):
     twist.twist.linear.x = 0.05
 
     def moving():
-        targets.publish(twist)  # refused until the solver is there
+        targets.publish(twist)
         return bool(velocities)
 
     peer.spin_until(moving, 'joint velocities', 300.0)

@@ -24,7 +24,7 @@ class FrozenArrays:
     Base of frozen dataclasses whose arrays, those named in `READ_ONLY`, are frozen too.
 
     Copies and unpickled ones are rebuilt by the constructor: otherwise their arrays would be
-    writable, which to numba is another type, and seconds of compiling.
+    writable.
 
     """
 
@@ -63,11 +63,11 @@ class Chain(FrozenArrays):
     screws_at, entries
         Where the screws of the entries start in a row, and their number.
     at_rest : shape (n,)
-        Zero velocities; writable only because numba takes a read-only array for another type.
+        Zero velocities; read-only.
 
     """
 
-    READ_ONLY = ('integers', 'numbers')
+    READ_ONLY = ('integers', 'numbers', 'at_rest')
 
     integers: Integers
     numbers: Floats

@@ -174,10 +174,6 @@ class Estimator:
         self._table = self._new_table()
         self._alarm = Alarm()
         self._prepare()
-        # About no joint at all: compiled, or read from its cache, before the first message.
-        nobody = np.empty(0, dtype=np.int64)
-        row = np.empty(2 * robot.dof + kernel.ROW_TAIL)
-        kernel.observe(robot.packed, self._table.memory, nobody, _NOTHING, _NOTHING, 0, 0, 0, row)
 
     def configure(self, robot: Robot, settings: EstimatorSettings) -> None:
         """

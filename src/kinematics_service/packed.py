@@ -35,8 +35,7 @@ def pack(
     """
     Return an arm as the kernel reads it: a header of kernel.ARM_HEADER numbers, then its parts.
 
-    Whole numbers stand in it bit for bit. It is writable only because numba takes a read-only
-    array for another type.
+    Whole numbers stand in it bit for bit. It is read-only.
 
     """
     given = factors is not None and len(factors.names) > 0
@@ -67,6 +66,7 @@ def pack(
     if thresholds is not None:
         whole[kernel.WATCHED_COLUMN] = COLUMN[thresholds.measure]
         arm[kernel.WARN], arm[kernel.STOP] = thresholds.warn, thresholds.stop
+    arm.setflags(write=False)
     return arm
 
 

@@ -1,8 +1,6 @@
 """
 A batch on all cores: the compiled functions release the interpreter, so plain threads do it.
 
-numba's own parallel loops would compile everything twice, and end the process where two threads of
-a program meet in them.
 """
 
 import os

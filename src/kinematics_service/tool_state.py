@@ -141,9 +141,7 @@ _new = tuple.__new__
 
 def as_the_kernel_takes_it(vector: object) -> TypeGuard[Floats]:
     """
-    Return whether it is one vector of doubles in C order, aligned, and writable.
-
-    To numba a read-only array is another type, and seconds of compiling.
+    Return whether it is one vector of doubles in C order, aligned.
 
     """
     return (
@@ -272,8 +270,7 @@ def _broadcast(q: Floats, qdot: Floats) -> tuple[Floats, Floats]:
         raise JointVectorError(
             f'q and qdot have shapes {q.shape} and {qdot.shape}, which do not go together'
         ) from None
-    # A copy in C order: by itself numpy would keep the order of the repeated axis, and numba would
-    # compile the kernel once more for it.
+    # A copy in C order: by itself numpy would keep the order of the repeated axis.
     return (
         np.array(np.broadcast_to(q, shape), order='C'),
         np.array(np.broadcast_to(qdot, shape), order='C'),

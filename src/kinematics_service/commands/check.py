@@ -17,7 +17,6 @@ from ..description import Placement
 from ..errors import Fault, KinematicsError, RobotFileError
 from ..kernel import Floats
 from ..notice import structure_in_words
-from ..patience import patience
 from ..printing import Output, facts, heading, plain, table
 from ..robot import Robot, load_robot
 from ..task import SEEDED_POSES
@@ -89,8 +88,7 @@ def check(
 def _checked(out: Output, file: str) -> Verdict:
     # Prints what there is to say of a file.
     try:
-        with patience():
-            robot = load_robot(file)
+        robot = load_robot(file)
     except RobotFileError as error:
         return Verdict([str(fault) for fault in error.faults], [])
     except KinematicsError as error:

@@ -11,7 +11,6 @@ from typing import Annotated
 
 import typer
 
-from ..patience import patience
 from .export import write_document
 from .options import WrongUsage
 
@@ -68,8 +67,7 @@ def import_urdf(
         raise WrongUsage(f'--name: {name!r} is not a name of letters, digits and underscores')
     from ..urdf.importer import import_file
 
-    with patience():
-        found = import_file(urdf, base, tip, name, convention.value, round_angles)
+    found = import_file(urdf, base, tip, name, convention.value, round_angles)
     write_document(out, found.text)
     # On the screen the robot file itself is standard output, so that it can be redirected.
     report = sys.stderr if out == '-' else sys.stdout

@@ -13,7 +13,6 @@ import typer
 from ..bundle import find_robot_file
 from ..errors import RobotNotFoundError
 from ..kernel import Floats
-from ..patience import patience
 from ..robot import Robot, load_robot
 
 NUMBER = re.compile(r'[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?')
@@ -76,8 +75,7 @@ def given_robot(name: str, where: str = OPTION) -> Robot:
 
     """
     refuse_unknown_robot(name, where)
-    with patience():
-        return load_robot(name)
+    return load_robot(name)
 
 
 def given_positions(robot: Robot, text: str, degrees: bool) -> Floats:

@@ -99,8 +99,7 @@ class Plan(FrozenArrays):
 
     """
 
-    # Not those the kernel reads: a read-only array is another type to numba.
-    READ_ONLY: ClassVar = ('idle', 'middle')
+    READ_ONLY: ClassVar = ('scales', 'held', 'idle', 'periods', 'middle', 'limits', 'unlimited')
 
     closed: ClosedForm | None
     scales: Floats

@@ -143,7 +143,7 @@ DEFAULTS = ServoSettings()
 
 @dataclass(frozen=True, eq=False)
 class _ServoPlan:
-    # The arrays of the kernel; writable ones, since read-only ones are another type to numba.
+    # The arrays of the kernel.
     task: Task
     numbers: Floats
     limits: Floats

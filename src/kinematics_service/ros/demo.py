@@ -16,7 +16,6 @@ from rich.live import Live
 
 from ..errors import KinematicsError
 from ..measure_units import volume_unit
-from ..patience import ready_kernel
 from ..recording import read_recording
 from ..stop_signals import StopSignal, stop_signals
 from ..trajectory import TRAJECTORIES
@@ -93,7 +92,6 @@ def run_demo(
         tell(refusal)
         return FAULT
     set_aside = stay_on_this_host()
-    ready_kernel()
     with stop_signals() as stop:
         context = open_context([*QUIET, *ros_args])
         if context is None:
@@ -114,7 +112,7 @@ def run_demo(
             return FAULT
         finally:
             context.try_shutdown()
-        return leave(code, stop, [node])
+        return leave(code, stop)
 
 
 def stay_on_this_host() -> tuple[str, ...]:

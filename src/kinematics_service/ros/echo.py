@@ -99,7 +99,7 @@ def run_echo(
             code = FINE if fine and not echo.in_vain else FAULT
         finally:
             context.try_shutdown()
-        return leave(code, stop, [])
+        return leave(code, stop)
 
 
 class _Echo:

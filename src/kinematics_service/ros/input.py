@@ -7,34 +7,15 @@ import time
 from collections.abc import Callable
 
 from rclpy.node import Node
-from rclpy.serialization import serialize_message
 from sensor_msgs.msg import JointState
 
-from ..estimator import Estimator, EstimatorSettings
 from ..joint_sample import JointSample
 from ..wire_form import WireForm
 from .best_subscription import BestSubscription
 from .messages import sample_of, stamp_of
-from .settings import Settings
 from .topics import JOINT_STATES, JOINT_STATES_QOS
 from .wire_check import WireError, read_message
 from .wire_reader import JointStateReader
-
-
-def warm_up_bytes(settings: Settings) -> None:
-    """
-    Take one serialized message: compiled, or read from its cache, before the first one comes.
-
-    """
-    robot = settings.robot
-    message = JointState(name=robot.joint_names, position=[0.1] * robot.dof)
-    message.header.stamp.sec = 1
-    data = serialize_message(message)
-    reader = JointStateReader()
-    reader.read(data)
-    estimator = Estimator(robot, EstimatorSettings())
-    for form in reader.forms(len(data)):
-        estimator.take_bytes(form, data, 1)
 
 
 class Input:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from rclpy.node import Node
 
+from .. import kernel
 from ..notice import structure_in_words
 from .parameters import NodeParameters
 
@@ -20,6 +21,8 @@ def introduce(node: Node, parameters: NodeParameters, topic: str) -> None:
 
     """
     settings, logger = parameters.settings, node.get_logger()
+    if notice := kernel.notice():
+        logger.warning(notice)
     robot = settings.robot
     by_default = ' (the default; choose with --robot)' if parameters.by_default else ''
     logger.info(

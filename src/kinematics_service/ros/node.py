@@ -22,7 +22,7 @@ from ..wire_form import WireForm
 from .describe import description_of
 from .diagnostics import INTERNAL_ERROR, LEFT_OUT
 from .health import Health
-from .input import Input, warm_up_bytes
+from .input import Input
 from .introduction import introduce
 from .messages import full_name, status_message
 from .outputs import Heard, Outputs
@@ -30,7 +30,6 @@ from .parameters import NodeParameters
 from .reference import Reference
 from .robot_description import RobotDescription
 from .settings import Settings
-from .solver import Solver
 from .stamp_grid import StampGrid
 from .targets import Targets
 from .throttle import Throttle
@@ -72,8 +71,6 @@ class KinematicsNode(Node):
         self._own = NodeParameters(self, robot)
         settings = self._settings = self._own.settings
         warm_up(settings)
-        if self._own.transport == 'bytes':
-            warm_up_bytes(settings)
         self._estimator = Estimator(settings.robot, settings.estimator)
         self._latest: Answer | None = None
         self._resets = 0  # of the estimator, as far as they are known here
@@ -106,8 +103,7 @@ class KinematicsNode(Node):
         self._outputs = Outputs(self, self.settings, transport)
         self._description = RobotDescription(self, self.settings)
         self._warning = self.create_publisher(DiagnosticStatus, WARNING, WARNING_QOS)
-        self.solver = Solver(self.settings, self.get_logger().error)
-        self._targets = Targets(self, self.settings, self._present, self.solver, self._steady)
+        self._targets = Targets(self, self.settings, self._present, self._steady)
         self._input = Input(self, transport, self._on_sample, self._on_bytes, self._refuse)
         self.create_service(Trigger, DESCRIBE, self._describe)
 

@@ -16,7 +16,6 @@ from rclpy.logging import LoggingSeverity, set_logger_level
 from rclpy.signals import SignalHandlerOptions
 
 from ..errors import KinematicsError
-from ..patience import ready_kernel
 from ..stop_signals import StopSignal, stop_signals
 from .arms import ArmChoice, ArmsError, arms_from
 from .environment import mixture_refusal, security_refusal
@@ -111,7 +110,6 @@ def run_node(
     except ArmsError as error:
         tell(str(error))
         return WRONG_USAGE
-    ready_kernel()
     with stop_signals() as stop:
         context = open_context(ros_args)
         if context is None:
@@ -123,18 +121,17 @@ def run_node(
             for node in nodes:
                 node.destroy_node()
             context.try_shutdown()
-        return leave(code, stop, nodes)
+        return leave(code, stop)
 
 
-def leave(code: int, stop: StopSignal, nodes: Sequence[KinematicsNode]) -> int:
+def leave(code: int, stop: StopSignal) -> int:
     """
     End the process where all is put in order and a signal asked for it; else return the code.
 
-    The end of the interpreter takes seconds on a busy machine and hears no signal, and a compiler
-    at work in a thread does not survive it.
+    The end of the interpreter takes seconds on a busy machine and hears no signal.
 
     """
-    if stop.came or any(node.solver.is_loading for node in nodes):
+    if stop.came:
         for stream in (sys.stdout, sys.stderr):
             with contextlib.suppress(OSError, ValueError):  # closed, or its reader has gone
                 stream.flush()

@@ -26,7 +26,6 @@ from ..measures import Level
 from ..notice import Notice
 from .messages import SECOND, full_name, status_message
 from .settings import Settings
-from .solver import Solver
 from .target_messages import (
     RefusedTargetError,
     choice_of,
@@ -74,8 +73,6 @@ class Targets:
         The settings in force.
     latest
         Returns the arm's present state, or says in a sentence why it is not known.
-    solver
-        Until it is there, targets are refused.
     steady
         Clock of the timer.
 
@@ -86,13 +83,11 @@ class Targets:
         node: Node,
         settings: Settings,
         latest: Callable[[], Answer | str],
-        solver: Solver,
         steady: Clock,
     ) -> None:
         self._node = node
         self._settings = settings
         self._latest = latest
-        self._solver = solver
         self._throttle = Throttle(5.0)
         self._moving_since: float | None = None  # time of the last twist that is in force
 
@@ -158,11 +153,6 @@ class Targets:
         return self._settings.target_timeout * 1e-9 * WATCH_SHARE
 
     def _present(self) -> Answer:
-        if not self._solver.is_there:
-            raise RefusedTargetError(
-                'the solver is still being compiled or loaded; once on a machine this takes '
-                'half a minute'
-            )
         latest = self._latest()
         if isinstance(latest, str):
             raise RefusedTargetError(f'the joint positions are not known: {latest}')

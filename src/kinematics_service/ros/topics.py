@@ -153,7 +153,7 @@ def sample_report(settings: Settings) -> Report:
 
 def warm_up(settings: Settings) -> None:
     """
-    Build every answer once: the kernel is compiled, or read from its cache, before the first one.
+    Build every answer once, so that the first one takes no longer than the next.
 
     """
     sample = sample_report(settings)

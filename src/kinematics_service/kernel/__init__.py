@@ -1,0 +1,43 @@
+"""
+The kernel: what is computed of an arm for every message, compiled when the package is installed.
+
+"""
+
+from .compiled import is_compiled as is_compiled
+from .compiled import notice as notice
+from .compiled import prefer_source_where_asked
+
+prefer_source_where_asked()
+
+from .aims import off_rotation as off_rotation
+from .aims import parts_of_error as parts_of_error
+from .aims import take_aim as take_aim
+from .angles import shortest_angle as shortest_angle
+from .angles import sine_and_cosine as sine_and_cosine
+from .arrays import Bytes as Bytes
+from .arrays import Floats as Floats
+from .arrays import Integers as Integers
+from .closed_forms import inverse_candidates as inverse_candidates
+from .dependence import free_motions as free_motions
+from .dependence import pivots as pivots
+from .evaluation import evaluate as evaluate
+from .evaluation import evaluate_one as evaluate_one
+from .evaluation import quaternions as quaternions
+from .factors import evaluate_factors as evaluate_factors
+from .joint_memory import forget as forget
+from .joint_memory import observe as observe
+from .judging import evaluate_and_measure_one as evaluate_and_measure_one
+from .judging import measure as measure
+from .judging import measure_one as measure_one
+from .messages import fill_sheet as fill_sheet
+from .messages import observe_bytes as observe_bytes
+from .places import *  # noqa: F403
+from .posture import postures as postures
+from .refinement import refine as refine
+from .searching import first_solution as first_solution
+from .servoing import servo as servo
+from .singular_values import decompose as decompose
+from .singular_values import determinant_of as determinant_of
+from .solutions import distinct as distinct
+from .solutions import representatives as representatives
+from .solving import closed_solutions as closed_solutions

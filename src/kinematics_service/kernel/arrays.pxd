@@ -1,0 +1,117 @@
+cimport numpy as cnp
+from cpython.mem cimport PyMem_RawMalloc, PyMem_RawFree
+from libc.string cimport memcpy
+from libc.stdint cimport int32_t, uint32_t
+
+
+cdef inline Py_ssize_t size(cnp.ndarray array) except -1:
+    cdef Py_ssize_t count = 1
+    cdef int k
+    if array is None:
+        raise TypeError('the kernel takes arrays')
+    for k in range(cnp.PyArray_NDIM(array)):
+        count *= cnp.PyArray_DIM(array, k)
+    return count
+
+
+cdef inline Py_ssize_t extent(cnp.ndarray array, int axis) except -1:
+    if array is None or cnp.PyArray_NDIM(array) <= axis:
+        raise TypeError(f'the kernel takes an array of at least {axis + 1} dimensions here')
+    return cnp.PyArray_DIM(array, axis)
+
+
+cdef inline void* _checked(
+    cnp.ndarray array, Py_ssize_t count, int kind, str name, bint written
+) except NULL:
+    if (
+        array is None
+        or cnp.PyArray_TYPE(array) != kind
+        or not (cnp.PyArray_ISCARRAY(array) if written else cnp.PyArray_ISCARRAY_RO(array))
+    ):
+        raise TypeError(f'the kernel takes an array of {name} here, aligned and in C order')
+    if size(array) < count:
+        raise TypeError('an array is shorter than the kernel needs it')
+    return cnp.PyArray_DATA(array)
+
+
+cdef inline double* numbers(cnp.ndarray array, Py_ssize_t count) except NULL:
+    return <double*> _checked(array, count, cnp.NPY_DOUBLE, 'float64', False)
+
+
+cdef inline double* results(cnp.ndarray array, Py_ssize_t count) except NULL:
+    return <double*> _checked(array, count, cnp.NPY_DOUBLE, 'float64', True)
+
+
+cdef inline long long* whole(cnp.ndarray array, Py_ssize_t count) except NULL:
+    return <long long*> _checked(array, count, cnp.NPY_INT64, 'int64', False)
+
+
+cdef inline long long* whole_results(cnp.ndarray array, Py_ssize_t count) except NULL:
+    return <long long*> _checked(array, count, cnp.NPY_INT64, 'int64', True)
+
+
+cdef inline unsigned char* octets(cnp.ndarray array, Py_ssize_t count) except NULL:
+    return <unsigned char*> _checked(array, count, cnp.NPY_UINT8, 'uint8', False)
+
+
+cdef inline double* scratch(Py_ssize_t count) except NULL:
+    cdef double* room = <double*> PyMem_RawMalloc(count * sizeof(double))
+    if room == NULL:
+        raise MemoryError()
+    return room
+
+
+cdef inline void give_back(double* room) noexcept nogil:
+    PyMem_RawFree(room)
+
+
+cdef extern from "Python.h":
+    ctypedef struct PyThreadState
+    PyThreadState* PyEval_SaveThread() nogil
+    void PyEval_RestoreThread(PyThreadState*) nogil
+
+
+cdef inline PyThreadState* let_go() noexcept nogil:
+    return PyEval_SaveThread()
+
+
+cdef inline void take_back(PyThreadState* lock) noexcept nogil:
+    PyEval_RestoreThread(lock)
+
+
+cdef inline double* after(double* numbers, Py_ssize_t place) noexcept nogil:
+    return numbers + place
+
+
+cdef inline long long* whole_after(long long* integers, Py_ssize_t place) noexcept nogil:
+    return integers + place
+
+
+cdef inline long long* as_whole(double* numbers) noexcept nogil:
+    return <long long*> numbers
+
+
+cdef inline int32_t* as_half_words(double* numbers) noexcept nogil:
+    return <int32_t*> numbers
+
+
+cdef inline unsigned char* as_octets(long long* integers) noexcept nogil:
+    return <unsigned char*> integers
+
+
+cdef inline double number_at(unsigned char* data, Py_ssize_t place) noexcept nogil:
+    cdef double number
+    memcpy(&number, data + place, sizeof(number))
+    return number
+
+
+cdef inline long long seconds_at(unsigned char* data, Py_ssize_t place) noexcept nogil:
+    cdef int32_t number
+    memcpy(&number, data + place, sizeof(number))
+    return number
+
+
+cdef inline long long nanoseconds_at(unsigned char* data, Py_ssize_t place) noexcept nogil:
+    cdef uint32_t number
+    memcpy(&number, data + place, sizeof(number))
+    return number

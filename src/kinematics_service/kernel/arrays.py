@@ -1,0 +1,181 @@
+"""
+How arrays are handed to the kernel: checked once, then read without any more checks.
+
+The compiled kernel has addresses where this source has flat views of the same arrays; what these
+functions are to it stands in arrays.pxd. Some read the bits of numbers as whole numbers, or the
+other way round.
+"""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
+Bytes = npt.NDArray[np.uint8]
+Vector = tuple[float, float, float]
+# Numbers in an array, or a few of them that a function has for itself.
+Numbers = Floats | list[float]
+
+
+def _flat(array: Any, count: int, kind: type, name: str, written: bool) -> Any:
+    fits = isinstance(array, np.ndarray) and array.dtype == kind and array.dtype.isnative
+    if not fits or not array.flags.carray and (written or not array.flags.c_contiguous):
+        raise TypeError(f'the kernel takes an array of {name} here, aligned and in C order')
+    if array.size < count:
+        raise TypeError('an array is shorter than the kernel needs it')
+    return array.reshape(-1)
+
+
+def size(array: npt.NDArray[Any]) -> int:
+    """
+    Return how many elements an array has.
+
+    """
+    if not isinstance(array, np.ndarray):
+        raise TypeError('the kernel takes arrays')
+    return array.size
+
+
+def extent(array: npt.NDArray[Any], axis: int) -> int:
+    """
+    Return how many elements an array has along an axis.
+
+    """
+    if not isinstance(array, np.ndarray) or array.ndim <= axis:
+        raise TypeError(f'the kernel takes an array of at least {axis + 1} dimensions here')
+    return array.shape[axis]
+
+
+def numbers(array: Floats, count: int) -> Floats:
+    """
+    Return the numbers of an array that has at least `count`.
+
+    """
+    return _flat(array, count, np.float64, 'float64', False)  # type: ignore[no-any-return]
+
+
+def results(array: Floats, count: int) -> Floats:
+    """
+    Return the numbers of an array that has at least `count`, to be written.
+
+    """
+    return _flat(array, count, np.float64, 'float64', True)  # type: ignore[no-any-return]
+
+
+def whole(array: Integers, count: int) -> Integers:
+    """
+    Return the whole numbers of an array that has at least `count`.
+
+    """
+    return _flat(array, count, np.int64, 'int64', False)  # type: ignore[no-any-return]
+
+
+def whole_results(array: Integers, count: int) -> Integers:
+    """
+    Return the whole numbers of an array that has at least `count`, to be written.
+
+    """
+    return _flat(array, count, np.int64, 'int64', True)  # type: ignore[no-any-return]
+
+
+def octets(array: Bytes, count: int) -> Bytes:
+    """
+    Return the bytes of an array that has at least `count`.
+
+    """
+    return _flat(array, count, np.uint8, 'uint8', False)  # type: ignore[no-any-return]
+
+
+def scratch(count: int) -> Floats:
+    """
+    Return room for numbers, to be given back.
+
+    """
+    return np.zeros(count)
+
+
+def give_back(room: Floats) -> None:
+    """
+    Give back what `scratch` returned.
+
+    """
+
+
+def let_go() -> object:
+    """
+    Let other threads have the interpreter's lock, until `take_back`.
+
+    """
+
+
+def take_back(lock: object) -> None:
+    """
+    Take the interpreter's lock, which `let_go` returned.
+
+    """
+
+
+def after(numbers: Floats, place: int) -> Floats:
+    """
+    Return the numbers from a place on.
+
+    """
+    return numbers[place:]
+
+
+def whole_after(integers: Integers, place: int) -> Integers:
+    """
+    Return the whole numbers from a place on.
+
+    """
+    return integers[place:]
+
+
+def as_whole(numbers: Floats) -> Integers:
+    """
+    Return the same bits as whole numbers.
+
+    """
+    return numbers.view(np.int64)
+
+
+def as_half_words(numbers: Floats) -> Any:
+    """
+    Return the same bits as whole numbers of 32 bits.
+
+    """
+    return numbers.view(np.int32)
+
+
+def as_octets(integers: Integers) -> Bytes:
+    """
+    Return the same bits as bytes.
+
+    """
+    return integers.view(np.uint8)
+
+
+def number_at(data: Bytes, place: int) -> float:
+    """
+    Return the double whose bytes begin at a place.
+
+    """
+    return float(data[place : place + 8].view(np.float64)[0])
+
+
+def seconds_at(data: Bytes, place: int) -> int:
+    """
+    Return the int32 whose bytes begin at a place.
+
+    """
+    return int(data[place : place + 4].view(np.int32)[0])
+
+
+def nanoseconds_at(data: Bytes, place: int) -> int:
+    """
+    Return the uint32 whose bytes begin at a place.
+
+    """
+    return int(data[place : place + 4].view(np.uint32)[0])

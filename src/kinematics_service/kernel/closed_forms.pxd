@@ -1,0 +1,52 @@
+cimport cython
+cimport numpy as cnp
+
+from . cimport arrays, places, roots, three_joints, vectors
+
+@cython.locals(k=int)
+cdef vectors.Triple _back(
+    double* screws, double* values, int count, vectors.Triple v
+) noexcept nogil
+@cython.locals(count=int)
+cdef int _circle_roots_or(
+    double A, double B, double C, double free, double* found
+) noexcept nogil
+@cython.locals(fifths='double[2]', fourth=double, ab=double, bc=double, count=int, i=int)
+cdef int _wrist(
+    double* screws, double* T, double* arm, double* free, double* found
+) noexcept nogil
+@cython.locals(
+    arms='double[24]', wrists='double[6]', arm='double[3]', count=int, i=int, j=int, k=int
+)
+cdef int _with_wrist(
+    double* screws, double* T, vectors.Triple point, double* free, double* found
+) noexcept nogil
+cdef int _first_joint(
+    double* screws, double* T, vectors.Triple point, double free, double* found
+) noexcept nogil
+cdef int _fifth_joint(
+    double* screws, vectors.Triple seen, double free, double* found
+) noexcept nogil
+@cython.locals(
+    thirds='double[2]', total=double, height=double, reach=double, second=double, count=int,
+    k=int,
+)
+cdef int _plane_arm(
+    double* screws, double* T, double first, double fifth, double sixth, double* free,
+    double* found,
+) noexcept nogil
+@cython.locals(
+    firsts='double[2]', fifths='double[2]', seen=vectors.Triple, sixth=double, count=int,
+    i=int, j=int,
+)
+cdef int _with_parallel_axes(
+    double* screws, double* T, vectors.Triple point, double* free, double* found
+) noexcept nogil
+cdef int candidates(
+    int way, double* screws, double* point, double* T, double* free, double* found
+) noexcept nogil
+@cython.locals(k=int)
+cpdef int inverse_candidates(
+    int way, cnp.ndarray screws, cnp.ndarray point, cnp.ndarray T, cnp.ndarray free,
+    cnp.ndarray found,
+) except -9

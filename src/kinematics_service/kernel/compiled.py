@@ -1,0 +1,89 @@
+"""
+Whether the kernel is compiled, and from which source.
+
+"""
+
+import hashlib
+import os
+import sys
+from collections.abc import Sequence
+from importlib.machinery import SOURCE_SUFFIXES, FileFinder, ModuleSpec, SourceFileLoader
+from pathlib import Path
+from types import ModuleType
+
+# Where it is set, to anything, the kernel's source runs as plain Python: for coverage, a debugger,
+# and as a second road to every number.
+VARIABLE = 'KINEMATICS_UNCOMPILED'
+_FOLDER = Path(__file__).parent
+
+
+class _SourceOnly:
+    # Finds the kernel's modules as source where compiled ones stand beside it.
+    def find_spec(
+        self, name: str, path: Sequence[str] | None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        if name.rpartition('.')[0] != __package__:
+            return None
+        return FileFinder(str(_FOLDER), (SourceFileLoader, SOURCE_SUFFIXES)).find_spec(name)
+
+
+def prefer_source_where_asked() -> None:
+    """
+    Let the kernel's modules be imported as plain Python where the environment asks for it.
+
+    """
+    if os.environ.get(VARIABLE):
+        sys.meta_path.insert(0, _SourceOnly())
+
+
+def source_hash() -> str:
+    """
+    Return the hash of the kernel's source as it is now.
+
+    """
+    files = sorted([*_FOLDER.glob('*.py'), *_FOLDER.glob('*.pxd')], key=lambda file: file.name)
+    return hashlib.sha256(b''.join(file.read_bytes() for file in files)).hexdigest()
+
+
+def is_compiled() -> bool:
+    """
+    Return whether the kernel runs compiled.
+
+    """
+    from .evaluation import source
+
+    return source() != b''
+
+
+def notice() -> str:
+    """
+    Return what is to be said of the kernel before work begins, with the command that mends it.
+
+    Empty where it is compiled from the source beside it, or was asked to run as plain Python.
+
+    """
+    from .evaluation import source
+
+    if os.environ.get(VARIABLE):
+        return (
+            f'the kernel runs as plain Python, since {VARIABLE} is set: hundreds of times slower'
+        )
+    built = source().decode()
+    if not built:
+        return (
+            'the kernel is not compiled and runs as plain Python, hundreds of times slower; '
+            'to compile it: python -m pip install --force-reinstall --no-deps '
+            f'{_where_from()}'
+        )
+    if built != source_hash():
+        return (
+            'the compiled kernel is older or newer than its source; to compile it again: '
+            f'python -m pip install --force-reinstall --no-deps {_where_from()}'
+        )
+    return ''
+
+
+def _where_from() -> str:
+    # The folder with setup.py where this runs from one.
+    clone = _FOLDER.parents[2]
+    return f'-e {clone}' if (clone / 'setup.py').exists() else 'kinematics_service'

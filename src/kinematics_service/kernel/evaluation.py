@@ -1,0 +1,189 @@
+"""
+Evaluation of joint positions, of one or of many, and quaternions of poses.
+
+"""
+
+import math
+
+from . import arrays, chain_pass, lanes, places
+from .arrays import Floats, Integers
+
+
+def source() -> bytes:
+    """
+    Return the hash of the source this was compiled from, nothing where it was not.
+
+    """
+    return places.SOURCE
+
+
+def evaluate(
+    integers: Integers, numbers: Floats, q: Floats, qdot: Floats, depth: int, rows: Floats
+) -> int:
+    """
+    Fill `rows` with pose, quaternion, Jacobian, twist and frames of each q: one pass a row.
+
+    Returns -1, or the index where it stopped: of the first q or qdot that is not finite, or too
+    large for finite results.
+
+    Parameters
+    ----------
+    integers, numbers
+        `Chain.integers` and `Chain.numbers`.
+    q, qdot : shape (N, n) and (N, n) or (1, n), rad or m, rad/s or m/s
+        One row of `qdot` serves every row of `q`.
+    depth
+        POSE, JACOBIAN (with the twist and the screws) or ALL_FRAMES.
+    rows : shape (N, width)
+        Results, in the base frame: pose 4 x 4 at POSE_AT, quaternion x y z w at QUATERNION_AT, J
+        (6, n) at JACOBIAN_AT, twist (6,) after it, the screws of the entries (6, entries) at
+        integers[SCREWS_AT], frames 4 x 4 each at integers[FRAMES_AT]. Rows of J and the twist:
+        vx vy vz wx wy wz of the tool's origin.
+
+    """
+    count = arrays.extent(q, 0)
+    of_chain = arrays.whole(integers, places.CHAIN_HEADER)
+    n = of_chain[places.JOINTS]
+    width = _width(of_chain, depth)
+    if (
+        arrays.extent(q, 1) != n
+        or arrays.extent(qdot, 1) != n
+        or arrays.extent(rows, 0) != count
+        or arrays.extent(rows, 1) < width
+    ):
+        raise TypeError('the arrays of an evaluation do not go together')
+    each = 0 if arrays.extent(qdot, 0) == 1 else n
+    constants = arrays.numbers(numbers, 1)
+    positions, rates = arrays.numbers(q, 0), arrays.numbers(qdot, count * each)
+    results = arrays.results(rows, 0)
+    lock = arrays.let_go()
+    stopped = _evaluate_rows(
+        of_chain, constants, count, positions, rates, each, depth, arrays.extent(rows, 1), results
+    )
+    arrays.take_back(lock)
+    return stopped
+
+
+def _width(integers: Integers, depth: int) -> int:
+    if depth >= places.ALL_FRAMES:
+        return integers[places.WIDTH]
+    return integers[places.FRAMES_AT] if depth == places.JACOBIAN else places.JACOBIAN_AT
+
+
+def _evaluate_rows(
+    integers: Integers,
+    numbers: Floats,
+    count: int,
+    q: Floats,
+    qdot: Floats,
+    each: int,
+    depth: int,
+    width: int,
+    rows: Floats,
+) -> int:
+    n = integers[places.JOINTS]
+    k = 0
+    while k < count:
+        q_k, qdot_k = arrays.after(q, k * n), arrays.after(qdot, k * each)
+        row = arrays.after(rows, k * width)
+        side_by_side = depth < places.ALL_FRAMES and count - k >= places.LANES
+        if side_by_side and lanes.evaluate_rows(
+            integers, numbers, q_k, qdot_k, each, depth, width, row
+        ):
+            k += places.LANES
+            continue
+        nothing = 0.0
+        for j in range(n):
+            nothing += 0.0 * q_k[j] + 0.0 * qdot_k[j]  # not a number where one is not finite
+        if nothing != 0.0 or not math.isfinite(
+            chain_pass.evaluate_row(integers, numbers, q_k, qdot_k, depth, row)
+        ):
+            return k
+        k += 1
+    return -1
+
+
+def evaluate_one(arm: Floats, q: Floats, qdot: Floats, row: Floats) -> int:
+    """
+    Fill one row as `evaluate` does, and after it q, qdot and, once more, the quaternion.
+
+    Returns -1; 0 where a number is not finite or too large; -2 where q or qdot is not n long.
+
+    Parameters
+    ----------
+    arm
+        As packed.pack returns it.
+    q, qdot : shape (n,) each
+        Joint positions and velocities.
+    row : shape (width + 2 n + ROW_TAIL,)
+        Its length says how much of it is filled: a depth of `evaluate`. Few arguments, because a
+        call spends as much on each of them as on a joint.
+
+    """
+    numbers = arrays.numbers(arm, places.ARM_HEADER)
+    n = chain_of(numbers)[places.JOINTS]
+    if arrays.size(q) != n or arrays.size(qdot) != n:
+        return -2
+    positions, rates = arrays.numbers(q, n), arrays.numbers(qdot, n)
+    tail = 2 * n + places.ROW_TAIL
+    result = arrays.results(row, places.JACOBIAN_AT + tail)
+    at = arrays.size(row) - tail
+    for j in range(n):
+        result[at + j] = positions[j]
+        result[at + n + j] = rates[j]
+    bad = evaluate_tail(numbers, result, at)
+    for i in range(places.ROW_TAIL):
+        result[at + 2 * n + i] = result[places.QUATERNION_AT + i]
+    return bad
+
+
+def chain_of(arm: Floats) -> Integers:
+    """
+    Return the whole numbers of the chain of an arm.
+
+    """
+    header = arrays.as_whole(arm)
+    return arrays.whole_after(header, header[places.CHAIN_INTEGERS_AT])
+
+
+def constants_of(arm: Floats) -> Floats:
+    """
+    Return the numbers of the chain of an arm.
+
+    """
+    return arrays.after(arm, arrays.as_whole(arm)[places.CHAIN_NUMBERS_AT])
+
+
+def evaluate_tail(arm: Floats, row: Floats, at: int) -> int:
+    """
+    Evaluate a row at the q and qdot that stand in it from `at` on, which is its width.
+
+    Returns -1, or 0 where a number is not finite or too large.
+
+    """
+    integers = chain_of(arm)
+    n = integers[places.JOINTS]
+    nothing = 0.0
+    for j in range(at, at + 2 * n):
+        nothing += 0.0 * row[j]  # not a number where one of them is not finite
+    depth = places.POSE
+    if at >= integers[places.WIDTH]:
+        depth = places.ALL_FRAMES
+    elif at >= integers[places.FRAMES_AT]:
+        depth = places.JACOBIAN
+    total = chain_pass.evaluate_row(
+        integers, constants_of(arm), arrays.after(row, at), arrays.after(row, at + n), depth, row
+    )
+    return -1 if math.isfinite(total + nothing) else 0
+
+
+def quaternions(poses: Floats, quaternions_xyzw: Floats) -> None:
+    """
+    Fill `quaternions_xyzw` (N, 4) with the unit quaternions, w >= 0, of poses (N, 4, 4).
+
+    """
+    count = arrays.extent(poses, 0)
+    motions = arrays.numbers(poses, 16 * count)
+    results = arrays.results(quaternions_xyzw, 4 * count)
+    for k in range(count):
+        chain_pass.write_quaternion(arrays.after(motions, 16 * k), results, 4 * k)

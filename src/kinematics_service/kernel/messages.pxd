@@ -1,0 +1,23 @@
+cimport cython
+cimport numpy as cnp
+
+from . cimport arrays, evaluation, joint_memory, judging, places
+
+@cython.locals(other='unsigned char', k=int)
+cdef bint _is_of_form(long long* form, unsigned char* data, int size) noexcept nogil
+cdef void _copy_numbers(
+    unsigned char* data, Py_ssize_t at, Py_ssize_t count, double* numbers
+) noexcept nogil
+@cython.locals(
+    size=Py_ssize_t, at=Py_ssize_t, stamp='long long', n=Py_ssize_t, width=Py_ssize_t,
+    count=Py_ssize_t, velocity_count=Py_ssize_t, said=int,
+)
+cpdef int observe_bytes(
+    cnp.ndarray arm, cnp.ndarray memory, cnp.ndarray form, cnp.ndarray data, long long arrival,
+    cnp.ndarray row, cnp.ndarray results, cnp.ndarray sheet,
+) except -9
+cpdef fill_sheet(cnp.ndarray sheet, long long stamp, cnp.ndarray row, cnp.ndarray results)
+@cython.locals(seconds='long long', nanoseconds='long long', stamps=int, count=int, k=int)
+cdef void _fill_sheet(
+    double* sheet, long long stamp, double* row, Py_ssize_t size, double* results
+) noexcept nogil

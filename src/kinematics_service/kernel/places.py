@@ -1,0 +1,194 @@
+"""
+Where things stand in the arrays of the kernel, and the numbers that others know of it, too.
+
+The compiled kernel has the same names and numbers from places.pxd.
+"""
+
+import math
+
+# Where things stand in Chain.integers.
+JOINTS, ELEMENTS, ENTRIES, FRAMES, ONE_TO_ONE, SCREWS_AT, FRAMES_AT, WIDTH = range(8)
+
+CHAIN_HEADER = 8
+
+# Poses of a batch that are evaluated side by side (lanes.py).
+LANES = 16
+
+# integers[ONE_TO_ONE]: entries and joints differ; entry k is joint k; and each has an element of
+# its own, with no more than a turn about x and a step along it up to the next one.
+MIXED, PLAIN, TWISTED = range(3)
+
+# Where things stand in a row of results.
+POSE_AT = 0
+QUATERNION_AT = 16
+JACOBIAN_AT = 20
+
+# How much of a row `evaluate` fills: each step includes the ones before it.
+POSE, JACOBIAN, ALL_FRAMES = range(3)
+
+# After the q (n) and qdot (n) of a row of one pose: its quaternion once more, with any sign.
+ROW_TAIL = 4
+
+# Task.integers
+ROWS, GENERIC_RANK, SQUARE = range(3)
+
+TASK_HEADER = 3
+
+# A row of measures: these scalars, then lost_direction (6), joint_motion (n), way_out (n), sigma.
+(
+    DETERMINANT,
+    MANIPULABILITY,
+    CONDITION_NUMBER,
+    SMALLEST_SINGULAR_VALUE,
+    DISTANCE,
+    RANK,
+    LOST_AT,
+) = range(7)
+
+# After the singular values, where thresholds and factors are known: the watched measure, its level
+# without hysteresis, the factor nearest to its zero; the distances of the factors in rad; value
+# and gradient of each.
+WATCHED, LEVEL, NEAREST, JUDGED = range(4)
+
+# An arm in one array (packed.py): these integers and numbers, then its parts.
+(
+    CHAIN_INTEGERS_AT,
+    CHAIN_NUMBERS_AT,
+    TASK_INTEGERS_AT,
+    TASK_NUMBERS_AT,
+    TAPE_STEPS,
+    TAPE_AT,
+    TAPE_NUMBERS_AT,
+    FACTORS,
+    FACTOR_ENDS_AT,
+    FACTORS_COMPLETE,
+    WATCHED_COLUMN,
+    WARN,
+    STOP,
+    ARM_HEADER,
+) = range(14)
+
+# The estimator's memory (joint_table.py): a header, then rows of n numbers or integers.
+TIMEOUT, VELOCITY_SOURCE, NEW_TOOL, LAST_QUATERNION = range(4)
+
+MEMORY_HEADER = 7
+
+(
+    POSITION,
+    BEFORE,
+    VELOCITY,
+    DIFFERENCED,
+    KNOWN,
+    STAMP,
+    STAMPED,
+    ARRIVAL,
+    WRAPS,
+    JUMP_COUNT,
+    JUMPS,
+) = range(11)
+
+JUMPS_KEPT = 16
+MEMORY_ROWS = 26
+
+# Where velocities come from: the message or else differences, the message only, differences only.
+AUTO, FROM_MESSAGE, FROM_DIFFERENCE = range(3)
+
+# What `observe` says of a message.
+(
+    SAID_WITHOUT_VELOCITIES,
+    SAID_WITH_VELOCITIES,
+    SAID_WITH_DIFFERENCES,
+    BAD_POSITION,
+    NOT_NEWER,
+    INCOMPLETE,
+    NOT_COMPUTABLE,
+) = range(7)
+
+# Added to it where the message was a new start.
+STARTED_ANEW = 16
+
+# What `observe_bytes` says of bytes it does not know: nothing was done.
+NOT_THIS_FORM = -1
+
+# A form (wire_form.py): where the stamp, positions and velocities stand in the bytes, how many of
+# each there are, how many bytes there are, where the pattern begins, and, written by the call, the
+# stamp in ns; then a layout; then the pattern: the bytes that select what must not change, and
+# what stands there.
+(
+    FORM_STAMP,
+    FORM_POSITIONS,
+    FORM_VELOCITIES,
+    FORM_COUNT,
+    FORM_VELOCITY_COUNT,
+    FORM_BYTES,
+    FORM_PATTERN,
+    FORM_NOW,
+    FORM_HEADER,
+) = range(9)
+
+# What a stamp's seconds can hold in a message: int32.
+LARGEST_SECOND = 2**31 - 1
+# Beyond all stamps that an int32 of seconds can make, ns.
+LARGEST_STAMP = 2**62
+
+# Operations of a factor's tape (factors.py): operands are earlier steps, or a joint.
+(
+    CONSTANT,
+    JOINT,
+    SUM,
+    DIFFERENCE,
+    PRODUCT,
+    QUOTIENT,
+    NEGATIVE,
+    SINE,
+    COSINE,
+    SQUARE_ROOT,
+    ARC_TANGENT,
+) = range(11)
+
+# Ways to the candidates (inverse/plan.py): what is asked of `inverse_candidates`.
+POSITION_3, SPHERICAL_WRIST, PARALLEL_AXES = range(3)
+
+# Most candidates there can be: 2 x 4 of three joints, doubled by a wrist.
+MOST_CANDIDATES = 32
+
+# Aim (inverse/aim.py), 31 numbers: the target 4 x 4; the rotation of the axes the rows are in
+# (3 x 3); six weights of the rows (1, the length for angular rows, 0 for rows not asked for).
+AIM_AXES = 16
+AIM_WEIGHTS = 25
+AIM_SIZE = 31
+
+# What `take_aim` says of a target.
+FINE, NOT_FINE, NOT_RIGID, ROUGH = range(4)
+
+# What is said of a solution: what it misses by (m), the distance to the nearest limit, its last
+# pivot (`pivots`), and from here on a joint each: 1 where it is beyond its limits.
+MISSES, MARGIN, SHARE, BEYOND_AT = range(4)
+
+# Servo settings (inverse/servo.py), and what a step reports.
+LARGEST_DAMPING, DAMPED_BELOW, LENGTH, HORIZON = range(4)
+
+DAMPING, LEAST_SINGULAR_VALUE, SHORTENED, SLOWEST = range(4)
+
+# Steps at most of a refinement that starts anywhere, and of one that starts at a candidate.
+FAR_STEPS = 80
+NEAR_STEPS = 40
+
+# Up to here the number of quarter turns has 17 bits, and its product with a part is exact.
+LARGEST_REDUCED = 1e5
+# A singular value below this share of the largest counts as zero (rank, distance).
+# Round-off of J is some 1e-15; the golden data uses the same share.
+RANK_TOLERANCE = 1e-10
+# At 1e15 rad neighbouring doubles are an eighth of a turn apart: such a number says nothing.
+LARGEST = 1e15
+# Beyond a limit by less is at the limit: what the last digits of a solution do (rad, m).
+AT_LIMIT = 1e-9
+# Damping at first of a refinement that starts anywhere.
+FAR_DAMPING = 1e-3
+# Solutions nearer than this (rad, scaled) are one.
+SAME_SOLUTION = 1e-8
+PI = math.pi
+TAU = math.tau
+NAN, INFINITY = math.nan, math.inf
+# The hash of the source that was compiled: none, as this is read where it was not.
+SOURCE = b''

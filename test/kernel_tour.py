@@ -1,0 +1,246 @@
+"""
+A tour of the library that calls every function of the kernel, each call's numbers hashed.
+
+    python test/kernel_tour.py [robot ...]
+
+prints a line for each robot and function: two machines, two Pythons, or the compiled kernel and
+its source run by plain Python agree to the last bit where their lines are equal.
+"""
+
+import contextlib
+import hashlib
+import sys
+from collections import Counter
+
+import numpy as np
+
+import kinematics_service as ks
+from kinematics_service import kernel
+from kinematics_service.estimator import Estimator, EstimatorSettings
+from kinematics_service.inverse.aim import aim_at
+from kinematics_service.inverse.plan import plan_for
+from kinematics_service.inverse.search import PROVED
+from kinematics_service.joint_sample import JointSample
+from kinematics_service.robot import Robot
+from kinematics_service.task import ROW_NAMES
+from kinematics_service.wire_form import WireForm
+
+SECOND = 1_000_000_000
+# More poses than are evaluated side by side.
+POSES, MESSAGES = kernel.LANES + 2, 12
+SINGLY = 4  # of them so many also one by one
+# Arms whose inverse kinematics is asked for: three joints, each closed form, a search, a redundant
+# one. Plain Python takes seconds for each.
+SOLVED = ('craig_3r', 'puma560', 'ur5e', 'scara_hsr065', 'panda')
+# How it is built; and details, which have tests of their own.
+NOT_PART_OF_IT = {
+    *('is_compiled', 'notice', 'prefer_source_where_asked', 'sine_and_cosine'),
+    *('decompose', 'determinant_of', 'shortest_angle'),
+}
+
+
+def functions():
+    """Return the names of the kernel's public functions."""
+    return {
+        name
+        for name, value in vars(kernel).items()
+        if callable(value)
+        and not name.startswith('_')
+        and not isinstance(value, type)
+        and str(getattr(value, '__module__', '')).startswith(kernel.__name__)
+    } - NOT_PART_OF_IT
+
+
+class Record:
+    """Every call of the kernel from outside, with what it left in its arrays and returned."""
+
+    def __init__(self):
+        self.hashes, self.calls = {}, Counter()
+        self._inside = False
+
+    def wrapped(self, name, function):
+        def call(*arguments):
+            if self._inside:
+                return function(*arguments)
+            self._inside = True
+            try:
+                result = function(*arguments)
+            finally:
+                self._inside = False
+            digest = self.hashes.setdefault(name, hashlib.sha256())
+            for argument in (*arguments, result):
+                if isinstance(argument, np.ndarray):
+                    digest.update(argument.tobytes())
+                else:
+                    digest.update(repr(np.array(argument).tolist()).encode())
+            self.calls[name] += 1
+            return result
+
+        return call
+
+    @contextlib.contextmanager
+    def running(self):
+        """Record while this lasts; new arrays are zeros, so that what is not filled is equal."""
+        before = {name: getattr(kernel, name) for name in functions()}
+        empty, np.empty = np.empty, np.zeros
+        for name, function in before.items():
+            setattr(kernel, name, self.wrapped(name, function))
+        try:
+            yield
+        finally:
+            np.empty = empty
+            for name, function in before.items():
+                setattr(kernel, name, function)
+
+
+def poses_and_measures(robot: Robot, random: np.random.Generator):
+    q = random.uniform(-9, 9, (POSES, robot.dof))
+    q[0], q[1] = 0.0, np.pi / 2
+    qdot = random.normal(size=q.shape)
+    batch = ks.evaluate(robot, q, qdot, depth=kernel.ALL_FRAMES)
+    with np.errstate(all='ignore'):
+        ks.evaluate(robot, q, qdot)
+        ks.forward_kinematics(robot, q)
+        ks.singularity(robot, q[:SINGLY], qdot[:SINGLY])
+        for k in range(SINGLY):
+            state = ks.evaluate(robot, q[k], qdot[k])
+            kernel.measure_one(robot.packed, state.row, np.empty(robot.measure_places.width))
+            ks.singularity(robot, q[k], qdot[k])
+            ks.evaluate(robot, q[k], measured=True)
+            ks.forward_kinematics(robot, q[k])
+        if robot.factors:
+            robot.factors.evaluate(q[:SINGLY])
+    kernel.quaternions(
+        batch.link_frames.reshape(-1, 4, 4), np.empty((q.shape[0] * robot.chain.frames, 4))
+    )
+
+
+def messages(robot: Robot, random: np.random.Generator, source: str):
+    estimator = Estimator(robot, EstimatorSettings(velocity_source=source))
+    names, stamp = robot.joint_names, 1000 * SECOND
+    q = random.uniform(-3, 3, robot.dof)
+    for k in range(MESSAGES):
+        q = q + random.normal(scale=0.1, size=q.size)
+        rates = random.normal(size=q.size) if k % 3 else ()
+        stamp += (10_000_000, 7, 0, -3_000_000, -5 * SECOND)[k % 5 if k > 4 else 0]
+        said = 0 if k == 7 else stamp
+        ours = names[: len(names) // 2] if k == 9 else names
+        numbers = q[: len(ours)].copy()
+        if k == 10:
+            numbers[0] = np.nan
+        rates = rates[: len(ours)]
+        sample = JointSample(ours, numbers, rates, said, said or stamp, stamp)
+        estimator.take(sample, kernel.JACOBIAN if k % 2 else kernel.ALL_FRAMES)
+
+
+def bytes_of_messages(robot: Robot, random: np.random.Generator):
+    estimator, n = Estimator(robot, EstimatorSettings()), robot.dof
+    places = (8, 16, 16 + 8 * n, 16 + 16 * n)  # of stamp, positions, velocities; the end
+    selected = np.zeros(places[3], np.uint8)
+    selected[:8] = 255
+    still = np.zeros(places[3], np.uint8)
+    still[:8] = np.frombuffer(b'ourbytes', np.uint8)
+    form = WireForm(
+        robot.joint_names, places[3], *places[:3], n, np.concatenate([selected, still])
+    )
+    row = robot.chain.single_widths[kernel.ALL_FRAMES]
+    sheet = np.zeros(20)
+    whole = sheet.view(np.int64)
+    # One stamp, three numbers: of the row, and of the measures beyond its end.
+    whole[:9] = (1, 3, 2 * 12, 3, 7, row + kernel.DISTANCE, 13, 14, 15)
+    for k in range(MESSAGES):
+        stamp = np.array([1000 + k % 7, 5 * k], np.uint32)
+        numbers = random.uniform(-3, 3, 2 * n)
+        if k == 5:
+            numbers[0] = np.inf
+        data = still[:8].tobytes() + stamp.tobytes() + numbers.tobytes()
+        with np.errstate(all='ignore'):
+            estimator.take_bytes(form, data, SECOND * k, sheet=sheet)
+        estimator.take_bytes(form, b'O' + data[1:], SECOND * k)
+    answer = ks.evaluate(robot, np.full(n, 0.3), measured=True, depth=kernel.ALL_FRAMES)
+    for stamp in (0, 5 * SECOND + 3, -1, 2**62):
+        kernel.fill_sheet(sheet, stamp, answer.row, answer.measures)
+
+
+def targets(robot: Robot, random: np.random.Generator):
+    for k in range(2):
+        q = random.uniform(np.maximum(robot.limits[:, 0], -2), np.minimum(robot.limits[:, 1], 2))
+        if k == 0:
+            q *= 0.0
+        state = ks.evaluate(robot, q, q)
+        far = state.pose.copy()
+        far[:3, 3] += 1e3
+        ks.inverse_kinematics(robot, state.pose)
+        ks.inverse_kinematics(robot, state.pose, near=q, all_solutions=False)
+        ks.inverse_kinematics(robot, state.pose[:3, 3], rows=('x', 'y', 'z'), all_solutions=False)
+        if k == 1:
+            ks.inverse_kinematics(robot, far)
+        ks.joint_velocity(robot, state, state.twist)
+        ks.joint_velocity(robot, state, 1e3 * random.normal(size=6), frame='tool')
+        # What a search finds: the same solution twice, and one nearby.
+        found = np.array([q, q + 2 * np.pi, q + 0.1])
+        errors = np.array([0.0, 0.1, 0.2]) * PROVED
+        plan = plan_for(robot, ROW_NAMES)
+        kernel.distinct(
+            robot.chain.integers,
+            robot.chain.numbers,
+            aim_at(robot, state.pose).numbers,
+            plan.scales,
+            plan.periods,
+            PROVED,
+            found,
+            errors,
+            *np.zeros((2, 3), np.int64),
+        )
+
+
+def details(random: np.random.Generator):
+    # What the tour above has no need for.
+    screws = random.normal(size=(6, 7))
+    screws[:, 6] = 0.0
+    screws[:, :3] /= np.linalg.norm(screws[:, :3], axis=1)[:, None]
+    T = ks.forward_kinematics(ks.load_robot('ur5e'), random.normal(size=6))
+    kernel.off_rotation(T)
+    for way in (kernel.POSITION_3, kernel.SPHERICAL_WRIST, kernel.PARALLEL_AXES):
+        for slides in (0.0, 1.0):
+            table = screws.copy()
+            if way == kernel.PARALLEL_AXES:
+                table[2:4, :3] = table[1, :3]
+            else:
+                table[2, 6] = slides
+            k = 3 if way == kernel.POSITION_3 else 6
+            found = np.zeros((kernel.MOST_CANDIDATES, k))
+            kernel.inverse_candidates(
+                way, table[:k].copy(), table[5, 3:6].copy(), T, np.zeros(k), found
+            )
+
+
+def visit(robot: Robot):
+    random = np.random.default_rng(7)
+    details(random)
+    poses_and_measures(robot, random)
+    for source in ('auto', 'message', 'difference'):
+        messages(robot, random, source)
+    bytes_of_messages(robot, random)
+    if robot.name in SOLVED:
+        targets(robot, random)
+
+
+def tour(robots):
+    """Yield robot, function, number of calls, sha256 of all their numbers."""
+    for name in robots:
+        robot = ks.load_robot(name)
+        record = Record()
+        with record.running():
+            visit(robot)
+        for function, digest in sorted(record.hashes.items()):
+            yield name, function, record.calls[function], digest.hexdigest()
+
+
+def main():
+    for line in tour(sys.argv[1:] or sorted(ks.bundled_robots())):
+        print(*line)
+
+
+if __name__ == '__main__':
+    main()
