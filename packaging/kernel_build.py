@@ -55,16 +55,15 @@ def extension_modules() -> list[Extension]:
             [str(types.with_suffix('.py'))],
             include_dirs=[numpy.get_include()],
             extra_compile_args=OPTIONS,
-            define_macros=[
-                ('NPY_NO_DEPRECATED_API', 'NPY_1_7_API_VERSION'),
-                ('KINEMATICS_SOURCE', f'"{source_hash(FOLDER)}"'),
-            ],
-            # All know the hash of all.
-            depends=sources,
+            define_macros=[('NPY_NO_DEPRECATED_API', 'NPY_1_7_API_VERSION')],
         )
         for types in sorted(FOLDER.glob('*.pxd'))
         if types.stem not in INCLUDED
     ]
+    for extension in extensions:
+        if extension.name.endswith('.origin'):
+            extension.define_macros.append(('KINEMATICS_SOURCE', f'"{source_hash(FOLDER)}"'))
+            extension.depends = sources
     # colcon reads what setup.py prints.
     said = io.StringIO()
     try:

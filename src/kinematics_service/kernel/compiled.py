@@ -50,7 +50,7 @@ def is_compiled() -> bool:
     Return whether the kernel runs compiled.
 
     """
-    from .evaluation import source
+    from .origin import source
 
     return source() != b''
 
@@ -62,7 +62,7 @@ def notice() -> str:
     Empty where it is compiled from the source beside it, or was asked to run as plain Python.
 
     """
-    from .evaluation import source
+    from .origin import source
 
     if os.environ.get(VARIABLE):
         return (

@@ -4,7 +4,6 @@ from libc cimport math
 
 from . cimport arrays, chain_pass, lanes, places
 
-cpdef bytes source()
 @cython.locals(
     of_chain='long long*', constants='double*', positions='double*', rates='double*',
     results='double*', count=Py_ssize_t, n=Py_ssize_t, each=Py_ssize_t, stopped=Py_ssize_t,

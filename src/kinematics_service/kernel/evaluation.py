@@ -9,14 +9,6 @@ from . import arrays, chain_pass, lanes, places
 from .arrays import Floats, Integers
 
 
-def source() -> bytes:
-    """
-    Return the hash of the source this was compiled from, nothing where it was not.
-
-    """
-    return places.SOURCE
-
-
 def evaluate(
     integers: Integers, numbers: Floats, q: Floats, qdot: Floats, depth: int, rows: Floats
 ) -> int:

@@ -1,0 +1,3 @@
+from . cimport places
+
+cpdef bytes source()

@@ -1,0 +1,14 @@
+"""
+What the compiled kernel was made from: the only module that is compiled anew with every change.
+
+"""
+
+from . import places
+
+
+def source() -> bytes:
+    """
+    Return the hash of the source this was compiled from, nothing where it was not.
+
+    """
+    return places.SOURCE
