@@ -75,7 +75,6 @@ setup(
         'sympy>=1.12',
         'ruamel.yaml>=0.18',
         'PyYAML>=6',
-        'pydantic>=2.6',
         'typer>=0.15',
         'rich>=13',
     ],

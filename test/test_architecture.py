@@ -52,10 +52,6 @@ RULES = {
         one_of('ruamel', 'yaml'),
         lambda file: file in ('yaml_reader.py', 'robot_file_writer.py', 'audit/plan_yaml.py'),
     ),
-    'pydantic': (
-        one_of('pydantic', 'pydantic_core'),
-        lambda file: file in ('robot_schema.py', 'entries.py'),
-    ),
     'matplotlib': (one_of('matplotlib'), lambda file: 'plot' in file),
     'the viewer': (one_of('viser', 'trimesh'), lambda file: 'view' in file),
     'XML': (
@@ -162,4 +158,4 @@ def test_the_library_needs_neither_ros_nor_sympy_nor_matplotlib():
 
 def test_importing_the_package_alone_loads_nothing_heavy():
     loaded = modules_after('import kinematics_service')
-    assert not loaded & {'numpy', 'pydantic', 'ruamel', 'sympy', 'rclpy'}
+    assert not loaded & {'numpy', 'ruamel', 'sympy', 'rclpy'}

@@ -1,5 +1,5 @@
 """
-Entries of a robot file: mappings whose keys and kinds of values are known, checked by pydantic.
+Entries of a robot file: mappings whose keys and kinds of values are known.
 
 Every value arrives as the text the user wrote (`ScalarNode`), so nothing is converted on the
 way: `true` never becomes 1.0. What is missing or has been refused is None in an entry.
@@ -7,11 +7,10 @@ way: `true` never becomes 1.0. What is missing or has been refused is None in an
 
 import difflib
 import re
-from collections.abc import Callable, Mapping
-from typing import Annotated, Any, ClassVar, TypeVar
-
-from pydantic import BaseModel, BeforeValidator, ConfigDict, PlainValidator, ValidationError
-from pydantic_core import PydanticCustomError
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, fields
+from keyword import iskeyword
+from typing import Annotated, Any, ClassVar, NamedTuple, TypeVar, get_type_hints
 
 from .fault_report import MAX_FAULTS, FaultReport, quoted, shown
 from .yaml_document import Path, ScalarNode
@@ -20,18 +19,27 @@ NULL = re.compile(r'~|null|Null|NULL|')
 TRUTH = re.compile(r'true|True|TRUE|false|False|FALSE')
 
 
-def _wrong(message: str, meant: str | None = None) -> PydanticCustomError:
-    # The message is an argument, not the template: it may hold braces of the user's.
-    return PydanticCustomError('robot_file', '{message}', {'message': message, 'meant': meant})
+Check = Callable[[Any], Any]
+
+
+class WrongValue(Exception):
+    """
+    A value is refused: why, and the word that was most likely meant.
+
+    """
+
+    def __init__(self, message: str, meant: str | None = None) -> None:
+        super().__init__(message)
+        self.meant = meant
 
 
 def _scalar(value: Any, wanted: str) -> ScalarNode:
     if not isinstance(value, ScalarNode):
-        raise _wrong(f'expected {wanted}, not {shown(value)}')
+        raise WrongValue(f'expected {wanted}, not {shown(value)}')
     if not value.quoted and NULL.fullmatch(value.text):
-        raise _wrong(f'has no value: expected {wanted}')
+        raise WrongValue(f'has no value: expected {wanted}')
     if not value.quoted and TRUTH.fullmatch(value.text):
-        raise _wrong(f"expected {wanted}, not the truth value '{value.text}'")
+        raise WrongValue(f"expected {wanted}, not the truth value '{value.text}'")
     return value
 
 
@@ -42,11 +50,11 @@ LONGEST_NAME, LONGEST_CITATION = 256, 2000
 def _text(value: Any, longest: int) -> str:
     text = _scalar(value, 'a text').text
     if not text:
-        raise _wrong('is empty: expected a text')
+        raise WrongValue('is empty: expected a text')
     if not text.isprintable():
-        raise _wrong(f'expected a text without control characters, not {quoted(text)}')
+        raise WrongValue(f'expected a text without control characters, not {quoted(text)}')
     if len(text) > longest:
-        raise _wrong(f'too long: {len(text)} characters (at most {longest})')
+        raise WrongValue(f'too long: {len(text)} characters (at most {longest})')
     return text
 
 
@@ -65,21 +73,21 @@ def _number(value: Any) -> str:
 def _truth(value: Any) -> bool:
     if isinstance(value, ScalarNode) and not value.quoted and TRUTH.fullmatch(value.text):
         return value.text.lower() == 'true'
-    raise _wrong(f'expected true or false, not {shown(value)}')
+    raise WrongValue(f'expected true or false, not {shown(value)}')
 
 
-def _listed(length: int | None, wanted: str) -> Callable[[Any], Any]:
+def _listed(length: int | None, wanted: str) -> Check:
     def check(value: Any) -> Any:
         if not isinstance(value, list):
-            raise _wrong(f'expected {wanted}, not {shown(value)}')
+            raise WrongValue(f'expected {wanted}, not {shown(value)}')
         if length is not None and len(value) != length:
-            raise _wrong(f'expected {wanted}, not {len(value)}')
+            raise WrongValue(f'expected {wanted}, not {len(value)}')
         return value
 
     return check
 
 
-def one_of(*accepted: str, also: Mapping[str, str] | None = None) -> PlainValidator:
+def one_of(*accepted: str, also: Mapping[str, str] | None = None) -> Check:
     """
     Accept one of a few words; `also` has other words people use for them, to suggest the right.
 
@@ -89,10 +97,12 @@ def one_of(*accepted: str, also: Mapping[str, str] | None = None) -> PlainValida
         text = _scalar(value, ' or '.join(accepted)).text
         if text not in accepted:
             meant = meant_by(text, accepted, also)
-            raise _wrong(f'unknown {quoted(text)}{did_you_mean(meant)}{choice(accepted)}', meant)
+            raise WrongValue(
+                f'unknown {quoted(text)}{did_you_mean(meant)}{choice(accepted)}', meant
+            )
         return text
 
-    return PlainValidator(check)
+    return check
 
 
 def meant_by(
@@ -129,23 +139,24 @@ def choice(accepted: tuple[str, ...]) -> str:
     return f' (accepted: {", ".join(accepted)})'
 
 
-Word = Annotated[str | None, PlainValidator(_word)]
-Citation = Annotated[str | None, PlainValidator(_citation)]
-Number = Annotated[str | None, PlainValidator(_number)]
-Truth = Annotated[bool | None, PlainValidator(_truth)]
-Numbers = Annotated[list[Number], BeforeValidator(_listed(None, 'a list of numbers'))]
-Pair = Annotated[list[Number], BeforeValidator(_listed(2, 'two numbers, [lower, upper]'))]
-Triple = Annotated[list[Number], BeforeValidator(_listed(3, 'three numbers'))]
-Words = Annotated[list[Word], BeforeValidator(_listed(None, 'a list of words'))]
+# What a value must be, and for a list what each of its items must be.
+Word = Annotated[str | None, _word]
+Citation = Annotated[str | None, _citation]
+Number = Annotated[str | None, _number]
+Truth = Annotated[bool | None, _truth]
+Numbers = Annotated[list[str | None] | None, _listed(None, 'a list of numbers'), _number]
+Pair = Annotated[list[str | None] | None, _listed(2, 'two numbers, [lower, upper]'), _number]
+Triple = Annotated[list[str | None] | None, _listed(3, 'three numbers'), _number]
+Words = Annotated[list[str | None] | None, _listed(None, 'a list of words'), _word]
 
 
-class Entry(BaseModel):
+@dataclass(frozen=True)
+class Entry:
     """
-    A mapping of the file.
+    A mapping of the file: the attributes are its keys, an underscore behind a word of Python's.
 
     """
 
-    model_config = ConfigDict(extra='forbid', frozen=True)
     noun: ClassVar[str] = 'an entry'
     required: ClassVar[tuple[str, ...]] = ()
     also: ClassVar[Mapping[str, str]] = {}  # what people call its keys
@@ -156,7 +167,48 @@ class Entry(BaseModel):
         Return the accepted keys as the file writes them.
 
         """
-        return tuple(field.alias or name for name, field in cls.model_fields.items())
+        return tuple(_checks(cls))
+
+
+def _checks(kind: type[Entry]) -> dict[str, tuple[Check, ...]]:
+    # By key.
+    if kind not in _CHECKS:
+        hints = get_type_hints(kind, include_extras=True)
+        _CHECKS[kind] = {
+            field.name.rstrip('_'): getattr(hints[field.name], '__metadata__', ())
+            for field in fields(kind)
+        }
+    return _CHECKS[kind]
+
+
+_CHECKS: dict[type[Entry], dict[str, tuple[Check, ...]]] = {}
+
+
+class _Refusal(NamedTuple):
+    # Where in the entry, why, and what was most likely meant.
+    place: Path
+    message: str
+    meant: str | None
+
+
+def _refusals(checks: tuple[Check, ...], value: Any, place: Path) -> Iterator[_Refusal]:
+    for whole, *each in (checks,) if checks else ():
+        try:
+            whole(value)
+        except WrongValue as wrong:
+            yield _Refusal(place, str(wrong), wrong.meant)
+            return
+        for index, item in enumerate(value if each else ()):
+            yield from _refusals(tuple(each), item, (*place, index))
+
+
+def _read(checks: tuple[Check, ...], value: Any) -> Any:
+    # A value without refusals.
+    if not checks:
+        return value
+    whole, *each = checks
+    result = whole(value)
+    return [_read(tuple(each), item) for item in result] if each else result
 
 
 EntryType = TypeVar('EntryType', bound=Entry)
@@ -170,42 +222,43 @@ def checked(kind: type[EntryType], data: Any, path: Path, report: FaultReport) -
     as if that stood there: one slip is one fault, and what it stands for is judged too.
 
     """
-    keys = kind.keys()
+    checks, keys = _checks(kind), kind.keys()
     if not isinstance(data, dict):
         wanted = f'{{{", ".join(keys)}}}'
         report.fault(path, f'expected {kind.noun} as a mapping {wanted}, not {shown(data)}')
         return kind()
     # Of a file with thousands of unknown keys only the listed ones are worth a guess.
-    unknown = [key for key in data if key not in keys][:MAX_FAULTS]
-    renamed = {} if report.full else {key: meant_by(key, keys, kind.also) for key in unknown}
+    unknown = [key for key in data if key not in checks]
+    renamed = {} if report.full else _renamed(unknown[:MAX_FAULTS], keys, kind)
     for key in kind.required:
         if key not in data and key not in renamed.values():
             needed = ', '.join(kind.required)
             report.fault(path, f'the key {key!r} is missing ({kind.noun} needs: {needed})')
-    try:
-        return kind.model_validate(data)
-    except ValidationError as error:
-        broken = set()
-        repaired: dict[str, Any] = {}
-        for detail in error.errors(include_url=False, include_input=False):
-            place = detail['loc']
-            broken.add(place[0])
-            if detail['type'] == 'extra_forbidden':
-                key = str(place[0])
-                meant = renamed.get(key)
-                message = f'unknown key{did_you_mean(meant)}{choice(keys)}'
-                if meant and meant not in data:
-                    repaired[meant] = data[key]
-            else:
-                message = detail['msg']
-                if len(place) == 1 and (word := detail.get('ctx', {}).get('meant')):
-                    repaired[str(place[0])] = ScalarNode(word, 0, quoted=False)
-            report.fault((*path, *place), message)
-    intact = {key: data[key] for key in data if key not in broken}
-    try:
-        return kind.model_validate({**intact, **repaired})
-    except ValidationError:
-        return kind.model_validate(intact)
+    meant: dict[str, Any] = {}
+    intact = {}
+    for key in keys:
+        if key not in data:
+            continue
+        refusals = list(_refusals(checks[key], data[key], (key,)))
+        if not refusals:
+            intact[key] = data[key]
+        for refusal in refusals:
+            report.fault((*path, *refusal.place), refusal.message)
+            if refusal.meant and len(refusal.place) == 1:
+                meant[key] = ScalarNode(refusal.meant, 0, quoted=False)
+    for key in unknown:
+        word = renamed.get(key)
+        report.fault((*path, key), f'unknown key{did_you_mean(word)}{choice(keys)}')
+        if word and word not in data and not any(_refusals(checks[word], data[key], ())):
+            meant[word] = data[key]
+    values = {key: _read(checks[key], value) for key, value in {**intact, **meant}.items()}
+    return kind(**{f'{key}_' if iskeyword(key) else key: value for key, value in values.items()})
+
+
+def _renamed(
+    unknown: list[str], keys: tuple[str, ...], kind: type[Entry]
+) -> dict[str, str | None]:
+    return {key: meant_by(key, keys, kind.also) for key in unknown}
 
 
 def checked_number(data: Any, path: Path, report: FaultReport) -> str | None:
@@ -237,9 +290,9 @@ def checked_list(
     return result if isinstance(result, list) else []
 
 
-def _reported(check: Callable[[Any], Any], data: Any, path: Path, report: FaultReport) -> Any:
+def _reported(check: Check, data: Any, path: Path, report: FaultReport) -> Any:
     try:
         return check(data)
-    except PydanticCustomError as error:
-        report.fault(path, error.message())
+    except WrongValue as wrong:
+        report.fault(path, str(wrong))
         return None

@@ -163,8 +163,8 @@ def _shape_row(data: Any, path: Path, quantities: Quantities) -> ShapeRow | None
     joint = None
     if entry.joint is not None:
         joint = _elementary_motion(entry.joint, (*path, 'joint'), quantities)
-    inner = read_motion(entry.inner, (*path, 'in'), quantities)
-    outer = read_motion(entry.outer, (*path, 'out'), quantities)
+    inner = read_motion(entry.in_, (*path, 'in'), quantities)
+    outer = read_motion(entry.out, (*path, 'out'), quantities)
     if inner is None or outer is None or report.fault_count > before:
         return None
     return ShapeRow(inner, joint, outer)

@@ -4,9 +4,8 @@ The shape of a robot file: which keys stand where, and which of them are texts, 
 What is missing or has been refused is None in an entry.
 """
 
+from dataclasses import dataclass
 from typing import Annotated, Any
-
-from pydantic import Field
 
 from .entries import Citation, Entry, Number, Numbers, Pair, Triple, Truth, Word, Words, one_of
 
@@ -45,6 +44,7 @@ POSE_KEYS = {
 }
 
 
+@dataclass(frozen=True)
 class RobotEntry(Entry):
     """
     The file itself; what lies deeper is looked at part by part.
@@ -76,6 +76,7 @@ class RobotEntry(Entry):
     known_poses: Any = None
 
 
+@dataclass(frozen=True)
 class UnitsEntry(Entry):
     """
     The units of every number in the file.
@@ -88,6 +89,7 @@ class UnitsEntry(Entry):
     length: Annotated[str | None, one_of('m', 'mm', also=LENGTHS)] = None
 
 
+@dataclass(frozen=True)
 class JointEntry(Entry):
     """
     One actuated joint.
@@ -112,11 +114,12 @@ class JointEntry(Entry):
     type: Annotated[str | None, one_of('revolute', 'prismatic', 'helical', also=JOINT_TYPES)] = (
         None
     )
-    limits: Pair | None = None
+    limits: Pair = None
     velocity: Number = None
     unused: Truth = None
 
 
+@dataclass(frozen=True)
 class DhRowEntry(Entry):
     """
     One row of a Denavit-Hartenberg table, standard or modified.
@@ -133,6 +136,7 @@ class DhRowEntry(Entry):
     theta: Number = None
 
 
+@dataclass(frozen=True)
 class ShapeRowEntry(Entry):
     """
     One row of a Sheth-Uicker table.
@@ -142,11 +146,12 @@ class ShapeRowEntry(Entry):
     noun = 'a row of the table'
     also = {'input': 'in', 'output': 'out'}
 
-    inner: Any = Field(None, alias='in')
+    in_: Any = None
     joint: Word = None
-    outer: Any = Field(None, alias='out')
+    out: Any = None
 
 
+@dataclass(frozen=True)
 class PoseEntry(Entry):
     """
     A pose instead of a matrix.
@@ -156,10 +161,11 @@ class PoseEntry(Entry):
     noun = 'a pose'
     also = POSE_KEYS
 
-    xyz: Triple | None = None
-    rpy: Triple | None = None
+    xyz: Triple = None
+    rpy: Triple = None
 
 
+@dataclass(frozen=True)
 class PlacementEntry(PoseEntry):
     """
     The base or the tool.
@@ -172,6 +178,7 @@ class PlacementEntry(PoseEntry):
     frame: Word = None
 
 
+@dataclass(frozen=True)
 class ToleranceEntry(Entry):
     """
     How exact a known pose is.
@@ -184,6 +191,7 @@ class ToleranceEntry(Entry):
     rpy: Number = None
 
 
+@dataclass(frozen=True)
 class KnownPoseEntry(PoseEntry):
     """
     A joint vector and where the tool then is.
@@ -194,10 +202,11 @@ class KnownPoseEntry(PoseEntry):
     required = ('q', 'xyz')
     also = {**POSE_KEYS, **dict.fromkeys(('joints', 'angles', 'positions'), 'q')}
 
-    q: Numbers | None = None
+    q: Numbers = None
     tolerance: Any = None
 
 
+@dataclass(frozen=True)
 class FactorEntry(Entry):
     """
     A named function of the joints whose zeros are singular poses.
@@ -211,6 +220,7 @@ class FactorEntry(Entry):
     expression: Number = None
 
 
+@dataclass(frozen=True)
 class SingularityEntry(Entry):
     """
     What is called singular, and when to warn.
@@ -219,7 +229,7 @@ class SingularityEntry(Entry):
 
     noun = 'singularity'
 
-    task: Words | None = None
+    task: Words = None
     length: Number = None
     measure: Annotated[
         str | None,
