@@ -346,6 +346,24 @@ def test_an_ament_prefix_without_ros_is_no_mixture(process, tmp_path):
     process('--robot', 'craig_3r', environment={'AMENT_PREFIX_PATH': str(tmp_path)})
 
 
+@pytest.mark.parametrize(
+    ('folders', 'reason'),
+    [
+        ({'HOME': ''}, 'neither ROS_LOG_DIR, ROS_HOME nor HOME is set'),
+        ({'HOME': '/dev/null'}, '/dev/null/.ros/log: Not a directory'),
+        ({'ROS_HOME': '/dev/null'}, '/dev/null/log: Not a directory'),
+        ({'ROS_LOG_DIR': '/proc/logs'}, '/proc/logs: No such file or directory'),
+    ],
+    ids=lambda given: ' '.join(given) if isinstance(given, dict) else '',
+)
+def test_a_node_that_can_write_no_log_file_says_so_and_answers(process, peer, folders, reason):
+    none = {'ROS_LOG_DIR': '', 'ROS_HOME': ''}
+    node = process('--robot', 'craig_3r', environment={**none, **folders})
+    answered(peer)
+    told, *_ = node.stderr.splitlines()
+    assert told == f'kinematics_service: what is said is not written to a log file: {reason}'
+
+
 # Other executors, checked messages
 
 

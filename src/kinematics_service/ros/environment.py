@@ -56,3 +56,28 @@ def mixture_refusal() -> str | None:
                 '(--allow-mixed-ros starts anyway)'
             )
     return None
+
+
+def log_refusal() -> str | None:
+    """
+    Return why ROS can write no log file, None where it can.
+
+    It would not start then: on a read-only file system, or where nothing says where home is.
+
+    """
+    try:
+        folder = _log_folder()
+        folder.mkdir(parents=True, exist_ok=True)
+    except KeyError:
+        return 'neither ROS_LOG_DIR, ROS_HOME nor HOME is set'
+    except OSError as error:
+        return f'{error.filename}: {error.strerror}'
+    return None if os.access(folder, os.W_OK) else f'{folder} cannot be written to'
+
+
+def _log_folder() -> Path:
+    # As rcl finds it.
+    for name, below in (('ROS_LOG_DIR', ''), ('ROS_HOME', 'log'), ('HOME', '.ros/log')):
+        if os.environ.get(name):
+            return Path(os.environ[name], below)
+    raise KeyError

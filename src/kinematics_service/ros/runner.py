@@ -18,7 +18,7 @@ from rclpy.signals import SignalHandlerOptions
 from ..errors import KinematicsError
 from ..stop_signals import StopSignal, stop_signals
 from .arms import ArmChoice, ArmsError, arms_from
-from .environment import mixture_refusal, security_refusal
+from .environment import log_refusal, mixture_refusal, security_refusal
 from .messages import full_name
 from .middleware import take_profiles
 from .node import KinematicsNode
@@ -57,6 +57,10 @@ def open_context(ros_args: Sequence[str]) -> Context | None:
     """
     take_profiles()
     context = Context()
+    unlogged = log_refusal()
+    if unlogged is not None:
+        tell(f'what is said is not written to a log file: {unlogged}')
+        ros_args = [*ros_args, '--ros-args', '--disable-external-lib-logs', '--']
     set_logger_level('rcl', LoggingSeverity.FATAL)  # it repeats what is told below
     try:
         rclpy.init(
