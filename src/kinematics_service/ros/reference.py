@@ -7,6 +7,7 @@ import copy
 import threading
 from collections import deque
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
 from geometry_msgs.msg import PoseStamped
@@ -15,7 +16,6 @@ from rclpy.qos_overriding_options import QoSOverridingOptions
 
 from ..errors import KinematicsError
 from ..estimator import Answer
-from ..frame_doctor import FrameDiagnosis, FrameLimits, diagnose_frames
 from ..kernel import Floats
 from ..measures import Level
 from ..notice import Notice
@@ -25,6 +25,9 @@ from .messages import SECOND
 from .target_messages import RefusedTargetError, pose_of
 from .topics import REFERENCE_POSE, TARGET_POSE_QOS
 from .wire_check import WireError, read_message
+
+if TYPE_CHECKING:
+    from ..frame_doctor import FrameDiagnosis
 
 # A pose between two joint states that are further apart (ns) is not compared.
 LONGEST_GAP = 100_000_000
@@ -175,6 +178,9 @@ class Reference:
         pairs: list[tuple[int, Floats, Floats]],
         way: list[tuple[int, Floats]],
     ) -> None:
+        # Imported where there is a second source: most nodes have none.
+        from ..frame_doctor import diagnose_frames
+
         pairs = sorted(pairs, key=lambda pair: pair[0])
         stamps = np.array([pair[0] for pair in pairs])
         times = np.array([state[0] for state in way])
@@ -192,11 +198,13 @@ class Reference:
             self._notice = Notice(Level.WARN, str(error), ())
 
 
-def frames_notice(found: FrameDiagnosis) -> Notice:
+def frames_notice(found: 'FrameDiagnosis') -> Notice:
     """
     Return a diagnosis of frames, by the limits that `audit` has by default.
 
     """
+    from ..frame_doctor import FrameLimits
+
     limits = FrameLimits()
     values = [
         ('poses', str(found.count)),
