@@ -64,7 +64,7 @@ class OnePose:
     """The compiled calls of one pose of an arm, arrays made beforehand."""
 
     def __init__(self, robot, q, qdot):
-        self.arm, self.q, self.qdot = robot.packed, q, qdot
+        self.arm, self.q, self.qdot = robot.arm, q, qdot
         self.row = np.empty(robot.chain.single_widths[kernel.JACOBIAN])
         self.measures = np.empty(robot.measure_places.width)
 
@@ -126,7 +126,7 @@ def growth():
 
         def batch(chain=chain, q=q, rows=rows):
             rest = chain.at_rest.reshape(1, -1)
-            kernel.evaluate(chain.integers, chain.numbers, q, rest, kernel.JACOBIAN, rows)
+            kernel.evaluate(chain, q, rest, kernel.JACOBIAN, rows)
 
         call = nanoseconds({'call': one.evaluate}, calls=300)['call']
         pose = nanoseconds({'batch': batch}, calls=1)['batch'] / 500

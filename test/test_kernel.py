@@ -266,12 +266,25 @@ def test_the_kernel_refuses_arrays_it_cannot_read(wrong):
     robot = robot_of('ur5e')
     row = np.empty(robot.chain.single_widths[kernel.JACOBIAN])
     with pytest.raises(TypeError):
-        kernel.evaluate_one(robot.packed, wrong, np.zeros(6), row)
+        kernel.evaluate_one(robot.arm, wrong, np.zeros(6), row)
     with pytest.raises(TypeError, match='shorter than'):
-        kernel.evaluate_one(robot.packed, np.zeros(6), np.zeros(6), np.empty(20))
+        kernel.evaluate_one(robot.arm, np.zeros(6), np.zeros(6), np.empty(20))
     row.setflags(write=False)
     with pytest.raises(TypeError, match='array of float64'):
-        kernel.evaluate_one(robot.packed, np.zeros(6), np.zeros(6), row)
+        kernel.evaluate_one(robot.arm, np.zeros(6), np.zeros(6), row)
+
+
+def test_the_kernel_refuses_what_is_no_arm():
+    chain, arm = robot_of('ur5e').chain, robot_of('ur5e').arm
+    row = np.empty(chain.single_widths[kernel.JACOBIAN])
+    with pytest.raises(TypeError, match='takes an arm'):
+        kernel.evaluate_one(None, np.zeros(6), np.zeros(6), row)
+    with pytest.raises(TypeError, match='takes an arm'):
+        kernel.evaluate(None, np.zeros((1, 6)), np.zeros((1, 6)), kernel.POSE, row[None])
+    with pytest.raises(TypeError, match='do not go together'):
+        kernel.Arm(
+            chain, robot_of('panda').task.kernel_rows, arm.tape, False, kernel.DISTANCE, 0.1, 0.0
+        )
 
 
 @compiled_only
@@ -346,7 +359,7 @@ def test_a_batch_stops_at_its_first_number_that_is_not_finite(at):
     q[at:, 2] = np.nan
     rows = np.zeros((len(q), chain.widths[kernel.JACOBIAN]))
     rest = np.zeros((1, 6))
-    assert kernel.evaluate(chain.integers, chain.numbers, q, rest, kernel.JACOBIAN, rows) == at
+    assert kernel.evaluate(chain, q, rest, kernel.JACOBIAN, rows) == at
     assert (rows[:at] == rows[0]).all() or at == 0
 
 

@@ -69,7 +69,8 @@ def test_a_robot_is_found_by_name_and_by_path(tmp_path):
     path = tmp_path / 'mine.yaml'
     path.write_bytes(ks.bundled_robots()['craig_3r'].read_bytes())
     for place in (path, str(path)):
-        assert np.array_equal(ks.load_robot(place).chain.numbers, by_name.chain.numbers)
+        found = ks.load_robot(place)
+        assert np.array_equal(found.chain.table.before, by_name.chain.table.before)
 
 
 def test_an_unknown_robot_is_refused_with_the_names():
@@ -175,10 +176,12 @@ def frozen_arrays(robot):
     return (
         robot.limits,
         robot.velocity_limits,
-        robot.chain.numbers,
-        robot.chain.integers,
-        robot.task.numbers,
-        robot.task.integers,
+        *robot.chain.table[1:],
+        robot.chain.at_rest,
+        robot.task.axes,
+        robot.task.rotation,
+        robot.task.row_scales,
+        robot.task.column_scales,
     )
 
 

@@ -202,7 +202,7 @@ class Estimator:
         # What `take_bytes` needs for each message, looked up once.
         robot = self.robot
         self._arguments = (
-            robot.packed,
+            robot.arm,
             self._table.memory,
             robot.chain.single_widths,
             robot.measure_places.width,
@@ -406,7 +406,7 @@ class Estimator:
         if refusal is None:
             positions, velocities = _doubles(sample.positions), _doubles(sample.velocities)
             said: int = kernel.observe(
-                self.robot.packed,
+                self.robot.arm,
                 self._table.memory,
                 layout.indices,
                 positions,

@@ -9,15 +9,16 @@ import ast
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from . import kernel
-from .chain import Chain
+from .chain import FrozenArrays
 from .description import RobotDescription
 from .errors import KinematicsError
 from .expression_syntax import operands_of, postorder, syntax_tree
-from .kernel import Floats, Integers
+from .kernel import Chain, Floats, Integers
 from .measure_table import measure_table
 from .task import Task
 
@@ -33,9 +34,9 @@ ZEROS, STEPS = 30, 40
 
 
 @dataclass(frozen=True, eq=False)
-class Factors:
+class Factors(FrozenArrays):
     """
-    The singular factors of an arm as the kernel reads them; none for an arm without.
+    The singular factors of an arm; none for an arm without.
 
     Attributes
     ----------
@@ -44,19 +45,29 @@ class Factors:
     complete
         Whether their product, with whole powers, is the determinant up to a constant: then every
         singular pose is a zero of one of them.
-    integers : shape (steps, 3), numbers : shape (steps,)
+    operations : shape (steps, 3), constants : shape (steps,)
         Operation and operands of each step of the tape; its constant, or its scale.
     ends : shape (factors,)
         The step that holds each factor's value.
 
     """
 
+    READ_ONLY = ('operations', 'constants', 'ends')
+
     names: tuple[str, ...]
     texts: tuple[str, ...]
     complete: bool
-    integers: Integers
-    numbers: Floats
+    operations: Integers
+    constants: Floats
     ends: Integers
+
+    @cached_property
+    def tape(self) -> kernel.Tape:
+        """
+        Return the tape as the kernel reads it.
+
+        """
+        return kernel.Tape(self.operations, self.constants, self.ends)
 
     def __bool__(self) -> bool:
         return bool(self.names)
@@ -69,7 +80,7 @@ class Factors:
 
         """
         results = np.empty((len(q), len(self.names), 1 + q.shape[1]))
-        kernel.evaluate_factors(self.integers.ravel(), self.numbers, self.ends, q, results)
+        kernel.evaluate_factors(self.tape, q, results)
         return results
 
 
@@ -191,8 +202,8 @@ def read_factors(description: RobotDescription, chain: Chain, task: Task, q: Flo
         names=tuple(factor.name for factor in description.singularity.factors),
         texts=tuple(factor.text for factor in description.singularity.factors),
         complete=False,
-        integers=np.array(tape.steps, dtype=np.int64).reshape(-1, 3),
-        numbers=np.array(tape.numbers),
+        operations=np.array(tape.steps, dtype=np.int64).reshape(-1, 3),
+        constants=np.array(tape.numbers),
         ends=np.array(ends, dtype=np.int64),
     )
     if not factors:

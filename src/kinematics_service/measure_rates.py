@@ -32,7 +32,7 @@ def measures_of(state: ToolState) -> Floats:
     measures = np.empty((len(rows), robot.measure_places.width))
 
     def part(begin: int, end: int) -> int:
-        kernel.measure(robot.packed, rows[begin:end], q[begin:end], measures[begin:end])
+        kernel.measure(robot.arm, rows[begin:end], q[begin:end], measures[begin:end])
         return -1
 
     in_parts(len(rows), part)

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from . import kernel
 from .errors import KinematicsError
 from .kernel import Floats
 from .task import Task
@@ -30,7 +31,7 @@ class Level(enum.IntEnum):
 @dataclass(frozen=True)
 class Measure:
     """
-    One measure: its unit, on which side it is bad, and its default thresholds.
+    One measure: its unit, on which side it is bad, its default thresholds, and its column.
 
     """
 
@@ -39,17 +40,18 @@ class Measure:
     small_is_bad: bool
     warn: float | None
     stop: float | None
+    column: int
 
 
 MEASURES = {
     measure.name: measure
     for measure in (
-        Measure('distance', 'rad', True, 0.1, 0.03),
-        Measure('determinant', '', True, None, None),
-        Measure('manipulability', '', True, None, None),
-        Measure('smallest_singular_value', '', True, None, None),
+        Measure('distance', 'rad', True, 0.1, 0.03, kernel.DISTANCE),
+        Measure('determinant', '', True, None, None, kernel.DETERMINANT),
+        Measure('manipulability', '', True, None, None, kernel.MANIPULABILITY),
+        Measure('smallest_singular_value', '', True, None, None, kernel.SMALLEST_SINGULAR_VALUE),
         # MoveIt Servo's lower_singularity_threshold and hard_stop_singularity_threshold.
-        Measure('condition_number', '', False, 17.0, 30.0),
+        Measure('condition_number', '', False, 17.0, 30.0, kernel.CONDITION_NUMBER),
     )
 }
 

@@ -10,14 +10,14 @@ from functools import cached_property
 import numpy as np
 
 from .bundle import find_robot_file
-from .chain import Chain, FrozenArrays, fold
+from .chain import FrozenArrays, fold
 from .conventions import table_rows
 from .description import RobotDescription
 from .errors import Fault, KinematicsError, RobotFileError
 from .factors import Factors, read_factors
-from .kernel import Floats
-from .measures import Thresholds, thresholds_for
-from .packed import MeasurePlaces, measure_places, pack
+from .kernel import Arm, Chain, Floats
+from .measure_places import MeasurePlaces, measure_places
+from .measures import MEASURES, Thresholds, thresholds_for
 from .robot_file import parse_robot, read_robot_file
 from .task import Task, find_task, seeded_poses
 
@@ -90,12 +90,20 @@ class Robot(FrozenArrays):
         )
 
     @cached_property
-    def packed(self) -> Floats:
+    def arm(self) -> Arm:
         """
-        Return chain, task, factors and thresholds as one array: an argument of the kernel.
+        Return chain, task, factors and thresholds as the kernel reads them.
 
         """
-        return pack(self.chain, self.task, self.factors, self.thresholds)
+        return Arm(
+            self.chain,
+            self.task.kernel_rows,
+            self.factors.tape,
+            self.factors.complete,
+            MEASURES[self.thresholds.measure].column,
+            self.thresholds.warn,
+            self.thresholds.stop,
+        )
 
     @cached_property
     def measure_places(self) -> MeasurePlaces:

@@ -202,7 +202,7 @@ def singularity_of(state: ToolState) -> Singularity:
     if row is None:
         robot = state.robot
         row = np.empty(robot.measure_places.width)
-        kernel.measure_one(robot.packed, state.row, row)
+        kernel.measure_one(robot.arm, state.row, row)
     found = _OnePose.__new__(_OnePose)
     kept = found.__dict__
     kept['_state'], kept['_row'] = state, row

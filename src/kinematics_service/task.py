@@ -6,13 +6,14 @@ The task: which rows of the Jacobian singularities are judged by, and how the ar
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from . import kernel
-from .chain import Chain, FrozenArrays
+from .chain import FrozenArrays
 from .errors import KinematicsError
-from .kernel import Floats, Integers
+from .kernel import Chain, Floats, Integers, TaskRows
 
 ROW_NAMES = ('x', 'y', 'z', 'rx', 'ry', 'rz')
 
@@ -42,21 +43,37 @@ class Task(FrozenArrays):
         for most arms.
     reach
         Largest distance from frame 0 to the tool over the seeded poses, in m.
-    integers, numbers
-        The same, packed for the kernel: header, row indices; rotation of frame 0 in the base (3 x
-        3), row scales (m,), column scales (n,).
+    axes : shape (m,)
+        Which row of the Jacobian each row is, 0 to 5.
+    rotation : shape (3, 3)
+        Of frame 0 in the base frame.
+    row_scales : shape (m,), column_scales : shape (n,)
+        What a unit of each row, in m, and of each joint, in rad, counts: the length for angular
+        rows and for prismatic joints.
 
     """
 
-    READ_ONLY = ('integers', 'numbers')
+    READ_ONLY = ('axes', 'rotation', 'row_scales', 'column_scales')
 
     rows: tuple[str, ...]
     length: float
     generic_rank: int
     dependent_joints: tuple[str, ...]
     reach: float
-    integers: Integers
-    numbers: Floats
+    axes: Integers
+    rotation: Floats
+    row_scales: Floats
+    column_scales: Floats
+
+    @cached_property
+    def kernel_rows(self) -> TaskRows:
+        """
+        Return the rows as the kernel reads them.
+
+        """
+        return TaskRows(
+            self.generic_rank, self.axes, self.rotation, self.row_scales, self.column_scales
+        )
 
     @property
     def square(self) -> bool:
@@ -64,15 +81,7 @@ class Task(FrozenArrays):
         Return whether J_t is square, so that it has a determinant.
 
         """
-        return bool(self.integers[kernel.SQUARE])
-
-    @property
-    def column_scales(self) -> Floats:
-        """
-        Return what a unit of each joint counts in rad, shape (n,): the length for prismatic ones.
-
-        """
-        return self.numbers[9 + len(self.rows) :]
+        return len(self.rows) == len(self.column_scales)
 
     @property
     def structurally_deficient(self) -> bool:
@@ -164,13 +173,12 @@ def find_task(
     """
     q = seeded_poses(limits, prismatic)
     results = np.empty((len(q), chain.widths[kernel.JACOBIAN]))
-    kernel.evaluate(
-        chain.integers, chain.numbers, q, np.zeros((1, chain.dof)), kernel.JACOBIAN, results
-    )
-    frame_0 = np.vstack([chain.numbers[-12 * chain.frames :][:12].reshape(3, 4), [0, 0, 0, 1]])
+    kernel.evaluate(chain, q, chain.at_rest.reshape(1, -1), kernel.JACOBIAN, results)
+    frame_0 = chain.table.frame_offset[0]
+    rotation = frame_0[:, :3].copy()
     n = chain.dof
     J = results[:, kernel.JACOBIAN_AT : kernel.JACOBIAN_AT + 6 * n].reshape(-1, 6, n)
-    J = np.concatenate([frame_0[:3, :3].T @ J[:, :3], frame_0[:3, :3].T @ J[:, 3:]], axis=1)
+    J = np.concatenate([rotation.T @ J[:, :3], rotation.T @ J[:, 3:]], axis=1)
     largest = float(np.max(np.abs(J)))
     moved = [bool(np.max(np.abs(J[:, i])) > MOVED * largest) for i in range(6)]
     if rows is None:
@@ -180,7 +188,7 @@ def find_task(
         asked = ' '.join(rows) or 'tool'
         raise KinematicsError(f'no joint moves the tool (task {asked}): nothing to judge')
 
-    tool = results[:, [3, 7, 11]] - frame_0[:3, 3]
+    tool = results[:, [3, 7, 11]] - frame_0[:, 3]
     distances = np.linalg.norm(tool, axis=1)
     if length is None:
         length = float(np.sqrt(np.mean(distances**2)))
@@ -197,8 +205,10 @@ def find_task(
         generic_rank=generic_rank,
         dependent_joints=_dependent_joints(J_t, joint_names),
         reach=float(np.max(distances)),
-        integers=_packed_integers(indices, generic_rank, n),
-        numbers=_packed_numbers(frame_0, row_scales, column_scales),
+        axes=np.array(indices, dtype=np.int64),
+        rotation=rotation,
+        row_scales=row_scales,
+        column_scales=column_scales,
     )
 
 
@@ -207,12 +217,3 @@ def _dependent_joints(J_t: Floats, joint_names: Sequence[str]) -> tuple[str, ...
     _, sigma, right = np.linalg.svd(J_t.reshape(-1, J_t.shape[2]), full_matrices=False)
     idle = right[sigma <= kernel.RANK_TOLERANCE * sigma[0]]
     return tuple(name for j, name in enumerate(joint_names) if np.any(np.abs(idle[:, j]) > 1e-6))
-
-
-def _packed_integers(indices: Sequence[int], generic_rank: int, dof: int) -> Integers:
-    header = [len(indices), generic_rank, int(len(indices) == dof)]
-    return np.array([*header, *indices], dtype=np.int64)
-
-
-def _packed_numbers(frame_0: Floats, row_scales: Floats, column_scales: Floats) -> Floats:
-    return np.concatenate([frame_0[:3, :3].ravel(), row_scales, column_scales])

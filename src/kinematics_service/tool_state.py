@@ -215,9 +215,9 @@ def evaluate(
     row, measures = np.empty(chain.single_widths[depth]), None
     if measured:
         measures = np.empty(robot.measure_places.width)
-        bad = kernel.evaluate_and_measure_one(robot.packed, positions, rates, row, measures)
+        bad = kernel.evaluate_and_measure_one(robot.arm, positions, rates, row, measures)
     else:
-        bad = kernel.evaluate_one(robot.packed, positions, rates, row)
+        bad = kernel.evaluate_one(robot.arm, positions, rates, row)
     if bad != -1:
         _joint_vector(robot, positions, 'q')
         _joint_vector(robot, rates, 'qdot')
@@ -241,8 +241,7 @@ def _evaluate_batch(robot: Robot, q: Floats, qdot: Floats | None, depth: int) ->
 
     def part(begin: int, end: int) -> int:
         bad = kernel.evaluate(
-            chain.integers,
-            chain.numbers,
+            chain,
             flat[begin:end],
             rates[begin:end] if len(rates) == len(flat) else rates,
             depth,

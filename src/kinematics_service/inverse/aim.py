@@ -101,7 +101,7 @@ def aim_at(robot: Robot, target: npt.ArrayLike, rows: Sequence[str] | None = Non
 def _untargeted(robot: Robot, rows: tuple[str, ...]) -> Floats:
     numbers = np.zeros(kernel.AIM_SIZE)
     numbers[:16] = np.eye(4).ravel()
-    numbers[kernel.AIM_AXES : kernel.AIM_AXES + 9] = robot.task.numbers[:9]
+    numbers[kernel.AIM_AXES : kernel.AIM_AXES + 9] = robot.task.rotation.ravel()
     numbers[kernel.AIM_WEIGHTS :] = [
         (1.0 if i < 3 else robot.task.length) if name in rows else 0.0
         for i, name in enumerate(ROW_NAMES)

@@ -204,7 +204,5 @@ def nearest_pose(question: Question, q: Floats, error: float) -> NearestPose:
 
     """
     chain = question.robot.chain
-    linear, angular = kernel.parts_of_error(
-        chain.integers, chain.numbers, question.aim.numbers, np.array(q[None])
-    )
+    linear, angular = kernel.parts_of_error(chain, question.aim.numbers, np.array(q[None]))
     return NearestPose(q.copy(), error, linear, angular)

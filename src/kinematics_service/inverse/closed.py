@@ -55,8 +55,7 @@ def closed_solutions(question: Question, form: ClosedForm, only_one: bool) -> Pr
     facts = np.empty((most, kernel.BEYOND_AT + chain.dof))
     signs = np.empty((most, 3), dtype=np.int64)
     count = kernel.closed_solutions(
-        chain.integers,
-        chain.numbers,
+        chain,
         question.aim.numbers,
         form.way,
         form.table,

@@ -61,15 +61,13 @@ def isolated_or_not(
     """
     chain, n = robot.chain, robot.dof
     shares = np.empty(len(found.q))
-    kernel.pivots(chain.integers, chain.numbers, aim.numbers, plan.scales, found.q, shares)
+    kernel.pivots(chain, aim.numbers, plan.scales, found.q, shares)
     suspect = shares < SUSPECT
     if not suspect.any():
         return found, ()
     m = len(found.q)
     sigma, motions = np.zeros((m, n)), np.zeros((m, n, n))
-    kernel.free_motions(
-        chain.integers, chain.numbers, aim.numbers, plan.scales, found.q, sigma, motions
-    )
+    kernel.free_motions(chain, aim.numbers, plan.scales, found.q, sigma, motions)
     singular = sigma[:, -1] < MAYBE_FREE * sigma[:, 0]
     if not singular.any():
         return found, ()
@@ -168,7 +166,5 @@ def tangent(robot: Robot, aim: Aim, plan: Plan, q: Floats, dimension: int) -> Fl
     n = robot.dof
     sigma, motions = np.zeros((1, n)), np.zeros((1, n, n))
     chain = robot.chain
-    kernel.free_motions(
-        chain.integers, chain.numbers, aim.numbers, plan.scales, q[None].copy(), sigma, motions
-    )
+    kernel.free_motions(chain, aim.numbers, plan.scales, q[None].copy(), sigma, motions)
     return np.array(motions[0, n - dimension :])

@@ -33,8 +33,7 @@ def first_solution(question: Question) -> Proved:
         return closed_solutions(question, plan.closed, True)
     q, facts = np.empty((1, chain.dof)), np.empty((1, kernel.BEYOND_AT + chain.dof))
     tries = kernel.first_solution(
-        chain.integers,
-        chain.numbers,
+        chain,
         question.aim.numbers,
         plan.held,
         plan.scales,

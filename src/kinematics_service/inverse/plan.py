@@ -149,7 +149,7 @@ def plan_for(robot: Robot, rows: tuple[str, ...]) -> Plan:
 def _idle_motions(robot: Robot, rows: tuple[str, ...], scales: Floats) -> tuple[Floats, int]:
     # Motions in the null space of every J at once, and the rank of J at most poses.
     aim = np.zeros(kernel.AIM_SIZE)
-    aim[kernel.AIM_AXES : kernel.AIM_AXES + 9] = robot.task.numbers[:9]
+    aim[kernel.AIM_AXES : kernel.AIM_AXES + 9] = robot.task.rotation.ravel()
     for i, name in enumerate(ROW_NAMES):
         aim[kernel.AIM_WEIGHTS + i] = (robot.task.length if i > 2 else 1.0) * (name in rows)
     slides = [kind == 'prismatic' for kind in robot.joint_types]
@@ -157,7 +157,7 @@ def _idle_motions(robot: Robot, rows: tuple[str, ...], scales: Floats) -> tuple[
     n = robot.dof
     sigma, motions = np.zeros((POSES, n)), np.zeros((POSES, n, n))
     chain = robot.chain
-    kernel.free_motions(chain.integers, chain.numbers, aim, scales, q, sigma, motions)
+    kernel.free_motions(chain, aim, scales, q, sigma, motions)
     rank = int(np.max(np.sum(sigma > RANK * sigma[:, :1], axis=1)))
     # sigma V are the rows of J^T J's root: their common null space is that of all of them.
     moving = (sigma[:, :, None] * motions).reshape(-1, n)

@@ -10,9 +10,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from .. import kernel
-from ..chain import Chain, FrozenArrays
-from ..kernel import Floats
+from ..chain import FrozenArrays
+from ..kernel import Chain, Floats
 from ..rigid_motion import screw_z
 
 
@@ -58,29 +57,21 @@ def screws_of(chain: Chain) -> Screws:
     An element that turns and slides is two of them, one after the other on the same axis.
 
     """
-    integers, numbers = chain.integers, chain.numbers
-    elements, entries = int(integers[kernel.ELEMENTS]), chain.entries
-    first = integers[kernel.CHAIN_HEADER :]
-    joints = first[elements + 1 : elements + 1 + entries]
-    at = 12 * (elements + 1)
-    theta_0, d_0 = numbers[at : at + elements], numbers[at + elements : at + 2 * elements]
-    c_theta = numbers[at + 2 * elements : at + 2 * elements + entries]
-    c_d = numbers[at + 2 * elements + entries : at + 2 * elements + 2 * entries]
+    table = chain.table
     axes, points, slides, coupling = [], [], [], []
     T = np.eye(4)
-    for k in range(elements + 1):
-        constant = np.vstack([numbers[12 * k : 12 * k + 12].reshape(3, 4), [0, 0, 0, 1]])
-        T = T @ constant
-        if k == elements:
+    for k, before in enumerate(table.before):
+        T = T @ np.vstack([before, [0, 0, 0, 1]])
+        if k == chain.elements:
             break
-        for ratios, is_slide in ((c_theta, False), (c_d, True)):
+        for ratios, is_slide in ((table.by_theta, False), (table.by_d, True)):
             moves = np.zeros(chain.dof)
-            for e in range(first[k], first[k + 1]):
-                moves[joints[e]] += ratios[e]
+            for e in range(table.first_entry[k], table.first_entry[k + 1]):
+                moves[table.joint[e]] += ratios[e]
             if np.any(moves):
                 axes.append(T[:3, 2].copy())
                 points.append(T[:3, 3].copy())
                 slides.append(is_slide)
                 coupling.append(moves)
-        T = T @ screw_z(theta_0[k], d_0[k])
+        T = T @ screw_z(table.theta_0[k], table.d_0[k])
     return Screws(np.array(axes), np.array(points), tuple(slides), np.array(coupling), T)

@@ -101,8 +101,7 @@ def _refined(
     q = np.array(q, dtype=np.float64, order='C')
     errors = np.empty(len(q))
     kernel.refine(
-        robot.chain.integers,
-        robot.chain.numbers,
+        robot.chain,
         aim.numbers,
         scales,
         unlimited if limits is None else limits,
@@ -136,8 +135,7 @@ def distinct(robot: Robot, aim: Aim, plan: Plan, found: Found) -> tuple[Found, I
     q, errors = found.q[order], found.errors[order]
     which, met = np.empty(len(q), dtype=np.int64), np.empty(len(q), dtype=np.int64)
     count = kernel.distinct(
-        robot.chain.integers,
-        robot.chain.numbers,
+        robot.chain,
         aim.numbers,
         plan.scales,
         plan.periods,

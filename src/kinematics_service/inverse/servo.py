@@ -215,8 +215,7 @@ def joint_velocity(
     n = robot.chain.dof
     qdot, held, report = np.empty(n), np.empty(n, dtype=np.int64), np.empty(4)
     kernel.servo(
-        plan.task.integers,
-        plan.task.numbers,
+        plan.task.kernel_rows,
         plan.numbers,
         plan.limits,
         plan.fastest,

@@ -14,15 +14,19 @@ from .aims import parts_of_error as parts_of_error
 from .aims import take_aim as take_aim
 from .angles import shortest_angle as shortest_angle
 from .angles import sine_and_cosine as sine_and_cosine
+from .arm import Arm as Arm
 from .arrays import Bytes as Bytes
 from .arrays import Floats as Floats
 from .arrays import Integers as Integers
+from .chain import Chain as Chain
+from .chain import ChainTable as ChainTable
 from .closed_forms import inverse_candidates as inverse_candidates
 from .dependence import free_motions as free_motions
 from .dependence import pivots as pivots
 from .evaluation import evaluate as evaluate
 from .evaluation import evaluate_one as evaluate_one
 from .evaluation import quaternions as quaternions
+from .factors import Tape as Tape
 from .factors import evaluate_factors as evaluate_factors
 from .joint_memory import forget as forget
 from .joint_memory import observe as observe
@@ -41,3 +45,4 @@ from .singular_values import determinant_of as determinant_of
 from .solutions import distinct as distinct
 from .solutions import representatives as representatives
 from .solving import closed_solutions as closed_solutions
+from .task_rows import TaskRows as TaskRows

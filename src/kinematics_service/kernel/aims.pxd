@@ -3,6 +3,7 @@ cimport numpy as cnp
 from libc cimport math
 
 from . cimport arrays, chain_pass, places, vectors
+from .chain cimport Chain
 
 cdef double NEARLY_ROTATION, ROTATION
 
@@ -30,7 +31,7 @@ cdef double length_of(double* aim) noexcept nogil
     n=int, row='double*', error='double[6]', length=double, angular=double, linear=double
 )
 cpdef tuple parts_of_error(
-    cnp.ndarray integers, cnp.ndarray numbers, cnp.ndarray aim, cnp.ndarray q
+    Chain chain, cnp.ndarray aim, cnp.ndarray q
 )
 @cython.locals(off=double, a=vectors.Triple, b=vectors.Triple, i=int, j=int)
 cdef double _off(double* T) noexcept nogil

@@ -6,7 +6,8 @@ What is aimed at: a target, the axes and weights of the rows that count, and wha
 import math
 
 from . import arrays, chain_pass, places, vectors
-from .arrays import Floats, Integers, Numbers, Vector
+from .arrays import Floats, Numbers, Vector
+from .chain import Chain
 
 # A rotation matrix written with four digits is still meant as one; a better one is taken as it is.
 NEARLY_ROTATION, ROTATION = 1e-3, 1e-13
@@ -103,20 +104,17 @@ def length_of(aim: Floats) -> float:
     return max(aim[at + 3], aim[at + 4], aim[at + 5])
 
 
-def parts_of_error(
-    integers: Integers, numbers: Floats, aim: Floats, q: Floats
-) -> tuple[float, float]:
+def parts_of_error(chain: Chain, aim: Floats, q: Floats) -> tuple[float, float]:
     """
     Return by how much q (1, n) misses its target in the rows that count: m, rad.
 
     """
-    of_chain = arrays.whole(integers, places.CHAIN_HEADER)
-    n = of_chain[places.JOINTS]
+    arrays.given(chain)
+    n = chain.dof
     target = arrays.numbers(aim, places.AIM_SIZE)
     positions = arrays.numbers(q, n)
-    constants = arrays.numbers(numbers, 1)
     row, error = arrays.scratch(places.JACOBIAN_AT), [0.0] * 6
-    chain_pass.evaluate_row(of_chain, constants, positions, positions, places.POSE, row)
+    chain_pass.evaluate_row(chain, positions, positions, places.POSE, row)
     miss(target, row, error)
     arrays.give_back(row)
     length = length_of(target)

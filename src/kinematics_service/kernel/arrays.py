@@ -28,6 +28,15 @@ def _flat(array: Any, count: int, kind: type, name: str, written: bool) -> Any:
     return array.reshape(-1)
 
 
+def given(thing: object) -> None:
+    """
+    Raise TypeError where None stands for an arm, or for a part of one.
+
+    """
+    if thing is None:
+        raise TypeError('the kernel takes an arm here')
+
+
 def size(array: npt.NDArray[Any]) -> int:
     """
     Return how many elements an array has.

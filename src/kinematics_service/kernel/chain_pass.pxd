@@ -2,6 +2,7 @@ cimport cython
 from libc cimport math
 
 from . cimport arrays, places
+from .chain cimport Chain
 
 cdef double SIN_3, SIN_5, SIN_7, SIN_9, SIN_11, SIN_13
 cdef double COS_4, COS_6, COS_8, COS_10, COS_12, COS_14
@@ -18,11 +19,11 @@ cdef Pair _sincos_reduced(double x) noexcept nogil
 cdef Pair sincos(double x) noexcept nogil
 @cython.locals(lane=int, pair=Pair)
 cdef void sines_and_cosines(double* angles, double* sines, double* cosines) noexcept nogil
-cdef void _start(double* T, double* numbers, int at) noexcept nogil
+cdef void _start(double* T, double* motion) noexcept nogil
 @cython.locals(i=int, x=double, y=double, z=double)
-cdef void _times(double* T, double* numbers, int at) noexcept nogil
+cdef void _times(double* T, double* motion) noexcept nogil
 @cython.locals(i=int, x=double, y=double, z=double)
-cdef void _times_twist(double* T, double* numbers, int at) noexcept nogil
+cdef void _times_twist(double* T, double* motion) noexcept nogil
 @cython.locals(i=int, x=double, y=double)
 cdef void _times_screw(double* T, double theta, double d) noexcept nogil
 cdef void _write_motion(double* T, double* row, int at) noexcept nogil
@@ -31,24 +32,24 @@ cdef void _write_point_and_axis(double* T, int entries, double* screw) noexcept 
 cdef void _write_screw(
     double by_theta, double by_d, int entries, double* row, double* screw
 ) noexcept nogil
+@cython.locals(frame=int)
+cdef int _write_fixed_frames(Chain chain, double* row) noexcept nogil
+@cython.locals(pose='double[12]', i=int)
+cdef int _write_frames(
+    Chain chain, int element, int frame, double* T, double* row
+) noexcept nogil
 @cython.locals(
-    elements=int, entries=int, screws=int, twisted=cython.bint, frames=int,
-    frame=int, frames_at=int, k=int, e=int, i=int, theta=double, d=double, q_k=double,
-    T='double[12]', frame_pose='double[12]',
+    elements=int, entries=int, screws='double*', twisted=cython.bint, frame=int, k=int, e=int,
+    theta=double, d=double, q_k=double, T='double[12]',
 )
 cdef double evaluate_row(
-    long long* integers, double* numbers, double* q, double* qdot, int depth, double* row
+    Chain chain, double* q, double* qdot, int depth, double* row
 ) noexcept nogil
-@cython.locals(
-    n=int, entries=int, screws=int, entry_joint=int, c_theta=int, c_d=int, e=int, total=double
-)
+@cython.locals(screws='double*', e=int, total=double)
 cdef double finish_row(
-    long long* integers, double* numbers, double* T, double* qdot, int depth, double* row
+    Chain chain, double* T, double* qdot, int depth, double* row
 ) noexcept nogil
-cdef void _add_up_screws(
-    int n, int entries, long long* joints, int screws, double* row
-) noexcept nogil
-@cython.locals(along=double, total=double, screw=int, e=int, i=int)
-cdef double _write_twist(
-    int n, int entries, long long* joints, int screws, double* qdot, double* row
-) noexcept nogil
+@cython.locals(n=int, k=int, e=int, i=int, j=int)
+cdef void _add_up_screws(Chain chain, double* screws, double* row) noexcept nogil
+@cython.locals(entries=int, twist=int, along=double, total=double, screw=int, e=int, i=int)
+cdef double _write_twist(Chain chain, double* screws, double* qdot, double* row) noexcept nogil

@@ -10,7 +10,8 @@ are twelve numbers, row by row.
 import math
 
 from . import arrays, places
-from .arrays import Floats, Integers, Numbers
+from .arrays import Floats, Numbers
+from .chain import Chain
 
 # Sine and cosine together in two fifths of the time of two calls of the C library. Coefficients
 # and parts of pi/2 from fdlibm (Sun Microsystems 1993: k_sin.c, k_cos.c, e_rem_pio2.c).
@@ -89,24 +90,24 @@ def sines_and_cosines(angles: Numbers, sines: Numbers, cosines: Numbers) -> None
         sines[lane], cosines[lane] = pair[0], pair[1]
 
 
-def _start(T: Numbers, numbers: Floats, at: int) -> None:
+def _start(T: Numbers, motion: Floats) -> None:
     for k in range(12):
-        T[k] = numbers[at + k]
+        T[k] = motion[k]
 
 
-def _times(T: Numbers, numbers: Floats, at: int) -> None:
-    # T becomes T times the constant motion at `at`.
+def _times(T: Numbers, motion: Floats) -> None:
+    # T becomes T times a constant motion.
     for i in range(0, 12, 4):
         x, y, z = T[i], T[i + 1], T[i + 2]
-        T[i] = x * numbers[at] + y * numbers[at + 4] + z * numbers[at + 8]
-        T[i + 1] = x * numbers[at + 1] + y * numbers[at + 5] + z * numbers[at + 9]
-        T[i + 2] = x * numbers[at + 2] + y * numbers[at + 6] + z * numbers[at + 10]
-        T[i + 3] = x * numbers[at + 3] + y * numbers[at + 7] + z * numbers[at + 11] + T[i + 3]
+        T[i] = x * motion[0] + y * motion[4] + z * motion[8]
+        T[i + 1] = x * motion[1] + y * motion[5] + z * motion[9]
+        T[i + 2] = x * motion[2] + y * motion[6] + z * motion[10]
+        T[i + 3] = x * motion[3] + y * motion[7] + z * motion[11] + T[i + 3]
 
 
-def _times_twist(T: Numbers, numbers: Floats, at: int) -> None:
+def _times_twist(T: Numbers, motion: Floats) -> None:
     # As `_times`, where the constant motion is a turn about x and a step along it.
-    a, c, s = numbers[at + 3], numbers[at + 5], numbers[at + 9]
+    a, c, s = motion[3], motion[5], motion[9]
     for i in range(0, 12, 4):
         x, y, z = T[i], T[i + 1], T[i + 2]
         T[i + 1] = y * c + z * s
@@ -181,70 +182,67 @@ def _write_screw(by_theta: float, by_d: float, entries: int, row: Floats, screw:
     screw[5 * entries] = by_theta * zz
 
 
-def evaluate_row(
-    integers: Integers, numbers: Floats, q: Floats, qdot: Floats, depth: int, row: Floats
-) -> float:
+def _write_fixed_frames(chain: Chain, row: Floats) -> int:
+    # Those in front of every element; returns how many.
+    frame = 0
+    while frame < chain.frames and chain.frame_parent[frame] < 0:
+        _write_motion(
+            arrays.after(chain.frame_offset, 12 * frame), row, chain.frames_at + 16 * frame
+        )
+        frame += 1
+    return frame
+
+
+def _write_frames(chain: Chain, element: int, frame: int, T: Numbers, row: Floats) -> int:
+    # Those that an element carries, from `frame` on; returns the first of the next one.
+    pose = [0.0] * 12
+    while frame < chain.frames and chain.frame_parent[frame] == element:
+        for i in range(12):
+            pose[i] = T[i]
+        _times(pose, arrays.after(chain.frame_offset, 12 * frame))
+        _write_motion(pose, row, chain.frames_at + 16 * frame)
+        frame += 1
+    return frame
+
+
+def evaluate_row(chain: Chain, q: Floats, qdot: Floats, depth: int, row: Floats) -> float:
     """
     Fill a row as `evaluation.evaluate` does; what is returned is finite if all of the row is.
 
     """
-    elements = integers[places.ELEMENTS]
-    entries = integers[places.ENTRIES]
-    screws = integers[places.SCREWS_AT]
-    twisted = integers[places.ONE_TO_ONE] == places.TWISTED
-    first_entry = places.CHAIN_HEADER  # of each element, and one past the last
-    entry_joint = first_entry + elements + 1
-    frame_parent = entry_joint + entries
-    theta_0 = 12 * (elements + 1)
-    d_0 = theta_0 + elements
-    c_theta = d_0 + elements
-    c_d = c_theta + entries
-    frame_offset = c_d + entries
-
-    T, frame_pose = [0.0] * 12, [0.0] * 12
-    frames = integers[places.FRAMES] if depth >= places.ALL_FRAMES else 0
-    frames_at = integers[places.FRAMES_AT]
-    frame = 0
-    while frame < frames and integers[frame_parent + frame] < 0:
-        _start(frame_pose, numbers, frame_offset + 12 * frame)
-        _write_motion(frame_pose, row, frames_at + 16 * frame)
-        frame += 1
-
-    _start(T, numbers, 0)
+    elements, entries = chain.elements, chain.entries
+    twisted = chain.form == places.TWISTED
+    screws = arrays.after(row, chain.screws_at)
+    T = [0.0] * 12
+    frame = _write_fixed_frames(chain, row) if depth >= places.ALL_FRAMES else 0
+    _start(T, chain.before)
     for k in range(elements):
-        theta = numbers[theta_0 + k]
-        d = numbers[d_0 + k]
+        theta = chain.theta_0[k]
+        d = chain.d_0[k]
         if twisted:
             q_k = q[k]
-            theta += numbers[c_theta + k] * q_k
-            d += numbers[c_d + k] * q_k
+            theta += chain.by_theta[k] * q_k
+            d += chain.by_d[k] * q_k
             if depth >= places.JACOBIAN:
-                _write_point_and_axis(T, entries, arrays.after(row, screws + k))
+                _write_point_and_axis(T, entries, arrays.after(screws, k))
         else:
-            for e in range(integers[first_entry + k], integers[first_entry + k + 1]):
-                q_k = q[integers[entry_joint + e]]
-                theta += numbers[c_theta + e] * q_k
-                d += numbers[c_d + e] * q_k
+            for e in range(chain.first_entry[k], chain.first_entry[k + 1]):
+                q_k = q[chain.joint[e]]
+                theta += chain.by_theta[e] * q_k
+                d += chain.by_d[e] * q_k
                 if depth >= places.JACOBIAN:
-                    _write_point_and_axis(T, entries, arrays.after(row, screws + e))
+                    _write_point_and_axis(T, entries, arrays.after(screws, e))
         _times_screw(T, theta, d)
-        while frame < frames and integers[frame_parent + frame] == k:
-            for i in range(12):
-                frame_pose[i] = T[i]
-            _times(frame_pose, numbers, frame_offset + 12 * frame)
-            _write_motion(frame_pose, row, frames_at + 16 * frame)
-            frame += 1
+        if depth >= places.ALL_FRAMES:
+            frame = _write_frames(chain, k, frame, T, row)
         if twisted and k < elements - 1:
-            _times_twist(T, numbers, 12 * (k + 1))
+            _times_twist(T, arrays.after(chain.before, 12 * (k + 1)))
         else:
-            _times(T, numbers, 12 * (k + 1))
+            _times(T, arrays.after(chain.before, 12 * (k + 1)))
+    return finish_row(chain, T, qdot, depth, row)
 
-    return finish_row(integers, numbers, T, qdot, depth, row)
 
-
-def finish_row(
-    integers: Integers, numbers: Floats, T: Numbers, qdot: Floats, depth: int, row: Floats
-) -> float:
+def finish_row(chain: Chain, T: Numbers, qdot: Floats, depth: int, row: Floats) -> float:
     """
     Fill a row once the tool's pose T is known, and points and axes stand in place of the screws.
 
@@ -254,44 +252,35 @@ def finish_row(
     total = T[3] + T[7] + T[11]
     if depth < places.JACOBIAN:
         return total
-    n = integers[places.JOINTS]
-    entries = integers[places.ENTRIES]
-    screws = integers[places.SCREWS_AT]
-    entry_joint = places.CHAIN_HEADER + integers[places.ELEMENTS] + 1
-    c_theta = 12 * (integers[places.ELEMENTS] + 1) + 2 * integers[places.ELEMENTS]
-    c_d = c_theta + entries
-    for e in range(entries):
-        _write_screw(
-            numbers[c_theta + e], numbers[c_d + e], entries, row, arrays.after(row, screws + e)
-        )
-    if integers[places.ONE_TO_ONE] == places.MIXED:
-        _add_up_screws(n, entries, arrays.whole_after(integers, entry_joint), screws, row)
-    return total + _write_twist(
-        n, entries, arrays.whole_after(integers, entry_joint), screws, qdot, row
-    )
+    screws = arrays.after(row, chain.screws_at)
+    for e in range(chain.entries):
+        _write_screw(chain.by_theta[e], chain.by_d[e], chain.entries, row, arrays.after(screws, e))
+    if chain.form == places.MIXED:
+        _add_up_screws(chain, screws, row)
+    return total + _write_twist(chain, screws, qdot, row)
 
 
-def _add_up_screws(n: int, entries: int, joints: Integers, screws: int, row: Floats) -> None:
+def _add_up_screws(chain: Chain, screws: Floats, row: Floats) -> None:
     # The Jacobian, where entries and joints differ.
+    n = chain.dof
     for k in range(places.JACOBIAN_AT, places.JACOBIAN_AT + 6 * n):
         row[k] = 0.0
-    for e in range(entries):
-        j = places.JACOBIAN_AT + joints[e]
+    for e in range(chain.entries):
+        j = places.JACOBIAN_AT + chain.joint[e]
         for i in range(6):
-            row[j + i * n] += row[screws + i * entries + e]
+            row[j + i * n] += screws[i * chain.entries + e]
 
 
-def _write_twist(
-    n: int, entries: int, joints: Integers, screws: int, qdot: Floats, row: Floats
-) -> float:
+def _write_twist(chain: Chain, screws: Floats, qdot: Floats, row: Floats) -> float:
     # What is returned is finite if the screws and the twist are.
-    twist = places.JACOBIAN_AT + 6 * n
+    entries = chain.entries
+    twist = places.JACOBIAN_AT + 6 * chain.dof
     total = 0.0
     for i in range(6):
-        along, screw = 0.0, screws + i * entries
+        along, screw = 0.0, i * entries
         for e in range(entries):
-            along += row[screw + e] * qdot[joints[e]]
-            total += row[screw + e]
+            along += screws[screw + e] * qdot[chain.joint[e]]
+            total += screws[screw + e]
         row[twist + i] = along
         total += along
     return total

@@ -4,12 +4,12 @@ How near to dependent the columns of the rows of J that count are, and the motio
 """
 
 from . import aims, arrays, chain_pass, places, singular_values
-from .arrays import Floats, Integers
+from .arrays import Floats
+from .chain import Chain
 
 
 def free_motions(
-    integers: Integers,
-    numbers: Floats,
+    chain: Chain,
     aim: Floats,
     scales: Floats,
     q: Floats,
@@ -21,7 +21,7 @@ def free_motions(
 
     Parameters
     ----------
-    integers, numbers, aim, scales
+    chain, aim, scales
         As `refine` takes them.
     q : shape (N, n), rad or m
         Joint positions.
@@ -31,19 +31,19 @@ def free_motions(
         Unit joint motions, scaled ones, a row a singular value.
 
     """
-    of_chain = arrays.whole(integers, places.CHAIN_HEADER)
-    n, count = of_chain[places.JOINTS], arrays.extent(q, 0)
-    constants, target = arrays.numbers(numbers, 1), arrays.numbers(aim, places.AIM_SIZE)
+    arrays.given(chain)
+    n, count = chain.dof, arrays.extent(q, 0)
+    target = arrays.numbers(aim, places.AIM_SIZE)
     counted, positions = arrays.numbers(scales, n), arrays.numbers(q, count * n)
     values, turns = arrays.results(sigma, count * n), arrays.results(motions, count * n * n)
     width = 6 + n
-    columns = arrays.scratch(6 * n + n * width + of_chain[places.FRAMES_AT])
+    columns = arrays.scratch(6 * n + n * width + chain.frames_at)
     W = arrays.after(columns, 6 * n)
     row = arrays.after(W, n * width)
     lock = arrays.let_go()
     for k in range(count):
         q_k = arrays.after(positions, k * n)
-        chain_pass.evaluate_row(of_chain, constants, q_k, q_k, places.JACOBIAN, row)
+        chain_pass.evaluate_row(chain, q_k, q_k, places.JACOBIAN, row)
         aims.write_columns(target, n, row, counted, columns)
         for i in range(n):
             for j in range(6):
@@ -60,24 +60,22 @@ def free_motions(
 
 
 def share_of_last_pivot(
-    integers: Integers, numbers: Floats, aim: Floats, scales: Floats, q: Floats, work: Floats
+    chain: Chain, aim: Floats, scales: Floats, q: Floats, work: Floats
 ) -> float:
     """
     Return one of the shares of `pivots`; `work` has room for 6 n numbers and a row.
 
     """
-    n = integers[places.JOINTS]
+    n = chain.dof
     row = arrays.after(work, 6 * n)
     if n > 6:
         return 0.0
-    chain_pass.evaluate_row(integers, numbers, q, q, places.JACOBIAN, row)
+    chain_pass.evaluate_row(chain, q, q, places.JACOBIAN, row)
     aims.write_columns(aim, n, row, scales, work)
     return singular_values.least_pivot(work, n, 6)
 
 
-def pivots(
-    integers: Integers, numbers: Floats, aim: Floats, scales: Floats, q: Floats, shares: Floats
-) -> None:
+def pivots(chain: Chain, aim: Floats, scales: Floats, q: Floats, shares: Floats) -> None:
     """
     Fill `shares` (N,) with how near to dependent the columns of the aim's rows of J are: 0 if so.
 
@@ -86,18 +84,18 @@ def pivots(
 
     Parameters
     ----------
-    integers, numbers, aim, scales, q
+    chain, aim, scales, q
         As `free_motions` takes them; 0 too where there are more joints than rows.
 
     """
-    of_chain = arrays.whole(integers, places.CHAIN_HEADER)
-    n, count = of_chain[places.JOINTS], arrays.extent(q, 0)
-    constants, target = arrays.numbers(numbers, 1), arrays.numbers(aim, places.AIM_SIZE)
+    arrays.given(chain)
+    n, count = chain.dof, arrays.extent(q, 0)
+    target = arrays.numbers(aim, places.AIM_SIZE)
     counted, positions = arrays.numbers(scales, n), arrays.numbers(q, count * n)
     result = arrays.results(shares, count)
-    work = arrays.scratch(6 * n + of_chain[places.FRAMES_AT])
+    work = arrays.scratch(6 * n + chain.frames_at)
     for k in range(count):
         result[k] = share_of_last_pivot(
-            of_chain, constants, target, counted, arrays.after(positions, k * n), work
+            chain, target, counted, arrays.after(positions, k * n), work
         )
     arrays.give_back(work)

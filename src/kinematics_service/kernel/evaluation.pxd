@@ -3,34 +3,33 @@ cimport numpy as cnp
 from libc cimport math
 
 from . cimport arrays, chain_pass, lanes, places
+from .arm cimport Arm
+from .chain cimport Chain
 
 @cython.locals(
-    of_chain='long long*', constants='double*', positions='double*', rates='double*',
-    results='double*', count=Py_ssize_t, n=Py_ssize_t, each=Py_ssize_t, stopped=Py_ssize_t,
+    positions='double*', rates='double*', results='double*', count=Py_ssize_t, n=Py_ssize_t,
+    each=Py_ssize_t, stopped=Py_ssize_t,
 )
 cpdef Py_ssize_t evaluate(
-    cnp.ndarray integers, cnp.ndarray numbers, cnp.ndarray q, cnp.ndarray qdot, int depth,
-    cnp.ndarray rows,
+    Chain chain, cnp.ndarray q, cnp.ndarray qdot, int depth, cnp.ndarray rows
 ) except -9
-cdef Py_ssize_t _width(long long* integers, int depth) noexcept nogil
+cdef Py_ssize_t _width(Chain chain, int depth) noexcept nogil
 @cython.locals(
     nothing=double, k=Py_ssize_t, n=Py_ssize_t, j=Py_ssize_t, q_k='double*', qdot_k='double*',
     row='double*', side_by_side=cython.bint,
 )
 cdef Py_ssize_t _evaluate_rows(
-    long long* integers, double* numbers, Py_ssize_t count, double* q, double* qdot,
-    Py_ssize_t each, int depth, Py_ssize_t width, double* rows,
+    Chain chain, Py_ssize_t count, double* q, double* qdot, Py_ssize_t each, int depth,
+    Py_ssize_t width, double* rows,
 ) noexcept nogil
 @cython.locals(
-    numbers='double*', positions='double*', rates='double*', result='double*', n=int, tail=int,
+    positions='double*', rates='double*', result='double*', n=int, tail=int,
     at=int, bad=int, j=int, i=int,
 )
 cpdef int evaluate_one(
-    cnp.ndarray arm, cnp.ndarray q, cnp.ndarray qdot, cnp.ndarray row
+    Arm arm, cnp.ndarray q, cnp.ndarray qdot, cnp.ndarray row
 ) except -9
-cdef long long* chain_of(double* arm) noexcept nogil
-cdef double* constants_of(double* arm) noexcept nogil
 @cython.locals(nothing=double, total=double, n=int, depth=int, j=int)
-cdef int evaluate_tail(double* arm, double* row, int at) noexcept nogil
+cdef int evaluate_tail(Chain chain, double* row, int at) noexcept nogil
 @cython.locals(motions='double*', results='double*', count=Py_ssize_t, k=Py_ssize_t)
 cpdef quaternions(cnp.ndarray poses, cnp.ndarray quaternions_xyzw)

@@ -6,12 +6,12 @@ Evaluation of joint positions, of one or of many, and quaternions of poses.
 import math
 
 from . import arrays, chain_pass, lanes, places
-from .arrays import Floats, Integers
+from .arm import Arm
+from .arrays import Floats
+from .chain import Chain
 
 
-def evaluate(
-    integers: Integers, numbers: Floats, q: Floats, qdot: Floats, depth: int, rows: Floats
-) -> int:
+def evaluate(chain: Chain, q: Floats, qdot: Floats, depth: int, rows: Floats) -> int:
     """
     Fill `rows` with pose, quaternion, Jacobian, twist and frames of each q: one pass a row.
 
@@ -20,8 +20,8 @@ def evaluate(
 
     Parameters
     ----------
-    integers, numbers
-        `Chain.integers` and `Chain.numbers`.
+    chain
+        The arm.
     q, qdot : shape (N, n) and (N, n) or (1, n), rad or m, rad/s or m/s
         One row of `qdot` serves every row of `q`.
     depth
@@ -29,42 +29,38 @@ def evaluate(
     rows : shape (N, width)
         Results, in the base frame: pose 4 x 4 at POSE_AT, quaternion x y z w at QUATERNION_AT, J
         (6, n) at JACOBIAN_AT, twist (6,) after it, the screws of the entries (6, entries) at
-        integers[SCREWS_AT], frames 4 x 4 each at integers[FRAMES_AT]. Rows of J and the twist:
+        chain.screws_at, frames 4 x 4 each at chain.frames_at. Rows of J and the twist:
         vx vy vz wx wy wz of the tool's origin.
 
     """
-    count = arrays.extent(q, 0)
-    of_chain = arrays.whole(integers, places.CHAIN_HEADER)
-    n = of_chain[places.JOINTS]
-    width = _width(of_chain, depth)
+    arrays.given(chain)
+    count, n = arrays.extent(q, 0), chain.dof
     if (
         arrays.extent(q, 1) != n
         or arrays.extent(qdot, 1) != n
         or arrays.extent(rows, 0) != count
-        or arrays.extent(rows, 1) < width
+        or arrays.extent(rows, 1) < _width(chain, depth)
     ):
         raise TypeError('the arrays of an evaluation do not go together')
     each = 0 if arrays.extent(qdot, 0) == 1 else n
-    constants = arrays.numbers(numbers, 1)
     positions, rates = arrays.numbers(q, 0), arrays.numbers(qdot, count * each)
     results = arrays.results(rows, 0)
     lock = arrays.let_go()
     stopped = _evaluate_rows(
-        of_chain, constants, count, positions, rates, each, depth, arrays.extent(rows, 1), results
+        chain, count, positions, rates, each, depth, arrays.extent(rows, 1), results
     )
     arrays.take_back(lock)
     return stopped
 
 
-def _width(integers: Integers, depth: int) -> int:
+def _width(chain: Chain, depth: int) -> int:
     if depth >= places.ALL_FRAMES:
-        return integers[places.WIDTH]
-    return integers[places.FRAMES_AT] if depth == places.JACOBIAN else places.JACOBIAN_AT
+        return chain.width
+    return chain.frames_at if depth == places.JACOBIAN else places.JACOBIAN_AT
 
 
 def _evaluate_rows(
-    integers: Integers,
-    numbers: Floats,
+    chain: Chain,
     count: int,
     q: Floats,
     qdot: Floats,
@@ -73,29 +69,27 @@ def _evaluate_rows(
     width: int,
     rows: Floats,
 ) -> int:
-    n = integers[places.JOINTS]
+    n = chain.dof
     k = 0
     while k < count:
         q_k, qdot_k = arrays.after(q, k * n), arrays.after(qdot, k * each)
         row = arrays.after(rows, k * width)
         side_by_side = depth < places.ALL_FRAMES and count - k >= places.LANES
-        if side_by_side and lanes.evaluate_rows(
-            integers, numbers, q_k, qdot_k, each, depth, width, row
-        ):
+        if side_by_side and lanes.evaluate_rows(chain, q_k, qdot_k, each, depth, width, row):
             k += places.LANES
             continue
         nothing = 0.0
         for j in range(n):
             nothing += 0.0 * q_k[j] + 0.0 * qdot_k[j]  # not a number where one is not finite
         if nothing != 0.0 or not math.isfinite(
-            chain_pass.evaluate_row(integers, numbers, q_k, qdot_k, depth, row)
+            chain_pass.evaluate_row(chain, q_k, qdot_k, depth, row)
         ):
             return k
         k += 1
     return -1
 
 
-def evaluate_one(arm: Floats, q: Floats, qdot: Floats, row: Floats) -> int:
+def evaluate_one(arm: Arm, q: Floats, qdot: Floats, row: Floats) -> int:
     """
     Fill one row as `evaluate` does, and after it q, qdot and, once more, the quaternion.
 
@@ -104,7 +98,7 @@ def evaluate_one(arm: Floats, q: Floats, qdot: Floats, row: Floats) -> int:
     Parameters
     ----------
     arm
-        As packed.pack returns it.
+        The arm.
     q, qdot : shape (n,) each
         Joint positions and velocities.
     row : shape (width + 2 n + ROW_TAIL,)
@@ -112,8 +106,8 @@ def evaluate_one(arm: Floats, q: Floats, qdot: Floats, row: Floats) -> int:
         call spends as much on each of them as on a joint.
 
     """
-    numbers = arrays.numbers(arm, places.ARM_HEADER)
-    n = chain_of(numbers)[places.JOINTS]
+    arrays.given(arm)
+    n = arm.chain.dof
     if arrays.size(q) != n or arrays.size(qdot) != n:
         return -2
     positions, rates = arrays.numbers(q, n), arrays.numbers(qdot, n)
@@ -123,48 +117,30 @@ def evaluate_one(arm: Floats, q: Floats, qdot: Floats, row: Floats) -> int:
     for j in range(n):
         result[at + j] = positions[j]
         result[at + n + j] = rates[j]
-    bad = evaluate_tail(numbers, result, at)
+    bad = evaluate_tail(arm.chain, result, at)
     for i in range(places.ROW_TAIL):
         result[at + 2 * n + i] = result[places.QUATERNION_AT + i]
     return bad
 
 
-def chain_of(arm: Floats) -> Integers:
-    """
-    Return the whole numbers of the chain of an arm.
-
-    """
-    header = arrays.as_whole(arm)
-    return arrays.whole_after(header, header[places.CHAIN_INTEGERS_AT])
-
-
-def constants_of(arm: Floats) -> Floats:
-    """
-    Return the numbers of the chain of an arm.
-
-    """
-    return arrays.after(arm, arrays.as_whole(arm)[places.CHAIN_NUMBERS_AT])
-
-
-def evaluate_tail(arm: Floats, row: Floats, at: int) -> int:
+def evaluate_tail(chain: Chain, row: Floats, at: int) -> int:
     """
     Evaluate a row at the q and qdot that stand in it from `at` on, which is its width.
 
     Returns -1, or 0 where a number is not finite or too large.
 
     """
-    integers = chain_of(arm)
-    n = integers[places.JOINTS]
+    n = chain.dof
     nothing = 0.0
     for j in range(at, at + 2 * n):
         nothing += 0.0 * row[j]  # not a number where one of them is not finite
     depth = places.POSE
-    if at >= integers[places.WIDTH]:
+    if at >= chain.width:
         depth = places.ALL_FRAMES
-    elif at >= integers[places.FRAMES_AT]:
+    elif at >= chain.frames_at:
         depth = places.JACOBIAN
     total = chain_pass.evaluate_row(
-        integers, constants_of(arm), arrays.after(row, at), arrays.after(row, at + n), depth, row
+        chain, arrays.after(row, at), arrays.after(row, at + n), depth, row
     )
     return -1 if math.isfinite(total + nothing) else 0
 

@@ -9,17 +9,43 @@ from . import arrays, chain_pass, places
 from .arrays import Floats, Integers
 
 
-def run_tape(
-    integers: Integers, numbers: Floats, count: int, n: int, q: Floats, steps: Floats
-) -> None:
+class Tape:
     """
-    Fill `steps` with gradient and, last, value of each of `count` steps of a tape at q (n,).
+    A list of elementary operations, whose last results are the factors of an arm: frozen.
+
+    To the compiled kernel the arrays are addresses that Python does not see.
+
+    Attributes
+    ----------
+    operations : shape (3 steps,)
+        Operation and operands of each step: earlier steps, or a joint.
+    constants : shape (steps,)
+        The constant, or the scale, of each step.
+    ends : shape (factors,)
+        The step that holds each factor's value.
+    steps, factors
+        How many there are.
+
+    """
+
+    def __init__(self, operations: Integers, constants: Floats, ends: Integers) -> None:
+        self._arrays = operations, constants, ends
+        self.steps = len(constants)
+        self.factors = len(ends)
+        self.operations = arrays.whole(operations, 3 * self.steps)
+        self.constants = arrays.numbers(constants, self.steps)
+        self.ends = arrays.whole(ends, self.factors)
+
+
+def run_tape(tape: Tape, n: int, q: Floats, steps: Floats) -> None:
+    """
+    Fill `steps` with gradient and, last, value of each step of a tape at q (n,).
 
     """
     width = n + 1
-    for i in range(count):
-        operation, first, second = integers[3 * i], integers[3 * i + 1], integers[3 * i + 2]
-        number = numbers[i]
+    for i in range(tape.steps):
+        operation, number = tape.operations[3 * i], tape.constants[i]
+        first, second = tape.operations[3 * i + 1], tape.operations[3 * i + 2]
         step = arrays.after(steps, i * width)
         if operation <= places.JOINT:
             for j in range(n):
@@ -76,30 +102,21 @@ def distance_to_zero(value: float, slope: float) -> float:
     return abs(value) / slope if abs(value) < places.PI * slope else places.PI
 
 
-def evaluate_factors(
-    integers: Integers, numbers: Floats, ends: Integers, q: Floats, results: Floats
-) -> None:
+def evaluate_factors(tape: Tape, q: Floats, results: Floats) -> None:
     """
     Fill `results` (N, factors, 1 + n) with value and gradient of each factor at q (N, n).
 
-    Parameters
-    ----------
-    integers : shape (3 steps,), numbers : shape (steps,), ends : shape (factors,)
-        The tape: operation and operands of each step, its constant or scale, the factors' steps.
-
     """
-    count, n = arrays.extent(q, 0), arrays.extent(q, 1)
-    tape_steps, factors = arrays.size(numbers), arrays.size(ends)
-    tape = arrays.whole(integers, 3 * tape_steps)
-    constants, last = arrays.numbers(numbers, 0), arrays.whole(ends, 0)
+    arrays.given(tape)
+    count, n, factors = arrays.extent(q, 0), arrays.extent(q, 1), tape.factors
     positions = arrays.numbers(q, 0)
     result = arrays.results(results, count * factors * (1 + n))
-    steps = arrays.scratch(tape_steps * (n + 1))
+    steps = arrays.scratch(tape.steps * (n + 1))
     for k in range(count):
-        run_tape(tape, constants, tape_steps, n, arrays.after(positions, k * n), steps)
+        run_tape(tape, n, arrays.after(positions, k * n), steps)
         for f in range(factors):
             one = arrays.after(result, (k * factors + f) * (1 + n))
-            step = arrays.after(steps, last[f] * (n + 1))
+            step = arrays.after(steps, tape.ends[f] * (n + 1))
             one[0] = step[n]
             for j in range(n):
                 one[1 + j] = step[j]

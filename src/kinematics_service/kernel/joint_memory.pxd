@@ -3,6 +3,7 @@ cimport numpy as cnp
 from libc cimport math
 
 from . cimport angles, arrays, evaluation, places
+from .arm cimport Arm
 
 cdef double MOVED_APART, RETURNED
 
@@ -43,13 +44,13 @@ cdef int _merge(
 cdef void _write_continuous_quaternion(double* memory, double* row, int at) noexcept nogil
 @cython.locals(said=int, moving=cython.bint, j=int)
 cdef int take(
-    double* arm, double* memory, int n, int ours, long long* layout, double* positions,
+    Arm arm, double* memory, int n, int ours, long long* layout, double* positions,
     double* velocities, bint has_velocities, long long stamp, long long received,
     long long arrival, double* row, int at,
 ) noexcept nogil
 @cython.locals(n=int, at=Py_ssize_t)
 cpdef int observe(
-    cnp.ndarray arm, cnp.ndarray memory, cnp.ndarray layout, cnp.ndarray positions,
+    Arm arm, cnp.ndarray memory, cnp.ndarray layout, cnp.ndarray positions,
     cnp.ndarray velocities, long long stamp, long long received, long long arrival,
     cnp.ndarray row,
 ) except -9

@@ -6,6 +6,7 @@ What is known of each joint, and how a message changes it.
 import math
 
 from . import angles, arrays, evaluation, places
+from .arm import Arm
 from .arrays import Floats, Integers
 
 # Evidence that two publishers disagree about a joint: it jumps by more than MOVED_APART (rad or m)
@@ -203,7 +204,7 @@ def _write_continuous_quaternion(memory: Floats, row: Floats, at: int) -> None:
 
 
 def take(
-    arm: Floats,
+    arm: Arm,
     memory: Floats,
     n: int,
     ours: int,
@@ -233,14 +234,14 @@ def take(
         row[at + n + j] = numbers[places.VELOCITY * n + j] if moving else 0.0
     if at == 0:
         return said
-    if evaluation.evaluate_tail(arm, row, at) >= 0:
+    if evaluation.evaluate_tail(arm.chain, row, at) >= 0:
         return places.NOT_COMPUTABLE + said // places.STARTED_ANEW * places.STARTED_ANEW
     _write_continuous_quaternion(memory, row, at + 2 * n)
     return said
 
 
 def observe(
-    arm: Floats,
+    arm: Arm,
     memory: Floats,
     layout: Integers,
     positions: Floats,
@@ -259,7 +260,7 @@ def observe(
     Parameters
     ----------
     arm
-        As packed.pack returns it.
+        The arm.
     memory
         As joint_table.JointTable packs it.
     layout : shape (2 k,)
@@ -273,14 +274,14 @@ def observe(
         time. Where the width is 0, q and qdot only.
 
     """
-    numbers = arrays.numbers(arm, places.ARM_HEADER)
+    arrays.given(arm)
     known = arrays.results(memory, places.MEMORY_HEADER)
     n = _joints(arrays.size(memory))
     at = arrays.size(row) - 2 * n - places.ROW_TAIL
-    if n != evaluation.chain_of(numbers)[places.JOINTS] or (at != 0 and at < places.JACOBIAN_AT):
+    if n != arm.chain.dof or (at != 0 and at < places.JACOBIAN_AT):
         raise TypeError('the arrays of an arm and a message do not go together')
     return take(
-        numbers,
+        arm,
         known,
         n,
         arrays.size(layout) // 2,

@@ -6,34 +6,24 @@ The measures of evaluated rows with the factors there, and the level they come t
 import math
 
 from . import arrays, evaluation, factors, places, singularity
+from .arm import Arm
 from .arrays import Floats
 
 
-def _judge_factors(arm: Floats, n: int, q: Floats, judged: Floats, steps: Floats) -> int:
+def _judge_factors(arm: Arm, q: Floats, judged: Floats, steps: Floats) -> int:
     # Fills distances, values and gradients of the factors; returns the one nearest to its zero.
-    header = arrays.as_whole(arm)
-    count = header[places.FACTORS]
+    n, count = arm.chain.dof, arm.tape.factors
     distances = arrays.after(judged, places.JUDGED)
-    ends = arrays.whole_after(header, header[places.FACTOR_ENDS_AT])
-    task_rows = header[header[places.TASK_INTEGERS_AT] + places.ROWS]
-    column_scales = arrays.after(arm, header[places.TASK_NUMBERS_AT] + 9 + task_rows)
-    factors.run_tape(
-        arrays.whole_after(header, header[places.TAPE_AT]),
-        arrays.after(arm, header[places.TAPE_NUMBERS_AT]),
-        header[places.TAPE_STEPS],
-        n,
-        q,
-        steps,
-    )
+    factors.run_tape(arm.tape, n, q, steps)
     nearest = 0
     for f in range(count):
-        step = arrays.after(steps, ends[f] * (n + 1))
+        step = arrays.after(steps, arm.tape.ends[f] * (n + 1))
         result = arrays.after(distances, count + f * (1 + n))
         result[0] = step[n]
         squares = 0.0
         for j in range(n):
             result[1 + j] = step[j]
-            slope = step[j] * column_scales[j]
+            slope = step[j] * arm.task.column_scale[j]
             squares += slope * slope
         distances[f] = factors.distance_to_zero(step[n], math.sqrt(squares))
         if distances[f] < distances[nearest]:
@@ -41,77 +31,67 @@ def _judge_factors(arm: Floats, n: int, q: Floats, judged: Floats, steps: Floats
     return nearest
 
 
-def judge_row(arm: Floats, row: Floats, q: Floats, measures: Floats, work: Floats) -> None:
+def judge_row(arm: Arm, row: Floats, q: Floats, measures: Floats, work: Floats) -> None:
     """
     Fill the measures of a row, the factors there, and the level without hysteresis.
 
     `work` has room for `room` numbers.
 
     """
-    header = arrays.as_whole(arm)
-    integers = evaluation.chain_of(arm)
-    n = integers[places.JOINTS]
-    task_integers = arrays.whole_after(header, header[places.TASK_INTEGERS_AT])
-    task_numbers = arrays.after(arm, header[places.TASK_NUMBERS_AT])
-    singularity.measure_row(integers, task_integers, task_numbers, row, measures, work)
+    n = arm.chain.dof
+    singularity.measure_row(arm.chain, arm.task, row, measures, work)
 
-    count = min(n, task_integers[places.ROWS])
+    count = min(n, arm.task.count)
     judged = arrays.after(measures, places.LOST_AT + 6 + 2 * n + count)
     nearest = 0
-    if header[places.FACTORS] > 0:
-        nearest = _judge_factors(arm, n, q, judged, work)
+    if arm.tape.factors > 0:
+        nearest = _judge_factors(arm, q, judged, work)
         # Factors do not suffer between two singular sets; where their product is the determinant
         # nothing else is needed.
         distance = judged[places.JUDGED + nearest]
         estimate = measures[places.DISTANCE]
-        complete = header[places.FACTORS_COMPLETE] != 0
-        if estimate != 0.0 and (complete or not estimate < distance):
+        if estimate != 0.0 and (arm.factors_complete or not estimate < distance):
             measures[places.DISTANCE] = distance
 
-    watched = abs(measures[header[places.WATCHED_COLUMN]])
-    warn, stop = arm[places.WARN], arm[places.STOP]
-    sign = 1.0 if stop < warn else -1.0
+    watched = abs(measures[arm.watched])
+    sign = 1.0 if arm.stop < arm.warn else -1.0
     level = 0.0
-    if not sign * watched > sign * stop:
+    if not sign * watched > sign * arm.stop:
         level = 2.0
-    elif not sign * watched > sign * warn:
+    elif not sign * watched > sign * arm.warn:
         level = 1.0
     judged[places.WATCHED] = watched
     judged[places.LEVEL] = level
     judged[places.NEAREST] = nearest
 
 
-def room(arm: Floats) -> int:
+def room(arm: Arm) -> int:
     """
     Return how many numbers `judge_row` needs room for.
 
     """
-    header = arrays.as_whole(arm)
-    n = header[header[places.CHAIN_INTEGERS_AT] + places.JOINTS]
-    m = header[header[places.TASK_INTEGERS_AT] + places.ROWS]
-    return max(min(m, n) * (m + n) + 6 * n + n * n, header[places.TAPE_STEPS] * (n + 1))
+    n, m = arm.chain.dof, arm.task.count
+    return max(min(m, n) * (m + n) + 6 * n + n * n, arm.tape.steps * (n + 1))
 
 
-def width(arm: Floats) -> int:
+def width(arm: Arm) -> int:
     """
     Return the length of a row of measures.
 
     """
-    header = arrays.as_whole(arm)
-    n = header[header[places.CHAIN_INTEGERS_AT] + places.JOINTS]
-    m = header[header[places.TASK_INTEGERS_AT] + places.ROWS]
+    n, m = arm.chain.dof, arm.task.count
     judged = places.LOST_AT + 6 + 2 * n + min(m, n) + places.JUDGED
-    return judged + header[places.FACTORS] * (2 + n)
+    return judged + arm.tape.factors * (2 + n)
 
 
-def measure(arm: Floats, rows: Floats, q: Floats, measures: Floats) -> None:
+def measure(arm: Arm, rows: Floats, q: Floats, measures: Floats) -> None:
     """
     Fill `measures` with the singularity measures of each evaluated row (depth JACOBIAN or more).
 
     Parameters
     ----------
     arm
-        As packed.pack returns it.
+        The arm.
     rows : shape (N, width)
         As `evaluate` filled them.
     q : shape (N, n), rad or m
@@ -122,19 +102,18 @@ def measure(arm: Floats, rows: Floats, q: Floats, measures: Floats) -> None:
         to NEAREST, the distances to the zeros of the F factors, value and gradient of each.
 
     """
+    arrays.given(arm)
     count, row_width = arrays.extent(rows, 0), arrays.extent(rows, 1)
-    numbers = arrays.numbers(arm, places.ARM_HEADER)
-    integers = evaluation.chain_of(numbers)
-    n, columns = integers[places.JOINTS], width(numbers)
-    if row_width < integers[places.FRAMES_AT] or arrays.extent(measures, 1) != columns:
+    n, columns = arm.chain.dof, width(arm)
+    if row_width < arm.chain.frames_at or arrays.extent(measures, 1) != columns:
         raise TypeError('the arrays of measures do not go together')
     table, positions = arrays.numbers(rows, 0), arrays.numbers(q, count * n)
     results = arrays.results(measures, count * columns)
-    work = arrays.scratch(room(numbers))
+    work = arrays.scratch(room(arm))
     lock = arrays.let_go()
     for k in range(count):
         judge_row(
-            numbers,
+            arm,
             arrays.after(table, k * row_width),
             arrays.after(positions, k * n),
             arrays.after(results, k * columns),
@@ -144,24 +123,23 @@ def measure(arm: Floats, rows: Floats, q: Floats, measures: Floats) -> None:
     arrays.give_back(work)
 
 
-def measure_one(arm: Floats, row: Floats, measures: Floats) -> None:
+def measure_one(arm: Arm, row: Floats, measures: Floats) -> None:
     """
     Fill `measures` for one row, after which its q stands: as `evaluate_one` filled it.
 
     """
-    numbers = arrays.numbers(arm, places.ARM_HEADER)
-    integers = evaluation.chain_of(numbers)
-    tail = 2 * integers[places.JOINTS] + places.ROW_TAIL
-    evaluated = arrays.numbers(row, integers[places.FRAMES_AT] + tail)
-    results = arrays.results(measures, width(numbers))
+    arrays.given(arm)
+    tail = 2 * arm.chain.dof + places.ROW_TAIL
+    evaluated = arrays.numbers(row, arm.chain.frames_at + tail)
+    results = arrays.results(measures, width(arm))
     q = arrays.after(evaluated, arrays.size(row) - tail)
-    work = arrays.scratch(room(numbers))
-    judge_row(numbers, evaluated, q, results, work)
+    work = arrays.scratch(room(arm))
+    judge_row(arm, evaluated, q, results, work)
     arrays.give_back(work)
 
 
 def evaluate_and_measure_one(
-    arm: Floats, q: Floats, qdot: Floats, row: Floats, measures: Floats
+    arm: Arm, q: Floats, qdot: Floats, row: Floats, measures: Floats
 ) -> int:
     """
     `evaluate_one`, then `measure_one`, in one call; returns what the first returns.

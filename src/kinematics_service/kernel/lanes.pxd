@@ -2,19 +2,20 @@ cimport cython
 from libc cimport math
 
 from . cimport arrays, chain_pass, places
+from .chain cimport Chain
 
 @cython.locals(k=int, lane=int)
-cdef void _start(double* T, double* numbers) noexcept nogil
+cdef void _start(double* T, double* motion) noexcept nogil
 @cython.locals(
     row=int, i=int, lane=int, x=double, y=double, z=double,
     xx=double, xy=double, xz=double, xp=double, yx=double, yy=double, yz=double, yp=double,
     zx=double, zy=double, zz=double, zp=double,
 )
-cdef void _times(double* T, double* numbers, int at) noexcept nogil
+cdef void _times(double* T, double* motion) noexcept nogil
 @cython.locals(
     row=int, i=int, lane=int, x=double, y=double, z=double, a=double, c=double, s=double
 )
-cdef void _times_twist(double* T, double* numbers, int at) noexcept nogil
+cdef void _times_twist(double* T, double* motion) noexcept nogil
 @cython.locals(row=int, i=int, lane=int, x=double, y=double, s=double, c=double)
 cdef void _times_screw(double* T, double* sines, double* cosines, double* d) noexcept nogil
 @cython.locals(i=int, lane=int, screw='double*')
@@ -26,12 +27,12 @@ cdef bint _finite(double* q, double* qdot, Py_ssize_t n, Py_ssize_t each) noexce
 @cython.locals(beyond=int, lane=int)
 cdef bint _reducible(double* angles) noexcept nogil
 @cython.locals(
-    n=Py_ssize_t, elements=int, entries=int, screws=int, twisted=cython.bint, first_entry=int,
-    entry_joint=int, theta_0=int, d_0=int, c_theta=int, c_d=int, joint=int, k=int, e=int, i=int,
-    lane=int, by_theta=double, by_d=double, total=double, T='double[192]', theta='double[16]',
-    d='double[16]', sines='double[16]', cosines='double[16]', pose='double[12]',
+    n=Py_ssize_t, elements=int, screws='double*', twisted=cython.bint, joint=int, k=int, e=int,
+    i=int, lane=int, by_theta=double, by_d=double, total=double, T='double[192]',
+    theta='double[16]', d='double[16]', sines='double[16]', cosines='double[16]',
+    pose='double[12]',
 )
 cdef bint evaluate_rows(
-    long long* integers, double* numbers, double* q, double* qdot, Py_ssize_t each, int depth,
-    Py_ssize_t width, double* rows,
+    Chain chain, double* q, double* qdot, Py_ssize_t each, int depth, Py_ssize_t width,
+    double* rows,
 ) noexcept nogil

@@ -9,20 +9,21 @@ the same order as for one pose: it is the same to the last bit.
 import math
 
 from . import arrays, chain_pass, places
-from .arrays import Floats, Integers, Numbers
+from .arrays import Floats, Numbers
+from .chain import Chain
 
 
-def _start(T: Numbers, numbers: Floats) -> None:
+def _start(T: Numbers, motion: Floats) -> None:
     for k in range(12):
         for lane in range(places.LANES):
-            T[k * places.LANES + lane] = numbers[k]
+            T[k * places.LANES + lane] = motion[k]
 
 
-def _times(T: Numbers, numbers: Floats, at: int) -> None:
-    # T becomes T times the constant motion at `at`.
-    xx, xy, xz, xp = numbers[at], numbers[at + 1], numbers[at + 2], numbers[at + 3]
-    yx, yy, yz, yp = numbers[at + 4], numbers[at + 5], numbers[at + 6], numbers[at + 7]
-    zx, zy, zz, zp = numbers[at + 8], numbers[at + 9], numbers[at + 10], numbers[at + 11]
+def _times(T: Numbers, motion: Floats) -> None:
+    # T becomes T times a constant motion.
+    xx, xy, xz, xp = motion[0], motion[1], motion[2], motion[3]
+    yx, yy, yz, yp = motion[4], motion[5], motion[6], motion[7]
+    zx, zy, zz, zp = motion[8], motion[9], motion[10], motion[11]
     for row in range(3):
         i = 4 * row * places.LANES
         for lane in range(i, i + places.LANES):
@@ -33,9 +34,9 @@ def _times(T: Numbers, numbers: Floats, at: int) -> None:
             T[lane + 3 * places.LANES] = x * xp + y * yp + z * zp + T[lane + 3 * places.LANES]
 
 
-def _times_twist(T: Numbers, numbers: Floats, at: int) -> None:
+def _times_twist(T: Numbers, motion: Floats) -> None:
     # As `_times`, where the constant motion is a turn about x and a step along it.
-    a, c, s = numbers[at + 3], numbers[at + 5], numbers[at + 9]
+    a, c, s = motion[3], motion[5], motion[9]
     for row in range(3):
         i = 4 * row * places.LANES
         for lane in range(i, i + places.LANES):
@@ -85,8 +86,7 @@ def _reducible(angles: Numbers) -> bool:
 
 
 def evaluate_rows(
-    integers: Integers,
-    numbers: Floats,
+    chain: Chain,
     q: Floats,
     qdot: Floats,
     each: int,
@@ -100,51 +100,42 @@ def evaluate_rows(
     Returns False where they have to be filled one by one: a number is not finite or too large.
 
     """
-    n = integers[places.JOINTS]
-    elements = integers[places.ELEMENTS]
-    entries = integers[places.ENTRIES]
-    screws = integers[places.SCREWS_AT]
-    twisted = integers[places.ONE_TO_ONE] == places.TWISTED
-    first_entry = places.CHAIN_HEADER
-    entry_joint = first_entry + elements + 1
-    theta_0 = 12 * (elements + 1)
-    d_0 = theta_0 + elements
-    c_theta = d_0 + elements
-    c_d = c_theta + entries
+    n, elements = chain.dof, chain.elements
+    twisted = chain.form == places.TWISTED
+    screws = arrays.after(rows, chain.screws_at)
     if not _finite(q, qdot, n, each):
         return False
     # LANES numbers each, written out because C arrays are made of them.
     T, pose = [0.0] * 192, [0.0] * 12
     theta, d = [0.0] * 16, [0.0] * 16
     sines, cosines = [0.0] * 16, [0.0] * 16
-    _start(T, numbers)
+    _start(T, chain.before)
     for k in range(elements):
         for lane in range(places.LANES):
-            theta[lane] = numbers[theta_0 + k]
-            d[lane] = numbers[d_0 + k]
-        for e in range(integers[first_entry + k], integers[first_entry + k + 1]):
-            joint = integers[entry_joint + e]
-            by_theta, by_d = numbers[c_theta + e], numbers[c_d + e]
+            theta[lane] = chain.theta_0[k]
+            d[lane] = chain.d_0[k]
+        for e in range(chain.first_entry[k], chain.first_entry[k + 1]):
+            joint = chain.joint[e]
+            by_theta, by_d = chain.by_theta[e], chain.by_d[e]
             for lane in range(places.LANES):
                 theta[lane] += by_theta * q[lane * n + joint]
                 d[lane] += by_d * q[lane * n + joint]
             if depth >= places.JACOBIAN:
-                _write_points_and_axes(T, entries, width, arrays.after(rows, screws + e))
+                _write_points_and_axes(T, chain.entries, width, arrays.after(screws, e))
         if not _reducible(theta):
             return False
         chain_pass.sines_and_cosines(theta, sines, cosines)
         _times_screw(T, sines, cosines, d)
         if twisted and k < elements - 1:
-            _times_twist(T, numbers, 12 * (k + 1))
+            _times_twist(T, arrays.after(chain.before, 12 * (k + 1)))
         else:
-            _times(T, numbers, 12 * (k + 1))
+            _times(T, arrays.after(chain.before, 12 * (k + 1)))
     total = 0.0
     for lane in range(places.LANES):
         for i in range(12):
             pose[i] = T[i * places.LANES + lane]
         total += chain_pass.finish_row(
-            integers,
-            numbers,
+            chain,
             pose,
             arrays.after(qdot, lane * each),
             depth,

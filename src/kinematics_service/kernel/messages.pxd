@@ -1,7 +1,8 @@
 cimport cython
 cimport numpy as cnp
 
-from . cimport arrays, evaluation, joint_memory, judging, places
+from . cimport arrays, joint_memory, judging, places
+from .arm cimport Arm
 
 @cython.locals(other='unsigned char', k=int)
 cdef bint _is_of_form(long long* form, unsigned char* data, int size) noexcept nogil
@@ -13,7 +14,7 @@ cdef void _copy_numbers(
     count=Py_ssize_t, velocity_count=Py_ssize_t, said=int,
 )
 cpdef int observe_bytes(
-    cnp.ndarray arm, cnp.ndarray memory, cnp.ndarray form, cnp.ndarray data, long long arrival,
+    Arm arm, cnp.ndarray memory, cnp.ndarray form, cnp.ndarray data, long long arrival,
     cnp.ndarray row, cnp.ndarray results, cnp.ndarray sheet,
 ) except -9
 cpdef fill_sheet(cnp.ndarray sheet, long long stamp, cnp.ndarray row, cnp.ndarray results)

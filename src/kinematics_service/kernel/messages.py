@@ -3,7 +3,8 @@ Serialized messages: joint states read from their bytes, answers written where m
 
 """
 
-from . import arrays, evaluation, joint_memory, judging, places
+from . import arrays, joint_memory, judging, places
+from .arm import Arm
 from .arrays import Bytes, Floats, Integers
 
 
@@ -22,7 +23,7 @@ def _copy_numbers(data: Bytes, at: int, count: int, numbers: Floats) -> None:
 
 
 def observe_bytes(
-    arm: Floats,
+    arm: Arm,
     memory: Floats,
     form: Integers,
     data: Bytes,
@@ -51,6 +52,7 @@ def observe_bytes(
         As in `fill_sheet`.
 
     """
+    arrays.given(arm)
     header = arrays.whole_results(form, places.FORM_HEADER)
     size = arrays.size(data)
     octets = arrays.octets(data, 0)
@@ -61,22 +63,20 @@ def observe_bytes(
     if stamp == 0:
         return places.NOT_THIS_FORM
 
-    numbers = arrays.numbers(arm, places.ARM_HEADER)
     known = arrays.results(memory, places.MEMORY_HEADER)
-    integers = evaluation.chain_of(numbers)
-    n = integers[places.JOINTS]
+    n = arm.chain.dof
     width = arrays.size(row) - 2 * n - places.ROW_TAIL
-    evaluated = arrays.results(row, integers[places.FRAMES_AT] + 2 * n + places.ROW_TAIL)
-    measured = arrays.results(results, judging.width(numbers))
+    evaluated = arrays.results(row, arm.chain.frames_at + 2 * n + places.ROW_TAIL)
+    measured = arrays.results(results, judging.width(arm))
     count = header[places.FORM_COUNT]
     velocity_count = header[places.FORM_VELOCITY_COUNT]
     header[places.FORM_NOW] = stamp
-    work = arrays.scratch(max(count + velocity_count, judging.room(numbers)))
+    work = arrays.scratch(max(count + velocity_count, judging.room(arm)))
     velocities = arrays.after(work, count)
     _copy_numbers(octets, header[places.FORM_POSITIONS], count, work)
     _copy_numbers(octets, header[places.FORM_VELOCITIES], velocity_count, velocities)
     said = joint_memory.take(
-        numbers,
+        arm,
         known,
         n,
         (header[places.FORM_PATTERN] - places.FORM_HEADER) // 2,
@@ -92,7 +92,7 @@ def observe_bytes(
     )
     if said % places.STARTED_ANEW <= places.SAID_WITH_DIFFERENCES:
         q = arrays.after(evaluated, width)
-        judging.judge_row(numbers, evaluated, q, measured, work)
+        judging.judge_row(arm, evaluated, q, measured, work)
         if arrays.size(sheet) > 0:
             _fill_sheet(arrays.results(sheet, 0), stamp, evaluated, arrays.size(row), measured)
     arrays.give_back(work)

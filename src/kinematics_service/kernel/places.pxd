@@ -27,19 +27,6 @@ cdef extern from *:
     const double INFINITY "KINEMATICS_INFINITY"
 
 cdef enum:
-    JOINTS = 0
-    ELEMENTS
-    ENTRIES
-    FRAMES
-    ONE_TO_ONE
-    SCREWS_AT
-    FRAMES_AT
-    WIDTH
-
-cdef enum:
-    CHAIN_HEADER = 8
-
-cdef enum:
     LANES = 16
 
 cdef enum:
@@ -61,14 +48,6 @@ cdef enum:
     ROW_TAIL = 4
 
 cdef enum:
-    ROWS = 0
-    GENERIC_RANK
-    SQUARE
-
-cdef enum:
-    TASK_HEADER = 3
-
-cdef enum:
     DETERMINANT = 0
     MANIPULABILITY
     CONDITION_NUMBER
@@ -82,22 +61,6 @@ cdef enum:
     LEVEL
     NEAREST
     JUDGED
-
-cdef enum:
-    CHAIN_INTEGERS_AT = 0
-    CHAIN_NUMBERS_AT
-    TASK_INTEGERS_AT
-    TASK_NUMBERS_AT
-    TAPE_STEPS
-    TAPE_AT
-    TAPE_NUMBERS_AT
-    FACTORS
-    FACTOR_ENDS_AT
-    FACTORS_COMPLETE
-    WATCHED_COLUMN
-    WARN
-    STOP
-    ARM_HEADER
 
 cdef enum:
     TIMEOUT = 0

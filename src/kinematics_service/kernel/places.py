@@ -6,16 +6,11 @@ The compiled kernel has the same names and numbers from places.pxd.
 
 import math
 
-# Where things stand in Chain.integers.
-JOINTS, ELEMENTS, ENTRIES, FRAMES, ONE_TO_ONE, SCREWS_AT, FRAMES_AT, WIDTH = range(8)
-
-CHAIN_HEADER = 8
-
 # Poses of a batch that are evaluated side by side (lanes.py).
 LANES = 16
 
-# integers[ONE_TO_ONE]: entries and joints differ; entry k is joint k; and each has an element of
-# its own, with no more than a turn about x and a step along it up to the next one.
+# Forms of a chain: entries and joints differ; entry k is joint k; and each has an element of its
+# own, with no more than a turn about x and a step along it up to the next one.
 MIXED, PLAIN, TWISTED = range(3)
 
 # Where things stand in a row of results.
@@ -28,11 +23,6 @@ POSE, JACOBIAN, ALL_FRAMES = range(3)
 
 # After the q (n) and qdot (n) of a row of one pose: its quaternion once more, with any sign.
 ROW_TAIL = 4
-
-# Task.integers
-ROWS, GENERIC_RANK, SQUARE = range(3)
-
-TASK_HEADER = 3
 
 # A row of measures: these scalars, then lost_direction (6), joint_motion (n), way_out (n), sigma.
 (
@@ -49,24 +39,6 @@ TASK_HEADER = 3
 # without hysteresis, the factor nearest to its zero; the distances of the factors in rad; value
 # and gradient of each.
 WATCHED, LEVEL, NEAREST, JUDGED = range(4)
-
-# An arm in one array (packed.py): these integers and numbers, then its parts.
-(
-    CHAIN_INTEGERS_AT,
-    CHAIN_NUMBERS_AT,
-    TASK_INTEGERS_AT,
-    TASK_NUMBERS_AT,
-    TAPE_STEPS,
-    TAPE_AT,
-    TAPE_NUMBERS_AT,
-    FACTORS,
-    FACTOR_ENDS_AT,
-    FACTORS_COMPLETE,
-    WATCHED_COLUMN,
-    WARN,
-    STOP,
-    ARM_HEADER,
-) = range(14)
 
 # The estimator's memory (joint_table.py): a header, then rows of n numbers or integers.
 TIMEOUT, VELOCITY_SOURCE, NEW_TOOL, LAST_QUATERNION = range(4)

@@ -3,6 +3,7 @@ cimport numpy as cnp
 from libc cimport math
 
 from . cimport aims, arrays, chain_pass, places
+from .chain cimport Chain
 
 cdef double ROUND_OFF, SLOW, STIFFEST, LEAST_LENGTH
 cdef int PATIENCE
@@ -25,11 +26,11 @@ cdef double _move_within(
     fresh=cython.bint, size=double, moved=double, new=double, j=int,
 )
 cdef double refine_one(
-    long long* integers, double* numbers, double* aim, double* scales, double* limits,
+    Chain chain, double* aim, double* scales, double* limits,
     double damping, int steps, double* q, double* work,
 ) noexcept nogil
 @cython.locals(n=Py_ssize_t, count=Py_ssize_t, k=Py_ssize_t)
 cpdef refine(
-    cnp.ndarray integers, cnp.ndarray numbers, cnp.ndarray aim, cnp.ndarray scales,
+    Chain chain, cnp.ndarray aim, cnp.ndarray scales,
     cnp.ndarray limits, double damping, int steps, cnp.ndarray q, cnp.ndarray errors,
 )

@@ -6,7 +6,8 @@ Refinement: joint positions moved to where the tool misses its target least.
 import math
 
 from . import aims, arrays, chain_pass, places
-from .arrays import Floats, Integers
+from .arrays import Floats
+from .chain import Chain
 
 # A smaller error is round-off of forward kinematics, as a share of the length.
 ROUND_OFF = 1e-15
@@ -93,8 +94,7 @@ def _move_within(
 
 
 def refine_one(
-    integers: Integers,
-    numbers: Floats,
+    chain: Chain,
     aim: Floats,
     scales: Floats,
     limits: Floats,
@@ -107,7 +107,7 @@ def refine_one(
     Refine one row of `refine`, and return what is left; `work` has room for `room` numbers.
 
     """
-    n = integers[places.JOINTS]
+    n = chain.dof
     columns = work
     A = arrays.after(columns, 6 * n)
     L = arrays.after(A, n * n)
@@ -119,7 +119,7 @@ def refine_one(
     row = arrays.after(error, 6)
     for j in range(n):
         rest[j] = 0.0
-    chain_pass.evaluate_row(integers, numbers, q, rest, places.JACOBIAN, row)
+    chain_pass.evaluate_row(chain, q, rest, places.JACOBIAN, row)
     square = aims.miss(aim, row, error)
     length = max(aims.length_of(aim), LEAST_LENGTH)
     enough = (ROUND_OFF * length) * (ROUND_OFF * length)
@@ -140,7 +140,7 @@ def refine_one(
         moved = _move_within(n, q, scales, step, limits, trial)
         if moved == 0.0:
             break
-        chain_pass.evaluate_row(integers, numbers, trial, rest, places.JACOBIAN, row)
+        chain_pass.evaluate_row(chain, trial, rest, places.JACOBIAN, row)
         new = aims.miss(aim, row, error)
         if new < square:
             slow = slow + 1 if new > (1.0 - SLOW) * square else 0
@@ -160,8 +160,7 @@ def refine_one(
 
 
 def refine(
-    integers: Integers,
-    numbers: Floats,
+    chain: Chain,
     aim: Floats,
     scales: Floats,
     limits: Floats,
@@ -175,8 +174,8 @@ def refine(
 
     Parameters
     ----------
-    integers, numbers
-        `Chain.integers` and `Chain.numbers`.
+    chain
+        The arm.
     aim : shape (AIM_SIZE,)
         What is aimed at: see AIM_AXES.
     scales : shape (n,)
@@ -193,17 +192,16 @@ def refine(
         What is left: the norm of the weighted rows.
 
     """
-    of_chain = arrays.whole(integers, places.CHAIN_HEADER)
-    n, count = of_chain[places.JOINTS], arrays.extent(q, 0)
-    constants, target = arrays.numbers(numbers, 1), arrays.numbers(aim, places.AIM_SIZE)
+    arrays.given(chain)
+    n, count = chain.dof, arrays.extent(q, 0)
+    target = arrays.numbers(aim, places.AIM_SIZE)
     counted, bounds = arrays.numbers(scales, n), arrays.numbers(limits, 2 * n)
     positions, left = arrays.results(q, count * n), arrays.results(errors, count)
-    work = arrays.scratch(room(n, of_chain[places.FRAMES_AT]))
+    work = arrays.scratch(room(n, chain.frames_at))
     lock = arrays.let_go()
     for k in range(count):
         left[k] = refine_one(
-            of_chain,
-            constants,
+            chain,
             target,
             counted,
             bounds,

@@ -4,12 +4,12 @@ The first solution that refinement meets, in one call.
 """
 
 from . import arrays, dependence, places, refinement, solutions
-from .arrays import Floats, Integers
+from .arrays import Floats
+from .chain import Chain
 
 
 def first_solution(
-    integers: Integers,
-    numbers: Floats,
+    chain: Chain,
     aim: Floats,
     held: Floats,
     scales: Floats,
@@ -29,7 +29,7 @@ def first_solution(
 
     Parameters
     ----------
-    integers, numbers, aim, scales, periods, limits, near, proved
+    chain, aim, scales, periods, limits, near, proved
         As `refine`, `distinct` and `representatives` take them.
     held : shape (n,)
         The scales, 0 for joints that stay where `near` has them.
@@ -41,15 +41,15 @@ def first_solution(
         The solution, and what is said of it.
 
     """
-    of_chain = arrays.whole(integers, places.CHAIN_HEADER)
-    n, count = of_chain[places.JOINTS], arrays.extent(starts, 0)
-    constants, target = arrays.numbers(numbers, 1), arrays.numbers(aim, places.AIM_SIZE)
+    arrays.given(chain)
+    n, count = chain.dof, arrays.extent(starts, 0)
+    target = arrays.numbers(aim, places.AIM_SIZE)
     counted, turns = arrays.numbers(scales, n), arrays.numbers(periods, n)
     moving, inside = arrays.numbers(held, n), arrays.numbers(bounds, 2 * n)
     edges, middle = arrays.numbers(limits, 2 * n), arrays.numbers(near, n)
     tries, one = arrays.numbers(starts, count * n), arrays.results(q, n)
     told = arrays.results(facts, places.BEYOND_AT + n)
-    work = arrays.scratch(refinement.room(n, of_chain[places.FRAMES_AT]))
+    work = arrays.scratch(refinement.room(n, chain.frames_at))
     taken = -1
     lock = arrays.let_go()
     for k in range(count + 1):
@@ -59,8 +59,7 @@ def first_solution(
                 value = tries[(k - 1) * n + j]
             one[j] = min(max(value, inside[2 * j]), inside[2 * j + 1])
         left = refinement.refine_one(
-            of_chain,
-            constants,
+            chain,
             target,
             moving,
             inside,
@@ -74,9 +73,7 @@ def first_solution(
         solutions.stand(n, edges, turns, counted, middle, one, told)
         if told[places.MARGIN] >= -places.AT_LIMIT:
             told[places.MISSES] = left
-            told[places.SHARE] = dependence.share_of_last_pivot(
-                of_chain, constants, target, counted, one, work
-            )
+            told[places.SHARE] = dependence.share_of_last_pivot(chain, target, counted, one, work)
             taken = k + 1
             break
     arrays.take_back(lock)

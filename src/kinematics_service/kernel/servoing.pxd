@@ -3,6 +3,7 @@ cimport numpy as cnp
 from libc cimport math
 
 from . cimport arrays, places, singular_values
+from .task_rows cimport TaskRows
 
 cdef double FASTEST, AT_REST
 
@@ -19,7 +20,7 @@ cdef void _write_damped_motion(
     c=double, weight=double, value=double, largest=double, i=int, j=int,
 )
 cdef double _write_task(
-    int n, long long* task_integers, double* task_numbers, double* row, double* twist,
+    int n, TaskRows task, double* row, double* twist,
     double size, double* J, double* v,
 ) noexcept nogil
 cdef double _upper(double* limits, double* q, int j, double horizon) noexcept nogil
@@ -32,18 +33,18 @@ cdef int _worst(
     double* scales,
 ) noexcept nogil
 @cython.locals(
-    m=int, rank=int, length=double, horizon=double, size=double, largest=double, damping=double,
+    m=int, rank=int, scales='double*', length=double, horizon=double, size=double, largest=double, damping=double,
     below=double, rate=double, share=double, upper=double, lower=double, worst=int, count=int,
     i=int, j=int, k=int,
 )
 cdef void _servo(
-    int n, long long* task_integers, double* task_numbers, double* settings, double* limits,
+    int n, TaskRows task, double* settings, double* limits,
     double* fastest, double* q, double* row, double* twist, double* qdot, long long* held,
     double* report, double* work,
 ) noexcept nogil
 @cython.locals(n=Py_ssize_t, m=Py_ssize_t)
 cpdef servo(
-    cnp.ndarray task_integers, cnp.ndarray task_numbers, cnp.ndarray settings,
+    TaskRows task, cnp.ndarray settings,
     cnp.ndarray limits, cnp.ndarray fastest, cnp.ndarray q, cnp.ndarray row, cnp.ndarray twist,
     cnp.ndarray qdot, cnp.ndarray held, cnp.ndarray report,
 )

@@ -7,6 +7,7 @@ import math
 
 from . import arrays, places, singular_values
 from .arrays import Floats, Integers
+from .task_rows import TaskRows
 
 # A faster twist (m/s, rad/s) asks for nothing that a slower one of its direction does not.
 FASTEST = 1e9
@@ -68,8 +69,7 @@ def _write_damped_motion(
 
 def _write_task(
     n: int,
-    task_integers: Integers,
-    task_numbers: Floats,
+    task: TaskRows,
     row: Floats,
     twist: Floats,
     size: float,
@@ -78,22 +78,23 @@ def _write_task(
 ) -> float:
     # The rows of J that count, and the twist by them, as a share of `size`; returns the largest
     # entry of J. Everything is divided by its largest entry, so that no square overflows.
-    m = task_integers[places.ROWS]
+    m = task.count
     largest = 0.0
     for i in range(m):
-        axis = task_integers[places.TASK_HEADER + i]
+        axis = task.axis[i]
         first = 3 if axis >= 3 else 0
         component = axis - first
         jacobian = arrays.after(row, places.JACOBIAN_AT + first * n)
-        x, y, z = task_numbers[component], task_numbers[3 + component], task_numbers[6 + component]
-        weight = task_numbers[9 + i]
+        x, y = task.rotation[component], task.rotation[3 + component]
+        z = task.rotation[6 + component]
+        weight = task.row_scale[i]
         v[i] = 0.0
         if size > 0.0:
             a, b, c = twist[first] / size, twist[first + 1] / size, twist[first + 2] / size
             v[i] = weight * (x * a + y * b + z * c)
         for j in range(n):
             value = x * jacobian[j] + y * jacobian[n + j] + z * jacobian[2 * n + j]
-            J[i * n + j] = weight * task_numbers[9 + m + j] * value
+            J[i * n + j] = weight * task.column_scale[j] * value
             largest = max(largest, abs(J[i * n + j]))
     return largest
 
@@ -129,8 +130,7 @@ def _worst(
 
 def _servo(
     n: int,
-    task_integers: Integers,
-    task_numbers: Floats,
+    task: TaskRows,
     settings: Floats,
     limits: Floats,
     fastest: Floats,
@@ -142,8 +142,7 @@ def _servo(
     report: Floats,
     work: Floats,
 ) -> None:
-    m, rank = task_integers[places.ROWS], task_integers[places.GENERIC_RANK]
-    scales = arrays.after(task_numbers, 9 + m)
+    m, rank, scales = task.count, task.generic_rank, task.column_scale
     length, horizon = settings[places.LENGTH], settings[places.HORIZON]
     J = work
     v = arrays.after(J, m * n)
@@ -158,7 +157,7 @@ def _servo(
         size = max(size, abs(twist[i]))
     for j in range(n):
         qdot[j], held[j], u[j], free[j] = 0.0, 0, 0.0, j
-    largest = _write_task(n, task_integers, task_numbers, row, twist, size, J, v)
+    largest = _write_task(n, task, row, twist, size, J, v)
     if not largest > 0.0:
         report[places.DAMPING], report[places.LEAST_SINGULAR_VALUE] = 1.0, 0.0
         return
@@ -217,8 +216,7 @@ def _servo(
 
 
 def servo(
-    task_integers: Integers,
-    task_numbers: Floats,
+    task: TaskRows,
     settings: Floats,
     limits: Floats,
     fastest: Floats,
@@ -234,8 +232,8 @@ def servo(
 
     Parameters
     ----------
-    task_integers, task_numbers
-        `Task.integers` and `Task.numbers`: the rows that count.
+    task
+        The rows that count.
     settings : shape (4,)
         LARGEST_DAMPING and DAMPED_BELOW as shares of LENGTH (m); HORIZON, s.
     limits, fastest : shape (n, 2), (n,), rad or m, rad/s or m/s
@@ -251,9 +249,9 @@ def servo(
         SHORTENED (to which share all velocities were, for their limits), SLOWEST joint or -1.
 
     """
-    task = arrays.whole(task_integers, places.TASK_HEADER)
-    n, m = arrays.size(q), task[places.ROWS]
-    weights, asked = arrays.numbers(task_numbers, 9 + m + n), arrays.numbers(settings, 4)
+    arrays.given(task)
+    n, m = task.joints, task.count
+    asked = arrays.numbers(settings, 4)
     bounds, velocities = arrays.numbers(limits, 2 * n), arrays.numbers(fastest, n)
     positions, evaluated = arrays.numbers(q, n), arrays.numbers(row, places.JACOBIAN_AT + 6 * n)
     wanted, rates = arrays.numbers(twist, 6), arrays.results(qdot, n)
@@ -262,7 +260,6 @@ def servo(
     _servo(
         n,
         task,
-        weights,
         asked,
         bounds,
         velocities,

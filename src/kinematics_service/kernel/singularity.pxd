@@ -3,25 +3,23 @@ cimport numpy as cnp
 from libc cimport math
 
 from . cimport arrays, places, singular_values
+from .chain cimport Chain
+from .task_rows cimport TaskRows
 
 @cython.locals(
     elements=int, entries=int, j=int, k=int, e=int, bx=double, by=double, bz=double,
     ax=double, ay=double, az=double,
 )
-cdef void _gradient(
-    long long* integers, double* row, double* Y, double* gradient
-) noexcept nogil
+cdef void _gradient(Chain chain, double* row, double* Y, double* gradient) noexcept nogil
 @cython.locals(x=double, y=double, z=double, half=int, i=int)
-cdef void _to_base_axes(double* task_numbers, double* vector) noexcept nogil
+cdef void _to_base_axes(TaskRows task, double* vector) noexcept nogil
 @cython.locals(
     m=int, count=int, length=int, width=int, axis=int, component=int, i=int, j=int,
     a=double, b=double, c=double, value=double,
 )
-cdef void fill_task_rows(
-    int n, long long* task_integers, double* task_numbers, double* row, double* W
-) noexcept nogil
-@cython.locals(width=int, place=int, i=int, j=int)
-cdef void _scale_task_rows(double* task_numbers, int m, int n, double* W) noexcept nogil
+cdef void fill_task_rows(int n, TaskRows task, double* row, double* W) noexcept nogil
+@cython.locals(m=int, width=int, place=int, i=int, j=int)
+cdef void _scale_task_rows(int n, TaskRows task, double* W) noexcept nogil
 cdef void _decompose(double* W, double* sigma, int count, int length) noexcept nogil
 @cython.locals(i=int, j=int)
 cdef void _write_volume(
@@ -35,19 +33,16 @@ cdef int _rank(double* sigma, int count) noexcept nogil
     weight=double, component=double, right=double,
 )
 cdef void _fill_slopes(
-    int n, int first, int last, bint lost, long long* task_integers, double* task_numbers,
-    double* W, double* sigma, double* Y,
+    int n, int first, int last, bint lost, TaskRows task, double* W, double* sigma, double* Y
 ) noexcept nogil
 @cython.locals(m=int, wide=cython.bint, length=int, axis=int, i=int, j=int, along=double)
 cdef void _write_direction(
-    int n, long long* task_integers, double* task_numbers, double* direction, double* lost,
-    double* motion,
+    int n, TaskRows task, double* direction, double* lost, double* motion
 ) noexcept nogil
 @cython.locals(
     n=int, m=int, generic_rank=int, count=int, length=int, structural=cython.bint,
     lost=cython.bint, rank=int, last=int, first=int, j=int, squares=double, norm=double,
 )
 cdef void measure_row(
-    long long* integers, long long* task_integers, double* task_numbers, double* row,
-    double* measures, double* work,
+    Chain chain, TaskRows task, double* row, double* measures, double* work
 ) noexcept nogil

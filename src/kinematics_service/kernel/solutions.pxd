@@ -3,25 +3,26 @@ cimport numpy as cnp
 from libc cimport math
 
 from . cimport aims, arrays, places, refinement
+from .chain cimport Chain
 
 cdef double MAYBE_SAME, AS_GOOD
 
 cdef double _without_turns(double away, double period) noexcept nogil
 @cython.locals(n=int, distance=double, away=double, left=double, length=double, j=int)
 cdef bint _are_one(
-    long long* integers, double* numbers, double* aim, double* scales, double* periods,
+    Chain chain, double* aim, double* scales, double* periods,
     double error, double* a, double* b, double* work,
 ) noexcept nogil
 @cython.locals(n=Py_ssize_t, count=int, known=cython.bint, i=int, k=Py_ssize_t)
 cdef int distinct_rows(
-    long long* integers, double* numbers, double* aim, double* scales, double* periods,
+    Chain chain, double* aim, double* scales, double* periods,
     double proved, int rows, double* q, double* errors, long long* which, long long* met,
     double* work,
 ) noexcept nogil
 cdef Py_ssize_t room(Py_ssize_t n, Py_ssize_t row) noexcept nogil
 @cython.locals(n=Py_ssize_t, rows=Py_ssize_t, count=int)
 cpdef int distinct(
-    cnp.ndarray integers, cnp.ndarray numbers, cnp.ndarray aim, cnp.ndarray scales,
+    Chain chain, cnp.ndarray aim, cnp.ndarray scales,
     cnp.ndarray periods, double proved, cnp.ndarray q, cnp.ndarray errors, cnp.ndarray which,
     cnp.ndarray met,
 ) except -9

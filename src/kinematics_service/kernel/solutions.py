@@ -7,6 +7,7 @@ import math
 
 from . import aims, arrays, places, refinement
 from .arrays import Floats, Integers
+from .chain import Chain
 
 # Two solutions (rad, scaled) nearer than this may be one.
 MAYBE_SAME = 1e-2
@@ -21,8 +22,7 @@ def _without_turns(away: float, period: float) -> float:
 
 
 def _are_one(
-    integers: Integers,
-    numbers: Floats,
+    chain: Chain,
     aim: Floats,
     scales: Floats,
     periods: Floats,
@@ -32,7 +32,7 @@ def _are_one(
     work: Floats,
 ) -> bool:
     # Whether a is the solution b: equal to round-off, or the point halfway is a solution too.
-    n = integers[places.JOINTS]
+    n = chain.dof
     halfway = work
     free = arrays.after(halfway, n)
     distance = 0.0
@@ -46,15 +46,14 @@ def _are_one(
     if distance < places.SAME_SOLUTION:
         return True
     left = refinement.refine_one(
-        integers, numbers, aim, scales, free, 0.0, 0, halfway, arrays.after(free, 2 * n)
+        chain, aim, scales, free, 0.0, 0, halfway, arrays.after(free, 2 * n)
     )
     length = max(aims.length_of(aim), refinement.LEAST_LENGTH)
     return left < max(AS_GOOD * length, 4.0 * error)
 
 
 def distinct_rows(
-    integers: Integers,
-    numbers: Floats,
+    chain: Chain,
     aim: Floats,
     scales: Floats,
     periods: Floats,
@@ -70,7 +69,7 @@ def distinct_rows(
     Do what `distinct` does; `work` has room for `room` numbers.
 
     """
-    n = integers[places.JOINTS]
+    n = chain.dof
     count = 0
     for k in range(rows):
         if not errors[k] < proved:
@@ -79,8 +78,7 @@ def distinct_rows(
         for i in range(count):
             one = arrays.after(q, which[i] * n)
             known = _are_one(
-                integers,
-                numbers,
+                chain,
                 aim,
                 scales,
                 periods,
@@ -108,8 +106,7 @@ def room(n: int, row: int) -> int:
 
 
 def distinct(
-    integers: Integers,
-    numbers: Floats,
+    chain: Chain,
     aim: Floats,
     scales: Floats,
     periods: Floats,
@@ -128,7 +125,7 @@ def distinct(
 
     Parameters
     ----------
-    integers, numbers, aim, scales
+    chain, aim, scales
         As `refine` takes them.
     periods : shape (n,)
         Turn after which a joint is back, or infinite.
@@ -140,12 +137,11 @@ def distinct(
         Rows kept, and how many rows each stands for.
 
     """
-    of_chain = arrays.whole(integers, places.CHAIN_HEADER)
-    n, rows = of_chain[places.JOINTS], arrays.extent(q, 0)
-    work = arrays.scratch(room(n, of_chain[places.FRAMES_AT]))
+    arrays.given(chain)
+    n, rows = chain.dof, arrays.extent(q, 0)
+    work = arrays.scratch(room(n, chain.frames_at))
     count = distinct_rows(
-        of_chain,
-        arrays.numbers(numbers, 1),
+        chain,
         arrays.numbers(aim, places.AIM_SIZE),
         arrays.numbers(scales, n),
         arrays.numbers(periods, n),

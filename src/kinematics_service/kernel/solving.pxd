@@ -2,6 +2,7 @@ cimport cython
 cimport numpy as cnp
 
 from . cimport arrays, closed_forms, dependence, places, posture, refinement, solutions, vectors
+from .chain cimport Chain
 
 cdef double LAST
 
@@ -14,13 +15,13 @@ cdef void _write_motion(
 cdef void _times(int rows, int columns, double* A, double* x, double* y) noexcept nogil
 @cython.locals(n=int, one='double*', left=double, i=int, j=int)
 cdef int _keep_nearest(
-    long long* integers, double* numbers, double* aim, double* scales, double* periods,
+    Chain chain, double* aim, double* scales, double* periods,
     double* limits, double* near, double proved, int count, double* found, double* unlimited,
     double* away, double* q, double* facts, double* work,
 ) noexcept nogil
 @cython.locals(n=int, about=int, kept=int, best=int, i=int, j=int)
 cdef int _keep_all(
-    long long* integers, double* numbers, double* aim, double* scales, double* periods,
+    Chain chain, double* aim, double* scales, double* periods,
     double* limits, double* near, double proved, int count, double* found, double* unlimited,
     double* away, double* q, double* facts, double* work,
 ) noexcept nogil
@@ -29,7 +30,7 @@ cdef int _keep_all(
     i=Py_ssize_t, j=Py_ssize_t,
 )
 cpdef int closed_solutions(
-    cnp.ndarray integers, cnp.ndarray numbers, cnp.ndarray aim, int way, cnp.ndarray screws,
+    Chain chain, cnp.ndarray aim, int way, cnp.ndarray screws,
     cnp.ndarray point, cnp.ndarray home_inverse, bint backwards, cnp.ndarray to_joints,
     cnp.ndarray to_screws, cnp.ndarray scales, cnp.ndarray periods, cnp.ndarray limits,
     cnp.ndarray near, double proved, bint only_one, cnp.ndarray q, cnp.ndarray facts,

@@ -5,6 +5,7 @@ All solutions of an arm that has a closed form, or the nearest of them, in one c
 
 from . import arrays, closed_forms, dependence, places, posture, refinement, solutions, vectors
 from .arrays import Floats, Integers
+from .chain import Chain
 
 # What is added to the squared distance of a candidate outside the limits: not before the others.
 LAST = 1e200
@@ -52,8 +53,7 @@ def _times(rows: int, columns: int, A: Floats, x: Floats, y: Floats) -> None:
 
 
 def _keep_nearest(
-    integers: Integers,
-    numbers: Floats,
+    chain: Chain,
     aim: Floats,
     scales: Floats,
     periods: Floats,
@@ -69,7 +69,7 @@ def _keep_nearest(
     work: Floats,
 ) -> int:
     # The nearest of the solutions inside the limits, into q; how many there are, 0 or 1.
-    n = integers[places.JOINTS]
+    n = chain.dof
     for i in range(count):
         one = arrays.after(found, i * n)
         away[i] = solutions.stand(n, limits, periods, scales, near, one, facts)
@@ -80,7 +80,7 @@ def _keep_nearest(
         away[i] = places.INFINITY
         one = arrays.after(found, i * n)
         left = refinement.refine_one(
-            integers, numbers, aim, scales, unlimited, 0.0, places.NEAR_STEPS, one, work
+            chain, aim, scales, unlimited, 0.0, places.NEAR_STEPS, one, work
         )
         solutions.stand(n, limits, periods, scales, near, one, facts)
         if left < proved and facts[places.MARGIN] >= -places.AT_LIMIT:
@@ -92,8 +92,7 @@ def _keep_nearest(
 
 
 def _keep_all(
-    integers: Integers,
-    numbers: Floats,
+    chain: Chain,
     aim: Floats,
     scales: Floats,
     periods: Floats,
@@ -109,7 +108,7 @@ def _keep_all(
     work: Floats,
 ) -> int:
     # All solutions, nearest first, into q; how many there are.
-    n = integers[places.JOINTS]
+    n = chain.dof
     about = places.BEYOND_AT + n
     errors = arrays.after(away, places.MOST_CANDIDATES)
     whole = arrays.as_whole(arrays.after(errors, places.MOST_CANDIDATES))
@@ -118,8 +117,7 @@ def _keep_all(
     told = arrays.after(errors, 3 * places.MOST_CANDIDATES)
     for i in range(count):
         errors[i] = refinement.refine_one(
-            integers,
-            numbers,
+            chain,
             aim,
             scales,
             unlimited,
@@ -130,7 +128,7 @@ def _keep_all(
         )
     solutions.sort_by_error(n, count, found, errors)
     kept = solutions.distinct_rows(
-        integers, numbers, aim, scales, periods, proved, count, found, errors, which, met, work
+        chain, aim, scales, periods, proved, count, found, errors, which, met, work
     )
     for i in range(kept):
         one, facts_i = arrays.after(found, which[i] * n), arrays.after(told, i * about)
@@ -147,8 +145,7 @@ def _keep_all(
 
 
 def closed_solutions(
-    integers: Integers,
-    numbers: Floats,
+    chain: Chain,
     aim: Floats,
     way: int,
     screws: Floats,
@@ -175,7 +172,7 @@ def closed_solutions(
 
     Parameters
     ----------
-    integers, numbers, aim, scales, periods, limits, near, proved
+    chain, aim, scales, periods, limits, near, proved
         As `refine`, `distinct` and `representatives` take them.
     way, screws, point, home_inverse, backwards, to_joints, to_screws
         As `plan.ClosedForm` has them.
@@ -186,12 +183,12 @@ def closed_solutions(
 
     """
     most = places.MOST_CANDIDATES
-    of_chain = arrays.whole(integers, places.CHAIN_HEADER)
+    arrays.given(chain)
     n, k = arrays.extent(to_joints, 0), arrays.extent(to_joints, 1)
-    if n != of_chain[places.JOINTS]:
+    if n != chain.dof:
         raise TypeError('the arrays of an arm and its closed form do not go together')
     about = places.BEYOND_AT + n
-    constants, target = arrays.numbers(numbers, 1), arrays.numbers(aim, places.AIM_SIZE)
+    target = arrays.numbers(aim, places.AIM_SIZE)
     table, start = arrays.numbers(screws, 7 * k), arrays.numbers(point, 3)
     home = arrays.numbers(home_inverse, 16)
     from_screws, from_joints = arrays.numbers(to_joints, n * k), arrays.numbers(to_screws, k * n)
@@ -207,7 +204,7 @@ def closed_solutions(
         + 2 * n
         + 4 * most
         + most * about
-        + solutions.room(n, of_chain[places.FRAMES_AT])
+        + solutions.room(n, chain.frames_at)
     )
     T = work
     free = arrays.after(T, 32)
@@ -226,8 +223,7 @@ def closed_solutions(
         _times(n, k, from_screws, arrays.after(psi, i * k), arrays.after(found, i * n))
     if only_one:
         kept = _keep_nearest(
-            of_chain,
-            constants,
+            chain,
             target,
             counted,
             turns,
@@ -244,8 +240,7 @@ def closed_solutions(
         )
     else:
         kept = _keep_all(
-            of_chain,
-            constants,
+            chain,
             target,
             counted,
             turns,
@@ -264,7 +259,7 @@ def closed_solutions(
     for i in range(kept):
         one = arrays.after(positions, i * n)
         told[i * about + places.SHARE] = dependence.share_of_last_pivot(
-            of_chain, constants, target, counted, one, rest
+            chain, target, counted, one, rest
         )
         shown_i = arrays.whole_after(shown, 3 * i)
         shown_i[0], shown_i[1], shown_i[2] = 0, 0, 0

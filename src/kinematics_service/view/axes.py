@@ -10,7 +10,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .. import kernel
 from ..kernel import Floats
 from ..tool_state import ToolState
 
@@ -44,14 +43,11 @@ def axes_of(state: ToolState) -> tuple[Axis, ...]:
 
     """
     chain = state.robot.chain
-    header = kernel.CHAIN_HEADER
-    rows = int(chain.integers[kernel.ELEMENTS])
-    first = chain.integers[header : header + rows + 1]
-    joints = chain.integers[header + rows + 1 :][: chain.entries]
-    parents = chain.integers[header + rows + 1 + chain.entries :][: chain.frames].tolist()
+    first, joints = chain.table.first_entry, chain.table.joint
+    parents = chain.table.frame_parent.tolist()
     screws = state.numbers[chain.screws_at :][: 6 * chain.entries].reshape(6, chain.entries)
     axes = []
-    for k in range(rows):
+    for k in range(chain.elements):
         after = parents.index(k)  # the first frame that this row carries
         beside = state.link_frames[after - 1 : after + 1, :3, 3]
         entry = int(first[k])

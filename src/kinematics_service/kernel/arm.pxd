@@ -1,0 +1,11 @@
+from .chain cimport Chain
+from .factors cimport Tape
+from .task_rows cimport TaskRows
+
+cdef class Arm:
+    cdef readonly Chain chain
+    cdef readonly TaskRows task
+    cdef readonly Tape tape
+    cdef readonly bint factors_complete
+    cdef readonly int watched
+    cdef readonly double warn, stop

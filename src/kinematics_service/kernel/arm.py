@@ -1,0 +1,46 @@
+"""
+Everything the kernel reads of an arm.
+
+"""
+
+from .chain import Chain
+from .factors import Tape
+from .task_rows import TaskRows
+
+
+class Arm:
+    """
+    An arm as the kernel reads it, frozen: one argument of a call, which threads may share.
+
+    Attributes
+    ----------
+    chain, task, tape
+        How it moves, what it is judged by, and its named factors.
+    factors_complete
+        Whether the product of the factors is the determinant: no other singular poses.
+    watched
+        Column of the measure that the thresholds are about.
+    warn, stop
+        The thresholds.
+
+    """
+
+    def __init__(
+        self,
+        chain: Chain,
+        task: TaskRows,
+        tape: Tape,
+        factors_complete: bool,
+        watched: int,
+        warn: float,
+        stop: float,
+    ) -> None:
+        if chain.dof != task.joints:
+            raise TypeError('the chain and the task of an arm do not go together')
+        self.chain = chain
+        self.task = task
+        self.tape = tape
+        self.factors_complete = factors_complete
+        self.watched = watched
+        self.warn = warn
+        self.stop = stop

@@ -1,0 +1,45 @@
+"""
+The rows of the Jacobian that an arm is judged by, and what each of them counts.
+
+"""
+
+from . import arrays
+from .arrays import Floats, Integers
+
+
+class TaskRows:
+    """
+    The rows J_t of the Jacobian, in the axes of frame 0, as the kernel reads them: frozen.
+
+    To the compiled kernel the arrays are addresses that Python does not see.
+
+    Attributes
+    ----------
+    joints, count
+        Number of columns n, and of rows m.
+    generic_rank
+        Rank of J_t at random poses.
+    axis : shape (m,)
+        Which row of the Jacobian each is, 0 to 5.
+    rotation : shape (9,)
+        Of frame 0 in the base frame, row by row.
+    row_scale : shape (m,), column_scale : shape (n,)
+        What a unit of each row and of each joint counts.
+
+    """
+
+    def __init__(
+        self,
+        generic_rank: int,
+        axis: Integers,
+        rotation: Floats,
+        row_scale: Floats,
+        column_scale: Floats,
+    ) -> None:
+        self._arrays = axis, rotation, row_scale, column_scale
+        self.joints, self.count = len(column_scale), len(axis)
+        self.generic_rank = generic_rank
+        self.axis = arrays.whole(axis, self.count)
+        self.rotation = arrays.numbers(rotation, 9)
+        self.row_scale = arrays.numbers(row_scale, self.count)
+        self.column_scale = arrays.numbers(column_scale, self.joints)
