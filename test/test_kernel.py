@@ -3,11 +3,13 @@ The compiled functions on their own: sine and cosine, singular values, determina
 
 """
 
+import gc
 import math
 import os
 import re
 import subprocess
 import sys
+import weakref
 from fractions import Fraction
 from pathlib import Path
 
@@ -281,10 +283,55 @@ def test_the_kernel_refuses_what_is_no_arm():
         kernel.evaluate_one(None, np.zeros(6), np.zeros(6), row)
     with pytest.raises(TypeError, match='takes an arm'):
         kernel.evaluate(None, np.zeros((1, 6)), np.zeros((1, 6)), kernel.POSE, row[None])
+    other = robot_of('craig_3r')
+    for task, tape in ((arm.task, other.arm.tape), (other.arm.task, arm.tape)):
+        with pytest.raises(TypeError, match='do not go together'):
+            kernel.Arm(other.chain, task, tape, False, kernel.DISTANCE, 0.1, 0.0)
+
+
+@pytest.mark.parametrize(
+    'wrong',
+    [
+        {'joint': np.array([0, 1, 2, 3, 4, 6])},
+        {'joint': np.arange(5)},
+        {'first_entry': np.array([0, 1, 2, 3, 5, 4, 6])},
+        {'first_entry': np.arange(6)},
+        {'frame_parent': np.array([-1, 0, 1, 2, 3, 4, 6])},
+        {'by_d': np.zeros(5)},
+        {'before': np.zeros((7, 3, 4), dtype=np.float32)},
+    ],
+    ids=lambda wrong: next(iter(wrong)),
+)
+def test_a_chain_whose_arrays_do_not_go_together_is_refused(wrong):
+    table = robot_of('ur5e').chain.table
+    assert table.joint.tolist() == list(range(6))
+    with pytest.raises(TypeError):
+        kernel.Chain(table._replace(**wrong))
+
+
+def test_a_tape_whose_steps_need_later_ones_is_refused():
+    factors = robot_of('ur5e').factors
+    late = factors.operations.copy()
+    late[-1, 1] = len(late)
     with pytest.raises(TypeError, match='do not go together'):
-        kernel.Arm(
-            chain, robot_of('panda').task.kernel_rows, arm.tape, False, kernel.DISTANCE, 0.1, 0.0
-        )
+        kernel.Tape(late, factors.constants, factors.ends)
+    with pytest.raises(TypeError, match='do not go together'):
+        kernel.evaluate_factors(factors.tape, np.zeros((1, 2)), np.zeros((1, 9, 9)))
+
+
+def test_what_the_kernel_reads_of_an_arm_is_kept():
+    task = robot_of('ur5e').task
+    axes = task.axes.copy()
+    rows = kernel.TaskRows(
+        task.generic_rank, axes, task.rotation, task.row_scales, task.column_scales
+    )
+    kept = weakref.ref(axes)
+    del axes
+    gc.collect()
+    assert kept() is not None
+    del rows
+    gc.collect()
+    assert kept() is None
 
 
 @compiled_only

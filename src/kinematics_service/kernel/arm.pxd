@@ -1,3 +1,4 @@
+from . cimport places
 from .chain cimport Chain
 from .factors cimport Tape
 from .task_rows cimport TaskRows

@@ -3,6 +3,7 @@ Everything the kernel reads of an arm.
 
 """
 
+from . import places
 from .chain import Chain
 from .factors import Tape
 from .task_rows import TaskRows
@@ -35,8 +36,10 @@ class Arm:
         warn: float,
         stop: float,
     ) -> None:
-        if chain.dof != task.joints:
-            raise TypeError('the chain and the task of an arm do not go together')
+        if task.joints != chain.dof or tape.joints > chain.dof:
+            raise TypeError('the parts of an arm do not go together')
+        if not 0 <= watched <= places.DISTANCE:
+            raise TypeError('the watched measure is none')
         self.chain = chain
         self.task = task
         self.tape = tape

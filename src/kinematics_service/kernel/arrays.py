@@ -21,7 +21,8 @@ Numbers = Floats | list[float]
 
 def _flat(array: Any, count: int, kind: type, name: str, written: bool) -> Any:
     fits = isinstance(array, np.ndarray) and array.dtype == kind and array.dtype.isnative
-    if not fits or not array.flags.carray and (written or not array.flags.c_contiguous):
+    fits = fits and array.flags.c_contiguous and array.flags.aligned
+    if not fits or written and not array.flags.writeable:
         raise TypeError(f'the kernel takes an array of {name} here, aligned and in C order')
     if array.size < count:
         raise TypeError('an array is shorter than the kernel needs it')

@@ -1,5 +1,3 @@
-cimport cython
-
 from . cimport arrays, places
 
 cdef class Chain:

@@ -51,6 +51,19 @@ class ChainTable(NamedTuple):
     frame_offset: Floats
 
 
+def _goes_together(table: ChainTable) -> bool:
+    # Whether every index stands for something that is there.
+    elements, entries = len(table.theta_0), len(table.joint)
+    first = table.first_entry
+    return bool(
+        len(first) == elements + 1
+        and (first[0], first[-1]) == (0, entries)
+        and np.all(np.diff(first) >= 0)
+        and np.all((table.joint >= 0) & (table.joint < table.dof))
+        and np.all((table.frame_parent >= -1) & (table.frame_parent < elements))
+    )
+
+
 def _is_twist(motion: Floats) -> bool:
     # Whether it is Rx(alpha) Tx(a) and nothing else, as a row of a table has it.
     c, s = motion[1, 1], motion[2, 1]
@@ -91,6 +104,8 @@ class Chain:
     def __init__(self, table: ChainTable) -> None:
         for array in table[1:]:
             array.setflags(write=False)
+        if not _goes_together(table):
+            raise TypeError('the arrays of a chain do not go together')
         n = table.dof
         self.table = table
         self.dof = n

@@ -42,13 +42,9 @@ cdef int _write_frames(
     elements=int, entries=int, screws='double*', twisted=cython.bint, frame=int, k=int, e=int,
     theta=double, d=double, q_k=double, T='double[12]',
 )
-cdef double evaluate_row(
-    Chain chain, double* q, double* qdot, int depth, double* row
-) noexcept nogil
+cdef double evaluate_row(Chain chain, double* q, double* qdot, int depth, double* row) noexcept nogil
 @cython.locals(screws='double*', e=int, total=double)
-cdef double finish_row(
-    Chain chain, double* T, double* qdot, int depth, double* row
-) noexcept nogil
+cdef double finish_row(Chain chain, double* T, double* qdot, int depth, double* row) noexcept nogil
 @cython.locals(n=int, k=int, e=int, i=int, j=int)
 cdef void _add_up_screws(Chain chain, double* screws, double* row) noexcept nogil
 @cython.locals(entries=int, twist=int, along=double, total=double, screw=int, e=int, i=int)

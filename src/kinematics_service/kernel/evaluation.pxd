@@ -26,9 +26,7 @@ cdef Py_ssize_t _evaluate_rows(
     positions='double*', rates='double*', result='double*', n=int, tail=int,
     at=int, bad=int, j=int, i=int,
 )
-cpdef int evaluate_one(
-    Arm arm, cnp.ndarray q, cnp.ndarray qdot, cnp.ndarray row
-) except -9
+cpdef int evaluate_one(Arm arm, cnp.ndarray q, cnp.ndarray qdot, cnp.ndarray row) except -9
 @cython.locals(nothing=double, total=double, n=int, depth=int, j=int)
 cdef int evaluate_tail(Chain chain, double* row, int at) noexcept nogil
 @cython.locals(motions='double*', results='double*', count=Py_ssize_t, k=Py_ssize_t)

@@ -8,7 +8,7 @@ ctypedef (double, double, double) Triple
 
 cdef class Tape:
     cdef tuple _arrays
-    cdef readonly int steps, factors
+    cdef readonly int steps, factors, joints
     cdef long long* operations
     cdef double* constants
     cdef long long* ends

@@ -5,8 +5,18 @@ Values and gradients of an arm's named factors: a tape of operations, run forwar
 
 import math
 
+import numpy as np
+
 from . import arrays, chain_pass, places
 from .arrays import Floats, Integers
+
+
+def _goes_together(table: Integers, ends: Integers) -> bool:
+    # Whether every index stands for something that is there; a step's operands, earlier steps.
+    operands, of_steps = table[:, 1:], table[:, 0] > places.JOINT
+    earlier = operands < np.arange(len(table))[:, None]
+    fits = np.all(operands >= 0) and np.all(earlier[of_steps])
+    return bool(fits and np.all((ends >= 0) & (ends < len(table))))
 
 
 class Tape:
@@ -25,13 +35,19 @@ class Tape:
         The step that holds each factor's value.
     steps, factors
         How many there are.
+    joints
+        How many joints there are at least.
 
     """
 
     def __init__(self, operations: Integers, constants: Floats, ends: Integers) -> None:
+        table = operations.reshape(-1, 3)
+        if len(table) != len(constants) or not _goes_together(table, ends):
+            raise TypeError('the arrays of a tape do not go together')
         self._arrays = operations, constants, ends
         self.steps = len(constants)
         self.factors = len(ends)
+        self.joints = int(np.max(table[table[:, 0] == places.JOINT, 1], initial=-1)) + 1
         self.operations = arrays.whole(operations, 3 * self.steps)
         self.constants = arrays.numbers(constants, self.steps)
         self.ends = arrays.whole(ends, self.factors)
@@ -109,6 +125,8 @@ def evaluate_factors(tape: Tape, q: Floats, results: Floats) -> None:
     """
     arrays.given(tape)
     count, n, factors = arrays.extent(q, 0), arrays.extent(q, 1), tape.factors
+    if n < tape.joints:
+        raise TypeError('the arrays of factors do not go together')
     positions = arrays.numbers(q, 0)
     result = arrays.results(results, count * factors * (1 + n))
     steps = arrays.scratch(tape.steps * (n + 1))

@@ -33,18 +33,16 @@ cdef int _worst(
     double* scales,
 ) noexcept nogil
 @cython.locals(
-    m=int, rank=int, scales='double*', length=double, horizon=double, size=double, largest=double, damping=double,
-    below=double, rate=double, share=double, upper=double, lower=double, worst=int, count=int,
-    i=int, j=int, k=int,
+    m=int, rank=int, scales='double*', length=double, horizon=double, size=double,
+    largest=double, damping=double, below=double, rate=double, share=double, upper=double,
+    lower=double, worst=int, count=int, i=int, j=int, k=int,
 )
 cdef void _servo(
-    int n, TaskRows task, double* settings, double* limits,
-    double* fastest, double* q, double* row, double* twist, double* qdot, long long* held,
-    double* report, double* work,
+    int n, TaskRows task, double* settings, double* limits, double* fastest, double* q,
+    double* row, double* twist, double* qdot, long long* held, double* report, double* work,
 ) noexcept nogil
 @cython.locals(n=Py_ssize_t, m=Py_ssize_t)
 cpdef servo(
-    TaskRows task, cnp.ndarray settings,
-    cnp.ndarray limits, cnp.ndarray fastest, cnp.ndarray q, cnp.ndarray row, cnp.ndarray twist,
-    cnp.ndarray qdot, cnp.ndarray held, cnp.ndarray report,
+    TaskRows task, cnp.ndarray settings, cnp.ndarray limits, cnp.ndarray fastest, cnp.ndarray q,
+    cnp.ndarray row, cnp.ndarray twist, cnp.ndarray qdot, cnp.ndarray held, cnp.ndarray report,
 )

@@ -3,6 +3,8 @@ The rows of the Jacobian that an arm is judged by, and what each of them counts.
 
 """
 
+import numpy as np
+
 from . import arrays
 from .arrays import Floats, Integers
 
@@ -36,6 +38,9 @@ class TaskRows:
         row_scale: Floats,
         column_scale: Floats,
     ) -> None:
+        rows_are_there = bool(np.all((axis >= 0) & (axis < 6)))
+        if not (rows_are_there and 0 < generic_rank <= min(len(axis), len(column_scale))):
+            raise TypeError('the arrays of a task do not go together')
         self._arrays = axis, rotation, row_scale, column_scale
         self.joints, self.count = len(column_scale), len(axis)
         self.generic_rank = generic_rank
