@@ -219,7 +219,7 @@ def evaluate_row(chain: Chain, q: Floats, qdot: Floats, depth: int, row: Floats)
     for k in range(elements):
         theta = chain.theta_0[k]
         d = chain.d_0[k]
-        if twisted:
+        if twisted:  # the loop of the others, written out: 6 % of a row with its frames
             q_k = q[k]
             theta += chain.by_theta[k] * q_k
             d += chain.by_d[k] * q_k
