@@ -61,7 +61,14 @@ RULES = {
     'dask': (one_of('dask', 'distributed'), lambda file: file == 'sweep.py'),
     'rosbags': (
         one_of('rosbags'),
-        lambda file: file in ('audit/bag_reader.py', 'audit/bag_writer.py'),
+        lambda file: (
+            file
+            in (
+                'audit/bag_reader.py',
+                'audit/bag_writer.py',
+                'audit/ros1_index.py',
+            )
+        ),
     ),
     'scipy': (one_of('scipy'), lambda file: False),
 }

@@ -106,7 +106,9 @@ def audited(robot, t, q, track):
         )
         for k in range(0, len(q), 500)
     ]
-    return audit(Source('table', 'joints', False, len(q), iter(blocks), track), robot, 'made up')
+    return audit(
+        Source('table', 'joints', False, len(q), iter(blocks), lambda: track), robot, 'made up'
+    )
 
 
 def in_rows(robot, t, q, poses):
@@ -169,14 +171,9 @@ def test_only_states_around_some_hundred_poses_are_kept():
     stamps = BEGIN + np.rint(1e9 * t).astype(np.int64)
     few = stamps[::10_000] + 400
     around = Neighbourhoods(robot, PoseTrack('p', '', few, np.tile(np.eye(4), (len(few), 1, 1))))
-    from kinematics_service.audit.ingest import Ingest
-    from kinematics_service.estimator import Estimator, EstimatorSettings
-
-    ingest = Ingest(robot, Estimator(robot, EstimatorSettings()))
     for k in range(0, len(t), 1000):
         part = slice(k, k + 1000)
-        block = Block(robot.joint_names, stamps[part], stamps[part], q[part], np.zeros((1000, 0)))
-        around.take(ingest.take(block))
+        around.take(stamps[part], t[part], q[part])
     track = around.track()
     np.testing.assert_allclose(track.q, q[::10_000], atol=1e-6)
     assert np.all(track.within)
@@ -184,11 +181,9 @@ def test_only_states_around_some_hundred_poses_are_kept():
     assert kept <= len(few) * (2 * AROUND / 1e6 + 4) < len(t) / 5
     # Of more poses than are wanted every second one goes, again and again.
     many = Neighbourhoods(robot, PoseTrack('p', '', stamps, np.tile(np.eye(4), (len(t), 1, 1))))
-    ingest = Ingest(robot, Estimator(robot, EstimatorSettings()))
     for k in range(0, len(t), 1000):
         part = slice(k, k + 1000)
-        block = Block(robot.joint_names, stamps[part], stamps[part], q[part], np.zeros((1000, 0)))
-        many.take(ingest.take(block))
+        many.take(stamps[part], t[part], q[part])
     track = many.track()
     assert MOST < len(track.poses) <= 2 * MOST
     np.testing.assert_array_equal(track.q, q[track.poses])
@@ -225,7 +220,7 @@ def bare(robot, t, q, stamps, poses, gap=None):
     nanoseconds = BEGIN + np.rint(1e9 * t).astype(np.int64)
     block = Block(robot.joint_names, nanoseconds, nanoseconds, q, np.zeros((len(q), 0)))
     track = PoseTrack('/tcp', '', stamps, poses)
-    source = Source('bag', '/joint_states', False, len(q), iter([block]), track)
+    source = Source('bag', '/joint_states', False, len(q), iter([block]), lambda: track)
     return audit(source, robot, 'made up', frame_settings=FrameSettings(gap))
 
 

@@ -22,7 +22,6 @@ from .computer import Computer, NoStateError
 from .frames import FrameReport, FrameSettings, NotCompared, frames_of
 from .ingest import Example, Ingest
 from .joints import JointReport, Jump, joint_reports, jumps_of
-from .neighbourhoods import Neighbourhoods
 from .source import Remark, Source
 from .stream import Stream, StreamWatch
 from .stretches import Stretch, badness, stretches_of, watched_values
@@ -133,7 +132,6 @@ def audit(
     names = tuple(settings.joint_prefix + name for name in robot.joint_names)
     watch = StreamWatch(names)
     heard: dict[str, None] = {}
-    around = None if source.poses is None else Neighbourhoods(robot, source.poses)
 
     def each(block: Block | Unreadable, part: Part | None) -> None:
         watch.take(block)
@@ -141,8 +139,6 @@ def audit(
             heard.update(dict.fromkeys(block.names))
         if part is not None:
             listener.part(part)
-            if around is not None:
-                around.take(part.known)
         listener.progress(len(block))
 
     computer = Computer(robot, ingest, robot.base_frame, settings.joint_prefix)
@@ -156,9 +152,9 @@ def audit(
     jump_count, jumps = jumps_of(robot, timeline)
     stretches = stretches_of(robot, timeline)
     joints = joint_reports(robot, timeline)
-    frames = None
-    if source.poses is not None and around is not None:
-        frames = frames_of(robot, source.poses, around, frame_settings or FrameSettings())
+    track, frames = source.poses(), None
+    if track is not None:
+        frames = frames_of(robot, track, timeline, frame_settings or FrameSettings())
     phases['findings'] = time.perf_counter() - begin
     return Audit(
         robot=robot,

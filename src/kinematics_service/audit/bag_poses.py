@@ -10,7 +10,7 @@ import numpy as np
 
 from .pose_format import PoseFormat
 from .source import PoseTrack
-from .tool_poses import pose_track
+from .tool_poses import PoseRows
 
 POSES = {
     'geometry_msgs/msg/PoseStamped': lambda message: message.pose,
@@ -65,7 +65,9 @@ def track_of_messages(
     if not kept:
         none = np.zeros((0, 4, 4))
         return PoseTrack(topic, '', stamps[:0], none, refused='none of its messages can be read')
-    track = pose_track(topic, frame, stamps[:kept].copy(), rows[:kept], PoseFormat('xyzw'))
+    poses = PoseRows(PoseFormat('xyzw'), rows.shape[1])
+    poses.take(stamps[:kept], rows[:kept])
+    track = poses.track(topic, frame)
     if unreadable:
         doubt = f'{unreadable:,} of {looked_at:,} messages cannot be read'
         track = track._replace(doubts=(*track.doubts, doubt))

@@ -51,6 +51,10 @@ def open_bag(path: Path, wanted: Wanted) -> Iterator[Source]:
         _check(path)
         # Bags older than ROS 2 Iron do not hold the definitions of their messages.
         reader = AnyReader([path], default_typestore=get_typestore(Stores.ROS2_JAZZY))
+        if not reader.is2:
+            from .ros1_index import LongBag
+
+            reader.readers = [LongBag(path)]
         reader.open()
     try:
         with _one_sentence(path):
@@ -139,7 +143,7 @@ class _Bag:
             blocks = self._blocks(connections)
         planned = kind == TRAJECTORY
         guarded = self._guarded(blocks, connections)
-        return Source(what, topic, planned, total, guarded, poses, self.remarks)
+        return Source(what, topic, planned, total, guarded, lambda: poses, self.remarks)
 
     def _guarded(
         self, blocks: Iterator[Block | Unreadable], connections: list[Any]
@@ -209,9 +213,6 @@ class _Bag:
 
     def _blocks(self, connections: list[Any]) -> Iterator[Block | Unreadable]:
         messages = self._raw(connections)
-        if not self.reader.is2:
-            yield from self._one_by_one(messages)
-            return
         raws: list[bytes] = []
         times: list[int] = []
         for time, raw in messages:
@@ -237,7 +238,7 @@ class _Bag:
         yield from blocks_of(samples)
 
     def _alike(self, raws: Sequence[bytes], times: Sequence[int]) -> Iterator[Block | Unreadable]:
-        columns = columns_of(raws) if len(raws) > 1 else None
+        columns = columns_of(raws, not self.reader.is2) if len(raws) > 1 else None
         if columns is None:
             yield from self._one_by_one(zip(times, raws))
             return

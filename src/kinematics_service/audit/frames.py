@@ -16,8 +16,9 @@ from ..rigid_motion import rotation_vector
 from ..robot import Robot
 from ..tool_state import evaluate
 from .block import Flags
-from .neighbourhoods import MOST, Neighbourhoods, Track
+from .neighbourhoods import MOST, Track, joined
 from .source import PoseTrack
+from .timeline import Timeline
 
 # Joint positions are interpolated between two states so many usual intervals apart, but within
 # these bounds (s): a lost message or two does no harm, a second of unknown motion does.
@@ -117,7 +118,7 @@ class NotCompared(NamedTuple):
 
 
 def frames_of(
-    robot: Robot, track: PoseTrack, around: Neighbourhoods, settings: FrameSettings
+    robot: Robot, track: PoseTrack, timeline: Timeline, settings: FrameSettings
 ) -> FrameReport | NotCompared:
     """
     Return how the poses of a second source compare with the recording's, or why they cannot.
@@ -126,7 +127,7 @@ def frames_of(
     none = NotCompared(track.name, track.frame, track.total or len(track.stamps), track.refused)
     if track.refused:
         return none
-    found = around.track()
+    found = joined(robot, track, timeline)
     use, reason = _matched(found, settings.gap)
     if np.sum(use) < LEAST:
         reason = reason or f'there are {len(use)} poses'

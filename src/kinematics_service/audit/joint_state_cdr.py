@@ -17,6 +17,7 @@ from .block import Flags, Times
 # Encapsulation of plain little-endian CDR, and where the body begins.
 LITTLE_ENDIAN = b'\x00\x01'
 BODY = 4
+# ROS 1 has the number of the message there instead, aligns nothing, and ends no text with a zero.
 STAMP_AT, FRAME_AT = BODY, BODY + 8
 
 
@@ -52,38 +53,46 @@ class Columns(NamedTuple):
     velocities: Floats
 
 
-def layout_of(raw: bytes) -> Layout | None:
+def layout_of(raw: bytes, ros1: bool = False) -> Layout | None:
     """
     Return the layout of a message; None where it is no whole little-endian JointState.
 
     """
     try:
-        return _layout(raw)
+        return _layout(raw, ros1)
     except (struct.error, UnicodeDecodeError, IndexError):
         return None
 
 
-def _layout(raw: bytes) -> Layout | None:
-    if raw[:2] != LITTLE_ENDIAN:
+def _layout(raw: bytes, ros1: bool) -> Layout | None:
+    if not ros1 and raw[:2] != LITTLE_ENDIAN:
         return None
-    fixed = [(0, 2)]
+    fixed = [] if ros1 else [(0, 2)]
+
+    def aligned(at: int, size: int) -> int:
+        return at if ros1 else at + -(at - BODY) % size
 
     def count(at: int) -> tuple[int, int]:
-        at += -(at - BODY) % 4
+        at = aligned(at, 4)
         fixed.append((at, at + 4))
         return int(struct.unpack_from('<I', raw, at)[0]), at + 4
 
     def text(at: int) -> tuple[str, int]:
         length, at = count(at)
         fixed.append((at, at + length))
-        if not length or at + length > len(raw) or raw[at + length - 1]:
+        end = at + length
+        if end > len(raw):
             raise IndexError
-        return raw[at : at + length - 1].decode(), at + length
+        if ros1:
+            return raw[at:end].decode(), end
+        if not length or raw[end - 1]:
+            raise IndexError
+        return raw[at : end - 1].decode(), end
 
     def doubles(at: int) -> tuple[tuple[int, int], int]:
         number, at = count(at)
         if number:
-            at += -(at - BODY) % 8
+            at = aligned(at, 8)
         if at + 8 * number > len(raw):
             raise IndexError
         return (at, number), at + 8 * number
@@ -99,15 +108,17 @@ def _layout(raw: bytes) -> Layout | None:
     positions, at = doubles(at)
     velocities, at = doubles(at)
     _, at = doubles(at)
+    if ros1 and at != len(raw):
+        return None
     return Layout(tuple(names), tuple(fixed), positions, velocities)
 
 
-def columns_of(raws: Sequence[bytes]) -> Columns | None:
+def columns_of(raws: Sequence[bytes], ros1: bool = False) -> Columns | None:
     """
     Return messages of equal length in columns; None where the first has no layout.
 
     """
-    layout = layout_of(raws[0])
+    layout = layout_of(raws[0], ros1)
     if layout is None:
         return None
     table = np.frombuffer(b''.join(raws), dtype=np.uint8).reshape(len(raws), -1)

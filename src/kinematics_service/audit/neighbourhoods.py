@@ -1,7 +1,7 @@
 """
-Joint positions around the times of poses, gathered while a recording passes by.
+Joint positions around the times of poses, gathered while the states of a recording pass by.
 
-Nothing else of the recording is kept: some hundred poses, and half a second around each.
+Nothing else is kept in memory: some hundred poses, and half a second around each.
 """
 
 from typing import NamedTuple
@@ -12,9 +12,9 @@ from ..frame_doctor.joint_motion import WINDOW
 from ..frame_doctor.lag import REACH
 from ..kernel import Floats
 from ..robot import Robot
-from .block import Flags, Times
-from .ingest import Known
+from .block import LARGEST_BLOCK, Flags, Times
 from .source import PoseTrack
+from .timeline import Timeline
 
 # Poses the frame doctor looks at; more would not tell more. Up to twice as many are followed.
 MOST = 600
@@ -54,6 +54,18 @@ class Track(NamedTuple):
     states: Floats
 
 
+def joined(robot: Robot, track: PoseTrack, timeline: Timeline) -> Track:
+    """
+    Return the poses of a second source with the joint positions of a recording.
+
+    """
+    around = Neighbourhoods(robot, track)
+    for begin in range(0, len(timeline), LARGEST_BLOCK):
+        rows = slice(begin, begin + LARGEST_BLOCK)
+        around.take(timeline.stamps[rows], timeline.t[rows], timeline.q[rows])
+    return around.track()
+
+
 class Neighbourhoods:
     """
     Takes states in the order of the recording.
@@ -76,24 +88,18 @@ class Neighbourhoods:
         self._q = np.zeros((0, robot.dof))
         self._parts: list[tuple[Times, Floats, Floats]] = []
         self._waiting = 0
-        self._time = 0.0
-        self._before: int | None = None
 
-    def take(self, known: Known) -> None:
+    def take(self, stamps: Times, t: Floats, q: Floats) -> None:
         """
         Keep those of the next states that are around a pose.
 
         """
-        if not len(known) or not len(self._order):
+        if not len(self._order):
             return
-        before = known.stamps[0] if self._before is None else self._before
-        steps = np.maximum(np.diff(known.stamps, prepend=before), 0) * 1e-9
-        t = self._time + np.cumsum(steps)
-        self._time, self._before = float(t[-1]), int(known.stamps[-1])
         # Where stamps step back, only what goes beyond all before is used.
-        highest = np.maximum.accumulate(np.concatenate([[self._latest], known.stamps[:-1]]))
-        rising = known.stamps > highest
-        part = known.stamps[rising], t[rising], known.q[rising]
+        highest = np.maximum.accumulate(np.concatenate([[self._latest], stamps[:-1]]))
+        rising = stamps > highest
+        part = stamps[rising], t[rising], q[rising]
         if not len(part[0]):
             return
         if self._first < 0:

@@ -60,8 +60,9 @@ def open_planned(file: Path, wanted: Wanted) -> Source:
         True,
         None,
         blocks_of_trajectories(planned, wanted, str(file)),
-        None,
-        [Remark(Level.OK, f'{len(planned)} trajectories in a row')] if len(planned) > 1 else [],
+        remarks=[Remark(Level.OK, f'{len(planned)} trajectories in a row')]
+        if len(planned) > 1
+        else [],
     )
 
 

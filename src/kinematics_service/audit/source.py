@@ -3,7 +3,7 @@ Where joint states come from: one entry for every kind of file, found by what th
 
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -44,7 +44,7 @@ class PoseTrack(NamedTuple):
     doubts
         Numbers beyond what a pose can have, each a sentence.
     total
-        How many poses the source has, where these are some of them, evenly spread; else 0.
+        How many poses the source has; these may be some of them, evenly spread. 0: just these.
 
     """
 
@@ -100,7 +100,7 @@ class Source:
     blocks
         The joint states, once.
     poses
-        The second source of the tool pose, where one was asked for.
+        Returns the second source of the tool pose when the blocks are read; None without any.
     remarks
         What is to be said of the file itself, complete when the blocks are read.
 
@@ -111,7 +111,7 @@ class Source:
     planned: bool
     total: int | None
     blocks: Iterator[Block | Unreadable]
-    poses: PoseTrack | None = None
+    poses: Callable[[], PoseTrack | None] = lambda: None
     remarks: list[Remark] = field(default_factory=list)
 
 

@@ -4,22 +4,23 @@ Joint states in a table: a CSV file with a header, of any of the known layouts.
 """
 
 import csv
-import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from ..kernel import Floats
-from ..measures import Level
-from ..recording import POSITION, STAMP, VELOCITY, nanoseconds_of, number_of
-from .block import LARGEST_BLOCK, AuditError, Block, Times
+from ..recording import POSITION, STAMP, VELOCITY
+from .block import AuditError, Block
+from .neighbourhoods import MOST
 from .pose_format import ACCEPTED_POSES, PoseFormat, pose_columns
-from .source import PoseTrack, Remark, Source, Wanted
-from .tool_poses import pose_track
+from .source import PoseTrack, Source, Wanted
+from .table_rows import NO_TEXT, RowReader
+from .tool_poses import PoseRows
 
 SHOWN = 12
+# Bytes read at once where lines are counted.
+AT_ONCE = 2**20
 HOW = '--columns stamp=...,position=...,velocity=...,pose=... says what columns begin with'
 
 
@@ -67,7 +68,7 @@ class _Table:
                 while first and not first.strip():
                     first = stream.readline()
         except UnicodeDecodeError:
-            raise AuditError(f'{file}: is not UTF-8 text, so not a table') from None
+            raise AuditError(f'{file}: {NO_TEXT}') from None
         except OSError as error:
             raise AuditError(f'{file}: cannot be read: {error.strerror}') from None
         if not first:
@@ -82,34 +83,39 @@ class _Table:
         self.names = self._layout()
 
     def source(self) -> Source:
-        stamps, numbers, remarks = self._numbers()
-        n, velocities, pose = len(self.joints), self._velocity_columns(), self._pose_columns()
-        # Received when it was measured; where the stamps step back, time goes on.
-        steps = np.maximum(np.diff(stamps, prepend=stamps[:1]), 0)
-        received = stamps[:1] + np.cumsum(steps)
-        track: PoseTrack | None = None
-        if pose is not None:
-            columns, form = pose
-            rows = numbers[:, -len(columns) :]
-            known = np.all(np.isfinite(rows), axis=1)
-            if np.any(known):
-                # Poses and joints of a row belong together, however far apart the rows are.
-                q, name = numbers[known, :n], f'{self.names.pose}*'
-                track = pose_track(name, '', stamps[known], rows[known], form, q)
+        positions, velocities = self._family(self.names.position), self._velocity_columns()
+        found = self._pose_columns()
+        columns, form = found or ([], PoseFormat())
+        reader = RowReader(
+            self.file,
+            self.delimiter,
+            self.header,
+            self.names.stamp,
+            [*positions, *velocities, *columns],
+        )
+        n, m = len(positions), len(positions) + len(velocities)
+        poses = PoseRows(form, len(columns), n)
 
         def blocks() -> Iterator[Block]:
-            for begin in range(0, len(stamps), LARGEST_BLOCK):
-                span = slice(begin, begin + LARGEST_BLOCK)
-                yield Block(
-                    tuple(self.joints),
-                    stamps[span],
-                    received[span],
-                    numbers[span, :n],
-                    numbers[span, n : n + len(velocities)],
-                )
+            before: tuple[int, int] | None = None
+            for stamps, numbers in reader.pieces():
+                if found:
+                    # Poses and joints of a row belong together, however far apart the rows are.
+                    rows = numbers[:, m:]
+                    known = np.all(np.isfinite(rows), axis=1)
+                    poses.take(stamps[known], rows[known], numbers[known, :n])
+                # Received when it was measured; where the stamps step back, time goes on.
+                last, passed = before or (int(stamps[0]), int(stamps[0]))
+                steps = np.maximum(np.diff(stamps, prepend=last), 0)
+                received = passed + np.cumsum(steps)
+                before = int(stamps[-1]), int(received[-1])
+                yield Block(tuple(self.joints), stamps, received, numbers[:, :n], numbers[:, n:m])
 
-        topic = f'{self.names.position}*'
-        return Source('table', topic, False, len(stamps), blocks(), track, remarks)
+        def track() -> PoseTrack | None:
+            return poses.track(f'{self.names.pose}*', '', MOST) if poses.count else None
+
+        topic, total = f'{self.names.position}*', _lines_of(self.file) - 1
+        return Source('table', topic, False, total, blocks(), track, reader.remarks)
 
     def _layout(self) -> Names:
         if self.wanted.columns is not None:
@@ -181,81 +187,7 @@ class _Table:
         listed = ', '.join(ascii(name) for name in self.header[:SHOWN])
         return listed + (f' and {more} more' if more > 0 else '')
 
-    def _numbers(self) -> tuple[Times, Floats, list[Remark]]:
-        # All wanted columns: positions, velocities, pose.
-        columns = self._family(self.names.position) + self._velocity_columns()
-        pose = self._pose_columns()
-        columns += [] if pose is None else pose[0]
-        at = [self.header.index(column) for column in columns]
-        stamp_at = self.header.index(self.names.stamp)
-        try:
-            stamps, numbers = self._quickly(stamp_at, at)
-            return stamps, numbers, []
-        except ValueError:
-            return self._line_by_line(stamp_at, at)
 
-    def _quickly(self, stamp_at: int, at: Sequence[int]) -> tuple[Times, Floats]:
-        with self.file.open(encoding='utf-8-sig') as stream, warnings.catch_warnings():
-            while not stream.readline().strip():
-                pass
-            warnings.simplefilter('ignore')  # that there are no rows is said elsewhere
-            table = np.loadtxt(
-                stream,
-                delimiter=None if self.delimiter == ' ' else self.delimiter,
-                usecols=[stamp_at, *at],
-                converters={stamp_at: _nanoseconds_as_double},
-                comments=None,
-                ndmin=2,
-                quotechar='"',
-                encoding='utf-8',
-            )
-        if not len(table):
-            raise ValueError
-        return np.ascontiguousarray(table[:, 0]).view(np.int64), table[:, 1:]
-
-    def _line_by_line(
-        self, stamp_at: int, at: Sequence[int]
-    ) -> tuple[Times, Floats, list[Remark]]:
-        # The long way, which knows what to say of a bad line.
-        stamps: list[int] = []
-        numbers: list[list[float]] = []
-        remarks: list[Remark] = []
-        with self.file.open(encoding='utf-8-sig', newline='') as stream:
-            rows = csv.reader(stream, delimiter=self.delimiter)
-            lines = [(rows.line_num, cells) for cells in rows if any(c.strip() for c in cells)]
-        for k, (line, cells) in enumerate(lines[1:], start=1):
-            if len(cells) != len(self.header):
-                if k == len(lines) - 1 and k > 1:
-                    text = f'line {line}, the last one, is cut off and left out'
-                    remarks.append(Remark(Level.OK, text))
-                    continue
-                raise AuditError(
-                    f'{self.file}:{line}: {len(cells)} cells, but the header has '
-                    f'{len(self.header)} columns'
-                )
-            try:
-                stamps.append(nanoseconds_of(cells[stamp_at]))
-            except ValueError:
-                raise AuditError(
-                    f'{self.file}:{line}: column {self.header[stamp_at]!r}: '
-                    f'{cells[stamp_at][:40]!a} is not a time in seconds'
-                ) from None
-            numbers.append([self._number(line, column, cells[column]) for column in at])
-        if not stamps:
-            raise AuditError(f'{self.file}: has a header but no rows')
-        return np.array(stamps, dtype=np.int64), np.array(numbers), remarks
-
-    def _number(self, line: int, column: int, cell: str) -> float:
-        text = cell.strip()
-        try:
-            return number_of(text) if text else float('nan')
-        except ValueError:
-            raise AuditError(
-                f'{self.file}:{line}: column {self.header[column]!r}: {text[:40]!a} is not a '
-                'number'
-            ) from None
-
-
-def _nanoseconds_as_double(text: str) -> float:
-    # The bits of an integer in the one table of doubles that numpy reads.
-    return float(np.int64(nanoseconds_of(text)).view(np.float64))
+def _lines_of(file: Path) -> int:
+    with file.open('rb') as stream:
+        return sum(data.count(b'\n') for data in iter(lambda: stream.read(AT_ONCE), b''))
