@@ -11,6 +11,7 @@ from typing import Annotated
 import typer
 
 from .options import WrongUsage, refuse_unknown_robot
+from .ros_variables import refuse_ros_variables
 
 WITHOUT_ROS = (
     'this needs ROS 2 and its rclpy, which cannot be imported here ({reason}): pip install '
@@ -95,6 +96,7 @@ def node(
         rclpy or a message package cannot be imported.
 
     """
+    refuse_ros_variables()
     try:
         from ..ros.runner import run_node
     except ImportError as error:
@@ -142,6 +144,7 @@ def demo(
         refuse_unknown_robot(robot)
     if duration is not None and not math.isfinite(duration):
         raise WrongUsage(f'--duration: {duration} is not a time')
+    refuse_ros_variables()
     try:
         from ..ros.demo import run_demo
     except ImportError as error:
@@ -174,6 +177,7 @@ def echo(
         raise WrongUsage(f'--timeout: {timeout:g} is not at least {SHORTEST_TIMEOUT:g} s')
     if timeout is not None and timeout > LONGEST_TIMEOUT:
         raise WrongUsage(f'--timeout: {timeout:g} s is longer than a day: leave it out')
+    refuse_ros_variables()
     try:
         from ..ros.echo import run_echo
     except ImportError as error:

@@ -13,6 +13,7 @@ from ..errors import KinematicsError
 from ..stop_signals import stop_signals
 from .options import WrongUsage, given_robot
 from .ros_commands import WITHOUT_ROS, RosMissingError
+from .ros_variables import refuse_ros_variables
 
 DEFAULT = 'puma560'
 WITHOUT_VISER = (
@@ -112,6 +113,7 @@ def view(
 
 def _with_ros(publish: bool) -> Callable[..., int] | None:
     # What runs the view with ROS; None, and a word, where there is no ROS.
+    refuse_ros_variables()
     try:
         from ..ros.view_session import run_view
     except ImportError as error:
