@@ -107,12 +107,13 @@ def test_the_smooth_path_leads_from_regular_poses_through_a_singular_one(name):
         assert np.mean(measured.level == level) * 0.5 * motion.period > 0.3
 
 
-# Their tool's motion along the way is not small at the singular pose.
-NOT_STEEP = ('offset_stanford_dh', 'offset_stanford_printed', 'offset_stanford_shape',
-             'rrp_elementary', 'spherical_rrp')  # fmt: skip
+# On the way the tool stays where it is while joints turn within the singular poses: they are
+# fastest right there. Of the other arms they are fastest before, and slower again.
+TURN_ON_THE_SPOT = ('offset_stanford_dh', 'offset_stanford_printed', 'offset_stanford_shape',
+                    'rrp_elementary', 'spherical_rrp')  # fmt: skip
 
 
-@pytest.mark.parametrize('name', sorted(set(BUNDLED) - set(NOT_STEEP)))
+@pytest.mark.parametrize('name', BUNDLED)
 def test_joints_speed_up_towards_a_singular_pose_and_the_tool_does_not(name):
     robot = robot_of(name)
     motion = smooth_trajectory(robot)
@@ -120,11 +121,14 @@ def test_joints_speed_up_towards_a_singular_pose_and_the_tool_does_not(name):
     q, qdot = motion.at(t)
     distance = ks.singularity(robot, q).distance
     fastest = np.max(np.abs(qdot), axis=1)
-    peak = int(np.argmax(fastest))
-    assert 0.5 * DAMPED < distance[peak] < 2.0 * DAMPED
+    peak, singular = int(np.argmax(fastest)), int(np.argmin(distance))
+    assert distance[peak] < 2.0 * DAMPED
     assert fastest[peak] > 1.4 * np.median(fastest)
-    # Damping bounds them: they are slower again at the singular pose.
-    assert fastest[np.argmin(distance)] < 0.7 * fastest[peak]
+    if name in TURN_ON_THE_SPOT:
+        assert fastest[singular] > 0.9 * fastest[peak]
+    else:
+        assert distance[peak] > 0.5 * DAMPED
+        assert fastest[singular] < 0.7 * fastest[peak]
     speed = np.linalg.norm(ks.twist(robot, q, qdot)[:, :3], axis=1)
     assert speed[peak] < 0.8 * np.max(speed)
 

@@ -32,8 +32,9 @@ LEAST_FELT = 0.5
 # The joints are fastest at about this distance from a singular pose, rad: nearer to it damping
 # takes over, as in damped least squares.
 DAMPED = 0.06
-# But damping is no larger than this share of the largest motion of the tool along the path.
-DAMPING = 0.12
+# But damping is no larger than this share of the largest motion of the tool along the path: where
+# the joints can turn without leaving the singular poses, the tool moves much at that distance.
+DAMPING = 0.03
 # A level is passed in no less than this, s, so that it is seen on the table.
 SEEN = 0.35
 # The clock at the singular pose is slowed by one of these shares, the first that makes it long
