@@ -11,19 +11,21 @@ import contextlib
 import hashlib
 import sys
 from collections import Counter
+from collections.abc import Sequence
 
 import numpy as np
 
 import kinematics_service as ks
 from kinematics_service import kernel
+from kinematics_service.cdr import STAMP_AT, Writer
 from kinematics_service.estimator import Estimator, EstimatorSettings
 from kinematics_service.inverse.aim import aim_at
 from kinematics_service.inverse.plan import plan_for
 from kinematics_service.inverse.search import PROVED
 from kinematics_service.joint_sample import JointSample
+from kinematics_service.joint_state_form import form_of
 from kinematics_service.robot import Robot
 from kinematics_service.task import ROW_NAMES
-from kinematics_service.wire_form import WireForm
 
 SECOND = 1_000_000_000
 # More poses than are evaluated side by side.
@@ -135,16 +137,28 @@ def messages(robot: Robot, random: np.random.Generator, source: str):
         estimator.take(sample, kernel.JACOBIAN if k % 2 else kernel.ALL_FRAMES)
 
 
+def joint_state_bytes(names: Sequence[str], stamp: np.ndarray, numbers: np.ndarray) -> bytes:
+    # A serialized JointState, its velocities after its positions.
+    writer = Writer()
+    writer.room(4, 2)
+    writer.text('base')
+    writer.whole(len(names))
+    for name in names:
+        writer.text(name)
+    for half in np.split(numbers, 2):
+        writer.whole(half.size)
+        at = writer.room(8, half.size)
+        writer.data[at:] = half.tobytes()
+    writer.whole(0)
+    writer.data[STAMP_AT : STAMP_AT + 8] = stamp.tobytes()
+    return bytes(writer.data)
+
+
 def bytes_of_messages(robot: Robot, random: np.random.Generator):
     estimator, n = Estimator(robot, EstimatorSettings()), robot.dof
-    places = (8, 16, 16 + 8 * n, 16 + 16 * n)  # of stamp, positions, velocities; the end
-    selected = np.zeros(places[3], np.uint8)
-    selected[:8] = 255
-    still = np.zeros(places[3], np.uint8)
-    still[:8] = np.frombuffer(b'ourbytes', np.uint8)
-    form = WireForm(
-        robot.joint_names, places[3], *places[:3], n, np.concatenate([selected, still])
-    )
+    names = robot.joint_names
+    form = form_of(joint_state_bytes(names, np.zeros(2, np.uint32), np.zeros(2 * n)))
+    assert form is not None
     row = robot.chain.single_widths[kernel.ALL_FRAMES]
     sheet = np.zeros(20)
     whole = sheet.view(np.int64)
@@ -155,7 +169,7 @@ def bytes_of_messages(robot: Robot, random: np.random.Generator):
         numbers = random.uniform(-3, 3, 2 * n)
         if k == 5:
             numbers[0] = np.inf
-        data = still[:8].tobytes() + stamp.tobytes() + numbers.tobytes()
+        data = joint_state_bytes(names, stamp, numbers)
         with np.errstate(all='ignore'):
             estimator.take_bytes(form, data, SECOND * k, sheet=sheet)
         estimator.take_bytes(form, b'O' + data[1:], SECOND * k)

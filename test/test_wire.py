@@ -273,7 +273,7 @@ def with_padding(message, generator):
     return bytes(data)
 
 
-def test_a_stream_is_read_from_its_bytes_after_the_first_messages():
+def test_a_stream_is_read_from_its_bytes():
     reader, generator = CountingReader(), random.Random(1)
     values = [generator.uniform(-3, 3) for _ in UR]
     names = set()
@@ -284,7 +284,7 @@ def test_a_stream_is_read_from_its_bytes_after_the_first_messages():
         assert read(reader, data) == official(data)
         names.add(id(reader.read(data).names))
     assert len(names) == 1
-    assert reader.slow < 20
+    assert reader.slow == 0
 
 
 def test_bytes_between_fields_do_not_matter():
@@ -293,7 +293,7 @@ def test_bytes_between_fields_do_not_matter():
     for _ in range(12):
         data = with_padding(message, generator)
         assert read(reader, data) == official(data)
-    assert reader.slow < 8
+    assert reader.slow == 0
 
 
 def test_two_drivers_on_one_topic():
@@ -303,7 +303,7 @@ def test_two_drivers_on_one_topic():
         for message in (left, right):
             data = serialize_message(message)
             assert read(reader, data) == official(data)
-    assert reader.slow < 20
+    assert reader.slow == 0
 
 
 @pytest.mark.parametrize(
@@ -359,30 +359,23 @@ def test_refused_bytes_are_an_error_of_one_sentence():
         JointStateReader().read(b'abc')
 
 
-def test_ever_new_layouts_are_learned_seldom_and_forgotten(monkeypatch):
-    learned = []
-    monkeypatch.setattr(
-        JointStateReader,
-        '_learn',
-        lambda self, *args, real=JointStateReader._learn: (learned.append(1), real(self, *args))[
-            1
-        ],
-    )
-    reader = JointStateReader()
+def test_ever_new_forms_are_forgotten():
+    reader = CountingReader()
     steady = serialize_message(joint_state())
-    for k in range(2000):
+    for k in range(100):
         data = serialize_message(joint_state(names=(f'joint_{k}',)))
         assert read(reader, data) == official(data)
         assert read(reader, steady) == official(steady)
-    assert len(learned) < 16 + 2200 / 64
-    assert len(reader._layouts) == wire_reader.MOST_LAYOUTS
+        assert len(list(reader.forms(len(steady)))) == 1
+    assert reader.slow == 0
+    assert len(reader._forms) == wire_reader.MOST_FORMS
 
 
 def test_a_huge_message_is_read_and_not_kept():
     reader = JointStateReader()
     data = serialize_message(joint_state(names=[f'joint_{k}' for k in range(20_000)]))
     assert read(reader, data) == official(data)
-    assert not reader._layouts
+    assert not reader._forms
 
 
 any_float = st.floats(allow_nan=True, allow_subnormal=True)
@@ -463,8 +456,6 @@ def fuzz(count, seed, eager):
         joint_state(names=()),
         joint_state(names=[f'j{k}' for k in range(40)]),
     ]
-    if eager:
-        wire_reader.CREDIT_A_MESSAGE = 1.0  # to learn from every message, also from hostile ones
     reader = CountingReader()
     refused, before = 0, 0
     for k in range(count):

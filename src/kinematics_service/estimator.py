@@ -15,13 +15,13 @@ import numpy as np
 from . import kernel
 from .alarm import Alarm
 from .joint_sample import JointSample
+from .joint_state_form import JointStateForm
 from .joint_table import JointTable, Layout
 from .kernel import Floats, Integers
 from .measures import Level
 from .robot import Robot
 from .singularities import Singularity, watched_value
 from .tool_state import ToolState, as_the_kernel_takes_it
-from .wire_form import WireForm
 
 VELOCITY_SOURCES = ('auto', 'message', 'difference')
 
@@ -195,7 +195,7 @@ class Estimator:
     def _new_table(self) -> JointTable:
         settings = self.settings
         # Forms, packed with the layout of their names.
-        self._forms: dict[WireForm, Integers] = {}
+        self._forms: dict[JointStateForm, Integers] = {}
         return JointTable(self.robot, settings.joint_prefix, self._source, settings.timeout)
 
     def _prepare(self) -> None:
@@ -325,7 +325,7 @@ class Estimator:
 
     def take_bytes(
         self,
-        form: WireForm,
+        form: JointStateForm,
         data: bytes,
         arrival: int,
         depth: int = kernel.ALL_FRAMES,
@@ -351,7 +351,8 @@ class Estimator:
         if packed is None:
             layout = self._table.layout(form.names)
             packed = form.packed(layout.indices)
-            if not layout.joints or layout.duplicates:
+            one_each = form.counts[0] == len(form.names)
+            if not layout.joints or layout.duplicates or not one_each:
                 packed = _NO_FORM
             if len(self._forms) >= FORMS:
                 self._forms.clear()

@@ -15,10 +15,10 @@ from std_srvs.srv import Trigger
 
 from ..estimator import RESETS, UNREADABLE, Answer, Estimator, Refusal
 from ..joint_sample import JointSample
+from ..joint_state_form import JointStateForm
 from ..measures import Level
 from ..notice import Notice, notice_of, stale_notice
 from ..singularities import Singularity, singularity_of
-from ..wire_form import WireForm
 from .describe import description_of
 from .diagnostics import INTERNAL_ERROR, LEFT_OUT
 from .health import Health
@@ -153,7 +153,7 @@ class KinematicsNode(Node):
             self._own_fault(error)
         self._health.work.add(time.monotonic_ns() - sample.arrival)
 
-    def _on_bytes(self, form: WireForm, data: bytes, arrival: int) -> bool:
+    def _on_bytes(self, form: JointStateForm, data: bytes, arrival: int) -> bool:
         try:
             heard = self._outputs.heard()
             outcome = self._estimator.take_bytes(form, data, arrival, heard.depth, heard.numbers)
