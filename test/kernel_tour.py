@@ -160,10 +160,15 @@ def bytes_of_messages(robot: Robot, random: np.random.Generator):
     form = form_of(joint_state_bytes(names, np.zeros(2, np.uint32), np.zeros(2 * n)))
     assert form is not None
     row = robot.chain.single_widths[kernel.ALL_FRAMES]
-    sheet = np.zeros(20)
-    whole = sheet.view(np.int64)
     # One stamp, three numbers: of the row, and of the measures beyond its end.
-    whole[:9] = (1, 3, 2 * 12, 3, 7, row + kernel.DISTANCE, 13, 14, 15)
+    answers = kernel.OutgoingMessages(
+        kernel.OutgoingTable(
+            np.zeros(40, np.uint8),
+            stamps=np.array([4]),
+            targets=np.array([12, 20, 28]),
+            sources=np.array([3, 7, row + kernel.DISTANCE]),
+        )
+    )
     for k in range(MESSAGES):
         stamp = np.array([1000 + k % 7, 5 * k], np.uint32)
         numbers = random.uniform(-3, 3, 2 * n)
@@ -171,11 +176,11 @@ def bytes_of_messages(robot: Robot, random: np.random.Generator):
             numbers[0] = np.inf
         data = joint_state_bytes(names, stamp, numbers)
         with np.errstate(all='ignore'):
-            estimator.take_bytes(form, data, SECOND * k, sheet=sheet)
+            estimator.take_bytes(form, data, SECOND * k, answers=answers)
         estimator.take_bytes(form, b'O' + data[1:], SECOND * k)
     answer = ks.evaluate(robot, np.full(n, 0.3), measured=True, depth=kernel.ALL_FRAMES)
     for stamp in (0, 5 * SECOND + 3, -1, 2**62):
-        kernel.fill_sheet(sheet, stamp, answer.row, answer.measures)
+        kernel.fill_messages(answers, stamp, answer.row, answer.measures)
 
 
 def targets(robot: Robot, random: np.random.Generator):

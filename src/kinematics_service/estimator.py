@@ -17,7 +17,7 @@ from .alarm import Alarm
 from .joint_sample import JointSample
 from .joint_state_form import JointStateForm
 from .joint_table import JointTable, Layout
-from .kernel import Floats, Integers
+from .kernel import Floats, Integers, OutgoingMessages
 from .measures import Level
 from .robot import Robot
 from .singularities import Singularity, watched_value
@@ -329,7 +329,7 @@ class Estimator:
         data: bytes,
         arrival: int,
         depth: int = kernel.ALL_FRAMES,
-        sheet: Floats = _NOTHING,
+        answers: OutgoingMessages | None = None,
     ) -> Answer | Refusal | None:
         """
         Return what `take` returns for a serialized message, with its measures already there.
@@ -343,8 +343,8 @@ class Estimator:
             The message, the form it should have, and when it came (steady clock, ns).
         depth
             As in `take`.
-        sheet
-            Where else the numbers of an answer go, as `kernel.fill_sheet` takes it.
+        answers
+            Messages to be filled with the answer.
 
         """
         packed = self._forms.get(form)
@@ -369,7 +369,7 @@ class Estimator:
             arrival,
             row,
             measures,
-            sheet,
+            answers,
         )
         if said == kernel.NOT_THIS_FORM or said == kernel.BAD_POSITION:
             return None

@@ -33,8 +33,10 @@ from .joint_memory import observe as observe
 from .judging import evaluate_and_measure_one as evaluate_and_measure_one
 from .judging import measure as measure
 from .judging import measure_one as measure_one
-from .messages import fill_sheet as fill_sheet
 from .messages import observe_bytes as observe_bytes
+from .outgoing import OutgoingMessages as OutgoingMessages
+from .outgoing import OutgoingTable as OutgoingTable
+from .outgoing import fill_messages as fill_messages
 from .places import *  # noqa: F403
 from .posture import postures as postures
 from .refinement import refine as refine

@@ -1,8 +1,9 @@
 cimport cython
 cimport numpy as cnp
 
-from . cimport arrays, joint_memory, judging, places
+from . cimport arrays, joint_memory, judging, outgoing, places
 from .arm cimport Arm
+from .outgoing cimport OutgoingMessages
 
 @cython.locals(other='unsigned char', k=int)
 cdef bint _is_of_form(long long* form, unsigned char* data, int size) noexcept nogil
@@ -15,10 +16,5 @@ cdef void _copy_numbers(
 )
 cpdef int observe_bytes(
     Arm arm, cnp.ndarray memory, cnp.ndarray form, cnp.ndarray data, long long arrival,
-    cnp.ndarray row, cnp.ndarray results, cnp.ndarray sheet,
+    cnp.ndarray row, cnp.ndarray results, OutgoingMessages answers,
 ) except -9
-cpdef fill_sheet(cnp.ndarray sheet, long long stamp, cnp.ndarray row, cnp.ndarray results)
-@cython.locals(seconds='long long', nanoseconds='long long', stamps=int, count=int, k=int)
-cdef void _fill_sheet(
-    double* sheet, long long stamp, double* row, Py_ssize_t size, double* results
-) noexcept nogil

@@ -1,11 +1,12 @@
 """
-Serialized messages: joint states read from their bytes, answers written where messages have them.
+Serialized messages: joint states taken from their bytes, and answered.
 
 """
 
-from . import arrays, joint_memory, judging, places
+from . import arrays, joint_memory, judging, outgoing, places
 from .arm import Arm
 from .arrays import Bytes, Floats, Integers
+from .outgoing import OutgoingMessages
 
 
 def _is_of_form(form: Integers, data: Bytes, size: int) -> bool:
@@ -30,10 +31,10 @@ def observe_bytes(
     arrival: int,
     row: Floats,
     results: Floats,
-    sheet: Floats,
+    answers: OutgoingMessages | None,
 ) -> int:
     """
-    Take a serialized message of a known form: `observe`, `measure_one`, `fill_sheet` in one call.
+    Take a serialized message of a known form, and answer it: all in one call.
 
     Returns what `observe` returns, or NOT_THIS_FORM for bytes of another form and for a message
     without a stamp.
@@ -48,8 +49,8 @@ def observe_bytes(
         The message.
     results
         As the measures in `measure_one`.
-    sheet
-        As in `fill_sheet`.
+    answers
+        What is filled with the state, as `fill_messages` does it.
 
     """
     arrays.given(arm)
@@ -68,6 +69,8 @@ def observe_bytes(
     width = arrays.size(row) - 2 * n - places.ROW_TAIL
     evaluated = arrays.results(row, arm.chain.frames_at + 2 * n + places.ROW_TAIL)
     measured = arrays.results(results, judging.width(arm))
+    if answers is not None and arrays.size(row) + arrays.size(results) < answers.needed:
+        raise TypeError('a state has fewer numbers than the messages take')
     count = header[places.FORM_COUNT]
     velocity_count = header[places.FORM_VELOCITY_COUNT]
     header[places.FORM_NOW] = stamp
@@ -93,53 +96,7 @@ def observe_bytes(
     if said % places.STARTED_ANEW <= places.SAID_WITH_DIFFERENCES:
         q = arrays.after(evaluated, width)
         judging.judge_row(arm, evaluated, q, measured, work)
-        if arrays.size(sheet) > 0:
-            _fill_sheet(arrays.results(sheet, 0), stamp, evaluated, arrays.size(row), measured)
+        if answers is not None:
+            outgoing.fill(answers, stamp, evaluated, arrays.size(row), measured)
     arrays.give_back(work)
     return said
-
-
-def fill_sheet(sheet: Floats, stamp: int, row: Floats, results: Floats) -> None:
-    """
-    Copy a stamp and numbers of a state to where serialized messages have them.
-
-    Parameters
-    ----------
-    sheet
-        Empty for nothing. Otherwise whole numbers, bit for bit: how many stamps, how many
-        numbers, where in the sheet the stamps go (in units of four bytes), where the numbers come
-        from (a place in `row`, or beyond its end in `results`), and where in the sheet they go;
-        then the messages.
-    stamp : ns
-        Beyond what a message can hold, the nearest it can.
-    row, results
-        As `observe_bytes` fills them.
-
-    """
-    if arrays.size(sheet) > 0:
-        _fill_sheet(
-            arrays.results(sheet, 0),
-            stamp,
-            arrays.numbers(row, 0),
-            arrays.size(row),
-            arrays.numbers(results, 0),
-        )
-
-
-def _fill_sheet(sheet: Floats, stamp: int, row: Floats, size: int, results: Floats) -> None:
-    whole = arrays.as_whole(sheet)
-    stamps, count = whole[0], whole[1]
-    seconds = stamp // 1_000_000_000
-    if seconds * 1_000_000_000 > stamp:  # C rounds towards zero
-        seconds -= 1
-    nanoseconds = stamp - seconds * 1_000_000_000
-    seconds = max(-places.LARGEST_SECOND - 1, min(places.LARGEST_SECOND, seconds))
-    words = arrays.as_half_words(sheet)
-    for k in range(2, 2 + stamps):
-        words[whole[k]] = seconds
-        words[whole[k] + 1] = nanoseconds
-    sources = arrays.whole_after(whole, 2 + stamps)
-    targets = arrays.whole_after(sources, count)
-    for k in range(count):
-        source = sources[k]
-        sheet[targets[k]] = row[source] if source < size else results[source - size]
