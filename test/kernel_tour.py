@@ -34,8 +34,8 @@ SINGLY = 4  # of them so many also one by one
 # Arms whose inverse kinematics is asked for: three joints, each closed form, a search, a redundant
 # one. Plain Python takes seconds for each.
 SOLVED = ('craig_3r', 'puma560', 'ur5e', 'scara_hsr065', 'panda')
-# What describes an arm is the same in every call, and no number that the kernel computes.
-ARMS = (kernel.Arm, kernel.Chain, kernel.TaskRows, kernel.Tape)
+# What describes an arm or a stream is the same in every call: no number that is computed.
+GIVEN = (kernel.Arm, kernel.Chain, kernel.TaskRows, kernel.Tape, kernel.OurJoints)
 # How it is built; and details, which have tests of their own.
 NOT_PART_OF_IT = {
     *('is_compiled', 'notice', 'prefer_source_where_asked', 'sine_and_cosine'),
@@ -53,6 +53,20 @@ def functions():
         and not isinstance(value, type)
         and str(getattr(value, '__module__', '')).startswith(kernel.__name__)
     } - NOT_PART_OF_IT
+
+
+def said_by(argument):
+    """Yield the bytes of all numbers that an argument or a result of the kernel has."""
+    if isinstance(argument, np.ndarray):
+        yield argument.tobytes()
+    elif isinstance(argument, kernel.JointMemory):
+        yield from (column.tobytes() for column in argument.columns)
+    elif isinstance(argument, kernel.OutgoingMessages):
+        yield argument.table.data.tobytes()
+    elif isinstance(argument, kernel.IncomingForm):
+        yield repr(argument.stamp).encode()
+    elif not isinstance(argument, GIVEN):
+        yield repr(np.array(argument).tolist()).encode()
 
 
 class Record:
@@ -73,10 +87,8 @@ class Record:
                 self._inside = False
             digest = self.hashes.setdefault(name, hashlib.sha256())
             for argument in (*arguments, result):
-                if isinstance(argument, np.ndarray):
-                    digest.update(argument.tobytes())
-                elif not isinstance(argument, ARMS):
-                    digest.update(repr(np.array(argument).tolist()).encode())
+                for said in said_by(argument):
+                    digest.update(said)
             self.calls[name] += 1
             return result
 
@@ -135,6 +147,7 @@ def messages(robot: Robot, random: np.random.Generator, source: str):
         rates = rates[: len(ours)]
         sample = JointSample(ours, numbers, rates, said, said or stamp, stamp)
         estimator.take(sample, kernel.JACOBIAN if k % 2 else kernel.ALL_FRAMES)
+    estimator.reset()
 
 
 def joint_state_bytes(names: Sequence[str], stamp: np.ndarray, numbers: np.ndarray) -> bytes:

@@ -17,7 +17,7 @@ from .alarm import Alarm
 from .joint_sample import JointSample
 from .joint_state_form import JointStateForm
 from .joint_table import JointTable, Layout
-from .kernel import Floats, Integers, OutgoingMessages
+from .kernel import Floats, IncomingForm, OutgoingMessages
 from .measures import Level
 from .robot import Robot
 from .singularities import Singularity, watched_value
@@ -141,9 +141,8 @@ _REFUSALS = {
 _NOTHING = np.empty(0)
 # tuple.__new__ directly: the constructor of a NamedTuple is a call more.
 _new = tuple.__new__
-# Forms of streams kept, and what stands for one whose messages make no state of this arm.
+# Forms of streams kept.
 FORMS = 16
-_NO_FORM = np.empty(0, dtype=np.int64)
 _DOUBLES = 'd'
 
 
@@ -194,8 +193,8 @@ class Estimator:
 
     def _new_table(self) -> JointTable:
         settings = self.settings
-        # Forms, packed with the layout of their names.
-        self._forms: dict[JointStateForm, Integers] = {}
+        # Forms as the kernel takes them; None for one whose messages make no state of this arm.
+        self._forms: dict[JointStateForm, IncomingForm | None] = {}
         return JointTable(self.robot, settings.joint_prefix, self._source, settings.timeout)
 
     def _prepare(self) -> None:
@@ -347,25 +346,19 @@ class Estimator:
             Messages to be filled with the answer.
 
         """
-        packed = self._forms.get(form)
-        if packed is None:
-            layout = self._table.layout(form.names)
-            packed = form.packed(layout.indices)
-            one_each = form.counts[0] == len(form.names)
-            if not layout.joints or layout.duplicates or not one_each:
-                packed = _NO_FORM
-            if len(self._forms) >= FORMS:
-                self._forms.clear()
-            self._forms[form] = packed
-        if packed is _NO_FORM:
+        try:
+            incoming = self._forms[form]
+        except KeyError:
+            incoming = self._keep(form)
+        if incoming is None:
             return None
         arm, memory, widths, width = self._arguments
         row, measures = np.empty(widths[depth]), np.empty(width)
         said: int = kernel.observe_bytes(
             arm,
             memory,
-            packed,
-            np.frombuffer(data, np.uint8),
+            incoming,
+            data,
             arrival,
             row,
             measures,
@@ -381,8 +374,18 @@ class Estimator:
         self.counts[ACCEPTED] += 1
         moving = said != kernel.SAID_WITHOUT_VELOCITIES
         state = _new(ToolState, (self.robot, row, moving, None, measures))
-        stamp = packed.item(kernel.FORM_NOW)
-        return _new(Answer, (state, row[-kernel.ROW_TAIL :], stamp, _SOURCES[said]))
+        return _new(Answer, (state, row[-kernel.ROW_TAIL :], incoming.stamp, _SOURCES[said]))
+
+    def _keep(self, form: JointStateForm) -> IncomingForm | None:
+        layout = self._table.layout(form.names)
+        one_each = form.counts[0] == len(form.names)
+        incoming = None
+        if layout.joints and not layout.duplicates and one_each:
+            incoming = form.for_joints(layout.ours)
+        if len(self._forms) >= FORMS:
+            self._forms.clear()
+        self._forms[form] = incoming
+        return incoming
 
     def accept(self, sample: JointSample) -> Accepted | Refusal:
         """
@@ -409,7 +412,7 @@ class Estimator:
             said: int = kernel.observe(
                 self.robot.arm,
                 self._table.memory,
-                layout.indices,
+                layout.ours,
                 positions,
                 velocities,
                 sample.stamp,

@@ -11,9 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from . import kernel
 from .cdr import DOUBLE, PLAIN, STAMP, STAMP_AT, CdrError, Reader
-from .kernel import Bytes, Floats, Integers
+from .kernel import Bytes, Floats, FormTable, IncomingForm, OurJoints
 
 _EMPTY = np.empty(0)
 _EMPTY.setflags(write=False)
@@ -67,21 +66,20 @@ class JointStateForm:
             np.frombuffer(data, np.uint8) & self.fixed, self.same
         )
 
-    def packed(self, layout: Integers) -> Integers:
+    def for_joints(self, ours: OurJoints) -> IncomingForm:
         """
-        Return the form and a layout (joint_table.py) as `kernel.observe_bytes` takes them.
+        Return the form as the kernel takes it, for messages with these joints of ours.
 
         """
-        header = np.zeros(kernel.FORM_HEADER, dtype=np.int64)
-        header[kernel.FORM_STAMP] = STAMP_AT
-        header[kernel.FORM_POSITIONS] = self.positions.start
-        header[kernel.FORM_VELOCITIES] = self.velocities.start
-        header[kernel.FORM_COUNT], header[kernel.FORM_VELOCITY_COUNT] = self.counts
-        header[kernel.FORM_BYTES] = self.size
-        header[kernel.FORM_PATTERN] = header.size + layout.size
-        pattern = np.zeros(-(-2 * self.size // 8), dtype=np.int64)
-        pattern.view(np.uint8)[: 2 * self.size] = np.concatenate([self.fixed, self.same])
-        return np.concatenate([header, layout, pattern])
+        table = FormTable(
+            self.fixed,
+            self.same,
+            STAMP_AT,
+            self.positions.start,
+            self.velocities.start,
+            *self.counts,
+        )
+        return IncomingForm(table, ours)
 
 
 def doubles_of(data: bytes) -> Floats:

@@ -1,4 +1,5 @@
 cimport numpy as cnp
+from cpython.bytes cimport PyBytes_AS_STRING
 from cpython.mem cimport PyMem_RawMalloc, PyMem_RawFree
 from libc.string cimport memcpy
 from libc.stdint cimport int32_t, uint32_t
@@ -6,7 +7,7 @@ from libc.stdint cimport int32_t, uint32_t
 
 cdef inline int given(object thing) except -1:
     if thing is None:
-        raise TypeError('the kernel takes an arm here')
+        raise TypeError('the kernel takes an object of its own here, not None')
     return 0
 
 
@@ -64,6 +65,10 @@ cdef inline unsigned char* octets_to_fill(cnp.ndarray array, Py_ssize_t count) e
     return <unsigned char*> _checked(array, count, cnp.NPY_UINT8, 'uint8', True)
 
 
+cdef inline unsigned char* octets_of(bytes data) except NULL:
+    return <unsigned char*> PyBytes_AS_STRING(data)
+
+
 cdef inline double* scratch(Py_ssize_t count) except NULL:
     cdef double* room = <double*> PyMem_RawMalloc(count * sizeof(double))
     if room == NULL:
@@ -99,10 +104,6 @@ cdef inline long long* whole_after(long long* integers, Py_ssize_t place) noexce
 
 cdef inline long long* as_whole(double* numbers) noexcept nogil:
     return <long long*> numbers
-
-
-cdef inline unsigned char* as_octets(long long* integers) noexcept nogil:
-    return <unsigned char*> integers
 
 
 cdef inline double number_at(unsigned char* data, Py_ssize_t place) noexcept nogil:

@@ -31,11 +31,11 @@ def _flat(array: Any, count: int, kind: type, name: str, written: bool) -> Any:
 
 def given(thing: object) -> None:
     """
-    Raise TypeError where None stands for an arm, or for a part of one.
+    Raise TypeError where None stands for an object of the kernel.
 
     """
     if thing is None:
-        raise TypeError('the kernel takes an arm here')
+        raise TypeError('the kernel takes an object of its own here, not None')
 
 
 def size(array: npt.NDArray[Any]) -> int:
@@ -106,6 +106,14 @@ def octets_to_fill(array: Bytes, count: int) -> Bytes:
     return _flat(array, count, np.uint8, 'uint8', True)  # type: ignore[no-any-return]
 
 
+def octets_of(data: bytes) -> Bytes:
+    """
+    Return the bytes of a message.
+
+    """
+    return np.frombuffer(data, np.uint8)
+
+
 def scratch(count: int) -> Floats:
     """
     Return room for numbers, to be given back.
@@ -157,14 +165,6 @@ def as_whole(numbers: Floats) -> Integers:
 
     """
     return numbers.view(np.int64)
-
-
-def as_octets(integers: Integers) -> Bytes:
-    """
-    Return the same bits as bytes.
-
-    """
-    return integers.view(np.uint8)
 
 
 def number_at(data: Bytes, place: int) -> float:

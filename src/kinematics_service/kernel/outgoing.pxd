@@ -21,3 +21,4 @@ cpdef fill_messages(
 cdef void fill(
     OutgoingMessages messages, long long stamp, double* row, Py_ssize_t size, double* measures
 ) noexcept nogil
+cdef int check_fit(OutgoingMessages messages, Py_ssize_t numbers) except -1

@@ -81,9 +81,17 @@ def fill_messages(messages: OutgoingMessages, stamp: int, row: Floats, measures:
     """
     arrays.given(messages)
     size = arrays.size(row)
-    if size + arrays.size(measures) < messages.needed:
-        raise TypeError('a state has fewer numbers than the messages take')
+    check_fit(messages, size + arrays.size(measures))
     fill(messages, stamp, arrays.numbers(row, 0), size, arrays.numbers(measures, 0))
+
+
+def check_fit(messages: OutgoingMessages, numbers: int) -> None:
+    """
+    Raise TypeError where a row and its measures have too few numbers together.
+
+    """
+    if numbers < messages.needed:
+        raise TypeError('a state has fewer numbers than the messages take')
 
 
 def fill(messages: OutgoingMessages, stamp: int, row: Floats, size: int, measures: Floats) -> None:
