@@ -31,13 +31,13 @@ from .factors import evaluate_factors as evaluate_factors
 from .joint_memory import JointMemory as JointMemory
 from .joint_memory import OurJoints as OurJoints
 from .joint_memory import forget as forget
-from .joint_memory import observe as observe
 from .judging import evaluate_and_measure_one as evaluate_and_measure_one
 from .judging import measure as measure
 from .judging import measure_one as measure_one
 from .messages import FormTable as FormTable
 from .messages import IncomingForm as IncomingForm
 from .messages import observe_bytes as observe_bytes
+from .observing import observe as observe
 from .outgoing import OutgoingMessages as OutgoingMessages
 from .outgoing import OutgoingTable as OutgoingTable
 from .outgoing import fill_messages as fill_messages

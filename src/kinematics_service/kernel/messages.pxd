@@ -1,7 +1,7 @@
 cimport cython
 cimport numpy as cnp
 
-from . cimport arrays, joint_memory, judging, outgoing, places
+from . cimport arrays, judging, observing, outgoing, places
 from .arm cimport Arm
 from .joint_memory cimport JointMemory, OurJoints
 from .outgoing cimport OutgoingMessages

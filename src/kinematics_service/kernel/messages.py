@@ -5,7 +5,7 @@ Serialized messages: joint states taken from their bytes, and answered.
 
 from typing import NamedTuple
 
-from . import arrays, joint_memory, judging, outgoing, places
+from . import arrays, judging, observing, outgoing, places
 from .arm import Arm
 from .arrays import Bytes, Floats
 from .joint_memory import JointMemory, OurJoints
@@ -134,7 +134,7 @@ def observe_bytes(
 
     n, count = memory.joints, form.position_count
     width = arrays.size(row) - 2 * n - places.ROW_TAIL
-    joint_memory.check_fit(arm, memory, form.ours, count, width)
+    observing.check_fit(arm, memory, form.ours, count, width)
     evaluated = arrays.results(row, arm.chain.frames_at + 2 * n + places.ROW_TAIL)
     measured = arrays.results(measures, judging.width(arm))
     if answers is not None:
@@ -144,7 +144,7 @@ def observe_bytes(
     velocities = arrays.after(work, count)
     _copy_numbers(octets, form.positions_at, count, work)
     _copy_numbers(octets, form.velocities_at, form.velocity_count, velocities)
-    said = joint_memory.take(
+    said = observing.take(
         arm,
         memory,
         form.ours,
