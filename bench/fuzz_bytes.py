@@ -122,9 +122,9 @@ def silent():
 def beside_the_official(messages, seed):
     from rclpy.serialization import deserialize_message
 
-    from kinematics_service.ros.wire_check import FIELDS, is_whole
+    from kinematics_service.ros.wire_check import WALKS, is_whole
 
-    hostile, kinds = Hostile(seed), list(FIELDS)
+    hostile, kinds = Hostile(seed), list(WALKS)
     accepted = differences = 0
     with silent():
         for _ in range(messages):

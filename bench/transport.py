@@ -55,21 +55,19 @@ def feed(path, namespaces):
 
     """
     import rclpy
+    from rclpy.serialization import serialize_message
     from sensor_msgs.msg import JointState
 
     import kinematics_service as ks
-    from kinematics_service.ros.messages import time_message
-    from kinematics_service.ros.wire_template import Template
+    from kinematics_service.cdr import STAMP, STAMP_AT
+    from kinematics_service.joint_state_form import form_of
 
     names = list(ks.load_robot(ROBOT).joint_names)
 
-    def joint_state(stamp, q):
-        message = JointState(name=names, position=q, velocity=[0.1] * len(names))
-        message.header.stamp = time_message(stamp)
-        message.header.frame_id = 'base_link'
-        return message
-
-    template = Template.learn(joint_state, len(names))
+    message = JointState(name=names, position=[0.0] * len(names), velocity=[0.1] * len(names))
+    message.header.frame_id = 'base_link'
+    data = bytearray(serialize_message(message))
+    places = form_of(bytes(data)).positions
     q = np.array([0.3, -1.0, 1.2, -0.4, 1.1, 0.3])
     rclpy.init()
     node = rclpy.create_node('feeder')
@@ -94,8 +92,10 @@ def feed(path, namespaces):
             elif late > 0.02:  # the feeder was held up: what it could not send is not a burst
                 begin += late
             q[0] = 0.3 + 1e-4 * (k % 1000)
+            data[places] = q.tobytes()
             for publisher in publishers:
-                publisher.publish(template.message(time.time_ns(), q))
+                STAMP.pack_into(data, STAMP_AT, *divmod(time.time_ns(), 1_000_000_000))
+                publisher.publish(bytes(data))
             k += 1
             slots[SENT] += len(publishers)
 
@@ -110,7 +110,7 @@ def listen(path, namespaces, topics):
     from rclpy.experimental import EventsExecutor
     from std_msgs.msg import Float64, Float64MultiArray
 
-    from kinematics_service.ros.wire_template import STAMP
+    from kinematics_service.cdr import STAMP, STAMP_AT
 
     kinds = {'pose': PoseStamped, 'twist': TwistStamped, 'jacobian': Float64MultiArray}
     rclpy.init()
@@ -118,7 +118,7 @@ def listen(path, namespaces, topics):
     slots = shared(path)
 
     def on_pose(data):
-        seconds, nanoseconds = STAMP.unpack_from(data, 4)  # after the encapsulation
+        seconds, nanoseconds = STAMP.unpack_from(data, STAMP_AT)
         heard = int(slots[HEARD])
         age = time.time_ns() - seconds * 1_000_000_000 - nanoseconds
         slots[SLOTS + heard % RING] = age

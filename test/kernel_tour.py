@@ -11,19 +11,21 @@ import contextlib
 import hashlib
 import sys
 from collections import Counter
+from collections.abc import Sequence
 
 import numpy as np
 
 import kinematics_service as ks
 from kinematics_service import kernel
+from kinematics_service.cdr import STAMP_AT, Writer
 from kinematics_service.estimator import Estimator, EstimatorSettings
 from kinematics_service.inverse.aim import aim_at
 from kinematics_service.inverse.plan import plan_for
 from kinematics_service.inverse.search import PROVED
 from kinematics_service.joint_sample import JointSample
+from kinematics_service.joint_state_form import form_of
 from kinematics_service.robot import Robot
 from kinematics_service.task import ROW_NAMES
-from kinematics_service.wire_form import WireForm
 
 SECOND = 1_000_000_000
 # More poses than are evaluated side by side.
@@ -32,8 +34,8 @@ SINGLY = 4  # of them so many also one by one
 # Arms whose inverse kinematics is asked for: three joints, each closed form, a search, a redundant
 # one. Plain Python takes seconds for each.
 SOLVED = ('craig_3r', 'puma560', 'ur5e', 'scara_hsr065', 'panda')
-# What describes an arm is the same in every call, and no number that the kernel computes.
-ARMS = (kernel.Arm, kernel.Chain, kernel.TaskRows, kernel.Tape)
+# What describes an arm or a stream is the same in every call: no number that is computed.
+GIVEN = (kernel.Arm, kernel.Chain, kernel.TaskRows, kernel.Tape, kernel.OurJoints)
 # How it is built; and details, which have tests of their own.
 NOT_PART_OF_IT = {
     *('is_compiled', 'notice', 'prefer_source_where_asked', 'sine_and_cosine'),
@@ -51,6 +53,20 @@ def functions():
         and not isinstance(value, type)
         and str(getattr(value, '__module__', '')).startswith(kernel.__name__)
     } - NOT_PART_OF_IT
+
+
+def said_by(argument):
+    """Yield the bytes of all numbers that an argument or a result of the kernel has."""
+    if isinstance(argument, np.ndarray):
+        yield argument.tobytes()
+    elif isinstance(argument, kernel.JointMemory):
+        yield from (column.tobytes() for column in argument.columns)
+    elif isinstance(argument, kernel.OutgoingMessages):
+        yield argument.table.data.tobytes()
+    elif isinstance(argument, kernel.IncomingForm):
+        yield repr(argument.stamp).encode()
+    elif not isinstance(argument, GIVEN):
+        yield repr(np.array(argument).tolist()).encode()
 
 
 class Record:
@@ -71,10 +87,8 @@ class Record:
                 self._inside = False
             digest = self.hashes.setdefault(name, hashlib.sha256())
             for argument in (*arguments, result):
-                if isinstance(argument, np.ndarray):
-                    digest.update(argument.tobytes())
-                elif not isinstance(argument, ARMS):
-                    digest.update(repr(np.array(argument).tolist()).encode())
+                for said in said_by(argument):
+                    digest.update(said)
             self.calls[name] += 1
             return result
 
@@ -133,35 +147,53 @@ def messages(robot: Robot, random: np.random.Generator, source: str):
         rates = rates[: len(ours)]
         sample = JointSample(ours, numbers, rates, said, said or stamp, stamp)
         estimator.take(sample, kernel.JACOBIAN if k % 2 else kernel.ALL_FRAMES)
+    estimator.reset()
+
+
+def joint_state_bytes(names: Sequence[str], stamp: np.ndarray, numbers: np.ndarray) -> bytes:
+    # A serialized JointState, its velocities after its positions.
+    writer = Writer()
+    writer.room(4, 2)
+    writer.text('base')
+    writer.whole(len(names))
+    for name in names:
+        writer.text(name)
+    for half in np.split(numbers, 2):
+        writer.whole(half.size)
+        at = writer.room(8, half.size)
+        writer.data[at:] = half.tobytes()
+    writer.whole(0)
+    writer.data[STAMP_AT : STAMP_AT + 8] = stamp.tobytes()
+    return bytes(writer.data)
 
 
 def bytes_of_messages(robot: Robot, random: np.random.Generator):
     estimator, n = Estimator(robot, EstimatorSettings()), robot.dof
-    places = (8, 16, 16 + 8 * n, 16 + 16 * n)  # of stamp, positions, velocities; the end
-    selected = np.zeros(places[3], np.uint8)
-    selected[:8] = 255
-    still = np.zeros(places[3], np.uint8)
-    still[:8] = np.frombuffer(b'ourbytes', np.uint8)
-    form = WireForm(
-        robot.joint_names, places[3], *places[:3], n, np.concatenate([selected, still])
-    )
+    names = robot.joint_names
+    form = form_of(joint_state_bytes(names, np.zeros(2, np.uint32), np.zeros(2 * n)))
+    assert form is not None
     row = robot.chain.single_widths[kernel.ALL_FRAMES]
-    sheet = np.zeros(20)
-    whole = sheet.view(np.int64)
     # One stamp, three numbers: of the row, and of the measures beyond its end.
-    whole[:9] = (1, 3, 2 * 12, 3, 7, row + kernel.DISTANCE, 13, 14, 15)
+    answers = kernel.OutgoingMessages(
+        kernel.OutgoingTable(
+            np.zeros(40, np.uint8),
+            stamps=np.array([4]),
+            targets=np.array([12, 20, 28]),
+            sources=np.array([3, 7, row + kernel.DISTANCE]),
+        )
+    )
     for k in range(MESSAGES):
         stamp = np.array([1000 + k % 7, 5 * k], np.uint32)
         numbers = random.uniform(-3, 3, 2 * n)
         if k == 5:
             numbers[0] = np.inf
-        data = still[:8].tobytes() + stamp.tobytes() + numbers.tobytes()
+        data = joint_state_bytes(names, stamp, numbers)
         with np.errstate(all='ignore'):
-            estimator.take_bytes(form, data, SECOND * k, sheet=sheet)
+            estimator.take_bytes(form, data, SECOND * k, answers=answers)
         estimator.take_bytes(form, b'O' + data[1:], SECOND * k)
     answer = ks.evaluate(robot, np.full(n, 0.3), measured=True, depth=kernel.ALL_FRAMES)
     for stamp in (0, 5 * SECOND + 3, -1, 2**62):
-        kernel.fill_sheet(sheet, stamp, answer.row, answer.measures)
+        kernel.fill_messages(answers, stamp, answer.row, answer.measures)
 
 
 def targets(robot: Robot, random: np.random.Generator):

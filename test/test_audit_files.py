@@ -517,6 +517,8 @@ def test_a_recording_says_how_much_of_it_could_not_be_judged(tmp_path, capsys, b
 
 def test_what_is_written_is_what_the_nodes_builders_write(tmp_path, capsys, store):
     serialization = pytest.importorskip('rclpy.serialization', reason='needs ROS 2')
+    from built_messages import built
+
     from kinematics_service.ros.messages import Report, status_message
     from kinematics_service.ros.settings import defaults, settings_from
     from kinematics_service.ros.topics import TOPICS
@@ -541,9 +543,9 @@ def test_what_is_written_is_what_the_nodes_builders_write(tmp_path, capsys, stor
         report = Report(answer, singularity_of(answer.state), settings)
         for topic in TOPICS:
             name = topic.name.replace('~', '/kinematics')
-            built = topic.build(report) if name in expected else None
-            if built is not None:
-                expected[name].append((one.received, built))
+            message = built(topic, report) if name in expected else None
+            if message is not None:
+                expected[name].append((one.received, message))
         level, say = estimator.judge(report.singularity, one.arrival)
         if say:
             notice = notice_of(robot, report.singularity, level, robot.base_frame)

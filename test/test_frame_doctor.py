@@ -14,7 +14,7 @@ from recordings import motion, recorded
 
 import kinematics_service as ks
 from kinematics_service.audit.pose_format import PoseFormat
-from kinematics_service.audit.tool_poses import poses_of
+from kinematics_service.audit.tool_poses import PoseRows
 from kinematics_service.conventions import ROWS_OF
 from kinematics_service.frame_doctor import FramesError, diagnose_frames
 from kinematics_service.robot import build_robot
@@ -330,8 +330,9 @@ def real():
         return np.array([[float(row[f'{name}_{k}']) for k in range(6)] for row in rows])
 
     t = np.array([float(row['timestamp']) for row in rows])
-    poses = poses_of(six('actual_TCP_pose'), PoseFormat('rotvec'))
-    return robot_of('ur3e'), t, six('actual_q'), poses
+    rows = PoseRows(PoseFormat('rotvec'), 6)
+    rows.take(np.arange(len(t)), six('actual_TCP_pose'))
+    return robot_of('ur3e'), t, six('actual_q'), rows.track('TCP', '').poses
 
 
 def test_a_real_arms_tool_is_found_and_no_cause_named(real):

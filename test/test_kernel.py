@@ -279,9 +279,9 @@ def test_the_kernel_refuses_arrays_it_cannot_read(wrong):
 def test_the_kernel_refuses_what_is_no_arm():
     chain, arm = robot_of('ur5e').chain, robot_of('ur5e').arm
     row = np.empty(chain.single_widths[kernel.JACOBIAN])
-    with pytest.raises(TypeError, match='takes an arm'):
+    with pytest.raises(TypeError, match='not None'):
         kernel.evaluate_one(None, np.zeros(6), np.zeros(6), row)
-    with pytest.raises(TypeError, match='takes an arm'):
+    with pytest.raises(TypeError, match='not None'):
         kernel.evaluate(None, np.zeros((1, 6)), np.zeros((1, 6)), kernel.POSE, row[None])
     other = robot_of('craig_3r')
     for task, tape in ((arm.task, other.arm.tape), (other.arm.task, arm.tape)):

@@ -5,7 +5,7 @@ What the node publishes: types, numbers, frames, stamps and order.
 
 import json
 import math
-from dataclasses import replace
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -14,6 +14,7 @@ pytest.importorskip('rclpy', reason='needs ROS 2')
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseArray, PoseStamped, TwistStamped, VelocityStamped
+from rclpy.parameter import Parameter
 from ros_harness import BEST_EFFORT, LATCHED, STEP, level_of, nanoseconds, values_of
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, Float64MultiArray
@@ -21,6 +22,7 @@ from std_srvs.srv import Trigger
 from visualization_msgs.msg import MarkerArray
 
 import kinematics_service as ks
+from kinematics_service.ros.message_layout import MessageLayout
 
 # Sums of a few dozen products in double precision.
 ROUND_OFF = 1e-12
@@ -309,28 +311,51 @@ def test_pose_goes_out_before_the_jacobian_and_message_k_belongs_to_pose_k(arm):
             assert jacobians[k - 1][1]['source_timestamp'] < earlier['source_timestamp']
 
 
-def test_a_topic_nobody_listens_to_is_not_built(arm, transport):
+class Counting(NamedTuple):
+    """Numbers of a topic that note when they are asked for."""
+
+    numbers: Any
+    name: str
+    asked: list[str]
+
+    def of(self, report):
+        self.asked.append(self.name)
+        return self.numbers.of(report)
+
+
+def test_a_topic_nobody_listens_to_is_not_built(arm):
     one = arm()
-    built = []
-
-    def counted(topic):
-        def counting(function):
-            return lambda report: (built.append(topic.name), function(report))[1]
-
-        numbers = topic.numbers and counting(topic.numbers)
-        return replace(topic, numbers=numbers, build=counting(topic.build))
-
+    asked = []
     outputs = one.node._outputs
-    outputs.channels = [c._replace(topic=counted(c.topic)) for c in outputs.channels]
+    outputs.channels = [
+        c._replace(numbers=Counting(c.numbers, c.topic.name, asked)) for c in outputs.channels
+    ]
+    for _ in range(3):
+        one.answer(Q)
+    assert asked == ['~/pose'] * 3
+
+
+def test_a_layout_that_is_not_the_official_one_is_not_used_and_said_once(
+    arm, monkeypatch, capfd, transport
+):
+    official = MessageLayout.is_official
+    # That of the pose alone has seven numbers.
+    monkeypatch.setattr(
+        MessageLayout, 'is_official', lambda self: self.count != 7 and official(self)
+    )
+    one = arm()
+    others = one.hear('singularity/manipulability', Float64)
+    pose = one.answer(Q).pose.position
+    expected = ks.forward_kinematics(one.robot, Q)[:3, 3]
+    np.testing.assert_array_equal([pose.x, pose.y, pose.z], expected)
+    one.node.set_parameters([Parameter('twist_frame', value='tool')])
     one.answer(Q)
-    one.answer(Q)
-    # As bytes the pose is asked for to learn where its numbers come from, then no more.
-    assert set(built) == {'~/pose'}
-    if transport == 'messages':
-        assert len(built) == 2
-    first = len(built)
-    one.answer(Q)
-    assert len(built) == first + (transport == 'messages')
+    one.spin_until(lambda: bool(others), 'another topic')
+    said = capfd.readouterr().err.count('/kinematics/pose: the official serializer writes other')
+    assert said == (transport == 'bytes')
+    as_bytes = {c.topic.name: c.as_bytes for c in one.node._outputs.channels}
+    assert not as_bytes['~/pose']
+    assert as_bytes['~/singularity/manipulability'] == (transport == 'bytes')
 
 
 def test_a_late_listener_is_served_from_then_on(arm):

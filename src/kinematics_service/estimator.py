@@ -15,13 +15,13 @@ import numpy as np
 from . import kernel
 from .alarm import Alarm
 from .joint_sample import JointSample
+from .joint_state_form import JointStateForm
 from .joint_table import JointTable, Layout
-from .kernel import Floats, Integers
+from .kernel import Floats, IncomingForm, OutgoingMessages
 from .measures import Level
 from .robot import Robot
 from .singularities import Singularity, watched_value
 from .tool_state import ToolState, as_the_kernel_takes_it
-from .wire_form import WireForm
 
 VELOCITY_SOURCES = ('auto', 'message', 'difference')
 
@@ -141,9 +141,8 @@ _REFUSALS = {
 _NOTHING = np.empty(0)
 # tuple.__new__ directly: the constructor of a NamedTuple is a call more.
 _new = tuple.__new__
-# Forms of streams kept, and what stands for one whose messages make no state of this arm.
+# Forms of streams kept.
 FORMS = 16
-_NO_FORM = np.empty(0, dtype=np.int64)
 _DOUBLES = 'd'
 
 
@@ -194,8 +193,8 @@ class Estimator:
 
     def _new_table(self) -> JointTable:
         settings = self.settings
-        # Forms, packed with the layout of their names.
-        self._forms: dict[WireForm, Integers] = {}
+        # Forms as the kernel takes them; None for one whose messages make no state of this arm.
+        self._forms: dict[JointStateForm, IncomingForm | None] = {}
         return JointTable(self.robot, settings.joint_prefix, self._source, settings.timeout)
 
     def _prepare(self) -> None:
@@ -325,11 +324,11 @@ class Estimator:
 
     def take_bytes(
         self,
-        form: WireForm,
+        form: JointStateForm,
         data: bytes,
         arrival: int,
         depth: int = kernel.ALL_FRAMES,
-        sheet: Floats = _NOTHING,
+        answers: OutgoingMessages | None = None,
     ) -> Answer | Refusal | None:
         """
         Return what `take` returns for a serialized message, with its measures already there.
@@ -343,32 +342,27 @@ class Estimator:
             The message, the form it should have, and when it came (steady clock, ns).
         depth
             As in `take`.
-        sheet
-            Where else the numbers of an answer go, as `kernel.fill_sheet` takes it.
+        answers
+            Messages to be filled with the answer.
 
         """
-        packed = self._forms.get(form)
-        if packed is None:
-            layout = self._table.layout(form.names)
-            packed = form.packed(layout.indices)
-            if not layout.joints or layout.duplicates:
-                packed = _NO_FORM
-            if len(self._forms) >= FORMS:
-                self._forms.clear()
-            self._forms[form] = packed
-        if packed is _NO_FORM:
+        try:
+            incoming = self._forms[form]
+        except KeyError:
+            incoming = self._keep(form)
+        if incoming is None:
             return None
         arm, memory, widths, width = self._arguments
         row, measures = np.empty(widths[depth]), np.empty(width)
         said: int = kernel.observe_bytes(
             arm,
             memory,
-            packed,
-            np.frombuffer(data, np.uint8),
+            incoming,
+            data,
             arrival,
             row,
             measures,
-            sheet,
+            answers,
         )
         if said == kernel.NOT_THIS_FORM or said == kernel.BAD_POSITION:
             return None
@@ -380,8 +374,18 @@ class Estimator:
         self.counts[ACCEPTED] += 1
         moving = said != kernel.SAID_WITHOUT_VELOCITIES
         state = _new(ToolState, (self.robot, row, moving, None, measures))
-        stamp = packed.item(kernel.FORM_NOW)
-        return _new(Answer, (state, row[-kernel.ROW_TAIL :], stamp, _SOURCES[said]))
+        return _new(Answer, (state, row[-kernel.ROW_TAIL :], incoming.stamp, _SOURCES[said]))
+
+    def _keep(self, form: JointStateForm) -> IncomingForm | None:
+        layout = self._table.layout(form.names)
+        one_each = form.counts[0] == len(form.names)
+        incoming = None
+        if layout.joints and not layout.duplicates and one_each:
+            incoming = form.for_joints(layout.ours)
+        if len(self._forms) >= FORMS:
+            self._forms.clear()
+        self._forms[form] = incoming
+        return incoming
 
     def accept(self, sample: JointSample) -> Accepted | Refusal:
         """
@@ -408,7 +412,7 @@ class Estimator:
             said: int = kernel.observe(
                 self.robot.arm,
                 self._table.memory,
-                layout.indices,
+                layout.ours,
                 positions,
                 velocities,
                 sample.stamp,

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from . import kernel
-from .kernel import Floats, Integers
+from .kernel import Floats, JointMemory, OurJoints
 from .robot import Robot
 
 # Layouts of message streams kept: drivers on one topic are few, and names must not pile up.
@@ -33,20 +33,20 @@ class Layout(NamedTuple):
         Our joints in the message (index in the arm), and their place in it.
     duplicates
         Names of our joints that stand in it twice.
-    indices : shape (2 k,)
-        Joints, then places, as `kernel.observe` takes them.
+    ours
+        Joints and places as the kernel takes them.
 
     """
 
     joints: tuple[int, ...]
     places: tuple[int, ...]
     duplicates: tuple[str, ...]
-    indices: Integers
+    ours: OurJoints
 
 
 class JointTable:
     """
-    One column for each joint of an arm: the estimator's memory, which `kernel.observe` writes.
+    What is known of each joint of an arm: the estimator's memory, and what is asked of it.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ class JointTable:
     Attributes
     ----------
     memory
-        The header, then the rows, as kernel.py names them; whole numbers stand in it bit for bit.
+        What `kernel.observe` writes.
 
     """
 
@@ -70,24 +70,19 @@ class JointTable:
         self.names = tuple(prefix + name for name in robot.joint_names)
         self._index = {name: j for j, name in enumerate(self.names)}
         self._layouts: dict[tuple[str, ...], Layout] = {}
-        n = len(self.names)
-        self.memory = np.zeros(kernel.MEMORY_HEADER + kernel.MEMORY_ROWS * n)
-        self._whole: Integers = self.memory.view(np.int64)
-        self._rows: Floats = self.memory[kernel.MEMORY_HEADER :].reshape(-1, n)
-        self._whole_rows: Integers = self._whole[kernel.MEMORY_HEADER :].reshape(-1, n)
+        self.memory = JointMemory(len(self.names))
+        self._columns = self.memory.columns
         self.configure(robot, source, timeout)
-        self.forget()
-        self.forget_tool()
 
     def configure(self, robot: Robot, source: int, timeout: int) -> None:
         """
         Take other settings; what is known stays.
 
         """
-        self._whole[kernel.VELOCITY_SOURCE] = source
+        self.memory.velocity_source = source
         # Stamps are far below 2^62 ns, 146 years; their differences must fit too.
-        self._whole[kernel.TIMEOUT] = min(timeout, 2**62)
-        self._whole_rows[kernel.WRAPS] = robot.continuous
+        self.memory.timeout = min(timeout, 2**62)
+        self._columns.wraps[:] = robot.continuous
 
     def forget(self) -> None:
         """
@@ -101,7 +96,7 @@ class JointTable:
         Let the sign of the next quaternion be anew.
 
         """
-        self._whole[kernel.NEW_TOOL] = 1
+        self.memory.is_new_tool = True
 
     def layout(self, names: Sequence[str]) -> Layout:
         """
@@ -123,8 +118,8 @@ class JointTable:
                 duplicates.append(name)
             joints.append(j)
             places.append(place)
-        indices = np.array([*joints, *places], dtype=np.int64)
-        layout = Layout(tuple(joints), tuple(places), tuple(duplicates), indices)
+        ours = OurJoints(np.array(joints, dtype=np.int64), np.array(places, dtype=np.int64))
+        layout = Layout(tuple(joints), tuple(places), tuple(duplicates), ours)
         if len(self._layouts) >= LAYOUTS:
             self._layouts.pop(next(iter(self._layouts)))
         if len(key) <= 8 * len(self.names) + 256:  # a hostile list of names is not worth keeping
@@ -136,16 +131,16 @@ class JointTable:
         Return the latest time (ns) any joint is known for, None where none is.
 
         """
-        known = self._whole_rows[kernel.KNOWN] != 0
-        return int(self._whole_rows[kernel.STAMP][known].max()) if known.any() else None
+        known = self._columns.known != 0
+        return int(self._columns.stamp[known].max()) if known.any() else None
 
     def missing(self, arrival: int, timeout: int) -> tuple[str, ...]:
         """
         Return the names of joints not heard within `timeout` before `arrival` (ns).
 
         """
-        heard = self._whole_rows[kernel.ARRIVAL].tolist()
-        known = self._whole_rows[kernel.KNOWN].tolist()
+        heard = self._columns.arrival.tolist()
+        known = self._columns.known.tolist()
         return tuple(
             name
             for name, at, ever in zip(self.names, heard, known)
@@ -157,9 +152,9 @@ class JointTable:
         Return the seconds since the joint longest unheard, inf where one never was.
 
         """
-        if not self._whole_rows[kernel.KNOWN].all():
+        if not self._columns.known.all():
             return math.inf
-        return (arrival - int(self._whole_rows[kernel.ARRIVAL].min())) * 1e-9
+        return (arrival - int(self._columns.arrival.min())) * 1e-9
 
     def beyond(self, limits: Floats) -> tuple[str, ...]:
         """
@@ -169,7 +164,7 @@ class JointTable:
         return tuple(
             name
             for name, position, (low, high) in zip(
-                self.names, self._rows[kernel.POSITION].tolist(), limits.tolist()
+                self.names, self._columns.position.tolist(), limits.tolist()
             )
             if position < low - LIMIT_SLACK or position > high + LIMIT_SLACK
         )
@@ -179,8 +174,8 @@ class JointTable:
         Return the names of joints that jumped at least so often within DISPUTE_WINDOW.
 
         """
-        counts = self._whole_rows[kernel.JUMP_COUNT].tolist()
-        times = self._whole_rows[kernel.JUMPS :].T.tolist()
+        counts = self._columns.jump_count.tolist()
+        times = self._columns.jumps.tolist()
         return tuple(
             name
             for name, count, all_times in zip(self.names, counts, times)

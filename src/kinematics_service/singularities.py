@@ -191,6 +191,18 @@ for _name, _take in _FIELDS.items():
     setattr(_OnePose, _name, _Field(_name, _take))
 
 
+def measured(state: ToolState) -> ToolState:
+    """
+    Return the state of one pose with its measures there.
+
+    """
+    if state.measures is not None:
+        return state
+    row = np.empty(state.robot.measure_places.width)
+    kernel.measure_one(state.robot.arm, state.row, row)
+    return state._replace(measures=row)
+
+
 def singularity_of(state: ToolState) -> Singularity:
     """
     Return the measures of an evaluated state (depth JACOBIAN or more).
@@ -198,14 +210,11 @@ def singularity_of(state: ToolState) -> Singularity:
     """
     if state.joints is not None:
         return _of_batch(state)
-    row = state.measures
-    if row is None:
-        robot = state.robot
-        row = np.empty(robot.measure_places.width)
-        kernel.measure_one(robot.arm, state.row, row)
+    if state.measures is None:
+        state = measured(state)
     found = _OnePose.__new__(_OnePose)
     kept = found.__dict__
-    kept['_state'], kept['_row'] = state, row
+    kept['_state'], kept['_row'] = state, state.measures
     return found
 
 

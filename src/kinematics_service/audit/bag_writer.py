@@ -1,13 +1,11 @@
 """
 The topics a node would have published, as an MCAP file, written without ROS.
 
-Every topic has one message that is serialised by rosbags; the others are copies of its bytes with
-their own stamps and numbers in it.
+The messages of a topic are copies of the same bytes with their own stamps and numbers in them.
 """
 
 import os
 import shutil
-import struct
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -16,6 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..cdr import DOUBLE, STAMP_AT, WHOLE, Writer
 from ..kernel import Floats
 from ..notice import Notice
 from ..robot import Robot
@@ -24,10 +23,7 @@ from .timeline import MEASURE_NAMES, Part
 
 NODE = '/kinematics'
 WARNING = f'{NODE}/singularity/warning'
-# A number no frame name or layout holds, so that its bytes are found.
-SENTINEL = 1.2345678901234567e-123
 SECOND = 1_000_000_000
-STAMP_AT = 4
 ROWS = 'vx,vy,vz,wx,wy,wz'
 
 
@@ -100,17 +96,15 @@ class BagWriter:
         self._store = get_typestore(Stores.ROS2_JAZZY)
         self._types: Any = self._store.types
         names = ','.join(joint_prefix + name for name in robot.joint_names)
-        self._pose = self._add('pose', 'geometry_msgs/msg/PoseStamped', self._pose_template())
-        self._jacobian = self._add(
-            'jacobian', 'std_msgs/msg/Float64MultiArray', self._jacobian_template(names)
-        )
-        self._twist = self._add('twist', 'geometry_msgs/msg/TwistStamped', self._twist_template())
+        base, tool = robot.base_frame, robot.tool_frame
+        self._pose = self._add('pose', 'geometry_msgs/msg/PoseStamped', 7, base)
+        self._jacobian = self._add_jacobian(names)
+        self._twist = self._add('twist', 'geometry_msgs/msg/TwistStamped', 6, base)
         self._velocity = self._add(
-            'velocity', 'geometry_msgs/msg/VelocityStamped', self._velocity_template()
+            'velocity', 'geometry_msgs/msg/VelocityStamped', 6, base, tool, base
         )
-        scalar = self._type('std_msgs/msg/Float64')(data=SENTINEL)
         self._measures = [
-            (name, self._add(f'singularity/{name}', 'std_msgs/msg/Float64', scalar))
+            (name, self._add(f'singularity/{name}', 'std_msgs/msg/Float64', 1))
             for name in MEASURE_NAMES
             if name != 'determinant' or robot.task.square
         ]
@@ -179,57 +173,34 @@ class BagWriter:
             topic, kind, typestore=self._store, offered_qos_profiles=[_quality(latched)]
         )
 
-    def _add(self, name: str, kind: str, template: Any) -> _Topic:
-        raw = bytes(self._store.serialize_cdr(template, kind))
-        at = raw.index(struct.pack('<d', SENTINEL))
-        stamped = hasattr(template, 'header')
-        return _Topic(self._connection(f'{NODE}/{name}', kind), raw, at, stamped)
+    def _add(self, name: str, kind: str, numbers: int, *texts: str) -> _Topic:
+        # A message is a stamp and texts, or neither, and numbers.
+        writer = Writer()
+        if texts:
+            writer.room(WHOLE, 2)
+        for text in texts:
+            writer.text(text)
+        return self._filling(name, kind, writer, numbers, bool(texts))
 
-    def _header(self) -> Any:
-        time = self._type('builtin_interfaces/msg/Time')(sec=0, nanosec=0)
-        return self._type('std_msgs/msg/Header')(stamp=time, frame_id=self._robot.base_frame)
-
-    def _vector(self, x: float = 0.0) -> Any:
-        return self._type('geometry_msgs/msg/Vector3')(x=x, y=0.0, z=0.0)
-
-    def _pose_template(self) -> Any:
-        pose = self._type('geometry_msgs/msg/Pose')(
-            position=self._type('geometry_msgs/msg/Point')(x=SENTINEL, y=0.0, z=0.0),
-            orientation=self._type('geometry_msgs/msg/Quaternion')(x=0.0, y=0.0, z=0.0, w=1.0),
-        )
-        return self._type('geometry_msgs/msg/PoseStamped')(header=self._header(), pose=pose)
-
-    def _jacobian_template(self, names: str) -> Any:
+    def _add_jacobian(self, names: str) -> _Topic:
         n = self._robot.dof
-        dimension = self._type('std_msgs/msg/MultiArrayDimension')
-        layout = self._type('std_msgs/msg/MultiArrayLayout')(
-            dim=[
-                dimension(label=ROWS, size=6, stride=6 * n),
-                dimension(label=names, size=n, stride=n),
-            ],
-            data_offset=0,
-        )
-        data = np.zeros(6 * n)
-        data[0] = SENTINEL
-        return self._type('std_msgs/msg/Float64MultiArray')(layout=layout, data=data)
+        dimensions = (ROWS, 6, 6 * n), (names, n, n)
+        writer = Writer()
+        writer.whole(len(dimensions))
+        for label, size, stride in dimensions:
+            writer.text(label)
+            writer.whole(size)
+            writer.whole(stride)
+        writer.whole(0)  # where the data begins
+        writer.whole(6 * n)
+        return self._filling('jacobian', 'std_msgs/msg/Float64MultiArray', writer, 6 * n, False)
 
-    def _twist_of(self) -> Any:
-        return self._type('geometry_msgs/msg/Twist')(
-            linear=self._vector(SENTINEL), angular=self._vector()
-        )
-
-    def _twist_template(self) -> Any:
-        return self._type('geometry_msgs/msg/TwistStamped')(
-            header=self._header(), twist=self._twist_of()
-        )
-
-    def _velocity_template(self) -> Any:
-        return self._type('geometry_msgs/msg/VelocityStamped')(
-            header=self._header(),
-            body_frame_id=self._robot.tool_frame,
-            reference_frame_id=self._robot.base_frame,
-            velocity=self._twist_of(),
-        )
+    def _filling(
+        self, name: str, kind: str, writer: Writer, numbers: int, stamped: bool
+    ) -> _Topic:
+        at = writer.room(DOUBLE, numbers)
+        connection = self._connection(f'{NODE}/{name}', kind)
+        return _Topic(connection, bytes(writer.data), at, stamped)
 
 
 def _quality(latched: bool) -> Any:

@@ -28,13 +28,19 @@ from .evaluation import evaluate_one as evaluate_one
 from .evaluation import quaternions as quaternions
 from .factors import Tape as Tape
 from .factors import evaluate_factors as evaluate_factors
+from .joint_memory import JointMemory as JointMemory
+from .joint_memory import OurJoints as OurJoints
 from .joint_memory import forget as forget
-from .joint_memory import observe as observe
 from .judging import evaluate_and_measure_one as evaluate_and_measure_one
 from .judging import measure as measure
 from .judging import measure_one as measure_one
-from .messages import fill_sheet as fill_sheet
+from .messages import FormTable as FormTable
+from .messages import IncomingForm as IncomingForm
 from .messages import observe_bytes as observe_bytes
+from .observing import observe as observe
+from .outgoing import OutgoingMessages as OutgoingMessages
+from .outgoing import OutgoingTable as OutgoingTable
+from .outgoing import fill_messages as fill_messages
 from .places import *  # noqa: F403
 from .posture import postures as postures
 from .refinement import refine as refine

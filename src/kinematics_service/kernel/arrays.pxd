@@ -1,4 +1,5 @@
 cimport numpy as cnp
+from cpython.bytes cimport PyBytes_AS_STRING
 from cpython.mem cimport PyMem_RawMalloc, PyMem_RawFree
 from libc.string cimport memcpy
 from libc.stdint cimport int32_t, uint32_t
@@ -6,7 +7,7 @@ from libc.stdint cimport int32_t, uint32_t
 
 cdef inline int given(object thing) except -1:
     if thing is None:
-        raise TypeError('the kernel takes an arm here')
+        raise TypeError('the kernel takes an object of its own here, not None')
     return 0
 
 
@@ -60,6 +61,14 @@ cdef inline unsigned char* octets(cnp.ndarray array, Py_ssize_t count) except NU
     return <unsigned char*> _checked(array, count, cnp.NPY_UINT8, 'uint8', False)
 
 
+cdef inline unsigned char* octets_to_fill(cnp.ndarray array, Py_ssize_t count) except NULL:
+    return <unsigned char*> _checked(array, count, cnp.NPY_UINT8, 'uint8', True)
+
+
+cdef inline unsigned char* octets_of(bytes data) except NULL:
+    return <unsigned char*> PyBytes_AS_STRING(data)
+
+
 cdef inline double* scratch(Py_ssize_t count) except NULL:
     cdef double* room = <double*> PyMem_RawMalloc(count * sizeof(double))
     if room == NULL:
@@ -97,14 +106,6 @@ cdef inline long long* as_whole(double* numbers) noexcept nogil:
     return <long long*> numbers
 
 
-cdef inline int32_t* as_half_words(double* numbers) noexcept nogil:
-    return <int32_t*> numbers
-
-
-cdef inline unsigned char* as_octets(long long* integers) noexcept nogil:
-    return <unsigned char*> integers
-
-
 cdef inline double number_at(unsigned char* data, Py_ssize_t place) noexcept nogil:
     cdef double number
     memcpy(&number, data + place, sizeof(number))
@@ -121,3 +122,14 @@ cdef inline long long nanoseconds_at(unsigned char* data, Py_ssize_t place) noex
     cdef uint32_t number
     memcpy(&number, data + place, sizeof(number))
     return number
+
+
+cdef inline void put_number(unsigned char* data, Py_ssize_t place, double number) noexcept nogil:
+    memcpy(data + place, &number, sizeof(number))
+
+
+cdef inline void put_half_word(
+    unsigned char* data, Py_ssize_t place, long long number
+) noexcept nogil:
+    cdef uint32_t half = <uint32_t> number
+    memcpy(data + place, &half, sizeof(half))

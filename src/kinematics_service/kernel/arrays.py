@@ -31,11 +31,11 @@ def _flat(array: Any, count: int, kind: type, name: str, written: bool) -> Any:
 
 def given(thing: object) -> None:
     """
-    Raise TypeError where None stands for an arm, or for a part of one.
+    Raise TypeError where None stands for an object of the kernel.
 
     """
     if thing is None:
-        raise TypeError('the kernel takes an arm here')
+        raise TypeError('the kernel takes an object of its own here, not None')
 
 
 def size(array: npt.NDArray[Any]) -> int:
@@ -98,6 +98,22 @@ def octets(array: Bytes, count: int) -> Bytes:
     return _flat(array, count, np.uint8, 'uint8', False)  # type: ignore[no-any-return]
 
 
+def octets_to_fill(array: Bytes, count: int) -> Bytes:
+    """
+    Return the bytes of an array that has at least `count`, to be written.
+
+    """
+    return _flat(array, count, np.uint8, 'uint8', True)  # type: ignore[no-any-return]
+
+
+def octets_of(data: bytes) -> Bytes:
+    """
+    Return the bytes of a message.
+
+    """
+    return np.frombuffer(data, np.uint8)
+
+
 def scratch(count: int) -> Floats:
     """
     Return room for numbers, to be given back.
@@ -151,22 +167,6 @@ def as_whole(numbers: Floats) -> Integers:
     return numbers.view(np.int64)
 
 
-def as_half_words(numbers: Floats) -> Any:
-    """
-    Return the same bits as whole numbers of 32 bits.
-
-    """
-    return numbers.view(np.int32)
-
-
-def as_octets(integers: Integers) -> Bytes:
-    """
-    Return the same bits as bytes.
-
-    """
-    return integers.view(np.uint8)
-
-
 def number_at(data: Bytes, place: int) -> float:
     """
     Return the double whose bytes begin at a place.
@@ -189,3 +189,19 @@ def nanoseconds_at(data: Bytes, place: int) -> int:
 
     """
     return int(data[place : place + 4].view(np.uint32)[0])
+
+
+def put_number(data: Bytes, place: int, number: float) -> None:
+    """
+    Write a double's bytes at a place.
+
+    """
+    data[place : place + 8].view(np.float64)[0] = number
+
+
+def put_half_word(data: Bytes, place: int, number: int) -> None:
+    """
+    Write the lowest 32 bits of a whole number at a place.
+
+    """
+    data[place : place + 4].view(np.uint32)[0] = number & 0xFFFFFFFF

@@ -1,24 +1,30 @@
 cimport cython
 cimport numpy as cnp
 
-from . cimport arrays, joint_memory, judging, places
+from . cimport arrays, judging, observing, outgoing, places
 from .arm cimport Arm
+from .joint_memory cimport JointMemory, OurJoints
+from .outgoing cimport OutgoingMessages
 
-@cython.locals(other='unsigned char', k=int)
-cdef bint _is_of_form(long long* form, unsigned char* data, int size) noexcept nogil
+cdef class IncomingForm:
+    cdef readonly object table
+    cdef readonly OurJoints ours
+    cdef readonly Py_ssize_t size
+    cdef readonly long long stamp
+    cdef Py_ssize_t stamp_at, positions_at, velocities_at, position_count, velocity_count
+    cdef unsigned char* fixed
+    cdef unsigned char* same
+
+@cython.locals(other='unsigned char', k=Py_ssize_t)
+cdef bint _fits(IncomingForm form, unsigned char* data) noexcept nogil
 cdef void _copy_numbers(
     unsigned char* data, Py_ssize_t at, Py_ssize_t count, double* numbers
 ) noexcept nogil
 @cython.locals(
-    size=Py_ssize_t, at=Py_ssize_t, stamp='long long', n=Py_ssize_t, width=Py_ssize_t,
-    count=Py_ssize_t, velocity_count=Py_ssize_t, said=int,
+    octets='unsigned char*', at=Py_ssize_t, stamp='long long', n=Py_ssize_t, width=Py_ssize_t, count=Py_ssize_t,
+    evaluated='double*', measured='double*', work='double*', velocities='double*', said=int,
 )
 cpdef int observe_bytes(
-    Arm arm, cnp.ndarray memory, cnp.ndarray form, cnp.ndarray data, long long arrival,
-    cnp.ndarray row, cnp.ndarray results, cnp.ndarray sheet,
+    Arm arm, JointMemory memory, IncomingForm form, bytes data, long long arrival,
+    cnp.ndarray row, cnp.ndarray measures, OutgoingMessages answers,
 ) except -9
-cpdef fill_sheet(cnp.ndarray sheet, long long stamp, cnp.ndarray row, cnp.ndarray results)
-@cython.locals(seconds='long long', nanoseconds='long long', stamps=int, count=int, k=int)
-cdef void _fill_sheet(
-    double* sheet, long long stamp, double* row, Py_ssize_t size, double* results
-) noexcept nogil

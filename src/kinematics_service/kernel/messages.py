@@ -1,19 +1,86 @@
 """
-Serialized messages: joint states read from their bytes, answers written where messages have them.
+Serialized messages: joint states taken from their bytes, and answered.
 
 """
 
-from . import arrays, joint_memory, judging, places
+from typing import NamedTuple
+
+from . import arrays, judging, observing, outgoing, places
 from .arm import Arm
-from .arrays import Bytes, Floats, Integers
+from .arrays import Bytes, Floats
+from .joint_memory import JointMemory, OurJoints
+from .outgoing import OutgoingMessages
 
 
-def _is_of_form(form: Integers, data: Bytes, size: int) -> bool:
-    # Whether the bytes are those of the form's pattern, where they are to be.
-    pattern = arrays.as_octets(arrays.whole_after(form, form[places.FORM_PATTERN]))
+class FormTable(NamedTuple):
+    """
+    What serialized joint states of one form have in common.
+
+    Attributes
+    ----------
+    fixed, same : shape (size,)
+        Bytes that select what must not change, and what stands there.
+    stamp, positions, velocities
+        Where they begin: int32 seconds and uint32 nanoseconds, then doubles, as in this machine's
+        memory.
+    position_count, velocity_count
+        How many there are.
+
+    """
+
+    fixed: Bytes
+    same: Bytes
+    stamp: int
+    positions: int
+    velocities: int
+    position_count: int
+    velocity_count: int
+
+
+class IncomingForm:
+    """
+    A form of joint states, and the joints of ours in them.
+
+    Attributes
+    ----------
+    table
+        What they have in common. The compiled kernel has the addresses of its arrays.
+    ours
+        Our joints.
+    size
+        Bytes of a message.
+    stamp : ns
+        Of the message that was last taken.
+
+    """
+
+    def __init__(self, table: FormTable, ours: OurJoints) -> None:
+        size = arrays.size(table.fixed)
+        ends = (
+            table.stamp + 8,
+            table.positions + 8 * table.position_count,
+            table.velocities + 8 * table.velocity_count,
+        )
+        if min(table[2:]) < 0 or max(ends) > size or ours.places_needed > table.position_count:
+            raise ValueError('a place outside of the message')
+        self.table = table
+        self.ours = ours
+        self.size = size
+        self.stamp = 0
+        self.stamp_at = table.stamp
+        self.positions_at = table.positions
+        self.velocities_at = table.velocities
+        self.position_count = table.position_count
+        self.velocity_count = table.velocity_count
+        self.fixed = arrays.octets(table.fixed, size)
+        self.same = arrays.octets(table.same, size)
+
+
+def _fits(form: IncomingForm, data: Bytes) -> bool:
+    # Whether the bytes are those of the form, where they are to be.
     other = 0
-    for k in range(size):
-        other |= (data[k] & pattern[k]) ^ pattern[size + k]
+    for k in range(form.size):
+        other |= (data[k] & form.fixed[k]) ^ form.same[k]
     return other == 0
 
 
@@ -24,16 +91,16 @@ def _copy_numbers(data: Bytes, at: int, count: int, numbers: Floats) -> None:
 
 def observe_bytes(
     arm: Arm,
-    memory: Floats,
-    form: Integers,
-    data: Bytes,
+    memory: JointMemory,
+    form: IncomingForm,
+    data: bytes,
     arrival: int,
     row: Floats,
-    results: Floats,
-    sheet: Floats,
+    measures: Floats,
+    answers: OutgoingMessages | None,
 ) -> int:
     """
-    Take a serialized message of a known form: `observe`, `measure_one`, `fill_sheet` in one call.
+    Take a serialized message of a known form, and answer it: all in one call.
 
     Returns what `observe` returns, or NOT_THIS_FORM for bytes of another form and for a message
     without a stamp.
@@ -43,47 +110,47 @@ def observe_bytes(
     arm, memory, arrival, row
         As in `observe`.
     form
-        See FORM_STAMP; FORM_NOW is written.
-    data : shape (FORM_BYTES,)
+        The form; its stamp is written.
+    data
         The message.
-    results
-        As the measures in `measure_one`.
-    sheet
-        As in `fill_sheet`.
+    measures
+        As in `measure_one`.
+    answers
+        What is filled with the state, as `fill_messages` does it.
 
     """
     arrays.given(arm)
-    header = arrays.whole_results(form, places.FORM_HEADER)
-    size = arrays.size(data)
-    octets = arrays.octets(data, 0)
-    if header[places.FORM_BYTES] != size or not _is_of_form(header, octets, size):
+    arrays.given(memory)
+    arrays.given(form)
+    if len(data) != form.size:
         return places.NOT_THIS_FORM
-    at = header[places.FORM_STAMP]
+    octets = arrays.octets_of(data)
+    if not _fits(form, octets):
+        return places.NOT_THIS_FORM
+    at = form.stamp_at
     stamp = arrays.seconds_at(octets, at) * 1_000_000_000 + arrays.nanoseconds_at(octets, at + 4)
     if stamp == 0:
         return places.NOT_THIS_FORM
 
-    known = arrays.results(memory, places.MEMORY_HEADER)
-    n = arm.chain.dof
+    n, count = memory.joints, form.position_count
     width = arrays.size(row) - 2 * n - places.ROW_TAIL
+    observing.check_fit(arm, memory, form.ours, count, width)
     evaluated = arrays.results(row, arm.chain.frames_at + 2 * n + places.ROW_TAIL)
-    measured = arrays.results(results, judging.width(arm))
-    count = header[places.FORM_COUNT]
-    velocity_count = header[places.FORM_VELOCITY_COUNT]
-    header[places.FORM_NOW] = stamp
-    work = arrays.scratch(max(count + velocity_count, judging.room(arm)))
+    measured = arrays.results(measures, judging.width(arm))
+    if answers is not None:
+        outgoing.check_fit(answers, arrays.size(row) + arrays.size(measures))
+    form.stamp = stamp
+    work = arrays.scratch(max(count + form.velocity_count, judging.room(arm)))
     velocities = arrays.after(work, count)
-    _copy_numbers(octets, header[places.FORM_POSITIONS], count, work)
-    _copy_numbers(octets, header[places.FORM_VELOCITIES], velocity_count, velocities)
-    said = joint_memory.take(
+    _copy_numbers(octets, form.positions_at, count, work)
+    _copy_numbers(octets, form.velocities_at, form.velocity_count, velocities)
+    said = observing.take(
         arm,
-        known,
-        n,
-        (header[places.FORM_PATTERN] - places.FORM_HEADER) // 2,
-        arrays.whole_after(header, places.FORM_HEADER),
+        memory,
+        form.ours,
         work,
         velocities,
-        count == velocity_count,
+        count == form.velocity_count,
         stamp,
         0,
         arrival,
@@ -91,55 +158,8 @@ def observe_bytes(
         width,
     )
     if said % places.STARTED_ANEW <= places.SAID_WITH_DIFFERENCES:
-        q = arrays.after(evaluated, width)
-        judging.judge_row(arm, evaluated, q, measured, work)
-        if arrays.size(sheet) > 0:
-            _fill_sheet(arrays.results(sheet, 0), stamp, evaluated, arrays.size(row), measured)
+        judging.judge_row(arm, evaluated, arrays.after(evaluated, width), measured, work)
+        if answers is not None:
+            outgoing.fill(answers, stamp, evaluated, arrays.size(row), measured)
     arrays.give_back(work)
     return said
-
-
-def fill_sheet(sheet: Floats, stamp: int, row: Floats, results: Floats) -> None:
-    """
-    Copy a stamp and numbers of a state to where serialized messages have them.
-
-    Parameters
-    ----------
-    sheet
-        Empty for nothing. Otherwise whole numbers, bit for bit: how many stamps, how many
-        numbers, where in the sheet the stamps go (in units of four bytes), where the numbers come
-        from (a place in `row`, or beyond its end in `results`), and where in the sheet they go;
-        then the messages.
-    stamp : ns
-        Beyond what a message can hold, the nearest it can.
-    row, results
-        As `observe_bytes` fills them.
-
-    """
-    if arrays.size(sheet) > 0:
-        _fill_sheet(
-            arrays.results(sheet, 0),
-            stamp,
-            arrays.numbers(row, 0),
-            arrays.size(row),
-            arrays.numbers(results, 0),
-        )
-
-
-def _fill_sheet(sheet: Floats, stamp: int, row: Floats, size: int, results: Floats) -> None:
-    whole = arrays.as_whole(sheet)
-    stamps, count = whole[0], whole[1]
-    seconds = stamp // 1_000_000_000
-    if seconds * 1_000_000_000 > stamp:  # C rounds towards zero
-        seconds -= 1
-    nanoseconds = stamp - seconds * 1_000_000_000
-    seconds = max(-places.LARGEST_SECOND - 1, min(places.LARGEST_SECOND, seconds))
-    words = arrays.as_half_words(sheet)
-    for k in range(2, 2 + stamps):
-        words[whole[k]] = seconds
-        words[whole[k] + 1] = nanoseconds
-    sources = arrays.whole_after(whole, 2 + stamps)
-    targets = arrays.whole_after(sources, count)
-    for k in range(count):
-        source = sources[k]
-        sheet[targets[k]] = row[source] if source < size else results[source - size]

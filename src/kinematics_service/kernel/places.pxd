@@ -63,30 +63,7 @@ cdef enum:
     JUDGED
 
 cdef enum:
-    TIMEOUT = 0
-    VELOCITY_SOURCE
-    NEW_TOOL
-    LAST_QUATERNION
-
-cdef enum:
-    MEMORY_HEADER = 7
-
-cdef enum:
-    POSITION = 0
-    BEFORE
-    VELOCITY
-    DIFFERENCED
-    KNOWN
-    STAMP
-    STAMPED
-    ARRIVAL
-    WRAPS
-    JUMP_COUNT
-    JUMPS
-
-cdef enum:
     JUMPS_KEPT = 16
-    MEMORY_ROWS = 26
 
 cdef enum:
     AUTO = 0
@@ -107,17 +84,6 @@ cdef enum:
 
 cdef enum:
     NOT_THIS_FORM = -1
-
-cdef enum:
-    FORM_STAMP = 0
-    FORM_POSITIONS
-    FORM_VELOCITIES
-    FORM_COUNT
-    FORM_VELOCITY_COUNT
-    FORM_BYTES
-    FORM_PATTERN
-    FORM_NOW
-    FORM_HEADER
 
 cdef enum:
     LARGEST_SECOND = 0x7fffffff

@@ -40,27 +40,8 @@ ROW_TAIL = 4
 # and gradient of each.
 WATCHED, LEVEL, NEAREST, JUDGED = range(4)
 
-# The estimator's memory (joint_table.py): a header, then rows of n numbers or integers.
-TIMEOUT, VELOCITY_SOURCE, NEW_TOOL, LAST_QUATERNION = range(4)
-
-MEMORY_HEADER = 7
-
-(
-    POSITION,
-    BEFORE,
-    VELOCITY,
-    DIFFERENCED,
-    KNOWN,
-    STAMP,
-    STAMPED,
-    ARRIVAL,
-    WRAPS,
-    JUMP_COUNT,
-    JUMPS,
-) = range(11)
-
+# Jumps of a joint whose times are remembered.
 JUMPS_KEPT = 16
-MEMORY_ROWS = 26
 
 # Where velocities come from: the message or else differences, the message only, differences only.
 AUTO, FROM_MESSAGE, FROM_DIFFERENCE = range(3)
@@ -81,22 +62,6 @@ STARTED_ANEW = 16
 
 # What `observe_bytes` says of bytes it does not know: nothing was done.
 NOT_THIS_FORM = -1
-
-# A form (wire_form.py): where the stamp, positions and velocities stand in the bytes, how many of
-# each there are, how many bytes there are, where the pattern begins, and, written by the call, the
-# stamp in ns; then a layout; then the pattern: the bytes that select what must not change, and
-# what stands there.
-(
-    FORM_STAMP,
-    FORM_POSITIONS,
-    FORM_VELOCITIES,
-    FORM_COUNT,
-    FORM_VELOCITY_COUNT,
-    FORM_BYTES,
-    FORM_PATTERN,
-    FORM_NOW,
-    FORM_HEADER,
-) = range(9)
 
 # What a stamp's seconds can hold in a message: int32.
 LARGEST_SECOND = 2**31 - 1

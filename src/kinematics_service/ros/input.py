@@ -10,7 +10,7 @@ from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
 from ..joint_sample import JointSample
-from ..wire_form import WireForm
+from ..joint_state_form import JointStateForm
 from .best_subscription import BestSubscription
 from .messages import sample_of, stamp_of
 from .topics import JOINT_STATES, JOINT_STATES_QOS
@@ -48,13 +48,13 @@ class Input:
         node: Node,
         transport: str,
         take: Callable[[JointSample], None],
-        take_bytes: Callable[[WireForm, bytes, int], bool],
+        take_bytes: Callable[[JointStateForm, bytes, int], bool],
         refuse: Callable[[str], None],
     ) -> None:
         self._take, self._take_bytes, self._refuse = take, take_bytes, refuse
         self._clock = node.get_clock()
         self._reader = JointStateReader()
-        self._form: WireForm | None = None  # of the last message
+        self._form: JointStateForm | None = None  # of the last message
         self.subscription = BestSubscription(
             node,
             JointState,

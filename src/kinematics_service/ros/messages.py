@@ -59,15 +59,23 @@ def sample_of(message: JointState, received: int, arrival: int) -> JointSample:
     )
 
 
-def time_message(stamp: int) -> Time:
+def set_time(message: Time, stamp: int) -> Time:
     """
-    Return a time in ns as a message; beyond what it can hold, the nearest it can.
+    Set a message to a time in ns, or to the nearest it can hold, and return it.
 
     """
     seconds, nanoseconds = divmod(stamp, SECOND)
-    return Time(
-        sec=max(-LARGEST_SECOND - 1, min(LARGEST_SECOND, seconds)), nanosec=int(nanoseconds)
-    )
+    message.sec = max(-LARGEST_SECOND - 1, min(LARGEST_SECOND, seconds))
+    message.nanosec = int(nanoseconds)
+    return message
+
+
+def time_message(stamp: int) -> Time:
+    """
+    Return a time in ns as a message, or the nearest it can hold.
+
+    """
+    return set_time(Time(), stamp)
 
 
 def transform_message(report: Report) -> TransformStamped:

@@ -15,10 +15,10 @@ from std_srvs.srv import Trigger
 
 from ..estimator import RESETS, UNREADABLE, Answer, Estimator, Refusal
 from ..joint_sample import JointSample
+from ..joint_state_form import JointStateForm
 from ..measures import Level
 from ..notice import Notice, notice_of, stale_notice
 from ..singularities import Singularity, singularity_of
-from ..wire_form import WireForm
 from .describe import description_of
 from .diagnostics import INTERNAL_ERROR, LEFT_OUT
 from .health import Health
@@ -33,7 +33,7 @@ from .settings import Settings
 from .stamp_grid import StampGrid
 from .targets import Targets
 from .throttle import Throttle
-from .topics import DESCRIBE, WARNING, WARNING_QOS, warm_up
+from .topics import DESCRIBE, WARNING, WARNING_QOS
 
 NODE_NAME = 'kinematics'
 
@@ -70,7 +70,6 @@ class KinematicsNode(Node):
     def _start(self, robot: str | None) -> None:
         self._own = NodeParameters(self, robot)
         settings = self._settings = self._own.settings
-        warm_up(settings)
         self._estimator = Estimator(settings.robot, settings.estimator)
         self._latest: Answer | None = None
         self._resets = 0  # of the estimator, as far as they are known here
@@ -153,10 +152,10 @@ class KinematicsNode(Node):
             self._own_fault(error)
         self._health.work.add(time.monotonic_ns() - sample.arrival)
 
-    def _on_bytes(self, form: WireForm, data: bytes, arrival: int) -> bool:
+    def _on_bytes(self, form: JointStateForm, data: bytes, arrival: int) -> bool:
         try:
             heard = self._outputs.heard()
-            outcome = self._estimator.take_bytes(form, data, arrival, heard.depth, heard.numbers)
+            outcome = self._estimator.take_bytes(form, data, arrival, heard.depth, heard.messages)
             if outcome is None:
                 return False
             self._follow(outcome, arrival, heard, True)
@@ -171,7 +170,7 @@ class KinematicsNode(Node):
             self.get_logger().error(f'internal error at a message, please report it: {error!a}')
 
     def _follow(
-        self, outcome: Answer | Refusal, arrival: int, heard: Heard, in_sheet: bool
+        self, outcome: Answer | Refusal, arrival: int, heard: Heard, is_filled: bool
     ) -> None:
         # What follows from a message.
         if self._estimator.counts.get(RESETS, 0) != self._resets:
@@ -193,7 +192,7 @@ class KinematicsNode(Node):
         wanted = heard.channels or self._settings.publish_tf
         try:
             if wanted and self._grid.passes(outcome.stamp, self._settings.period):
-                self._outputs.publish(outcome, heard, in_sheet)
+                self._outputs.publish(outcome, heard, is_filled)
         finally:
             if warned is not None:  # the alarm counts it as said
                 self._warn(*warned)

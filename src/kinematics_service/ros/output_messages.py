@@ -1,154 +1,202 @@
 """
-The answers as messages, each in two parts: its numbers, and the message made of them.
+The answers: of each the message without stamp and numbers, and which numbers it takes.
 
-So the same numbers can go into a message, or straight into its serialized form.
 """
 
 from array import array
+from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
-from geometry_msgs.msg import Pose, PoseArray, PoseStamped, Twist, TwistStamped, VelocityStamped
-from std_msgs.msg import Float64, Float64MultiArray, MultiArrayDimension
+from geometry_msgs.msg import Pose, PoseArray, PoseStamped, TwistStamped, VelocityStamped
+from std_msgs.msg import Float64, Float64MultiArray, Header, MultiArrayDimension
 
 from .. import kernel
-from ..kernel import Floats
+from ..kernel import Floats, Integers
 from ..kinematics import in_axes
-from .messages import Report, time_message
+from ..singularities import measured
+from .messages import Report
 from .settings import ROW_LABELS, Settings
 
 
-def pose_numbers(report: Report) -> Floats:
+class Copied(NamedTuple):
     """
-    Return position (3,) and quaternion (4,) x y z w of the tool in the base frame, shape (7,).
+    Numbers that are taken as they stand in a state's row, or in its measures.
+
+    Attributes
+    ----------
+    places
+        Where they stand, from the end where negative.
+    of_measures
+        Whether in the measures.
 
     """
-    numbers = np.empty(7)
-    numbers[:3] = report.answer.state.position
-    numbers[3:] = report.answer.quaternion_xyzw
-    return numbers
+
+    places: Integers
+    of_measures: bool = False
+
+    def of(self, report: Report) -> Floats:
+        """
+        Return the numbers of a report.
+
+        """
+        state = report.answer.state
+        row = measured(state).measures if self.of_measures else state.row
+        assert row is not None
+        return row[self.places]
+
+    def sources(self, row: int) -> Integers:
+        """
+        Return their places in a row of so many numbers and, beyond its end, in the measures.
+
+        """
+        return self.places + row if self.of_measures else self.places % row
 
 
-def _set_pose(pose: Pose, numbers: list[float]) -> Pose:
-    position, orientation = pose.position, pose.orientation
-    position.x, position.y, position.z = numbers[:3]
-    orientation.x, orientation.y, orientation.z, orientation.w = numbers[3:]
-    return pose
+class Computed(NamedTuple):
+    """
+    Numbers that are computed of a state; `of` returns those of a report.
+
+    """
+
+    of: Callable[[Report], Floats]
 
 
-def pose_message(stamp: int, numbers: Floats, settings: Settings) -> PoseStamped:
+Numbers = Copied | Computed
+
+
+def pose_blank(settings: Settings) -> PoseStamped:
     """
     Return the tool in the base frame.
 
     """
-    message = PoseStamped()
-    message.header.stamp = time_message(stamp)
-    message.header.frame_id = settings.base_frame
-    _set_pose(message.pose, numbers.tolist())
-    return message
+    return PoseStamped(header=Header(frame_id=settings.base_frame))
 
 
-def jacobian_numbers(report: Report) -> Floats:
+def pose_numbers(settings: Settings) -> Numbers:
     """
-    Return J, row-major, in the axes and row order that are set, shape (6 n,).
+    Take position (3,) and quaternion (4,) x y z w of the tool in the base frame.
 
     """
-    settings, state = report.settings, report.answer.state
-    J = in_axes(state, state.jacobian, settings.jacobian_frame)
-    if settings.row_order == 'angular_first':
-        J = np.concatenate([J[3:], J[:3]])
-    return J.ravel()
+    position = np.arange(kernel.POSE_AT + 3, kernel.POSE_AT + 12, 4)
+    return Copied(np.concatenate([position, np.arange(-kernel.ROW_TAIL, 0)]))
 
 
-def jacobian_message(stamp: int, numbers: Floats, settings: Settings) -> Float64MultiArray:
+def jacobian_blank(settings: Settings) -> Float64MultiArray:
     """
     Return J, row-major 6 x n, with labelled rows and columns.
 
     """
     names = ','.join(settings.joint_names)
     n = settings.robot.dof
-    message = Float64MultiArray()
+    message = Float64MultiArray(data=array('d', bytes(8 * 6 * n)))
     message.layout.dim = [
         MultiArrayDimension(label=ROW_LABELS[settings.row_order], size=6, stride=6 * n),
         MultiArrayDimension(label=names, size=n, stride=n),
     ]
-    message.data = array('d', numbers.tobytes())
     return message
 
 
-def twist_numbers(report: Report) -> Floats | None:
+def jacobian_numbers(settings: Settings) -> Numbers:
     """
-    Return J qdot in the axes that are set, shape (6,); None where the velocities are unknown.
+    Take J, row-major, in the axes and row order that are set, shape (6 n,).
 
     """
-    state = report.answer.state
-    if not state.moving:
-        return None
-    if report.settings.twist_frame == 'base':
-        return state.twist
-    return in_axes(state, state.twist[:, None], report.settings.twist_frame)[:, 0]
+    axes = settings.jacobian_frame
+    order = [3, 4, 5, 0, 1, 2] if settings.row_order == 'angular_first' else [0, 1, 2, 3, 4, 5]
+    if axes == 'base':
+        n = settings.robot.dof
+        return Copied(kernel.JACOBIAN_AT + np.arange(6 * n).reshape(6, n)[order].ravel())
+
+    def numbers(report: Report) -> Floats:
+        state = report.answer.state
+        return in_axes(state, state.jacobian, axes)[order].ravel()
+
+    return Computed(numbers)
 
 
-def _set_twist(message: Twist, numbers: list[float]) -> None:
-    linear, angular = message.linear, message.angular
-    linear.x, linear.y, linear.z, angular.x, angular.y, angular.z = numbers
+def twist_numbers(settings: Settings) -> Numbers:
+    """
+    Take J qdot in the axes that are set, shape (6,).
+
+    """
+    axes = settings.twist_frame
+    if axes == 'base':
+        return Copied(kernel.JACOBIAN_AT + 6 * settings.robot.dof + np.arange(6))
+
+    def numbers(report: Report) -> Floats:
+        state = report.answer.state
+        return in_axes(state, state.twist[:, None], axes)[:, 0]
+
+    return Computed(numbers)
 
 
-def _twist_axes(settings: Settings) -> str:
-    return settings.base_frame if settings.twist_frame == 'base' else settings.tool_frame
+def _twist_header(settings: Settings) -> Header:
+    of_base = settings.twist_frame == 'base'
+    return Header(frame_id=settings.base_frame if of_base else settings.tool_frame)
 
 
-def twist_message(stamp: int, numbers: Floats, settings: Settings) -> TwistStamped:
+def twist_blank(settings: Settings) -> TwistStamped:
     """
     Return J qdot.
 
     """
-    message = TwistStamped()
-    message.header.stamp = time_message(stamp)
-    message.header.frame_id = _twist_axes(settings)
-    _set_twist(message.twist, numbers.tolist())
-    return message
+    return TwistStamped(header=_twist_header(settings))
 
 
-def velocity_message(stamp: int, numbers: Floats, settings: Settings) -> VelocityStamped:
+def velocity_blank(settings: Settings) -> VelocityStamped:
     """
     Return J qdot with all three frames named.
 
     """
-    message = VelocityStamped()
-    message.header.stamp = time_message(stamp)
-    message.header.frame_id = _twist_axes(settings)
-    message.body_frame_id = settings.tool_frame
-    message.reference_frame_id = settings.base_frame
-    _set_twist(message.velocity, numbers.tolist())
-    return message
+    return VelocityStamped(
+        header=_twist_header(settings),
+        body_frame_id=settings.tool_frame,
+        reference_frame_id=settings.base_frame,
+    )
 
 
-def scalar_message(stamp: int, numbers: Floats, settings: Settings) -> Float64:
+def scalar_blank(settings: Settings) -> Float64:
     """
     Return a measure.
 
     """
-    return Float64(data=float(numbers[0]))
+    return Float64()
 
 
-def link_frames_numbers(report: Report) -> Floats:
+def measure_numbers(column: int) -> Callable[[Settings], Numbers | None]:
     """
-    Return position and quaternion x y z w of every frame of the table, shape (7 (rows + 1),).
+    Take a column of the measures; the determinant only of an arm that has one.
 
     """
-    frames = np.ascontiguousarray(report.answer.state.link_frames)
-    quaternions_xyzw = np.empty((len(frames), 4))
-    kernel.quaternions(frames, quaternions_xyzw)
-    return np.concatenate([frames[:, :3, 3], quaternions_xyzw], axis=1).ravel()
+
+    def numbers(settings: Settings) -> Numbers | None:
+        if column == kernel.DETERMINANT and not settings.robot.task.square:
+            return None
+        return Copied(np.array([column]), of_measures=True)
+
+    return numbers
 
 
-def link_frames_message(stamp: int, numbers: Floats, settings: Settings) -> PoseArray:
+def link_frames_blank(settings: Settings) -> PoseArray:
     """
     Return every frame of the table in the base frame.
 
     """
-    message = PoseArray()
-    message.header.stamp = time_message(stamp)
-    message.header.frame_id = settings.base_frame
-    message.poses = [_set_pose(Pose(), pose) for pose in numbers.reshape(-1, 7).tolist()]
-    return message
+    header = Header(frame_id=settings.base_frame)
+    return PoseArray(header=header, poses=[Pose() for _ in range(settings.robot.chain.frames)])
+
+
+def link_frames_numbers(settings: Settings) -> Numbers:
+    """
+    Take position and quaternion x y z w of every frame of the table, shape (7 (rows + 1),).
+
+    """
+
+    def numbers(report: Report) -> Floats:
+        frames = np.ascontiguousarray(report.answer.state.link_frames)
+        quaternions_xyzw = np.empty((len(frames), 4))
+        kernel.quaternions(frames, quaternions_xyzw)
+        return np.concatenate([frames[:, :3, 3], quaternions_xyzw], axis=1).ravel()
+
+    return Computed(numbers)

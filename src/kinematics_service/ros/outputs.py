@@ -4,9 +4,10 @@ The topics of a node that answer every accepted message: who listens, and what g
 """
 
 import copy
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
+import numpy as np
 from rclpy.event_handler import PublisherEventCallbacks, UnsupportedEventTypeError
 from rclpy.node import Node
 from rclpy.publisher import Publisher
@@ -14,21 +15,21 @@ from rclpy.qos_overriding_options import QoSOverridingOptions
 
 from .. import kernel
 from ..estimator import Answer
-from ..kernel import Floats
-from ..singularities import singularity_of
+from ..kernel import OutgoingMessages, OutgoingTable
+from ..singularities import measured, singularity_of
+from .message_layout import MessageLayout
 from .messages import Report, transform_message
+from .output_messages import Copied, Numbers
 from .settings import Settings
-from .sheet import Part, sheet_of
 from .stamp_grid import StampGrid
-from .topics import OUTPUT_QOS, TOPICS, Topic, sample_report
-from .wire_template import Template
+from .topics import OUTPUT_QOS, TOPICS, Topic
 
 Sends = tuple[tuple[Callable[[bytes], None], Callable[[], bytes]], ...]
 
 
 class Channel(NamedTuple):
     """
-    A topic with its publisher, and its template where its messages go out as patched bytes.
+    A topic with its publisher, and what its messages are made of.
 
     Attributes
     ----------
@@ -36,10 +37,15 @@ class Channel(NamedTuple):
         Returns how many listen.
     publish_bytes
         Publishes a serialized message.
-    publisher, topic, template
-        The template is None where messages are built.
+    publisher, topic
+        What is published, where.
     grid
         Thins out a topic that not every report goes to.
+    numbers, layout
+        Which numbers go into its messages, and where; None where messages are built, and where
+        there are none.
+    as_bytes
+        Whether its messages go out as bytes that are filled here.
 
     """
 
@@ -48,25 +54,31 @@ class Channel(NamedTuple):
     publisher: Publisher
     topic: Topic
     grid: StampGrid
-    template: Template | None = None
+    numbers: Numbers | None = None
+    layout: MessageLayout | None = None
+    as_bytes: bool = False
 
     def send(self, report: Report) -> None:
         """
         Publish what a report has to say on this topic, if anything.
 
         """
-        topic, template = self.topic, self.template
-        if topic.period and not self.grid.passes(report.answer.stamp, topic.period):
+        topic, stamp = self.topic, report.answer.stamp
+        if topic.period and not self.grid.passes(stamp, topic.period):
             return
-        if template is None:
+        if topic.build is not None:
             message = topic.build(report)
             if message is not None:
                 self.publisher.publish(message)
             return
-        assert topic.numbers is not None
-        numbers = topic.numbers(report)
-        if numbers is not None:
-            self.publish_bytes(template.message(report.answer.stamp, numbers))
+        at_rest = topic.of_motion and not report.answer.state.moving
+        if self.numbers is None or self.layout is None or at_rest:
+            return
+        numbers = self.numbers.of(report)
+        if self.as_bytes:
+            self.publish_bytes(self.layout.bytes_of(stamp, numbers))
+        else:
+            self.publisher.publish(self.layout.message(stamp, numbers))
 
 
 class Heard(NamedTuple):
@@ -79,19 +91,52 @@ class Heard(NamedTuple):
         In the order they are published.
     depth
         What the kernel must have computed.
-    numbers, parts
-        The sheet that the kernel fills, and in it the message of each channel, or None.
+    messages
+        The messages that the kernel fills; None for none.
+    filled
+        Of each channel the message among them, or None.
     sends
-        Where the sheet has them all: for an arm at unknown velocities, and for one at known ones,
+        Where they are all among them: for an arm at unknown velocities, and for one at known ones,
         what publishes and what returns the bytes for that.
 
     """
 
     channels: tuple[Channel, ...]
     depth: int
-    numbers: Floats
-    parts: tuple[Part | None, ...]
+    messages: OutgoingMessages | None
+    filled: tuple[memoryview | None, ...]
     sends: tuple[Sends, Sends] | None
+
+
+def filled_by_the_kernel(
+    channels: Sequence[Channel], settings: Settings, depth: int
+) -> tuple[OutgoingMessages | None, tuple[memoryview | None, ...]]:
+    """
+    Return the messages whose numbers the kernel copies, and of each channel its own, or None.
+
+    """
+    row = settings.robot.chain.single_widths[depth]
+    data, filled = bytearray(), list[slice | None]()
+    stamps, targets, sources = [], [], []
+    for channel in channels:
+        layout, numbers = channel.layout, channel.numbers
+        if not channel.as_bytes or layout is None or not isinstance(numbers, Copied):
+            filled.append(None)
+            continue
+        begin = len(data)
+        data += layout.data
+        filled.append(slice(begin, len(data)))
+        of_stamp, of_numbers = layout.places(begin)
+        stamps.append(of_stamp)
+        targets.append(of_numbers)
+        sources.append(numbers.sources(row))
+    if not data:
+        return None, (None,) * len(filled)
+    table = OutgoingTable(
+        np.frombuffer(data, np.uint8), *map(np.concatenate, (stamps, targets, sources))
+    )
+    views = tuple(None if place is None else table.data[place].data for place in filled)
+    return OutgoingMessages(table), views
 
 
 class Outputs:
@@ -111,6 +156,7 @@ class Outputs:
         self._transport = transport
         self.events_in_order = False
         self._told_of_listeners = True
+        self._told_of: set[str] = set()  # topics whose layout is not the official one
         self._settings = settings
         self._heard: Heard | None = None
         self.channels = [self._channel(topic) for topic in TOPICS]
@@ -119,16 +165,11 @@ class Outputs:
 
     def configure(self, settings: Settings) -> None:
         """
-        Take other settings: frames and labels are part of the templates.
+        Take other settings: frames and labels are part of the messages.
 
         """
         self._settings, self._heard = settings, None
-        if self._transport == 'bytes':
-            sample = sample_report(settings)
-            self.channels = [
-                channel._replace(template=_template(channel.topic, sample))
-                for channel in self.channels
-            ]
+        self.channels = [self._configured(channel) for channel in self.channels]
         if settings.publish_tf and self._tf is None:
             from tf2_msgs.msg import TFMessage  # not among the wheels: only where it is asked for
 
@@ -156,23 +197,21 @@ class Outputs:
 
     def _heard_on(self, channels: tuple[Channel, ...]) -> Heard:
         depth = max((channel.topic.depth for channel in channels), default=kernel.JACOBIAN)
-        topics = [(channel.topic, channel.template) for channel in channels]
-        parts, numbers = sheet_of(topics, self._settings, depth)
-        pairs = list(zip(channels, parts))
+        messages, filled = filled_by_the_kernel(channels, self._settings, depth)
         sends = None
-        if not self._settings.publish_tf and None not in parts:
+        if not self._settings.publish_tf and None not in filled:
             at_rest, moving = (
                 tuple(
-                    (channel.publish_bytes, part.data.tobytes)
-                    for channel, part in pairs
-                    if part is not None and (moves or not part.of_motion)
+                    (channel.publish_bytes, data.tobytes)
+                    for channel, data in zip(channels, filled)
+                    if data is not None and (moves or not channel.topic.of_motion)
                 )
                 for moves in (False, True)
             )
             sends = at_rest, moving
-        return Heard(channels, depth, numbers, parts, sends)
+        return Heard(channels, depth, messages, filled, sends)
 
-    def publish(self, answer: Answer, heard: Heard, in_sheet: bool) -> None:
+    def publish(self, answer: Answer, heard: Heard, is_filled: bool) -> None:
         """
         Publish an answer on channels, pose first, and on /tf where that is set.
 
@@ -182,25 +221,44 @@ class Outputs:
             The new state.
         heard
             The channels.
-        in_sheet
-            Whether the sheet has been filled with this answer's numbers.
+        is_filled
+            Whether the kernel has filled the messages with this answer.
 
         """
-        if in_sheet and heard.sends is not None:
+        if is_filled and heard.sends is not None:
             for publish, data in heard.sends[answer.state.moving]:
                 publish(data())
             return
         settings, report = self._settings, None
-        for channel, part in zip(heard.channels, heard.parts):
-            if in_sheet and part is not None:
-                if answer.state.moving or not part.of_motion:
-                    channel.publish_bytes(part.data.tobytes())
+        for channel, message in zip(heard.channels, heard.filled):
+            if is_filled and message is not None:
+                if answer.state.moving or not channel.topic.of_motion:
+                    channel.publish_bytes(message.tobytes())
                 continue
             if report is None:
+                answer = answer._replace(state=measured(answer.state))
                 report = Report(answer, singularity_of(answer.state), settings)
             channel.send(report)
         if settings.publish_tf:
             self._publish_tf(Report(answer, singularity_of(answer.state), settings))
+
+    def _configured(self, channel: Channel) -> Channel:
+        # With its layout for the settings in force, proved where messages go out as bytes.
+        topic, settings = channel.topic, self._settings
+        numbers = topic.numbers(settings)
+        if topic.blank is None or numbers is None:
+            return channel._replace(numbers=None, layout=None, as_bytes=False)
+        layout = MessageLayout(topic.blank(settings))
+        as_bytes = self._transport == 'bytes'
+        if as_bytes and not layout.is_official():
+            as_bytes = False
+            if topic.name not in self._told_of:
+                self._told_of.add(topic.name)
+                self._node.get_logger().warning(
+                    f'{channel.publisher.topic_name}: the official serializer writes other bytes '
+                    'than are written down here; its messages are built one by one'
+                )
+        return channel._replace(numbers=numbers, layout=layout, as_bytes=as_bytes)
 
     def _channel(self, topic: Topic) -> Channel:
         def publisher_with(callbacks: PublisherEventCallbacks | None) -> Publisher:
@@ -239,10 +297,3 @@ class Outputs:
 
         assert self._tf is not None
         self._tf.publish(TFMessage(transforms=[transform_message(report)]))
-
-
-def _template(topic: Topic, sample: Report) -> Template | None:
-    numbers, make = topic.numbers and topic.numbers(sample), topic.make
-    if numbers is None or make is None:
-        return None
-    return Template.learn(lambda stamp, values: make(stamp, values, sample.settings), len(numbers))

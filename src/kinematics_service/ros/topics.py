@@ -7,30 +7,26 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
 from geometry_msgs.msg import PoseArray, PoseStamped, TwistStamped, VelocityStamped
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from std_msgs.msg import Float64, Float64MultiArray
 from visualization_msgs.msg import MarkerArray
 
 from .. import kernel
-from ..estimator import Answer
-from ..kernel import Floats
-from ..singularities import singularity_of
-from ..task import seeded_poses
-from ..tool_state import evaluate
 from .messages import Report
 from .output_messages import (
-    jacobian_message,
+    Numbers,
+    jacobian_blank,
     jacobian_numbers,
-    link_frames_message,
+    link_frames_blank,
     link_frames_numbers,
-    pose_message,
+    measure_numbers,
+    pose_blank,
     pose_numbers,
-    scalar_message,
-    twist_message,
+    scalar_blank,
+    twist_blank,
     twist_numbers,
-    velocity_message,
+    velocity_blank,
 )
 from .settings import Settings
 
@@ -70,11 +66,13 @@ class Topic:
 
     Attributes
     ----------
+    blank, numbers
+        Return, for settings, the message without stamp and numbers, and which numbers of a state
+        go into it; None where an arm has none.
     build
-        Returns the message of a report, None for nothing to say.
-    numbers, make
-        The same in two steps, where a message is a stamp and always as many numbers: the numbers
-        of a report, and the message of a stamp (ns), numbers and settings.
+        Instead of both: returns the message of a report, None for nothing to say.
+    of_motion
+        Whether there is a message only where the velocities are known.
     depth
         What the kernel must have computed.
     period : ns
@@ -84,33 +82,12 @@ class Topic:
 
     name: str
     type: Any
-    build: Callable[[Report], Any]
-    numbers: Callable[[Report], Floats | None] | None = None
-    make: Callable[[int, Floats, Settings], Any] | None = None
+    blank: Callable[[Settings], Any] | None = None
+    numbers: Callable[[Settings], Numbers | None] = lambda settings: None
+    build: Callable[[Report], Any] | None = None
+    of_motion: bool = False
     depth: int = kernel.JACOBIAN
     period: int = 0
-
-
-def _of_numbers(
-    name: str,
-    kind: Any,
-    numbers: Callable[[Report], Floats | None],
-    make: Callable[[int, Floats, Settings], Any],
-    depth: int = kernel.JACOBIAN,
-) -> Topic:
-    def build(report: Report) -> Any:
-        values = numbers(report)
-        return None if values is None else make(report.answer.stamp, values, report.settings)
-
-    return Topic(name, kind, build, numbers, make, depth)
-
-
-def _measure(name: str) -> Topic:
-    def numbers(report: Report) -> Floats | None:
-        value = getattr(report.singularity, name)
-        return None if value is None else np.array([value])
-
-    return _of_numbers(f'~/singularity/{name}', Float64, numbers, scalar_message)
 
 
 def _markers(report: Report) -> Any:
@@ -121,41 +98,33 @@ def _markers(report: Report) -> Any:
 
 
 TOPICS = (
-    _of_numbers('~/pose', PoseStamped, pose_numbers, pose_message),
-    _of_numbers('~/jacobian', Float64MultiArray, jacobian_numbers, jacobian_message),
-    _of_numbers('~/twist', TwistStamped, twist_numbers, twist_message),
-    _of_numbers('~/velocity', VelocityStamped, twist_numbers, velocity_message),
-    _measure('determinant'),
-    _measure('manipulability'),
-    _measure('condition_number'),
-    _measure('smallest_singular_value'),
-    _measure('distance'),
-    _of_numbers(
-        '~/link_frames', PoseArray, link_frames_numbers, link_frames_message, kernel.ALL_FRAMES
+    Topic('~/pose', PoseStamped, pose_blank, pose_numbers),
+    Topic('~/jacobian', Float64MultiArray, jacobian_blank, jacobian_numbers),
+    Topic('~/twist', TwistStamped, twist_blank, twist_numbers, of_motion=True),
+    Topic('~/velocity', VelocityStamped, velocity_blank, twist_numbers, of_motion=True),
+    *(
+        Topic(f'~/singularity/{name}', Float64, scalar_blank, measure_numbers(column))
+        for name, column in (
+            ('determinant', kernel.DETERMINANT),
+            ('manipulability', kernel.MANIPULABILITY),
+            ('condition_number', kernel.CONDITION_NUMBER),
+            ('smallest_singular_value', kernel.SMALLEST_SINGULAR_VALUE),
+            ('distance', kernel.DISTANCE),
+        )
+    ),
+    Topic(
+        '~/link_frames',
+        PoseArray,
+        link_frames_blank,
+        link_frames_numbers,
+        depth=kernel.ALL_FRAMES,
     ),
     # For eyes: some fifty markers are a hundred times the work of a pose.
-    Topic('~/markers', MarkerArray, _markers, depth=kernel.ALL_FRAMES, period=33_000_000),
+    Topic(
+        '~/markers',
+        MarkerArray,
+        build=_markers,
+        depth=kernel.ALL_FRAMES,
+        period=33_000_000,
+    ),
 )
-
-
-def sample_report(settings: Settings) -> Report:
-    """
-    Return the report of some pose of the arm, moving.
-
-    """
-    robot = settings.robot
-    prismatic = [kind == 'prismatic' for kind in robot.joint_types]
-    q = seeded_poses(robot.limits, prismatic)[0]
-    state = evaluate(robot, q, q, depth=kernel.ALL_FRAMES)
-    answer = Answer(state, state.quaternion_xyzw, 0, 'message')
-    return Report(answer, singularity_of(state), settings)
-
-
-def warm_up(settings: Settings) -> None:
-    """
-    Build every answer once, so that the first one takes no longer than the next.
-
-    """
-    sample = sample_report(settings)
-    for topic in TOPICS:
-        topic.build(sample)

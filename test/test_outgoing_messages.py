@@ -1,10 +1,9 @@
 """
-The sheet says what the built messages say, for every arm, topic, stamp and setting.
+The messages that the kernel fills say what the built ones say, for every arm and setting.
 
 """
 
 import itertools
-import struct
 from dataclasses import replace
 
 import numpy as np
@@ -12,19 +11,20 @@ import pytest
 
 pytest.importorskip('rclpy', reason='needs ROS 2')
 
+from built_messages import bits, built
 from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import JointState
 
 import kinematics_service as ks
 from kinematics_service import kernel
 from kinematics_service.estimator import Answer, Estimator
+from kinematics_service.ros.message_layout import MessageLayout
 from kinematics_service.ros.messages import Report
+from kinematics_service.ros.outputs import Channel, filled_by_the_kernel
 from kinematics_service.ros.parameter_table import PARAMETERS
 from kinematics_service.ros.settings import settings_from
-from kinematics_service.ros.sheet import sheet_of, sources_of
-from kinematics_service.ros.topics import TOPICS, sample_report
+from kinematics_service.ros.topics import TOPICS
 from kinematics_service.ros.wire_reader import JointStateReader
-from kinematics_service.ros.wire_template import Template
 from kinematics_service.singularities import singularity_of
 
 SECOND = 1_000_000_000
@@ -47,41 +47,32 @@ def settings_of(robot, jacobian_frame='base', twist_frame='base', row_order='lin
     )
 
 
-def templates_of(settings):
-    # Each topic with its template, as the node learns it.
-    sample = sample_report(settings)
-    pairs = []
+def channels_of(settings):
+    # One for each topic, without a publisher.
+    channels = []
     for topic in TOPICS:
-        numbers = topic.numbers and topic.numbers(sample)
-        template = None
-        if numbers is not None and topic.make is not None:
-
-            def make(stamp, values, topic=topic):
-                return topic.make(stamp, values, settings)
-
-            template = Template.learn(make, len(numbers))
-        pairs.append((topic, template))
-    return pairs
-
-
-def bits(value):
-    if hasattr(value, 'get_fields_and_field_types'):
-        return [bits(getattr(value, name)) for name in value.get_fields_and_field_types()]
-    if isinstance(value, float):
-        return struct.pack('=d', value)
-    if hasattr(value, '__len__') and not isinstance(value, (str, bytes)):
-        return [bits(item) for item in value]
-    return value
+        numbers = topic.numbers(settings)
+        there = topic.blank is not None and numbers is not None
+        layout = MessageLayout(topic.blank(settings)) if there else None
+        channels.append(
+            Channel(
+                *(None, None, None, topic, None),
+                numbers=numbers,
+                layout=layout,
+                as_bytes=there and layout.is_official(),
+            )
+        )
+    return channels
 
 
-def answers(settings, sheet, depth, joint_states):
-    # What a node takes from serialized joint states, and the sheet after each.
+def answers(settings, messages, depth, joint_states):
+    # What a node takes from serialized joint states, the messages filled with each.
     reader, estimator = JointStateReader(), Estimator(settings.robot, settings.estimator)
     for k, message in enumerate(joint_states):
         data = serialize_message(message)
         reader.read(data)
         (form,) = reader.forms(len(data))
-        answer = estimator.take_bytes(form, data, k, depth, sheet.numbers)
+        answer = estimator.take_bytes(form, data, k, depth, messages)
         assert isinstance(answer, Answer), answer
         yield answer
 
@@ -99,27 +90,28 @@ def joint_states(robot, moving, seed=5):
 
 @pytest.mark.parametrize('moving', VELOCITIES.values(), ids=VELOCITIES)
 @pytest.mark.parametrize('name', ARMS)
-def test_every_part_says_what_the_built_message_says(name, moving):
+def test_every_message_says_what_the_built_message_says(name, moving):
     robot = ks.load_robot(name)
     settings = replace(
         settings_of(robot),
         estimator=replace(settings_of(robot).estimator, velocity_source='message'),
     )
-    topics = templates_of(settings)
-    sheet = sheet_of(topics, settings, kernel.ALL_FRAMES)
+    channels = channels_of(settings)
+    messages, filled = filled_by_the_kernel(channels, settings, kernel.ALL_FRAMES)
     heard = 0
-    for answer in answers(settings, sheet, kernel.ALL_FRAMES, joint_states(robot, moving)):
+    for answer in answers(settings, messages, kernel.ALL_FRAMES, joint_states(robot, moving)):
         report = Report(answer, singularity_of(answer.state), settings)
-        for (topic, _), part in zip(topics, sheet.parts):
-            if part is None:
+        for channel, message in zip(channels, filled):
+            if message is None:
                 continue
-            built = topic.build(report)
-            if built is None:
-                assert part.of_motion
+            topic = channel.topic
+            expected = built(topic, report)
+            if expected is None:
+                assert topic.of_motion
                 assert not moving
                 continue
-            said = deserialize_message(part.data.tobytes(), topic.type)
-            assert bits(said) == bits(built), topic.name
+            said = deserialize_message(message.tobytes(), topic.type)
+            assert bits(said) == bits(expected), topic.name
             heard += 1
     assert heard >= len(STAMPS) * (5 + 2 * moving)
 
@@ -128,9 +120,9 @@ def test_every_part_says_what_the_built_message_says(name, moving):
 def test_what_is_computed_is_not_copied(jacobian_frame, twist_frame, row_order):
     robot = ks.load_robot('puma560')
     settings = settings_of(robot, jacobian_frame, twist_frame, row_order)
-    topics = templates_of(settings)
-    sheet = sheet_of(topics, settings, kernel.ALL_FRAMES)
-    there = {topic.name: part is not None for (topic, _), part in zip(topics, sheet.parts)}
+    channels = channels_of(settings)
+    messages, filled = filled_by_the_kernel(channels, settings, kernel.ALL_FRAMES)
+    there = {channel.topic.name: message is not None for channel, message in zip(channels, filled)}
     assert there['~/pose']
     assert there['~/jacobian'] == (jacobian_frame == 'base')
     assert there['~/twist'] == there['~/velocity'] == (twist_frame == 'base')
@@ -138,49 +130,72 @@ def test_what_is_computed_is_not_copied(jacobian_frame, twist_frame, row_order):
     assert not there['~/markers']
     assert all(there[f'~/singularity/{name}'] for name in ('distance', 'manipulability'))
     message = next(joint_states(robot, True))
-    (answer,) = answers(settings, sheet, kernel.ALL_FRAMES, [message])
+    (answer,) = answers(settings, messages, kernel.ALL_FRAMES, [message])
     report = Report(answer, singularity_of(answer.state), settings)
-    for (topic, _), part in zip(topics, sheet.parts):
-        if part is not None:
-            said = deserialize_message(part.data.tobytes(), topic.type)
-            assert bits(said) == bits(topic.build(report)), topic.name
+    for channel, message in zip(channels, filled):
+        if message is not None:
+            said = deserialize_message(message.tobytes(), channel.topic.type)
+            assert bits(said) == bits(built(channel.topic, report)), channel.topic.name
 
 
-def test_an_arm_without_a_determinant_has_no_part_for_it():
+def test_an_arm_without_a_determinant_has_no_message_of_it():
     for name, square in (('panda', False), ('puma560', True)):
         settings = settings_of(ks.load_robot(name))
         topic = next(topic for topic in TOPICS if topic.name.endswith('determinant'))
-        found = sources_of(topic, settings, kernel.JACOBIAN, True)
-        assert (found is not None) == square
+        assert (topic.numbers(settings) is not None) == square
 
 
-def test_a_refused_message_leaves_the_sheet_as_it_was():
+def test_a_refused_message_leaves_the_answers_as_they_were():
     robot = ks.load_robot('craig_3r')
     settings = settings_of(robot)
-    sheet = sheet_of(templates_of(settings), settings, kernel.ALL_FRAMES)
+    messages, _ = filled_by_the_kernel(channels_of(settings), settings, kernel.ALL_FRAMES)
+    data_of = messages.table.data.tobytes
     message = JointState(name=robot.joint_names, position=[0.1, 0.2, 0.3])
     message.header.stamp.sec = 5
-    (_,) = answers(settings, sheet, kernel.ALL_FRAMES, [message])
-    before = sheet.numbers.tobytes()
+    (_,) = answers(settings, messages, kernel.ALL_FRAMES, [message])
+    before = data_of()
     reader, estimator = JointStateReader(), Estimator(robot, settings.estimator)
     for stamp, q, taken in ((6, 0.1, True), (5, 0.4, False), (7, float('nan'), False)):
         message.header.stamp.sec, message.position[0] = stamp, q
         data = serialize_message(message)
         reader.read(data)
         (form,) = reader.forms(len(data))
-        filled = sheet.numbers.tobytes()
-        answer = estimator.take_bytes(form, data, stamp, kernel.ALL_FRAMES, sheet.numbers)
+        filled = data_of()
+        answer = estimator.take_bytes(form, data, stamp, kernel.ALL_FRAMES, messages)
         assert isinstance(answer, Answer) == taken
-        assert (sheet.numbers.tobytes() == filled) == (not taken)
-    assert sheet.numbers.tobytes() != before
+        assert (data_of() == filled) == (not taken)
+    assert data_of() != before
 
 
-def test_nothing_heard_is_an_empty_sheet():
+def test_where_nobody_listens_no_message_is_filled():
     settings = settings_of(ks.load_robot('craig_3r'))
-    sheet = sheet_of([], settings, kernel.JACOBIAN)
-    assert sheet.parts == ()
-    assert sheet.numbers.size == 0
+    assert filled_by_the_kernel([], settings, kernel.JACOBIAN) == (None, ())
     message = JointState(name=settings.robot.joint_names, position=[0.1, 0.2, 0.3])
     message.header.stamp.sec = 5
-    (answer,) = answers(settings, sheet, kernel.JACOBIAN, [message])
+    (answer,) = answers(settings, None, kernel.JACOBIAN, [message])
     np.testing.assert_array_equal(answer.state.q, [0.1, 0.2, 0.3])
+
+
+ONE = np.zeros(1, np.int64)
+
+
+@pytest.mark.parametrize('place', [-1, 9, 2**40])
+def test_places_outside_of_the_messages_are_refused(place):
+    data = np.zeros(16, np.uint8)
+    with pytest.raises(ValueError, match='outside of the messages'):
+        kernel.OutgoingMessages(kernel.OutgoingTable(data, ONE[:0], ONE + place, ONE))
+    with pytest.raises(ValueError, match='outside of the messages'):
+        kernel.OutgoingMessages(kernel.OutgoingTable(data, ONE + place, ONE[:0], ONE[:0]))
+
+
+def test_numbers_beyond_a_state_are_refused():
+    data = np.zeros(16, np.uint8)
+    with pytest.raises(ValueError, match='before the row'):
+        kernel.OutgoingMessages(kernel.OutgoingTable(data, ONE, ONE, ONE - 1))
+    messages = kernel.OutgoingMessages(kernel.OutgoingTable(data, ONE[:0], ONE, ONE + 3))
+    kernel.fill_messages(messages, 0, np.arange(2.0), np.arange(5.0, 7.0))
+    assert data[:8].view(np.float64) == 6.0
+    with pytest.raises(TypeError, match='fewer numbers'):
+        kernel.fill_messages(messages, 0, np.arange(2.0), np.arange(1.0))
+    with pytest.raises(TypeError):
+        kernel.fill_messages(None, 0, np.arange(2.0), np.arange(5.0))
