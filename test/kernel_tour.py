@@ -32,8 +32,14 @@ SINGLY = 4  # of them so many also one by one
 # Arms whose inverse kinematics is asked for: three joints, each closed form, a search, a redundant
 # one. Plain Python takes seconds for each.
 SOLVED = ('craig_3r', 'puma560', 'ur5e', 'scara_hsr065', 'panda')
-# What describes an arm is the same in every call, and no number that the kernel computes.
-ARMS = (kernel.Arm, kernel.Chain, kernel.TaskRows, kernel.Tape)
+# What describes an arm or a target is no number that the kernel computes.
+DESCRIPTIONS = (
+    *(kernel.Arm, kernel.Chain, kernel.TaskRows, kernel.Tape, kernel.ClosedForm),
+    *(kernel.Joints, kernel.Refinement, kernel.Residual, kernel.Servo),
+)
+# Of solutions, and of a step of the servo.
+SAID_OF_ONE = ('miss', 'margin', 'share', 'posture')
+SAID_OF_A_STEP = ('qdot', 'damping', 'least_singular_value', 'shortened', 'slowest')
 # How it is built; and details, which have tests of their own.
 NOT_PART_OF_IT = {
     *('is_compiled', 'notice', 'prefer_source_where_asked', 'sine_and_cosine'),
@@ -53,6 +59,21 @@ def functions():
     } - NOT_PART_OF_IT
 
 
+def unpacked(arguments):
+    """Yield arguments, and the numbers of those that are filled in."""
+    for one in arguments:
+        if isinstance(one, kernel.Solutions):
+            yield one.q[: one.count]
+            for k in range(one.count):
+                yield from (getattr(one, name)(k) for name in SAID_OF_ONE)
+                yield [one.is_beyond(k, j) for j in range(one.q.shape[1])]
+        elif isinstance(one, kernel.ServoStep):
+            yield from (getattr(one, name) for name in SAID_OF_A_STEP)
+            yield [one.is_held(j) for j in range(len(one.qdot))]
+        else:
+            yield one
+
+
 class Record:
     """Every call of the kernel from outside, with what it left in its arrays and returned."""
 
@@ -70,10 +91,10 @@ class Record:
             finally:
                 self._inside = False
             digest = self.hashes.setdefault(name, hashlib.sha256())
-            for argument in (*arguments, result):
+            for argument in (*unpacked(arguments), result):
                 if isinstance(argument, np.ndarray):
                     digest.update(argument.tobytes())
-                elif not isinstance(argument, ARMS):
+                elif not isinstance(argument, DESCRIPTIONS):
                     digest.update(repr(np.array(argument).tolist()).encode())
             self.calls[name] += 1
             return result
@@ -184,10 +205,8 @@ def targets(robot: Robot, random: np.random.Generator):
         errors = np.array([0.0, 0.1, 0.2]) * PROVED
         plan = plan_for(robot, ROW_NAMES)
         kernel.distinct(
-            robot.chain,
-            aim_at(robot, state.pose).numbers,
-            plan.scales,
-            plan.periods,
+            aim_at(robot, state.pose).residual,
+            plan.joints,
             PROVED,
             found,
             errors,
@@ -210,10 +229,11 @@ def details(random: np.random.Generator):
             else:
                 table[2, 6] = slides
             k = 3 if way == kernel.POSITION_3 else 6
-            found = np.zeros((kernel.MOST_CANDIDATES, k))
-            kernel.inverse_candidates(
-                way, table[:k].copy(), table[5, 3:6].copy(), T, np.zeros(k), found
+            form = kernel.ClosedForm(
+                way, table[:k].copy(), table[5, 3:6].copy(), T, False, np.eye(k), np.eye(k)
             )
+            found = np.zeros((kernel.MOST_CANDIDATES, k))
+            kernel.inverse_candidates(form, T, np.zeros(k), found)
 
 
 def visit(robot: Robot):

@@ -10,7 +10,6 @@ from .compiled import prefer_source_where_asked
 prefer_source_where_asked()
 
 from .aims import off_rotation as off_rotation
-from .aims import parts_of_error as parts_of_error
 from .aims import take_aim as take_aim
 from .angles import shortest_angle as shortest_angle
 from .angles import sine_and_cosine as sine_and_cosine
@@ -20,6 +19,7 @@ from .arrays import Floats as Floats
 from .arrays import Integers as Integers
 from .chain import Chain as Chain
 from .chain import ChainTable as ChainTable
+from .closed_forms import ClosedForm as ClosedForm
 from .closed_forms import inverse_candidates as inverse_candidates
 from .dependence import free_motions as free_motions
 from .dependence import pivots as pivots
@@ -37,11 +37,18 @@ from .messages import fill_sheet as fill_sheet
 from .messages import observe_bytes as observe_bytes
 from .places import *  # noqa: F403
 from .posture import postures as postures
+from .refinement import Refinement as Refinement
 from .refinement import refine as refine
+from .residuals import Residual as Residual
+from .residuals import parts_of_error as parts_of_error
 from .searching import first_solution as first_solution
+from .servo_step import Servo as Servo
+from .servo_step import ServoStep as ServoStep
 from .servoing import servo as servo
 from .singular_values import decompose as decompose
 from .singular_values import determinant_of as determinant_of
+from .solutions import Joints as Joints
+from .solutions import Solutions as Solutions
 from .solutions import distinct as distinct
 from .solutions import representatives as representatives
 from .solving import closed_solutions as closed_solutions
