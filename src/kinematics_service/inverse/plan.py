@@ -122,7 +122,7 @@ def _idle_motions(robot: Robot, rows: tuple[str, ...], scales: Floats) -> tuple[
     rank = int(np.max(np.sum(sigma > RANK * sigma[:, :1], axis=1)))
     # sigma V are the rows of J^T J's root: their common null space is that of all of them.
     moving = (sigma[:, :, None] * motions).reshape(-1, n)
-    _, size, right = np.linalg.svd(moving, full_matrices=True)
+    _, size, right = np.linalg.svd(moving, full_matrices=False)
     return signed(right[size <= RANK * size[0]]), rank
 
 

@@ -3,6 +3,7 @@ The kernel: what is computed of an arm for every message, compiled when the pack
 
 """
 
+from . import compiled
 from .compiled import is_compiled as is_compiled
 from .compiled import notice as notice
 from .compiled import prefer_source_where_asked
@@ -30,6 +31,8 @@ from .factors import Tape as Tape
 from .factors import evaluate_factors as evaluate_factors
 from .joint_memory import forget as forget
 from .joint_memory import observe as observe
+from .joints import Joints as Joints
+from .joints import representatives as representatives
 from .judging import evaluate_and_measure_one as evaluate_and_measure_one
 from .judging import measure as measure
 from .judging import measure_one as measure_one
@@ -47,9 +50,10 @@ from .servo_step import ServoStep as ServoStep
 from .servoing import servo as servo
 from .singular_values import decompose as decompose
 from .singular_values import determinant_of as determinant_of
-from .solutions import Joints as Joints
 from .solutions import Solutions as Solutions
 from .solutions import distinct as distinct
-from .solutions import representatives as representatives
 from .solving import closed_solutions as closed_solutions
 from .task_rows import TaskRows as TaskRows
+
+if not is_compiled():
+    globals().update(compiled.without_warnings(globals()))

@@ -3,7 +3,8 @@ cimport numpy as cnp
 
 from . cimport arrays, dependence, solutions
 from .refinement cimport Refinement
-from .solutions cimport Joints, Solutions
+from .joints cimport Joints
+from .solutions cimport Solutions
 
 @cython.locals(n=int, inside='double*', value=double, left=double, j=int, k=Py_ssize_t)
 cdef int _first_of(

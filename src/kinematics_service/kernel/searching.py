@@ -5,8 +5,9 @@ The first solution that refinement meets, in one call.
 
 from . import arrays, dependence, solutions
 from .arrays import Floats
+from .joints import Joints
 from .refinement import Refinement
-from .solutions import Joints, Solutions
+from .solutions import Solutions
 
 
 def _first_of(

@@ -3,28 +3,10 @@ cimport numpy as cnp
 from libc cimport math
 
 from . cimport arrays, places, refinement
+from .joints cimport Joints
 from .residuals cimport Residual
 
 cdef double MAYBE_SAME, AS_GOOD
-
-cdef double _without_turns(double away, double period) noexcept nogil
-
-@cython.final
-cdef class Joints:
-    cdef tuple _arrays
-    cdef double* scales
-    cdef double* periods
-    cdef double* limits
-    cdef int n
-
-    @cython.locals(period=double, low=double, high=double, x=double, j=int)
-    cdef void represent(self, double* near, double* q) noexcept nogil
-    @cython.locals(square=double, share=double, j=int)
-    cdef double square_to(self, double* near, double* q) noexcept nogil
-    cdef double space(self, int j, double* q) noexcept nogil
-    @cython.locals(margin=double, j=int)
-    cdef double margin(self, double* q) noexcept nogil
-    cdef bint are_inside(self, double* q) noexcept nogil
 
 @cython.final
 cdef class Solutions:
@@ -88,7 +70,5 @@ cpdef int distinct(
     Residual residual, Joints joints, double proved, cnp.ndarray q,
     cnp.ndarray errors, cnp.ndarray which, cnp.ndarray met,
 ) except -9
-@cython.locals(count=Py_ssize_t, n=Py_ssize_t, k=Py_ssize_t)
-cpdef representatives(Joints joints, cnp.ndarray near, cnp.ndarray q)
 @cython.locals(at=int, i=int)
 cdef int least(double* numbers, int count) noexcept nogil

@@ -4,7 +4,8 @@ cimport numpy as cnp
 from . cimport arrays, dependence, places, posture, solutions
 from .closed_forms cimport ClosedForm
 from .refinement cimport Refinement
-from .solutions cimport Found, Joints, Solutions
+from .joints cimport Joints
+from .solutions cimport Found, Solutions
 
 cdef double LAST
 

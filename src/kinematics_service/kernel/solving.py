@@ -6,8 +6,9 @@ All solutions of an arm that has a closed form, or the nearest of them, in one c
 from . import arrays, dependence, places, posture, solutions
 from .arrays import Floats
 from .closed_forms import ClosedForm
+from .joints import Joints
 from .refinement import Refinement
-from .solutions import Found, Joints, Solutions
+from .solutions import Found, Solutions
 
 # What is added to the squared distance of a candidate outside the limits: not before the others.
 LAST = 1e200
