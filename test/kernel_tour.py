@@ -34,8 +34,14 @@ SINGLY = 4  # of them so many also one by one
 # Arms whose inverse kinematics is asked for: three joints, each closed form, a search, a redundant
 # one. Plain Python takes seconds for each.
 SOLVED = ('craig_3r', 'puma560', 'ur5e', 'scara_hsr065', 'panda')
-# What describes an arm or a stream is the same in every call: no number that is computed.
-GIVEN = (kernel.Arm, kernel.Chain, kernel.TaskRows, kernel.Tape, kernel.OurJoints)
+# What describes an arm, a stream or a target is no number that the kernel computes.
+GIVEN = (
+    *(kernel.Arm, kernel.Chain, kernel.TaskRows, kernel.Tape, kernel.OurJoints),
+    *(kernel.ClosedForm, kernel.Joints, kernel.Refinement, kernel.Residual, kernel.Servo),
+)
+# Of solutions, and of a step of the servo.
+SAID_OF_ONE = ('miss', 'margin', 'share', 'posture')
+SAID_OF_A_STEP = ('qdot', 'damping', 'least_singular_value', 'shortened', 'slowest')
 # How it is built; and details, which have tests of their own.
 NOT_PART_OF_IT = {
     *('is_compiled', 'notice', 'prefer_source_where_asked', 'sine_and_cosine'),
@@ -64,7 +70,16 @@ def said_by(argument):
     elif isinstance(argument, kernel.OutgoingMessages):
         yield argument.table.data.tobytes()
     elif isinstance(argument, kernel.IncomingForm):
-        yield repr(argument.stamp).encode()
+        yield from said_by(argument.stamp)
+    elif isinstance(argument, kernel.Solutions):
+        yield from said_by(argument.q[: argument.count])
+        for k in range(argument.count):
+            yield from said_by([getattr(argument, name)(k) for name in SAID_OF_ONE])
+            yield from said_by([argument.is_beyond(k, j) for j in range(argument.q.shape[1])])
+    elif isinstance(argument, kernel.ServoStep):
+        for name in SAID_OF_A_STEP:
+            yield from said_by(getattr(argument, name))
+        yield from said_by([argument.is_held(j) for j in range(len(argument.qdot))])
     elif not isinstance(argument, GIVEN):
         yield repr(np.array(argument).tolist()).encode()
 
@@ -216,10 +231,8 @@ def targets(robot: Robot, random: np.random.Generator):
         errors = np.array([0.0, 0.1, 0.2]) * PROVED
         plan = plan_for(robot, ROW_NAMES)
         kernel.distinct(
-            robot.chain,
-            aim_at(robot, state.pose).numbers,
-            plan.scales,
-            plan.periods,
+            aim_at(robot, state.pose).residual,
+            plan.joints,
             PROVED,
             found,
             errors,
@@ -242,10 +255,11 @@ def details(random: np.random.Generator):
             else:
                 table[2, 6] = slides
             k = 3 if way == kernel.POSITION_3 else 6
-            found = np.zeros((kernel.MOST_CANDIDATES, k))
-            kernel.inverse_candidates(
-                way, table[:k].copy(), table[5, 3:6].copy(), T, np.zeros(k), found
+            form = kernel.ClosedForm(
+                way, table[:k].copy(), table[5, 3:6].copy(), T, False, np.eye(k), np.eye(k)
             )
+            found = np.zeros((kernel.MOST_CANDIDATES, k))
+            kernel.inverse_candidates(form, T, np.zeros(k), found)
 
 
 def visit(robot: Robot):

@@ -410,6 +410,43 @@ def test_a_batch_stops_at_its_first_number_that_is_not_finite(at):
     assert (rows[:at] == rows[0]).all() or at == 0
 
 
+# Factors that cannot be computed, whose derivatives overflow, and a pose of angles that do.
+NOT_COMPUTABLE = """
+import numpy as np
+import kinematics_service as ks
+from kinematics_service import kernel
+
+C, J, D = kernel.CONSTANT, kernel.JOINT, kernel.DIFFERENCE
+steps = [(J, 0, 0), (C, 0, 0), (D, 0, 1), (D, 0, 0), (kernel.SQUARE_ROOT, 2, 0)]
+steps += [(kernel.QUOTIENT, 1, 3), (kernel.QUOTIENT, 1, 0), (kernel.PRODUCT, 6, 6)]
+constants = np.array([1.0, 9.0] + [1.0] * 6)
+tape = kernel.Tape(np.array(steps).ravel(), constants, np.arange(4, 8))
+found = np.zeros((1, 4, 2))
+kernel.evaluate_factors(tape, np.array([[1e-300]]), found)
+print(found.tolist())
+try:
+    ks.jacobian(ks.load_robot('parallelogram_left'), [0.0, 1.7e308, -1.7e308])
+except ks.JointVectorError:
+    print('refused')
+"""
+
+
+@pytest.mark.parametrize('environment', [{}, {VARIABLE: '1'}], ids=['as it is', 'uncompiled'])
+def test_what_cannot_be_computed_is_no_number_and_raises_nothing(environment):
+    done = subprocess.run(
+        [sys.executable, '-W', 'error', '-c', NOT_COMPUTABLE],
+        env={**os.environ, **environment},
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+    assert done.returncode == 0, done.stderr
+    values, refused = done.stdout.splitlines()
+    # sqrt(1e-300 - 9), 9 / 0, 9 / 1e-300 whose slope overflows, and its square, which does too.
+    assert values == '[[[nan, nan], [nan, nan], [9e+300, -inf], [inf, -inf]]]'
+    assert refused == 'refused'
+
+
 @compiled_only
 def test_the_compiled_kernel_is_that_of_the_source_beside_it():
     assert kernel.notice() == ''

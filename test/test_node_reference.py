@@ -58,7 +58,7 @@ def watched(one, change=lambda q: q, lag=0):
         kept = next((s for s in statuses if 'poses' in values_of(s)), None)
         return kept is not None
 
-    one.spin_until(diagnosed, 'diagnosis of the frames', 120.0)  # compiled once on a machine
+    one.spin_until(diagnosed, 'diagnosis of the frames')
     return kept
 
 

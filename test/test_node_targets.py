@@ -15,6 +15,7 @@ from ros_harness import level_of, nanoseconds, values_of
 from target_harness import BASE, Targets, pose_target, twist_target
 
 import kinematics_service as ks
+from kinematics_service.inverse.plan import plan_for
 
 OK, WARN, ERROR, STALE = range(4)
 # A solution is exact to round-off of the arm's lengths.
@@ -34,6 +35,13 @@ def targets(arm):
         return targets
 
     return make
+
+
+def test_the_plan_of_the_arm_is_made_before_its_first_target(targets):
+    one = targets()
+    made = plan_for.cache_info().misses
+    one.ask(pose_target(ks.forward_kinematics(one.arm.robot, UR5E)))
+    assert plan_for.cache_info().misses == made
 
 
 def test_a_pose_is_answered_with_the_nearest_solution_and_all_of_them(targets):

@@ -1,5 +1,5 @@
 """
-What is aimed at: a target and the rows of it that count, checked and packed for the kernel.
+What is aimed at: a target and the rows of it that count, checked.
 
 """
 
@@ -15,6 +15,8 @@ from ..errors import KinematicsError
 from ..kernel import Floats
 from ..robot import Robot
 from ..task import ROW_NAMES
+
+IDENTITY = np.eye(4)
 
 
 class TargetError(KinematicsError, ValueError):
@@ -32,21 +34,16 @@ class Aim(NamedTuple):
     ----------
     rows
         Which rows count, a part of x y z rx ry rz: axes of the table's frame 0.
-    numbers : shape (kernel.AIM_SIZE,)
-        The target and the weights of the rows, packed for the kernel.
+    pose : shape (4, 4)
+        The tool in the base frame; for a position its rotation is the identity.
+    residual
+        What the tool lacks of it.
 
     """
 
     rows: tuple[str, ...]
-    numbers: Floats
-
-    @property
-    def pose(self) -> Floats:
-        """
-        Return the tool in the base frame, shape (4, 4); for a position its rotation is identity.
-
-        """
-        return self.numbers[:16].reshape(4, 4)
+    pose: Floats
+    residual: kernel.Residual
 
 
 def aim_at(robot: Robot, target: npt.ArrayLike, rows: Sequence[str] | None = None) -> Aim:
@@ -83,8 +80,8 @@ def aim_at(robot: Robot, target: npt.ArrayLike, rows: Sequence[str] | None = Non
         if not rows or set(rows) - set(known):
             raise TargetError(f'rows must be some of {" ".join(known)}, not {" ".join(rows)!r}')
         ordered = tuple(name for name in ROW_NAMES if name in rows)
-    numbers = _untargeted(robot, ordered).copy()
-    state = kernel.take_aim(given.reshape(-1), numbers)
+    pose = IDENTITY.copy()
+    state = kernel.take_aim(given, pose)
     if state != kernel.FINE:
         if state == kernel.NOT_FINE:
             raise TargetError(f'target must be finite: {given.tolist()}')
@@ -93,17 +90,21 @@ def aim_at(robot: Robot, target: npt.ArrayLike, rows: Sequence[str] | None = Non
                 'target is no rigid motion: its rotation is not orthogonal, or a mirror'
             )
         left, _, right = np.linalg.svd(given[:3, :3])
-        numbers[:16].reshape(4, 4)[:3, :3] = left @ right
-    return Aim(ordered, numbers)
+        pose[:3, :3] = left @ right
+    return Aim(ordered, pose, residual_of(robot, pose, ordered))
+
+
+def residual_of(robot: Robot, pose: Floats, rows: tuple[str, ...]) -> kernel.Residual:
+    """
+    Return what the tool lacks of a pose (4, 4), in the rows that count.
+
+    """
+    weights = _weights(robot.task.length, rows)
+    return kernel.Residual(robot.chain, pose, robot.task.rotation, weights)
 
 
 @functools.lru_cache(maxsize=128)
-def _untargeted(robot: Robot, rows: tuple[str, ...]) -> Floats:
-    numbers = np.zeros(kernel.AIM_SIZE)
-    numbers[:16] = np.eye(4).ravel()
-    numbers[kernel.AIM_AXES : kernel.AIM_AXES + 9] = robot.task.rotation.ravel()
-    numbers[kernel.AIM_WEIGHTS :] = [
-        (1.0 if i < 3 else robot.task.length) if name in rows else 0.0
-        for i, name in enumerate(ROW_NAMES)
-    ]
-    return numbers
+def _weights(length: float, rows: tuple[str, ...]) -> Floats:
+    return np.array(
+        [(1.0 if i < 3 else length) if name in rows else 0.0 for i, name in enumerate(ROW_NAMES)]
+    )

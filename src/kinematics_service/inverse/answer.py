@@ -171,10 +171,10 @@ def family_of(question: Question, family: Family) -> IkFamily:
 
 def _postures(question: Question, q: Floats) -> list[Posture]:
     closed = question.plan.closed
-    if closed is None or not closed.has_postures:
+    if closed is None:
         return [NO_POSTURE] * len(q)
     signs = np.zeros((len(q), 3), dtype=np.int64)
-    kernel.postures(closed.way, closed.table, closed.point, q @ closed.to_screws.T, signs)
+    kernel.postures(closed, np.ascontiguousarray(q), signs)
     return [POSTURES[a, b, c] for a, b, c in signs.tolist()]
 
 
@@ -192,7 +192,7 @@ def _nearest(
     known = [*(one.q for one in solutions), *(one.q for one in families)]
     q = np.vstack([question.near, best.q, *known, q])
     q = np.clip(q, *robot.limits.T)
-    arrived = refined(robot, aim, plan, q, True, plan.limits)
+    arrived = refined(aim, plan, q, True, plan.limits)
     k = int(np.argmin(arrived.errors))
     q = representatives(robot, plan, arrived.q[k][None], question.near).q[0]
     return nearest_pose(question, q, float(arrived.errors[k]))
@@ -203,6 +203,5 @@ def nearest_pose(question: Question, q: Floats, error: float) -> NearestPose:
     Return how near to the target the tool is at joint positions (n,).
 
     """
-    chain = question.robot.chain
-    linear, angular = kernel.parts_of_error(chain, question.aim.numbers, np.array(q[None]))
+    linear, angular = kernel.parts_of_error(question.aim.residual, np.array(q))
     return NearestPose(q.copy(), error, linear, angular)

@@ -3,16 +3,12 @@ Solutions in closed form: one call of the kernel finds, proves and sorts them.
 
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
 from .. import kernel
-from ..kernel import Floats, Integers
-from .plan import ClosedForm
 from .question import Question
 from .result import IkSolution, Posture
-from .search import PROVED
+from .search import PROVED, refinement
 
 # By their signs, as the kernel says them.
 POSTURES = {
@@ -24,70 +20,47 @@ POSTURES = {
 NO_POSTURE = Posture()
 
 
-class Proved(NamedTuple):
+def room_for(count: int, question: Question) -> kernel.Solutions:
     """
-    Solutions as the kernel left them, nearest first.
-
-    Attributes
-    ----------
-    q : shape (m, n), rad or m
-        Turned into the limits where that can be.
-    facts : shape (m, kernel.BEYOND_AT + n)
-        What they miss by, how they stand to the limits, how near they are to singular.
-    signs : shape (m, 3)
-        Their postures.
+    Return room for so many solutions.
 
     """
-
-    q: Floats
-    facts: Floats
-    signs: Integers
+    return kernel.Solutions(np.empty((count, question.robot.chain.dof)))
 
 
-def closed_solutions(question: Question, form: ClosedForm, only_one: bool) -> Proved:
+def closed_solutions(
+    question: Question, form: kernel.ClosedForm, only_one: bool
+) -> kernel.Solutions:
     """
     Return all solutions of an arm with a closed form, or the nearest one inside the limits.
 
     """
-    plan, chain = question.plan, question.robot.chain
-    most = kernel.MOST_CANDIDATES
-    q = np.empty((most, chain.dof))
-    facts = np.empty((most, kernel.BEYOND_AT + chain.dof))
-    signs = np.empty((most, 3), dtype=np.int64)
-    count = kernel.closed_solutions(
-        chain,
-        question.aim.numbers,
-        form.way,
-        form.table,
-        form.point,
-        form.home_inverse,
-        form.backwards,
-        form.to_joints,
-        form.to_screws,
-        plan.scales,
-        plan.periods,
-        plan.limits,
+    solutions = room_for(1 if only_one else kernel.MOST_CANDIDATES, question)
+    kernel.closed_solutions(
+        form,
+        refinement(question.aim, question.plan),
+        question.plan.joints,
         question.near,
         PROVED,
         only_one,
-        q,
-        facts,
-        signs,
+        solutions,
     )
-    return Proved(q[:count], facts[:count], signs[:count])
+    return solutions
 
 
-def solutions_of(question: Question, proved: Proved) -> tuple[IkSolution, ...]:
+def solutions_of(question: Question, proved: kernel.Solutions) -> tuple[IkSolution, ...]:
     """
     Return proved solutions as the result has them, in their order.
 
     """
     names = question.robot.joint_names
     solutions = []
-    told = zip(proved.q.copy(), proved.facts.tolist(), proved.signs.tolist())
-    for q, (residual, margin, _, *outside), (shoulder, elbow, wrist) in told:
+    for k, q in enumerate(proved.q[: proved.count].copy()):
+        margin = proved.margin(k)
         feasible = margin >= -kernel.AT_LIMIT
-        beyond = () if feasible else tuple(name for name, out in zip(names, outside) if out)
-        posture = POSTURES[shoulder, elbow, wrist]
-        solutions.append(IkSolution(q, residual, feasible, beyond, margin, posture))
+        beyond: tuple[str, ...] = ()
+        if not feasible:
+            beyond = tuple(name for j, name in enumerate(names) if proved.is_beyond(k, j))
+        posture = POSTURES[proved.posture(k)]
+        solutions.append(IkSolution(q, proved.miss(k), feasible, beyond, margin, posture))
     return tuple(solutions)

@@ -59,15 +59,15 @@ def isolated_or_not(
     Return the isolated ones of proved solutions, and the families of the others.
 
     """
-    chain, n = robot.chain, robot.dof
+    n = robot.dof
     shares = np.empty(len(found.q))
-    kernel.pivots(chain, aim.numbers, plan.scales, found.q, shares)
+    kernel.pivots(aim.residual, plan.scales, found.q, shares)
     suspect = shares < SUSPECT
     if not suspect.any():
         return found, ()
     m = len(found.q)
     sigma, motions = np.zeros((m, n)), np.zeros((m, n, n))
-    kernel.free_motions(chain, aim.numbers, plan.scales, found.q, sigma, motions)
+    kernel.free_motions(aim.residual, plan.scales, found.q, sigma, motions)
     singular = sigma[:, -1] < MAYBE_FREE * sigma[:, 0]
     if not singular.any():
         return found, ()
@@ -86,7 +86,7 @@ def isolated_or_not(
 def _along(robot: Robot, aim: Aim, plan: Plan, q: Floats, null: Floats, error: float) -> Floats:
     # The part of the null space in which the pose can really be kept.
     trials = np.concatenate([null, -null]) * TRIED
-    gone = refined(robot, aim, plan, q + trials * plan.scales, far=True)
+    gone = refined(aim, plan, q + trials * plan.scales, far=True)
     ways = apart(plan, q, gone.q) / plan.scales
     size = np.linalg.norm(ways, axis=1)
     as_good = max(AS_GOOD * robot.task.length, 4.0 * error)
@@ -103,7 +103,7 @@ def _along(robot: Robot, aim: Aim, plan: Plan, q: Floats, null: Floats, error: f
 def _straight(robot: Robot, aim: Aim, plan: Plan, q: Floats, along: Floats) -> bool:
     out = np.concatenate([q + t * along * plan.scales for t in FAR_OUT])
     # A direction known to some ten digits.
-    return bool(np.all(errors_at(robot, aim, plan, out) < 1e-6 * robot.task.length))
+    return bool(np.all(errors_at(aim, plan, out) < 1e-6 * robot.task.length))
 
 
 def _merged(plan: Plan, families: list[Family]) -> list[Family]:
@@ -148,7 +148,7 @@ def nearer(
         if largest < 1e-4:
             break
         trial = q + step * plan.scales * min(1.0, 0.5 / largest)
-        gone = refined(robot, aim, plan, np.clip(trial, *limits.T)[None], True, limits)
+        gone = refined(aim, plan, np.clip(trial, *limits.T)[None], True, limits)
         closer = np.linalg.norm((near - gone.q[0]) / plan.scales) < np.linalg.norm(away)
         if gone.errors[0] >= PROVED or not closer:
             break
@@ -165,6 +165,5 @@ def tangent(robot: Robot, aim: Aim, plan: Plan, q: Floats, dimension: int) -> Fl
     """
     n = robot.dof
     sigma, motions = np.zeros((1, n)), np.zeros((1, n, n))
-    chain = robot.chain
-    kernel.free_motions(chain, aim.numbers, plan.scales, q[None].copy(), sigma, motions)
+    kernel.free_motions(aim.residual, plan.scales, q[None].copy(), sigma, motions)
     return np.array(motions[0, n - dimension :])

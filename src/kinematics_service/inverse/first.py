@@ -10,17 +10,17 @@ import numpy as np
 from .. import kernel
 from ..kernel import Floats
 from ..robot import Robot
-from .closed import Proved, closed_solutions
+from .closed import closed_solutions, room_for
 from .plan import plan_for
 from .question import Question
 from .redundant import into_limits
-from .search import PROVED, starts
+from .search import PROVED, refinement, starts
 
 # Starts tried before the question is handed to the search for all.
 STARTS = 256
 
 
-def first_solution(question: Question) -> Proved:
+def first_solution(question: Question) -> kernel.Solutions:
     """
     Return the first solution inside the limits, nothing if none was met.
 
@@ -28,26 +28,20 @@ def first_solution(question: Question) -> Proved:
     that leads nowhere, it is one near by.
 
     """
-    plan, chain = question.plan, question.robot.chain
+    plan = question.plan
     if plan.closed is not None:
         return closed_solutions(question, plan.closed, True)
-    q, facts = np.empty((1, chain.dof)), np.empty((1, kernel.BEYOND_AT + chain.dof))
-    tries = kernel.first_solution(
-        chain,
-        question.aim.numbers,
-        plan.held,
-        plan.scales,
-        plan.periods,
-        plan.limits if plan.redundant else plan.unlimited,
-        plan.limits,
+    bounds = plan.limits if plan.redundant else None
+    solution = room_for(1, question)
+    kernel.first_solution(
+        refinement(question.aim, plan, True, bounds, held=True),
+        plan.joints,
         question.near,
         PROVED,
         _starts(question.robot, question.aim.rows, question.seed),
-        q,
-        facts,
+        solution,
     )
-    count = 1 if tries > 0 else 0
-    return Proved(q[:count], facts[:count], np.zeros((count, 3), dtype=np.int64))
+    return solution
 
 
 @functools.lru_cache(maxsize=128)

@@ -16,6 +16,7 @@ from ..kernel import Floats
 from ..rigid_motion import inverse
 from ..robot import Robot
 from ..task import ROW_NAMES, seeded_poses
+from .aim import IDENTITY, residual_of
 from .chain_geometry import (
     all_parallel,
     meeting_point,
@@ -33,47 +34,6 @@ WHOLE = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
-class ClosedForm(FrozenArrays):
-    """
-    A geometry that has a closed form.
-
-    Attributes
-    ----------
-    way
-        `kernel.POSITION_3`, `SPHERICAL_WRIST` or `PARALLEL_AXES`.
-    table : shape (k, 7)
-        The screws as `kernel.inverse_candidates` takes them.
-    point : shape (3,), m
-        What is brought to its place first, at rest.
-    backwards
-        Whether the screws stand from tool to base.
-    home_inverse : shape (4, 4)
-        Inverse of the tool's pose at rest.
-    to_joints, to_screws : shape (n, k), (k, n)
-        Joint positions from those of the screws, and back.
-
-    """
-
-    READ_ONLY: ClassVar = ('home_inverse', 'to_joints', 'to_screws')
-
-    way: int
-    table: Floats
-    point: Floats
-    backwards: bool
-    home_inverse: Floats
-    to_joints: Floats
-    to_screws: Floats
-
-    @property
-    def has_postures(self) -> bool:
-        """
-        Return whether shoulder, elbow and wrist mean something here.
-
-        """
-        return not self.backwards
-
-
-@dataclass(frozen=True, eq=False)
 class Plan(FrozenArrays):
     """
     What is known of an arm and the rows asked for before there is a target.
@@ -82,6 +42,8 @@ class Plan(FrozenArrays):
     ----------
     closed
         Its closed form, if it has one.
+    joints
+        What the joints mean to the kernel: their scales, periods and limits.
     scales : shape (n,)
         What a unit of each joint counts (the length for prismatic ones).
     held : shape (n,)
@@ -101,7 +63,8 @@ class Plan(FrozenArrays):
 
     READ_ONLY: ClassVar = ('scales', 'held', 'idle', 'periods', 'middle', 'limits', 'unlimited')
 
-    closed: ClosedForm | None
+    closed: kernel.ClosedForm | None
+    joints: kernel.Joints
     scales: Floats
     held: Floats
     idle: Floats
@@ -133,35 +96,33 @@ def plan_for(robot: Robot, rows: tuple[str, ...]) -> Plan:
     bounded = np.isfinite(low) & np.isfinite(high)
     middle = np.where(bounded, (np.where(bounded, low, 0.0) + np.where(bounded, high, 0.0)) / 2, 0)
     middle = np.clip(middle, low, high)
+    periods, limits = _periods(screws, robot), np.array(robot.limits)
     return Plan(
         closed=closed,
+        joints=kernel.Joints(scales, periods, limits),
         scales=scales,
         held=held,
         idle=idle,
         redundant=redundant,
-        periods=_periods(screws, robot),
+        periods=periods,
         middle=middle,
-        limits=np.array(robot.limits),
+        limits=limits,
         unlimited=np.repeat([[-np.inf, np.inf]], robot.dof, axis=0),
     )
 
 
 def _idle_motions(robot: Robot, rows: tuple[str, ...], scales: Floats) -> tuple[Floats, int]:
     # Motions in the null space of every J at once, and the rank of J at most poses.
-    aim = np.zeros(kernel.AIM_SIZE)
-    aim[kernel.AIM_AXES : kernel.AIM_AXES + 9] = robot.task.rotation.ravel()
-    for i, name in enumerate(ROW_NAMES):
-        aim[kernel.AIM_WEIGHTS + i] = (robot.task.length if i > 2 else 1.0) * (name in rows)
     slides = [kind == 'prismatic' for kind in robot.joint_types]
     q = np.ascontiguousarray(seeded_poses(robot.limits, slides)[:POSES])
     n = robot.dof
     sigma, motions = np.zeros((POSES, n)), np.zeros((POSES, n, n))
-    chain = robot.chain
-    kernel.free_motions(chain, aim, scales, q, sigma, motions)
+    residual = residual_of(robot, IDENTITY, rows)  # of any pose: its rows are what matters
+    kernel.free_motions(residual, scales, q, sigma, motions)
     rank = int(np.max(np.sum(sigma > RANK * sigma[:, :1], axis=1)))
     # sigma V are the rows of J^T J's root: their common null space is that of all of them.
     moving = (sigma[:, :, None] * motions).reshape(-1, n)
-    _, size, right = np.linalg.svd(moving, full_matrices=True)
+    _, size, right = np.linalg.svd(moving, full_matrices=False)
     return signed(right[size <= RANK * size[0]]), rank
 
 
@@ -213,7 +174,7 @@ def _one_to_one(screws: Screws, robot: Robot) -> bool:
     return _whole(C[~slides]) and _whole(np.linalg.inv(C)[np.ix_(turns, ~slides)])
 
 
-def _closed_form(screws: Screws, robot: Robot, whole: bool) -> ClosedForm | None:
+def _closed_form(screws: Screws, robot: Robot, whole: bool) -> kernel.ClosedForm | None:
     if robot.dof == 3:
         for form in (screws, with_links_merged(screws)):
             if _one_to_one(form, robot) and _solvable(form):
@@ -251,17 +212,17 @@ def _solvable(screws: Screws) -> bool:
     return not (parallel(z1, z2) and parallel(z2, z3))
 
 
-def _closed(way: int, screws: Screws, point: Floats, backwards: bool) -> ClosedForm:
+def _closed(way: int, screws: Screws, point: Floats, backwards: bool) -> kernel.ClosedForm:
     form = with_feet(screws) if way != kernel.PARALLEL_AXES else _same_directions(screws)
     slides = np.array(form.slides, dtype=np.float64)
-    return ClosedForm(
-        way=way,
-        table=np.ascontiguousarray(np.column_stack([form.axes, form.points, slides])),
+    return kernel.ClosedForm(
+        way,
+        screws=np.ascontiguousarray(np.column_stack([form.axes, form.points, slides])),
         point=np.array(point),
+        home_inverse=np.ascontiguousarray(inverse(form.home)),
         backwards=backwards,
-        home_inverse=inverse(form.home),
-        to_joints=np.asarray(np.linalg.inv(form.coupling), dtype=np.float64),
-        to_screws=form.coupling.copy(),
+        to_joints=np.ascontiguousarray(np.linalg.inv(form.coupling)),
+        to_screws=np.ascontiguousarray(form.coupling),
     )
 
 

@@ -32,7 +32,7 @@ def redundant_family(
         if bounded:
             q = into_limits(robot, q, random)
             q[0] = np.clip(near, *robot.limits.T)
-        arrived = refined(robot, aim, plan, q, True, limits if bounded else None)
+        arrived = refined(aim, plan, q, True, limits if bounded else None)
         k = int(np.argmin(arrived.errors))
         if bounded and arrived.errors[k] < best.error:
             best = Best(arrived.q[k], float(arrived.errors[k]))

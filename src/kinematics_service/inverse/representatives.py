@@ -40,6 +40,6 @@ def representatives(robot: Robot, plan: Plan, q: Floats, near: Floats) -> Repres
 
     """
     q = np.array(q, dtype=np.float64, order='C')
-    kernel.representatives(plan.limits, plan.periods, near, q)
+    kernel.representatives(plan.joints, near, q)
     room = np.minimum(q - plan.limits[:, 0], plan.limits[:, 1] - q)
     return Representatives(q, room < -kernel.AT_LIMIT, room.min(axis=1))

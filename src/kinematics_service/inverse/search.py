@@ -15,7 +15,6 @@ from .plan import Plan
 
 # What counts as a solution (m): forward kinematics misses the target by less.
 PROVED = 1e-10
-NEAR_STEPS = 40
 BATCH = 48
 # Every solution must have been met so often (Good 1953: what has been met once hints at what has
 # not been met), or the search ends at so many starts, fewer where no start arrives at all.
@@ -49,8 +48,24 @@ class Best(NamedTuple):
     error: float
 
 
+def refinement(
+    aim: Aim, plan: Plan, far: bool = False, limits: Floats | None = None, held: bool = False
+) -> kernel.Refinement:
+    """
+    Return the refinement that leads to a target: see `refined`.
+
+    """
+    damping, steps = (kernel.FAR_DAMPING, kernel.FAR_STEPS) if far else (0.0, kernel.NEAR_STEPS)
+    return kernel.Refinement(
+        aim.residual,
+        plan.held if held else plan.scales,
+        plan.unlimited if limits is None else limits,
+        damping,
+        steps,
+    )
+
+
 def refined(
-    robot: Robot,
     aim: Aim,
     plan: Plan,
     q: Floats,
@@ -63,8 +78,8 @@ def refined(
 
     Parameters
     ----------
-    robot, aim, plan
-        The arm and its target.
+    aim, plan
+        The target, and the arm's plan for it.
     q : shape (m, n), rad or m
         Starts.
     far
@@ -75,41 +90,22 @@ def refined(
         Whether the joints that the plan holds stay where they are.
 
     """
-    damping, steps = (kernel.FAR_DAMPING, kernel.FAR_STEPS) if far else (0.0, NEAR_STEPS)
-    scales = plan.held if held else plan.scales
-    return _refined(robot, aim, scales, q, damping, steps, plan.unlimited, limits)
+    return _refined(refinement(aim, plan, far, limits, held), q)
 
 
-def errors_at(robot: Robot, aim: Aim, plan: Plan, q: Floats) -> Floats:
+def errors_at(aim: Aim, plan: Plan, q: Floats) -> Floats:
     """
     Return by how much the tool misses the target at joint positions (m, n), shape (m,), m.
 
     """
-    return _refined(robot, aim, plan.scales, q, 0.0, 0, plan.unlimited, None).errors
+    still = kernel.Refinement(aim.residual, plan.scales, plan.unlimited, 0.0, 0)
+    return _refined(still, q).errors
 
 
-def _refined(
-    robot: Robot,
-    aim: Aim,
-    scales: Floats,
-    q: Floats,
-    damping: float,
-    steps: int,
-    unlimited: Floats,
-    limits: Floats | None,
-) -> Found:
+def _refined(refinement: kernel.Refinement, q: Floats) -> Found:
     q = np.array(q, dtype=np.float64, order='C')
     errors = np.empty(len(q))
-    kernel.refine(
-        robot.chain,
-        aim.numbers,
-        scales,
-        unlimited if limits is None else limits,
-        damping,
-        steps,
-        q,
-        errors,
-    )
+    kernel.refine(refinement, q, errors)
     return Found(q, errors)
 
 
@@ -126,7 +122,7 @@ def apart(plan: Plan, a: Floats, b: Floats) -> Floats:
     return away
 
 
-def distinct(robot: Robot, aim: Aim, plan: Plan, found: Found) -> tuple[Found, Integers]:
+def distinct(aim: Aim, plan: Plan, found: Found) -> tuple[Found, Integers]:
     """
     Return the proved ones of what was found, each once, and how often each was met.
 
@@ -134,17 +130,7 @@ def distinct(robot: Robot, aim: Aim, plan: Plan, found: Found) -> tuple[Found, I
     order = np.argsort(found.errors, kind='stable')
     q, errors = found.q[order], found.errors[order]
     which, met = np.empty(len(q), dtype=np.int64), np.empty(len(q), dtype=np.int64)
-    count = kernel.distinct(
-        robot.chain,
-        aim.numbers,
-        plan.scales,
-        plan.periods,
-        PROVED,
-        q,
-        errors,
-        which,
-        met,
-    )
+    count = kernel.distinct(aim.residual, plan.joints, PROVED, q, errors, which, met)
     kept = which[:count]
     return Found(q[kept], errors[kept]), met[:count]
 
@@ -191,15 +177,15 @@ def search(
             q[0] = near
         q[:, frozen] = near[frozen]
         tried += BATCH
-        arrived = refined(robot, aim, plan, q, far=True, held=True)
+        arrived = refined(aim, plan, q, far=True, held=True)
         k = int(np.argmin(arrived.errors))
         if arrived.errors[k] < best.error:
             best = Best(arrived.q[k], float(arrived.errors[k]))
-        new, met = distinct(robot, aim, plan, arrived)
+        new, met = distinct(aim, plan, arrived)
         merged = Found(
             np.concatenate([everything.q, new.q]), np.concatenate([everything.errors, new.errors])
         )
-        everything, all_met = _merged(robot, aim, plan, merged, [*all_met, *met.tolist()])
+        everything, all_met = _merged(aim, plan, merged, [*all_met, *met.tolist()])
         if not all_met and tried >= HOPELESS:
             break
         if len(all_met) > MOST_STARTS // 40:  # not points but a continuum
@@ -209,10 +195,8 @@ def search(
     return everything, best
 
 
-def _merged(
-    robot: Robot, aim: Aim, plan: Plan, found: Found, met: list[int]
-) -> tuple[Found, list[int]]:
-    result, _ = distinct(robot, aim, plan, found)
+def _merged(aim: Aim, plan: Plan, found: Found, met: list[int]) -> tuple[Found, list[int]]:
+    result, _ = distinct(aim, plan, found)
     counts = [0] * len(result.q)
     for q, count in zip(found.q, met):
         away = np.max(np.abs(apart(plan, result.q, q[None, :])) / plan.scales, axis=1)

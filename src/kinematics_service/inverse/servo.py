@@ -23,7 +23,7 @@ from ..errors import KinematicsError
 from ..kernel import Floats
 from ..kinematics import Axes
 from ..robot import Robot
-from ..task import ROW_NAMES, Task, find_task
+from ..task import ROW_NAMES, find_task
 from ..tool_state import ToolState, evaluate
 
 
@@ -141,17 +141,8 @@ class ServoStep(FrozenArrays):
 DEFAULTS = ServoSettings()
 
 
-@dataclass(frozen=True, eq=False)
-class _ServoPlan:
-    # The arrays of the kernel.
-    task: Task
-    numbers: Floats
-    limits: Floats
-    fastest: Floats
-
-
 @functools.lru_cache(maxsize=128)
-def _plan_for(robot: Robot, settings: ServoSettings) -> _ServoPlan:
+def _servo_of(robot: Robot, settings: ServoSettings) -> kernel.Servo:
     task = robot.task
     slides = [kind == 'prismatic' for kind in robot.joint_types]
     if settings.rows is not None:
@@ -161,11 +152,14 @@ def _plan_for(robot: Robot, settings: ServoSettings) -> _ServoPlan:
         )
     otherwise = np.where(slides, settings.default_speed, settings.default_rate)
     given = np.isfinite(robot.velocity_limits)
-    return _ServoPlan(
-        task=task,
-        numbers=np.array([settings.damping, settings.damped_below, task.length, settings.horizon]),
-        limits=np.array(robot.limits),
-        fastest=np.where(given, robot.velocity_limits, otherwise),
+    return kernel.Servo(
+        task.kernel_rows,
+        settings.damping,
+        settings.damped_below,
+        task.length,
+        settings.horizon,
+        robot.limits,
+        np.where(given, robot.velocity_limits, otherwise),
     )
 
 
@@ -201,7 +195,7 @@ def joint_velocity(
         The positions are not n finite numbers.
 
     """
-    plan = _plan_for(robot, settings)
+    servo = _servo_of(robot, settings)
     if not isinstance(state, ToolState):
         state = evaluate(robot, state)
     if state.numbers.ndim != 1:
@@ -212,29 +206,17 @@ def joint_velocity(
         wanted = np.concatenate([turn @ wanted[:3], turn @ wanted[3:]])
     elif frame != 'base':
         raise TwistError(f"frame must be 'base' or 'tool', not {frame!r}")
-    n = robot.chain.dof
-    qdot, held, report = np.empty(n), np.empty(n, dtype=np.int64), np.empty(4)
-    kernel.servo(
-        plan.task.kernel_rows,
-        plan.numbers,
-        plan.limits,
-        plan.fastest,
-        state.q,
-        state.numbers,
-        wanted,
-        qdot,
-        held,
-        report,
-    )
-    damping, smallest, scale, slowest = report.tolist()
+    qdot = np.empty(robot.chain.dof)
+    step = kernel.ServoStep(servo, qdot)
+    kernel.servo(step, state.q, state.numbers, wanted)
     return ServoStep(
         qdot=qdot,
         twist=state.jacobian @ qdot,
-        scale=scale,
-        slowest=robot.joint_names[int(slowest)] if slowest >= 0.0 else '',
-        held=tuple(name for name, side in zip(robot.joint_names, held.tolist()) if side),
-        damping=damping,
-        smallest_singular_value=smallest,
+        scale=step.shortened,
+        slowest=robot.joint_names[step.slowest] if step.slowest >= 0 else '',
+        held=tuple(name for j, name in enumerate(robot.joint_names) if step.is_held(j)),
+        damping=step.damping,
+        smallest_singular_value=step.least_singular_value,
     )
 
 

@@ -20,7 +20,7 @@ from .answer import (
     nearest_pose,
     result_of,
 )
-from .closed import NO_POSTURE, Proved, closed_solutions, solutions_of
+from .closed import NO_POSTURE, closed_solutions, solutions_of
 from .families import SUSPECT, tangent
 from .first import first_solution
 from .plan import plan_for
@@ -81,7 +81,7 @@ def inverse_kinematics(
     question = Question(robot, aim, plan, near_or_middle(robot, plan, near), seed)
     if not all_solutions:
         proved = first_solution(question)
-        if len(proved.q):
+        if proved.count:
             return _one(question, proved)
         result = _all(question, respect_limits)
         return replace(result, solutions=result.solutions[:1], families=result.families[:1])
@@ -100,7 +100,7 @@ def _all(question: Question, respect_limits: bool) -> IkResult:
         found, best = search(robot, aim, plan, near, question.random())
         return answer(question, found, 'search', best, respect_limits)
     proved = closed_solutions(question, plan.closed, False)
-    if len(proved.q) and float(proved.facts[:, kernel.SHARE].min()) >= SUSPECT:
+    if proved.count and min(map(proved.share, range(proved.count))) >= SUSPECT:
         solutions = solutions_of(question, proved)
         inside = tuple(solution for solution in solutions if solution.feasible)
         if inside:
@@ -108,14 +108,18 @@ def _all(question: Question, respect_limits: bool) -> IkResult:
             return IkResult(
                 wanted, (), 'solved', inside_limits(len(inside), 0), 'closed form', None
             )
-    found = Found(proved.q.copy(), proved.facts[:, kernel.MISSES].copy())
-    return answer(question, found, 'closed form', best, respect_limits)
+    return answer(question, _found(proved), 'closed form', best, respect_limits)
 
 
-def _one(question: Question, proved: Proved) -> IkResult:
+def _found(proved: kernel.Solutions) -> Found:
+    errors = [proved.miss(k) for k in range(proved.count)]
+    return Found(proved.q[: proved.count].copy(), np.array(errors, dtype=np.float64))
+
+
+def _one(question: Question, proved: kernel.Solutions) -> IkResult:
     robot, aim, plan, near, _ = question
     method: Method = 'search' if plan.closed is None else 'closed form'
-    error = float(proved.facts[0, kernel.MISSES])
+    error = proved.miss(0)
     motions = plan.idle
     if plan.redundant:
         motions = tangent(robot, aim, plan, proved.q[0], dimension(robot, aim))
@@ -128,7 +132,7 @@ def _one(question: Question, proved: Proved) -> IkResult:
             residual=error,
             feasible=True,
             beyond=(),
-            margin=float(proved.facts[0, kernel.MARGIN]),
+            margin=proved.margin(0),
             posture=NO_POSTURE,
             scales=plan.scales.copy(),
             periods=plan.periods.copy(),
@@ -136,9 +140,8 @@ def _one(question: Question, proved: Proved) -> IkResult:
         nearest = nearest_pose(question, continuum.q, error)
         joints = ', '.join(continuum.joints)
         return IkResult((), (continuum,), 'family', LEFT_FREE + joints, method, nearest)
-    if proved.facts[0, kernel.SHARE] < SUSPECT:
+    if proved.share(0) < SUSPECT:
         # Perhaps not isolated.
-        found = Found(proved.q.copy(), np.array([error]))
-        return answer(question, found, method, Best(near, np.inf), True)
+        return answer(question, _found(proved), method, Best(near, np.inf), True)
     reason = 'a solution inside the limits; others were not looked for'
     return IkResult(solutions_of(question, proved), (), 'solved', reason, method, None)

@@ -3,6 +3,7 @@ The kernel: what is computed of an arm for every message, compiled when the pack
 
 """
 
+from . import compiled
 from .compiled import is_compiled as is_compiled
 from .compiled import notice as notice
 from .compiled import prefer_source_where_asked
@@ -10,7 +11,6 @@ from .compiled import prefer_source_where_asked
 prefer_source_where_asked()
 
 from .aims import off_rotation as off_rotation
-from .aims import parts_of_error as parts_of_error
 from .aims import take_aim as take_aim
 from .angles import shortest_angle as shortest_angle
 from .angles import sine_and_cosine as sine_and_cosine
@@ -20,6 +20,7 @@ from .arrays import Floats as Floats
 from .arrays import Integers as Integers
 from .chain import Chain as Chain
 from .chain import ChainTable as ChainTable
+from .closed_forms import ClosedForm as ClosedForm
 from .closed_forms import inverse_candidates as inverse_candidates
 from .dependence import free_motions as free_motions
 from .dependence import pivots as pivots
@@ -31,6 +32,8 @@ from .factors import evaluate_factors as evaluate_factors
 from .joint_memory import JointMemory as JointMemory
 from .joint_memory import OurJoints as OurJoints
 from .joint_memory import forget as forget
+from .joints import Joints as Joints
+from .joints import representatives as representatives
 from .judging import evaluate_and_measure_one as evaluate_and_measure_one
 from .judging import measure as measure
 from .judging import measure_one as measure_one
@@ -43,12 +46,20 @@ from .outgoing import OutgoingTable as OutgoingTable
 from .outgoing import fill_messages as fill_messages
 from .places import *  # noqa: F403
 from .posture import postures as postures
+from .refinement import Refinement as Refinement
 from .refinement import refine as refine
+from .residuals import Residual as Residual
+from .residuals import parts_of_error as parts_of_error
 from .searching import first_solution as first_solution
+from .servo_step import Servo as Servo
+from .servo_step import ServoStep as ServoStep
 from .servoing import servo as servo
 from .singular_values import decompose as decompose
 from .singular_values import determinant_of as determinant_of
+from .solutions import Solutions as Solutions
 from .solutions import distinct as distinct
-from .solutions import representatives as representatives
 from .solving import closed_solutions as closed_solutions
 from .task_rows import TaskRows as TaskRows
+
+if not is_compiled():
+    globals().update(compiled.without_warnings(globals()))

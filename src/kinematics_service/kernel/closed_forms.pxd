@@ -42,11 +42,29 @@ cdef int _plane_arm(
 cdef int _with_parallel_axes(
     double* screws, double* T, vectors.Triple point, double* free, double* found
 ) noexcept nogil
-cdef int candidates(
-    int way, double* screws, double* point, double* T, double* free, double* found
-) noexcept nogil
-@cython.locals(k=int)
+@cython.locals(i=int, j=int)
+cdef void _times(int rows, int columns, double* A, double* x, double* y) noexcept nogil
+
+@cython.final
+cdef class ClosedForm:
+    cdef tuple _arrays
+    cdef int way
+    cdef bint backwards
+    cdef Py_ssize_t n
+    cdef Py_ssize_t k
+    cdef double* screws
+    cdef double* point
+    cdef double* home_inverse
+    cdef double* to_joints
+    cdef double* to_screws
+
+    cdef void write_screws(self, double* q, double* psi) noexcept nogil
+    cdef void write_joints(self, double* psi, double* q) noexcept nogil
+    @cython.locals(M='double[12]', i=int, j=int, k=int)
+    cdef void write_motion(self, double* pose, double* T) noexcept nogil
+    @cython.locals(start=vectors.Triple, goal=vectors.Triple)
+    cdef int candidates(self, double* T, double* free, double* found) noexcept nogil
+
 cpdef int inverse_candidates(
-    int way, cnp.ndarray screws, cnp.ndarray point, cnp.ndarray T, cnp.ndarray free,
-    cnp.ndarray found,
+    ClosedForm form, cnp.ndarray T, cnp.ndarray free, cnp.ndarray found
 ) except -9

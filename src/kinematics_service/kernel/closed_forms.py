@@ -168,29 +168,17 @@ def _with_parallel_axes(
     return count
 
 
-def candidates(
-    way: int, screws: Numbers, point: Numbers, T: Numbers, free: Numbers, found: Floats
-) -> int:
+def _times(rows: int, columns: int, A: Floats, x: Floats, y: Numbers) -> None:
+    # y = A x.
+    for i in range(rows):
+        y[i] = 0.0
+        for j in range(columns):
+            y[i] += A[i * columns + j] * x[j]
+
+
+class ClosedForm:
     """
-    Do what `inverse_candidates` does.
-
-    """
-    start = vectors.three(point, 0)
-    if way == places.POSITION_3:
-        goal = vectors.times_point(T, start)
-        return three_joints.first_three(screws, start, goal, free, found)
-    if way == places.SPHERICAL_WRIST:
-        return _with_wrist(screws, T, start, free, found)
-    return _with_parallel_axes(screws, T, start, free, found)
-
-
-def inverse_candidates(
-    way: int, screws: Floats, point: Floats, T: Floats, free: Floats, found: Floats
-) -> int:
-    """
-    Fill `found` with joint positions that may bring the tool to its target; return their number.
-
-    Candidates, not solutions: `refine` sharpens them and says how far off each is.
+    A geometry that has a closed form, as screws psi = coupling q.
 
     Parameters
     ----------
@@ -200,20 +188,108 @@ def inverse_candidates(
         Each joint at rest: its axis, a point on it, 1 where it slides.
     point : shape (3,), m
         The point that is brought to its place first, at rest.
+    home_inverse : shape (4, 4)
+        Inverse of the tool's pose at rest.
+    backwards
+        Whether the screws stand from tool to base.
+    to_joints, to_screws : shape (n, k), (k, n)
+        Joint positions from those of the screws, and back.
+
+    """
+
+    def __init__(
+        self,
+        way: int,
+        screws: Floats,
+        point: Floats,
+        home_inverse: Floats,
+        backwards: bool,
+        to_joints: Floats,
+        to_screws: Floats,
+    ) -> None:
+        self.way = way
+        self.backwards = backwards
+        self.n, self.k = arrays.extent(to_joints, 0), arrays.extent(to_joints, 1)
+        if self.k != (3 if self.way == places.POSITION_3 else 6):
+            raise TypeError('a closed form has three screws for a position, six for a pose')
+        self.screws = arrays.numbers(screws, 7 * self.k)
+        self.point = arrays.numbers(point, 3)
+        self.home_inverse = arrays.numbers(home_inverse, 16)
+        self.to_joints = arrays.numbers(to_joints, self.n * self.k)
+        self.to_screws = arrays.numbers(to_screws, self.n * self.k)
+        self._arrays = screws, point, home_inverse, to_joints, to_screws
+
+    def write_screws(self, q: Floats, psi: Numbers) -> None:
+        """
+        Write the positions of the screws that are those of the joints.
+
+        """
+        _times(self.k, self.n, self.to_screws, q, psi)
+
+    def write_joints(self, psi: Floats, q: Floats) -> None:
+        """
+        Write the positions of the joints that are those of the screws.
+
+        """
+        _times(self.n, self.k, self.to_joints, psi, q)
+
+    def write_motion(self, pose: Floats, T: Numbers) -> None:
+        """
+        Write the motion (4, 4) from rest to a pose, as the screws have to bring it about.
+
+        """
+        M = [0.0] * 12
+        for i in range(3):
+            for j in range(4):
+                if self.way == places.POSITION_3:
+                    M[4 * i + j] = 1.0 if i == j else 0.0
+                    continue
+                for k in range(4):
+                    M[4 * i + j] += pose[4 * i + k] * self.home_inverse[4 * k + j]
+            if self.way == places.POSITION_3:
+                M[4 * i + 3] = pose[4 * i + 3] - self.point[i]
+        for i in range(3):
+            T[4 * i + 3] = 0.0 if self.backwards else M[4 * i + 3]
+            for j in range(3):
+                T[4 * i + j] = M[4 * j + i] if self.backwards else M[4 * i + j]
+                if self.backwards:
+                    T[4 * i + 3] -= M[4 * j + i] * M[4 * j + 3]
+
+    def candidates(self, T: Numbers, free: Numbers, found: Floats) -> int:
+        """
+        Do what `inverse_candidates` does.
+
+        """
+        start = vectors.three(self.point, 0)
+        if self.way == places.POSITION_3:
+            goal = vectors.times_point(T, start)
+            return three_joints.first_three(self.screws, start, goal, free, found)
+        if self.way == places.SPHERICAL_WRIST:
+            return _with_wrist(self.screws, T, start, free, found)
+        return _with_parallel_axes(self.screws, T, start, free, found)
+
+
+def inverse_candidates(form: ClosedForm, T: Floats, free: Floats, found: Floats) -> int:
+    """
+    Fill `found` with positions of screws that may bring about a motion; return their number.
+
+    Candidates, not solutions: `refine` sharpens them and says how far off each is.
+
+    Parameters
+    ----------
+    form
+        Of the arm.
     T : shape (4, 4)
         The motion from rest to the target.
     free : shape (k,), rad or m
-        Positions of joints that may have any.
+        Positions of screws that may have any.
     found : shape (MOST_CANDIDATES, k), rad or m
         The candidates.
 
     """
-    k = 3 if way == places.POSITION_3 else 6
-    return candidates(
-        way,
-        arrays.numbers(screws, 7 * k),
-        arrays.numbers(point, 3),
+    arrays.given(form)
+    return form.candidates(
         arrays.numbers(T, 16),
-        arrays.numbers(free, k),
-        arrays.results(found, places.MOST_CANDIDATES * k),
+        arrays.numbers(free, form.k),
+        arrays.results(found, places.MOST_CANDIDATES * form.k),
     )

@@ -3,13 +3,17 @@ Whether the kernel is compiled, and from which source.
 
 """
 
+import functools
 import hashlib
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from importlib.machinery import SOURCE_SUFFIXES, FileFinder, ModuleSpec, SourceFileLoader
 from pathlib import Path
-from types import ModuleType
+from types import FunctionType, ModuleType
+from typing import Any
+
+import numpy as np
 
 # Where it is set, to anything, the kernel's source runs as plain Python: for coverage, a debugger,
 # and as a second road to every number.
@@ -34,6 +38,29 @@ def prefer_source_where_asked() -> None:
     """
     if os.environ.get(VARIABLE):
         sys.meta_path.insert(0, _SourceOnly())
+
+
+def without_warnings(names: Mapping[str, Any]) -> dict[str, Any]:
+    """
+    Return the kernel's functions among these names, as quiet as compiled ones.
+
+    What overflows, or is no number, is said by what they return; numpy would warn of it, or raise.
+
+    """
+    return {
+        name: _quiet(value)
+        for name, value in names.items()
+        if isinstance(value, FunctionType) and value.__module__ != __name__
+    }
+
+
+def _quiet(function: Callable[..., Any]) -> Callable[..., Any]:
+    @functools.wraps(function)
+    def call(*arguments: Any) -> Any:
+        with np.errstate(all='ignore'):
+            return function(*arguments)
+
+    return call
 
 
 def source_hash() -> str:

@@ -1,22 +1,23 @@
 cimport cython
 cimport numpy as cnp
 
-from . cimport aims, arrays, chain_pass, places, singular_values
-from .chain cimport Chain
+from . cimport arrays, places, singular_values
+from .residuals cimport Residual
 
-@cython.locals(
-    n=Py_ssize_t, count=Py_ssize_t, width=Py_ssize_t, i=Py_ssize_t, j=Py_ssize_t, k=Py_ssize_t
-)
+@cython.locals(n=int, width=int, i=int, j=int)
+cdef void _write_free_motions(
+    Residual residual, double* scales, double* q, double* W, double* sigma,
+    double* motions,
+) noexcept nogil
+@cython.locals(n=Py_ssize_t, count=Py_ssize_t, k=Py_ssize_t)
 cpdef free_motions(
-    Chain chain, cnp.ndarray aim, cnp.ndarray scales,
-    cnp.ndarray q, cnp.ndarray sigma, cnp.ndarray motions,
+    Residual residual, cnp.ndarray scales, cnp.ndarray q, cnp.ndarray sigma,
+    cnp.ndarray motions,
 )
-@cython.locals(n=int)
 cdef double share_of_last_pivot(
-    Chain chain, double* aim, double* scales, double* q, double* work
+    Residual residual, double* scales, double* q
 ) noexcept nogil
 @cython.locals(n=Py_ssize_t, count=Py_ssize_t, k=Py_ssize_t)
 cpdef pivots(
-    Chain chain, cnp.ndarray aim, cnp.ndarray scales,
-    cnp.ndarray q, cnp.ndarray shares,
+    Residual residual, cnp.ndarray scales, cnp.ndarray q, cnp.ndarray shares
 )

@@ -113,33 +113,10 @@ cdef enum:
     MOST_CANDIDATES = 32
 
 cdef enum:
-    AIM_AXES = 16
-    AIM_WEIGHTS = 25
-    AIM_SIZE = 31
-
-cdef enum:
     FINE = 0
     NOT_FINE
     NOT_RIGID
     ROUGH
-
-cdef enum:
-    MISSES = 0
-    MARGIN
-    SHARE
-    BEYOND_AT
-
-cdef enum:
-    LARGEST_DAMPING = 0
-    DAMPED_BELOW
-    LENGTH
-    HORIZON
-
-cdef enum:
-    DAMPING = 0
-    LEAST_SINGULAR_VALUE
-    SHORTENED
-    SLOWEST
 
 cdef enum:
     FAR_STEPS = 80

@@ -89,23 +89,8 @@ POSITION_3, SPHERICAL_WRIST, PARALLEL_AXES = range(3)
 # Most candidates there can be: 2 x 4 of three joints, doubled by a wrist.
 MOST_CANDIDATES = 32
 
-# Aim (inverse/aim.py), 31 numbers: the target 4 x 4; the rotation of the axes the rows are in
-# (3 x 3); six weights of the rows (1, the length for angular rows, 0 for rows not asked for).
-AIM_AXES = 16
-AIM_WEIGHTS = 25
-AIM_SIZE = 31
-
 # What `take_aim` says of a target.
 FINE, NOT_FINE, NOT_RIGID, ROUGH = range(4)
-
-# What is said of a solution: what it misses by (m), the distance to the nearest limit, its last
-# pivot (`pivots`), and from here on a joint each: 1 where it is beyond its limits.
-MISSES, MARGIN, SHARE, BEYOND_AT = range(4)
-
-# Servo settings (inverse/servo.py), and what a step reports.
-LARGEST_DAMPING, DAMPED_BELOW, LENGTH, HORIZON = range(4)
-
-DAMPING, LEAST_SINGULAR_VALUE, SHORTENED, SLOWEST = range(4)
 
 # Steps at most of a refinement that starts anywhere, and of one that starts at a candidate.
 FAR_STEPS = 80

@@ -5,9 +5,9 @@ Refinement: joint positions moved to where the tool misses its target least.
 
 import math
 
-from . import aims, arrays, chain_pass, places
+from . import arrays, places
 from .arrays import Floats
-from .chain import Chain
+from .residuals import Residual
 
 # A smaller error is round-off of forward kinematics, as a share of the length.
 ROUND_OFF = 1e-15
@@ -16,14 +16,6 @@ SLOW, PATIENCE = 1e-3, 12
 STIFFEST = 1e8
 # A length below which lengths are not taken to shrink (m).
 LEAST_LENGTH = 1e-3
-
-
-def room(n: int, row: int) -> int:
-    """
-    Return how many numbers `refine_one` needs room for, a row being so long.
-
-    """
-    return 2 * n * n + 10 * n + 6 + row
 
 
 def _damped_step(n: int, A: Floats, g: Floats, damping: float, L: Floats, step: Floats) -> bool:
@@ -54,130 +46,14 @@ def _damped_step(n: int, A: Floats, g: Floats, damping: float, L: Floats, step: 
     return True
 
 
-def _normal_equations(
-    n: int, columns: Floats, error: Floats, q: Floats, limits: Floats, A: Floats, g: Floats
-) -> float:
-    # Fills A and g, and returns the largest square of a column.
-    size = 0.0
-    for i in range(n):
-        g[i] = 0.0
-        for k in range(6):
-            g[i] += columns[6 * i + k] * error[k]
-        for j in range(i + 1):
-            A[i * n + j] = 0.0
-            for k in range(6):
-                A[i * n + j] += columns[6 * i + k] * columns[6 * j + k]
-        size = max(size, A[i * n + i])
-    # A joint at its bound that would go on is held; the others go where that is best.
-    for i in range(n):
-        upper = q[i] >= limits[2 * i + 1] and g[i] > 0.0
-        if upper or (q[i] <= limits[2 * i] and g[i] < 0.0):
-            g[i] = 0.0
-            for j in range(n):
-                A[i * n + j] = 0.0
-                A[j * n + i] = 0.0
-            A[i * n + i] = size
-    return size
-
-
-def _move_within(
-    n: int, q: Floats, scales: Floats, step: Floats, limits: Floats, trial: Floats
-) -> float:
-    # Fills `trial` and returns the longest move of a joint.
-    moved = 0.0
-    for j in range(n):
-        value = q[j] + scales[j] * step[j]
-        value = min(max(value, limits[2 * j]), limits[2 * j + 1])
-        moved = max(moved, abs(value - q[j]))
-        trial[j] = value
-    return moved
-
-
-def refine_one(
-    chain: Chain,
-    aim: Floats,
-    scales: Floats,
-    limits: Floats,
-    damping: float,
-    steps: int,
-    q: Floats,
-    work: Floats,
-) -> float:
+class Refinement:
     """
-    Refine one row of `refine`, and return what is left; `work` has room for `room` numbers.
-
-    """
-    n = chain.dof
-    columns = work
-    A = arrays.after(columns, 6 * n)
-    L = arrays.after(A, n * n)
-    g = arrays.after(L, n * n)
-    step = arrays.after(g, n)
-    trial = arrays.after(step, n)
-    rest = arrays.after(trial, n)
-    error = arrays.after(rest, n)
-    row = arrays.after(error, 6)
-    for j in range(n):
-        rest[j] = 0.0
-    chain_pass.evaluate_row(chain, q, rest, places.JACOBIAN, row)
-    square = aims.miss(aim, row, error)
-    length = max(aims.length_of(aim), LEAST_LENGTH)
-    enough = (ROUND_OFF * length) * (ROUND_OFF * length)
-    nearly = (1e-12 * length) * (1e-12 * length)
-    slow, fresh, size = 0, True, 0.0
-    for _ in range(steps):
-        if square <= enough or slow >= PATIENCE:
-            break
-        if fresh:
-            aims.write_columns(aim, n, row, scales, columns)
-            size = _normal_equations(n, columns, error, q, limits, A, g)
-            fresh = False
-        if size == 0.0:
-            break
-        if not _damped_step(n, A, g, damping * size + 1e-18 * size, L, step):
-            damping = max(10.0 * damping, 1e-15)
-            continue
-        moved = _move_within(n, q, scales, step, limits, trial)
-        if moved == 0.0:
-            break
-        chain_pass.evaluate_row(chain, trial, rest, places.JACOBIAN, row)
-        new = aims.miss(aim, row, error)
-        if new < square:
-            slow = slow + 1 if new > (1.0 - SLOW) * square else 0
-            for j in range(n):
-                q[j] = trial[j]
-            square = new
-            damping = min(0.1 * damping, square / (length * length))
-            fresh = True
-        else:
-            # A refused step at the level of round-off is the end.
-            if square <= nearly or damping > STIFFEST:
-                break
-            damping = max(8.0 * damping, 1e-12)
-            # `error` is the refused one's now, but g and A are still those of q.
-            slow += 1 if moved < 1e-13 else 0
-    return math.sqrt(square)
-
-
-def refine(
-    chain: Chain,
-    aim: Floats,
-    scales: Floats,
-    limits: Floats,
-    damping: float,
-    steps: int,
-    q: Floats,
-    errors: Floats,
-) -> None:
-    """
-    Move each row of q to where the tool misses its target least: Levenberg-Marquardt.
+    Moves joint positions to where the tool misses its target least: Levenberg-Marquardt.
 
     Parameters
     ----------
-    chain
-        The arm.
-    aim : shape (AIM_SIZE,)
-        What is aimed at: see AIM_AXES.
+    residual
+        Of the target.
     scales : shape (n,)
         What a unit of each joint counts, as `Task.column_scales`, inverted; 0 holds a joint.
     limits : shape (n, 2), rad or m
@@ -186,29 +62,143 @@ def refine(
         At first, as a share of the largest column of J squared: 1e-3 from afar, 0 at a solution.
     steps
         Steps at most.
+
+    """
+
+    def __init__(
+        self,
+        residual: Residual,
+        scales: Floats,
+        limits: Floats,
+        damping: float,
+        steps: int,
+    ) -> None:
+        arrays.given(residual)
+        self.residual = residual
+        n = self.residual.n
+        self.scales = arrays.numbers(scales, n)
+        self.limits = arrays.numbers(limits, 2 * n)
+        self.damping = damping
+        self.steps = steps
+        self.room = arrays.scratch(2 * n * n + 3 * n)
+        self.A = self.room
+        self.L = arrays.after(self.A, n * n)
+        self.g = arrays.after(self.L, n * n)
+        self.step = arrays.after(self.g, n)
+        self.trial = arrays.after(self.step, n)
+        self._arrays = scales, limits
+
+    def __dealloc__(self) -> None:
+        """
+        Give the room back.
+
+        """
+        arrays.give_back(self.room)
+
+    def refine_one(self, q: Floats) -> float:
+        """
+        Refine joint positions (n,) where they are, and return what is left: see `refine`.
+
+        """
+        square = self.residual.square(q, places.JACOBIAN)
+        length = max(self.residual.length(), LEAST_LENGTH)
+        enough = (ROUND_OFF * length) * (ROUND_OFF * length)
+        nearly = (1e-12 * length) * (1e-12 * length)
+        damping, slow, fresh, size = self.damping, 0, True, 0.0
+        for _ in range(self.steps):
+            if square <= enough or slow >= PATIENCE:
+                break
+            if fresh:
+                size = self._linearise(q)
+                fresh = False
+            if size == 0.0:
+                break
+            if not _damped_step(
+                self.residual.n, self.A, self.g, damping * size + 1e-18 * size, self.L, self.step
+            ):
+                damping = max(10.0 * damping, 1e-15)
+                continue
+            moved = self._try_step(q)
+            if moved == 0.0:
+                break
+            new = self.residual.square(self.trial, places.JACOBIAN)
+            if new < square:
+                slow = slow + 1 if new > (1.0 - SLOW) * square else 0
+                for j in range(self.residual.n):
+                    q[j] = self.trial[j]
+                square = new
+                damping = min(0.1 * damping, square / (length * length))
+                fresh = True
+            else:
+                # A refused step at the level of round-off is the end.
+                if square <= nearly or damping > STIFFEST:
+                    break
+                damping = max(8.0 * damping, 1e-12)
+                # The error is the refused one's now, but g and A are still those of q.
+                slow += 1 if moved < 1e-13 else 0
+        return math.sqrt(square)
+
+    def _linearise(self, q: Floats) -> float:
+        # Fills the normal equations A and g at q, which the residual was evaluated at last, and
+        # returns the largest square of a column.
+        n, A, g, limits = self.residual.n, self.A, self.g, self.limits
+        columns, error = self.residual.columns, self.residual.error
+        self.residual.write_columns(self.scales)
+        size = 0.0
+        for i in range(n):
+            g[i] = 0.0
+            for k in range(6):
+                g[i] += columns[6 * i + k] * error[k]
+            for j in range(i + 1):
+                A[i * n + j] = 0.0
+                for k in range(6):
+                    A[i * n + j] += columns[6 * i + k] * columns[6 * j + k]
+            size = max(size, A[i * n + i])
+        # A joint at its bound that would go on is held; the others go where that is best.
+        for i in range(n):
+            upper = q[i] >= limits[2 * i + 1] and g[i] > 0.0
+            if upper or (q[i] <= limits[2 * i] and g[i] < 0.0):
+                g[i] = 0.0
+                for j in range(n):
+                    A[i * n + j] = 0.0
+                    A[j * n + i] = 0.0
+                A[i * n + i] = size
+        return size
+
+    def _try_step(self, q: Floats) -> float:
+        # Fills `trial` with q after the step, within the limits; the longest move of a joint.
+        moved = 0.0
+        for j in range(self.residual.n):
+            value = q[j] + self.scales[j] * self.step[j]
+            value = min(max(value, self.limits[2 * j]), self.limits[2 * j + 1])
+            moved = max(moved, abs(value - q[j]))
+            self.trial[j] = value
+        return moved
+
+
+def _refine_rows(refinement: Refinement, rows: int, q: Floats, errors: Floats) -> None:
+    for k in range(rows):
+        errors[k] = refinement.refine_one(arrays.after(q, k * refinement.residual.n))
+
+
+def refine(refinement: Refinement, q: Floats, errors: Floats) -> None:
+    """
+    Move each row of q to where the tool misses its target least.
+
+    Parameters
+    ----------
+    refinement
+        Of the target.
     q : shape (N, n), rad or m
         Starts, overwritten.
     errors : shape (N,), m
         What is left: the norm of the weighted rows.
 
     """
-    arrays.given(chain)
-    n, count = chain.dof, arrays.extent(q, 0)
-    target = arrays.numbers(aim, places.AIM_SIZE)
-    counted, bounds = arrays.numbers(scales, n), arrays.numbers(limits, 2 * n)
-    positions, left = arrays.results(q, count * n), arrays.results(errors, count)
-    work = arrays.scratch(room(n, chain.frames_at))
+    arrays.given(refinement)
+    count = arrays.extent(q, 0)
+    positions = arrays.results(q, count * refinement.residual.n)
+    left = arrays.results(errors, count)
     lock = arrays.let_go()
-    for k in range(count):
-        left[k] = refine_one(
-            chain,
-            target,
-            counted,
-            bounds,
-            damping,
-            steps,
-            arrays.after(positions, k * n),
-            work,
-        )
+    _refine_rows(refinement, count, positions, left)
     arrays.take_back(lock)
-    arrays.give_back(work)

@@ -1,15 +1,18 @@
 cimport cython
 cimport numpy as cnp
 
-from . cimport arrays, dependence, places, refinement, solutions
-from .chain cimport Chain
+from . cimport arrays, dependence, solutions
+from .refinement cimport Refinement
+from .joints cimport Joints
+from .solutions cimport Solutions
 
-@cython.locals(
-    n=Py_ssize_t, count=Py_ssize_t, k=Py_ssize_t, j=Py_ssize_t, taken=int, value=double,
-    left=double,
+@cython.locals(n=int, inside='double*', value=double, left=double, j=int, k=Py_ssize_t)
+cdef int _first_of(
+    Refinement refinement, Joints joints, double* near, double proved,
+    Py_ssize_t count, double* starts, double* q, Solutions solution,
+) noexcept nogil
+@cython.locals(count=Py_ssize_t, q='double*', middle='double*', tries='double*')
+cpdef first_solution(
+    Refinement refinement, Joints joints, cnp.ndarray near, double proved,
+    cnp.ndarray starts, Solutions solution,
 )
-cpdef int first_solution(
-    Chain chain, cnp.ndarray aim, cnp.ndarray held,
-    cnp.ndarray scales, cnp.ndarray periods, cnp.ndarray bounds, cnp.ndarray limits,
-    cnp.ndarray near, double proved, cnp.ndarray starts, cnp.ndarray q, cnp.ndarray facts,
-) except -9

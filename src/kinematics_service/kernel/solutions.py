@@ -1,13 +1,14 @@
 """
-Solutions: told apart, turned into the limits, and sorted by how near they are.
+Solutions: told apart, sorted, and how each stands to the limits and the target.
 
 """
 
 import math
 
-from . import aims, arrays, places, refinement
+from . import arrays, places, refinement
 from .arrays import Floats, Integers
-from .chain import Chain
+from .joints import Joints
+from .residuals import Residual
 
 # Two solutions (rad, scaled) nearer than this may be one.
 MAYBE_SAME = 1e-2
@@ -15,101 +16,203 @@ MAYBE_SAME = 1e-2
 AS_GOOD = 1e-13
 
 
-def _without_turns(away: float, period: float) -> float:
-    if not math.isfinite(period):
-        return away
-    return away - period * math.floor(away / period + 0.5)
-
-
-def _are_one(
-    chain: Chain,
-    aim: Floats,
-    scales: Floats,
-    periods: Floats,
-    error: float,
-    a: Floats,
-    b: Floats,
-    work: Floats,
-) -> bool:
-    # Whether a is the solution b: equal to round-off, or the point halfway is a solution too.
-    n = chain.dof
-    halfway = work
-    free = arrays.after(halfway, n)
-    distance = 0.0
-    for j in range(n):
-        away = _without_turns(a[j] - b[j], periods[j])
-        halfway[j] = b[j] + 0.5 * away
-        distance = max(distance, abs(away) / scales[j])
-        free[2 * j], free[2 * j + 1] = -places.INFINITY, places.INFINITY
-    if distance >= MAYBE_SAME:
-        return False
-    if distance < places.SAME_SOLUTION:
-        return True
-    left = refinement.refine_one(
-        chain, aim, scales, free, 0.0, 0, halfway, arrays.after(free, 2 * n)
-    )
-    length = max(aims.length_of(aim), refinement.LEAST_LENGTH)
-    return left < max(AS_GOOD * length, 4.0 * error)
-
-
-def distinct_rows(
-    chain: Chain,
-    aim: Floats,
-    scales: Floats,
-    periods: Floats,
-    proved: float,
-    rows: int,
-    q: Floats,
-    errors: Floats,
-    which: Integers,
-    met: Integers,
-    work: Floats,
-) -> int:
+class Solutions:
     """
-    Do what `distinct` does; `work` has room for `room` numbers.
+    Room for solutions, nearest first, and what is said of each.
+
+    Parameters
+    ----------
+    q : shape (N, n), rad or m
+        Their joint positions, to be written.
+
+    Attributes
+    ----------
+    count
+        How many there are.
 
     """
-    n = chain.dof
-    count = 0
-    for k in range(rows):
-        if not errors[k] < proved:
-            break
-        known = False
-        for i in range(count):
-            one = arrays.after(q, which[i] * n)
-            known = _are_one(
-                chain,
-                aim,
-                scales,
-                periods,
-                errors[k],
-                arrays.after(q, k * n),
-                one,
-                work,
-            )
-            if known:
-                met[i] += 1
+
+    def __init__(self, q: Floats) -> None:
+        self.most, self.n, self.count = arrays.extent(q, 0), arrays.extent(q, 1), 0
+        self.q = q
+        self.rows = arrays.results(q, self.most * self.n)
+        self.room = arrays.scratch(self.most * (self.n + 6))
+        self.misses = self.room
+        self.margins = arrays.after(self.misses, self.most)
+        self.shares = arrays.after(self.margins, self.most)
+        self.postures = arrays.as_whole(arrays.after(self.shares, self.most))
+        self.beyond = arrays.whole_after(self.postures, 3 * self.most)
+
+    def __dealloc__(self) -> None:
+        """
+        Give the room back.
+
+        """
+        arrays.give_back(self.room)
+
+    def take(self, k: int, joints: Joints, q: Floats, misses: float) -> None:
+        """
+        Take q (n,) as solution k, with how it stands to the limits.
+
+        """
+        n = self.n
+        for j in range(n):
+            self.rows[k * n + j] = q[j]
+            self.beyond[k * n + j] = 1 if joints.space(j, q) < -places.AT_LIMIT else 0
+        self.margins[k] = joints.margin(q)
+        self.misses[k] = misses
+        for i in range(3):
+            self.postures[3 * k + i] = 0
+
+    def require(self, k: int) -> None:
+        """
+        Raise IndexError where there is no solution k.
+
+        """
+        if not 0 <= k < self.count:
+            raise IndexError('there are fewer solutions')
+
+    def miss(self, k: int) -> float:
+        """
+        Return what solution k misses the target by, m.
+
+        """
+        self.require(k)
+        return self.misses[k]
+
+    def margin(self, k: int) -> float:
+        """
+        Return the distance of solution k to the nearest limit, rad or m; negative beyond one.
+
+        """
+        self.require(k)
+        return self.margins[k]
+
+    def share(self, k: int) -> float:
+        """
+        Return how near to dependent the columns of J are at solution k: see `pivots`.
+
+        """
+        self.require(k)
+        return self.shares[k]
+
+    def is_beyond(self, k: int, j: int) -> bool:
+        """
+        Return whether joint j of solution k is beyond its limits.
+
+        """
+        self.require(k)
+        return 0 <= j < self.n and self.beyond[k * self.n + j] == 1
+
+    def posture(self, k: int) -> tuple[int, int, int]:
+        """
+        Return the signs of solution k: see `postures`; 0 where there are none.
+
+        """
+        self.require(k)
+        signs = arrays.whole_after(self.postures, 3 * k)
+        return int(signs[0]), int(signs[1]), int(signs[2])
+
+
+class Found:
+    """
+    Joint positions that may be solutions, and room to sort them.
+
+    Parameters
+    ----------
+    most, n
+        How many there can be, and of how many joints.
+
+    """
+
+    def __init__(self, most: int, n: int) -> None:
+        self.n = n
+        self.room = arrays.scratch(most * (n + 4) + n)
+        self.q = self.room
+        self.errors = arrays.after(self.q, most * n)
+        self.away = arrays.after(self.errors, most)
+        self.halfway = arrays.after(self.away, most)
+        self.which = arrays.as_whole(arrays.after(self.halfway, n))
+        self.met = arrays.whole_after(self.which, most)
+
+    def __dealloc__(self) -> None:
+        """
+        Give the room back.
+
+        """
+        arrays.give_back(self.room)
+
+    def sort_by_error(self, count: int) -> None:
+        """
+        Sort the first rows by their errors; rows that miss by as much keep their order.
+
+        """
+        n, q, errors = self.n, self.q, self.errors
+        for i in range(1, count):
+            k = i
+            while k > 0 and errors[k] < errors[k - 1]:
+                x = errors[k]
+                errors[k] = errors[k - 1]
+                errors[k - 1] = x
+                for j in range(k * n, k * n + n):
+                    x = q[j]
+                    q[j] = q[j - n]
+                    q[j - n] = x
+                k -= 1
+
+    def keep_distinct(self, count: int, residual: Residual, joints: Joints, proved: float) -> int:
+        """
+        Do what `distinct` does with the first rows, sorted by their errors.
+
+        """
+        kept = 0
+        for k in range(count):
+            if not self.errors[k] < proved:
                 break
-        if not known:
-            which[count] = k
-            met[count] = 1
-            count += 1
-    return count
+            known = False
+            for i in range(kept):
+                known = self._are_one(k, self.which[i], residual, joints)
+                if known:
+                    self.met[i] += 1
+                    break
+            if not known:
+                self.which[kept] = k
+                self.met[kept] = 1
+                kept += 1
+        return kept
+
+    def _are_one(self, one: int, other: int, residual: Residual, joints: Joints) -> bool:
+        # Equal to round-off, or the point halfway is a solution too.
+        a, b = arrays.after(self.q, one * self.n), arrays.after(self.q, other * self.n)
+        distance = 0.0
+        for j in range(self.n):
+            away = joints.without_turns(j, a[j] - b[j])
+            self.halfway[j] = b[j] + 0.5 * away
+            distance = max(distance, abs(away) / joints.scales[j])
+        if distance >= MAYBE_SAME:
+            return False
+        if distance < places.SAME_SOLUTION:
+            return True
+        left = math.sqrt(residual.square(self.halfway, places.POSE))
+        length = max(residual.length(), refinement.LEAST_LENGTH)
+        return left < max(AS_GOOD * length, 4.0 * self.errors[one])
 
 
-def room(n: int, row: int) -> int:
+def require_fit(residual: Residual, joints: Joints, solution: Solutions, most: int) -> None:
     """
-    Return how many numbers `distinct_rows` needs room for, a row being so long.
+    Refuse what is of arms with different joints, and room for too few solutions.
 
     """
-    return 3 * n + refinement.room(n, row)
+    arrays.given(joints)
+    arrays.given(residual)
+    arrays.given(solution)
+    if joints.n != residual.n or solution.n != joints.n or solution.most < most:
+        raise TypeError('a target, an arm and the room for its solutions do not go together')
 
 
 def distinct(
-    chain: Chain,
-    aim: Floats,
-    scales: Floats,
-    periods: Floats,
+    residual: Residual,
+    joints: Joints,
     proved: float,
     q: Floats,
     errors: Floats,
@@ -125,10 +228,8 @@ def distinct(
 
     Parameters
     ----------
-    chain, aim, scales
-        As `refine` takes them.
-    periods : shape (n,)
-        Turn after which a joint is back, or infinite.
+    residual, joints
+        Of the target, and of the arm.
     proved
         Rows with less of an error are solutions, m.
     q, errors : shape (N, n), (N,)
@@ -137,96 +238,20 @@ def distinct(
         Rows kept, and how many rows each stands for.
 
     """
-    arrays.given(chain)
-    n, rows = chain.dof, arrays.extent(q, 0)
-    work = arrays.scratch(room(n, chain.frames_at))
-    count = distinct_rows(
-        chain,
-        arrays.numbers(aim, places.AIM_SIZE),
-        arrays.numbers(scales, n),
-        arrays.numbers(periods, n),
-        proved,
-        rows,
-        arrays.numbers(q, rows * n),
-        arrays.numbers(errors, rows),
-        arrays.whole_results(which, rows),
-        arrays.whole_results(met, rows),
-        work,
-    )
-    arrays.give_back(work)
-    return count
-
-
-def _represent(n: int, limits: Floats, periods: Floats, near: Floats, q: Floats) -> None:
-    # Turns one row of `representatives`.
-    for j in range(n):
-        period = periods[j]
-        if not math.isfinite(period):
-            continue
-        low, high = limits[2 * j] - places.AT_LIMIT, limits[2 * j + 1] + places.AT_LIMIT
-        x = near[j] - _without_turns(near[j] - q[j], period)
-        if x <= near[j] - 0.5 * period + 1e-15:
-            x += period
-        if x < low:
-            x += period * math.ceil((low - x) / period)
-        elif x > high:
-            x -= period * math.ceil((x - high) / period)
-        # Where no turn is inside, the one that is beyond by less.
-        if x > high and low - (x - period) < x - high:
-            x -= period
-        elif x < low and x + period - high < low - x:
-            x += period
-        q[j] = x
-
-
-def representatives(limits: Floats, periods: Floats, near: Floats, q: Floats) -> None:
-    """
-    Turn each row of q by full turns: into the limits if that can be, and there nearest to `near`.
-
-    Parameters
-    ----------
-    limits : shape (n, 2), rad or m
-        Infinite where there are none.
-    periods : shape (n,)
-        Turn after which a joint is back, or infinite.
-    near : shape (n,), rad or m
-        Half a turn from it, the upper one is taken.
-    q : shape (N, n), rad or m
-        Overwritten.
-
-    """
-    count, n = arrays.extent(q, 0), arrays.extent(q, 1)
-    bounds, turns = arrays.numbers(limits, 2 * n), arrays.numbers(periods, n)
-    middle, rows = arrays.numbers(near, n), arrays.results(q, 0)
+    arrays.given(residual)
+    arrays.given(joints)
+    n, rows = joints.n, arrays.extent(q, 0)
+    positions, left = arrays.numbers(q, rows * n), arrays.numbers(errors, rows)
+    kept, times = arrays.whole_results(which, rows), arrays.whole_results(met, rows)
+    found = Found(rows, n)
+    for k in range(rows * n):
+        found.q[k] = positions[k]
+    for k in range(rows):
+        found.errors[k] = left[k]
+    count = found.keep_distinct(rows, residual, joints, proved)
     for k in range(count):
-        _represent(n, bounds, turns, middle, arrays.after(rows, k * n))
-
-
-def stand(
-    n: int,
-    limits: Floats,
-    periods: Floats,
-    scales: Floats,
-    near: Floats,
-    q: Floats,
-    facts: Floats,
-) -> float:
-    """
-    Turn q (n,) into its representative, and fill how it stands to the limits.
-
-    Returns the square of its distance to `near`.
-
-    """
-    _represent(n, limits, periods, near, q)
-    away, margin = 0.0, places.INFINITY
-    for j in range(n):
-        space = min(q[j] - limits[2 * j], limits[2 * j + 1] - q[j])
-        margin = min(margin, space)
-        facts[places.BEYOND_AT + j] = 1.0 if space < -places.AT_LIMIT else 0.0
-        share = (q[j] - near[j]) / scales[j]
-        away += share * share
-    facts[places.MARGIN] = margin
-    return away
+        kept[k], times[k] = found.which[k], found.met[k]
+    return count
 
 
 def least(numbers: Floats, count: int) -> int:
@@ -239,21 +264,3 @@ def least(numbers: Floats, count: int) -> int:
         if numbers[i] < numbers[at]:
             at = i
     return at
-
-
-def sort_by_error(n: int, count: int, q: Floats, errors: Floats) -> None:
-    """
-    Sort rows of q by their errors; rows that miss by as much keep their order.
-
-    """
-    for i in range(1, count):
-        k = i
-        while k > 0 and errors[k] < errors[k - 1]:
-            x = errors[k]
-            errors[k] = errors[k - 1]
-            errors[k - 1] = x
-            for j in range(k * n, k * n + n):
-                x = q[j]
-                q[j] = q[j - n]
-                q[j - n] = x
-            k -= 1

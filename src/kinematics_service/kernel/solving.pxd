@@ -1,38 +1,33 @@
 cimport cython
 cimport numpy as cnp
 
-from . cimport arrays, closed_forms, dependence, places, posture, refinement, solutions, vectors
-from .chain cimport Chain
+from . cimport arrays, dependence, places, posture, solutions
+from .closed_forms cimport ClosedForm
+from .refinement cimport Refinement
+from .joints cimport Joints
+from .solutions cimport Found, Solutions
 
 cdef double LAST
 
-@cython.locals(i=int, j=int, k=int)
-cdef void _write_motion(
-    int way, double* aim, double* point, double* home_inverse, bint backwards, double* T,
-    double* B,
+@cython.locals(T='double[12]', free='double[6]', count=int, i=Py_ssize_t)
+cdef int _find(
+    ClosedForm form, double* pose, double* near, double* psi, Found found
 ) noexcept nogil
-@cython.locals(i=int, j=int)
-cdef void _times(int rows, int columns, double* A, double* x, double* y) noexcept nogil
-@cython.locals(n=int, one='double*', left=double, i=int, j=int)
+@cython.locals(q='double*', misses=double, i=int)
 cdef int _keep_nearest(
-    Chain chain, double* aim, double* scales, double* periods,
-    double* limits, double* near, double proved, int count, double* found, double* unlimited,
-    double* away, double* q, double* facts, double* work,
+    Refinement refinement, Joints joints, double* near, double proved,
+    int count, Found found, Solutions kept,
 ) noexcept nogil
-@cython.locals(n=int, about=int, kept=int, best=int, i=int, j=int)
+@cython.locals(q='double*', distinct=int, best=int, row=Py_ssize_t, i=int)
 cdef int _keep_all(
-    Chain chain, double* aim, double* scales, double* periods,
-    double* limits, double* near, double proved, int count, double* found, double* unlimited,
-    double* away, double* q, double* facts, double* work,
+    Refinement refinement, Joints joints, double* near, double proved,
+    int count, Found found, Solutions kept,
 ) noexcept nogil
 @cython.locals(
-    most=Py_ssize_t, n=Py_ssize_t, k=Py_ssize_t, about=Py_ssize_t, count=int, kept=int,
-    i=Py_ssize_t, j=Py_ssize_t,
+    most=Py_ssize_t, middle='double*', found=Found, psi='double*', count=int,
+    q='double*', i=Py_ssize_t,
 )
-cpdef int closed_solutions(
-    Chain chain, cnp.ndarray aim, int way, cnp.ndarray screws,
-    cnp.ndarray point, cnp.ndarray home_inverse, bint backwards, cnp.ndarray to_joints,
-    cnp.ndarray to_screws, cnp.ndarray scales, cnp.ndarray periods, cnp.ndarray limits,
-    cnp.ndarray near, double proved, bint only_one, cnp.ndarray q, cnp.ndarray facts,
-    cnp.ndarray signs,
-) except -9
+cpdef closed_solutions(
+    ClosedForm form, Refinement refinement, Joints joints,
+    cnp.ndarray near, double proved, bint only_one, Solutions kept,
+)

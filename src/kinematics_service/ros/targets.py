@@ -20,6 +20,7 @@ from std_msgs.msg import Float64MultiArray
 
 from ..errors import KinematicsError
 from ..estimator import Answer
+from ..inverse.plan import plan_for
 from ..inverse.servo import joint_velocity
 from ..inverse.solve import inverse_kinematics
 from ..measures import Level
@@ -86,7 +87,7 @@ class Targets:
         steady: Clock,
     ) -> None:
         self._node = node
-        self._settings = settings
+        self._settings = _planned(settings)
         self._latest = latest
         self._throttle = Throttle(5.0)
         self._moving_since: float | None = None  # time of the last twist that is in force
@@ -137,7 +138,7 @@ class Targets:
 
         """
         self._stop()
-        self._settings = settings
+        self._settings = _planned(settings)
         self._timer.timer_period_ns = round(self._watch_period() * 1e9)
 
     def close(self) -> None:
@@ -247,6 +248,12 @@ class Targets:
             robot = ('robot', self._settings.robot.name)
             notice = Notice(notice.level, notice.sentence, (robot, *notice.values))
             self._status.publish(status_message(f'{name}: {topic}', notice))
+
+
+def _planned(settings: Settings) -> Settings:
+    # The arm's plan is made now, in some milliseconds, so that no joint state waits for it later.
+    plan_for(settings.robot, settings.target_rows)
+    return settings
 
 
 def _stamp(message: PoseStamped | TwistStamped) -> int:
