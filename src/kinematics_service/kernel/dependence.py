@@ -50,8 +50,8 @@ def free_motions(
                 W[i * width + j] = columns[6 * i + j]
             for j in range(n):
                 W[i * width + 6 + j] = 1.0 if i == j else 0.0
-        singular_values.orthogonalise(W, n, 6)
-        singular_values.sort_by_norm(W, arrays.after(values, k * n), n, 6)
+        singular_values.orthogonalise(W, n, 6, width)
+        singular_values.sort_by_norm(W, arrays.after(values, k * n), n, 6, width)
         for i in range(n):
             for j in range(n):
                 turns[(k * n + i) * n + j] = W[i * width + 6 + j]

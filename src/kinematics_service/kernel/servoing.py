@@ -43,8 +43,8 @@ def _write_damped_motion(
         for j in range(length, width):
             W[i * width + j] = 0.0
         W[i * width + length + i] = 1.0
-    singular_values.orthogonalise(W, rows, length)
-    singular_values.sort_by_norm(W, sigma, rows, length)
+    singular_values.orthogonalise(W, rows, length, length + rows)
+    singular_values.sort_by_norm(W, sigma, rows, length, length + rows)
     for j in range(count):
         u[free[j]] = 0.0
     for i in range(rows):
