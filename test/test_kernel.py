@@ -13,6 +13,7 @@ import weakref
 from fractions import Fraction
 from pathlib import Path
 
+import kernel_numbers
 import mpmath
 import numpy as np
 import pytest
@@ -381,6 +382,70 @@ def test_the_compiled_kernel_gives_the_numbers_of_its_source_to_the_last_bit():
     assert compiled == plain
     called = {line.split()[1] for line in compiled}
     assert called == functions()
+
+
+# Every form of a chain, a square and a wide task.
+UNCOMPILED = ('panda', 'parallelogram_left', 'ur5e')
+
+
+def stored_numbers(names):
+    lines = (TESTS / 'kernel_numbers.txt').read_text().splitlines()
+    return [line for line in lines if line.split()[0] in names]
+
+
+def test_the_numbers_are_those_of_every_other_machine():
+    names = sorted(ks.bundled_robots())
+    with np.errstate(all='ignore'):
+        assert list(kernel_numbers.lines(names)) == stored_numbers(names)
+
+
+@compiled_only
+def test_the_numbers_of_every_machine_are_those_of_the_source():
+    done = subprocess.run(
+        [sys.executable, str(TESTS / 'kernel_numbers.py'), *UNCOMPILED],
+        env={**os.environ, VARIABLE: '1'},
+        capture_output=True,
+        text=True,
+        timeout=280,
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines() == stored_numbers(UNCOMPILED)
+
+
+def singular_poses(robot):
+    # Random ones, and singular ones in the midst of them.
+    q = np.random.default_rng(5).uniform(-4, 4, (3 * kernel.LANES + 5, robot.dof))
+    q[3] = q[kernel.LANES :: 5] = 0.0
+    q[kernel.LANES + 3] = np.pi / 2
+    q[2 * kernel.LANES + 1] = 2.0 * kernel.LARGEST_REDUCED
+    return q
+
+
+@pytest.mark.parametrize('name', ['ur5e', 'panda', 'scara_hsr065', 'parallelogram_left'])
+def test_measures_of_a_batch_are_those_of_its_poses_one_by_one_to_the_last_bit(name):
+    robot = ks.load_robot(name)
+    q = singular_poses(robot)
+    rows = ks.evaluate(robot, q).row
+    together, singly = np.empty((2, len(q), robot.measure_places.width))
+    with np.errstate(all='ignore'):
+        kernel.measure(robot.arm, rows, q, together)
+        for k in range(len(q)):
+            kernel.measure(robot.arm, rows[k : k + 1], q[k : k + 1], singly[k : k + 1])
+    for k in range(len(q)):
+        assert together[k].tobytes() == singly[k].tobytes(), k
+
+
+def test_measures_of_a_huge_arm_are_those_of_its_poses_one_by_one_too():
+    # Fourth powers of its lengths are not finite.
+    robot = ks.load_robot('ur5e')
+    q = singular_poses(robot)
+    rows = ks.evaluate(robot, q).row * 1e90
+    together, singly = np.empty((2, len(q), robot.measure_places.width))
+    with np.errstate(all='ignore'):
+        kernel.measure(robot.arm, rows, q, together)
+        for k in range(len(q)):
+            kernel.measure(robot.arm, rows[k : k + 1], q[k : k + 1], singly[k : k + 1])
+    assert together.tobytes() == singly.tobytes()
 
 
 def test_a_batch_gives_the_numbers_of_its_poses_one_by_one_to_the_last_bit():

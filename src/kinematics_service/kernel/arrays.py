@@ -129,18 +129,25 @@ def give_back(room: Floats) -> None:
     """
 
 
-def let_go() -> object:
+def let_go() -> np.errstate:
     """
     Let other threads have the interpreter's lock, until `take_back`.
 
+    Nor does numpy warn meanwhile of what the compiled kernel passes over in silence: lanes compute
+    what they do not use.
+
     """
+    silence = np.errstate(all='ignore')
+    silence.__enter__()
+    return silence
 
 
-def take_back(lock: object) -> None:
+def take_back(lock: np.errstate) -> None:
     """
     Take the interpreter's lock, which `let_go` returned.
 
     """
+    lock.__exit__(None, None, None)
 
 
 def after(numbers: Floats, place: int) -> Floats:

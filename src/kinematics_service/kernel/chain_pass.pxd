@@ -17,7 +17,7 @@ ctypedef (double, double) Pair
 )
 cdef Pair _sincos_reduced(double x) noexcept nogil
 cdef Pair sincos(double x) noexcept nogil
-@cython.locals(lane=int, pair=Pair)
+@cython.locals(lane=Py_ssize_t, pair=Pair)
 cdef void sines_and_cosines(double* angles, double* sines, double* cosines) noexcept nogil
 cdef void _start(double* T, double* motion) noexcept nogil
 @cython.locals(i=int, x=double, y=double, z=double)

@@ -19,7 +19,7 @@ cdef class Tape:
 )
 cdef void run_tape(Tape tape, int n, double* q, double* steps) noexcept nogil
 @cython.locals(s=double, c=double)
-cdef Triple _operate(int operation, double number, double a, double b) noexcept nogil
+cdef Triple operate(int operation, double number, double a, double b) noexcept nogil
 cdef double distance_to_zero(double value, double slope) noexcept nogil
 @cython.locals(
     count=Py_ssize_t, n=Py_ssize_t, factors=Py_ssize_t, k=Py_ssize_t, f=Py_ssize_t,

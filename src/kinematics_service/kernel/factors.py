@@ -72,14 +72,17 @@ def run_tape(tape: Tape, n: int, q: Floats, steps: Floats) -> None:
                 step[first] = number
             continue
         before, other = arrays.after(steps, first * width), arrays.after(steps, second * width)
-        value, da, db = _operate(operation, number, before[n], other[n])
+        value, da, db = operate(operation, number, before[n], other[n])
         for j in range(n):
             step[j] = da * before[j] + db * other[j]
         step[n] = value
 
 
-def _operate(operation: int, number: float, a: float, b: float) -> tuple[float, float, float]:
-    # The value of a step, and its derivatives by its operands.
+def operate(operation: int, number: float, a: float, b: float) -> tuple[float, float, float]:
+    """
+    Return the value of a step, and its derivatives by its operands.
+
+    """
     if operation == places.SUM:
         return a + b, 1.0, 1.0
     if operation == places.DIFFERENCE:

@@ -178,8 +178,8 @@ class ServoStep:
         rows, length = (m if wide else count), (count if wide else m)
         width = rows + length
         self._write_matrix(rows, length)
-        singular_values.orthogonalise(W, rows, length)
-        singular_values.sort_by_norm(W, self.sigma, rows, length)
+        singular_values.orthogonalise(W, rows, length, length + rows)
+        singular_values.sort_by_norm(W, self.sigma, rows, length, length + rows)
         for j in range(count):
             self.u[free[j]] = 0.0
         for i in range(rows):

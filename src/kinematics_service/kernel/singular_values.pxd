@@ -11,10 +11,12 @@ cdef double ORTHOGONAL, SETTLED
     aa=double, bb=double, ab=double, x=double, y=double, c=double, s=double, t=double, k=int
 )
 cdef double _turn_pair(double* a, double* b, int length, int width) noexcept nogil
-@cython.locals(worst=double, last=int, width=int, turn=int, i=int, j=int)
-cdef void orthogonalise(double* W, int count, int length) noexcept nogil
-@cython.locals(squares=double, width=int, best=int, i=int, j=int, k=int)
-cdef void sort_by_norm(double* W, double* sigma, int count, int length) noexcept nogil
+@cython.locals(worst=double, last=int, turn=int, i=int, j=int)
+cdef void orthogonalise(double* W, int count, int length, int width) noexcept nogil
+@cython.locals(squares=double, best=int, i=int, j=int, k=int)
+cdef void sort_by_norm(
+    double* W, double* sigma, int count, int length, int width
+) noexcept nogil
 @cython.locals(
     row='double*', above='double*', used=double, least=double, along=double, norm=double,
     scale=double, axis=int, width=int, i=int, j=int, k=int,

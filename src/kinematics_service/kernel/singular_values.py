@@ -12,8 +12,8 @@ from .arrays import Floats
 
 # Sweeps of one-sided Jacobi; six rows of 6 to 96 numbers were seen to need at most eight.
 MAX_SWEEPS = 60
-# Two columns are orthogonal when |a.b| <= this times |a||b|: half a digit above round-off.
-ORTHOGONAL = 1e-15
+# Two rows are orthogonal when (a.b)^2 <= this times |a|^2 |b|^2: half a digit above round-off.
+ORTHOGONAL = 1e-15 * 1e-15
 # The largest squared cosine of a sweep after which none is needed any more: in the next one they
 # are its squares, and where singular values are equal at most as large.
 SETTLED = 1e-26
@@ -29,7 +29,7 @@ def _turn_pair(a: Floats, b: Floats, length: int, width: int) -> float:
         bb += y * y
         ab += x * y
     square = ab * ab
-    if square <= (ORTHOGONAL * ORTHOGONAL) * aa * bb or ab == 0.0:
+    if square <= ORTHOGONAL * aa * bb or ab == 0.0:
         return 0.0
     # tan, cos and sin of the smaller of the two angles that do it.
     away = bb - aa
@@ -47,18 +47,18 @@ def _turn_pair(a: Floats, b: Floats, length: int, width: int) -> float:
     return square / (aa * bb)
 
 
-def orthogonalise(W: Floats, count: int, length: int) -> None:
+def orthogonalise(W: Floats, count: int, length: int, width: int) -> None:
     """
     Turn the rows of A until they are orthogonal, and the rows of V along with them.
 
     One-sided Jacobi (Hestenes, 1958). Small singular values keep all their digits, which
-    eigenvalues of A A^T do not. V stands beside A so that one loop without a rest turns both.
+    eigenvalues of A A^T do not. V stands beside A so that one loop without a rest turns both;
+    where nobody asks for it, the width of a row is its length.
 
     """
     # The pairs of a sweep in the order of a tournament (Brent and Luk, 1985): neighbours in it
     # share no row, so that the processor works on several at once.
     last = count - 1 if count % 2 == 0 else count
-    width = length + count
     for _ in range(MAX_SWEEPS):
         worst = 0.0
         for turn in range(last):
@@ -76,12 +76,11 @@ def orthogonalise(W: Floats, count: int, length: int) -> None:
             return
 
 
-def sort_by_norm(W: Floats, sigma: Floats, count: int, length: int) -> None:
+def sort_by_norm(W: Floats, sigma: Floats, count: int, length: int, width: int) -> None:
     """
     Write the norms of the rows of A, descending, and bring the rows of A and V in that order.
 
     """
-    width = length + count
     for i in range(count):
         squares = 0.0
         for k in range(i * width, i * width + length):
@@ -218,8 +217,8 @@ def decompose(work: Floats, sigma: Floats) -> None:
     count = arrays.extent(work, 0)
     length = arrays.extent(work, 1) - count
     W, values = arrays.results(work, 0), arrays.results(sigma, count)
-    orthogonalise(W, count, length)
-    sort_by_norm(W, values, count, length)
+    orthogonalise(W, count, length, length + count)
+    sort_by_norm(W, values, count, length, length + count)
     unit_rows(W, values, count, length)
 
 

@@ -14,17 +14,22 @@ cdef void _gradient(Chain chain, double* row, double* Y, double* gradient) noexc
 @cython.locals(x=double, y=double, z=double, half=int, i=int)
 cdef void _to_base_axes(TaskRows task, double* vector) noexcept nogil
 @cython.locals(
-    m=int, count=int, length=int, width=int, axis=int, component=int, i=int, j=int,
+    m=int, count=int, length=int, axis=int, component=int, i=int, j=int,
     a=double, b=double, c=double, value=double,
 )
-cdef void fill_task_rows(int n, TaskRows task, double* row, double* W) noexcept nogil
+cdef void _fill_task_rows(
+    int n, TaskRows task, double* row, double* W, int width
+) noexcept nogil
 @cython.locals(m=int, width=int, place=int, i=int, j=int)
 cdef void _scale_task_rows(int n, TaskRows task, double* W) noexcept nogil
-cdef void _decompose(double* W, double* sigma, int count, int length) noexcept nogil
+cdef void _decompose(
+    double* W, double* sigma, int count, int length, int width
+) noexcept nogil
 @cython.locals(i=int, j=int)
+cdef void _write_determinant(int n, double* W, double* spare, double* measures) noexcept nogil
+@cython.locals(m=int, count=int, length=int, i=int)
 cdef void _write_volume(
-    int n, int m, int generic_rank, bint structural, double* W, double* spare, double* sigma,
-    double* measures,
+    int n, TaskRows task, double* row, double* W, double* sigma, double* measures
 ) noexcept nogil
 @cython.locals(rank=int, i=int)
 cdef int _rank(double* sigma, int count) noexcept nogil
@@ -40,7 +45,7 @@ cdef void _write_direction(
     int n, TaskRows task, double* direction, double* lost, double* motion
 ) noexcept nogil
 @cython.locals(
-    n=int, m=int, generic_rank=int, count=int, length=int, structural=cython.bint,
+    n=int, m=int, generic_rank=int, count=int, length=int, by_determinant=cython.bint,
     lost=cython.bint, rank=int, last=int, first=int, j=int, squares=double, norm=double,
 )
 cdef void measure_row(

@@ -57,16 +57,11 @@ def _to_base_axes(task: TaskRows, vector: Floats) -> None:
             )
 
 
-def fill_task_rows(n: int, task: TaskRows, row: Floats, W: Floats) -> None:
-    """
-    Write J_t in the axes of frame 0 (R0^T J), and the identity beside it.
-
-    Its columns as rows, or its rows where there are fewer of them, as `singular_values` has them.
-
-    """
+def _fill_task_rows(n: int, task: TaskRows, row: Floats, W: Floats, width: int) -> None:
+    # J_t in the axes of frame 0 (R0^T J): its columns as rows, or its rows where there are fewer
+    # of them, as `singular_values` has them; and the identity beside it where there is room.
     m = task.count
     count, length = min(m, n), max(m, n)
-    width = length + count
     for i in range(m):
         axis = task.axis[i]
         # No division: it would cost more than the rest of the row.
@@ -80,8 +75,7 @@ def fill_task_rows(n: int, task: TaskRows, row: Floats, W: Floats) -> None:
             W[i * width + j if n > m else j * width + i] = value
     for i in range(count):
         for j in range(length, width):
-            W[i * width + j] = 0.0
-        W[i * width + length + i] = 1.0
+            W[i * width + j] = 1.0 if j - length == i else 0.0
 
 
 def _scale_task_rows(n: int, task: TaskRows, W: Floats) -> None:
@@ -90,42 +84,38 @@ def _scale_task_rows(n: int, task: TaskRows, W: Floats) -> None:
     for i in range(m):
         for j in range(n):
             place = i * width + j if n > m else j * width + i
-            W[place] *= task.row_scale[i] * task.column_scale[j]
+            # No -0.0, which the lanes could not keep.
+            W[place] = W[place] * (task.row_scale[i] * task.column_scale[j]) + 0.0
 
 
-def _decompose(W: Floats, sigma: Floats, count: int, length: int) -> None:
+def _decompose(W: Floats, sigma: Floats, count: int, length: int, width: int) -> None:
     # The largest first: fewer sweeps.
-    singular_values.sort_by_norm(W, sigma, count, length)
-    singular_values.orthogonalise(W, count, length)
-    singular_values.sort_by_norm(W, sigma, count, length)
+    singular_values.sort_by_norm(W, sigma, count, length, width)
+    singular_values.orthogonalise(W, count, length, width)
+    singular_values.sort_by_norm(W, sigma, count, length, width)
+
+
+def _write_determinant(n: int, W: Floats, spare: Floats, measures: Floats) -> None:
+    # Of the unscaled J_t in W, which is left as it is.
+    for i in range(n):
+        for j in range(n):
+            spare[i * n + j] = W[i * 2 * n + j]
+    measures[places.DETERMINANT] = singular_values.determinant(spare, n)
+    measures[places.MANIPULABILITY] = abs(measures[places.DETERMINANT])
 
 
 def _write_volume(
-    n: int,
-    m: int,
-    generic_rank: int,
-    structural: bool,
-    W: Floats,
-    spare: Floats,
-    sigma: Floats,
-    measures: Floats,
+    n: int, task: TaskRows, row: Floats, W: Floats, sigma: Floats, measures: Floats
 ) -> None:
-    # Determinant and manipulability, of the unscaled J_t in W, which is left as it is only where
-    # the determinant says both.
-    measures[places.DETERMINANT] = places.NAN
-    if m == n and not structural:
-        for i in range(m):
-            for j in range(n):
-                spare[i * n + j] = W[i * (m + n) + j]
-        measures[places.DETERMINANT] = singular_values.determinant(spare, n)
-        measures[places.MANIPULABILITY] = abs(measures[places.DETERMINANT])
-        return
-    if m == n:
-        measures[places.DETERMINANT] = 0.0
-    _decompose(W, sigma, min(m, n), max(m, n))
-    # With fewer joints than rows the Gram determinant of the joints' columns.
+    # Manipulability where the determinant does not say it: with fewer joints than rows the Gram
+    # determinant of the joints' columns.
+    m = task.count
+    count, length = min(m, n), max(m, n)
+    _fill_task_rows(n, task, row, W, length)
+    _decompose(W, sigma, count, length, length)
+    measures[places.DETERMINANT] = 0.0 if m == n else places.NAN
     measures[places.MANIPULABILITY] = 1.0
-    for i in range(generic_rank):
+    for i in range(task.generic_rank):
         measures[places.MANIPULABILITY] *= sigma[i]
 
 
@@ -212,13 +202,14 @@ def measure_row(
     way_out = arrays.after(motion, n)
     sigma = arrays.after(way_out, n)
 
-    fill_task_rows(n, task, row, W)
-    structural = generic_rank < count
-    _write_volume(n, m, generic_rank, structural, W, Y, sigma, measures)
-    if structural or m != n:
-        fill_task_rows(n, task, row, W)
+    by_determinant = m == n and generic_rank == n
+    if not by_determinant:
+        _write_volume(n, task, row, W, sigma, measures)
+    _fill_task_rows(n, task, row, W, m + n)
+    if by_determinant:
+        _write_determinant(n, W, Y, measures)
     _scale_task_rows(n, task, W)
-    _decompose(W, sigma, count, length)
+    _decompose(W, sigma, count, length, m + n)
 
     rank, last = _rank(sigma, count), generic_rank - 1
     measures[places.RANK] = rank

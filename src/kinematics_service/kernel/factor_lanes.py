@@ -1,0 +1,146 @@
+"""
+An arm's named factors at LANES joint positions side by side, as `factors` has them.
+
+Number k of a step in a lane stands at k * LANES + lane.
+"""
+
+import math
+
+from . import arrays, chain_pass, factors, places
+from .arrays import Floats, Numbers
+from .factors import Tape
+from .task_rows import TaskRows
+
+
+def _reducible(angles: Numbers) -> bool:
+    beyond = 0
+    for lane in range(places.LANES):
+        beyond += 0 if abs(angles[lane]) <= places.LARGEST_REDUCED else 1
+    return beyond == 0
+
+
+def _turn(
+    operation: int, number: float, a: Floats, value: Floats, da: Numbers, db: Numbers
+) -> bool:
+    # Sines or cosines, and their derivatives; False where an angle is too large.
+    angles, sines, cosines = [0.0] * 16, [0.0] * 16, [0.0] * 16
+    for lane in range(places.LANES):
+        angles[lane] = number * a[lane]
+        db[lane] = 0.0
+    if not _reducible(angles):
+        return False
+    chain_pass.sines_and_cosines(angles, sines, cosines)
+    if operation == places.SINE:
+        for lane in range(places.LANES):
+            value[lane], da[lane] = sines[lane], number * cosines[lane]
+    else:
+        for lane in range(places.LANES):
+            value[lane], da[lane] = cosines[lane], -number * sines[lane]
+    return True
+
+
+def _combine(
+    operation: int, a: Floats, b: Floats, value: Floats, da: Numbers, db: Numbers
+) -> None:
+    # What needs no more than arithmetic.
+    if operation == places.SUM:
+        for lane in range(places.LANES):
+            value[lane], da[lane], db[lane] = a[lane] + b[lane], 1.0, 1.0
+    elif operation == places.DIFFERENCE:
+        for lane in range(places.LANES):
+            value[lane], da[lane], db[lane] = a[lane] - b[lane], 1.0, -1.0
+    elif operation == places.PRODUCT:
+        for lane in range(places.LANES):
+            value[lane], da[lane], db[lane] = a[lane] * b[lane], b[lane], a[lane]
+    else:
+        for lane in range(places.LANES):
+            value[lane], da[lane], db[lane] = -a[lane], -1.0, 0.0
+
+
+def _operate(
+    operation: int, number: float, a: Floats, b: Floats, value: Floats, da: Numbers, db: Numbers
+) -> bool:
+    # As `factors.operate`; what is rare, and may be undefined in one lane, is left to it.
+    if operation == places.SINE or operation == places.COSINE:
+        return _turn(operation, number, a, value, da, db)
+    if operation <= places.PRODUCT or operation == places.NEGATIVE:
+        _combine(operation, a, b, value, da, db)
+        return True
+    for lane in range(places.LANES):
+        one = factors.operate(operation, number, a[lane], b[lane])
+        value[lane], da[lane], db[lane] = one[0], one[1], one[2]
+    return True
+
+
+def _run_tape(tape: Tape, n: int, q: Floats, steps: Floats) -> bool:
+    # As `factors.run_tape` fills them; False where an angle is too large for that.
+    width = (n + 1) * places.LANES
+    da, db = [0.0] * 16, [0.0] * 16
+    for i in range(tape.steps):
+        operation, number = tape.operations[3 * i], tape.constants[i]
+        first, second = tape.operations[3 * i + 1], tape.operations[3 * i + 2]
+        step = arrays.after(steps, i * width)
+        value = arrays.after(step, n * places.LANES)
+        if operation <= places.JOINT:
+            for k in range(n * places.LANES):
+                step[k] = 0.0
+            for lane in range(places.LANES):
+                value[lane] = number
+                if operation == places.JOINT:
+                    value[lane] = number * q[first * places.LANES + lane]
+                    step[first * places.LANES + lane] = number
+            continue
+        before, other = arrays.after(steps, first * width), arrays.after(steps, second * width)
+        if not _operate(
+            operation,
+            number,
+            arrays.after(before, n * places.LANES),
+            arrays.after(other, n * places.LANES),
+            value,
+            da,
+            db,
+        ):
+            return False
+        for column in range(n):
+            k = column * places.LANES
+            for lane in range(places.LANES):
+                step[k + lane] = da[lane] * before[k + lane] + db[lane] * other[k + lane]
+    return True
+
+
+def _write_factor(n: int, step: Floats, scales: Floats, distances: Floats, result: Floats) -> None:
+    # Distance to its zero, value and gradient.
+    squares = [0.0] * 16
+    value = arrays.after(step, n * places.LANES)
+    for lane in range(places.LANES):
+        squares[lane] = 0.0
+        result[lane] = value[lane]
+    for j in range(n):
+        at, scale = j * places.LANES, scales[j]
+        for lane in range(places.LANES):
+            result[places.LANES + at + lane] = step[at + lane]
+            slope = step[at + lane] * scale
+            squares[lane] += slope * slope
+    for lane in range(places.LANES):
+        distances[lane] = factors.distance_to_zero(value[lane], math.sqrt(squares[lane]))
+
+
+def judge_factors(tape: Tape, task: TaskRows, q: Floats, judged: Floats, steps: Floats) -> bool:
+    """
+    Write the distances of all factors, then value and gradient of each.
+
+    Returns False where they have to be judged one by one: an angle is too large.
+
+    """
+    n = task.joints
+    if not _run_tape(tape, n, q, steps):
+        return False
+    for f in range(tape.factors):
+        _write_factor(
+            n,
+            arrays.after(steps, tape.ends[f] * (n + 1) * places.LANES),
+            task.column_scale,
+            arrays.after(judged, f * places.LANES),
+            arrays.after(judged, (tape.factors + f * (1 + n)) * places.LANES),
+        )
+    return True
