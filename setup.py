@@ -20,11 +20,12 @@ ROS = ['ros-jazzy-rclpy[fastrtps]', 'ros-jazzy-common-interfaces']
 # Robots, and layouts for viewers.
 CONFIG = ['*.yaml', '*.json', '*.rviz']
 PEERS = ['pin', 'roboticstoolbox-python', 'yourdfpy']
+# What tests of a wheel need, without ROS and without a compiler.
+TEST_WHEEL = ['pytest>=8', 'pytest-timeout', 'pytest-xdist', 'hypothesis']
 TEST = [
-    'pytest>=8',
-    'pytest-timeout',
-    'pytest-xdist',
-    'hypothesis',
+    *TEST_WHEEL,
+    'cython>=3.0.8',
+    'setuptools>=61',
     'ros-jazzy-domain-coordinator',
     'rosbags',
 ]
@@ -81,6 +82,7 @@ setup(
     extras_require={
         'ros': ROS,
         'test': TEST,
+        'test-wheel': TEST_WHEEL,
         'peers': PEERS,
         'bag': ['rosbags>=0.11'],
         'plot': ['matplotlib'],

@@ -47,7 +47,7 @@ def _build_folder():
         settings = Path(folder, 'setup.cfg')
         settings.write_text(f'[build]\nbuild_base = {folder}/build\n', encoding='utf-8')
         os.environ.setdefault('DIST_EXTRA_CONFIG', str(settings))
-        _choose_compiler(f'{folder}/ziglang')
+        _choose_compiler(folder)
         yield
 
 
@@ -59,10 +59,11 @@ def _choose_compiler(folder):
         return
     if not importlib.util.find_spec('ziglang'):
         print('no C compiler is found: trying ziglang from PyPI', file=sys.stderr)
-        _pip('install', '--quiet', '--no-deps', '--target', folder, 'ziglang')
-        os.environ['PYTHONPATH'] = os.pathsep.join([folder, os.environ.get('PYTHONPATH', '')])
+        _pip('install', '--quiet', '--no-deps', '--target', f'{folder}/site', 'ziglang')
+        paths = [f'{folder}/site', os.environ.get('PYTHONPATH')]
+        os.environ['PYTHONPATH'] = os.pathsep.join(filter(None, paths))
     zig = f'{sys.executable} -m ziglang cc'
-    os.environ.update(CC=zig, LDSHARED=f'{zig} -shared')
+    os.environ.update(CC=zig, LDSHARED=f'{zig} -shared', ZIG_GLOBAL_CACHE_DIR=f'{folder}/cache')
 
 
 def get_requires_for_build_wheel(config_settings=None):

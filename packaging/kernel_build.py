@@ -25,7 +25,7 @@ OPTIONS = [
     '-finline-limit=300',
 ]
 # Where it is set, to anything, every access beyond an array, on the heap or the stack, ends the
-# process with its place: gcc's libasan has to be loaded first (LD_PRELOAD).
+# process with its place: see the README's section on tests.
 CHECKED = 'KINEMATICS_BOUNDSCHECK'
 CHECKS = ['-fsanitize=address,bounds', '-fno-sanitize-recover=all', '-fno-omit-frame-pointer']
 DIRECTIVES = {
