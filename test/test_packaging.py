@@ -10,6 +10,7 @@ import shutil
 import subprocess
 import sys
 import sysconfig
+import tarfile
 from pathlib import Path
 
 import pytest
@@ -168,7 +169,7 @@ def clone(tmp_path):
         pytest.importorskip(module)
     if not (ROOT / 'packaging').is_dir():
         pytest.skip('there is no setup.py beside the tests')
-    for name in ('setup.py', 'setup.cfg', 'package.xml'):
+    for name in ('setup.py', 'setup.cfg', 'package.xml', 'README.md', 'MANIFEST.in'):
         shutil.copy(ROOT / name, tmp_path)
     for name in ('packaging', 'src', 'config', 'resource'):
         left_out = shutil.ignore_patterns('*.so', '*.egg-info', '__pycache__')
@@ -198,3 +199,22 @@ def test_a_failing_compiler_leaves_the_whole_source_and_no_module(clone, options
     assert done.returncode == 0, done.stderr
     assert 'the kernel is not compiled, it stays plain Python' in done.stderr
     assert compiled_files(clone) == ([] if options else [older])
+
+
+def test_colcons_folder_of_symlinks_describes_the_package_too(clone, tmp_path):
+    folder = tmp_path / 'symlinks'
+    folder.mkdir()
+    for name in ('setup.py', 'setup.cfg', 'package.xml', 'src', 'config', 'resource'):
+        (folder / name).symlink_to(clone / name)
+    done = run([sys.executable, 'setup.py', '-q', '--version'], folder)
+    assert (done.returncode, done.stdout.strip()) == (0, ks.__version__), done.stderr
+
+
+def test_what_is_packed_as_source_can_be_built(clone):
+    done = run([sys.executable, 'setup.py', '-q', 'sdist', '--formats', 'tar'], clone)
+    assert done.returncode == 0, done.stderr
+    (packed,) = (clone / 'dist').iterdir()
+    with tarfile.open(packed) as archive:
+        names = {name.partition('/')[2] for name in archive.getnames()}
+    assert {'package.xml', 'packaging/kernel_build.py', 'packaging/backend.py'} <= names
+    assert {'src/kinematics_service/kernel/places.pxd', 'config/ur5e.yaml', 'README.md'} <= names
