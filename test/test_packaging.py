@@ -5,7 +5,6 @@ How the kernel comes to be compiled, and what is said where it is not, or not fr
 
 import json
 import os
-import shlex
 import shutil
 import subprocess
 import sys
@@ -109,7 +108,7 @@ def installed(folder, **files):
         (about / name).write_text(text)
 
 
-AGAIN = f'{shlex.quote(sys.executable)} -m pip install --force-reinstall --no-deps '
+AGAIN = ' -m pip install --force-reinstall --no-deps '
 
 
 @pytest.mark.parametrize(
