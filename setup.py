@@ -7,12 +7,12 @@ from pathlib import Path
 
 from setuptools import setup
 
-HERE = Path(__file__).parent
+# colcon's folder of symlinks has neither the README nor packaging/.
+HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE / 'packaging'))
 
 from kernel_build import BuildIfPossible, extension_modules  # noqa: E402
 
-README = HERE / 'README.md'
 NAME = 'kinematics_service'
 MANIFEST = ElementTree.parse(HERE / 'package.xml').getroot()
 
@@ -20,11 +20,12 @@ ROS = ['ros-jazzy-rclpy[fastrtps]', 'ros-jazzy-common-interfaces']
 # Robots, and layouts for viewers.
 CONFIG = ['*.yaml', '*.json', '*.rviz']
 PEERS = ['pin', 'roboticstoolbox-python', 'yourdfpy']
+# What tests of a wheel need, without ROS and without a compiler.
+TEST_WHEEL = ['pytest>=8', 'pytest-timeout', 'pytest-xdist', 'hypothesis']
 TEST = [
-    'pytest>=8',
-    'pytest-timeout',
-    'pytest-xdist',
-    'hypothesis',
+    *TEST_WHEEL,
+    'cython>=3.0.8',
+    'setuptools>=61',
     'ros-jazzy-domain-coordinator',
     'rosbags',
 ]
@@ -33,8 +34,7 @@ setup(
     name=NAME,
     version=MANIFEST.findtext('version'),
     description=MANIFEST.findtext('description'),
-    # colcon's symlinked build folder has no README.
-    long_description=README.read_text(encoding='utf-8') if README.exists() else '',
+    long_description=(HERE / 'README.md').read_text(encoding='utf-8'),
     long_description_content_type='text/markdown',
     license='Apache-2.0',
     maintainer=MANIFEST.findtext('maintainer'),
@@ -81,6 +81,7 @@ setup(
     extras_require={
         'ros': ROS,
         'test': TEST,
+        'test-wheel': TEST_WHEEL,
         'peers': PEERS,
         'bag': ['rosbags>=0.11'],
         'plot': ['matplotlib'],

@@ -3,10 +3,11 @@ The kernel's extension modules: compiled where that can be, never in the way.
 
 """
 
-import contextlib
 import hashlib
-import io
+import os
 import sys
+import sysconfig
+import threading
 from pathlib import Path
 
 from setuptools import Extension
@@ -23,6 +24,10 @@ OPTIONS = [
     *('-O3', '-g0', '-ffp-contract=off', '-fno-math-errno', '-fno-trapping-math'),
     '-finline-limit=300',
 ]
+# Where it is set, to anything, every access beyond an array, on the heap or the stack, ends the
+# process with its place: see the README's section on tests.
+CHECKED = 'KINEMATICS_BOUNDSCHECK'
+CHECKS = ['-fsanitize=address,bounds', '-fno-sanitize-recover=all', '-fno-omit-frame-pointer']
 DIRECTIVES = {
     'language_level': 3,
     'annotation_typing': False,
@@ -34,62 +39,95 @@ DIRECTIVES = {
 }
 
 
-def source_hash(folder: Path) -> str:
-    """Return the hash of a kernel's source, as kernel/compiled.py computes it."""
-    files = sorted([*folder.glob('*.py'), *folder.glob('*.pxd')], key=lambda file: file.name)
-    return hashlib.sha256(b''.join(file.read_bytes() for file in files)).hexdigest()
+def built_from() -> str:
+    """Return the hash of the kernel's source and the files it is of; compiled.py compares it."""
+    files = sorted([*FOLDER.glob('*.py'), *FOLDER.glob('*.pxd')], key=lambda file: file.name)
+    digest = hashlib.sha256(b''.join(file.read_bytes() for file in files)).hexdigest()
+    return ' '.join([digest, *(file.name for file in files)])
 
 
 def extension_modules() -> list[Extension]:
-    """Return the modules to compile, none without Cython and numpy."""
-    try:
-        import numpy
-        from Cython.Build import cythonize
-    except ImportError as error:
-        _tell(error)
-        return []
-    sources = sorted([*map(str, FOLDER.glob('*.py')), *map(str, FOLDER.glob('*.pxd'))])
-    extensions = [
+    """Return the modules to compile, whose source is read when they are built."""
+    checks = CHECKS if os.environ.get(CHECKED) else []
+    return [
         Extension(
             f'{PACKAGE}.kernel.{types.stem}',
             [str(types.with_suffix('.py'))],
-            include_dirs=[numpy.get_include()],
-            extra_compile_args=OPTIONS,
+            extra_compile_args=[*OPTIONS, *(['-g1', *checks] if checks else [])],
+            extra_link_args=checks,
             define_macros=[('NPY_NO_DEPRECATED_API', 'NPY_1_7_API_VERSION')],
         )
         for types in sorted(FOLDER.glob('*.pxd'))
         if types.stem not in INCLUDED
     ]
-    for extension in extensions:
-        if extension.name.endswith('.origin'):
-            extension.define_macros.append(('KINEMATICS_SOURCE', f'"{source_hash(FOLDER)}"'))
-            extension.depends = sources
-    # colcon reads what setup.py prints.
-    said = io.StringIO()
+
+
+def compilers_at_once() -> int:
+    """Return how many compilers run side by side: as many as there are cores and GiB of memory."""
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, 'sched_getaffinity') else os.cpu_count()
     try:
-        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
-            return cythonize(
-                extensions, compiler_directives=DIRECTIVES, build_dir='build/cython', quiet=True
-            )
-    except Exception as error:  # an old Cython, a folder that cannot be written
-        sys.stderr.write(said.getvalue())
-        _tell(error)
-        return []
-
-
-def _tell(error: Exception) -> None:
-    print(f'the kernel is not compiled, it stays plain Python: {error}', file=sys.stderr)
+        memory = os.sysconf('SC_PAGE_SIZE') * os.sysconf('SC_PHYS_PAGES')
+    except (AttributeError, ValueError, OSError):
+        return 1
+    return max(1, min(cores or 1, memory >> 30))
 
 
 class BuildIfPossible(build_ext):
     """Builds all modules or none: without them the same source runs as plain Python."""
 
+    def finalize_options(self) -> None:
+        """Let several modules be compiled at once."""
+        super().finalize_options()
+        self.parallel = self.parallel or compilers_at_once()
+        self._translating, self._failed = threading.Lock(), False
+
     def run(self) -> None:
         """Build; where that fails, say so and go on."""
+        in_place, self.inplace = self.inplace, False
+        wanted = self._paths()  # where they are built, and where they are copied to
+        self.inplace = in_place
+        wanted |= self._paths()
+        folders = {path.parent for path in wanted}
         try:
             super().run()
         except Exception as error:
-            _tell(error)
-            for output in map(Path, self.get_outputs()):
-                output.unlink(missing_ok=True)
-            self.extensions = []
+            print(f'the kernel is not compiled, it stays plain Python: {error}', file=sys.stderr)
+            self.inplace, self.extensions, wanted = in_place, [], set()
+        # Left of another build they would be imported, not the source of that name.
+        for folder in folders:
+            for path in set(folder.glob(f'*{sysconfig.get_config_var("EXT_SUFFIX")}')) - wanted:
+                path.unlink()
+
+    def _paths(self) -> set[Path]:
+        return {Path(self.get_ext_fullpath(module.name)) for module in self.extensions}
+
+    def build_extension(self, ext: Extension) -> None:
+        """Translate a module to C, one at a time, and compile it while others are translated."""
+        with self._translating:
+            if self._failed:
+                return
+            self._translate(ext)
+        try:
+            super().build_extension(ext)
+        except Exception:
+            self._failed = True
+            raise
+
+    def _translate(self, ext: Extension) -> None:
+        # Imported here: that the package is described needs neither of them.
+        import numpy
+        from Cython.Build import cythonize
+
+        (source,) = ext.sources
+        translated = cythonize(
+            [Extension(ext.name, [source])],
+            compiler_directives=DIRECTIVES,
+            build_dir=str(Path(self.build_temp, 'cython')),
+            force=self.force,
+            quiet=True,
+        )
+        ext.sources = translated[0].sources
+        ext.include_dirs.append(numpy.get_include())
+        if source == str(FOLDER / 'origin.py'):
+            ext.define_macros.append(('KINEMATICS_SOURCE', f'"{built_from()}"'))
+            ext.depends = sorted([*map(str, FOLDER.glob('*.py')), *map(str, FOLDER.glob('*.pxd'))])

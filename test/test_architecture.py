@@ -46,7 +46,7 @@ def one_of(*names):
 # What is imported, and the files that may.
 RULES = {
     'ROS': (of_ros, lambda file: file.startswith('ros/')),
-    'compilers': (one_of('numba', 'llvmlite', 'Cython', 'cython'), lambda file: False),
+    'compilers': (one_of('Cython', 'cython'), lambda file: False),
     'sympy': (one_of('sympy', 'mpmath'), lambda file: 'symbol' in file),
     'YAML': (
         one_of('ruamel', 'yaml'),

@@ -582,7 +582,8 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
     missing = tmp_path / 'nosuch.yaml'
     assert refusal(missing) == f'{missing}: no such file'
     assert refusal(tmp_path) == f'{tmp_path}: is a directory: give the robot file itself'
-    assert refusal('a\0b') == 'a\0b: cannot be read: embedded null byte'
+    # The rest is Python's, 'byte' or 'character in path'.
+    assert refusal('a\0b').startswith('a\0b: cannot be read: embedded null ')
     (tmp_path / 'large.yaml').write_text('#' * 300_000)
     assert refusal(tmp_path / 'large.yaml').endswith('larger than 256 KiB: not a robot file')
     (tmp_path / 'binary.yaml').write_bytes(b'\xff' * 300_000)

@@ -12,7 +12,9 @@ from typing import Annotated
 
 import typer
 
+from .. import kernel
 from ..errors import KinematicsError
+from ..kernel.compiled import VARIABLE
 from ..version import __version__
 from . import (
     audit,
@@ -130,6 +132,9 @@ def _node(
         raise WrongUsage(f"options before a command are the node's: write them after {command!r}")
     if context.obj and command not in WITH_ROS:
         raise WrongUsage(f'{command} takes no --ros-args: it needs no ROS')
+    # The node logs it; who asked for it knows it.
+    if VARIABLE not in os.environ and (notice := kernel.notice()):
+        print(f'kinematics_service: {notice}', file=sys.stderr)
 
 
 def run(argv: Sequence[str] | None = None) -> int:

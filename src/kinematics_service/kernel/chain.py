@@ -57,7 +57,7 @@ def _goes_together(table: ChainTable) -> bool:
     first = table.first_entry
     return bool(
         len(first) == elements + 1
-        and (first[0], first[-1]) == (0, entries)
+        and (first[0], first[len(first) - 1]) == (0, entries)
         and np.all(np.diff(first) >= 0)
         and np.all((table.joint >= 0) & (table.joint < table.dof))
         and np.all((table.frame_parent >= -1) & (table.frame_parent < elements))
@@ -74,7 +74,11 @@ def _form(table: ChainTable) -> int:
     if table.joint.tolist() != list(range(table.dof)):
         return places.MIXED
     one_each = len(table.theta_0) == len(table.joint)
-    return places.TWISTED if one_each and all(map(_is_twist, table.before[1:-1])) else places.PLAIN
+    return (
+        places.TWISTED
+        if one_each and all(map(_is_twist, table.before[1 : len(table.before) - 1]))
+        else places.PLAIN
+    )
 
 
 class Chain:

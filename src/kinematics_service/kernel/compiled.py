@@ -63,13 +63,17 @@ def _quiet(function: Callable[..., Any]) -> Callable[..., Any]:
     return call
 
 
-def source_hash() -> str:
+def hash_of(names: Sequence[str]) -> str:
     """
-    Return the hash of the kernel's source as it is now.
+    Return the hash of the kernel's files of these names as they are now, nothing without them.
 
     """
-    files = sorted([*_FOLDER.glob('*.py'), *_FOLDER.glob('*.pxd')], key=lambda file: file.name)
-    return hashlib.sha256(b''.join(file.read_bytes() for file in files)).hexdigest()
+    try:
+        return hashlib.sha256(
+            b''.join((_FOLDER / name).read_bytes() for name in names)
+        ).hexdigest()
+    except OSError:
+        return ''
 
 
 def is_compiled() -> bool:
@@ -86,7 +90,7 @@ def notice() -> str:
     """
     Return what is to be said of the kernel before work begins, with the command that mends it.
 
-    Empty where it is compiled from the source beside it, or was asked to run as plain Python.
+    Empty where it is compiled from the source beside it.
 
     """
     from .origin import source
@@ -95,22 +99,17 @@ def notice() -> str:
         return (
             f'the kernel runs as plain Python, since {VARIABLE} is set: hundreds of times slower'
         )
-    built = source().decode()
+    built = source().decode().split()
+    if built and built[0] == hash_of(built[1:]):
+        return ''
+    # Imported here: what it needs loads for 60 ms.
+    from .reinstallation import command
+
     if not built:
         return (
             'the kernel is not compiled and runs as plain Python, hundreds of times slower; '
-            'to compile it: python -m pip install --force-reinstall --no-deps '
-            f'{_where_from()}'
+            f'to compile it: {command()}'
         )
-    if built != source_hash():
-        return (
-            'the compiled kernel is older or newer than its source; to compile it again: '
-            f'python -m pip install --force-reinstall --no-deps {_where_from()}'
-        )
-    return ''
-
-
-def _where_from() -> str:
-    # The folder with setup.py where this runs from one.
-    clone = _FOLDER.parents[2]
-    return f'-e {clone}' if (clone / 'setup.py').exists() else 'kinematics_service'
+    return (
+        f'the compiled kernel is older or newer than its source; to compile it again: {command()}'
+    )

@@ -8,7 +8,7 @@ from . import places
 
 def source() -> bytes:
     """
-    Return the hash of the source this was compiled from, nothing where it was not.
+    Return the hash of the source this was compiled from and the files it is of, or nothing.
 
     """
     return places.SOURCE

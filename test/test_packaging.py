@@ -1,0 +1,219 @@
+"""
+How the kernel comes to be compiled, and what is said where it is not, or not from its source.
+
+"""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import sysconfig
+import tarfile
+from pathlib import Path
+
+import pytest
+
+import kinematics_service as ks
+from kinematics_service import kernel
+from kinematics_service.kernel.compiled import VARIABLE
+
+PACKAGE = Path(ks.__file__).parent
+ROOT = Path(__file__).parents[1]
+ENDING = sysconfig.get_config_var('EXT_SUFFIX')
+NAME = 'kinematics_service'
+compiled_only = pytest.mark.skipif(not kernel.is_compiled(), reason='about the compiled kernel')
+SAY = 'from kinematics_service import kernel; print(kernel.is_compiled(), kernel.notice())'
+FK = (sys.executable, '-m', NAME, 'fk', '--robot', 'craig_3r', '--q', '0.1,0.2,0.3', '--json')
+
+
+def copy_of_the_package(folder, compiled=True):
+    left_out = ['__pycache__'] if compiled else ['__pycache__', f'*{ENDING}']
+    shutil.copytree(PACKAGE, folder / NAME, ignore=shutil.ignore_patterns(*left_out))
+    return folder / NAME
+
+
+def run(command, folder, **environment):
+    # With the package of this folder.
+    around = {name: value for name, value in os.environ.items() if name != VARIABLE}
+    return subprocess.run(
+        command,
+        cwd=folder,
+        env={**around, 'PYTHONPATH': str(folder), 'PYTHONDONTWRITEBYTECODE': '1', **environment},
+        capture_output=True,
+        text=True,
+        timeout=280,
+    )
+
+
+def said_in(folder):
+    done = run([sys.executable, '-c', SAY], folder)
+    assert done.returncode == 0, done.stderr
+    compiled, _, notice = done.stdout.strip().partition(' ')
+    return compiled == 'True', notice
+
+
+def test_the_package_has_its_types_and_nothing_of_the_build():
+    types = {file.stem for file in (PACKAGE / 'kernel').glob('*.pxd')}
+    assert {'chain_pass', 'places', 'arrays', 'origin'} <= types
+    assert types <= {file.stem for file in (PACKAGE / 'kernel').glob('*.py')}
+    assert not [*PACKAGE.rglob('*.c'), *PACKAGE.rglob('*.html')]
+
+
+@compiled_only
+def test_every_file_with_types_is_compiled_but_the_included_ones():
+    folder = PACKAGE / 'kernel'
+    compiled = {file.name.removesuffix(ENDING) for file in folder.glob(f'*{ENDING}')}
+    types = {file.stem for file in folder.glob('*.pxd')}
+    assert types - compiled == {'places', 'arrays'}
+    assert compiled <= types
+
+
+@compiled_only
+@pytest.mark.parametrize('name', ['vectors.py', 'places.pxd'])
+def test_a_library_older_than_its_source_is_named(tmp_path, name):
+    package = copy_of_the_package(tmp_path)
+    assert said_in(tmp_path) == (True, '')
+    # Neither a file that another version left behind nor a new one is in the way.
+    (package / 'kernel' / 'left_behind.py').write_text('')
+    assert said_in(tmp_path) == (True, '')
+    file = package / 'kernel' / name
+    file.write_text(file.read_text() + '\n')
+    compiled, notice = said_in(tmp_path)
+    assert compiled
+    assert 'older or newer than its source' in notice
+    assert 'pip install --force-reinstall' in notice
+    file.unlink()
+    if name.endswith('.pxd'):
+        assert 'older or newer than its source' in said_in(tmp_path)[1]
+
+
+def test_a_kernel_that_is_not_compiled_works_and_every_command_says_so(tmp_path):
+    copy_of_the_package(tmp_path, compiled=False)
+    compiled, notice = said_in(tmp_path)
+    assert not compiled
+    done = run(FK, tmp_path)
+    assert done.returncode == 0
+    assert done.stderr == f'{NAME}: {notice}\n'
+    asked_for = run(FK, tmp_path, **{VARIABLE: '1'})
+    assert (asked_for.stdout, asked_for.stderr) == (done.stdout, '')
+
+
+def installed(folder, **files):
+    # As an installer describes what it has put there.
+    about = folder / f'{NAME}-0.1.0.dist-info'
+    about.mkdir()
+    (about / 'METADATA').write_text(f'Metadata-Version: 2.1\nName: {NAME}\nVersion: 0.1.0\n')
+    for name, text in files.items():
+        (about / name).write_text(text)
+
+
+AGAIN = ' -m pip install --force-reinstall --no-deps '
+
+
+@pytest.mark.parametrize(
+    ('origin', 'again'),
+    [
+        (None, NAME),
+        ({'url': 'file:///a%20b/clone', 'dir_info': {}}, "'/a b/clone'"),
+        (
+            {'url': 'https://host/a.git', 'vcs_info': {'vcs': 'git', 'commit_id': 'c0ffee'}},
+            'git+https://host/a.git@c0ffee',
+        ),
+    ],
+    ids=['index', 'folder', 'git'],
+)
+def test_what_pip_installed_is_compiled_by_what_pip_was_given(tmp_path, origin, again):
+    copy_of_the_package(tmp_path, compiled=False)
+    files = {'INSTALLER': 'pip'} | ({'direct_url.json': json.dumps(origin)} if origin else {})
+    installed(tmp_path, **files)
+    assert said_in(tmp_path)[1].endswith(f'{AGAIN}{again}')
+
+
+def test_a_clone_is_compiled_in_its_place(tmp_path):
+    (tmp_path / 'setup.py').touch()
+    (tmp_path / 'src').mkdir()
+    copy_of_the_package(tmp_path / 'src', compiled=False)
+    assert said_in(tmp_path / 'src')[1].endswith(f'{AGAIN}-e {tmp_path}')
+
+
+def test_what_colcon_installed_is_compiled_by_colcon(tmp_path):
+    site = tmp_path / 'install' / NAME / 'lib' / 'site-packages'
+    site.mkdir(parents=True)
+    copy_of_the_package(site, compiled=False)
+    installed(site)
+    again = f'cd {tmp_path} && rm -r build/{NAME} && colcon build --packages-select {NAME}'
+    assert said_in(site)[1].endswith(again)
+
+
+def test_a_symlinked_workspace_is_compiled_by_colcon(tmp_path):
+    source, build = tmp_path / 'source', tmp_path / 'build' / NAME
+    for folder in (source, build):
+        folder.mkdir(parents=True)
+    (source / 'setup.py').touch()
+    (build / 'setup.py').symlink_to(source / 'setup.py')
+    copy_of_the_package(build / 'src', compiled=False)
+    assert said_in(build / 'src')[1].endswith(
+        f'colcon build --symlink-install --packages-select {NAME}'
+    )
+
+
+@pytest.fixture
+def clone(tmp_path):
+    """
+    Return a copy of the clone's source, where this runs from a clone and can build.
+
+    """
+    for module in ('setuptools', 'Cython'):
+        pytest.importorskip(module)
+    if not (ROOT / 'packaging').is_dir():
+        pytest.skip('there is no setup.py beside the tests')
+    for name in ('setup.py', 'setup.cfg', 'package.xml', 'README.md', 'MANIFEST.in'):
+        shutil.copy(ROOT / name, tmp_path)
+    for name in ('packaging', 'src', 'config', 'resource'):
+        left_out = shutil.ignore_patterns('*.so', '*.egg-info', '__pycache__')
+        shutil.copytree(ROOT / name, tmp_path / name, ignore=left_out)
+    return tmp_path
+
+
+def compiled_files(folder):
+    return [*folder.rglob('*.so'), *folder.rglob('*.o')]
+
+
+def test_describing_the_package_translates_nothing(clone):
+    done = run([sys.executable, 'setup.py', '-q', 'egg_info'], clone)
+    assert done.returncode == 0, done.stderr
+    assert (clone / 'src' / f'{NAME}.egg-info' / 'PKG-INFO').exists()
+    assert not [*clone.rglob('*.c')]
+
+
+@pytest.mark.parametrize('options', [[], ['--inplace']], ids=['', 'in place'])
+def test_a_failing_compiler_leaves_the_whole_source_and_no_module(clone, options):
+    kernel_folder = clone / 'src' / NAME / 'kernel'
+    # One of an older build in place: with the others gone it would be a half-built set.
+    older = kernel_folder / f'vectors{ENDING}'
+    older.touch()
+    build = [sys.executable, 'setup.py', '-q', 'build_ext', *options]
+    done = run(build, clone, CC='false', LDSHARED='false')
+    assert done.returncode == 0, done.stderr
+    assert 'the kernel is not compiled, it stays plain Python' in done.stderr
+    assert compiled_files(clone) == ([] if options else [older])
+
+
+def test_colcons_folder_of_symlinks_describes_the_package_too(clone, tmp_path):
+    folder = tmp_path / 'symlinks'
+    folder.mkdir()
+    for name in ('setup.py', 'setup.cfg', 'package.xml', 'src', 'config', 'resource'):
+        (folder / name).symlink_to(clone / name)
+    done = run([sys.executable, 'setup.py', '-q', '--version'], folder)
+    assert (done.returncode, done.stdout.strip()) == (0, ks.__version__), done.stderr
+
+
+def test_what_is_packed_as_source_can_be_built(clone):
+    done = run([sys.executable, 'setup.py', '-q', 'sdist', '--formats', 'tar'], clone)
+    assert done.returncode == 0, done.stderr
+    (packed,) = (clone / 'dist').iterdir()
+    with tarfile.open(packed) as archive:
+        names = {name.partition('/')[2] for name in archive.getnames()}
+    assert {'package.xml', 'packaging/kernel_build.py', 'packaging/backend.py'} <= names
+    assert {'src/kinematics_service/kernel/places.pxd', 'config/ur5e.yaml', 'README.md'} <= names
