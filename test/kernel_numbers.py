@@ -113,11 +113,22 @@ def visits(arm, random):
 
 def steps_of_the_servo(arm, q, row, twist):
     n = arm.chain.dof
-    limits = np.array([[-2.0, 2.5]] * n)
-    rates, held, report = np.zeros(n), np.zeros(n, np.int64), np.zeros(4)
-    settings = np.array([0.1, 0.2, 0.5, 0.1])
-    kernel.servo(arm.task, settings, limits, np.full(n, 1.5), q, row, twist, rates, held, report)
-    yield from (('servo', array) for array in (rates, held, report))
+    limits, fastest = np.array([[-2.0, 2.5]] * n), np.full(n, 1.5)
+    servo = kernel.Servo(
+        arm.task,
+        damping=0.1,
+        damped_below=0.2,
+        length=0.5,
+        horizon=0.1,
+        limits=limits,
+        fastest=fastest,
+    )
+    step = kernel.ServoStep(servo, np.zeros(n))
+    kernel.servo(step, q, row, twist)
+    yield 'servo', step.qdot
+    yield 'servo', np.array([int(step.is_held(j)) for j in range(n)])
+    said = [step.damping, step.least_singular_value, step.shortened, float(step.slowest)]
+    yield 'servo', np.array(said)
 
 
 def arm_width(arm):

@@ -44,7 +44,7 @@ SAID_OF_ONE = ('miss', 'margin', 'share', 'posture')
 SAID_OF_A_STEP = ('qdot', 'damping', 'least_singular_value', 'shortened', 'slowest')
 # How it is built; and details, which have tests of their own.
 NOT_PART_OF_IT = {
-    *('is_compiled', 'notice', 'prefer_source_where_asked', 'sine_and_cosine'),
+    *('is_compiled', 'notice', 'prefer_source_where_needed', 'is_stale', 'sine_and_cosine'),
     *('decompose', 'determinant_of', 'shortest_angle'),
 }
 
@@ -74,7 +74,8 @@ def said_by(argument):
     elif isinstance(argument, kernel.Solutions):
         yield from said_by(argument.q[: argument.count])
         for k in range(argument.count):
-            yield from said_by([getattr(argument, name)(k) for name in SAID_OF_ONE])
+            for name in SAID_OF_ONE:
+                yield from said_by(getattr(argument, name)(k))
             yield from said_by([argument.is_beyond(k, j) for j in range(argument.q.shape[1])])
     elif isinstance(argument, kernel.ServoStep):
         for name in SAID_OF_A_STEP:

@@ -6,9 +6,9 @@ The kernel: what is computed of an arm for every message, compiled when the pack
 from . import compiled
 from .compiled import is_compiled as is_compiled
 from .compiled import notice as notice
-from .compiled import prefer_source_where_asked
+from .compiled import prefer_source_where_needed
 
-prefer_source_where_asked()
+prefer_source_where_needed()
 
 from .aims import off_rotation as off_rotation
 from .aims import take_aim as take_aim

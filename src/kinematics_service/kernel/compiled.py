@@ -31,13 +31,33 @@ class _SourceOnly:
         return FileFinder(str(_FOLDER), (SourceFileLoader, SOURCE_SUFFIXES)).find_spec(name)
 
 
-def prefer_source_where_asked() -> None:
+def prefer_source_where_needed() -> None:
     """
-    Let the kernel's modules be imported as plain Python where the environment asks for it.
+    Let the kernel's modules be imported as plain Python where compiled ones are not wanted.
+
+    Where the environment asks for it, and where the source has changed since it was compiled: then
+    modules of different ages would meet.
 
     """
-    if os.environ.get(VARIABLE):
+    if os.environ.get(VARIABLE) or is_stale():
         sys.meta_path.insert(0, _SourceOnly())
+
+
+@functools.cache
+def is_stale() -> bool:
+    """
+    Return whether there is a compiled kernel, but not of the source beside it.
+
+    """
+    try:
+        from .origin import source
+    except ImportError:  # for another Python, say
+        return True
+    built = source().decode().split()
+    if not built or built[0] == hash_of(built[1:]):
+        return False
+    del sys.modules[source.__module__]  # it is imported again, as source
+    return True
 
 
 def without_warnings(names: Mapping[str, Any]) -> dict[str, Any]:
@@ -90,26 +110,20 @@ def notice() -> str:
     """
     Return what is to be said of the kernel before work begins, with the command that mends it.
 
-    Empty where it is compiled from the source beside it.
+    Empty where it runs compiled.
 
     """
-    from .origin import source
-
+    slowly = 'runs as plain Python, hundreds of times slower'
     if os.environ.get(VARIABLE):
-        return (
-            f'the kernel runs as plain Python, since {VARIABLE} is set: hundreds of times slower'
-        )
-    built = source().decode().split()
-    if built and built[0] == hash_of(built[1:]):
+        return f'the kernel {slowly}, since {VARIABLE} is set'
+    if is_compiled():
         return ''
     # Imported here: what it needs loads for 60 ms.
     from .reinstallation import command
 
-    if not built:
+    if is_stale():
         return (
-            'the kernel is not compiled and runs as plain Python, hundreds of times slower; '
-            f'to compile it: {command()}'
+            'the source of the kernel has changed since it was compiled, so it '
+            f'{slowly}; to compile it again: {command()}'
         )
-    return (
-        f'the compiled kernel is older or newer than its source; to compile it again: {command()}'
-    )
+    return f'the kernel is not compiled and {slowly}; to compile it: {command()}'
