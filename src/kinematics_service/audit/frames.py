@@ -16,8 +16,8 @@ from ..rigid_motion import rotation_vector
 from ..robot import Robot
 from ..tool_state import evaluate
 from .block import Flags
-from .neighbourhoods import MOST, Track, joined
-from .source import PoseTrack
+from .neighbourhoods import Track, joined
+from .source import MOST_POSES, PoseTrack
 from .timeline import Timeline
 
 # Joint positions are interpolated between two states so many usual intervals apart, but within
@@ -133,7 +133,7 @@ def frames_of(
         reason = reason or f'there are {len(use)} poses'
         return none._replace(reason=f'{reason}; at least {LEAST} are needed')
     chosen = np.flatnonzero(use)
-    chosen = chosen[np.unique(np.linspace(0, len(chosen) - 1, MOST).astype(int))]
+    chosen = chosen[np.unique(np.linspace(0, len(chosen) - 1, MOST_POSES).astype(int))]
     poses, q = track.poses[found.poses[chosen]], found.q[chosen]
     zero, motion = found.stamps[0], None
     if len(found.states_at) > 1:

@@ -13,11 +13,9 @@ from ..frame_doctor.lag import REACH
 from ..kernel import Floats
 from ..robot import Robot
 from .block import LARGEST_BLOCK, Flags, Times
-from .source import PoseTrack
+from .source import MOST_POSES, PoseTrack
 from .timeline import Timeline
 
-# Poses the frame doctor looks at; more would not tell more. Up to twice as many are followed.
-MOST = 600
 # States so long before and after a pose are kept (ns): lags are searched within.
 AROUND = round((REACH + 2.0 * WINDOW) * 1e9)
 
@@ -80,7 +78,7 @@ class Neighbourhoods:
         self._robot, self._track = robot, track
         order = np.argsort(track.stamps, kind='stable')
         if track.q is not None and len(order):
-            order = order[np.unique(np.linspace(0, len(order) - 1, MOST).astype(int))]
+            order = order[np.unique(np.linspace(0, len(order) - 1, MOST_POSES).astype(int))]
         self._order, self._sorted = order, track.stamps[order]
         self._stride = 1
         self._first = self._latest = -1
@@ -115,7 +113,8 @@ class Neighbourhoods:
         self._t = np.concatenate([self._t, *(part[1] for part in self._parts)])
         self._q = np.concatenate([self._q, *(part[2] for part in self._parts)])
         self._parts, self._waiting = [], 0
-        while self._track.q is None and self._count_within() > 2 * MOST:
+        # Up to twice as many are followed.
+        while self._track.q is None and self._count_within() > 2 * MOST_POSES:
             self._stride *= 2
         keep = self._around()
         self._stamps, self._t, self._q = self._stamps[keep], self._t[keep], self._q[keep]

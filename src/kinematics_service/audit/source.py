@@ -22,6 +22,8 @@ ACCEPTED = (
     'accepted are MCAP (.mcap), rosbag2 (a directory or .db3), ROS 1 bags (.bag), tables (.csv), '
     'and planned trajectories (.yaml, .json)'
 )
+# Poses of a track that are compared; more would not tell more.
+MOST_POSES = 600
 
 
 class PoseTrack(NamedTuple):

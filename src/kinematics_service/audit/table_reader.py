@@ -12,9 +12,8 @@ import numpy as np
 
 from ..recording import POSITION, STAMP, VELOCITY
 from .block import AuditError, Block
-from .neighbourhoods import MOST
 from .pose_format import ACCEPTED_POSES, PoseFormat, pose_columns
-from .source import PoseTrack, Source, Wanted
+from .source import MOST_POSES, PoseTrack, Source, Wanted
 from .table_rows import NO_TEXT, RowReader
 from .tool_poses import PoseRows
 
@@ -112,7 +111,7 @@ class _Table:
                 yield Block(tuple(self.joints), stamps, received, numbers[:, :n], numbers[:, n:m])
 
         def track() -> PoseTrack | None:
-            return poses.track(f'{self.names.pose}*', '', MOST) if poses.count else None
+            return poses.track(f'{self.names.pose}*', '', MOST_POSES) if poses.count else None
 
         topic, total = f'{self.names.position}*', _lines_of(self.file) - 1
         return Source('table', topic, False, total, blocks(), track, reader.remarks)
