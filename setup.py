@@ -88,6 +88,7 @@ setup(
         'dask': ['dask[distributed]'],
         'view': ['viser>=1.1,<2', 'websockets>=15'],
         'lint': ['ruff', 'mypy'],
+        'docs': ['sphinx>=8', 'myst-parser>=4', 'furo', 'matplotlib'],
     },
     entry_points={'console_scripts': [f'{NAME} = {NAME}.__main__:main']},
     zip_safe=False,

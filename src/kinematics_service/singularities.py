@@ -33,7 +33,7 @@ class Singularity:
     determinant
         det(J_t); None where it is not square.
     manipulability
-        Product of the singular values: |det|, or sqrt(det(J_t J_t^T)) for n > m.
+        Product of the singular values: abs(det), or sqrt(det(J_t J_t^T)) for n > m.
     condition_number, smallest_singular_value, singular_values
         Of the scaled J_t; singular values in descending order, shape (..., min(m, n)).
     rank, generic_rank

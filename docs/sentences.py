@@ -1,0 +1,153 @@
+"""What the tables of the reference say in words: one sentence for each name of the code."""
+
+HEARD_TOPICS = {
+    'joint_states': 'the joints of the arm, by name; every message that is accepted is answered',
+    '~/target_pose': 'a pose to reach; answered on `~/ik/joint_states` and `~/ik/solutions`',
+    '~/target_twist': 'a twist to follow; answered on `~/ik/joint_velocity`',
+    '~/reference_pose': "the tool's pose from elsewhere, compared in the status `frames` on "
+    '`/diagnostics`',
+}
+
+TOPICS = {
+    '~/pose': 'tool in the base frame; unit quaternion, its sign continuous over time',
+    '~/jacobian': '6 x n, row-major; `dim[0]` has the label `vx,vy,vz,wx,wy,wz`, `dim[1]` the '
+    'joint names; it has no stamp: message k belongs to pose k',
+    '~/twist': 'J qdot; `frame_id` is the frame whose axes are used',
+    '~/velocity': 'the same with body, reference and axes named',
+    '~/singularity/determinant': 'det(J_t), where J_t is square',
+    '~/singularity/manipulability': 'product of the singular values of J_t',
+    '~/singularity/condition_number': 'of J_t, angular rows times the characteristic length',
+    '~/singularity/smallest_singular_value': 'likewise',
+    '~/singularity/distance': 'estimated joint motion to the nearest singular pose, rad',
+    '~/link_frames': 'every frame of the table in the base frame',
+    '~/markers': 'links, joint axes, velocity ellipsoid, twist, lost direction for RViz and '
+    'Foxglove; at most thirty a second',
+    'robot_description': 'with `publish_robot_description`: a URDF made from the table',
+    '/tf': 'with `publish_tf`, where tf2_msgs is installed: the tool in the base frame',
+    '~/singularity/warning': 'OK, WARN, ERROR or STALE, a sentence, key-values; a node that '
+    'starts late gets the last one',
+    '~/ik/joint_states': 'for a target pose: the solution nearest to the present joint positions',
+    '~/ik/solutions': 'for a target pose: all solutions inside the limits, solutions x joints, '
+    'nearest first; `dim[0]` labels their postures, `dim[1]` the joint names',
+    '~/ik/joint_velocity': 'for a target twist: joint velocities by damped least squares, inside '
+    'every limit',
+    '~/ik/status': 'one for each target: OK, WARN (a twist is followed in part), ERROR (refused, '
+    'unreachable) and the reason',
+    '/diagnostics': 'once a second: input rate, age, messages by what became of them, missing '
+    'joints, publishers',
+}
+
+MEASURES = {
+    'distance': 'first-order estimate of the joint motion to the nearest singular pose',
+    'determinant': 'det(J_t), signed; it exists where J_t is square',
+    'manipulability': "Yoshikawa's: the product of the singular values of J_t",
+    'smallest_singular_value': 'of the scaled J_t: tool speed per joint speed in the worst '
+    'direction',
+    'condition_number': 'of the scaled J_t: the largest singular value over the smallest',
+}
+
+_XYZ = 'position'
+_RPY = 'orientation: R = Rz(yaw) Ry(pitch) Rx(roll)'
+
+# Class of the schema: heading, a sentence, and the meaning of each key.
+ROBOT_FILE = {
+    'RobotEntry': (
+        'The file',
+        'One file is one arm. A number may be an expression of `pi`, the constants, '
+        '`+ - * / ( )`, `sqrt`, `sin`, `cos` and `atan2`.',
+        {
+            'robot': 'name of the arm',
+            'source': 'where the numbers come from: datasheet, page, drawing',
+            'convention': 'which table `links` holds',
+            'units': 'units of every number of the file',
+            'constants': 'names for numbers: `{L1: 0.12, L2: 0.4}`',
+            'joints': "the actuated joints, in the order of the Jacobian's columns",
+            'links': 'the rows of the table, base to tool',
+            'base': 'where the table begins, in the base frame',
+            'tool': 'the tool, in the last frame of the table',
+            'singularity': 'what is called singular, and when to warn',
+            'known_poses': 'poses known from elsewhere, which `check` compares',
+        },
+    ),
+    'UnitsEntry': (
+        'units',
+        'Without this key the file is in rad and m.',
+        {'angle': 'unit of angles', 'length': 'unit of lengths'},
+    ),
+    'JointEntry': (
+        'joints',
+        'A joint without `limits` turns without end.',
+        {
+            'name': 'as the driver publishes it in `joint_states`',
+            'variable': 'what the table calls it; without it the name',
+            'type': '`revolute` stands in `theta`, `prismatic` in `d`, `helical` in both',
+            'limits': 'range of the joint, `[lower, upper]`',
+            'velocity': 'largest speed, a second',
+            'unused': 'the joint stands in no row of the table, on purpose',
+        },
+    ),
+    'DhRowEntry': (
+        'links, standard and modified',
+        '`theta` and `d` may be any expression that is linear in the joint variables, so signs, '
+        'offsets, gears and coupled joints need no keyword. A row is Rz(theta) Tz(d) Tx(a) '
+        'Rx(alpha) in `standard`, and Rx(alpha) Tx(a) Rz(theta) Tz(d) in `modified`, where alpha '
+        'and a belong to the link before the joint. In `elementary` a row is instead one text, '
+        'such as `Rz(q1)` or `Tx(L1)`, of `Rx Ry Rz Tx Ty Tz`.',
+        {
+            'a': 'distance of the joint axes along x',
+            'alpha': 'angle of the joint axes about x',
+            'd': 'distance along z; a prismatic joint moves it',
+            'theta': 'angle about z; a revolute joint moves it',
+        },
+    ),
+    'ShapeRowEntry': (
+        'links, shape',
+        'A row is in * joint * inverse(out), after Sheth and Uicker. A matrix has 3 or 4 rows of '
+        '4 numbers, or is `{xyz, rpy}`; left out it is the identity.',
+        {
+            'in': 'shape matrix on the side of the link before',
+            'joint': 'one of `Rx() ... Tz()` with the joint variable',
+            'out': 'shape matrix on the side of the link after',
+        },
+    ),
+    'PlacementEntry': (
+        'base and tool',
+        'What is left out is zero, and the frames are called `base_link` and `tool0`.',
+        {'frame': 'name of the frame in ROS', 'xyz': _XYZ, 'rpy': _RPY},
+    ),
+    'SingularityEntry': (
+        'singularity',
+        'All of it may be left out.',
+        {
+            'task': 'rows of J that count, of `x y z rx ry rz`; without it those the arm can move',
+            'length': 'the characteristic length; without it the RMS reach',
+            'measure': 'measure the warning watches; without it `distance`',
+            'warn': "WARN beyond it; without it the measure's default",
+            'stop': 'ERROR beyond it; likewise',
+            'factors': 'the named singular factors, which `derive --write` stores',
+        },
+    ),
+    'FactorEntry': (
+        'singularity.factors',
+        'A list.',
+        {
+            'name': 'what the warning calls it',
+            'expression': 'a function of the joints whose zeros are singular poses',
+        },
+    ),
+    'KnownPoseEntry': (
+        'known_poses',
+        'A list. A pose without `rpy` is compared in its position alone.',
+        {
+            'q': 'joint positions, in the units of the file',
+            'xyz': 'where the tool then is',
+            'rpy': _RPY,
+            'tolerance': '`{xyz, rpy}`: how exact the pose is',
+        },
+    ),
+    'ToleranceEntry': (
+        'known_poses.tolerance',
+        'Each of them may be left out.',
+        {'xyz': 'of the position', 'rpy': 'of the orientation, as an angle'},
+    ),
+}

@@ -1,0 +1,228 @@
+"""
+What the pages of docs/ show is so: their commands run and print that, and their Python runs.
+
+A block with `$` lines is run in a folder of its page, unless the comment before it says why it is
+not; then its command lines are only parsed. The last one may end with exit code 1 where the
+comment says so. A block with a caption is the file of that name.
+"""
+
+import contextlib
+import doctest
+import io
+import os
+import re
+import runpy
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+import typer
+
+from kinematics_service.__main__ import main
+from kinematics_service.commands.arguments import join_numbers, split_ros_arguments
+from kinematics_service.commands.command_line import app
+
+ROOT = Path(__file__).parent.parent
+DOCS = ROOT / 'docs'
+PAGES = sorted(
+    page.relative_to(ROOT).as_posix()
+    for page in [*DOCS.rglob('*.md'), ROOT / 'CONTRIBUTING.md']
+    if 'pictures' not in page.parts
+)
+RUN = ['python', '-m', 'kinematics_service']
+BLOCK = re.compile(
+    r'(?:^<!-- (?P<comment>[^\n]*) -->\n)?'
+    r'^```(?:\{code-block\} )?(?P<language>\w+)\n(?P<body>.*?)^```$',
+    re.MULTILINE | re.DOTALL,
+)
+CAPTION = re.compile(r':caption: (\S+)\n\n?')
+CHECKER = doctest.OutputChecker()
+LANGUAGES = {'console', 'pycon', 'python', 'yaml', 'text', 'cmake', 'xml'}
+
+
+class Block(NamedTuple):
+    language: str
+    comment: str
+    caption: str
+    body: str
+    line: int
+
+
+def blocks_of(page):
+    text = (ROOT / page).read_text(encoding='utf-8')
+    for found in BLOCK.finditer(text):
+        body, caption = found['body'], ''
+        if titled := CAPTION.match(body):
+            caption, body = titled[1], body[titled.end() :]
+        line = text.count('\n', 0, found.start('body')) + 1
+        yield Block(found['language'], found['comment'] or '', caption, body, line)
+
+
+def commands_of(body):
+    """Yield each command line of a block, its lines joined, with the output shown for it."""
+    command, shown = None, []
+    for line in body.splitlines():
+        if command is not None and command.endswith('\\'):
+            command = command[:-1] + line.strip()
+        elif line.startswith('$ '):
+            if command is not None:
+                yield command, shown
+            command, shown = line[2:], []
+        else:
+            shown.append(line)
+    assert command is not None, 'a console block begins with $'
+    yield command, shown
+
+
+class Shell:
+    """Runs the command lines of a page; this package's own in this process, to save its start."""
+
+    def __init__(self):
+        self.code = 0
+
+    def run(self, command):
+        command = re.sub(r'\s# .*$', '', command)
+        if command == 'echo $?':
+            code, self.code = self.code, 0
+            return f'{code}\n'
+        line, _, file = command.partition(' > ')
+        words = shlex.split(line)
+        printed = io.StringIO()
+        if words[:1] == ['python']:
+            with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(printed):
+                self.code = python(words)
+        else:
+            result = subprocess.run(
+                ['bash', '-c', line], capture_output=True, text=True, timeout=60, check=False
+            )
+            self.code = result.returncode
+            printed.write(result.stdout + result.stderr)
+        if file:
+            Path(file.strip()).write_text(printed.getvalue(), encoding='utf-8')
+            return ''
+        return printed.getvalue()
+
+
+def python(words):
+    if words[:3] == RUN:
+        return main(words[3:])
+    before = sys.argv
+    sys.argv = words[1:]
+    try:
+        runpy.run_path(words[1], run_name='__main__')
+    except SystemExit as end:
+        return end.code or 0
+    finally:
+        sys.argv = before
+    return 0
+
+
+def stripped(lines):
+    return '\n'.join(line.rstrip() for line in lines).strip('\n') + '\n'
+
+
+def assert_shown(shown, printed, where):
+    want, got = stripped(shown), stripped(printed.splitlines())
+    fits = CHECKER.check_output(want, got, doctest.ELLIPSIS)
+    assert fits, f'{where}\nthe page shows:\n{want}\nbut this is printed:\n{got}'
+
+
+def parse(command, where):
+    """Check the words of a command line that cannot be run here."""
+    words = shlex.split(re.sub(r'\s# .*$', '', command.split(' | ')[0].split(' > ')[0]))
+    while words and re.fullmatch(r'\w+=.*', words[0]):
+        words.pop(0)
+    for extras in re.findall(r'\.\[([\w,]+)\]', command):
+        assert set(extras.split(',')) <= extras_of_setup(), where
+    if words[: len(RUN)] != RUN:
+        return
+    ours, ros = split_ros_arguments(words[len(RUN) :])
+    group = typer.main.get_command(app)
+    context = group.make_context('kinematics_service', join_numbers(ours))
+    names = [*context._protected_args, *context.args]
+    if names:
+        name, command_found, rest = group.resolve_command(context, names)
+        command_found.make_context(name, rest, parent=context)
+    for name in re.findall(r'-p ([\w.]+):=', ' '.join(ros)):
+        assert name in parameters(), f'{where}: no parameter {name}'
+
+
+def extras_of_setup():
+    text = (ROOT / 'setup.py').read_text(encoding='utf-8')
+    return set(re.findall(r"^        '(\w+)': ", text, re.MULTILINE))
+
+
+def parameters():
+    table = pytest.importorskip('kinematics_service.ros.parameter_table')
+    return {one.name for one in (table.ROBOT, table.TRANSPORT, *table.PARAMETERS)}
+
+
+@pytest.mark.parametrize('page', PAGES)
+def test_every_block_of_a_page_does_what_it_shows(page, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    shell, names = Shell(), {'__name__': 'page'}
+    for block in blocks_of(page):
+        where = f'{page}:{block.line}'
+        assert block.language in LANGUAGES, where
+        if block.caption:
+            Path(block.caption).write_text(block.body, encoding='utf-8')
+        elif block.comment.startswith('not run'):
+            assert block.comment.partition(':')[2], f'{where}: say why it is not run'
+            if block.language == 'console':
+                for command, _ in commands_of(block.body):
+                    parse(command, where)
+        elif block.language == 'console':
+            run_console(shell, block, where)
+        elif block.language == 'pycon':
+            run_doctest(names, block, page)
+        elif block.language == 'python':
+            exec(compile(block.body, where, 'exec'), names)
+
+
+def run_console(shell, block, where):
+    lines = list(commands_of(block.body))
+    for index, (command, shown) in enumerate(lines):
+        printed = shell.run(command)
+        last = index + 1 == len(lines)
+        asked = not last and lines[index + 1][0] == 'echo $?'
+        expected = 1 if last and block.comment == 'exit code 1' else 0
+        assert asked or shell.code == expected, f'{where}: {command}: {shell.code}: {printed}'
+        if any(shown):
+            assert_shown(shown, printed, f'{where}: {command}')
+
+
+def run_doctest(names, block, page):
+    test = doctest.DocTestParser().get_doctest(block.body, names, page, page, block.line)
+    said = []
+    runner = doctest.DocTestRunner(optionflags=doctest.ELLIPSIS, verbose=False)
+    runner.run(test, out=said.append, clear_globs=False)
+    assert runner.failures == 0, ''.join(said)
+    names.update(test.globs)
+
+
+def test_every_page_has_been_found():
+    assert {'docs/index.md', 'docs/tutorials/own_arm.md', 'CONTRIBUTING.md'} <= set(PAGES)
+
+
+@pytest.mark.parametrize('what', ['topics', 'parameters', 'robot_file', 'commands', 'measures'])
+def test_every_name_of_the_code_has_its_sentence(what, monkeypatch):
+    if what in ('topics', 'parameters'):
+        pytest.importorskip('rclpy')
+    monkeypatch.syspath_prepend(str(DOCS))
+    import from_code
+
+    monkeypatch.setitem(os.environ, 'ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+    text = from_code.MAKERS[what]()
+    assert len(text.splitlines()) > 5
+    assert 'This part is left out' not in text
+
+
+def test_a_name_without_a_sentence_is_refused(monkeypatch):
+    monkeypatch.syspath_prepend(str(DOCS))
+    import from_code
+
+    with pytest.raises(from_code.MissingSentenceError, match='the key b has no sentence'):
+        from_code.explained(['a', 'b'], {'a': 'first'}, 'the key')

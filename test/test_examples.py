@@ -1,0 +1,91 @@
+"""The scripts of examples/ run, and do what they say."""
+
+import runpy
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import kinematics_service as ks
+
+EXAMPLES = Path(__file__).parent.parent / 'examples'
+SINGULAR = [0.1, -1.2, 1.4, -1.6, 0.0, 0.2]  # of the ur5e, at the wrist
+FREE = [0.1, -1.2, 1.4, -1.6, -1.2, 0.2]
+
+
+def run(name):
+    return runpy.run_path(str(EXAMPLES / f'{name}.py'), run_name='__main__')
+
+
+def test_there_is_a_test_for_every_example():
+    names = {path.stem for path in EXAMPLES.glob('*.py')}
+    assert names == {'library', 'batch', 'inverse_kinematics', 'own_node', 'audit_gate'}
+
+
+def test_library(capsys):
+    names = run('library')
+    robot, q = names['robot'], names['q']
+    step = 1e-6
+    moved = ks.forward_kinematics(robot, np.stack([q + step * names['qdot'], q]))[:, :3, 3]
+    assert (moved[0] - moved[1]) / step == pytest.approx(names['state'].twist[:3], abs=1e-5)
+    assert 'nearest: wrist' in capsys.readouterr().out
+
+
+def test_batch(capsys):
+    names = run('batch')
+    one = ks.singularity(names['robot'], names['q'][123])
+    assert names['near'].distance[123] == one.distance
+    assert '% of 100000 random poses' in capsys.readouterr().out
+
+
+def test_inverse_kinematics(capsys):
+    names = run('inverse_kinematics')
+    assert len(names['result']) > 1
+    for solution in names['result']:
+        reached = ks.forward_kinematics(names['robot'], solution.q)
+        assert reached == pytest.approx(names['target'], abs=1e-9)
+    assert names['refused'].status == 'unreachable'
+    assert 'unreachable: ' in capsys.readouterr().out
+
+
+def test_a_plan_through_a_singular_pose_fails_the_gate(tmp_path, capsys):
+    gate = runpy.run_path(str(EXAMPLES / 'audit_gate.py'))['main']
+    write_plan(tmp_path / 'far.yaml', FREE, np.add(FREE, [0.3, 0, 0, 0, 0, 0]))
+    assert gate('ur5e', tmp_path) == 0
+    write_plan(tmp_path / 'near.yaml', FREE, np.negative(FREE) * [-1, -1, -1, -1, 1, -1])
+    assert gate('ur5e', tmp_path) == 1
+    printed = capsys.readouterr().out
+    assert 'pass  far.yaml' in printed
+    assert 'FAIL  near.yaml: The planned motion comes too close to a singularity' in printed
+
+
+def test_an_empty_folder_fails_the_gate(tmp_path):
+    assert runpy.run_path(str(EXAMPLES / 'audit_gate.py'))['main']('ur5e', tmp_path) == 1
+
+
+def write_plan(file, *points):
+    names = ', '.join(ks.load_robot('ur5e').joint_names)
+    lines = [
+        f'  - {{positions: [{", ".join(map(str, q))}], time_from_start: {2.0 * k}}}'
+        for k, q in enumerate(points)
+    ]
+    file.write_text(f'joint_names: [{names}]\npoints:\n' + '\n'.join(lines) + '\n')
+
+
+@pytest.mark.parametrize(('q', 'expected'), [(SINGULAR, 0.0), (FREE, 1.0)])
+def test_own_node(ros_domain, q, expected):
+    harness = pytest.importorskip('ros_harness')
+    from std_msgs.msg import Float64
+
+    own = runpy.run_path(str(EXAMPLES / 'own_node.py'))['SpeedScale']
+    robot = ks.load_robot('ur5e')
+    peer = harness.Peer()
+    try:
+        peer.add(own(robot, context=peer.context, use_global_arguments=False))
+        heard = peer.listen('/speed_scale/speed_scale', Float64)
+        speaker = peer.speaker('/joint_states')
+        speaker.publish(harness.joint_state(robot.joint_names, q, stamp=harness.START))
+        peer.spin_until(lambda: heard, 'speed scale')
+        assert heard[0].data == expected
+    finally:
+        peer.close()
