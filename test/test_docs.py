@@ -21,12 +21,15 @@ from typing import NamedTuple
 import pytest
 import typer
 
+import kinematics_service as ks
 from kinematics_service.__main__ import main
 from kinematics_service.commands.arguments import join_numbers, split_ros_arguments
 from kinematics_service.commands.command_line import app
+from kinematics_service.notice import notice_of
 
 ROOT = Path(__file__).parent.parent
 DOCS = ROOT / 'docs'
+PACKAGE = Path(ks.__file__).parent
 PAGES = sorted(
     page.relative_to(ROOT).as_posix()
     for page in [*DOCS.rglob('*.md'), ROOT / 'CONTRIBUTING.md']
@@ -226,3 +229,34 @@ def test_a_name_without_a_sentence_is_refused(monkeypatch):
 
     with pytest.raises(from_code.MissingSentenceError, match='the key b has no sentence'):
         from_code.explained(['a', 'b'], {'a': 'first'}, 'the key')
+
+
+@pytest.mark.parametrize(
+    'words',
+    [
+        'no joint state yet',
+        'ignored: none of our joints',
+        'waiting for other joints',
+        'dropped: stamp not newer',
+        'fine; velocities are differences of positions',
+        'nobody publishes it',
+        'no kinematics node is here',
+        'look whether any arrive',
+        'did you mean --deg?',
+        'two ROS installations are mixed',
+        'this needs ROS 2 and its rclpy',
+    ],
+)
+def test_messages_that_troubleshooting_quotes_are_those_of_the_code(words):
+    assert words in (DOCS / 'how_to' / 'troubleshooting.md').read_text(encoding='utf-8')
+    sources = (path.read_text(encoding='utf-8') for path in PACKAGE.rglob('*.py'))
+    joined = re.compile(r"'\s*\n\s*f?'")
+    assert any(words in joined.sub('', text) for text in sources)
+
+
+def test_the_sentence_that_is_taken_apart_is_that_of_the_node():
+    robot = ks.load_robot('ur5e')
+    found = ks.singularity(robot, [0.1, -1.2, 1.4, -1.6, 0.02, 0.2], [0, 0, 0, 0, -0.1, 0])
+    sentence = notice_of(robot, found, found.level, 'base', '').sentence
+    page = (DOCS / 'tutorials' / 'warning.md').read_text(encoding='utf-8')
+    assert f'```text\n{sentence}\n```' in page
