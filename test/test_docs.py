@@ -144,11 +144,12 @@ def parse(command, where):
         return
     ours, ros = split_ros_arguments(words[len(RUN) :])
     group = typer.main.get_command(app)
-    context = group.make_context('kinematics_service', join_numbers(ours))
-    names = [*context._protected_args, *context.args]
-    if names:
-        name, command_found, rest = group.resolve_command(context, names)
-        command_found.make_context(name, rest, parent=context)
+    words = join_numbers(ours)
+    at = next((k for k, word in enumerate(words) if word in group.commands), len(words))
+    assert not words or at == 0 or words[0].startswith('-'), f'{where}: no command {words[0]}'
+    context = group.make_context('kinematics_service', words[:at])
+    for name in words[at : at + 1]:
+        group.commands[name].make_context(name, words[at + 1 :], parent=context)
     for name in re.findall(r'-p ([\w.]+):=', ' '.join(ros)):
         assert name in parameters(), f'{where}: no parameter {name}'
 
