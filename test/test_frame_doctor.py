@@ -330,9 +330,9 @@ def real():
         return np.array([[float(row[f'{name}_{k}']) for k in range(6)] for row in rows])
 
     t = np.array([float(row['timestamp']) for row in rows])
-    rows = PoseRows(PoseFormat('rotvec'), 6)
-    rows.take(np.arange(len(t)), six('actual_TCP_pose'))
-    return robot_of('ur3e'), t, six('actual_q'), rows.track('TCP', '').poses
+    poses = PoseRows(PoseFormat('rotvec'), 6)
+    poses.take(np.arange(len(t)), six('actual_TCP_pose'))
+    return robot_of('ur3e'), t, six('actual_q'), poses.track('TCP', '').poses
 
 
 def test_a_real_arms_tool_is_found_and_no_cause_named(real):
