@@ -71,8 +71,9 @@ def write_csv(path, robot, q, qdot):
 def one_audit(path, robot_name, out):
     from kinematics_service.audit.auditing import Listener, audit
     from kinematics_service.audit.document import document_of
+    from kinematics_service.audit.open_file import open_source
     from kinematics_service.audit.page import page_of
-    from kinematics_service.audit.source import Wanted, open_source
+    from kinematics_service.audit.source import Wanted
     from kinematics_service.printing import json_text
 
     robot = ks.load_robot(robot_name)

@@ -16,7 +16,8 @@ from kinematics_service.audit.curves import curve_of
 from kinematics_service.audit.document import document_of
 from kinematics_service.audit.ingest import Ingest
 from kinematics_service.audit.joint_state_cdr import columns_of
-from kinematics_service.audit.source import Source, Wanted, open_source
+from kinematics_service.audit.open_file import open_source
+from kinematics_service.audit.source import Source, Wanted
 from kinematics_service.audit.timeline import MEASURE_NAMES
 from kinematics_service.audit.verdict import verdict_of
 from kinematics_service.estimator import RESETS, Answer, Estimator, EstimatorSettings

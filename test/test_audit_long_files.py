@@ -13,7 +13,8 @@ import kinematics_service as ks
 from kinematics_service.audit import columns, table_rows
 from kinematics_service.audit.block import LARGEST_BLOCK
 from kinematics_service.audit.joint_state_cdr import columns_of
-from kinematics_service.audit.source import Wanted, open_source
+from kinematics_service.audit.open_file import open_source
+from kinematics_service.audit.source import Wanted
 from kinematics_service.estimator import UNREADABLE
 
 ROBOT = ('--robot', 'planar_2r')

@@ -158,3 +158,71 @@ def rotation_of_roll_pitch_yaw(rpy: npt.ArrayLike) -> Floats:
         ]
     )
     return R + 0.0  # no -0.0
+
+
+# Below it cos(pitch) is round-off, and so would be the yaw read from it: yaw is then 0.
+EXACT = 1e-15
+
+
+def exact_rpy(R: Floats) -> tuple[float, float, float]:
+    """
+    Return (roll, pitch, yaw) of a rotation, R = Rz(yaw) Ry(pitch) Rx(roll), in rad.
+
+    Unlike those for people to read, the three angles multiply out to R within round-off at every
+    R, pitch = +-pi/2 included.
+
+    """
+    roll, pitch, yaw = roll_pitch_yaw(R, EXACT).tolist()
+    return roll, pitch, yaw
+
+
+def pose_of(xyz: npt.ArrayLike, rpy: tuple[float, float, float]) -> Floats:
+    """
+    Return the pose (4, 4) of an `<origin>`: xyz in m, rpy in rad, Rz(yaw) Ry(pitch) Rx(roll).
+
+    """
+    T = np.eye(4)
+    T[:3, :3] = rotation_of_roll_pitch_yaw(rpy)
+    T[:3, 3] = xyz
+    return T
+
+
+def turn_about(axis: Floats, angle: npt.ArrayLike) -> Floats:
+    """
+    Return the rotation by angles (...) about a unit axis (3,), shape (..., 3, 3).
+
+    Rodrigues: R = cos I + sin [w]x + (1 - cos) w w^T.
+
+    """
+    angle = np.asarray(angle, dtype=np.float64)[..., None, None]
+    x, y, z = axis
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.asarray(
+        np.cos(angle) * np.eye(3)
+        + np.sin(angle) * cross
+        + (1.0 - np.cos(angle)) * np.outer(axis, axis)
+    )
+
+
+def exponential(w: Floats) -> Floats:
+    """
+    Return the rotations (..., 3, 3) of rotation vectors (..., 3), rad, by Rodrigues' formula.
+
+    """
+    angle = np.sqrt(np.einsum('...i,...i->...', w, w))[..., None, None]
+    K = np.zeros((*w.shape, 3))
+    K[..., 2, 1], K[..., 0, 2], K[..., 1, 0] = w[..., 0], w[..., 1], w[..., 2]
+    K[..., 1, 2], K[..., 2, 0], K[..., 0, 1] = -w[..., 0], -w[..., 1], -w[..., 2]
+    b = 0.5 * np.sinc(0.5 * angle / np.pi) ** 2
+    return np.asarray(np.eye(3) + np.sinc(angle / np.pi) * K + b * K @ K)
+
+
+def nearest_rotation(M: Floats) -> Floats:
+    """
+    Return the rotations R (..., 3, 3) that maximise trace(R^T M): Procrustes (Kabsch 1976).
+
+    """
+    U, _, Vt = np.linalg.svd(M)
+    U = np.array(U)
+    U[..., :, 2] *= np.linalg.det(U @ Vt)[..., None]
+    return np.asarray(U @ Vt)

@@ -8,9 +8,8 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from ..frame_doctor.rotations import exponential
 from ..kernel import Floats
-from ..rigid_motion import rotation_of_quaternion, rotation_of_roll_pitch_yaw
+from ..rigid_motion import exponential, rotation_of_quaternion, rotation_of_roll_pitch_yaw
 from .block import Flags, Times
 from .columns import Column, Table, spans
 from .pose_format import PoseFormat

@@ -101,7 +101,7 @@ def outcome_of(run: Run, bar: 'Callable[[int | None], Any] | None' = None) -> Ou
 
 def _audited(run: Run, bar: Callable[[int | None], Any]) -> 'Audit':
     from ..audit.auditing import Listener, audit
-    from ..audit.source import open_source
+    from ..audit.open_file import open_source
 
     reading = run.reading
     with ExitStack() as stack:

@@ -9,8 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..kernel import Floats
-from ..rigid_motion import rotation_vector, skew_part
-from .rotations import exponential, nearest_rotation
+from ..rigid_motion import exponential, nearest_rotation, rotation_vector, skew_part
 
 # Gauss-Newton steps at most.
 STEPS = 12

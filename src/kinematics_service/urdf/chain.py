@@ -10,10 +10,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..kernel import Floats
+from ..rigid_motion import turn_about
 from .document import Element
 from .elements import EXTENSION
 from .joints import MOVING, Angle, UrdfJoint, read_joint
-from .orientation import turn_about
 from .tree import UrdfTree
 
 

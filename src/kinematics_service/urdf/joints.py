@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..kernel import Floats
+from ..rigid_motion import pose_of
 from .document import Element, shown
 from .elements import UNLIMITED
-from .orientation import pose_of
 
 NUMBER = re.compile(r'[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?')
 INFINITE = re.compile(r'[-+]?inf(?:inity)?', re.IGNORECASE)

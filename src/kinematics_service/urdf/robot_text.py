@@ -10,9 +10,9 @@ from collections.abc import Sequence
 
 from ..expression_syntax import why_no_name
 from ..kernel import Floats
+from ..rigid_motion import exact_rpy
 from .chain import UrdfChain, Variable
 from .document import UrdfError, shown
-from .orientation import exact_rpy
 from .quantity import Quantity
 from .table import Pose, Table, TableRow
 

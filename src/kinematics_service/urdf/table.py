@@ -11,9 +11,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..kernel import Floats
-from ..rigid_motion import inverse, screw_x, screw_z
+from ..rigid_motion import exact_rpy, inverse, pose_of, screw_x, screw_z
 from .chain import UrdfChain, moved
-from .orientation import exact_rpy, pose_of
 from .quantity import ROUND_OFF, Quantity, angle_of, length_of
 
 # Axes whose directions differ by less are parallel: that is round-off of the products that led to

@@ -10,10 +10,10 @@ from xml.etree import ElementTree
 import numpy as np
 
 from ..kernel import Floats
+from ..rigid_motion import exact_rpy
 from ..robot import Robot
 from ..version import __version__
 from .elements import AS_IN_THE_FILE, EXTENSION, UNLIMITED, FrameNames, Plan, PlannedJoint
-from .orientation import exact_rpy
 from .plan import plan_of
 from .shapes import Shape, shapes_of
 
