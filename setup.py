@@ -5,7 +5,7 @@ import xml.etree.ElementTree as ElementTree
 from glob import glob
 from pathlib import Path
 
-from setuptools import setup
+from setuptools import find_packages, setup
 
 # colcon's folder of symlinks has neither the README nor packaging/.
 HERE = Path(__file__).resolve().parent
@@ -40,24 +40,11 @@ setup(
     maintainer=MANIFEST.findtext('maintainer'),
     python_requires='>=3.10',
     package_dir={'': 'src', f'{NAME}.config': 'config'},
-    packages=[
-        NAME,
-        f'{NAME}.audit',
-        f'{NAME}.commands',
-        f'{NAME}.frame_doctor',
-        f'{NAME}.inverse',
-        f'{NAME}.kernel',
-        f'{NAME}.plots',
-        f'{NAME}.ros',
-        f'{NAME}.symbols',
-        f'{NAME}.urdf',
-        f'{NAME}.view',
-        f'{NAME}.config',
-    ],
+    packages=[*find_packages('src'), f'{NAME}.config'],
     package_data={
         NAME: ['py.typed'],
         f'{NAME}.kernel': ['*.pxd'],
-        f'{NAME}.ros': ['fastdds.xml'],
+        f'{NAME}.ros.process': ['fastdds.xml'],
         f'{NAME}.config': CONFIG,
     },
     ext_modules=extension_modules(),

@@ -69,11 +69,11 @@ def write_csv(path, robot, q, qdot):
 
 
 def one_audit(path, robot_name, out):
-    from kinematics_service.audit.auditing import Listener, audit
-    from kinematics_service.audit.document import document_of
-    from kinematics_service.audit.open_file import open_source
-    from kinematics_service.audit.page import page_of
-    from kinematics_service.audit.source import Wanted
+    from kinematics_service.diagnosis.audit.auditing import Listener, audit
+    from kinematics_service.diagnosis.audit.report.document import document_of
+    from kinematics_service.diagnosis.audit.report.page import page_of
+    from kinematics_service.formats.recordings.open_file import open_source
+    from kinematics_service.formats.recordings.source import Wanted
     from kinematics_service.printing import json_text
 
     robot = ks.load_robot(robot_name)
@@ -89,7 +89,7 @@ def one_audit(path, robot_name, out):
         messages = sum(len(block) for block in source.blocks)
     phase('reading alone')
     if out:
-        from kinematics_service.audit.bag_writer import open_writer
+        from kinematics_service.diagnosis.audit.report.bag_writer import open_writer
 
         written = path.parent / 'written.mcap'
         with open_source(path, Wanted(robot)) as source, open_writer(written, robot, '') as writer:

@@ -19,11 +19,11 @@ from typing import NamedTuple
 import numpy as np
 
 import kinematics_service as ks
-from kinematics_service.audit.auditing import audit
-from kinematics_service.audit.block import Block
-from kinematics_service.audit.frames import FrameReport
-from kinematics_service.audit.source import PoseTrack, Source
-from kinematics_service.robot import build_robot
+from kinematics_service.diagnosis.audit.auditing import audit
+from kinematics_service.diagnosis.audit.frames import FrameReport
+from kinematics_service.formats.recordings.block import Block
+from kinematics_service.formats.recordings.source import PoseTrack, Source
+from kinematics_service.robot.robot import build_robot
 
 BEGIN = 1_700_000_000_000_000_000
 SECONDS, RATE = 20.0, 1000

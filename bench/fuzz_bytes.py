@@ -122,7 +122,7 @@ def silent():
 def beside_the_official(messages, seed):
     from rclpy.serialization import deserialize_message
 
-    from kinematics_service.ros.wire_check import WALKS, is_whole
+    from kinematics_service.ros.messages.message_check import WALKS, is_whole
 
     hostile, kinds = Hostile(seed), list(WALKS)
     accepted = differences = 0

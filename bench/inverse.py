@@ -19,8 +19,8 @@ import time
 import numpy as np
 
 import kinematics_service as ks
-from kinematics_service.conventions import table_rows
-from kinematics_service.task import ROW_NAMES
+from kinematics_service.robot.conventions import table_rows
+from kinematics_service.robot.task import ROW_NAMES
 
 PROVED = 1e-10
 SAME = 1e-5  # of originating positions: near singular poses the last digits of a pose decide
@@ -165,7 +165,7 @@ def toolbox(robot, targets, tolerance):
 
 
 def eaik(robot, targets, python):
-    from kinematics_service.inverse.screws import screws_of
+    from kinematics_service.kinematics.inverse.screws import screws_of
 
     screws = screws_of(robot.chain)
     if any(screws.slides) or not np.array_equal(screws.coupling, np.eye(robot.dof)):

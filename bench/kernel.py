@@ -14,9 +14,10 @@ import numpy as np
 from kernel_peers import peers_of
 
 import kinematics_service as ks
-from kinematics_service import kernel, threads
-from kinematics_service.robot import build_robot
-from kinematics_service.singularities import singularity_of
+from kinematics_service import kernel
+from kinematics_service.kinematics import threads
+from kinematics_service.kinematics.singularity import singularity_of
+from kinematics_service.robot.robot import build_robot
 
 ROUNDS, CALLS = 60, 500
 JOINTS = (2, 3, 6, 12, 24, 48, 96)

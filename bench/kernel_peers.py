@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kinematics_service.conventions import table_rows
 from kinematics_service.rigid_motion import screw_z
+from kinematics_service.robot.conventions import table_rows
 
 
 class Peer(NamedTuple):

@@ -39,8 +39,8 @@ def feed(path, reliability, rate):
     from sensor_msgs.msg import JointState
 
     import kinematics_service as ks
-    from kinematics_service.cdr import STAMP, STAMP_AT
-    from kinematics_service.joint_state_form import form_of
+    from kinematics_service.estimation.cdr import STAMP, STAMP_AT
+    from kinematics_service.estimation.joint_state_form import form_of
 
     names = list(ks.load_robot(ROBOT).joint_names)
 

@@ -109,7 +109,7 @@ def cases_of(robot, folder):
 
 def imports():
     """Return the milliseconds that the node's imports take, by package."""
-    code = 'import kinematics_service.ros.runner'
+    code = 'import kinematics_service.ros.process.runner'
     lines = subprocess.run(
         [sys.executable, '-X', 'importtime', '-c', code],
         capture_output=True,

@@ -13,9 +13,9 @@ import time
 import numpy as np
 
 import kinematics_service as ks
-from kinematics_service.plots.distance_map import singular_table
-from kinematics_service.plots.ranges import random_positions
-from kinematics_service.sweep import map_batches
+from kinematics_service.display.plots.distance_map import singular_table
+from kinematics_service.display.plots.ranges import random_positions
+from kinematics_service.kinematics.sweep import map_batches
 
 
 def seconds(function):

@@ -59,8 +59,8 @@ def feed(path, namespaces):
     from sensor_msgs.msg import JointState
 
     import kinematics_service as ks
-    from kinematics_service.cdr import STAMP, STAMP_AT
-    from kinematics_service.joint_state_form import form_of
+    from kinematics_service.estimation.cdr import STAMP, STAMP_AT
+    from kinematics_service.estimation.joint_state_form import form_of
 
     names = list(ks.load_robot(ROBOT).joint_names)
 
@@ -110,7 +110,7 @@ def listen(path, namespaces, topics):
     from rclpy.experimental import EventsExecutor
     from std_msgs.msg import Float64, Float64MultiArray
 
-    from kinematics_service.cdr import STAMP, STAMP_AT
+    from kinematics_service.estimation.cdr import STAMP, STAMP_AT
 
     kinds = {'pose': PoseStamped, 'twist': TwistStamped, 'jacobian': Float64MultiArray}
     rclpy.init()
@@ -307,7 +307,7 @@ def with_profiles(command):
     Return a command that runs with what the node asks of Fast DDS.
 
     """
-    from kinematics_service.ros.middleware import PROFILES, VARIABLE
+    from kinematics_service.ros.process.middleware import PROFILES, VARIABLE
 
     return ['env', f'{VARIABLE}={PROFILES}', *command]
 

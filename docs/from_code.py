@@ -66,7 +66,7 @@ def some_node() -> Iterator[Any]:
     from rclpy.context import Context
     from rclpy.parameter import Parameter
 
-    from kinematics_service.ros.node import KinematicsNode
+    from kinematics_service.ros.node.node import KinematicsNode
 
     os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'OFF')
     context = Context()
@@ -141,7 +141,7 @@ def topics() -> str:
 def parameters() -> str:
     """Return the table of the parameters."""
     try:
-        from kinematics_service.ros.parameter_table import PARAMETERS, ROBOT, TRANSPORT
+        from kinematics_service.ros.parameters.table import PARAMETERS, ROBOT, TRANSPORT
     except ImportError:
         return WITHOUT_ROS
     rows = [
@@ -173,7 +173,7 @@ def robot_file() -> str:
     """Return the keys of a robot file, part by part."""
     from sentences import ROBOT_FILE
 
-    from kinematics_service import robot_schema as schema
+    from kinematics_service.robot.file import schema as schema
 
     parts = []
     for kind, (title, intro, sentences) in ROBOT_FILE.items():
@@ -189,8 +189,8 @@ def robot_file() -> str:
 
 
 def _value(entry: Any, key: str) -> str:
-    from kinematics_service import entries
-    from kinematics_service.yaml_document import ScalarNode
+    from kinematics_service.robot.file import entries
+    from kinematics_service.robot.file.yaml_document import ScalarNode
 
     kinds = {
         entries.Word: 'text',
@@ -223,7 +223,7 @@ def commands() -> str:
     """Return the help of every command."""
     import typer
 
-    from kinematics_service.commands.command_line import app
+    from kinematics_service.cli.command_line import app
 
     group = typer.main.get_command(app)
     context = group.make_context(RUN, [], resilient_parsing=True)
@@ -243,7 +243,7 @@ def measures() -> str:
     """Return the measures of singularity with their default thresholds."""
     from sentences import MEASURES as SENTENCES
 
-    from kinematics_service.measures import MEASURES
+    from kinematics_service.robot.measures import MEASURES
 
     explained(list(MEASURES), SENTENCES, 'the measure')
     rows = [

@@ -18,8 +18,8 @@ from std_msgs.msg import Float64
 import kinematics_service as ks
 
 # Not part of the public interface: what is not named in kinematics_service may move.
-from kinematics_service.estimator import Estimator, EstimatorSettings, Refusal
-from kinematics_service.joint_sample import JointSample
+from kinematics_service.estimation.estimator import Estimator, EstimatorSettings, Refusal
+from kinematics_service.estimation.joint_sample import JointSample
 
 
 class SpeedScale(Node):

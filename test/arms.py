@@ -11,7 +11,7 @@ import numpy as np
 from random_robots import CONVENTIONS, random_arm
 
 import kinematics_service as ks
-from kinematics_service.robot import build_robot
+from kinematics_service.robot.robot import build_robot
 
 BUNDLED = tuple(ks.bundled_robots())
 # Convention, number of joints, seed: `standard-7-0`.

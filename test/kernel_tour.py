@@ -17,15 +17,15 @@ import numpy as np
 
 import kinematics_service as ks
 from kinematics_service import kernel
-from kinematics_service.cdr import STAMP_AT, Writer
-from kinematics_service.estimator import Estimator, EstimatorSettings
-from kinematics_service.inverse.aim import aim_at
-from kinematics_service.inverse.plan import plan_for
-from kinematics_service.inverse.search import PROVED
-from kinematics_service.joint_sample import JointSample
-from kinematics_service.joint_state_form import form_of
-from kinematics_service.robot import Robot
-from kinematics_service.task import ROW_NAMES
+from kinematics_service.estimation.cdr import STAMP_AT, Writer
+from kinematics_service.estimation.estimator import Estimator, EstimatorSettings
+from kinematics_service.estimation.joint_sample import JointSample
+from kinematics_service.estimation.joint_state_form import form_of
+from kinematics_service.kinematics.inverse.plan import plan_for
+from kinematics_service.kinematics.inverse.search import PROVED
+from kinematics_service.kinematics.inverse.target import aim_at
+from kinematics_service.robot.robot import Robot
+from kinematics_service.robot.task import ROW_NAMES
 
 SECOND = 1_000_000_000
 # More poses than are evaluated side by side.

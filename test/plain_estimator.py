@@ -11,8 +11,8 @@ from collections import Counter
 import numpy as np
 
 import kinematics_service as ks
-from kinematics_service import estimator as reasons
 from kinematics_service import kernel
+from kinematics_service.estimation import estimator as reasons
 
 LARGEST = 1e15
 MOVED_APART, RETURNED, JUMPS_KEPT = 1e-3, 0.2, 16
@@ -35,7 +35,7 @@ class Joint:
 
 class PlainEstimator:
     """
-    A model of kinematics_service.estimator.Estimator: the same counts, answers and disputes.
+    A model of `estimation.estimator.Estimator`: the same counts, answers and disputes.
 
     """
 

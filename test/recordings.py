@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kinematics_service.joint_sample import JointSample
+from kinematics_service.estimation.joint_sample import JointSample
 
 FOLDER = Path(
     os.environ.get('KINEMATICS_RECORDINGS') or Path(__file__).parents[2] / 'shared' / 'recordings'

@@ -20,7 +20,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy  # noqa: E
 from rclpy.signals import SignalHandlerOptions  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
 
-from kinematics_service.ros.node import KinematicsNode  # noqa: E402
+from kinematics_service.ros.node.node import KinematicsNode  # noqa: E402
 
 # Nothing that is waited for takes longer than this on a busy machine of two cores (s).
 DEADLINE = 10.0

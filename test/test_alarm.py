@@ -8,8 +8,8 @@ import math
 import numpy as np
 import pytest
 
-from kinematics_service.alarm import Alarm
-from kinematics_service.measures import Level, Thresholds
+from kinematics_service.estimation.alarm import Alarm
+from kinematics_service.robot.measures import Level, Thresholds
 
 MILLISECOND = 1_000_000
 X = np.array([1.0, 0, 0, 0, 0, 0])

@@ -1,33 +1,51 @@
 """
 Who may import what, and how files look: the rules of the design that a program can check.
 
+    python test/test_architecture.py [folder of the package]
+
+prints the rooms of the package, the arrows of imports between them, layers and circles.
 """
 
 import ast
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
-
-import pytest
 
 import kinematics_service as ks
 
 PACKAGE = Path(ks.__file__).parent
-FILES = sorted(path.relative_to(PACKAGE).as_posix() for path in PACKAGE.rglob('*.py'))
+NAME = 'kinematics_service'
 
-# Files that may be longer than 300 lines, and why.
-LONGEST = 300
-LONGER = {
-    'estimator.py': 'the one object with memory',
-    'symbols/formula_syntax.py': 'one grammar, one parser',
-    # Each one step of the comparison, a few lines over: to be split before it grows.
-    'symbols/formula_comparison.py': 'comparison',
-    'symbols/formula_edits.py': 'repairs of an expression',
-    'symbols/formula_explanation.py': 'explanation',
-    'symbols/formula_file.py': 'the file',
-    'symbols/formula_statements.py': 'its statements',
-    'symbols/formula_table.py': 'right values',
-}
+# The rooms from the lowest to the highest: a file imports from its own room and from lower ones.
+ROOMS = (
+    'kernel',
+    '',  # errors, version, rotations, printing, signals: what every room may use
+    'robot/file',
+    'robot',
+    'kinematics',
+    'kinematics/inverse',
+    'estimation',
+    'symbolic/algebra',
+    'symbolic',
+    'symbolic/output',
+    'symbolic/formulas',
+    'formats/urdf',
+    'formats/recordings',
+    'diagnosis/frame_check',
+    'diagnosis/audit',
+    'diagnosis/audit/report',
+    'display/plots',
+    'display/view',
+    'ros/parameters',
+    'ros/messages',
+    'ros/node',
+    'ros/process',
+    'ros/tools',
+    'cli',
+)
+# They lead into the house: from them every room may be entered.
+DOORS = ('__init__.py', '__main__.py')
 
 
 def of_ros(module):
@@ -43,99 +61,164 @@ def one_of(*names):
     return lambda module: module.split('.')[0] in names
 
 
-# What is imported, and the files that may.
+# What is imported, and the files or folders that may.
 RULES = {
-    'ROS': (of_ros, lambda file: file.startswith('ros/')),
-    'compilers': (one_of('Cython', 'cython'), lambda file: False),
-    'sympy': (one_of('sympy', 'mpmath'), lambda file: 'symbol' in file),
+    'ROS': (of_ros, ('ros/',)),
+    'compilers': (one_of('numba', 'llvmlite', 'Cython', 'cython'), ()),
+    'sympy': (one_of('sympy', 'mpmath'), ('symbolic/', 'cli/', 'robot/measure', 'display/plots/')),
     'YAML': (
         one_of('ruamel', 'yaml'),
-        lambda file: file in ('yaml_reader.py', 'robot_file_writer.py', 'audit/plan_yaml.py'),
-    ),
-    'matplotlib': (one_of('matplotlib'), lambda file: 'plot' in file),
-    'the viewer': (one_of('viser', 'trimesh'), lambda file: 'view' in file),
-    'XML': (
-        one_of('xml', 'lxml', 'defusedxml'),
-        lambda file: file in ('urdf/document.py', 'urdf/writer.py'),
-    ),
-    'dask': (one_of('dask', 'distributed'), lambda file: file == 'sweep.py'),
-    'rosbags': (
-        one_of('rosbags'),
-        lambda file: (
-            file
-            in (
-                'audit/bag_reader.py',
-                'audit/bag_writer.py',
-                'audit/ros1_index.py',
-            )
+        (
+            'robot/file/yaml_reader.py',
+            'robot/file/writer.py',
+            'formats/recordings/plan_yaml.py',
         ),
     ),
-    'scipy': (one_of('scipy'), lambda file: False),
+    'matplotlib': (one_of('matplotlib'), ('display/plots/', 'symbolic/output/plot.py')),
+    'the viewer': (one_of('viser', 'trimesh'), ('display/view/',)),
+    'XML': (
+        one_of('xml', 'lxml', 'defusedxml'),
+        ('formats/urdf/document.py', 'formats/urdf/writer.py'),
+    ),
+    'dask': (one_of('dask', 'distributed'), ('kinematics/sweep.py',)),
+    'rosbags': (
+        one_of('rosbags'),
+        ('formats/recordings/bag_reader.py', 'diagnosis/audit/report/bag_writer.py'),
+    ),
+    'scipy': (one_of('scipy'), ()),
 }
 
 
-def tree(file):
-    return ast.parse((PACKAGE / file).read_text(encoding='utf-8'), file)
+@cache
+def files(package=PACKAGE):
+    return sorted(path.relative_to(package).as_posix() for path in package.rglob('*.py'))
 
 
-def imports(file):
-    # Absolute names of every module imported anywhere in a file, inside functions too.
-    package = ['kinematics_service', *file.split('/')[:-1]]
-    for node in ast.walk(tree(file)):
+@cache
+def tree(file, package=PACKAGE):
+    return ast.parse((package / file).read_text(encoding='utf-8'), file)
+
+
+@cache
+def imports(file, package=PACKAGE):
+    """
+    Return the absolute names of every module imported anywhere in a file, inside functions too.
+
+    """
+    names = set()
+    folder = [NAME, *file.split('/')[:-1]]
+    for node in ast.walk(tree(file, package)):
         if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
+            names.update(alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
-            above = package[: len(package) - node.level + 1] if node.level else []
+            above = folder[: len(folder) - node.level + 1] if node.level else []
             parts = [*above, *([node.module] if node.module else [])]
-            yield '.'.join(parts)
-            yield from ('.'.join([*parts, alias.name]) for alias in node.names)
+            names.add('.'.join(parts))
+            names.update('.'.join([*parts, alias.name]) for alias in node.names)
+    return frozenset(names)
+
+
+@cache
+def arrows(package=PACKAGE):
+    """
+    Return whom each file imports, of the package's own files.
+
+    """
+    file_of = {}
+    for file in files(package):
+        parts = [NAME, *file.removesuffix('.py').split('/')]
+        file_of['.'.join(parts[:-1] if parts[-1] == '__init__' else parts)] = file
+    result = {}
+    for file in files(package):
+        named = {module: file_of[module] for module in imports(file, package) if module in file_of}
+        # `from . import x` names the folder too, but imports the module.
+        found = {
+            target
+            for module, target in named.items()
+            if not any(other.startswith(f'{module}.') for other in named)
+            or not target.endswith('__init__.py')
+        }
+        result[file] = found - {file}
+    return result
+
+
+def room_of(file):
+    folder = file.rpartition('/')[0]
+    while folder and folder not in ROOMS:
+        folder = folder.rpartition('/')[0]
+    return folder
+
+
+def circles(graph):
+    """
+    Return the groups of nodes that reach each other.
+
+    """
+    reach = {node: reached_from(graph, node) for node in graph}
+    found = set()
+    for node in graph:
+        group = frozenset(other for other in reach[node] if node in reach[other])
+        if group:
+            found.add(group)
+    return found
+
+
+def reached_from(graph, start):
+    seen, waiting = set(), list(graph[start])
+    while waiting:
+        node = waiting.pop()
+        if node not in seen:
+            seen.add(node)
+            waiting += graph[node]
+    return seen
 
 
 def test_there_is_something_to_check():
-    assert {'kernel/chain_pass.py', 'ros/node.py', 'commands/fk.py'} <= set(FILES)
-    assert 'kinematics_service.kernel' in set(imports('ros/messages.py')) | set(imports('task.py'))
+    assert {'kernel/chain_pass.py', 'ros/node/node.py', 'cli/fk.py'} <= set(files())
+    assert all(any(room_of(file) == room for file in files()) for room in ROOMS)
+    assert 'robot/chain.py' in arrows()['robot/robot.py']
 
 
-@pytest.mark.parametrize('rule', RULES)
-def test_only_these_files_import(rule):
-    concerns, may = RULES[rule]
+def test_imports_run_downwards():
+    upward = {
+        (file, target)
+        for file, targets in arrows().items()
+        if file not in DOORS
+        for target in targets
+        if ROOMS.index(room_of(target)) > ROOMS.index(room_of(file))
+    }
+    assert not upward
+
+
+def test_imports_never_run_in_a_circle():
+    inside = {file: targets for file, targets in arrows().items() if file not in DOORS}
+    assert not circles({file: targets & inside.keys() for file, targets in inside.items()})
+
+
+def test_only_these_files_import():
     offenders = {
-        file: sorted({module for module in imports(file) if concerns(module)})
-        for file in FILES
-        if not may(file) and any(map(concerns, imports(file)))
+        (name, file)
+        for name, (concerns, may) in RULES.items()
+        for file in files()
+        if not file.startswith(may or ('-',)) and any(map(concerns, imports(file)))
     }
     assert not offenders
 
 
-def test_the_library_knows_neither_the_node_nor_the_command_line():
-    for file in FILES:
-        if file == '__main__.py' or file.startswith(('ros/', 'commands/')):
-            continue
-        outer = ('kinematics_service.ros', 'kinematics_service.commands')
-        assert not [module for module in imports(file) if module.startswith(outer)], file
+def test_every_module_has_a_docstring():
+    assert not [file for file in files() if not ast.get_docstring(tree(file))]
 
 
-@pytest.mark.parametrize('file', FILES)
-def test_every_module_has_a_docstring(file):
-    docstring = ast.get_docstring(tree(file), clean=False)
-    assert docstring
-    assert docstring.startswith('\n') or len(docstring.splitlines()) == 1
-
-
-@pytest.mark.parametrize('file', FILES)
-def test_files_are_short(file):
-    lines = len((PACKAGE / file).read_text(encoding='utf-8').splitlines())
-    assert lines <= LONGEST or file in LONGER
-
-
-@pytest.mark.parametrize('file', FILES)
-def test_nothing_is_evaluated_from_text(file):
-    called = {
-        node.func.id
+def test_nothing_is_evaluated_from_text():
+    offenders = [
+        file
+        for file in files()
         for node in ast.walk(tree(file))
-        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name)
-    }
-    assert not called & {'eval', 'exec', 'compile', '__import__'}
+        if isinstance(node, ast.Call)
+        and isinstance(node.func, ast.Name)
+        and node.func.id in {'eval', 'exec', 'compile', '__import__'}
+    ]
+    assert not offenders
 
 
 def modules_after(code):
@@ -153,7 +236,7 @@ def modules_after(code):
 def test_the_library_needs_neither_ros_nor_sympy_nor_matplotlib():
     loaded = modules_after(
         'import kinematics_service as ks\n'
-        'names = [name for name, home in ks._HOME.items() if not home.startswith("symbols")]\n'
+        'names = [name for name, home in ks._HOME.items() if not home.startswith("symbolic")]\n'
         '[getattr(ks, name) for name in names]\n'
         "ks.singularity(ks.load_robot('craig_3r'), [0.1, 0.2, 0.3])"
     )
@@ -164,5 +247,51 @@ def test_the_library_needs_neither_ros_nor_sympy_nor_matplotlib():
 
 
 def test_importing_the_package_alone_loads_nothing_heavy():
-    loaded = modules_after('import kinematics_service')
+    loaded = modules_after(f'import {NAME}')
     assert not loaded & {'numpy', 'ruamel', 'sympy', 'rclpy'}
+
+
+def layers_of(graph):
+    """
+    Return how many nodes stand one above the other; those of a circle count as one.
+
+    """
+    groups = {node: node for node in graph}
+    for group in circles(graph):
+        first = min(group)
+        groups.update(dict.fromkeys(group, first))
+    above = {}
+    for node, targets in graph.items():
+        one = groups[node]
+        above.setdefault(one, set()).update(groups[target] for target in targets)
+        above[one].discard(one)
+
+    @cache
+    def height(node):
+        return 1 + max(map(height, above[node]), default=0)
+
+    return max(map(height, above))
+
+
+def main():
+    package = Path(sys.argv[1]) if len(sys.argv) > 1 else PACKAGE
+    # A folder is a room; so is each file that stands beside the folders at the top.
+    graph = {}
+    for file, targets in arrows(package).items():
+        if file not in DOORS:
+            room = file.rpartition('/')[0] or file
+            graph.setdefault(room, set())
+            for target in targets - set(DOORS):
+                graph[room].add(target.rpartition('/')[0] or target)
+    for room, targets in graph.items():
+        targets.discard(room)
+    count = sum(map(len, graph.values()))
+    found = circles(graph)
+    print(f'{len(files(package))} files in {len(graph)} rooms, {count} arrows between rooms,')
+    print(f'{layers_of(graph)} layers, {len(found)} circles')
+    for group in found:
+        print('  circle:', *sorted(group))
+
+
+if __name__ == '__main__':
+    main()

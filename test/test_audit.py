@@ -10,21 +10,21 @@ import pytest
 from arms import BUNDLED, robot_of
 from recordings import BEGIN, SECOND, awkward, motion, recorded, samples_of
 
-from kinematics_service.audit.auditing import Listener, audit
-from kinematics_service.audit.block import AuditError, blocks_of
-from kinematics_service.audit.curves import curve_of
-from kinematics_service.audit.document import document_of
-from kinematics_service.audit.ingest import Ingest
-from kinematics_service.audit.joint_state_cdr import columns_of
-from kinematics_service.audit.open_file import open_source
-from kinematics_service.audit.source import Source, Wanted
-from kinematics_service.audit.timeline import MEASURE_NAMES
-from kinematics_service.audit.verdict import verdict_of
-from kinematics_service.estimator import RESETS, Answer, Estimator, EstimatorSettings
-from kinematics_service.measures import Level
-from kinematics_service.notice import notice_of
+from kinematics_service.diagnosis.audit.auditing import Listener, audit
+from kinematics_service.diagnosis.audit.curves import curve_of
+from kinematics_service.diagnosis.audit.ingest import Ingest
+from kinematics_service.diagnosis.audit.report.document import document_of
+from kinematics_service.diagnosis.audit.timeline import MEASURE_NAMES
+from kinematics_service.diagnosis.audit.verdict import verdict_of
+from kinematics_service.estimation.estimator import RESETS, Answer, Estimator, EstimatorSettings
+from kinematics_service.estimation.status_text import notice_of
+from kinematics_service.formats.recordings.block import AuditError, blocks_of
+from kinematics_service.formats.recordings.joint_state_cdr import columns_of
+from kinematics_service.formats.recordings.open_file import open_source
+from kinematics_service.formats.recordings.source import Source, Wanted
+from kinematics_service.kinematics.singularity import singularity_of
 from kinematics_service.printing import json_text
-from kinematics_service.singularities import singularity_of
+from kinematics_service.robot.measures import Level
 
 SETTINGS = EstimatorSettings()
 
@@ -143,7 +143,7 @@ def test_columns_and_single_messages_are_the_same(monkeypatch):
     q = (3.0 * q + math.pi) % math.tau - math.pi
     samples = samples_of(robot, t, q, np.zeros((400, 0)))
     fast, parts = audited(samples, robot)
-    monkeypatch.setattr('kinematics_service.audit.ingest.SHORTEST_RUN', 10**9)
+    monkeypatch.setattr('kinematics_service.diagnosis.audit.ingest.SHORTEST_RUN', 10**9)
     slow, _ = audited(samples, robot)
     np.testing.assert_array_equal(fast.timeline.qdot, slow.timeline.qdot)
     assert np.all(np.isfinite(fast.timeline.qdot[1:]))
@@ -155,7 +155,7 @@ def test_blocks_of_any_size_are_the_same(monkeypatch):
     samples = awkward(robot, 5)
     live = Live(samples, robot)
     for size in (1, 2, 7, 50):
-        monkeypatch.setattr('kinematics_service.audit.block.LARGEST_BLOCK', size)
+        monkeypatch.setattr('kinematics_service.formats.recordings.block.LARGEST_BLOCK', size)
         assert_same(*audited(samples, robot), live)
 
 
@@ -322,7 +322,7 @@ def test_a_thinned_curve_keeps_every_spike_however_it_is_read(monkeypatch):
     for k in range(0, 800, 7):
         own, kept = values[column == k], whole.values[kept_column == k]
         assert (kept.min(), kept.max()) == (np.nanmin(own), np.nanmax(own))
-    monkeypatch.setattr('kinematics_service.audit.curves.MOST_HELD', 5000)
+    monkeypatch.setattr('kinematics_service.diagnosis.audit.curves.MOST_HELD', 5000)
     for size in (777, 30_000):
         curve = thinned(size)
         np.testing.assert_array_equal(curve.t, whole.t)

@@ -18,14 +18,14 @@ from recordings import BEGIN, SECOND, awkward, motion, recorded, samples_of
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
-from kinematics_service.audit.between_points import Planned, sampled
-from kinematics_service.audit.charts import Chart
-from kinematics_service.audit.curves import curve_of
-from kinematics_service.audit.page_header import origin_of
-from kinematics_service.audit.plan_yaml import PlanYamlError, read_documents
-from kinematics_service.estimator import Answer, Estimator, EstimatorSettings
-from kinematics_service.notice import notice_of
-from kinematics_service.singularities import singularity_of
+from kinematics_service.diagnosis.audit.curves import curve_of
+from kinematics_service.diagnosis.audit.report.charts import Chart
+from kinematics_service.diagnosis.audit.report.page_header import origin_of
+from kinematics_service.estimation.estimator import Answer, Estimator, EstimatorSettings
+from kinematics_service.estimation.status_text import notice_of
+from kinematics_service.formats.recordings.between_points import Planned, sampled
+from kinematics_service.formats.recordings.plan_yaml import PlanYamlError, read_documents
+from kinematics_service.kinematics.singularity import singularity_of
 from kinematics_service.version import __version__
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
@@ -519,9 +519,9 @@ def test_what_is_written_is_what_the_nodes_builders_write(tmp_path, capsys, stor
     serialization = pytest.importorskip('rclpy.serialization', reason='needs ROS 2')
     from built_messages import built
 
-    from kinematics_service.ros.messages import Report, status_message
-    from kinematics_service.ros.settings import defaults, settings_from
-    from kinematics_service.ros.topics import TOPICS
+    from kinematics_service.ros.messages.messages import Report, status_message
+    from kinematics_service.ros.messages.topics import TOPICS
+    from kinematics_service.ros.parameters.settings import defaults, settings_from
 
     robot = robot_of('ur3e')
     samples = sorted(awkward(robot, 7), key=lambda one: one.received)
@@ -702,8 +702,10 @@ def test_importing_the_command_stays_light():
     import subprocess
     import sys
 
-    code = 'import kinematics_service.commands.command_line, sys; print(*sys.modules)'
+    code = 'import kinematics_service.cli.command_line, sys; print(*sys.modules)'
     loaded = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True)
-    assert not {'rosbags', 'kinematics_service.audit', 'kinematics_service.frame_doctor'} & set(
-        loaded.stdout.split()
-    )
+    assert not {
+        'rosbags',
+        'kinematics_service.diagnosis.audit',
+        'kinematics_service.diagnosis.frame_check',
+    } & set(loaded.stdout.split())

@@ -14,14 +14,14 @@ from test_audit_files import JOINT_STATE, header, joint_states
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
-from kinematics_service.audit import bag_poses
-from kinematics_service.audit.auditing import audit
-from kinematics_service.audit.block import Block
-from kinematics_service.audit.frames import FrameReport, NotCompared
-from kinematics_service.audit.neighbourhoods import AROUND, MOST, Neighbourhoods
-from kinematics_service.audit.smooth_motion import SmoothMotion
-from kinematics_service.audit.source import PoseTrack, Source
-from kinematics_service.audit.verdict import verdict_of
+from kinematics_service.diagnosis.audit.auditing import audit
+from kinematics_service.diagnosis.audit.frames import FrameReport, NotCompared
+from kinematics_service.diagnosis.audit.neighbourhoods import AROUND, MOST, Neighbourhoods
+from kinematics_service.diagnosis.audit.smooth_motion import SmoothMotion
+from kinematics_service.diagnosis.audit.verdict import verdict_of
+from kinematics_service.formats.recordings import bag_poses
+from kinematics_service.formats.recordings.block import Block
+from kinematics_service.formats.recordings.source import PoseTrack, Source
 
 BEGIN = 1_700_000_000_000_000_000
 # Standard deviation of an encoder (rad), and of the poses of a controller (m).
@@ -62,7 +62,7 @@ def table(file, t, q, numbers, ends):
 
 
 def quaternions(poses):
-    from kinematics_service.frame_doctor.hypotheses import quaternions_of
+    from kinematics_service.diagnosis.frame_check.hypotheses import quaternions_of
 
     return np.column_stack([poses[:, :3, 3], quaternions_of(poses)])
 
@@ -215,7 +215,7 @@ def test_rows_whose_stamps_are_whole_seconds_are_compared(tmp_path, capsys):
 
 
 def bare(robot, t, q, stamps, poses, gap=None):
-    from kinematics_service.audit.frames import FrameSettings
+    from kinematics_service.diagnosis.audit.frames import FrameSettings
 
     nanoseconds = BEGIN + np.rint(1e9 * t).astype(np.int64)
     block = Block(robot.joint_names, nanoseconds, nanoseconds, q, np.zeros((len(q), 0)))

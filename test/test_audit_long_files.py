@@ -10,12 +10,12 @@ from recordings import SECOND, awkward, motion, samples_of
 from test_audit_files import JOINT_STATE, document, joint_states, refusal, run, write_bag
 
 import kinematics_service as ks
-from kinematics_service.audit import columns, table_rows
-from kinematics_service.audit.block import LARGEST_BLOCK
-from kinematics_service.audit.joint_state_cdr import columns_of
-from kinematics_service.audit.open_file import open_source
-from kinematics_service.audit.source import Wanted
-from kinematics_service.estimator import UNREADABLE
+from kinematics_service.estimation.estimator import UNREADABLE
+from kinematics_service.formats.recordings import columns, table_rows
+from kinematics_service.formats.recordings.block import LARGEST_BLOCK
+from kinematics_service.formats.recordings.joint_state_cdr import columns_of
+from kinematics_service.formats.recordings.open_file import open_source
+from kinematics_service.formats.recordings.source import Wanted
 
 ROBOT = ('--robot', 'planar_2r')
 HEADER = 'stamp,position.q1,position.q2'

@@ -12,15 +12,15 @@ from recordings import BEGIN, SECOND, awkward, motion, samples_of
 from test_audit import audited
 from test_audit_files import document, refusal, run
 
-from kinematics_service.audit import columns
-from kinematics_service.audit.block import blocks_of
-from kinematics_service.audit.document import document_of
-from kinematics_service.audit.joint_state_cdr import columns_of
-from kinematics_service.audit.page import page_of
-from kinematics_service.audit.reported_velocities import Unwrapped
-from kinematics_service.audit.stream import StreamWatch
-from kinematics_service.measures import Level
+from kinematics_service.diagnosis.audit.report.document import document_of
+from kinematics_service.diagnosis.audit.report.page import page_of
+from kinematics_service.diagnosis.audit.reported_velocities import Unwrapped
+from kinematics_service.diagnosis.audit.stream import StreamWatch
+from kinematics_service.formats.recordings import columns
+from kinematics_service.formats.recordings.block import blocks_of
+from kinematics_service.formats.recordings.joint_state_cdr import columns_of
 from kinematics_service.printing import json_text
+from kinematics_service.robot.measures import Level
 
 # Sums of squares in other pieces.
 ROUND_OFF = 1e-12
@@ -59,7 +59,7 @@ def test_columns_on_disk_change_no_bit(name, monkeypatch):
         whole, _ = audited(samples, robot)
         expected = json_text(document_of(whole)), page_of(whole)
         monkeypatch.setattr(columns, 'HELD', 100)
-        monkeypatch.setattr('kinematics_service.audit.block.LARGEST_BLOCK', 77)
+        monkeypatch.setattr('kinematics_service.formats.recordings.block.LARGEST_BLOCK', 77)
         written, _ = audited(samples, robot)
         assert (json_text(document_of(written)), page_of(written)) == expected
         monkeypatch.undo()

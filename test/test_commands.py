@@ -16,9 +16,9 @@ import pytest
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
-from kinematics_service.bundle import GROUPS
-from kinematics_service.commands import fk, jacobian
-from kinematics_service.commands.arguments import join_numbers, split_ros_arguments
+from kinematics_service.cli import fk, jacobian
+from kinematics_service.cli.arguments import join_numbers, split_ros_arguments
+from kinematics_service.robot.bundled import GROUPS
 
 COMMANDS = ('check', 'fk', 'jacobian', 'robots', 'demo', 'echo')
 ROBOTS = tuple(ks.bundled_robots())
@@ -120,7 +120,7 @@ def test_robots_stand_in_groups_below_their_titles(capsys, monkeypatch):
     assert listed == {title: list(names) for title, names in GROUPS.items()}
     # A robot that is added is listed, whether or not somebody thought of a group for it.
     fewer = {title: names[1:] for title, names in GROUPS.items()}
-    monkeypatch.setattr('kinematics_service.bundle.GROUPS', fewer)
+    monkeypatch.setattr('kinematics_service.robot.bundled.GROUPS', fewer)
     last = answer(capsys, 'robots').split('\n\n')[-1].splitlines()
     assert last[0] == 'Others'
     assert [row.split()[0] for row in last[1:]] == sorted(names[0] for names in GROUPS.values())
@@ -499,7 +499,7 @@ def fail_with(monkeypatch, error):
     def raise_error(*_):
         raise error
 
-    monkeypatch.setattr('kinematics_service.commands.robots.grouped_robots', raise_error)
+    monkeypatch.setattr('kinematics_service.cli.robots.grouped_robots', raise_error)
 
 
 def test_an_unexpected_error_is_one_line(capsys, monkeypatch):

@@ -17,11 +17,11 @@ import pytest
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
-from kinematics_service.symbols.formula_comparison import compare
-from kinematics_service.symbols.formula_numbers import Evaluation
-from kinematics_service.symbols.formula_symbols import SymbolicArm
-from kinematics_service.symbols.formula_table import table_of
-from kinematics_service.symbols.formula_world import World
+from kinematics_service.symbolic.formulas.comparison import compare
+from kinematics_service.symbolic.formulas.numbers import Evaluation
+from kinematics_service.symbolic.formulas.symbols import SymbolicArm
+from kinematics_service.symbolic.formulas.table import table_of
+from kinematics_service.symbolic.formulas.world import World
 
 HERE = Path(__file__).parent
 FORMULAS = HERE / 'formulas'
@@ -551,7 +551,7 @@ def test_json(capsys):
 
 
 def test_the_example_of_the_help_agrees_with_its_robot():
-    from kinematics_service.commands.compare import HELP
+    from kinematics_service.cli.compare import HELP
 
     lines = HELP.split('mixed as you like:\n')[1].split('\b')[0].splitlines()
     text = '\n'.join(line for line in lines if 'T_{12}' not in line)

@@ -29,10 +29,10 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray, MultiArrayDimension
 
 import kinematics_service as ks
-from kinematics_service.ros.demo import RANGE, stay_on_this_host
-from kinematics_service.ros.demo_screen import screen
-from kinematics_service.ros.readings import Warned
-from kinematics_service.ros.virtual_arm import RATE
+from kinematics_service.ros.messages.readings import Warned
+from kinematics_service.ros.tools.demo import RANGE, stay_on_this_host
+from kinematics_service.ros.tools.demo_screen import screen
+from kinematics_service.ros.tools.virtual_arm import RATE
 
 DEADLINE = 60.0
 # The contract's second, and what a busy machine adds to it.

@@ -23,9 +23,9 @@ import typer
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
-from kinematics_service.commands.arguments import join_numbers, split_ros_arguments
-from kinematics_service.commands.command_line import app
-from kinematics_service.notice import notice_of
+from kinematics_service.cli.arguments import join_numbers, split_ros_arguments
+from kinematics_service.cli.command_line import app
+from kinematics_service.estimation.status_text import notice_of
 
 ROOT = Path(__file__).parent.parent
 DOCS = ROOT / 'docs'
@@ -160,7 +160,7 @@ def extras_of_setup():
 
 
 def parameters():
-    table = pytest.importorskip('kinematics_service.ros.parameter_table')
+    table = pytest.importorskip('kinematics_service.ros.parameters.table')
     return {one.name for one in (table.ROBOT, table.TRANSPORT, *table.PARAMETERS)}
 
 

@@ -20,8 +20,8 @@ from ros_harness import Peer
 from std_msgs.msg import Float64MultiArray, MultiArrayDimension
 
 import kinematics_service as ks
-from kinematics_service.ros.live_table import bars, matrix_lines, number, warned_lines
-from kinematics_service.ros.readings import LayoutError, Warned, matrix_of
+from kinematics_service.ros.messages.readings import LayoutError, Warned, matrix_of
+from kinematics_service.ros.tools.live_table import bars, matrix_lines, number, warned_lines
 
 Q, QDOT = (0.3, -0.4, 1.2), (0.5, -0.25, 1.0)
 DEADLINE = 60.0

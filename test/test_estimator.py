@@ -12,12 +12,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import kinematics_service as ks
-from kinematics_service import estimator as reasons
-from kinematics_service.chain import fold
-from kinematics_service.conventions import Row
-from kinematics_service.estimator import Answer, Estimator, EstimatorSettings, Refusal
-from kinematics_service.expressions import Affine
-from kinematics_service.joint_sample import JointSample
+from kinematics_service.estimation import estimator as reasons
+from kinematics_service.estimation.estimator import Answer, Estimator, EstimatorSettings, Refusal
+from kinematics_service.estimation.joint_sample import JointSample
+from kinematics_service.robot.chain import fold
+from kinematics_service.robot.conventions import Row
+from kinematics_service.robot.file.expressions import Affine
 
 ROUND_OFF = 1e-12
 # A difference of two numbers near 1 over 10 ms carries the round-off of both.

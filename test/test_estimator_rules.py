@@ -15,10 +15,10 @@ from plain_estimator import PlainEstimator, same
 from random_robots import random_arm
 
 import kinematics_service as ks
-from kinematics_service import estimator as reasons
 from kinematics_service import kernel
-from kinematics_service.estimator import Accepted, Estimator, EstimatorSettings
-from kinematics_service.joint_sample import JointSample
+from kinematics_service.estimation import estimator as reasons
+from kinematics_service.estimation.estimator import Accepted, Estimator, EstimatorSettings
+from kinematics_service.estimation.joint_sample import JointSample
 
 MILLISECOND = 1_000_000
 SECOND = 1_000_000_000

@@ -10,10 +10,10 @@ import pytest
 from tolerances import DIFFERENCE, DIFFERENCE_STEP
 
 import kinematics_service as ks
-from kinematics_service.estimator import Estimator, EstimatorSettings
-from kinematics_service.joint_sample import JointSample
-from kinematics_service.notice import notice_of
-from kinematics_service.task import seeded_poses
+from kinematics_service.estimation.estimator import Estimator, EstimatorSettings
+from kinematics_service.estimation.joint_sample import JointSample
+from kinematics_service.estimation.status_text import notice_of
+from kinematics_service.robot.task import seeded_poses
 
 FACTORED = [name for name in ks.bundled_robots() if ks.load_robot(name).factors]
 # The others list what all minors share: no product of factors is their determinant.
@@ -151,7 +151,7 @@ def test_an_incomplete_list_keeps_the_estimate_of_the_rest():
     text = ks.load_robot('craig_3r')
     import dataclasses
 
-    from kinematics_service.robot import build_robot
+    from kinematics_service.robot.robot import build_robot
 
     judged = dataclasses.replace(
         text.description.singularity, factors=text.description.singularity.factors[:1]

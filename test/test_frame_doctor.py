@@ -13,11 +13,11 @@ from arms import BUNDLED, robot_of, sliding
 from recordings import motion, recorded
 
 import kinematics_service as ks
-from kinematics_service.audit.pose_format import PoseFormat
-from kinematics_service.audit.tool_poses import PoseRows
-from kinematics_service.conventions import ROWS_OF
-from kinematics_service.frame_doctor import FramesError, diagnose_frames
-from kinematics_service.robot import build_robot
+from kinematics_service.diagnosis.frame_check import FramesError, diagnose_frames
+from kinematics_service.formats.recordings.pose_format import PoseFormat
+from kinematics_service.formats.recordings.tool_poses import PoseRows
+from kinematics_service.robot.conventions import ROWS_OF
+from kinematics_service.robot.robot import build_robot
 
 SPATIAL = (
     'puma560',
@@ -275,7 +275,7 @@ def test_a_motion_that_is_none_is_refused(motion, words):
 
 
 def test_lengths_and_angles_are_written_as_a_person_reads_them():
-    from kinematics_service.frame_doctor.errors import angle_in_words, length_in_words
+    from kinematics_service.diagnosis.frame_check.errors import angle_in_words, length_in_words
 
     written = [length_in_words(x) for x in (0.0, 4.2e-5, 0.00884, 0.9, 1.0, 37.25, 503.2, 2911.0)]
     assert written == [

@@ -37,7 +37,7 @@ def golden(system):
 
 def unscaled(name):
     # The golden singular values are of J_t in m and rad as they are: characteristic length 1.
-    from kinematics_service.robot import with_singularity
+    from kinematics_service.robot.robot import with_singularity
 
     return with_singularity(ks.load_robot(name), length=1.0)
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import kinematics_service as ks
-from kinematics_service.commands.command_line import run
+from kinematics_service.cli.command_line import run
 
 Q = [0.3, -1.0, 1.0, 0.2, 0.7, 1.0]
 

@@ -10,9 +10,9 @@ import pytest
 from arms import BUNDLED, CONVENTIONS, RANDOM, robot_of
 
 import kinematics_service as ks
-from kinematics_service.inverse.plan import plan_for
-from kinematics_service.singular_pose import singular_poses
-from kinematics_service.task import ROW_NAMES
+from kinematics_service.kinematics.inverse.plan import plan_for
+from kinematics_service.kinematics.singular_poses import singular_poses
+from kinematics_service.robot.task import ROW_NAMES
 
 PROVED = 1e-10  # the contract: forward kinematics misses the target by less
 # The originating q: its pose is known to 1e-16, and random poses are rarely worse than 1e-9 apart.

@@ -11,8 +11,8 @@ from arms import BUNDLED, EVERY_ARM, RANDOM, poses, robot_of, sliding
 
 import kinematics_service as ks
 from kinematics_service import ServoSettings, TwistError, joint_velocity
-from kinematics_service.inverse.servo import DEFAULTS, ServoSettingsError
-from kinematics_service.task import ROW_NAMES
+from kinematics_service.kinematics.inverse.servo import DEFAULTS, ServoSettingsError
+from kinematics_service.robot.task import ROW_NAMES
 
 EXACT = 1e-9  # the contract: away from singular poses nothing is damped
 ROUND_OFF = 1e-12

@@ -13,10 +13,10 @@ from sensor_msgs.msg import JointState
 
 import kinematics_service as ks
 from kinematics_service import kernel
-from kinematics_service.estimator import Estimator, EstimatorSettings, Refusal
-from kinematics_service.joint_sample import JointSample
-from kinematics_service.ros.wire_reader import JointStateReader
-from kinematics_service.singularities import singularity_of
+from kinematics_service.estimation.estimator import Estimator, EstimatorSettings, Refusal
+from kinematics_service.estimation.joint_sample import JointSample
+from kinematics_service.kinematics.singularity import singularity_of
+from kinematics_service.ros.messages.joint_state_reader import JointStateReader
 
 SECOND = 1_000_000_000
 MESSAGES = 400

@@ -9,7 +9,7 @@ import pytest
 
 pytest.importorskip('rclpy', reason='needs ROS 2')
 
-from kinematics_service.ros.losses import Losses
+from kinematics_service.ros.node.losses import Losses
 
 
 def losses(publishers=1):

@@ -18,11 +18,11 @@ from visualization_msgs.msg import Marker
 
 import kinematics_service as ks
 from kinematics_service import kernel
-from kinematics_service.estimator import Answer
-from kinematics_service.ros.markers import markers_message
-from kinematics_service.ros.messages import Report
-from kinematics_service.ros.settings import defaults, settings_from
-from kinematics_service.singularities import singularity_of
+from kinematics_service.estimation.estimator import Answer
+from kinematics_service.kinematics.singularity import singularity_of
+from kinematics_service.ros.messages.markers import markers_message
+from kinematics_service.ros.messages.messages import Report
+from kinematics_service.ros.parameters.settings import defaults, settings_from
 
 ROBOTS = tuple(ks.bundled_robots())
 STAMP = 12_345_678_901

@@ -16,10 +16,10 @@ from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 
-from kinematics_service import cdr
-from kinematics_service.ros import message_layout
-from kinematics_service.ros.message_layout import MessageLayout
-from kinematics_service.ros.topics import TOPICS
+from kinematics_service.estimation import cdr
+from kinematics_service.ros.messages import message_layout
+from kinematics_service.ros.messages.message_layout import MessageLayout
+from kinematics_service.ros.messages.topics import TOPICS
 
 SECOND = 1_000_000_000
 FILLED = [topic for topic in TOPICS if topic.blank is not None]

@@ -12,12 +12,12 @@ import pytest
 
 pytest.importorskip('rclpy', reason='needs ROS 2')
 
-from kinematics_service.ros.middleware import LOCAL, PROFILES, VARIABLE, take_profiles
+from kinematics_service.ros.process.middleware import LOCAL, PROFILES, VARIABLE, take_profiles
 
 # Makes a participant with a publisher; what the middleware has to say goes to standard error.
 PUBLISHER = """
 import rclpy
-from kinematics_service.ros.runner import open_context
+from kinematics_service.ros.process.runner import open_context
 from rclpy.node import Node
 from std_msgs.msg import Float64
 context = open_context([])

@@ -30,9 +30,9 @@ from target_harness import Targets, pose_target, twist_target
 
 import kinematics_service as ks
 from kinematics_service.errors import KinematicsError
-from kinematics_service.inverse.servo import ServoSettings, joint_velocity
-from kinematics_service.ros.parameter_table import PARAMETERS, ROBOT
-from kinematics_service.ros.parameters import RobotConflictError
+from kinematics_service.kinematics.inverse.servo import ServoSettings, joint_velocity
+from kinematics_service.ros.parameters.node_parameters import RobotConflictError
+from kinematics_service.ros.parameters.table import PARAMETERS, ROBOT
 
 ROUND_OFF = 1e-12
 Q, QDOT = (0.3, -0.4, 1.2), (0.5, -0.2, 0.7)
@@ -463,7 +463,7 @@ def test_an_error_of_our_own_at_a_parameter_is_a_refusal(arm, capfd, monkeypatch
     def broken(*arguments):
         raise ZeroDivisionError('made for the test')
 
-    monkeypatch.setattr('kinematics_service.ros.parameters.settings_from', broken)
+    monkeypatch.setattr('kinematics_service.ros.parameters.node_parameters.settings_from', broken)
     request = SetParameters.Request(
         parameters=[Parameter('publish_rate', value=7.0).to_parameter_msg()]
     )

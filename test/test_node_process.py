@@ -370,7 +370,7 @@ def test_a_node_that_can_write_no_log_file_says_so_and_answers(process, peer, fo
 WITHOUT_EVENTS_EXECUTOR = """
 import sys
 sys.modules['rclpy.experimental'] = None
-from kinematics_service.ros.runner import run_node
+from kinematics_service.ros.process.runner import run_node
 sys.exit(run_node(['craig_3r'], []))
 """
 
@@ -384,7 +384,7 @@ class Deaf:
     shutdown = lambda self: None
     spin_once = lambda self, timeout_sec=None: None
 rclpy.experimental.EventsExecutor = Deaf
-from kinematics_service.ros.runner import run_node
+from kinematics_service.ros.process.runner import run_node
 sys.exit(run_node(['craig_3r'], []))
 """
 

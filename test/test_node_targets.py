@@ -15,7 +15,7 @@ from ros_harness import level_of, nanoseconds, values_of
 from target_harness import BASE, Targets, pose_target, twist_target
 
 import kinematics_service as ks
-from kinematics_service.inverse.plan import plan_for
+from kinematics_service.kinematics.inverse.plan import plan_for
 
 OK, WARN, ERROR, STALE = range(4)
 # A solution is exact to round-off of the arm's lengths.
@@ -221,7 +221,7 @@ def test_a_refused_twist_ends_a_motion_once(targets):
 
 
 def test_wrong_parameters_are_refused_with_the_reason():
-    from kinematics_service.ros.settings import SettingsError, defaults, settings_from
+    from kinematics_service.ros.parameters.settings import SettingsError, defaults, settings_from
 
     robot = ks.load_robot('ur5e')
     values = defaults(robot)

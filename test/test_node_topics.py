@@ -22,7 +22,7 @@ from std_srvs.srv import Trigger
 from visualization_msgs.msg import MarkerArray
 
 import kinematics_service as ks
-from kinematics_service.ros.message_layout import MessageLayout
+from kinematics_service.ros.messages.message_layout import MessageLayout
 
 # Sums of a few dozen products in double precision.
 ROUND_OFF = 1e-12

@@ -17,15 +17,15 @@ from sensor_msgs.msg import JointState
 
 import kinematics_service as ks
 from kinematics_service import kernel
-from kinematics_service.estimator import Answer, Estimator
-from kinematics_service.ros.message_layout import MessageLayout
-from kinematics_service.ros.messages import Report
-from kinematics_service.ros.outputs import Channel, filled_by_the_kernel
-from kinematics_service.ros.parameter_table import PARAMETERS
-from kinematics_service.ros.settings import settings_from
-from kinematics_service.ros.topics import TOPICS
-from kinematics_service.ros.wire_reader import JointStateReader
-from kinematics_service.singularities import singularity_of
+from kinematics_service.estimation.estimator import Answer, Estimator
+from kinematics_service.kinematics.singularity import singularity_of
+from kinematics_service.ros.messages.joint_state_reader import JointStateReader
+from kinematics_service.ros.messages.message_layout import MessageLayout
+from kinematics_service.ros.messages.messages import Report
+from kinematics_service.ros.messages.topics import TOPICS
+from kinematics_service.ros.node.outputs import Channel, filled_by_the_kernel
+from kinematics_service.ros.parameters.settings import settings_from
+from kinematics_service.ros.parameters.table import PARAMETERS
 
 SECOND = 1_000_000_000
 # The first, the last, one before the epoch, and nanoseconds of more than a second.

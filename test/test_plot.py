@@ -18,26 +18,26 @@ from arms import robot_of
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
-from kinematics_service.measures import MEASURES
+from kinematics_service.robot.measures import MEASURES
 
 pytest.importorskip('matplotlib', reason='needs matplotlib')
 
-from kinematics_service.plots import picture
-from kinematics_service.plots.arm import arm_picture
-from kinematics_service.plots.critical import critical_points
-from kinematics_service.plots.distance_map import distance_map, joint_pair
-from kinematics_service.plots.map_picture import map_picture
-from kinematics_service.plots.measures import measure_units, measures_picture
-from kinematics_service.plots.motion import Motion, motion_of
-from kinematics_service.plots.picture import PlotError, drawn, save_picture
-from kinematics_service.plots.plane import plane_of
-from kinematics_service.plots.ranges import clear_pose, finite_ranges
-from kinematics_service.plots.set_styles import set_styles
-from kinematics_service.plots.skeleton import skeleton_of
-from kinematics_service.plots.solutions import MOST, poses_of, solutions_picture
-from kinematics_service.plots.velocity import velocity_picture
-from kinematics_service.plots.workspace import section_rows, workspace
-from kinematics_service.plots.workspace_picture import workspace_picture
+from kinematics_service.display.plots import picture
+from kinematics_service.display.plots.arm import arm_picture
+from kinematics_service.display.plots.critical import critical_points
+from kinematics_service.display.plots.distance_map import distance_map, joint_pair
+from kinematics_service.display.plots.map_picture import map_picture
+from kinematics_service.display.plots.measures import measure_units, measures_picture
+from kinematics_service.display.plots.motion import Motion, motion_of
+from kinematics_service.display.plots.picture import PlotError, drawn, save_picture
+from kinematics_service.display.plots.plane import plane_of
+from kinematics_service.display.plots.ranges import clear_pose, finite_ranges
+from kinematics_service.display.plots.set_styles import set_styles
+from kinematics_service.display.plots.skeleton import skeleton_of
+from kinematics_service.display.plots.solutions import MOST, poses_of, solutions_picture
+from kinematics_service.display.plots.velocity import velocity_picture
+from kinematics_service.display.plots.workspace import section_rows, workspace
+from kinematics_service.display.plots.workspace_picture import workspace_picture
 
 GOLDEN = Path(__file__).parent / 'golden'
 ROUND_OFF = 1e-12
@@ -266,7 +266,7 @@ def test_the_velocity_of_document_002_is_drawn():
     times = np.array([sample['t'] for sample in samples])
     q, qdot = (np.array([sample[key] for sample in samples]) for key in ('q', 'qdot'))
     # The built-in path is the document's.
-    from kinematics_service.trajectory import sine_trajectory
+    from kinematics_service.kinematics.trajectory import sine_trajectory
 
     motion = sine_trajectory(robot).at(times)
     assert motion.q == pytest.approx(q, abs=ROUND_OFF)
@@ -633,7 +633,7 @@ def test_without_matplotlib_the_sentence_says_what_to_install(capsys, monkeypatc
 
 def test_the_command_line_loads_matplotlib_only_to_draw():
     code = (
-        'import sys, kinematics_service.commands.command_line\n'
+        'import sys, kinematics_service.cli.command_line\n'
         "print('matplotlib' in sys.modules, 'distributed' in sys.modules)"
     )
     result = subprocess.run(

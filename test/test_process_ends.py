@@ -69,7 +69,7 @@ import sys, threading, time
 import rclpy
 from rclpy.clock import Clock, ClockType
 from std_msgs.msg import Empty
-from kinematics_service.ros.spin import Spinner
+from kinematics_service.ros.process.spin import Spinner
 from kinematics_service.stop_signals import stop_signals
 
 with stop_signals() as stop:
@@ -198,7 +198,7 @@ def test_ctrl_c_ends_a_command_that_computes_inside_a_library():
     program = """
 import sys, threading, time
 import kinematics_service.__main__ as entry
-import kinematics_service.commands.command_line as line
+import kinematics_service.cli.command_line as line
 import ctypes
 
 def run(argv):

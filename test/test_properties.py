@@ -17,8 +17,8 @@ from tolerances import DIFFERENCE, DIFFERENCE_STEP, QUOTIENT, ROUND_OFF
 
 import kinematics_service as ks
 from kinematics_service import kernel
-from kinematics_service.description import Placement, RigidMotion
-from kinematics_service.robot import build_robot
+from kinematics_service.robot.file.description import Placement, RigidMotion
+from kinematics_service.robot.robot import build_robot
 
 VENDOR = Path(__file__).parents[2] / 'shared' / 'recordings' / 'vendor_reference'
 CALIBRATION = VENDOR / 'ur_calibration_reference.json'

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import kinematics_service as ks
-from kinematics_service.commands.command_line import app
+from kinematics_service.cli.command_line import app
 
 README = Path(__file__).parent.parent / 'README.md'
 
@@ -29,7 +29,7 @@ def rows(title):
 
 
 def test_every_topic_stands_in_its_table_with_its_type():
-    topics = pytest.importorskip('kinematics_service.ros.topics')
+    topics = pytest.importorskip('kinematics_service.ros.messages.topics')
     told = {row[0].strip('`'): row[1].rpartition('/')[2] for row in rows('Topics')}
     expected = {topic.name: topic.type.__name__ for topic in topics.TOPICS}
     expected |= {
@@ -49,7 +49,7 @@ def test_every_topic_stands_in_its_table_with_its_type():
 
 
 def test_every_parameter_stands_in_its_table_with_its_default():
-    table = pytest.importorskip('kinematics_service.ros.parameter_table')
+    table = pytest.importorskip('kinematics_service.ros.parameters.table')
     told = {row[0].strip('`'): row[1].strip('`') for row in rows('Parameters')}
     assert told == {
         parameter.name: written(parameter.default)

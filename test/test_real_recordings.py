@@ -16,11 +16,11 @@ import numpy as np
 import pytest
 
 import kinematics_service as ks
-from kinematics_service import estimator as reasons
-from kinematics_service.estimator import Answer, Estimator, EstimatorSettings
-from kinematics_service.joint_sample import JointSample
-from kinematics_service.measures import Level
-from kinematics_service.singularities import singularity_of
+from kinematics_service.estimation import estimator as reasons
+from kinematics_service.estimation.estimator import Answer, Estimator, EstimatorSettings
+from kinematics_service.estimation.joint_sample import JointSample
+from kinematics_service.kinematics.singularity import singularity_of
+from kinematics_service.robot.measures import Level
 
 FOLDER = Path(
     os.environ.get('KINEMATICS_RECORDINGS') or Path(__file__).parents[2] / 'shared' / 'recordings'

@@ -18,17 +18,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from kinematics_service.description import (
+from kinematics_service.errors import Fault, KinematicsError, RobotFileError
+from kinematics_service.kinematics.forward import jacobian
+from kinematics_service.robot.file.description import (
     DhRow,
     ElementaryMotion,
     KnownPose,
     RobotDescription,
     ShapeRow,
 )
-from kinematics_service.errors import Fault, KinematicsError, RobotFileError
-from kinematics_service.kinematics import jacobian
-from kinematics_service.robot import build_robot
-from kinematics_service.robot_file import parse_robot, read_robot_file
+from kinematics_service.robot.file.reader import parse_robot, read_robot_file
+from kinematics_service.robot.robot import build_robot
 
 ROUND_OFF = 1e-15
 # Of processor time, so that a busy machine changes little: the worst answer takes 0.6.
@@ -750,14 +750,14 @@ def _only_robot_file_errors(text: str) -> None:
 
 def test_reading_imports_neither_sympy_nor_ros() -> None:
     # Without the package's own __init__, which brings the kernel along.
-    import kinematics_service.robot_file as robot_file
+    import kinematics_service.robot.file.reader as robot_file
 
     program = f"""
 import sys, types
 package = types.ModuleType('kinematics_service')
 package.__path__ = [{os.path.dirname(robot_file.__file__)!r}]
 sys.modules['kinematics_service'] = package
-import kinematics_service.robot_file
+import kinematics_service.robot.file.reader
 print(*sorted({{'sympy', 'rclpy', 'scipy', 'matplotlib'}} & sys.modules.keys()))
 """
     done = subprocess.run(

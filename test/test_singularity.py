@@ -13,8 +13,8 @@ from test_measures import arm, scaled, task_jacobian
 from tolerances import QUOTIENT, ROUND_OFF
 
 import kinematics_service as ks
-from kinematics_service.measures import Thresholds
-from kinematics_service.robot import with_singularity
+from kinematics_service.robot.measures import Thresholds
+from kinematics_service.robot.robot import with_singularity
 
 every_arm = pytest.mark.parametrize('name', EVERY_ARM)
 

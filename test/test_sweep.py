@@ -12,13 +12,13 @@ import pytest
 from arms import EVERY_ARM, robot_of
 
 import kinematics_service as ks
-from kinematics_service import sweep
 from kinematics_service.__main__ import main
-from kinematics_service.plots.distance_map import singular_table
-from kinematics_service.plots.plane import plane_of
-from kinematics_service.plots.ranges import random_positions
-from kinematics_service.plots.workspace import section_rows
-from kinematics_service.sweep import SweepError, cluster_address, map_batches
+from kinematics_service.display.plots.distance_map import singular_table
+from kinematics_service.display.plots.plane import plane_of
+from kinematics_service.display.plots.ranges import random_positions
+from kinematics_service.display.plots.workspace import section_rows
+from kinematics_service.kinematics import sweep
+from kinematics_service.kinematics.sweep import SweepError, cluster_address, map_batches
 
 NOBODY = 'dask://127.0.0.1:9'  # the port of "discard", where no scheduler listens
 

@@ -12,9 +12,9 @@ from derivations import GOLDEN, derived, same, zero
 from sympy import acos, cos, pi, sin
 
 import kinematics_service as ks
-from kinematics_service.symbols.closed_loop import loop_coupling
-from kinematics_service.symbols.names import DerivationError
-from kinematics_service.symbols.path import along, parse_path
+from kinematics_service.symbolic.algebra.names import DerivationError
+from kinematics_service.symbolic.closed_loop import loop_coupling
+from kinematics_service.symbolic.path import along, parse_path
 
 k = sympy.Symbol('k', integer=True)
 ROUND_OFF = 1e-12

@@ -11,14 +11,14 @@ import pytest
 from derivations import derived
 
 import kinematics_service as ks
-from kinematics_service.robot_file_writer import RobotFileWriteError, with_factors
-from kinematics_service.symbols.file_factors import (
+from kinematics_service.robot.file.writer import RobotFileWriteError, with_factors
+from kinematics_service.symbolic.algebra.names import DerivationError
+from kinematics_service.symbolic.file_factors import (
     checked_text,
     disagreement,
     factors_to_write,
     file_text,
 )
-from kinematics_service.symbols.names import DerivationError
 
 LISTED = [
     name
@@ -59,7 +59,7 @@ def test_default_names_are_those_of_the_geometry(name):
 
 
 def bundled_text(name):
-    from kinematics_service.bundle import find_robot_file
+    from kinematics_service.robot.bundled import find_robot_file
 
     return find_robot_file(name).read_text()
 

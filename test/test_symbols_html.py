@@ -12,8 +12,8 @@ import sympy
 from chromium import chromium_tab
 
 import kinematics_service as ks
-from kinematics_service.symbols.html import html_of, mathml
-from kinematics_service.symbols.report import report_of
+from kinematics_service.symbolic.output.html import html_of, mathml
+from kinematics_service.symbolic.output.report import report_of
 
 # A bracket's box is a line high.
 HIGHEST_BRACKET = 1.6

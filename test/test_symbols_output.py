@@ -17,14 +17,14 @@ import sympy
 from derivations import derived
 
 import kinematics_service as ks
-from kinematics_service.symbols.code import code_of
-from kinematics_service.symbols.html import html_of
-from kinematics_service.symbols.json_output import json_of
-from kinematics_service.symbols.latex import latex_of
-from kinematics_service.symbols.markdown import markdown_of
-from kinematics_service.symbols.path import along, parse_path
-from kinematics_service.symbols.report import report_of
-from kinematics_service.symbols.text import text_of
+from kinematics_service.symbolic.output.code import code_of
+from kinematics_service.symbolic.output.html import html_of
+from kinematics_service.symbolic.output.json_output import json_of
+from kinematics_service.symbolic.output.latex import latex_of
+from kinematics_service.symbolic.output.markdown import markdown_of
+from kinematics_service.symbolic.output.report import report_of
+from kinematics_service.symbolic.output.text import text_of
+from kinematics_service.symbolic.path import along, parse_path
 
 ARMS = ['craig_3r', 'rrp_elementary', 'six_joint_dh', 'puma560', 'offset_stanford_printed']
 SQUARE = ['craig_3r', 'rrp_elementary', 'puma560', 'offset_stanford_printed', 'ur5e']

@@ -13,7 +13,7 @@ import pytest
 from arms import robot_of
 
 import kinematics_service as ks
-from kinematics_service import threads
+from kinematics_service.kinematics import threads
 
 POSES = 3 * threads.LEAST_PART + 17
 

@@ -11,16 +11,16 @@ from arms import BUNDLED, RANDOM, robot_of
 from tolerances import DIFFERENCE, DIFFERENCE_STEP
 
 import kinematics_service as ks
-from kinematics_service.motion import SPEED_SHARE
-from kinematics_service.passage import (
+from kinematics_service.kinematics.motion import SPEED_SHARE
+from kinematics_service.kinematics.passage import (
     DAMPED,
     FREE_SLIDING,
     FREE_TURNING,
     SHORTEST_PERIOD,
     smooth_trajectory,
 )
-from kinematics_service.singular_pose import singular_poses
-from kinematics_service.trajectory import TRAJECTORIES, sine_trajectory
+from kinematics_service.kinematics.singular_poses import singular_poses
+from kinematics_service.kinematics.trajectory import TRAJECTORIES, sine_trajectory
 
 # The demo's joint states are 20 ms apart; at the slowed-down singular pose that is 1e-4 rad.
 SAMPLES = 2001

@@ -15,8 +15,8 @@ from tolerances import ROUND_OFF
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
+from kinematics_service.formats.urdf.elements import FrameNames
 from kinematics_service.rigid_motion import exact_rpy, pose_of
-from kinematics_service.urdf.elements import FrameNames
 
 HELICAL = """\
 robot: screws

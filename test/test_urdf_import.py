@@ -15,8 +15,8 @@ from tolerances import ROUND_OFF
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
-from kinematics_service.urdf.document import MAX_BYTES, UrdfError
-from kinematics_service.urdf.importer import import_file
+from kinematics_service.formats.urdf.document import MAX_BYTES, UrdfError
+from kinematics_service.formats.urdf.importer import import_file
 
 CONVENTIONS = ('standard', 'modified')
 # Chains of up to twelve random joints, with lengths to a metre: more products than of one arm.
@@ -227,7 +227,7 @@ def test_rounded_angles_are_read_as_what_they_stand_for():
     ],
 )
 def test_which_angles_are_rounded_parts_of_pi(text, meant):
-    from kinematics_service.urdf.quantity import as_rounded_part_of_pi
+    from kinematics_service.formats.urdf.quantity import as_rounded_part_of_pi
 
     assert as_rounded_part_of_pi(text) == pytest.approx(meant, abs=1e-15)
 

@@ -20,14 +20,17 @@ import pytest
 from tolerances import ROUND_OFF
 
 import kinematics_service as ks
-from kinematics_service.measures import Level
-from kinematics_service.singular_pose import singular_poses
-from kinematics_service.view.axes import axes_of
-from kinematics_service.view.ellipsoids import ellipsoid_of, ellipsoid_scales
-from kinematics_service.view.gauges import gauges_of, headline, joint_readings
-from kinematics_service.view.observation import observe
-from kinematics_service.view.panel import facts_html, gauges_html, jacobian_html, joints_html
-from kinematics_service.view.scene import (
+from kinematics_service.display.view.axes import axes_of
+from kinematics_service.display.view.ellipsoids import ellipsoid_of, ellipsoid_scales
+from kinematics_service.display.view.gauges import gauges_of, headline, joint_readings
+from kinematics_service.display.view.observation import observe
+from kinematics_service.display.view.panel import (
+    facts_html,
+    gauges_html,
+    jacobian_html,
+    joints_html,
+)
+from kinematics_service.display.view.scene import (
     AHEAD,
     LEVEL_COLOURS,
     LONGEST,
@@ -37,6 +40,8 @@ from kinematics_service.view.scene import (
     short_names,
     size_of,
 )
+from kinematics_service.kinematics.singular_poses import singular_poses
+from kinematics_service.robot.measures import Level
 
 ROBOTS = tuple(ks.bundled_robots())
 CONFIG = Path(__file__).parent.parent / 'config'
@@ -340,7 +345,7 @@ def test_the_colours_of_the_levels_differ_in_brightness_or_along_blue_and_yellow
 
 def test_a_taken_port_and_a_foreign_host_are_told():
     pytest.importorskip('viser', reason="needs viser: pip install '.[view]'")
-    from kinematics_service.view.address import ServerAddressError, check_address
+    from kinematics_service.display.view.address import ServerAddressError, check_address
 
     with socket.socket() as taken:
         taken.bind(('127.0.0.1', 0))
@@ -403,7 +408,7 @@ def test_sliders_and_publish_do_not_go_together():
 def test_without_viser_the_command_says_how_to_get_it():
     code = (
         "import sys; sys.modules['viser'] = None\n"
-        'from kinematics_service.commands.command_line import run\n'
+        'from kinematics_service.cli.command_line import run\n'
         "sys.exit(run(['view', '--sliders']))"
     )
     result = subprocess.run(
@@ -418,7 +423,7 @@ def test_without_viser_the_command_says_how_to_get_it():
 
 
 def topics_of_the_node():
-    topics = pytest.importorskip('kinematics_service.ros.topics')
+    topics = pytest.importorskip('kinematics_service.ros.messages.topics')
     names = {topic.name for topic in topics.TOPICS} | {topics.WARNING, topics.DIAGNOSTICS}
     resolved = {name.replace('~', '/kinematics') for name in names}
     return resolved | {'/kinematics/markers', '/robot_description'}
@@ -453,7 +458,7 @@ def test_the_foxglove_layout_names_topics_and_panels_that_are_there():
 
 
 def test_the_fields_the_foxglove_layout_plots_are_there():
-    topics = pytest.importorskip('kinematics_service.ros.topics')
+    topics = pytest.importorskip('kinematics_service.ros.messages.topics')
     types = {t.name.replace('~', '/kinematics'): t.type for t in topics.TOPICS}
     layout = json.loads((CONFIG / 'foxglove.json').read_text(encoding='utf-8'))
     for name, panel in layout['configById'].items():
@@ -483,7 +488,7 @@ def test_the_rviz_layout_names_topics_and_namespaces_that_are_there():
         if key in display
     }
     assert named <= topics_of_the_node()
-    markers = pytest.importorskip('kinematics_service.ros.markers')
+    markers = pytest.importorskip('kinematics_service.ros.messages.markers')
     assert set(displays['MarkerArray']['Namespaces']) == {
         markers.LINKS,
         markers.JOINTS,

@@ -27,9 +27,9 @@ from view_client import (
 from websockets.exceptions import ConnectionClosed
 
 import kinematics_service as ks
-from kinematics_service.view.address import Address
-from kinematics_service.view.admission import Admission, admission_to
-from kinematics_service.view.run import run_page
+from kinematics_service.display.view.address import Address
+from kinematics_service.display.view.admission import Admission, admission_to
+from kinematics_service.display.view.run import run_page
 
 ROUNDS = 60
 OK, SWITCHED, BAD_REQUEST, FORBIDDEN = 200, 101, 400, 403
@@ -311,7 +311,7 @@ def test_the_address_that_was_called_is_a_name():
 
 
 def test_a_viser_that_goes_round_the_rules_is_not_served(monkeypatch):
-    from kinematics_service.view import guarded_server as module
+    from kinematics_service.display.view import guarded_server as module
 
     # As if viser no longer asked `serve`, or no longer read by `recv`.
     begin = time.monotonic()

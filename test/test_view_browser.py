@@ -24,7 +24,7 @@ from chromium import DEADLINE, chromium_tab, find_chromium
 from view_client import PROTOCOL, Served, panel_of, served, update
 
 import kinematics_service as ks
-from kinematics_service.view.scene import JOINT_COLOUR, LEVEL_COLOURS
+from kinematics_service.display.view.scene import JOINT_COLOUR, LEVEL_COLOURS
 
 ROBOT = 'puma560'
 LEVEL = "document.querySelector('#kin-gauges [data-level]').dataset.level"

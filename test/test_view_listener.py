@@ -12,9 +12,9 @@ from rcl_interfaces.srv import SetParameters
 from ros_harness import DEADLINE, START, Arm, joint_state
 
 import kinematics_service as ks
-from kinematics_service.measures import Level
-from kinematics_service.ros.view_listener import ViewListener
-from kinematics_service.view.scene import scene_of
+from kinematics_service.display.view.scene import scene_of
+from kinematics_service.robot.measures import Level
+from kinematics_service.ros.tools.view_listener import ViewListener
 
 CLOSE = 1e-9
 
@@ -228,7 +228,7 @@ def sessions():
     open_ones = []
 
     def start(context, robot=None, node=''):
-        from kinematics_service.ros.view_session import ViewSession
+        from kinematics_service.ros.tools.view_session import ViewSession
 
         session = ViewSession(context, robot, 'puma560', node)
         open_ones.append(session)

@@ -19,75 +19,75 @@ from importlib import import_module  # noqa: E402
 from typing import TYPE_CHECKING, Any  # noqa: E402
 
 if TYPE_CHECKING:
-    from .bundle import bundled_robots as bundled_robots
+    from .diagnosis.frame_check.diagnosis import FrameDiagnosis as FrameDiagnosis
+    from .diagnosis.frame_check.diagnosis import diagnose_frames as diagnose_frames
     from .errors import JointVectorError as JointVectorError
     from .errors import KinematicsError as KinematicsError
     from .errors import RobotFileError as RobotFileError
     from .errors import RobotNotFoundError as RobotNotFoundError
-    from .frame_doctor.diagnosis import FrameDiagnosis as FrameDiagnosis
-    from .frame_doctor.diagnosis import diagnose_frames as diagnose_frames
-    from .inverse.aim import TargetError as TargetError
-    from .inverse.result import IkFamily as IkFamily
-    from .inverse.result import IkResult as IkResult
-    from .inverse.result import IkSolution as IkSolution
-    from .inverse.servo import ServoSettings as ServoSettings
-    from .inverse.servo import ServoStep as ServoStep
-    from .inverse.servo import TwistError as TwistError
-    from .inverse.servo import joint_velocity as joint_velocity
-    from .inverse.solve import inverse_kinematics as inverse_kinematics
-    from .kinematics import forward_kinematics as forward_kinematics
-    from .kinematics import jacobian as jacobian
-    from .kinematics import link_frames as link_frames
-    from .kinematics import twist as twist
-    from .measures import Level as Level
-    from .robot import Robot as Robot
-    from .robot import load_robot as load_robot
-    from .robot import robot_from_text as robot_from_text
-    from .singularities import Singularity as Singularity
-    from .singularities import singularity as singularity
-    from .symbols.derivation import Derivation as Derivation
-    from .symbols.derivation import derive as derive
-    from .tool_state import ToolState as ToolState
-    from .tool_state import evaluate as evaluate
-    from .urdf.importer import UrdfImport as UrdfImport
-    from .urdf.importer import import_urdf as import_urdf
-    from .urdf.writer import urdf_text as urdf_text
+    from .formats.urdf.importer import UrdfImport as UrdfImport
+    from .formats.urdf.importer import import_urdf as import_urdf
+    from .formats.urdf.writer import urdf_text as urdf_text
+    from .kinematics.forward import forward_kinematics as forward_kinematics
+    from .kinematics.forward import jacobian as jacobian
+    from .kinematics.forward import link_frames as link_frames
+    from .kinematics.forward import twist as twist
+    from .kinematics.inverse.result import IkFamily as IkFamily
+    from .kinematics.inverse.result import IkResult as IkResult
+    from .kinematics.inverse.result import IkSolution as IkSolution
+    from .kinematics.inverse.servo import ServoSettings as ServoSettings
+    from .kinematics.inverse.servo import ServoStep as ServoStep
+    from .kinematics.inverse.servo import TwistError as TwistError
+    from .kinematics.inverse.servo import joint_velocity as joint_velocity
+    from .kinematics.inverse.solve import inverse_kinematics as inverse_kinematics
+    from .kinematics.inverse.target import TargetError as TargetError
+    from .kinematics.singularity import Singularity as Singularity
+    from .kinematics.singularity import singularity as singularity
+    from .kinematics.tool_state import ToolState as ToolState
+    from .kinematics.tool_state import evaluate as evaluate
+    from .robot.bundled import bundled_robots as bundled_robots
+    from .robot.measures import Level as Level
+    from .robot.robot import Robot as Robot
+    from .robot.robot import load_robot as load_robot
+    from .robot.robot import robot_from_text as robot_from_text
+    from .symbolic.derivation import Derivation as Derivation
+    from .symbolic.derivation import derive as derive
     from .version import __version__ as __version__
 
 _HOME = {
-    'bundled_robots': 'bundle',
+    'bundled_robots': 'robot.bundled',
     'JointVectorError': 'errors',
     'KinematicsError': 'errors',
     'RobotFileError': 'errors',
     'RobotNotFoundError': 'errors',
-    'FrameDiagnosis': 'frame_doctor.diagnosis',
-    'diagnose_frames': 'frame_doctor.diagnosis',
-    'TargetError': 'inverse.aim',
-    'IkFamily': 'inverse.result',
-    'IkResult': 'inverse.result',
-    'IkSolution': 'inverse.result',
-    'ServoSettings': 'inverse.servo',
-    'ServoStep': 'inverse.servo',
-    'TwistError': 'inverse.servo',
-    'joint_velocity': 'inverse.servo',
-    'inverse_kinematics': 'inverse.solve',
-    'forward_kinematics': 'kinematics',
-    'jacobian': 'kinematics',
-    'link_frames': 'kinematics',
-    'twist': 'kinematics',
-    'Level': 'measures',
-    'Robot': 'robot',
-    'load_robot': 'robot',
-    'robot_from_text': 'robot',
-    'Singularity': 'singularities',
-    'singularity': 'singularities',
-    'Derivation': 'symbols.derivation',
-    'derive': 'symbols.derivation',
-    'ToolState': 'tool_state',
-    'evaluate': 'tool_state',
-    'UrdfImport': 'urdf.importer',
-    'import_urdf': 'urdf.importer',
-    'urdf_text': 'urdf.writer',
+    'FrameDiagnosis': 'diagnosis.frame_check.diagnosis',
+    'diagnose_frames': 'diagnosis.frame_check.diagnosis',
+    'TargetError': 'kinematics.inverse.target',
+    'IkFamily': 'kinematics.inverse.result',
+    'IkResult': 'kinematics.inverse.result',
+    'IkSolution': 'kinematics.inverse.result',
+    'ServoSettings': 'kinematics.inverse.servo',
+    'ServoStep': 'kinematics.inverse.servo',
+    'TwistError': 'kinematics.inverse.servo',
+    'joint_velocity': 'kinematics.inverse.servo',
+    'inverse_kinematics': 'kinematics.inverse.solve',
+    'forward_kinematics': 'kinematics.forward',
+    'jacobian': 'kinematics.forward',
+    'link_frames': 'kinematics.forward',
+    'twist': 'kinematics.forward',
+    'Level': 'robot.measures',
+    'Robot': 'robot.robot',
+    'load_robot': 'robot.robot',
+    'robot_from_text': 'robot.robot',
+    'Singularity': 'kinematics.singularity',
+    'singularity': 'kinematics.singularity',
+    'Derivation': 'symbolic.derivation',
+    'derive': 'symbolic.derivation',
+    'ToolState': 'kinematics.tool_state',
+    'evaluate': 'kinematics.tool_state',
+    'UrdfImport': 'formats.urdf.importer',
+    'import_urdf': 'formats.urdf.importer',
+    'urdf_text': 'formats.urdf.writer',
     '__version__': 'version',
 }
 

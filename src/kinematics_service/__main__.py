@@ -21,7 +21,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
     """
     # Imported here: while it loads, Ctrl-C has its default action (`__init__`).
-    from .commands.command_line import run
+    from .cli.command_line import run
 
     try:
         with nullcontext() if argv is not None else interruptible():

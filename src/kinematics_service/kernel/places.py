@@ -68,7 +68,7 @@ LARGEST_SECOND = 2**31 - 1
 # Beyond all stamps that an int32 of seconds can make, ns.
 LARGEST_STAMP = 2**62
 
-# Operations of a factor's tape (factors.py): operands are earlier steps, or a joint.
+# Operations of a factor's tape (robot/factors.py): operands are earlier steps, or a joint.
 (
     CONSTANT,
     JOINT,
@@ -83,7 +83,7 @@ LARGEST_STAMP = 2**62
     ARC_TANGENT,
 ) = range(11)
 
-# Ways to the candidates (inverse/plan.py): what is asked of `inverse_candidates`.
+# Ways to the candidates (kinematics/inverse/plan.py): what is asked of `inverse_candidates`.
 POSITION_3, SPHERICAL_WRIST, PARALLEL_AXES = range(3)
 
 # Most candidates there can be: 2 x 4 of three joints, doubled by a wrist.

@@ -1,0 +1,266 @@
+"""
+The command `audit`: a recording or a planned trajectory, judged as the node would have.
+
+"""
+
+import sys
+from datetime import datetime
+from enum import Enum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from .frame_options import (
+    STOP,
+    WARN,
+    BadOption,
+    FormatOption,
+    GapOption,
+    WarnOption,
+    given_format,
+    given_frames,
+)
+from .options import RobotOption, WrongUsage, given_robot
+
+if TYPE_CHECKING:
+    from ..robot.robot import Robot
+    from .audit_runs import Outcome
+
+FAILURES = ('never', 'warn', 'stop', 'limits', 'frames')
+
+HELP = """
+Judge a recording of joint states, or a planned trajectory, as the node would have: poses, twists,
+stretches near a singularity, limits, gaps, jumps, and whether a second source of poses agrees.
+
+\b
+Examples:
+  kinematics_service audit run.mcap --robot ur5e --html run.html
+  kinematics_service audit plan.yaml --robot arm.yaml
+  kinematics_service audit bag/ --robot ur5e --pose-topic /tcp_pose --json -
+  kinematics_service audit run.bag --robot panda --out run_kinematics.mcap
+  kinematics_service audit shift/*.mcap --robot ur5e --jobs 4 --html pages/
+
+\b
+FILE is one of
+  an MCAP file, a rosbag2 directory or .db3, a ROS 1 bag    (needs rosbags)
+  a table (.csv): stamp,position.<joint>,velocity.<joint>, perhaps pose.x ...;
+    what UR's RTDE recorder writes; other columns with --columns
+  a JointTrajectory (.yaml, .json) as `ros2 topic echo` prints it, or in a bag
+
+\b
+Of several FILEs each has its verdict, --html, --json and --out name folders, and
+the exit code is that of the worst.
+
+\b
+Exit code 0: judged. 1: FILE cannot be read or has no state of this robot, or
+--fail-on is met. 2: wrong usage. --fail-on is a list of
+  warn, stop     it comes nearer to a singularity than that threshold
+  limits         a joint is beyond its limits
+  frames         there is no second source of poses, or it cannot be compared,
+                 or disagrees: the cause is found, or more than --pose-stop
+                 remains with constant offsets of base and tool
+  never          the default of a recording; that of a plan is stop
+A plan that could not be judged in some sample, and a file whose checksum is
+wrong, fail too, unless it says never.
+"""
+
+
+class VelocitySource(str, Enum):
+    """
+    Where joint velocities come from.
+
+    """
+
+    auto = 'auto'
+    message = 'message'
+    difference = 'difference'
+
+
+def audit(
+    files: Annotated[list[Path], typer.Argument(metavar='FILE...', help='Recordings or plans.')],
+    robot: RobotOption,
+    topic: Annotated[
+        str | None,
+        typer.Option(metavar='TOPIC', help='Topic of a bag; needed where it has several.'),
+    ] = None,
+    pose_topic: Annotated[
+        str | None,
+        typer.Option(metavar='TOPIC', help='PoseStamped of the tool from elsewhere, to compare.'),
+    ] = None,
+    columns: Annotated[
+        str | None,
+        typer.Option(
+            metavar='KEY=START,...',
+            help='What columns of a table begin with: stamp=, position=, velocity=, pose=.',
+        ),
+    ] = None,
+    html: Annotated[
+        Path | None, typer.Option(metavar='FILE', help='Write a page with every curve.')
+    ] = None,
+    json: Annotated[
+        Path | None, typer.Option(metavar='FILE', help='Write everything as JSON; - prints it.')
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar='FILE.mcap', help='Write the topics the node would have published.'),
+    ] = None,
+    fail_on: Annotated[
+        str | None,
+        typer.Option(metavar='LIST', help='When to exit with code 1: never, warn, stop, ...'),
+    ] = None,
+    joint_prefix: Annotated[
+        str, typer.Option(metavar='TEXT', help='Put before the joint names of the robot file.')
+    ] = '',
+    velocity_source: Annotated[
+        VelocitySource, typer.Option(help='Joint velocities, as the parameter of the node.')
+    ] = VelocitySource.auto,
+    timeout: Annotated[
+        float, typer.Option(metavar='SECONDS', help='The parameter joint_state_timeout.')
+    ] = 1.0,
+    warn: Annotated[
+        float | None, typer.Option(help='Threshold of WARN, instead of that of the robot file.')
+    ] = None,
+    stop: Annotated[float | None, typer.Option(help='Threshold of ERROR, likewise.')] = None,
+    pose_format: FormatOption = None,
+    pose_gap: GapOption = None,
+    pose_warn: WarnOption = WARN,
+    pose_stop: BadOption = STOP,
+    jobs: Annotated[
+        int | None,
+        typer.Option(metavar='N', help='Audit so many files at once.', show_default='1'),
+    ] = None,
+    workers: Annotated[
+        str | None,
+        typer.Option(
+            metavar='dask://HOST:PORT',
+            help='Have a dask cluster audit the files, which its workers must see.',
+            show_default='here',
+        ),
+    ] = None,
+) -> None:
+    """
+    Run the command; `HELP` is what its user reads.
+
+    """
+    failures = _failures(fail_on)
+    if not 1e-3 <= timeout <= 3600.0:
+        raise WrongUsage(f'--timeout: {timeout:g} is not within 0.001 and 3600 s')
+    if workers is not None and (jobs is not None or out is not None):
+        raise WrongUsage('--workers goes with neither --jobs nor --out')
+    if jobs is not None and jobs < 1:
+        raise WrongUsage(f'--jobs: {jobs} is not 1 or more')
+    paths = {
+        'html': _paths('--html', html, files, '.html'),
+        'json': _paths('--json', json, files, '.json'),
+        'out': _paths('--out', out, files, '.mcap'),
+    }
+    for option, own in paths.items():
+        for path in own:
+            if path is not None and path.resolve() in [file.resolve() for file in files]:
+                raise WrongUsage(f'--{option}: {path} is the recording itself')
+    arm = _judged(given_robot(robot), warn, stop)
+    frames = given_frames(pose_gap, pose_warn, pose_stop)
+    form = given_format(pose_format)
+    from ..estimation.estimator import EstimatorSettings
+    from ..formats.recordings.source import Wanted
+    from .audit_runs import Run, outcomes
+
+    reading = Wanted(arm, topic, pose_topic, columns, joint_prefix, form)
+    settings = EstimatorSettings(joint_prefix, velocity_source.value, round(timeout * 1e9))
+    date = datetime.now().astimezone().isoformat(' ', 'seconds')
+    runs = [
+        Run(
+            file,
+            robot,
+            date,
+            reading,
+            settings,
+            frames,
+            failures,
+            html is not None,
+            json is not None,
+            out,
+        )
+        for file, html, json, out in zip(files, paths['html'], paths['json'], paths['out'])
+    ]
+    failed = False
+    for k, outcome in enumerate(outcomes(runs, jobs or 1, workers)):
+        if k:
+            print()
+        _report(outcome, paths['html'][k], paths['json'][k])
+        failed |= outcome.failed
+    if failed:
+        raise typer.Exit(1)
+
+
+def _failures(text: str | None) -> tuple[str, ...] | None:
+    if text is None:
+        return None
+    wanted = tuple(word.strip() for word in text.split(',') if word.strip())
+    for word in wanted:
+        if word not in FAILURES:
+            raise WrongUsage(f'--fail-on: {word!r} is not one of {", ".join(FAILURES)}')
+    if not wanted or ('never' in wanted and len(wanted) > 1):
+        raise WrongUsage('--fail-on: name what is a failure, or never')
+    return wanted
+
+
+def _judged(robot: 'Robot', warn: float | None, stop: float | None) -> 'Robot':
+    if warn is None and stop is None:
+        return robot
+    from ..errors import KinematicsError
+    from ..robot.measures import thresholds_for
+    from ..robot.robot import with_singularity
+
+    own = robot.thresholds
+    try:
+        thresholds = thresholds_for(
+            robot.task,
+            own.measure,
+            own.warn if warn is None else warn,
+            own.stop if stop is None else stop,
+        )
+    except KinematicsError as error:
+        raise WrongUsage(f'--warn, --stop: {error}') from None
+    return with_singularity(robot, None, thresholds)
+
+
+def _paths(option: str, given: Path | None, files: list[Path], suffix: str) -> list[Path | None]:
+    # Where an option's file of each recording goes: of several into a folder, by their names.
+    several = len(files) > 1
+    if given is None or not (several or given.is_dir()):
+        return [given] * len(files)
+    if str(given) == '-':
+        raise WrongUsage(f'{option} - is for one recording; name a folder for {len(files)}')
+    if given.exists() and not given.is_dir():
+        raise WrongUsage(f'{option}: {given} is a file; name a folder for {len(files)} recordings')
+    names = [(file.name if file.is_dir() else file.stem) + suffix for file in files]
+    for name, file in zip(names, files):
+        other = files[names.index(name)]
+        if other is not file:
+            raise WrongUsage(f'{option}: {other} and {file} would both be {given / name}')
+    try:
+        given.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise WrongUsage(f'{option}: {given}: {error.strerror}') from None
+    return [given / name for name in names]
+
+
+def _report(outcome: 'Outcome', html: Path | None, json: Path | None) -> None:
+    from ..diagnosis.audit.report.summary import print_summary
+    from ..robot.file.writer import replace_file
+
+    if outcome.summary is None:
+        print(f'{outcome.error}', file=sys.stderr)
+        return
+    if html is not None:
+        replace_file(html, outcome.html)
+    if json is not None and str(json) != '-':
+        replace_file(json, outcome.json + '\n')
+    if json is not None and str(json) == '-':
+        print(outcome.json)
+    else:
+        print_summary(outcome.summary)
+    if outcome.error:
+        print(outcome.error, file=sys.stderr)

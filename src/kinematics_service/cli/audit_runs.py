@@ -1,0 +1,214 @@
+"""
+Recordings audited one after the other, by processes of this machine, or by a dask cluster.
+
+"""
+
+import multiprocessing
+import os
+import signal
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from multiprocessing.connection import wait
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+if TYPE_CHECKING:
+    from ..diagnosis.audit.auditing import Audit
+    from ..diagnosis.audit.frames import FrameSettings
+    from ..diagnosis.audit.report.summary import Summary
+    from ..estimation.estimator import EstimatorSettings
+    from ..formats.recordings.source import Wanted
+
+Progress = Callable[[int], None]
+
+
+@dataclass(frozen=True)
+class Run:
+    """
+    One recording to audit, and what is wanted of it.
+
+    Attributes
+    ----------
+    robot
+        As it was named: a file, or a bundled robot.
+    date
+        Of the audit, in words.
+    frames
+        How a second source of poses is matched and judged.
+    failures
+        What fails it; None for what is usual for its kind.
+    html, json
+        Whether the page, and the document, are wanted.
+    out
+        The MCAP file to write, if one is wanted.
+
+    """
+
+    file: Path
+    robot: str
+    date: str
+    reading: 'Wanted'
+    settings: 'EstimatorSettings'
+    frames: 'FrameSettings'
+    failures: tuple[str, ...] | None
+    html: bool
+    json: bool
+    out: Path | None
+
+
+class Outcome(NamedTuple):
+    """
+    What an audit says, and the sentence that says what it cannot say.
+
+    """
+
+    run: Run
+    error: str
+    summary: 'Summary | None' = None
+    html: str = ''
+    json: str = ''
+    failed: bool = True
+
+
+def outcome_of(run: Run, bar: 'Callable[[int | None], Any] | None' = None) -> Outcome:
+    """
+    Return the outcome of one run; what goes wrong with its file is one.
+
+    """
+    from ..diagnosis.audit.report.document import document_of
+    from ..diagnosis.audit.report.page import page_of
+    from ..diagnosis.audit.report.page_header import origin_of
+    from ..diagnosis.audit.report.summary import summary_of
+    from ..errors import KinematicsError
+    from ..printing import json_text
+
+    try:
+        finished = _audited(run, bar or _no_bar)
+    except KinematicsError as error:
+        return Outcome(run, str(error))
+    return Outcome(
+        run,
+        _no_frames(finished, run),
+        summary_of(finished),
+        page_of(finished, origin_of(run.file, run.robot, run.date)) if run.html else '',
+        json_text(document_of(finished)) if run.json else '',
+        _failed(finished, run.failures),
+    )
+
+
+def _audited(run: Run, bar: Callable[[int | None], Any]) -> 'Audit':
+    from ..diagnosis.audit.auditing import Listener, audit
+    from ..formats.recordings.open_file import open_source
+
+    reading = run.reading
+    with ExitStack() as stack:
+        source = stack.enter_context(open_source(run.file, reading))
+        part: Callable[[Any], None] = lambda _: None  # noqa: E731
+        if run.out is not None:
+            from ..diagnosis.audit.report.bag_writer import open_writer
+
+            writer = open_writer(run.out, reading.robot, reading.joint_prefix)
+            part = stack.enter_context(writer).write
+        progress = stack.enter_context(bar(source.total))
+        listener = Listener(progress, part)
+        return audit(source, reading.robot, str(run.file), run.settings, listener, run.frames)
+
+
+def _failed(finished: 'Audit', wanted: tuple[str, ...] | None) -> bool:
+    from ..robot.measures import Level
+
+    wanted = wanted or (('stop',) if finished.planned else ('never',))
+    worst = max((stretch.level for stretch in finished.stretches), default=Level.OK)
+    frames = finished.frames
+    met = {
+        'never': False,
+        'warn': worst >= Level.WARN,
+        'stop': worst >= Level.ERROR,
+        'limits': any(joint.beyond for joint in finished.joints),
+        'frames': frames is None or frames.failed,
+    }
+    # What could not be judged is not fine: samples of a plan, or a damaged file.
+    unjudged = finished.damaged or (finished.planned and bool(finished.refused))
+    return (unjudged and wanted != ('never',)) or any(met[word] for word in wanted)
+
+
+def _no_frames(finished: 'Audit', run: Run) -> str:
+    # A gate that was asked for and has nothing to judge is not passed in silence.
+    if finished.frames is not None or 'frames' not in (run.failures or ()):
+        return ''
+    return (
+        f"{run.file}: --fail-on frames: there is no second source of the tool's pose; of a bag "
+        '--pose-topic names it, of a table columns pose.* or those of --columns pose=...'
+    )
+
+
+def outcomes(runs: Sequence[Run], jobs: int, workers: str | None) -> Iterator[Outcome]:
+    """
+    Yield the outcome of each run, in their order.
+
+    """
+    if workers is not None:
+        from ..kinematics.sweep import results_of_workers
+
+        yield from _counted(results_of_workers(outcome_of, runs, workers), len(runs))
+    elif jobs == 1 or len(runs) == 1:
+        for run in runs:
+            yield outcome_of(run, _bar)
+    else:
+        yield from _counted(_by_processes(runs, jobs), len(runs))
+
+
+def _by_processes(runs: Sequence[Run], jobs: int) -> Iterator[Outcome]:
+    context = multiprocessing.get_context('spawn')
+    with ProcessPoolExecutor(jobs, context, _live_with_the_parent) as pool:
+        try:
+            yield from pool.map(outcome_of, runs)
+        except BaseException:
+            for process in multiprocessing.active_children():
+                process.terminate()
+            raise
+
+
+def _live_with_the_parent() -> None:
+    # Signals are the parent's affair, and without it there is nobody to answer to.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+
+    def follow() -> None:
+        wait([parent.sentinel])
+        os._exit(1)
+
+    threading.Thread(target=follow, daemon=True).start()
+
+
+@contextmanager
+def _no_bar(total: int | None) -> Iterator[Progress]:
+    yield lambda _: None
+
+
+@contextmanager
+def _bar(total: int | None, noun: str = 'messages') -> Iterator[Progress]:
+    # A bar on standard error while it works, on a terminal only; gone when it is done.
+    from rich.console import Console
+
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield lambda _: None
+        return
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
+
+    columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console, transient=True) as bar:
+        task = bar.add_task(noun, total=total)
+        yield lambda count: bar.advance(task, count)
+
+
+def _counted(found: Iterator[Outcome], total: int) -> Iterator[Outcome]:
+    with _bar(total, 'files') as progress:
+        for outcome in found:
+            progress(1)
+            yield outcome

@@ -1,0 +1,212 @@
+"""
+The command `check`: whether robot files describe robots, and which.
+
+"""
+
+import math
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Annotated, NamedTuple
+
+import numpy as np
+import typer
+from rich.table import Table
+
+from ..errors import Fault, KinematicsError, RobotFileError
+from ..estimation.status_text import structure_in_words
+from ..kernel import Floats
+from ..printing import Output, facts, heading, plain, table
+from ..robot.file.description import Placement
+from ..robot.robot import Robot, load_robot
+from ..robot.task import SEEDED_POSES
+from .known_poses import PoseError, pose_errors, pose_faults
+from .robots import joint_letters
+from .singularity_report import DEGREES, threshold_words
+from .textbook_table import FORMULAS, motion_text, textbook_table
+
+HELP = """
+Check robot files, and print what they say: the table as in a textbook, the joints, and what is
+true of the arm at every pose.
+
+\b
+Examples:
+  kinematics_service check my_robot.yaml
+  kinematics_service check puma560 ur5e config/*.yaml > report.txt
+  kinematics_service check --strict my_robot.yaml
+
+All faults of a file are reported at once, on standard error, as file:line: where: message. Known
+poses of the file that the table does not reach are faults too. The exit code is 1 if any file has
+a fault; the other files are still checked. What is allowed but most likely a mistake, such as a
+link of 250 m, is a line with WARN there; with --strict it makes the exit code 1 too.
+"""
+
+Files = Annotated[
+    list[str], typer.Argument(metavar='FILE...', help='Robot files, or names of bundled robots.')
+]
+
+
+class Verdict(NamedTuple):
+    """
+    What is wrong with a file, and what is most likely a mistake, each a line.
+
+    """
+
+    faults: list[str]
+    warnings: list[str]
+
+
+def check(
+    files: Files,
+    strict: Annotated[
+        bool, typer.Option('--strict', help='Exit code 1 also where there are only warnings.')
+    ] = False,
+) -> None:
+    """
+    Run the command; `HELP` is what its user reads.
+
+    """
+    out = Output()
+    faulty = doubtful = 0
+    for file in files:
+        verdict = _checked(out, file)
+        faulty += bool(verdict.faults)
+        doubtful += bool(verdict.warnings)
+        lines = [*verdict.warnings, *verdict.faults]
+        if lines:
+            # In the order it happened, where both streams are one screen.
+            sys.stdout.flush()
+            print(plain('\n'.join(lines)), file=sys.stderr)
+    if len(files) > 1:
+        counts = [f'{faulty} of them with faults' if faulty else 'no faults']
+        counts += [f'{doubtful} with warnings'] if doubtful else []
+        out.print(heading(f'{len(files)} files checked, {", ".join(counts)}'))
+    if faulty or (strict and doubtful):
+        raise typer.Exit(1)
+
+
+def _checked(out: Output, file: str) -> Verdict:
+    # Prints what there is to say of a file.
+    try:
+        robot = load_robot(file)
+    except RobotFileError as error:
+        return Verdict([str(fault) for fault in error.faults], [])
+    except KinematicsError as error:
+        return Verdict([str(error)], [])
+    errors = pose_errors(robot)
+    faults = pose_faults(robot, errors)
+    _print_robot(out, robot)
+    _print_arm(out, robot, errors, faults)
+    doubts = [replace(one, where=f'WARN {one.where}') for one in robot.description.warnings]
+    return Verdict(list(map(str, faults)), list(map(str, doubts)))
+
+
+def _print_robot(out: Output, robot: Robot) -> None:
+    description = robot.description
+    about = facts()
+    about.add_row('  source', plain(robot.source) or 'not said')
+    about.add_row('  convention', FORMULAS[robot.convention])
+    if robot.convention in ('elementary', 'shape'):
+        about.add_row('  units', f'{description.angle_unit}, {description.length_unit}')
+    if description.constants:
+        about.add_row('  constants', ', '.join(_constants(robot)))
+    title = heading(f'{robot.name} ({description.file})')
+    out.print(title, about, '', textbook_table(description), '', _joint_table(robot), '')
+
+
+def _constants(robot: Robot) -> Iterator[str]:
+    for constant in robot.description.constants:
+        text, value = plain(constant.text), f'{constant.value:.6g}'
+        yield f'{constant.name} = {text}' + (f' = {value}' if _is_formula(text) else '')
+
+
+def _is_formula(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return True
+    return False
+
+
+def _joint_table(robot: Robot) -> Table:
+    named_apart = robot.joint_names != robot.variables
+    with_speeds = bool(np.isfinite(robot.velocity_limits).any())
+    slides = 'prismatic' in robot.joint_types
+    in_mm = robot.description.length_unit == 'mm'
+    joints = table(
+        '  joint',
+        *(['variable'] if named_apart else []),
+        'type',
+        'limits [rad, m]' if slides else 'limits [rad]',
+        'limits [deg, mm]' if slides and in_mm else 'limits [deg]',
+        *(['rad/s, m/s' if slides else 'rad/s'] if with_speeds else []),
+    )
+    for j, name in enumerate(robot.joint_names):
+        limits, speed = robot.limits[j], robot.velocity_limits[j]
+        if robot.joint_types[j] == 'prismatic':
+            other = _range(limits * 1000.0) if in_mm else ''
+        else:
+            other = _range(limits * DEGREES)
+        joints.add_row(
+            f'  {plain(name)}',
+            *([plain(robot.variables[j])] if named_apart else []),
+            robot.joint_types[j] + (', unused' if robot.description.joints[j].unused else ''),
+            _range(limits),
+            other,
+            *([f'{speed:.4g}' if math.isfinite(speed) else 'none'] if with_speeds else []),
+        )
+    return joints
+
+
+def _range(limits: Floats) -> str:
+    low, high = limits
+    if math.isinf(low) and math.isinf(high):
+        return 'none'
+    return f'{low:.4g} .. {high:.4g}'
+
+
+def _print_arm(
+    out: Output, robot: Robot, errors: Sequence[PoseError], faults: Sequence[Fault]
+) -> None:
+    task, description = robot.task, robot.description
+    full = min(len(task.rows), robot.dof)
+    arm = facts()
+    arm.add_row('  joints', f'{robot.dof}, {joint_letters(description.joints)} from the base')
+    arm.add_row('  base', _placement(description.base, "the table's frame 0"))
+    arm.add_row('  tool', _placement(description.tool, "the last row's frame"))
+    arm.add_row(
+        '  reach', f'{task.reach:.4g} m from frame 0, the farthest of {SEEDED_POSES} poses'
+    )
+    arm.add_row('  task', f'rows {" ".join(task.rows)} of the Jacobian')
+    arm.add_row('  length', f'{task.length:.4g} m, the characteristic length')
+    arm.add_row('  rank', f'{task.generic_rank} of {full} at almost every pose')
+    if structure := _structure(robot):
+        arm.add_row('  structure', plain(structure))
+    arm.add_row('  measure', threshold_words(robot.thresholds))
+    if description.singularity.factors:
+        factors = (f'{factor.name} = {factor.text}' for factor in description.singularity.factors)
+        arm.add_row('  singular factors', plain('\n'.join(factors)))
+    arm.add_row('  known poses', _known(errors, faults))
+    if description.remarks:
+        arm.add_row('  remarks', plain('\n'.join(description.remarks)))
+    out.print(arm, '')
+
+
+def _placement(placement: Placement, other: str) -> str:
+    where = motion_text(placement.motion)
+    return f'{plain(placement.frame)}, ' + (f'at {other}' if where == 'identity' else where)
+
+
+def _structure(robot: Robot) -> str:
+    if robot.task.structurally_deficient or not robot.task.dependent_joints:
+        return structure_in_words(robot)
+    joints = ' and '.join(robot.task.dependent_joints)
+    return f'{joints} can move at every pose without moving the task rows'
+
+
+def _known(errors: Sequence[PoseError], faults: Sequence[Fault]) -> str:
+    if not errors:
+        return 'none in the file'
+    worst = max(errors, key=lambda error: error.share)
+    verdict = f'{len(errors) - len(faults)} of {len(errors)} agree'
+    return f'{verdict}\nworst, known_poses[{worst.index}]: {worst}'

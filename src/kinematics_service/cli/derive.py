@@ -1,0 +1,210 @@
+"""
+The command `derive`: exact frames, Jacobian, determinant and singular set of an arm.
+
+"""
+
+import sys
+from collections.abc import Callable
+from enum import Enum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from ..robot.bundled import find_robot_file
+from ..robot.robot import load_robot
+from .options import WrongUsage, refuse_unknown_robot
+
+if TYPE_CHECKING:
+    from ..symbolic.derivation import Derivation
+
+HELP = """
+Derive the kinematics of an arm exactly, in the symbols of its robot file.
+
+\b
+Examples:
+  kinematics_service derive craig_3r
+  kinematics_service derive puma560 --format html --out puma560.html
+  kinematics_service derive panda --lock q3=0
+  kinematics_service derive ur5e --code c --out ur5e.c
+  kinematics_service derive rrp_elementary --path 'theta1=sin(t), theta2=cos(2*t), d3=sin(3*t)'
+  kinematics_service derive arm.yaml --write
+
+Every row's T, every frame, the Jacobian four ways and their difference, the determinant of the
+task rows as a product, where each factor vanishes, the rank there and the motion lost. --write
+puts the factors into the robot file, after checking their product against the determinant.
+"""
+
+
+class Format(str, Enum):
+    """
+    What a derivation is written as.
+
+    """
+
+    text = 'text'
+    markdown = 'markdown'
+    latex = 'latex'
+    html = 'html'
+    json = 'json'
+
+
+class Code(str, Enum):
+    """
+    A language of source code.
+
+    """
+
+    numpy = 'numpy'
+    c = 'c'
+    latex = 'latex'
+
+
+def derive(
+    robot: Annotated[
+        str, typer.Argument(metavar='ROBOT', help='A robot file, or a bundled robot.')
+    ],
+    format: Annotated[Format, typer.Option(help='What to write.')] = Format.text,
+    out: Annotated[
+        Path | None, typer.Option(metavar='FILE', help='Where to write it; default: the screen.')
+    ] = None,
+    frame: Annotated[
+        str | None,
+        typer.Option(metavar='FRAME', help='Axes of J: base, tool, or the number of a frame.'),
+    ] = None,
+    lock: Annotated[
+        list[str] | None,
+        typer.Option(metavar='JOINT=VALUE', help='Hold a joint still, in the file units; often.'),
+    ] = None,
+    code: Annotated[
+        Code | None, typer.Option(help='Write T, J and the determinant as source code instead.')
+    ] = None,
+    path: Annotated[
+        str | None, typer.Option(metavar='JOINT=f(t),...', help='Velocity along a path too.')
+    ] = None,
+    start: Annotated[float, typer.Option('--from', help='Begin of the path, s.')] = 0.0,
+    end: Annotated[float, typer.Option('--to', help='End of the path, s.')] = 6.3,
+    plot: Annotated[
+        Path | None,
+        typer.Option(metavar='PNG', help='Draw the velocity along the path (needs matplotlib).'),
+    ] = None,
+    write: Annotated[
+        bool, typer.Option('--write', help='Store the factors in the robot file.')
+    ] = False,
+) -> None:
+    """
+    Run the command; `HELP` is what its user reads.
+
+    """
+    refuse_unknown_robot(robot, '')
+    if write and lock:
+        raise WrongUsage('--write: the factors of a locked arm are not those of the robot file')
+    if plot and not path:
+        raise WrongUsage('--plot draws a path: give --path too')
+    if not start < end:
+        raise WrongUsage(f'--from {start:g} is not before --to {end:g}')
+    locked = dict(_locks(lock or []))
+    arm = load_robot(robot)
+    # sympy takes half a second: only now is it known to be needed.
+    from ..symbolic.derivation import derive as derived
+
+    with _Progress() as tell:
+        derivation = derived(arm, locked, tell)
+        if write:
+            tell('checking the factors')
+            _write(derivation, find_robot_file(robot))
+            return
+        tell('writing')
+        document = _document(derivation, format, frame, code, path, (start, end), plot)
+    if out is None:
+        sys.stdout.write(document)
+    else:
+        from ..robot.file.writer import replace_file
+
+        replace_file(out, document)
+
+
+def _locks(given: list[str]) -> list[tuple[str, str]]:
+    pairs = []
+    for text in given:
+        name, equals, value = text.partition('=')
+        if not equals:
+            raise WrongUsage(f'--lock: {text!r} is not JOINT=VALUE')
+        pairs.append((name.strip(), value.strip()))
+    return pairs
+
+
+def _document(
+    derivation: 'Derivation',
+    format: Format,
+    frame: str | None,
+    code: Code | None,
+    path: str | None,
+    span: tuple[float, float],
+    plot: Path | None,
+) -> str:
+    from ..symbolic.path import along, parse_path
+
+    if code is not None:
+        from ..symbolic.output.code import code_of
+
+        return code_of(derivation, code.value)
+    given = None if path is None else along(derivation, parse_path(path, derivation))
+    if plot is not None and given is not None:
+        from ..symbolic.output.plot import plot_velocity
+
+        plot_velocity(given, span, plot)
+    if format is Format.json:
+        from ..symbolic.output.json_output import json_of
+
+        return json_of(derivation, given, span)
+    from ..symbolic.output.report import report_of
+
+    return _written(format)(report_of(derivation, frame, given, span))
+
+
+def _written(format: Format) -> Callable[[Any], str]:
+    if format is Format.markdown:
+        from ..symbolic.output.markdown import markdown_of
+
+        return markdown_of
+    if format is Format.latex:
+        from ..symbolic.output.latex import latex_of
+
+        return latex_of
+    if format is Format.html:
+        from ..symbolic.output.html import html_of
+
+        return html_of
+    from ..symbolic.output.text import text_of
+
+    return text_of
+
+
+def _write(derivation: 'Derivation', file: Path) -> None:
+    from ..robot.file.writer import write_factors
+    from ..symbolic.file_factors import checked_text, factors_to_write
+
+    factors = factors_to_write(derivation)
+    if not factors:
+        print(f'{file}: no factor to write: the set is empty or the minors share none')
+        return
+    write_factors(file, factors, lambda text: checked_text(derivation, text))
+    print(f'{file}: singularity.factors: {", ".join(factors)}')
+
+
+class _Progress:
+    # A line on standard error while it works, on a terminal only; gone when it is done.
+    def __enter__(self) -> Callable[[str], None]:
+        from rich.console import Console
+
+        console = Console(stderr=True)
+        self._status = console.status('deriving') if console.is_terminal else None
+        if self._status is None:
+            return lambda _: None
+        self._status.start()
+        return self._status.update
+
+    def __exit__(self, *_: object) -> None:
+        if self._status is not None:
+            self._status.stop()

@@ -1,0 +1,70 @@
+"""
+The command `export`: a robot in the formats of other programs.
+
+"""
+
+import re
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ..errors import KinematicsError
+from .options import given_robot
+
+HELP = """
+Write a robot as URDF, for RViz, robot_state_publisher, MoveIt, Pinocchio and others.
+
+\b
+Examples:
+  kinematics_service export puma560 --urdf puma560.urdf
+  kinematics_service export my_arm.yaml --urdf - | check_urdf /dev/stdin
+
+Every frame of the table is a link, exact to 1e-12. Coupled and helical joints become
+joints that mimic. The shapes are signs of joints and links, so that there is something
+to see; inertia and collision shapes are not known and not written.
+"""
+
+
+def export(
+    robot: Annotated[
+        str, typer.Argument(metavar='ROBOT', help='A robot file, or a bundled robot.')
+    ],
+    urdf: Annotated[
+        str, typer.Option('--urdf', metavar='FILE', help="Where to write it; '-': the screen.")
+    ],
+) -> None:
+    """
+    Run the command; `HELP` is what its user reads.
+
+    """
+    arm = given_robot(robot, '')
+    from ..formats.urdf.writer import urdf_text
+
+    text = urdf_text(arm)
+    write_document(urdf, text)
+    if urdf != '-':
+        links, joints = (len(re.findall(f'<{part} ', text)) for part in ('link', 'joint'))
+        print(f'wrote {urdf}: {arm.name}, {links} links, {joints} joints')
+
+
+def write_document(file: str, text: str) -> None:
+    """
+    Write a text to a file, or to standard output for `-`.
+
+    Raises
+    ------
+    KinematicsError
+        The file cannot be written.
+
+    """
+    if file == '-':
+        sys.stdout.write(text)
+        return
+    from ..robot.file.writer import replace_file
+
+    try:
+        replace_file(Path(file), text)
+    except OSError as error:
+        raise KinematicsError(f'{file}: cannot be written: {error.strerror}') from None

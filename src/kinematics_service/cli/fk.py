@@ -1,0 +1,106 @@
+"""
+The command `fk`: where the tool is at given joint positions.
+
+"""
+
+from textwrap import indent
+
+from ..kernel import Floats
+from ..kinematics.singularity import Singularity, singularity_of
+from ..kinematics.tool_state import ToolState, evaluate
+from ..printing import Output, facts, heading, json_text, number, numbers
+from ..rigid_motion import roll_pitch_yaw
+from .options import (
+    DegreesOption,
+    JsonOption,
+    PositionsOption,
+    RobotOption,
+    given_positions,
+    given_robot,
+)
+from .singularity_report import (
+    DEGREES,
+    JSON_KEYS,
+    beyond_limits,
+    print_singularity,
+    singularity_json,
+)
+
+HELP = f"""
+Print the pose of the tool at joint positions, and how near it is to a singular one.
+
+\b
+Examples:
+  kinematics_service fk --robot puma560 --deg --q 20,35,-60,15,40,-70
+  kinematics_service fk --robot ur5e --q=-0.1,-1.57,1.2,0,0.4,0 --json
+
+Positions may be negative, and separated by commas, spaces or both. Those of
+prismatic joints are in metres, with --deg too.
+
+\b
+The keys of --json, in m and rad; null: infinite or undefined:
+  robot, base_frame, tool_frame, joint_names, q
+  beyond_limits                  names of joints outside their limits
+  position                       x y z of the tool in the base frame
+  quaternion_xyzw                unit length, w >= 0
+  roll_pitch_yaw                 R = Rz(yaw) Ry(pitch) Rx(roll)
+  matrix                         4 rows of 4
+  singularity                    an object:
+{indent(JSON_KEYS, '  ')}
+"""
+
+
+def fk(
+    robot: RobotOption,
+    q: PositionsOption,
+    deg: DegreesOption = False,
+    json: JsonOption = False,
+) -> None:
+    """
+    Run the command; `HELP` is what its user reads.
+
+    """
+    arm = given_robot(robot)
+    state = evaluate(arm, given_positions(arm, q, deg))
+    singularity = singularity_of(state)
+    if json:
+        print(_document(state, singularity))
+    else:
+        _print_pose(Output(), state, singularity)
+
+
+def _document(state: ToolState, singularity: Singularity) -> str:
+    robot = state.robot
+    return json_text(
+        {
+            'robot': robot.name,
+            'base_frame': robot.base_frame,
+            'tool_frame': robot.tool_frame,
+            'joint_names': robot.joint_names,
+            'q': state.q,
+            'beyond_limits': beyond_limits(robot, state.q),
+            'position': state.position,
+            'quaternion_xyzw': state.quaternion_xyzw,
+            'roll_pitch_yaw': roll_pitch_yaw(state.pose[:3, :3]),
+            'matrix': state.pose,
+            'singularity': singularity_json(robot, singularity),
+        }
+    )
+
+
+def _print_pose(out: Output, state: ToolState, singularity: Singularity) -> None:
+    robot = state.robot
+    rpy = roll_pitch_yaw(state.pose[:3, :3])
+    pose = facts()
+    pose.add_row('  position x y z', f'{numbers(state.position)}  m')
+    pose.add_row('  quaternion x y z w', numbers(state.quaternion_xyzw))
+    pose.add_row('  roll pitch yaw', f'{numbers(rpy)}  rad\n{numbers(rpy * DEGREES, 4)}  deg')
+    pose.add_row('  matrix', _matrix_text(state.pose))
+    out.print(heading(f'{robot.name}: pose of {robot.tool_frame} in {robot.base_frame}'), pose)
+    print_singularity(out, state, singularity)
+
+
+def _matrix_text(matrix: Floats) -> str:
+    texts = [[number(entry) for entry in row] for row in matrix]
+    width = max(len(text) for row in texts for text in row)
+    return '\n'.join('  '.join(text.rjust(width) for text in row) for row in texts)

@@ -1,0 +1,105 @@
+"""
+Options of `audit` that concern a second source of the tool's pose.
+
+"""
+
+import math
+import re
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from .options import WrongUsage
+
+if TYPE_CHECKING:
+    from ..diagnosis.audit.frames import FrameSettings
+    from ..diagnosis.frame_check import PoseLimit
+    from ..formats.recordings.pose_format import PoseFormat
+
+LIMIT = re.compile(r'([0-9.]+(?:[eE][-+]?[0-9]+)?)\s*(mm|m|deg|rad)')
+FACTORS = {'m': 1.0, 'mm': 1e-3, 'rad': 1.0, 'deg': math.radians(1.0)}
+LONGEST_GAP = 3600.0
+
+FormatOption = Annotated[
+    str | None,
+    typer.Option(
+        '--pose-format',
+        metavar='WORDS',
+        help='Pose columns: m or mm, rad or deg, xyzw, wxyz, rotvec, rpy or matrix; '
+        'for instance mm,deg,rpy.',
+    ),
+]
+GapOption = Annotated[
+    float | None,
+    typer.Option(
+        '--pose-gap',
+        metavar='SECONDS',
+        help='Compare a pose if the joint states around it are at most so far apart; '
+        'default: three usual intervals, within 0.05 and 0.5 s.',
+    ),
+]
+WarnOption = Annotated[
+    str,
+    typer.Option(
+        '--pose-warn', metavar='LIMIT', help='What remains between the poses (rms) is a warning.'
+    ),
+]
+BadOption = Annotated[
+    str, typer.Option('--pose-stop', metavar='LIMIT', help='And bad: --fail-on frames fails.')
+]
+WARN, STOP = '4mm,0.5deg', '20mm,2deg'
+
+
+def given_format(text: str | None) -> 'PoseFormat':
+    """
+    Return what --pose-format says.
+
+    """
+    from ..formats.recordings.block import AuditError
+    from ..formats.recordings.pose_format import PoseFormat, pose_format
+
+    try:
+        return PoseFormat() if text is None else pose_format(text)
+    except AuditError as error:
+        raise WrongUsage(f'--pose-format: {error}') from None
+
+
+def given_frames(gap: float | None, warn: str, stop: str) -> 'FrameSettings':
+    """
+    Return how poses are matched and judged.
+
+    """
+    from ..diagnosis.audit.frames import FrameSettings
+    from ..diagnosis.frame_check import FrameLimits
+
+    if gap is not None and not 0.0 < gap <= LONGEST_GAP:
+        raise WrongUsage(f'--pose-gap: {gap:g} is not within 0 and {LONGEST_GAP:g} s')
+    limits = FrameLimits(_limit('--pose-warn', warn), _limit('--pose-stop', stop))
+    if limits.bad.position < limits.warn.position or limits.bad.angle < limits.warn.angle:
+        raise WrongUsage(f'--pose-stop: {stop} is less than the warning at {warn}')
+    return FrameSettings(gap, limits)
+
+
+def _limit(option: str, text: str) -> 'PoseLimit':
+    # A length, an angle, or both; what is not said limits nothing.
+    from ..diagnosis.frame_check import PoseLimit
+
+    found = {'m': math.inf, 'rad': math.inf}
+    for part in text.split(','):
+        match = LIMIT.fullmatch(part.strip())
+        number = _number(match[1]) if match else None
+        if match is None or number is None:
+            raise WrongUsage(
+                f'{option}: {part.strip()!r} is no length or angle with its unit; write for '
+                f'instance {WARN}'
+            )
+        found['m' if match[2] in ('m', 'mm') else 'rad'] = number * FACTORS[match[2]]
+    return PoseLimit(found['m'], found['rad'])
+
+
+def _number(text: str) -> float | None:
+    try:
+        number = float(text)
+    except ValueError:
+        return None
+    return number if math.isfinite(number) and number > 0.0 else None

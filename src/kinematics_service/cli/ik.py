@@ -1,0 +1,297 @@
+"""
+The command `ik`: which joint positions bring the tool to a pose or a position.
+
+"""
+
+import re
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from rich.table import Table
+
+from ..kernel import Floats
+from ..kinematics.inverse.result import IkFamily, IkResult, IkSolution
+from ..kinematics.inverse.solve import inverse_kinematics
+from ..printing import Output, facts, heading, json_text, number, numbers, plain, table
+from ..rigid_motion import rotation_of_quaternion, rotation_of_roll_pitch_yaw
+from ..robot.robot import Robot
+from ..robot.task import ROW_NAMES
+from .options import (
+    NUMBER,
+    DegreesOption,
+    JsonOption,
+    RobotOption,
+    WrongUsage,
+    given_robot,
+    joint_values,
+)
+from .singularity_report import DEGREES
+
+HELP = """
+Print all joint positions that bring the tool to a pose, or to a position alone.
+
+\b
+Examples:
+  kinematics_service ik --robot ur5e --xyz 0.3,-0.2,0.4 --rpy 180,0,90 --deg
+  kinematics_service ik --robot craig_3r --xyz 0.4,0.1,-0.2 --near 0,0.5,0.5
+  kinematics_service ik --robot puma560 --xyz=-0.3,0.4,0.9 --quaternion 0,0,0,1 --json
+  kinematics_service ik --robot scara_hsr065 --xyz 0.4,0.1,0.2 --rows x,y --one
+
+Positions that differ by full turns are one solution: printed is the one inside the
+limits nearest to --near (default: the middle of the limits). Each was proved by forward
+kinematics. Where the arm can move on without moving the tool, the solution is a family,
+printed at one of its positions. The exit code is 1 if nothing is inside the limits;
+then the nearest pose is printed.
+
+--one: the first solution found inside the limits, the nearest one where there is a
+closed form. An arm without one is searched from random starts: --seed gives others.
+
+\b
+The keys of --json, in m and rad; null: infinite or undefined:
+  robot, base_frame, tool_frame, joint_names
+  target, near                   4 rows of 4, or x y z; near may be null
+  status                         solved, family, outside_limits or unreachable
+  reason, method                 a sentence; closed form or search
+  solutions                      objects: q, residual, feasible, beyond (names of
+                                 joints outside their limits), margin (to the nearest
+                                 limit), shoulder, elbow, wrist
+  families                       the same keys, and motions (a row a direction along
+                                 it), straight, joints
+  nearest                        null, or q, residual, position_error, rotation_error
+"""
+
+XyzOption = Annotated[
+    str,
+    typer.Option('--xyz', metavar='NUMBERS', help='Position of the tool in the base frame, m.'),
+]
+RpyOption = Annotated[
+    str | None,
+    typer.Option(
+        '--rpy',
+        metavar='NUMBERS',
+        help='Its orientation: roll, pitch, yaw; R = Rz(yaw) Ry(pitch) Rx(roll).',
+        show_default='any orientation',
+    ),
+]
+QuaternionOption = Annotated[
+    str | None,
+    typer.Option(
+        '--quaternion',
+        metavar='NUMBERS',
+        help='Its orientation: x, y, z, w.',
+        show_default='any orientation',
+    ),
+]
+NearOption = Annotated[
+    str | None,
+    typer.Option(
+        '--near',
+        metavar='NUMBERS',
+        help='Joint positions the solutions should be near.',
+        show_default='the middle of the limits',
+    ),
+]
+RowsOption = Annotated[
+    str | None,
+    typer.Option(
+        '--rows',
+        metavar='NAMES',
+        help='Which of x y z rx ry rz of the target count, in the axes of frame 0.',
+        show_default='all of a pose, x y z of a position',
+    ),
+]
+SeedOption = Annotated[
+    int, typer.Option('--seed', min=0, help='Of the random starts of a search.')
+]
+OneOption = Annotated[bool, typer.Option('--one', help='One solution is enough, the first found.')]
+AllOption = Annotated[bool, typer.Option('--all', help='Print solutions outside the limits too.')]
+
+
+def ik(
+    robot: RobotOption,
+    xyz: XyzOption,
+    rpy: RpyOption = None,
+    quaternion: QuaternionOption = None,
+    near: NearOption = None,
+    rows: RowsOption = None,
+    seed: SeedOption = 0,
+    one: OneOption = False,
+    everything: AllOption = False,
+    deg: DegreesOption = False,
+    json: JsonOption = False,
+) -> None:
+    """
+    Run the command; `HELP` is what its user reads.
+
+    """
+    if rpy is not None and quaternion is not None:
+        raise WrongUsage('--rpy and --quaternion both say how the tool is turned: give one')
+    if one and everything:
+        raise WrongUsage('--one and --all: give one of them')
+    arm = given_robot(robot)
+    target = target_from(xyz, rpy, quaternion, deg)
+    start = None if near is None else joint_values(arm, near, '--near', deg)
+    result = inverse_kinematics(
+        arm,
+        target,
+        near=start,
+        respect_limits=not everything,
+        rows=None if rows is None else _row_names(rows, target),
+        seed=seed,
+        all_solutions=not one,
+    )
+    if json:
+        print(_document(arm, result, target, start))
+    else:
+        _print_result(Output(), arm, result)
+    if result.status in ('outside_limits', 'unreachable'):
+        raise typer.Exit(1)
+
+
+def target_from(xyz: str, rpy: str | None, quaternion: str | None, degrees: bool) -> Floats:
+    """
+    Return the target that the options name: a position (3,), or a pose (4, 4).
+
+    Raises
+    ------
+    WrongUsage
+        An option is not as many numbers as it takes, or two of them exclude each other.
+
+    """
+    position = _given(xyz, '--xyz', 3)
+    if rpy is not None:
+        angles = _given(rpy, '--rpy', 3)
+        R = rotation_of_roll_pitch_yaw(np.radians(angles) if degrees else angles)
+    elif quaternion is not None:
+        given = _given(quaternion, '--quaternion', 4)
+        if abs(float(np.linalg.norm(given)) - 1.0) > 1e-3:
+            raise WrongUsage(f'--quaternion: {quaternion} has no unit length')
+        R = rotation_of_quaternion(given)
+    else:
+        return position
+    pose = np.eye(4)
+    pose[:3, :3], pose[:3, 3] = R, position
+    return pose
+
+
+def _given(text: str, option: str, count: int) -> Floats:
+    words = re.split(r'\s*,\s*|\s+', text.strip().strip('[]()').strip().rstrip(','))
+    if len(words) != count or not all(NUMBER.fullmatch(word) for word in words):
+        example = ','.join(['0.1'] * count)
+        raise WrongUsage(f'{option}: {text!r} is not {count} numbers, such as {option}={example}')
+    return np.array([float(word) for word in words])
+
+
+def _row_names(text: str, target: Floats) -> list[str]:
+    known = ROW_NAMES if target.ndim == 2 else ROW_NAMES[:3]
+    names = re.split(r'\s*,\s*|\s+', text.strip())
+    if set(names) - set(known):
+        raise WrongUsage(f'--rows: {text!r} is not some of {" ".join(known)}')
+    return names
+
+
+def _document(robot: Robot, result: IkResult, target: Floats, near: Floats | None) -> str:
+    nearest = result.nearest
+    return json_text(
+        {
+            'robot': robot.name,
+            'base_frame': robot.base_frame,
+            'tool_frame': robot.tool_frame,
+            'joint_names': robot.joint_names,
+            'target': target,
+            'near': near,
+            'status': result.status,
+            'reason': result.reason,
+            'method': result.method,
+            'solutions': [_entry(solution) for solution in result],
+            'families': [
+                {
+                    **_entry(family),
+                    'motions': family.motions,
+                    'straight': family.straight,
+                    'joints': family.joints,
+                }
+                for family in result.families
+            ],
+            'nearest': nearest
+            and {
+                'q': nearest.q,
+                'residual': nearest.residual,
+                'position_error': nearest.position_error,
+                'rotation_error': nearest.rotation_error,
+            },
+        }
+    )
+
+
+def _entry(one: IkSolution | IkFamily) -> dict[str, Any]:
+    return {
+        'q': one.q,
+        'residual': one.residual,
+        'feasible': one.feasible,
+        'beyond': one.beyond,
+        'margin': one.margin,
+        'shoulder': one.posture.shoulder,
+        'elbow': one.posture.elbow,
+        'wrist': one.posture.wrist,
+    }
+
+
+def _print_result(out: Output, robot: Robot, result: IkResult) -> None:
+    how = {'closed form': 'in closed form', 'search': 'by search'}[result.method]
+    out.print(
+        heading(f'{robot.name}: {robot.tool_frame} to the target in {robot.base_frame}, {how}'),
+        f'  {plain(result.reason)}',
+    )
+    if result.solutions:
+        out.print('', _joint_table(robot, result.solutions))
+    for family in result.families:
+        _print_family(out, robot, family)
+    nearest = result.nearest
+    if nearest is None or result.status == 'family':
+        return
+    errors = facts()
+    errors.add_row('  nearest pose', f'{nearest.position_error:.4g} m off in position')
+    errors.add_row('', f'{nearest.rotation_error * DEGREES:.4g} deg off in orientation')
+    errors.add_row('  at', plain(_positions(robot, nearest.q)))
+    out.print('', errors)
+
+
+def _joint_table(robot: Robot, solutions: tuple[IkSolution, ...]) -> Table:
+    rows = table('  ', 'joints [rad, m]', 'joints [deg, m]', 'posture', 'to limits', 'residual')
+    for k, solution in enumerate(solutions):
+        turned = np.where(_turning(robot), solution.q * DEGREES, solution.q)
+        beyond = f'beyond the limits of {", ".join(solution.beyond)}' if solution.beyond else ''
+        rows.add_row(
+            f'  {k + 1}',
+            numbers(solution.q, 4),
+            '  '.join(number(x, 2 if turns else 4) for x, turns in zip(turned, _turning(robot))),
+            str(solution.posture),
+            plain(beyond) or f'{solution.margin:.3g}',
+            f'{solution.residual:.1e}',
+        )
+    return rows
+
+
+def _print_family(out: Output, robot: Robot, family: IkFamily) -> None:
+    about = facts()
+    kind = 'a straight line' if family.straight else 'a curve'
+    if len(family.motions) > 1:
+        kind = f'{len(family.motions)} dimensions'
+    verb = 'moves' if len(family.joints) == 1 else 'move together'
+    about.add_row('  family', plain(f'{kind}; {", ".join(family.joints)} {verb}'))
+    about.add_row('  at', plain(_positions(robot, family.q)))
+    for motion in family.motions:
+        about.add_row('  along', plain(_positions(robot, motion)))
+    if family.beyond:
+        about.add_row('', plain(f'beyond the limits of {", ".join(family.beyond)}'))
+    out.print('', about)
+
+
+def _positions(robot: Robot, q: Floats) -> str:
+    return '  '.join(f'{name} {number(x, 4)}' for name, x in zip(robot.joint_names, q))
+
+
+def _turning(robot: Robot) -> list[bool]:
+    return [kind != 'prismatic' for kind in robot.joint_types]

@@ -1,0 +1,74 @@
+"""
+The command `import`: a robot file from the formats of other programs.
+
+"""
+
+import re
+import sys
+from enum import Enum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from .export import write_document
+from .options import WrongUsage
+
+HELP = """
+Make a robot file from a chain of a URDF, and prove it.
+
+\b
+Examples:
+  kinematics_service import --urdf arm.urdf --base base_link --tip tool0
+  kinematics_service import --urdf a.urdf --base b --tip t --out a.yaml
+  kinematics_service import --urdf a.urdf --base b --tip t --name my_arm
+
+Names, limits, velocities and joints that mimic are kept. The robot file is compared with
+the plain product of the URDF's joints over 1000 random configurations; the worst error
+is printed and written into the file. xacro files are expanded first: xacro FILE > arm.urdf
+"""
+
+
+class Convention(str, Enum):
+    """
+    What a table may be written by.
+
+    """
+
+    standard = 'standard'
+    modified = 'modified'
+
+
+def import_urdf(
+    urdf: Annotated[Path, typer.Option('--urdf', metavar='FILE', help='The URDF.')],
+    base: Annotated[
+        str, typer.Option('--base', metavar='LINK', help='The link poses are given in.')
+    ],
+    tip: Annotated[str, typer.Option('--tip', metavar='LINK', help='The link that is the tool.')],
+    name: Annotated[
+        str, typer.Option(metavar='NAME', help='Of the robot.', show_default="the URDF's")
+    ] = '',
+    out: Annotated[
+        str, typer.Option(metavar='FILE', help='Where to write it.', show_default='the screen')
+    ] = '-',
+    convention: Annotated[Convention, typer.Option(help='Of the table.')] = Convention.standard,
+    round_angles: Annotated[
+        bool,
+        typer.Option(
+            '--round-angles', help='Read 1.5708 and the like as the part of pi they round.'
+        ),
+    ] = False,
+) -> None:
+    """
+    Run the command; `HELP` is what its user reads.
+
+    """
+    if name and not re.fullmatch(r'[A-Za-z0-9_]+', name):
+        raise WrongUsage(f'--name: {name!r} is not a name of letters, digits and underscores')
+    from ..formats.urdf.importer import import_file
+
+    found = import_file(urdf, base, tip, name, convention.value, round_angles)
+    write_document(out, found.text)
+    # On the screen the robot file itself is standard output, so that it can be redirected.
+    report = sys.stderr if out == '-' else sys.stdout
+    print(f'{found.robot.name}: {found.certificate}', file=report)

@@ -1,0 +1,135 @@
+"""
+The command `new`: a robot file to begin with.
+
+"""
+
+import re
+from enum import Enum
+from pathlib import Path
+from typing import Annotated, get_args
+
+import typer
+
+from ..errors import RobotNotFoundError
+from ..robot.bundled import bundled_robots, find_robot_file
+from ..robot.file.description import AngleUnit, LengthUnit
+from ..robot.file.new_robot import MOST_JOINTS, Units, new_robot_text
+from .export import write_document
+from .options import WrongUsage
+
+HELP = """
+Write a robot file to begin with: an example arm whose comments say what each part means.
+
+\b
+Examples:
+  kinematics_service new my_arm --dof 4 --units deg,mm
+  kinematics_service new my_arm --convention modified
+  kinematics_service new my_ur5e --from ur5e
+
+The file is NAME.yaml in this folder, or that of --out; a file that is there is left alone unless
+--force is given. With --from it is that of a bundled robot, comments included, to be changed.
+"""
+
+DEFAULT_DOF = 6
+ROBOT_LINE = re.compile(r'^robot:.*$', re.MULTILINE)
+
+
+class Convention(str, Enum):
+    """
+    What a table may be written by.
+
+    """
+
+    standard = 'standard'
+    modified = 'modified'
+    elementary = 'elementary'
+    shape = 'shape'
+
+
+def new(
+    name: Annotated[str, typer.Argument(metavar='NAME', help='Of the robot.')],
+    dof: Annotated[
+        int | None,
+        typer.Option(
+            metavar='N', help='Number of joints, 1 to 12.', show_default=str(DEFAULT_DOF)
+        ),
+    ] = None,
+    convention: Annotated[
+        Convention | None, typer.Option(help='Of the table.', show_default='standard')
+    ] = None,
+    units: Annotated[
+        str | None,
+        typer.Option(metavar='ANGLE,LENGTH', help='rad or deg, m or mm.', show_default='rad,m'),
+    ] = None,
+    source: Annotated[
+        str | None,
+        typer.Option(
+            '--from', metavar='ROBOT', help="A bundled robot to begin with (see 'robots')."
+        ),
+    ] = None,
+    out: Annotated[
+        str,
+        typer.Option(
+            metavar='FILE', help="Where to write it; '-': the screen.", show_default='NAME.yaml'
+        ),
+    ] = '',
+    force: Annotated[bool, typer.Option('--force', help='Overwrite the file.')] = False,
+) -> None:
+    """
+    Run the command; `HELP` is what its user reads.
+
+    """
+    if not re.fullmatch(r'[A-Za-z0-9_]+', name):
+        raise WrongUsage(f'NAME: {name!r} is not a name of letters, digits and underscores')
+    if source is not None:
+        if dof is not None or convention is not None or units is not None:
+            raise WrongUsage('--from takes a robot as it is, without --dof, --convention, --units')
+        text = _copy(name, source)
+    else:
+        dof = DEFAULT_DOF if dof is None else dof
+        if not 1 <= dof <= MOST_JOINTS:
+            raise WrongUsage(f'--dof: {dof} joints; write a number from 1 to {MOST_JOINTS}')
+        text = new_robot_text(
+            name, dof, (convention or Convention.standard).value, _units(units or '')
+        )
+    file = out or f'{name}.yaml'
+    if file != '-':
+        _refuse_path(Path(file), force)
+    write_document(file, text)
+    if file != '-':
+        print(f'wrote {file}; next: python -m kinematics_service check {file}')
+
+
+def _copy(name: str, source: str) -> str:
+    if source not in bundled_robots():
+        try:
+            find_robot_file(source)
+        except RobotNotFoundError as error:
+            raise WrongUsage(f'--from: {error}') from None
+        raise WrongUsage(f'--from: {source} is a file: copy it, or name a bundled robot')
+    text = bundled_robots()[source].read_text(encoding='utf-8')
+    return ROBOT_LINE.sub(f'robot: {name}', text, count=1)
+
+
+def _units(text: str) -> Units:
+    found = re.findall(r'[^\s,]+', text)
+    for word in found:
+        if word not in (*get_args(AngleUnit), *get_args(LengthUnit)):
+            raise WrongUsage(f'--units: {word!r} is none of rad, deg, m, mm; write them as deg,mm')
+    for accepted in get_args(AngleUnit), get_args(LengthUnit):
+        if all(unit in found for unit in accepted):
+            raise WrongUsage(f'--units: {" and ".join(accepted)} exclude each other; write one')
+    default = Units()
+    return Units(
+        next((unit for unit in get_args(AngleUnit) if unit in found), default.angle),
+        next((unit for unit in get_args(LengthUnit) if unit in found), default.length),
+    )
+
+
+def _refuse_path(path: Path, force: bool) -> None:
+    if path.is_dir():
+        raise WrongUsage(f'--out: {path} is a folder: give the file itself')
+    if path.exists() and not force:
+        raise WrongUsage(f'{path} is there already: give another name, --out, or --force')
+    if not path.parent.is_dir():
+        raise WrongUsage(f'--out: there is no folder {path.parent}')

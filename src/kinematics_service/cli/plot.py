@@ -1,0 +1,262 @@
+"""
+The command `plot`: pictures of an arm, its paths, its singular sets and its workspace.
+
+"""
+
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from .ik import NearOption, QuaternionOption, RpyOption, target_from
+from .options import DegreesOption, WrongUsage, given_positions, given_robot, joint_values
+
+if TYPE_CHECKING:
+    from ..display.plots.picture import Draw
+    from ..kernel import Floats
+    from ..robot.robot import Robot
+
+HELP = """
+Draw a picture of an arm, and write it as PNG, SVG or PDF.
+
+\b
+KIND is one of:
+  arm         links, joint axes and frames in a pose        --q
+  ik          every pose that reaches a target              --xyz --rpy --near
+  velocity    the tool's velocity along a path              --path
+  measures    how near to singular along a path             --path
+  map         the same over two joints, singular sets       --joints --q
+  workspace   where the tool gets, in a plane               --plane --at
+
+\b
+Examples:
+  kinematics_service plot ur5e --q 0,-1.57,1.2,0,0.4,0
+  kinematics_service plot ur5e ik --xyz 0.3,-0.2,0.4 --rpy 180,0,90 --deg
+  kinematics_service plot craig_3r velocity --path sine --save velocity.svg
+  kinematics_service plot ur5e measures --path recorded.csv
+  kinematics_service plot craig_3r map --joints q2,q3
+  kinematics_service plot puma560 workspace --plane xz --show
+
+Pictures need matplotlib. The same command gives the same picture, byte for byte.
+"""
+
+# What each kind takes besides --save, --show and --deg.
+OPTIONS = {
+    'arm': ('--q',),
+    'ik': ('--xyz', '--rpy', '--quaternion', '--near'),
+    'velocity': ('--path',),
+    'measures': ('--path',),
+    'map': ('--joints', '--q', '--points', '--workers'),
+    'workspace': ('--plane', '--at', '--points', '--workers'),
+}
+# Side of the map; joint positions the workspace begins with; and what --points may be.
+MAP_POINTS, WORKSPACE_POINTS = 400, 100_000
+POINTS = {'map': (2, 4000), 'workspace': (1000, 100_000_000)}
+
+
+def plot(
+    robot: Annotated[
+        str, typer.Argument(metavar='ROBOT', help='A robot file, or a bundled robot.')
+    ],
+    kind: Annotated[str, typer.Argument(metavar='KIND', help='What to draw.')] = 'arm',
+    q: Annotated[
+        str | None,
+        typer.Option(
+            metavar='NUMBERS',
+            help='Joint positions in rad and m.',
+            show_default='a pose far from singular ones',
+        ),
+    ] = None,
+    xyz: Annotated[
+        str | None,
+        typer.Option('--xyz', metavar='NUMBERS', help='Position of the tool, m.'),
+    ] = None,
+    rpy: RpyOption = None,
+    quaternion: QuaternionOption = None,
+    near: NearOption = None,
+    path: Annotated[
+        str | None,
+        typer.Option(
+            metavar='smooth|sine|FILE.csv',
+            help='A built-in trajectory, or a recording: stamp,position.<joint>,...',
+            show_default='smooth',
+        ),
+    ] = None,
+    joints: Annotated[
+        str | None,
+        typer.Option(
+            metavar='ACROSS,UP', help='Two joints.', show_default='those that matter most'
+        ),
+    ] = None,
+    plane: Annotated[
+        str | None,
+        typer.Option(
+            metavar='rz|xy|xz|yz',
+            help="Radius and height about joint 1's axis, or two base axes.",
+            show_default='whichever shows most',
+        ),
+    ] = None,
+    at: Annotated[
+        float | None,
+        typer.Option(
+            metavar='M', help='Where --plane xy, xz or yz cuts the third axis.', show_default='0'
+        ),
+    ] = None,
+    points: Annotated[
+        int | None,
+        typer.Option(
+            metavar='N',
+            help='Of the map: on each side; of the workspace: random poses.',
+            show_default=f'{MAP_POINTS}; {WORKSPACE_POINTS}',
+        ),
+    ] = None,
+    workers: Annotated[
+        str | None,
+        typer.Option(
+            metavar='dask://HOST:PORT',
+            help='Have the poses of map or workspace computed by a dask cluster.',
+            show_default='here',
+        ),
+    ] = None,
+    deg: DegreesOption = False,
+    save: Annotated[
+        Path | None,
+        typer.Option(
+            metavar='FILE', help='A .png, .svg or .pdf.', show_default='ROBOT_KIND.png, here'
+        ),
+    ] = None,
+    show: Annotated[bool, typer.Option('--show', help='Open a window instead.')] = False,
+) -> None:
+    """
+    Run the command; `HELP` is what its user reads.
+
+    """
+    given = {
+        '--q': q, '--xyz': xyz, '--rpy': rpy, '--quaternion': quaternion, '--near': near,
+        '--path': path, '--joints': joints, '--plane': plane, '--at': at, '--points': points,
+        '--workers': workers,
+    }  # fmt: skip
+    _refuse_strangers(robot, kind, [name for name, value in given.items() if value is not None])
+    if kind == 'ik' and xyz is None:
+        raise WrongUsage('plot ik: say where the tool should be: --xyz 0.3,0.1,0.4')
+    count = _points(kind, points)
+    if rpy is not None and quaternion is not None:
+        raise WrongUsage('--rpy and --quaternion both say how the tool is turned: give one')
+    from ..display.plots.picture import (
+        refuse_without_matplotlib,
+        save_picture,
+        show_picture,
+        suffix_of,
+    )
+
+    if save is not None:
+        with _wrong_usage():
+            suffix_of(save)
+    refuse_without_matplotlib()
+    arm = given_robot(robot, '')
+    pose = None if q is None else given_positions(arm, q, deg)
+    if kind == 'ik':
+        start = None if near is None else joint_values(arm, near, '--near', deg)
+        draw, failed = _ik(arm, target_from(xyz or '', rpy, quaternion, deg), start)
+    else:
+        draw, failed = _drawing(arm, kind, pose, path, joints, (plane, at), count, workers), False
+    if save is not None or not show:
+        file = save or Path(f'{arm.name}_{kind}.png')
+        save_picture(draw, file)
+        print(f'wrote {file}')
+    if show:
+        show_picture(draw, f'{arm.name} {kind}')
+    if failed:
+        raise typer.Exit(1)
+
+
+def _refuse_strangers(robot: str, kind: str, given: list[str]) -> None:
+    if kind not in OPTIONS:
+        order = ': the robot comes first' if robot in OPTIONS else ''
+        raise WrongUsage(f'plot: no kind {kind!r}{order}; choose of {", ".join(OPTIONS)}')
+    for name in given:
+        if name not in OPTIONS[kind]:
+            others = ' and '.join(other for other, names in OPTIONS.items() if name in names)
+            raise WrongUsage(
+                f'{name} goes with plot {others}; plot {kind} takes {", ".join(OPTIONS[kind])}'
+            )
+
+
+@contextmanager
+def _wrong_usage() -> Iterator[None]:
+    # What the library refuses of an option's value is wrong usage here.
+    from ..display.plots.picture import PlotError
+
+    try:
+        yield
+    except PlotError as error:
+        raise WrongUsage(str(error)) from None
+
+
+def _points(kind: str, points: int | None) -> int:
+    if points is None:
+        return MAP_POINTS if kind == 'map' else WORKSPACE_POINTS
+    low, high = POINTS[kind]
+    if not low <= points <= high:
+        raise WrongUsage(f'--points of {kind}: {low} to {high}, not {points}')
+    return points
+
+
+def _ik(robot: 'Robot', target: 'Floats', near: 'Floats | None') -> tuple['Draw', bool]:
+    from ..display.plots.solutions import solutions_picture
+    from ..kinematics.inverse.solve import inverse_kinematics
+
+    result = inverse_kinematics(robot, target, near=near, respect_limits=False)
+    failed = result.status in ('outside_limits', 'unreachable')
+    return solutions_picture(robot, target, result), failed
+
+
+def _drawing(
+    robot: 'Robot',
+    kind: str,
+    pose: 'Floats | None',
+    path: str | None,
+    joints: str | None,
+    plane: tuple[str | None, float | None],
+    points: int,
+    workers: str | None,
+) -> 'Draw':
+    from ..display.plots.ranges import clear_pose
+
+    if kind == 'arm':
+        from ..display.plots.arm import arm_picture
+
+        return arm_picture(robot, clear_pose(robot) if pose is None else pose)
+    if kind == 'map':
+        from ..display.plots.distance_map import distance_map, joint_pair
+        from ..display.plots.map_picture import map_picture
+
+        names = None if joints is None else re.split(r'[\s,]+', joints.strip())
+        with _wrong_usage():
+            pair = joint_pair(robot, names)
+        held = clear_pose(robot) if pose is None else pose
+        return map_picture(robot, distance_map(robot, pair, held, points, workers))
+    if kind == 'workspace':
+        from ..display.plots.critical import critical_points
+        from ..display.plots.plane import plane_of
+        from ..display.plots.workspace import workspace
+        from ..display.plots.workspace_picture import workspace_picture
+
+        with _wrong_usage():
+            where = plane_of(robot, *plane)
+        space = workspace(robot, where, points, workers)
+        return workspace_picture(robot, space, critical_points(robot, where))
+    from ..display.plots.motion import motion_of
+
+    with _wrong_usage():
+        motion = motion_of(robot, path or 'smooth')
+    if kind == 'velocity':
+        from ..display.plots.velocity import velocity_picture
+
+        return velocity_picture(robot, motion)
+    from ..display.plots.measures import measures_picture
+
+    return measures_picture(robot, motion)

@@ -1,0 +1,200 @@
+"""
+The singularity measures of one pose, for a person at a robot and for a program.
+
+"""
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+from rich.text import Text
+
+from ..estimation.status_text import direction_in_words, joints_in_words, structure_in_words
+from ..kernel import Floats
+from ..kinematics.singularity import Singularity
+from ..kinematics.tool_state import ToolState
+from ..printing import Output, facts, heading, number, numbers, plain, table
+from ..robot.measures import MEASURES, Level, Thresholds
+from ..robot.robot import Robot
+
+LEVEL_STYLES = {Level.OK: 'bold green', Level.WARN: 'bold yellow', Level.ERROR: 'bold red'}
+DEGREES = 180.0 / math.pi
+# Rates below this are noise of the difference they come from; times beyond this are never.
+STEADY = 1e-8
+LONG = 1e5
+
+JSON_KEYS = """\
+  level, measure, warn, stop     OK, WARN or ERROR by the measure watched
+  distance, determinant, manipulability, condition_number,
+  smallest_singular_value, singular_values, rank, generic_rank
+  task, length                   rows of J judged, characteristic length
+  lost_direction                 6 numbers, base axes; angular ones * length
+  joint_motion, way_out          n numbers each, rad or m
+  rate, time_to_warning          1/s and s along qdot; null without one"""
+
+
+def in_degrees(angle: float) -> str:
+    """
+    Return an angle in rad as degrees in words, to three digits.
+
+    """
+    return f'{angle * DEGREES:.3g} deg'
+
+
+def threshold_words(thresholds: Thresholds) -> str:
+    """
+    Return where WARN and ERROR begin, `distance: WARN below 0.1 rad (5.73 deg), ...`.
+
+    """
+    measure = MEASURES[thresholds.measure]
+    side = 'below' if measure.small_is_bad else 'above'
+
+    def amount(value: float) -> str:
+        return f'{value:g} rad ({in_degrees(value)})' if measure.unit == 'rad' else f'{value:g}'
+
+    return (
+        f'{_spoken(measure.name)}: WARN {side} {amount(thresholds.warn)}, '
+        f'ERROR {side} {amount(thresholds.stop)}'
+    )
+
+
+def beyond_limits(robot: Robot, q: Floats) -> list[str]:
+    """
+    Return the names of the joints whose positions are outside their limits.
+
+    """
+    outside = (q < robot.limits[:, 0]) | (q > robot.limits[:, 1])
+    return [name for name, out in zip(robot.joint_names, outside) if out]
+
+
+def singularity_json(robot: Robot, singularity: Singularity) -> dict[str, Any]:
+    """
+    Return the measures under the keys of `JSON_KEYS`.
+
+    """
+    return {
+        'level': singularity.level.name,
+        'measure': robot.thresholds.measure,
+        'warn': robot.thresholds.warn,
+        'stop': robot.thresholds.stop,
+        'distance': singularity.distance,
+        'determinant': singularity.determinant,
+        'manipulability': singularity.manipulability,
+        'condition_number': singularity.condition_number,
+        'smallest_singular_value': singularity.smallest_singular_value,
+        'singular_values': singularity.singular_values,
+        'rank': singularity.rank,
+        'generic_rank': singularity.generic_rank,
+        'task': robot.task.rows,
+        'length': robot.task.length,
+        'lost_direction': singularity.lost_direction,
+        'joint_motion': singularity.joint_motion,
+        'way_out': singularity.way_out,
+        'rate': singularity.rate,
+        'time_to_warning': singularity.time_to_warning,
+    }
+
+
+def print_singularity(out: Output, state: ToolState, singularity: Singularity) -> None:
+    """
+    Print the measures of a pose, then each joint's part in it.
+
+    """
+    robot = state.robot
+    out.print(
+        '',
+        heading('Singularity  ')
+        + Text(f'level {singularity.level.name}', style=LEVEL_STYLES[singularity.level]),
+    )
+    measures = facts()
+    for label, words in _measure_words(robot, singularity):
+        measures.add_row(f'  {label}', words)
+    out.print(measures, '')
+    _print_joints(out, state, singularity)
+
+
+def _print_joints(out: Output, state: ToolState, singularity: Singularity) -> None:
+    # A line a joint: where it is, and its part in the singularity.
+    robot = state.robot
+    outside = beyond_limits(robot, state.q)
+    joints = table('  joint', 'position', '', 'way out', 'weakest motion', '')
+    for column in joints.columns[1:5]:
+        column.justify = 'right'
+        column.no_wrap = True
+    for j, name in enumerate(robot.joint_names):
+        slides = robot.joint_types[j] == 'prismatic'
+        joints.add_row(
+            f'  {plain(name)}',
+            f'{number(state.q[j], 4)} {"m  " if slides else "rad"}',
+            '' if slides else f'{number(state.q[j] * DEGREES, 2)} deg',
+            number(singularity.way_out[j], 3),
+            number(singularity.joint_motion[j], 3),
+            'beyond its limit' if name in outside else '',
+        )
+    either = ' (or its opposite)' if singularity.rank < singularity.generic_rank else ''
+    out.print(
+        joints,
+        '',
+        f'  way out: the joint motion that leads away fastest{either}',
+        '  weakest motion: the joint motion that moves the tool least',
+    )
+
+
+def _measure_words(robot: Robot, singularity: Singularity) -> Iterator[tuple[str, str]]:
+    task, distance = robot.task, singularity.distance
+    full = min(len(task.rows), robot.dof)
+    at_pose = singularity.rank < singularity.generic_rank
+    if at_pose:
+        meaning = 'this pose is singular'
+    elif distance >= math.pi:
+        meaning = 'far from singular poses: the first-order estimate ends at pi'
+    else:
+        meaning = f'about {in_degrees(distance)} of joint motion to a singular pose'
+    yield 'distance', f'{distance:.4g} rad: {meaning}'
+    if singularity.determinant is None:
+        yield 'determinant', f'none, J has {len(task.rows)} rows and {robot.dof} columns'
+    else:
+        yield 'determinant', f'{singularity.determinant:.6g}'
+    yield 'manipulability', f'{singularity.manipulability:.6g}'
+    yield 'condition number', f'{singularity.condition_number:.4g}'
+    yield 'smallest singular value', f'{singularity.smallest_singular_value:.4g}'
+    yield (
+        'rank',
+        f'{singularity.rank} of {full}'
+        + (f' ({singularity.generic_rank} at best)' if singularity.generic_rank < full else ''),
+    )
+    if task.structurally_deficient:
+        yield 'at every pose', plain(structure_in_words(robot))
+    yield 'task', f'{" ".join(task.rows)}, characteristic length {task.length:.4g} m'
+    yield 'watched', threshold_words(robot.thresholds)
+    near = at_pose or singularity.level != Level.OK
+    direction = singularity.lost_direction
+    yield (
+        'lost direction' if near else 'weakest direction',
+        f'{direction_in_words(direction)}\n'
+        f'linear   {numbers(direction[:3], 3)}  in {plain(robot.base_frame)}\n'
+        f'angular  {numbers(direction[3:], 3)}  times length',
+    )
+    yield (
+        'joints against each other' if near else 'weakest motion',
+        plain(joints_in_words(robot.joint_names, singularity.joint_motion)),
+    )
+    if singularity.rate is not None:
+        yield 'along qdot', _motion_words(robot, singularity)
+
+
+def _motion_words(robot: Robot, singularity: Singularity) -> str:
+    measure = _spoken(robot.thresholds.measure)
+    time = singularity.time_to_warning
+    if time == 0.0:
+        when = 'beyond its WARN threshold now'
+    elif time > LONG:
+        when = 'not approaching its WARN threshold'
+    else:
+        when = f'WARN in {time:.3g} s'
+    rate = 0.0 if abs(singularity.rate) < STEADY else singularity.rate
+    return f'{measure} changes by {rate:.3g} per second: {when}'
+
+
+def _spoken(measure: str) -> str:
+    return measure.replace('_', ' ')

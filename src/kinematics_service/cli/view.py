@@ -1,0 +1,132 @@
+"""
+The command `view`: a web page that shows the arm live.
+
+"""
+
+import sys
+from collections.abc import Callable
+from typing import Annotated
+
+import typer
+
+from ..errors import KinematicsError
+from ..stop_signals import stop_signals
+from .options import WrongUsage, given_robot
+from .ros_commands import WITHOUT_ROS, RosMissingError
+from .ros_variables import refuse_ros_variables
+
+DEFAULT = 'puma560'
+WITHOUT_VISER = (
+    'kinematics_service: view needs viser, which cannot be imported here ({reason}): '
+    "pip install '.[view]' in its checkout"
+)
+
+HELP = """
+Show the arm on a web page, live from a running node, or moved by sliders where no joint states
+come: links and axes from the table alone, velocity, manipulability ellipsoids, what is lost at a
+singular pose, the distance to it, the Jacobian, the limits.
+
+\b
+Examples:
+  kinematics_service view
+  kinematics_service view --robot ur5e --sliders
+  kinematics_service view --node /left/kinematics --port 8081
+  kinematics_service view --robot my_arm.yaml --publish
+
+Where several nodes are heard, the page has a list to choose from. Only this computer sees the
+page unless --host says otherwise: then the address that is printed holds a token, and nothing is
+shown without it. With --publish the page has a box to tick, after which the sliders speak as
+joint states: for a node without a robot. Without ROS there are sliders only.
+"""
+
+
+class ViewerMissingError(KinematicsError):
+    """
+    viser cannot be imported; its text says how to get it.
+
+    """
+
+
+def view(
+    context: typer.Context,
+    robot: Annotated[
+        str | None,
+        typer.Option(
+            metavar='FILE|NAME',
+            help='A robot file, or a bundled robot.',
+            show_default=f"the node's, or {DEFAULT}",
+        ),
+    ] = None,
+    node: Annotated[
+        str,
+        typer.Option(
+            metavar='NAME',
+            help='The full name of the node.',
+            show_default='/kinematics, or the first there is',
+        ),
+    ] = '',
+    port: Annotated[
+        int, typer.Option(min=0, max=65535, help='Where to serve the page; 0: any free one.')
+    ] = 8080,
+    host: Annotated[
+        str,
+        typer.Option(help='Address to serve it at; 0.0.0.0: all of the network, with a token.'),
+    ] = '127.0.0.1',
+    allow_host: Annotated[
+        list[str] | None,
+        typer.Option(metavar='NAME', help='Another name under which it is reached; repeatable.'),
+    ] = None,
+    sliders: Annotated[
+        bool, typer.Option('--sliders', help='Sliders, also where joint states come; no ROS.')
+    ] = False,
+    publish: Annotated[
+        bool, typer.Option('--publish', help='Let the sliders publish joint states.')
+    ] = False,
+) -> None:
+    """
+    Run the command; `HELP` is what its user reads.
+
+    """
+    if sliders and publish:
+        raise WrongUsage('--sliders needs no ROS and --publish does: give one of them')
+    try:
+        from ..display.view.address import Address, check_address
+        from ..display.view.run import Silence, run_page
+    except ImportError as error:
+        if _is_ours(error):
+            raise
+        raise ViewerMissingError(WITHOUT_VISER.format(reason=error)) from error
+    check_address(host, port)
+    address = Address(host, port, tuple(allow_host or ()))
+    arm = None if robot is None else given_robot(robot)
+    with stop_signals() as stop:
+        status = 'sliders'
+        if not sliders:
+            run_view = _with_ros(publish)
+            if run_view is not None:
+                options = (node, address, publish, context.obj)
+                raise typer.Exit(run_view(arm, DEFAULT, *options, lambda: stop.came))
+            status = 'sliders only: no ROS here'
+        silence = Silence(arm or given_robot(DEFAULT), status)
+        run_page(silence, address, False, lambda: stop.came)
+
+
+def _with_ros(publish: bool) -> Callable[..., int] | None:
+    # What runs the view with ROS; None, and a word, where there is no ROS.
+    refuse_ros_variables()
+    try:
+        from ..ros.tools.view_session import run_view
+    except ImportError as error:
+        if _is_ours(error):
+            raise
+        reason = WITHOUT_ROS.format(reason=error)
+        if publish:
+            raise RosMissingError(reason) from error
+        print(f'kinematics_service: sliders only: {reason}', file=sys.stderr, flush=True)
+        return None
+    return run_view
+
+
+def _is_ours(error: ImportError) -> bool:
+    # An import of our own that fails is a mistake of ours, and stays what it is.
+    return (error.name or '').startswith(__package__.partition('.')[0])

@@ -1,0 +1,4 @@
+"""
+What a recording says of the arm, and of the robot file.
+
+"""

@@ -1,0 +1,286 @@
+"""
+One audit from the open file to the finished findings.
+
+"""
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+
+from ...estimation.estimator import (
+    ACCEPTED,
+    NOT_OURS,
+    NOT_STAMPED,
+    RESETS,
+    Estimator,
+    EstimatorSettings,
+)
+from ...formats.recordings.block import AuditError, Block, Unreadable
+from ...formats.recordings.columns import Column, spans
+from ...formats.recordings.source import Remark, Source
+from ...kernel import Floats
+from ...robot.measures import Level
+from ...robot.robot import Robot
+from .computer import Computer, NoStateError
+from .frames import FrameReport, FrameSettings, NotCompared, frames_of
+from .ingest import Example, Ingest
+from .joints import JointReport, Jump, joint_reports, jumps_of
+from .stream import Stream, StreamWatch
+from .stretches import Stretch, badness, stretches_of, watched_values
+from .timeline import Part, Timeline
+
+# Names of joints shown where none is ours.
+MOST_NAMES = 12
+
+
+class Moment(NamedTuple):
+    """
+    A worst moment: what was extreme, the row of the timeline, and the value in words.
+
+    """
+
+    what: str
+    row: int
+    value: str
+
+
+@dataclass(frozen=True, eq=False)
+class Audit:
+    """
+    Everything found out about a recording.
+
+    Attributes
+    ----------
+    file, what, topic, planned, remarks
+        The file; see `Source`.
+    counts, examples
+        Messages by what became of them, and the first refused for each reason.
+    moments
+        The worst ones.
+    frames
+        The second source of poses, or why it is not compared; None where there is none.
+    phases : s
+        Time each part of the work took.
+
+    """
+
+    robot: Robot
+    file: str
+    what: str
+    topic: str
+    planned: bool
+    remarks: tuple[Remark, ...]
+    counts: dict[str, int]
+    examples: dict[str, Example]
+    stream: Stream
+    timeline: Timeline
+    stretches: tuple[Stretch, ...]
+    joints: tuple[JointReport, ...]
+    jump_count: int
+    jumps: tuple[Jump, ...]
+    moments: tuple[Moment, ...]
+    frames: FrameReport | NotCompared | None
+    phases: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def refused(self) -> dict[str, int]:
+        """
+        Return the number of messages without a state of their own, by reason.
+
+        """
+        other = (ACCEPTED, NOT_STAMPED, RESETS, NOT_OURS)
+        return {reason: n for reason, n in self.counts.items() if n and reason not in other}
+
+    @property
+    def damaged(self) -> bool:
+        """
+        Return whether the file does not have the checksums it was written with.
+
+        """
+        return any(remark.level == Level.ERROR for remark in self.remarks)
+
+
+class Listener(NamedTuple):
+    """
+    Who is told of the work while it goes on: number of messages; each batch with its block.
+
+    """
+
+    progress: Callable[[int], None] = lambda messages: None
+    part: Callable[[Part], None] = lambda part: None
+
+
+def audit(
+    source: Source,
+    robot: Robot,
+    file: str,
+    settings: EstimatorSettings | None = None,
+    listener: Listener | None = None,
+    frame_settings: FrameSettings | None = None,
+) -> Audit:
+    """
+    Return what there is to say of an open recording or planned trajectory.
+
+    Raises
+    ------
+    AuditError
+        No message makes a state of the arm, or the file is damaged.
+
+    """
+    settings = settings or EstimatorSettings()
+    listener = listener or Listener()
+    begin = time.perf_counter()
+    ingest = Ingest(robot, Estimator(robot, settings))
+    names = tuple(settings.joint_prefix + name for name in robot.joint_names)
+    watch = StreamWatch(names)
+    heard: dict[str, None] = {}
+
+    def each(block: Block | Unreadable, part: Part | None) -> None:
+        watch.take(block)
+        if isinstance(block, Block) and len(heard) < MOST_NAMES:
+            heard.update(dict.fromkeys(block.names))
+        if part is not None:
+            listener.part(part)
+        listener.progress(len(block))
+
+    computer = Computer(robot, ingest, robot.base_frame, settings.joint_prefix)
+    try:
+        timeline = computer.run(source.blocks, each)
+    except NoStateError:
+        raise AuditError(_why_nothing(source, robot, ingest, names, tuple(heard))) from None
+    phases = {'reading and kinematics': time.perf_counter() - begin}
+    begin = time.perf_counter()
+    stream = watch.stream()
+    jump_count, jumps = jumps_of(robot, timeline)
+    stretches = stretches_of(robot, timeline)
+    joints = joint_reports(robot, timeline)
+    track, frames = source.poses(), None
+    if track is not None:
+        frames = frames_of(robot, track, timeline, frame_settings or FrameSettings())
+    phases['findings'] = time.perf_counter() - begin
+    return Audit(
+        robot=robot,
+        file=file,
+        what=source.what,
+        topic=source.topic,
+        planned=source.planned,
+        remarks=tuple(source.remarks),
+        counts=dict(ingest.counts),
+        examples=ingest.examples,
+        stream=stream,
+        timeline=timeline,
+        stretches=stretches,
+        joints=joints,
+        jump_count=jump_count,
+        jumps=jumps,
+        moments=_moments(robot, timeline, joints, jumps),
+        frames=frames,
+        phases=phases,
+    )
+
+
+def _why_nothing(
+    source: Source, robot: Robot, ingest: Ingest, names: tuple[str, ...], heard: tuple[str, ...]
+) -> str:
+    wanted = ', '.join(names)
+    if not ingest.counts:
+        return f'{source.topic}: there is no message'
+    if ingest.counts[NOT_OURS] == sum(ingest.counts.values()):
+        shown = ', '.join(heard[:MOST_NAMES]) or 'nothing'
+        return (
+            f'{source.topic}: no message names a joint of {robot.name} ({wanted}); they name '
+            f'{shown}'
+        )
+    reasons = ', '.join(f'{n} {reason}' for reason, n in ingest.counts.items() if n)
+    example = next((e.sentence for e in ingest.examples.values() if e.sentence), '')
+    return f'{source.topic}: no message gives a pose of {robot.name}: {reasons}' + (
+        f' (for instance: {example})' if example else ''
+    )
+
+
+def _moments(
+    robot: Robot,
+    timeline: Timeline,
+    joints: tuple[JointReport, ...],
+    jumps: tuple[Jump, ...],
+) -> tuple[Moment, ...]:
+    worst, value = _nearest(robot, timeline)
+    measure = robot.thresholds.measure.replace('_', ' ')
+    moments = [Moment(f'nearest to a singularity ({measure})', worst, f'{value:.3g}')]
+    for what, column, unit in (
+        ('fastest tool motion', timeline.speed, 'm/s'),
+        ('fastest tool rotation', timeline.turning, 'rad/s'),
+    ):
+        row, value = _largest(column)
+        if value > 0.0:
+            moments.append(Moment(what, row, f'{value:.3g} {unit}'))
+    for j, joint in enumerate(joints):
+        unit = 'm' if joint.sliding else 'rad'
+        if joint.beyond:
+            row, value = _largest(
+                timeline.q.columns[j], partial(_excess, joint.lower, joint.upper)
+            )
+            moments.append(
+                Moment(f'{joint.name} farthest beyond its limit', row, f'{value:.3g} {unit}')
+            )
+        if joint.too_fast:
+            row, _ = _largest(timeline.qdot.columns[j], np.abs)
+            moments.append(
+                Moment(
+                    f'{joint.name} above its velocity limit of {joint.velocity_limit:.3g}',
+                    row,
+                    f'{joint.fastest:.3g} {unit}/s',
+                )
+            )
+        if joint.check is not None and joint.check.worst > 0.1 * joint.check.speed:
+            moments.append(
+                Moment(
+                    f'{joint.name}: reported velocity farthest from its positions',
+                    joint.check.row,
+                    f'{joint.check.worst:.3g} {unit}/s',
+                )
+            )
+    if jumps:
+        largest = max(jumps, key=lambda jump: abs(jump.step))
+        moments.append(
+            Moment(f'largest jump ({largest.joint})', largest.row, f'{largest.step:+.3g}')
+        )
+    return tuple(moments)
+
+
+def _excess(lower: float, upper: float, q: Floats) -> Floats:
+    beyond: Floats = np.maximum(lower - q, q - upper)
+    return beyond
+
+
+def _nearest(robot: Robot, timeline: Timeline) -> tuple[int, float]:
+    # The first row at which the watched measure is worst, and its value.
+    found: tuple[int, float] | None = None
+    most = -math.inf
+    for rows in spans(len(timeline)):
+        values = watched_values(robot, timeline, rows)
+        worse = badness(robot, values)
+        k = int(np.argmax(worse))
+        if found is None or worse[k] > most:
+            found, most = (rows.start + k, float(values[k])), float(worse[k])
+    assert found is not None
+    return found
+
+
+def _largest(
+    column: Column, function: Callable[[Floats], Floats] = lambda values: values
+) -> tuple[int, float]:
+    # The first row at which a function of a column is largest, NaN left out; -inf where all are.
+    row, largest = 0, -math.inf
+    for rows in spans(len(column)):
+        values = function(column[rows])
+        known = np.where(np.isnan(values), -np.inf, values)
+        k = int(np.argmax(known))
+        if known[k] > largest:
+            row, largest = rows.start + k, float(known[k])
+    return row, largest

@@ -1,0 +1,173 @@
+"""
+From blocks of messages to a timeline: the kernel in batches, the judging message by message.
+
+"""
+
+import dataclasses
+from collections.abc import Callable, Iterable
+from typing import Any
+
+import numpy as np
+
+from ...errors import JointVectorError
+from ...estimation.estimator import ACCEPTED, TOO_LARGE
+from ...estimation.status_text import Notice, notice_of, stale_notice
+from ...formats.recordings.block import Block, Flags, Unreadable
+from ...kernel import Floats
+from ...kinematics.singularity import FactorMeasures, Singularity, singularity_of
+from ...kinematics.tool_state import evaluate
+from ...robot.measures import Level
+from ...robot.robot import Robot
+from .ingest import Ingest, Known
+from .judging import Judge
+from .timeline import MEASURE_NAMES, Part, Said, Timeline
+
+# Sentences kept; an arm that chatters at a threshold for hours is told by its first ones.
+MOST_SAID = 10_000
+
+
+def part_singularity(singularity: Singularity, k: int, moving: bool) -> Singularity:
+    """
+    Return the measures of one pose of a batch; `moving`: its velocities are known.
+
+    """
+    values: dict[str, Any] = {}
+    for field in dataclasses.fields(Singularity):
+        value = getattr(singularity, field.name)
+        if isinstance(value, FactorMeasures):
+            value = FactorMeasures(
+                value.names, value.distances[k], value.results[k], value.column_scales[k]
+            )
+        elif isinstance(value, np.ndarray):
+            value = value[k]
+        values[field.name] = value
+    for name in MEASURE_NAMES:
+        values[name] = None if values[name] is None else float(values[name])
+    values['level'] = Level(int(values['level']))
+    if not moving:
+        values['rate'] = values['time_to_warning'] = None
+    return Singularity(**values)
+
+
+class Computer:
+    """
+    Turns blocks of messages into a timeline, batch by batch.
+
+    Parameters
+    ----------
+    robot, ingest
+        The arm; where its messages go in.
+    base_frame, joint_prefix
+        As the node's parameters, for the words of a warning.
+
+    """
+
+    def __init__(self, robot: Robot, ingest: Ingest, base_frame: str, joint_prefix: str) -> None:
+        self._robot, self._ingest = robot, ingest
+        self._base_frame, self._joint_prefix = base_frame, joint_prefix
+        self._judge = Judge(robot.thresholds)
+        self._quaternion: Floats | None = None
+        self._timeline = Timeline(robot)
+
+    def run(
+        self,
+        blocks: Iterable[Block | Unreadable],
+        each: Callable[[Block | Unreadable, Part | None], None],
+    ) -> Timeline:
+        """
+        Return the timeline of all blocks; `each` is called with every one and what it made.
+
+        """
+        for block in blocks:
+            if isinstance(block, Unreadable):
+                self._ingest.refuse(block)
+                each(block, None)
+                continue
+            known = self._ingest.take(block)
+            part = self._part(known) if len(known) else None
+            each(block, part)
+        if not len(self._timeline):
+            raise NoStateError
+        return self._timeline
+
+    def _part(self, known: Known) -> Part | None:
+        robot, first = self._robot, len(self._timeline)
+        try:
+            state = evaluate(robot, known.q, np.nan_to_num(known.qdot, nan=0.0))
+        except JointVectorError:
+            known = self._computable(known)
+            if not len(known):
+                return None
+            state = evaluate(robot, known.q, np.nan_to_num(known.qdot, nan=0.0))
+        singularity = singularity_of(state)
+        factors = singularity.factors
+        nearest = None if factors is None else np.argmin(factors.distances, axis=1)
+        watched = getattr(singularity, robot.thresholds.measure)
+        judged = self._judge.judge(
+            np.abs(watched),
+            singularity.lost_direction,
+            nearest,
+            known.arrivals,
+            known.silences,
+        )
+        moving = ~np.any(np.isnan(known.qdot), axis=1)
+        said = [
+            Said(first + k, silence.moment, self._stale_notice(silence.missing))
+            for k, silence in judged.silences
+        ]
+        for k in judged.said:
+            one = part_singularity(singularity, k, bool(moving[k]))
+            level = Level(int(judged.levels[k]))
+            notice = notice_of(robot, one, level, self._base_frame, self._joint_prefix)
+            said.append(Said(first + k, int(known.arrivals[k]), notice))
+        said.sort(key=lambda one: (one.row, one.moment))
+        signs = self._signs(state.quaternion_xyzw, known.fresh)
+        quaternion = state.quaternion_xyzw * signs[:, None]
+        self._quaternion = np.array(quaternion[-1])
+        timeline = self._timeline
+        timeline.append(known, state, singularity, judged.levels, signs < 0.0)
+        timeline.said += said[: max(0, MOST_SAID - len(timeline.said))]
+        return Part(first, known, state, quaternion, singularity, said)
+
+    def _computable(self, known: Known) -> Known:
+        # Lengths of the robot file can overflow with positions the estimator lets pass.
+        good = np.ones(len(known), dtype=bool)
+        for k in range(len(known)):
+            try:
+                evaluate(self._robot, known.q[k], np.nan_to_num(known.qdot[k], nan=0.0))
+            except JointVectorError:
+                good[k] = False
+        lost = int(np.sum(~good))
+        self._ingest.counts[ACCEPTED] -= lost
+        self._ingest.counts[TOO_LARGE] += lost
+        at = np.cumsum(good) - 1
+        columns = {
+            field.name: getattr(known, field.name)[good]
+            for field in dataclasses.fields(Known)
+            if field.name != 'silences'
+        }
+        kept = {int(at[k]): silence for k, silence in known.silences.items() if good[k]}
+        return Known(**columns, silences=kept)
+
+    def _stale_notice(self, missing: tuple[str, ...]) -> Notice:
+        return stale_notice(self._robot, f'no joint state of {", ".join(missing)}')
+
+    def _signs(self, quaternions: Floats, fresh: Flags) -> Floats:
+        # As the estimator: turned where the last one, as published, points the other way.
+        before = quaternions[:1] if self._quaternion is None else self._quaternion[None]
+        last = np.concatenate([before, quaternions[:-1]])
+        dots = np.einsum('ij,ij->i', quaternions, last)
+        for k in np.flatnonzero(np.abs(dots) < 1e-9):
+            dots[k] = np.dot(quaternions[k], last[k])  # the sign of a sum depends on its order
+        turns = np.where(dots < 0.0, -1.0, 1.0)
+        signs = np.cumprod(turns)
+        for k in np.flatnonzero(fresh | (dots == 0.0)):
+            signs[k:] *= signs[k]  # here it begins anew, with w >= 0
+        return np.asarray(signs, dtype=np.float64)
+
+
+class NoStateError(Exception):
+    """
+    No message made a state; why is for the caller to say.
+
+    """

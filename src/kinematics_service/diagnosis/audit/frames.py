@@ -1,0 +1,187 @@
+"""
+The poses of a second source beside those of the recording: the frame doctor's part of an audit.
+
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from ...errors import KinematicsError
+from ...formats.recordings.block import Flags
+from ...formats.recordings.source import MOST_POSES, PoseTrack
+from ...kernel import Floats
+from ...kinematics.tool_state import evaluate
+from ...rigid_motion import rotation_vector
+from ...robot.measures import Level
+from ...robot.robot import Robot
+from ..frame_check import FrameDiagnosis, FrameLimits, diagnose_frames
+from .neighbourhoods import Track, joined
+from .timeline import Timeline
+
+# Joint positions are interpolated between two states so many usual intervals apart, but within
+# these bounds (s): a lost message or two does no harm, a second of unknown motion does.
+INTERVALS, LEAST_GAP, MOST_GAP = 3.0, 0.05, 0.5
+# Poses needed to compare at all.
+LEAST = 3
+
+
+class FrameSettings(NamedTuple):
+    """
+    How poses are matched and judged.
+
+    Attributes
+    ----------
+    gap : s
+        Joint states around a pose may be so far apart; None: three usual intervals.
+    limits
+        From where on what remains is worth a warning, and bad.
+
+    """
+
+    gap: float | None = None
+    limits: FrameLimits = FrameLimits()
+
+
+@dataclass(frozen=True, eq=False)
+class FrameReport:
+    """
+    The diagnosis, and what remains over time.
+
+    Attributes
+    ----------
+    name, frame
+        Where the poses come from, and the frame they are in.
+    poses, considered, matched
+        How many there are; how many of them, evenly spread, were considered; and how many of these
+        have joint positions at their time.
+    unmatched
+        Why others have none, in words; empty where all have.
+    doubts
+        Numbers beyond what a pose can have, each a sentence.
+    diagnosis
+        Of the frame doctor.
+    level, sentence
+        What is found against the limits.
+    limits
+        From where on what remains is worth a warning, and bad.
+    t : shape (M,), s
+        Time in the recording of each compared pose.
+    position, rotation : shape (M,), m and rad
+        What remains with the constant offsets.
+
+    """
+
+    name: str
+    frame: str
+    poses: int
+    considered: int
+    matched: int
+    unmatched: str
+    doubts: tuple[str, ...]
+    diagnosis: FrameDiagnosis
+    level: Level
+    sentence: str
+    limits: FrameLimits
+    t: Floats
+    position: Floats
+    rotation: Floats
+
+    @property
+    def failed(self) -> bool:
+        """
+        Return whether a gate that asks for agreement is to fail.
+
+        """
+        return self.level == Level.ERROR
+
+
+class NotCompared(NamedTuple):
+    """
+    Poses of a second source that cannot be compared; `reason` is a sentence.
+
+    """
+
+    name: str
+    frame: str
+    poses: int
+    reason: str
+
+    @property
+    def failed(self) -> bool:
+        """
+        Return whether a gate that asks for agreement is to fail: nothing is known of any.
+
+        """
+        return True
+
+
+def frames_of(
+    robot: Robot, track: PoseTrack, timeline: Timeline, settings: FrameSettings
+) -> FrameReport | NotCompared:
+    """
+    Return how the poses of a second source compare with the recording's, or why they cannot.
+
+    """
+    none = NotCompared(track.name, track.frame, track.total or len(track.stamps), track.refused)
+    if track.refused:
+        return none
+    found = joined(robot, track, timeline)
+    use, reason = _matched(found, settings.gap)
+    if np.sum(use) < LEAST:
+        reason = reason or f'there are {len(use)} poses'
+        return none._replace(reason=f'{reason}; at least {LEAST} are needed')
+    chosen = np.flatnonzero(use)
+    chosen = chosen[np.unique(np.linspace(0, len(chosen) - 1, MOST_POSES).astype(int))]
+    poses, q = track.poses[found.poses[chosen]], found.q[chosen]
+    zero, motion = found.stamps[0], None
+    if len(found.states_at) > 1:
+        motion = (found.states_at - zero) * 1e-9, found.states
+    stamps = (found.stamps[chosen] - zero) * 1e-9
+    try:
+        diagnosis = diagnose_frames(robot, q, poses, stamps, motion=motion)
+    except KinematicsError as error:
+        return none._replace(reason=str(error))
+    M = diagnosis.base_offset @ evaluate(robot, q).pose @ diagnosis.tool_offset
+    turned = rotation_vector(poses[:, :3, :3] @ np.swapaxes(M[:, :3, :3], 1, 2))
+    return FrameReport(
+        name=track.name,
+        frame=track.frame,
+        poses=none.poses,
+        considered=len(use),
+        matched=int(np.sum(use)),
+        unmatched=reason,
+        doubts=track.doubts,
+        diagnosis=diagnosis,
+        level=settings.limits.level(diagnosis),
+        sentence=settings.limits.sentence(diagnosis),
+        limits=settings.limits,
+        t=found.t[chosen],
+        position=np.linalg.norm(poses[:, :3, 3] - M[:, :3, 3], axis=1),
+        rotation=np.linalg.norm(turned, axis=1),
+    )
+
+
+def _matched(found: Track, longest: float | None) -> tuple[Flags, str]:
+    # Which poses have joint positions, and in words why others have none.
+    if longest is None:
+        longest = min(max(INTERVALS * found.interval, LEAST_GAP), MOST_GAP)
+    outside, unknown = ~found.within, found.within & ~np.all(np.isfinite(found.q), axis=1)
+    apart = found.within & ~unknown & (found.gaps > longest)
+    reasons = [
+        f'{int(np.sum(which)):,} {words}'
+        for which, words in (
+            (outside, 'before the first joint state or after the last'),
+            (apart, f'between joint states more than {longest:.3g} s apart (see --pose-gap)'),
+            (unknown, 'in rows without joint positions'),
+        )
+        if np.any(which)
+    ]
+    use = ~(outside | unknown | apart)
+    if not reasons:
+        return use, ''
+    return use, (
+        f'{int(np.sum(~use)):,} of {len(use):,} poses have no joint positions at their time: '
+        + ', '.join(reasons)
+    )

@@ -1,0 +1,300 @@
+"""
+Blocks of messages through the estimator: which joints are known after each message.
+
+Messages in good order are taken in columns, by the rules of the estimator; the first and the last
+two of them go through the estimator itself, so that its memory is what it would have been.
+"""
+
+import math
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from ...estimation.estimator import ACCEPTED, LARGEST, RESETS, UNREADABLE, Estimator, Refusal
+from ...formats.recordings.block import Block, Flags, Times, Unreadable
+from ...kernel import Floats
+from ...robot.robot import Robot
+
+# Fewer messages than this are not worth columns.
+SHORTEST_RUN = 8
+
+
+class Silence(NamedTuple):
+    """
+    A joint was not heard for the timeout: the node says STALE at `moment` (ns, of the recording).
+
+    """
+
+    moment: int
+    missing: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Known:
+    """
+    The joints that are known after each message that makes a state.
+
+    Attributes
+    ----------
+    messages : shape (N,)
+        Number of the message in the recording, from 0.
+    stamps, arrivals : shape (N,), ns
+        Of the state; and of the receipt.
+    q, qdot : shape (N, n), rad or m, rad/s or m/s
+        In the order of the arm; a row of `qdot` is NaN where some velocity is not known.
+    differenced : shape (N,)
+        Whether some velocity is a difference of positions.
+    fresh : shape (N,)
+        Whether the estimator forgot everything just before.
+    silences : by row
+        What was silent before a row.
+
+    """
+
+    messages: Times
+    stamps: Times
+    arrivals: Times
+    q: Floats
+    qdot: Floats
+    differenced: Flags
+    fresh: Flags
+    silences: dict[int, Silence]
+
+    def __len__(self) -> int:
+        return len(self.stamps)
+
+
+class Example(NamedTuple):
+    """
+    The first message refused for a reason.
+
+    """
+
+    message: int
+    stamp: int
+    sentence: str
+
+
+class Ingest:
+    """
+    An estimator and what it refused; the only thing of an audit that has a memory.
+
+    Attributes
+    ----------
+    counts
+        Messages by what became of them, as the node counts them.
+    examples
+        The first message of each reason.
+
+    """
+
+    def __init__(self, robot: Robot, estimator: Estimator) -> None:
+        self.examples: dict[str, Example] = {}
+        self._robot = robot
+        self._estimator = estimator
+        names = [estimator.settings.joint_prefix + name for name in robot.joint_names]
+        self._names = tuple(names)
+        self._wraps = np.array(robot.continuous)
+        self._message = 0
+        self._started: int | None = None
+        self._stale = False
+        self._pending: tuple[Silence | None, bool] = (None, False)
+
+    @property
+    def counts(self) -> Counter[str]:
+        """
+        Return the estimator's own counts.
+
+        """
+        return self._estimator.counts
+
+    def take(self, block: Block) -> Known:
+        """
+        Return what is known after each message of the next block that makes a state.
+
+        """
+        rows = _Rows(*self._pending)
+        for begin, end in self._runs(block):
+            k = begin
+            while k < end:
+                accepted = self._one(block, k, rows)
+                k += 1
+                if accepted and end - k >= SHORTEST_RUN:
+                    self._columns(block, k - 1, end - 1, rows)
+                    # What the estimator makes of it is known; what it remembers of it is not.
+                    self._estimator.accept(block.sample(end - 2))
+                    k = end - 1
+        self._message += len(block)
+        self._pending = (rows.silence, rows.reset)
+        return rows.known(self._robot.dof)
+
+    def refuse(self, message: Unreadable) -> None:
+        """
+        Count a message that cannot be read, as the node does.
+
+        """
+        self.counts[UNREADABLE] += 1
+        if UNREADABLE not in self.examples:
+            self.examples[UNREADABLE] = Example(self._message, 0, message.reason)
+        self._message += 1
+
+    def _runs(self, block: Block) -> Iterator[tuple[int, int]]:
+        # Runs of messages that can be taken in columns once the first of them is accepted; others
+        # are runs of one.
+        count = len(block)
+        places = self._places(block)
+        if places is None:
+            yield from ((k, k + 1) for k in range(count))
+            return
+        with np.errstate(invalid='ignore'):
+            good = np.all(np.abs(block.positions[:, places]) <= LARGEST, axis=1)
+        good &= block.stamps > 0
+        follows = np.zeros(count, dtype=bool)
+        follows[1:] = good[1:] & good[:-1] & (np.diff(block.stamps) > 0)
+        starts = [*np.flatnonzero(~follows).tolist(), count]
+        yield from zip(starts, starts[1:])
+
+    def _places(self, block: Block) -> list[int] | None:
+        # Where each of our joints stands; None unless each is there once and has a position.
+        if block.positions.shape[1] != len(block.names):
+            return None
+        at = {name: place for place, name in enumerate(block.names)}
+        ours = [name for name in block.names if name in set(self._names)]
+        if len(ours) != len(self._names) or len(set(ours)) != len(ours):
+            return None
+        return [at[name] for name in self._names]
+
+    def _one(self, block: Block, k: int, rows: '_Rows') -> bool:
+        # One message through the estimator itself.
+        estimator, sample = self._estimator, block.sample(k)
+        self._started = sample.arrival if self._started is None else self._started
+        self._listen(sample.arrival, rows)
+        resets = estimator.counts[RESETS]
+        outcome = estimator.accept(sample)
+        rows.reset |= estimator.counts[RESETS] != resets
+        if isinstance(outcome, Refusal):
+            if outcome.reason not in self.examples:
+                self.examples[outcome.reason] = Example(
+                    self._message + k, sample.stamp, outcome.sentence
+                )
+            return False
+        self._stale = False
+        rows.add(
+            [self._message + k],
+            [outcome.stamp],
+            [sample.arrival],
+            outcome.q[None],
+            (np.full_like(outcome.q, math.nan) if outcome.qdot is None else outcome.qdot)[None],
+            [outcome.velocity_source == 'difference'],
+        )
+        return True
+
+    def _listen(self, arrival: int, rows: '_Rows') -> None:
+        # The node's watchdog, which looks between the messages.
+        assert self._started is not None
+        timeout = self._estimator.settings.timeout
+        if self._stale or arrival - self._started <= timeout:
+            return
+        missing = self._estimator.missing(arrival)
+        if missing:
+            self._stale = True
+            age = self._estimator.age(arrival)
+            heard = self._started if math.isinf(age) else arrival - round(age * 1e9)
+            moment = max(heard, self._started) + timeout
+            rows.silence = Silence(min(moment, arrival), missing)
+
+    def _columns(self, block: Block, first: int, end: int, rows: '_Rows') -> None:
+        # Messages first + 1 to end - 1, message `first` being the last one accepted.
+        settings = self._estimator.settings
+        places = self._places(block)
+        assert places is not None
+        q = block.positions[first:end, places]
+        stamps, arrivals = block.stamps[first:end], block.received[first:end]
+        heard = np.zeros(len(q), dtype=bool)
+        qdot = np.full_like(q, math.nan)
+        if settings.velocity_source != 'difference' and (
+            block.velocities.shape[1] == len(block.names)
+        ):
+            velocities = block.velocities[first:end, places]
+            with np.errstate(invalid='ignore'):
+                heard = np.all(np.abs(velocities) <= LARGEST, axis=1)
+            qdot[heard] = velocities[heard]
+        differenced = np.zeros(len(q), dtype=bool)
+        if settings.velocity_source != 'message' and not np.all(heard[1:]):
+            differences = self._differences(q, stamps, settings.timeout)
+            take = ~heard[1:]
+            qdot[1:][take] = differences[take]
+            differenced[1:] = take & ~np.any(np.isnan(qdot[1:]), axis=1)
+            qdot[np.any(np.isnan(qdot), axis=1)] = math.nan
+        late = np.flatnonzero(np.diff(arrivals) > settings.timeout)
+        before = len(rows)
+        for k in late.tolist():
+            moment = int(arrivals[k]) + settings.timeout
+            rows.silences[before + k] = Silence(moment, self._names)
+        rows.add(
+            np.arange(first + 1, end) + self._message,
+            stamps[1:],
+            arrivals[1:],
+            q[1:],
+            qdot[1:],
+            differenced[1:],
+        )
+        self.counts[ACCEPTED] += len(q) - 2
+
+    def _differences(self, q: Floats, stamps: Times, longest: int) -> Floats:
+        # As JointTable.difference, row by row against the row before.
+        steps = np.diff(q, axis=0)
+        far = self._wraps & (np.abs(steps) > math.pi)
+        for k, j in np.argwhere(far).tolist():
+            steps[k, j] = math.remainder(steps[k, j], math.tau)
+        intervals = np.diff(stamps)
+        with np.errstate(over='ignore'):
+            differences = steps / (intervals * 1e-9)[:, None]
+        differences[intervals > longest] = math.nan
+        differences[~np.isfinite(differences)] = math.nan
+        return np.asarray(differences)
+
+
+class _Rows:
+    """The rows of a `Known` while they are collected."""
+
+    def __init__(self, silence: Silence | None, reset: bool) -> None:
+        self.silences: dict[int, Silence] = {}
+        self.silence, self.reset = silence, reset
+        self._parts: list[tuple[Floats, ...]] = []
+        self._fresh: list[int] = []
+        self._count = 0
+
+    def __len__(self) -> int:
+        return self._count
+
+    def add(self, *columns: object) -> None:
+        if self.silence is not None:
+            self.silences[self._count] = self.silence
+        if self.reset:
+            self._fresh.append(self._count)
+        self.silence, self.reset = None, False
+        self._parts.append(tuple(np.asarray(column) for column in columns))
+        self._count += len(self._parts[-1][0])
+
+    def known(self, dof: int) -> Known:
+        fresh = np.zeros(self._count, dtype=bool)
+        fresh[self._fresh] = True
+        if not self._parts:
+            none, table = np.zeros(0, dtype=np.int64), np.zeros((0, dof))
+            return Known(none, none, none, table, table, none.astype(bool), fresh, {})
+        columns = [np.concatenate(column) for column in zip(*self._parts)]
+        messages, stamps, arrivals, q, qdot, differenced = columns
+        return Known(
+            messages.astype(np.int64),
+            stamps.astype(np.int64),
+            arrivals.astype(np.int64),
+            q,
+            qdot,
+            differenced.astype(bool),
+            fresh,
+            self.silences,
+        )

@@ -1,0 +1,191 @@
+"""
+What each joint did: range, limits, jumps, and its reported velocity against its positions.
+
+"""
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from ...estimation.joint_memory import LIMIT_SLACK
+from ...formats.recordings.block import Times
+from ...formats.recordings.columns import median, spans
+from ...kernel import Floats
+from ...robot.robot import Robot
+from .reported_velocities import Unwrapped, VelocityCheck, longest_interval, velocity_check
+from .timeline import Timeline
+
+# A step is a jump where it exceeds, by so much (rad, m), what three times the larger reported
+# speed covers; without reported speeds, twice the velocity limit; without that, these speeds.
+JUMP = (0.02, 0.005)
+SPEED_MARGIN, LIMIT_MARGIN = 3.0, 2.0
+FREE_SPEED = (10.0, 2.0)
+# A position this near to its limit touches it (rad, m).
+TOUCHES = (math.radians(0.5), 1e-3)
+# Positions beyond their limits by more than a turn are perhaps degrees.
+DEGREES_BEYOND = math.tau
+MOST_JUMPS = 100
+
+
+class Jump(NamedTuple):
+    """
+    A step of a joint (rad or m) that its speed does not explain; `row` is the state after it.
+
+    """
+
+    row: int
+    joint: str
+    step: float
+    seconds: float
+
+
+class JointReport(NamedTuple):
+    """
+    One joint over a recording, rad or m.
+
+    Attributes
+    ----------
+    least, greatest
+        Of its positions.
+    lower, upper
+        Its limits; infinite where there are none.
+    beyond, touching
+        States beyond a limit, and at one.
+    first_beyond, worst_beyond
+        Row of the first state beyond a limit, -1 where there is none; by how much it is beyond.
+    fastest, velocity_limit, too_fast
+        Largest speed known, its limit, and states above it.
+    check
+        None where the messages report no velocity, or the joint stands still as far as the noise
+        of its positions lets one tell.
+
+    """
+
+    name: str
+    sliding: bool
+    least: float
+    greatest: float
+    lower: float
+    upper: float
+    beyond: int
+    touching: int
+    first_beyond: int
+    worst_beyond: float
+    fastest: float
+    velocity_limit: float
+    too_fast: int
+    check: VelocityCheck | None
+
+
+def joint_reports(robot: Robot, timeline: Timeline) -> tuple[JointReport, ...]:
+    """
+    Return what each joint did, in the order of the arm.
+
+    """
+    return tuple(_report(robot, timeline, j) for j in range(robot.dof))
+
+
+def _report(robot: Robot, timeline: Timeline, j: int) -> JointReport:
+    lower, upper = robot.limits[j].tolist()
+    sliding = robot.joint_types[j] == 'prismatic'
+    top = robot.velocity_limits[j] * (1.0 + LIMIT_SLACK)
+    least, greatest, worst, fastest = math.inf, -math.inf, 0.0, math.nan
+    beyond = touching = too_fast = 0
+    first_beyond = -1
+    for rows in spans(len(timeline)):
+        q = timeline.q.columns[j][rows]
+        excess = np.maximum(lower - q, q - upper)
+        outside = excess > LIMIT_SLACK
+        if first_beyond < 0 and np.any(outside):
+            first_beyond = rows.start + int(np.argmax(outside))
+        beyond += int(np.sum(outside))
+        touching += int(np.sum((excess > -TOUCHES[sliding]) & ~outside))
+        least, greatest = min(least, float(np.min(q))), max(greatest, float(np.max(q)))
+        worst = max(worst, float(np.max(excess)))
+        speeds = np.abs(timeline.qdot.columns[j][rows])
+        with np.errstate(invalid='ignore'):
+            too_fast += int(np.sum(speeds > top))
+        if np.any(~np.isnan(speeds)):
+            fastest = float(np.fmax(fastest, np.nanmax(speeds)))
+    return JointReport(
+        name=robot.joint_names[j],
+        sliding=sliding,
+        least=least,
+        greatest=greatest,
+        lower=lower,
+        upper=upper,
+        beyond=beyond,
+        touching=touching,
+        first_beyond=first_beyond,
+        worst_beyond=worst,
+        fastest=fastest,
+        velocity_limit=float(robot.velocity_limits[j]),
+        too_fast=too_fast,
+        check=velocity_check(timeline, j, bool(robot.continuous[j])),
+    )
+
+
+def look_like_degrees(reports: tuple[JointReport, ...]) -> bool:
+    """
+    Return whether positions are so far beyond the limits that they may be degrees.
+
+    """
+    turning = [report for report in reports if not report.sliding]
+    far = [report for report in turning if report.worst_beyond > DEGREES_BEYOND]
+    wild = [r for r in turning if math.isinf(r.upper) and r.greatest - r.least > 10 * math.tau]
+    return len(far) + len(wild) >= min(2, len(turning)) > 0
+
+
+def jumps_of(robot: Robot, timeline: Timeline) -> tuple[int, tuple[Jump, ...]]:
+    """
+    Return how many jumps there are, and the first of them.
+
+    """
+    longest = longest_interval(median(lambda: _forwards(timeline)))
+    joints = [Unwrapped(bool(wraps)) for wraps in robot.continuous]
+    before: list[Floats] = [np.zeros(0)] * robot.dof
+    count = 0
+    first: list[Jump] = []
+    for rows in spans(len(timeline)):
+        begin = max(rows.start - 1, 0)
+        span = slice(begin, rows.stop)
+        gaps = np.diff(timeline.stamps[span])
+        steady, differenced = (gaps > 0) & (gaps <= longest), timeline.differenced[span]
+        found: list[Jump] = []
+        for j in range(robot.dof):
+            q = joints[j].take(timeline.q.columns[j][rows])
+            steps = np.diff(np.concatenate([before[j], q]))
+            before[j] = q[-1:]
+            speeds = np.where(differenced, np.nan, timeline.qdot.columns[j][span])
+            allowed = _explained(robot, j, np.abs(speeds), gaps * 1e-9)
+            odd = np.flatnonzero(steady & (np.abs(steps) > allowed))
+            count += len(odd)
+            found += [
+                Jump(
+                    begin + k + 1,
+                    robot.joint_names[j],
+                    float(steps[k]),
+                    float(gaps[k] * 1e-9),
+                )
+                for k in odd[:MOST_JUMPS].tolist()
+            ]
+        first = (first + sorted(found))[:MOST_JUMPS]
+    return count, tuple(first)
+
+
+def _explained(robot: Robot, j: int, speeds: Floats, intervals: Floats) -> Floats:
+    # Steps of a joint that are no jumps, from speeds (N + 1,) at the ends of intervals (N,).
+    sliding = robot.joint_types[j] == 'prismatic'
+    reported = SPEED_MARGIN * np.fmax(speeds[1:], speeds[:-1])
+    limit = LIMIT_MARGIN * float(robot.velocity_limits[j])
+    otherwise = limit if math.isfinite(limit) else FREE_SPEED[sliding]
+    explained: Floats = np.where(np.isnan(reported), otherwise, reported) * intervals
+    return explained + JUMP[sliding]
+
+
+def _forwards(timeline: Timeline) -> Iterator[Times]:
+    for rows in spans(len(timeline)):
+        steps = np.diff(timeline.stamps[max(rows.start - 1, 0) : rows.stop])
+        yield steps[steps > 0]

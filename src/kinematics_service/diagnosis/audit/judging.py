@@ -1,0 +1,113 @@
+"""
+The level of each state and what the node would have said, from the measures of a batch.
+
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ...estimation.alarm import Alarm
+from ...formats.recordings.block import Times
+from ...kernel import Floats
+from ...robot.measures import HYSTERESIS, MEASURES, Level, Thresholds
+from .ingest import Silence
+
+Levels = npt.NDArray[np.int8]
+
+
+class Judged(NamedTuple):
+    """
+    Levels (N,) with hysteresis, and the rows at which something is said.
+
+    `silences` are those that are said, with the row they come before.
+
+    """
+
+    levels: Levels
+    said: list[int]
+    silences: list[tuple[int, Silence]]
+
+
+def _levels_after(thresholds: Thresholds, values: Floats) -> npt.NDArray[np.int8]:
+    # Level of each value after each level before it, shape (3, N): as Thresholds.level.
+    small = MEASURES[thresholds.measure].small_is_bad
+    rows = []
+    for before in (Level.OK, Level.WARN, Level.ERROR):
+        levels = np.zeros(len(values), dtype=np.int8)
+        for level, threshold in ((Level.WARN, thresholds.warn), (Level.ERROR, thresholds.stop)):
+            if level <= before:
+                threshold *= HYSTERESIS if small else 1.0 / HYSTERESIS
+            good = values > threshold if small else values < threshold
+            levels[~good] = level
+        rows.append(levels)
+    return np.stack(rows)
+
+
+@dataclass
+class Judge:
+    """
+    Judges states in their order; its memory is the node's alarm.
+
+    """
+
+    thresholds: Thresholds
+    alarm: Alarm = Alarm()
+
+    def judge(
+        self,
+        values: Floats,
+        directions: Floats,
+        factors: Times | None,
+        arrivals: Times,
+        silences: dict[int, Silence],
+    ) -> Judged:
+        """
+        Return levels and what is said.
+
+        Parameters
+        ----------
+        values : shape (N,)
+            The watched measure, |det| for the determinant.
+        directions : shape (N, 6)
+            Lost directions.
+        factors : shape (N,)
+            Index of the nearest named factor; None where the arm has none.
+        arrivals : shape (N,), ns
+            Steady clock.
+        silences
+            What was silent before a row.
+
+        """
+        levels = self._levels(values, silences)
+        before = np.concatenate([[self.alarm.level], levels[:-1]])
+        # While it stays OK nothing is said and nothing remembered.
+        stirring = (levels != Level.OK) | (before != Level.OK)
+        if self.alarm.said is None:
+            stirring[:1] = True
+        stirring[list(silences)] = True
+        said: list[int] = []
+        stale: list[tuple[int, Silence]] = []
+        for k in np.flatnonzero(stirring).tolist():
+            if k in silences:
+                self.alarm, say = self.alarm.step(Level.STALE, None, silences[k].moment)
+                stale += [(k, silences[k])] if say else []
+            factor = None if factors is None else int(factors[k])
+            self.alarm, say = self.alarm.step(
+                Level(int(levels[k])), directions[k], int(arrivals[k]), factor
+            )
+            said += [k] if say else []
+        return Judged(levels, said, stale)
+
+    def _levels(self, values: Floats, silences: dict[int, Silence]) -> Levels:
+        after = _levels_after(self.thresholds, values)
+        levels: Levels = after[0].copy()
+        # Where the level before makes no difference there is nothing to follow.
+        open_ = np.any(after != after[0], axis=0)
+        previous = self.alarm.level
+        for k in np.flatnonzero(open_).tolist():
+            before = (int(levels[k - 1]) if k else previous) if k not in silences else Level.STALE
+            levels[k] = after[0 if before == Level.STALE else before, k]
+        return levels

@@ -1,0 +1,229 @@
+"""
+The topics a node would have published, as an MCAP file, written without ROS.
+
+The messages of a topic are copies of the same bytes with their own stamps and numbers in them.
+"""
+
+import os
+import shutil
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ....estimation.cdr import DOUBLE, STAMP_AT, WHOLE, Writer
+from ....estimation.status_text import Notice
+from ....formats.recordings.block import AuditError, Times
+from ....kernel import Floats
+from ....robot.robot import Robot
+from ..timeline import MEASURE_NAMES, Part
+
+NODE = '/kinematics'
+WARNING = f'{NODE}/singularity/warning'
+SECOND = 1_000_000_000
+ROWS = 'vx,vy,vz,wx,wy,wz'
+
+
+class _Topic(NamedTuple):
+    connection: Any
+    raw: bytes
+    numbers_at: int
+    stamped: bool
+
+    def filled(self, numbers: Floats, stamps: Times) -> np.ndarray:  # type: ignore[type-arg]
+        """
+        Return the bytes of N messages, shape (N, length), of numbers (N, k) and stamps (N,).
+
+        """
+        table = np.tile(np.frombuffer(self.raw, dtype=np.uint8), (len(numbers), 1))
+        data = np.ascontiguousarray(numbers, dtype='<f8').view(np.uint8)
+        table[:, self.numbers_at : self.numbers_at + data.shape[1]] = data
+        if self.stamped:
+            seconds, nanoseconds = np.divmod(stamps, SECOND)
+            table[:, STAMP_AT : STAMP_AT + 4] = _bytes(seconds, '<i4')
+            table[:, STAMP_AT + 4 : STAMP_AT + 8] = _bytes(nanoseconds, '<u4')
+        return table
+
+
+def _bytes(values: Times, kind: str) -> np.ndarray:  # type: ignore[type-arg]
+    return values.astype(kind).reshape(-1, 1).view(np.uint8)
+
+
+@contextmanager
+def open_writer(file: Path, robot: Robot, joint_prefix: str) -> Iterator['BagWriter']:
+    """
+    Open an MCAP file to write; it stands there whole in the end, or not at all.
+
+    Raises
+    ------
+    AuditError
+        rosbags is missing, or the file cannot be written.
+
+    """
+    try:
+        from rosbags.rosbag2 import StoragePlugin, Writer
+    except ImportError:
+        raise AuditError(
+            "--out needs rosbags: pip install '.[bag]' in its checkout, or pip install rosbags"
+        ) from None
+    try:
+        folder = Path(tempfile.mkdtemp(prefix=f'.{file.name}.', dir=file.parent))
+    except OSError as error:
+        raise AuditError(f'{file}: cannot be written: {error.strerror}') from None
+    try:
+        with Writer(folder / 'bag', version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+            yield BagWriter(writer, robot, joint_prefix)
+        os.replace(folder / 'bag' / 'bag.mcap', file)
+    except OSError as error:
+        raise AuditError(f'{file}: cannot be written: {error.strerror}') from None
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+class BagWriter:
+    """
+    Writes batches of states as messages, in the order in which the node publishes them.
+
+    """
+
+    def __init__(self, writer: Any, robot: Robot, joint_prefix: str) -> None:
+        from rosbags.typesys import Stores, get_typestore
+
+        self._writer, self._robot = writer, robot
+        self._store = get_typestore(Stores.ROS2_JAZZY)
+        self._types: Any = self._store.types
+        names = ','.join(joint_prefix + name for name in robot.joint_names)
+        base, tool = robot.base_frame, robot.tool_frame
+        self._pose = self._add('pose', 'geometry_msgs/msg/PoseStamped', 7, base)
+        self._jacobian = self._add_jacobian(names)
+        self._twist = self._add('twist', 'geometry_msgs/msg/TwistStamped', 6, base)
+        self._velocity = self._add(
+            'velocity', 'geometry_msgs/msg/VelocityStamped', 6, base, tool, base
+        )
+        self._measures = [
+            (name, self._add(f'singularity/{name}', 'std_msgs/msg/Float64', 1))
+            for name in MEASURE_NAMES
+            if name != 'determinant' or robot.task.square
+        ]
+        self._warning = self._connection(WARNING, 'diagnostic_msgs/msg/DiagnosticStatus', True)
+
+    def write(self, part: Part) -> None:
+        """
+        Write all messages of a batch, each at the time of the receipt of its joint state.
+
+        """
+        known, state = part.known, part.state
+        count, n = len(known), self._robot.dof
+        moving = ~np.any(np.isnan(known.qdot), axis=1)
+        stamps = known.stamps
+        poses = np.concatenate([state.position, part.quaternion_xyzw], axis=1)
+        always = np.ones(count, dtype=bool)
+        topics = [
+            (self._pose, self._pose.filled(poses, stamps), always),
+            (
+                self._jacobian,
+                self._jacobian.filled(state.jacobian.reshape(count, 6 * n), stamps),
+                always,
+            ),
+            (self._twist, self._twist.filled(state.twist, stamps), moving),
+            (self._velocity, self._velocity.filled(state.twist, stamps), moving),
+        ]
+        for name, topic in self._measures:
+            values = getattr(part.singularity, name)
+            topics.append((topic, topic.filled(values[:, None], stamps), always))
+        columns = [
+            (topic.connection, memoryview(table.tobytes()), table.shape[1], there.tolist())
+            for topic, table, there in topics
+        ]
+        said = iter(part.said)
+        one = next(said, None)
+        first = part.first
+        write = self._writer.write
+        for k, arrival in enumerate(known.arrivals.tolist()):
+            while one is not None and one.row == first + k and one.moment < arrival:
+                self._warn(one.moment, one.notice)  # a silence before it
+                one = next(said, None)
+            for connection, data, size, there in columns:
+                if there[k]:
+                    write(connection, arrival, data[k * size : (k + 1) * size])
+            while one is not None and one.row == first + k:
+                self._warn(one.moment, one.notice)
+                one = next(said, None)
+
+    def _warn(self, moment: int, notice: Notice) -> None:
+        pair = self._type('diagnostic_msgs/msg/KeyValue')
+        message = self._type('diagnostic_msgs/msg/DiagnosticStatus')(
+            level=int(notice.level),
+            name=f'{NODE[1:]}: singularity',
+            message=notice.sentence,
+            hardware_id=dict(notice.values).get('robot', ''),
+            values=[pair(key=key, value=value) for key, value in notice.values],
+        )
+        raw = self._store.serialize_cdr(message, 'diagnostic_msgs/msg/DiagnosticStatus')
+        self._writer.write(self._warning, moment, bytes(raw))
+
+    def _type(self, name: str) -> Any:
+        return self._types[name]
+
+    def _connection(self, topic: str, kind: str, latched: bool = False) -> Any:
+        return self._writer.add_connection(
+            topic, kind, typestore=self._store, offered_qos_profiles=[_quality(latched)]
+        )
+
+    def _add(self, name: str, kind: str, numbers: int, *texts: str) -> _Topic:
+        # A message is a stamp and texts, or neither, and numbers.
+        writer = Writer()
+        if texts:
+            writer.room(WHOLE, 2)
+        for text in texts:
+            writer.text(text)
+        return self._filling(name, kind, writer, numbers, bool(texts))
+
+    def _add_jacobian(self, names: str) -> _Topic:
+        n = self._robot.dof
+        dimensions = (ROWS, 6, 6 * n), (names, n, n)
+        writer = Writer()
+        writer.whole(len(dimensions))
+        for label, size, stride in dimensions:
+            writer.text(label)
+            writer.whole(size)
+            writer.whole(stride)
+        writer.whole(0)  # where the data begins
+        writer.whole(6 * n)
+        return self._filling('jacobian', 'std_msgs/msg/Float64MultiArray', writer, 6 * n, False)
+
+    def _filling(
+        self, name: str, kind: str, writer: Writer, numbers: int, stamped: bool
+    ) -> _Topic:
+        at = writer.room(DOUBLE, numbers)
+        connection = self._connection(f'{NODE}/{name}', kind)
+        return _Topic(connection, bytes(writer.data), at, stamped)
+
+
+def _quality(latched: bool) -> Any:
+    # As the node offers them, so that a player of bags offers the same.
+    from rosbags.interfaces import (
+        Qos,
+        QosDurability,
+        QosHistory,
+        QosLiveliness,
+        QosReliability,
+        QosTime,
+    )
+
+    durability = QosDurability.TRANSIENT_LOCAL if latched else QosDurability.VOLATILE
+    forever = QosTime(9_223_372_036, 854_775_807)
+    return Qos(
+        QosHistory.KEEP_LAST,
+        1 if latched else 100,
+        QosReliability.RELIABLE,
+        durability,
+        forever,
+        forever,
+        QosLiveliness.AUTOMATIC,
+        forever,
+        False,
+    )

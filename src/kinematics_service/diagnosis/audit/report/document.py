@@ -1,0 +1,224 @@
+"""
+An audit as one JSON object.
+
+"""
+
+import dataclasses
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from ....formats.recordings.block import Times
+from ....kernel import Floats
+from ....kinematics.singularity import singularity_of
+from ....kinematics.tool_state import evaluate
+from ....rigid_motion import roll_pitch_yaw
+from ....robot.measures import Level
+from ....version import __version__
+from ...frame_check import Cause
+from ..auditing import Audit
+from ..frames import NotCompared
+from ..stretches import badness, watched_values
+from ..timeline import MEASURE_NAMES
+from ..verdict import verdict_of
+
+# Rows of the series at most; of longer recordings the worst ones, evenly spread.
+MOST_ROWS = 10_000
+
+
+def thinned_rows(count: int, most: int, worse: Callable[[slice], Floats]) -> Times:
+    """
+    Return at most `most` of `count` rows: of each stretch of time the first and the worst one.
+
+    Parameters
+    ----------
+    worse
+        Of some rows, what the largest is the worst of.
+
+    """
+    if count <= most:
+        return np.arange(count)
+    edges = np.linspace(0, count, max(most // 2, 1) + 1).astype(int)
+    worst = [a + int(np.argmax(worse(slice(a, b)))) for a, b in zip(edges, edges[1:])]
+    return np.unique(np.concatenate([edges[:-1], worst]))
+
+
+def document_of(audit: Audit) -> dict[str, Any]:
+    """
+    Return the audit as a dictionary for `printing.json_text`; m, rad, s.
+
+    """
+    robot, timeline = audit.robot, audit.timeline
+    verdict = verdict_of(audit)
+    rows = thinned_rows(
+        len(timeline),
+        MOST_ROWS,
+        lambda part: badness(robot, watched_values(robot, timeline, part)),
+    )
+    return {
+        'version': __version__,
+        'file': audit.file,
+        'kind': audit.what,
+        'topic': audit.topic,
+        'planned': audit.planned,
+        'robot': robot.name,
+        'joint_names': robot.joint_names,
+        'base_frame': robot.base_frame,
+        'tool_frame': robot.tool_frame,
+        'measure': robot.thresholds.measure,
+        'warn': robot.thresholds.warn,
+        'stop': robot.thresholds.stop,
+        'level': verdict.level.name,
+        'verdict': [{'level': s.level.name, 'sentence': s.text} for s in verdict.sentences],
+        'messages': {
+            'total': audit.stream.messages,
+            'states': len(timeline),
+            'refused': sum(audit.refused.values()),
+            'by_outcome': audit.counts,
+            'first_refused': {
+                reason: example._asdict() for reason, example in audit.examples.items()
+            },
+        },
+        'stream': _stream(audit),
+        'stretches': [
+            {
+                'factor': stretch.factor or None,
+                'factors': [
+                    {
+                        'name': passed.name,
+                        'distance': passed.distance,
+                        't': float(timeline.t[passed.row]),
+                    }
+                    for passed in stretch.factors
+                ],
+                'level': stretch.level.name,
+                'begin': stretch.begin,
+                'end': stretch.end,
+                'duration': stretch.seconds,
+                'stopped': stretch.stopped,
+                'first_message': int(timeline.messages[stretch.first]),
+                'last_message': int(timeline.messages[stretch.last]),
+                'worst': {
+                    'value': stretch.value,
+                    't': float(timeline.t[stretch.worst]),
+                    'stamp': int(timeline.stamps[stretch.worst]),
+                    'q': stretch.q,
+                    'lost_direction': stretch.lost,
+                    'joints_against_each_other': stretch.fighting,
+                },
+            }
+            for stretch in audit.stretches
+        ],
+        'joints': [_joint(joint) for joint in audit.joints],
+        'jumps': {'count': audit.jump_count, 'first': [jump._asdict() for jump in audit.jumps]},
+        'worst_moments': [
+            {
+                'what': moment.what,
+                'value': moment.value,
+                't': float(timeline.t[moment.row]),
+                'stamp': int(timeline.stamps[moment.row]),
+                'message': int(timeline.messages[moment.row]),
+            }
+            for moment in audit.moments
+        ],
+        'warnings': [
+            {
+                't': float(timeline.t[said.row]),
+                'level': said.notice.level.name,
+                'sentence': said.notice.sentence,
+            }
+            for said in audit.timeline.said
+        ],
+        'frames': _frames(audit),
+        'series': _series(audit, rows),
+    }
+
+
+def _stream(audit: Audit) -> dict[str, Any]:
+    stream = {
+        field.name: getattr(audit.stream, field.name) for field in dataclasses.fields(audit.stream)
+    }
+    stream['gaps'] = [gap._asdict() for gap in audit.stream.gaps]
+    stream['orders'] = [order._asdict() for order in audit.stream.orders]
+    return {'rate': audit.stream.rate, **stream}
+
+
+def _joint(joint: Any) -> dict[str, Any]:
+    values: dict[str, Any] = joint._asdict()
+    values['check'] = None if joint.check is None else joint.check._asdict()
+    return values
+
+
+def _frames(audit: Audit) -> dict[str, Any] | None:
+    report = audit.frames
+    if report is None:
+        return None
+    source = {'source': report.name, 'frame': report.frame, 'poses': report.poses}
+    if isinstance(report, NotCompared):
+        return {**source, 'matched': 0, 'level': Level.WARN.name, 'sentence': report.reason}
+    diagnosis = report.diagnosis
+    return {
+        **source,
+        'considered': report.considered,
+        'matched': report.matched,
+        'unmatched': report.unmatched,
+        'doubts': report.doubts,
+        'level': report.level.name,
+        'sentence': report.sentence,
+        'warn': report.limits.warn._asdict(),
+        'bad': report.limits.bad._asdict(),
+        'as_given': diagnosis.as_given._asdict(),
+        'errors': diagnosis.errors._asdict(),
+        'base_offset': offset_of(diagnosis.base_offset),
+        'tool_offset': offset_of(diagnosis.tool_offset),
+        'undetermined': diagnosis.undetermined,
+        'causes': [_cause(cause) for cause in diagnosis.causes],
+        'likely': [_cause(cause) for cause in diagnosis.likely],
+    }
+
+
+def _cause(cause: Cause) -> dict[str, Any]:
+    return {
+        'key': cause.key,
+        'sentence': cause.sentence,
+        'value': cause.value,
+        'ratio': cause.ratio,
+        'errors': cause.errors._asdict(),
+        'base_offset': offset_of(cause.base_offset),
+        'tool_offset': offset_of(cause.tool_offset),
+    }
+
+
+def offset_of(T: Floats) -> dict[str, Any]:
+    """
+    Return a pose as xyz (m) and rpy (rad), as a robot file has it.
+
+    """
+    return {'xyz': T[:3, 3], 'rpy': roll_pitch_yaw(T[:3, :3]), 'matrix': T}
+
+
+def _series(audit: Audit, rows: Times) -> dict[str, Any]:
+    timeline = audit.timeline
+    q, qdot, factors = timeline.q[rows], timeline.qdot[rows], timeline.factors[rows]
+    state = evaluate(audit.robot, q, np.nan_to_num(qdot, nan=0.0))
+    singularity = singularity_of(state)
+    moving = ~np.any(np.isnan(qdot), axis=1)
+    signs = np.where(timeline.turned[rows], -1.0, 1.0)
+    measures = {name: getattr(singularity, name) for name in MEASURE_NAMES}
+    return {
+        'thinned': len(rows) < len(timeline),
+        'message': timeline.messages[rows],
+        'stamp': timeline.stamps[rows],
+        't': timeline.t[rows],
+        'q': q,
+        'qdot': qdot,
+        'position': state.position,
+        'quaternion_xyzw': state.quaternion_xyzw * signs[:, None],
+        'twist': np.where(moving[:, None], state.twist, np.nan),
+        **{name: values for name, values in measures.items() if values is not None},
+        'time_to_warning': np.where(moving, singularity.time_to_warning, np.nan),
+        'factor_names': audit.robot.factors.names,
+        'factor_distances': factors,
+        'level': [Level(int(level)).name for level in timeline.levels[rows]],
+    }

@@ -1,0 +1,248 @@
+"""
+The charts of the audit page: what is drawn, in which unit.
+
+"""
+
+import math
+from collections.abc import Callable, Iterator
+from functools import lru_cache
+
+import numpy as np
+
+from ....formats.recordings.block import Flags
+from ....formats.recordings.columns import Column, spans
+from ....kernel import Floats
+from ....robot.measures import MEASURES
+from ....robot.measures import Level as Badness
+from ..auditing import Audit
+from ..curves import Curve, curve_of
+from ..frames import FrameReport
+from ..stretches import watched_values
+from .charts import Band, Chart, Level
+
+# The values of some rows, of which a curve is made.
+Values = Callable[[slice], Floats]
+
+# Stretches shaded at most; more would be a grey wall.
+MOST_BANDS = 400
+MEASURED = {
+    'manipulability': 'manipulability',
+    'condition_number': 'condition number',
+    'smallest_singular_value': 'smallest singular value',
+    'determinant': 'determinant',
+    'distance': 'distance',
+}
+
+
+def _breaks(audit: Audit, rows: slice) -> Flags:
+    timeline = audit.timeline
+    breaks: Flags = np.array(timeline.silent[rows])
+    begin = max(rows.start - 1, 0)
+    steps = np.diff(timeline.t[begin : rows.stop])
+    longest = max(1.0, 20.0 * audit.stream.median_interval)
+    breaks[begin + 1 - rows.start :] |= steps > longest
+    return breaks
+
+
+def _curve(audit: Audit, name: str, style: str, values: Values) -> Curve:
+    timeline = audit.timeline
+
+    def pieces() -> Iterator[tuple[Floats, Floats, Flags]]:
+        for rows in spans(len(timeline)):
+            yield timeline.t[rows], values(rows), _breaks(audit, rows)
+
+    return curve_of(name, style, timeline.end, pieces())
+
+
+def _finite(column: Column) -> Values:
+    def values(rows: slice) -> Floats:
+        numbers = column[rows]
+        return np.where(np.isinf(numbers), np.nan, numbers)
+
+    return values
+
+
+def _scaled(column: Column, scale: float) -> Values:
+    return lambda rows: scale * column[rows]
+
+
+@lru_cache(maxsize=1)
+def _bands(audit: Audit) -> list[Band]:
+    timeline = audit.timeline
+    # Runs of one level; each lasts to the next message, but not through a silence.
+    bands: list[tuple[int, int, int]] = []
+    quiet: list[int] = []
+    edges, levels = np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int8)
+    silent, last = np.zeros(0, dtype=bool), -1
+    for rows in spans(len(timeline)):
+        own, breaks = timeline.levels[rows], _breaks(audit, rows)
+        at = np.flatnonzero((np.diff(own, prepend=last) != 0) | breaks)
+        last = int(own[-1])
+        if rows.stop == len(timeline):
+            at = np.append(at, len(own) - 1)
+        edges = np.append(edges, at + rows.start)
+        levels, silent = np.append(levels, own[at]), np.append(silent, breaks[at])
+        ends = edges[1:] - silent[1:]
+        bad = np.flatnonzero(levels[:-1] != Badness.OK)[: MOST_BANDS + 1 - len(bands)]
+        bands += [(int(edges[k]), int(ends[k]), int(levels[k])) for k in bad]
+        gaps = np.flatnonzero(breaks) + rows.start
+        quiet += gaps[gaps > 0][: MOST_BANDS - len(quiet)].tolist()
+        edges, levels, silent = edges[-1:], levels[-1:], silent[-1:]
+    t = timeline.t
+    shown = bands if len(bands) <= MOST_BANDS else []
+    return [Band(float(t[a]), float(t[b]), Badness(level).name) for a, b, level in shown] + [
+        Band(float(t[k - 1]), float(t[k]), 'gap') for k in quiet
+    ]
+
+
+def measure_charts(audit: Audit) -> str:
+    """
+    Return the watched measure with its thresholds, and the named factors.
+
+    """
+    robot, timeline = audit.robot, audit.timeline
+    measure = MEASURES[robot.thresholds.measure]
+
+    def watched(rows: slice) -> Floats:
+        values = watched_values(robot, timeline, rows)
+        return np.where(np.isinf(values), np.nan, values)
+
+    levels = [
+        Level(robot.thresholds.warn, f'warn {robot.thresholds.warn:g}', 'warnline'),
+        Level(robot.thresholds.stop, f'stop {robot.thresholds.stop:g}'),
+    ]
+    name = MEASURED[measure.name]
+    curve = _curve(audit, name, 'c0', watched)
+    title = f'{name} to a singular pose' if measure.name == 'distance' else name
+    log = bool(np.any(curve.values > 0.0))
+    charts = [_chart(audit, title, measure.unit, [curve], log, levels, 210)]
+    factors = robot.factors.names
+    if len(factors) > 1:
+        curves = [
+            _curve(audit, factor, f'c{k % 6}', _scaled(timeline.factors.columns[k], 1.0))
+            for k, factor in enumerate(factors)
+        ]
+        charts.append(
+            _chart(audit, 'distance to the zero of each factor', 'rad', curves, True, levels)
+        )
+    for other in ('smallest_singular_value', 'condition_number'):
+        if other != measure.name:
+            curve = _curve(audit, MEASURED[other], 'c0', _finite(timeline.measures[other]))
+            if np.any(curve.values > 0.0):
+                charts.append(_chart(audit, MEASURED[other], '', [curve], True))
+    text = ''.join(chart.html() for chart in charts)
+    if audit.stretches:
+        text += (
+            '<p class="soft">Shaded: <span class="swatch WARN">near</span> '
+            '<span class="swatch ERROR">too near</span> '
+            '<span class="swatch gap">nothing heard</span></p>\n'
+        )
+    return text
+
+
+def _chart(
+    audit: Audit,
+    title: str,
+    unit: str,
+    curves: list[Curve],
+    log: bool = False,
+    levels: list[Level] | None = None,
+    height: int = 150,
+) -> Chart:
+    bands, end = _bands(audit), audit.timeline.end
+    return Chart(title, unit, curves, bands, levels or [], log, height, end)
+
+
+def joint_charts(audit: Audit) -> str:
+    """
+    Return position and velocity of each joint, with their limits.
+
+    """
+    text = []
+    timeline = audit.timeline
+    for j, joint in enumerate(audit.joints):
+        scale, unit = (1.0, 'm') if joint.sliding else (math.degrees(1.0), 'deg')
+        limits = [
+            Level(scale * value, f'limit {scale * value:.4g}')
+            for value in (joint.lower, joint.upper)
+            if math.isfinite(value)
+        ]
+        curve = _curve(audit, 'position', 'c0', _scaled(timeline.q.columns[j], scale))
+        text.append(_chart(audit, joint.name, unit, [curve], False, limits, 110).html())
+        curve = _curve(audit, 'velocity', 'c2 solid', _scaled(timeline.qdot.columns[j], scale))
+        if len(curve.values):
+            top = scale * joint.velocity_limit
+            speeds = (
+                [Level(-top, f'limit {-top:.4g}'), Level(top, f'limit {top:.4g}')]
+                if math.isfinite(top)
+                else []
+            )
+            title = f'{joint.name}, velocity'
+            text.append(_chart(audit, title, f'{unit}/s', [curve], False, speeds, 110).html())
+    return f'<div class="joints">{"".join(text)}</div>\n'
+
+
+def tool_charts(audit: Audit) -> str:
+    """
+    Return position and speed of the tool.
+
+    """
+    timeline = audit.timeline
+    curves = [
+        _curve(audit, name, f'c{k}', _scaled(timeline.position.columns[k], 1.0))
+        for k, name in enumerate(('x', 'y', 'z'))
+    ]
+    frame = audit.robot.base_frame
+    text = _chart(audit, f'position in {frame}', 'm', curves).html()
+    for title, unit, values in (
+        ('speed', 'm/s', _scaled(timeline.speed, 1.0)),
+        ('turning', 'deg/s', lambda rows: np.degrees(timeline.turning[rows])),
+    ):
+        curve = _curve(audit, title, 'c0', values)
+        if len(curve.values):
+            text += _chart(audit, title, unit, [curve], height=110).html()
+    return text
+
+
+def frame_charts(audit: Audit, report: FrameReport) -> str:
+    """
+    Return what remains between the poses of both sources.
+
+    """
+    none, end = np.zeros(len(report.t), dtype=bool), audit.timeline.end
+    return ''.join(
+        _chart(
+            audit,
+            title,
+            unit,
+            [curve_of(title, 'c0', end, [(report.t, values, none)])],
+            height=110,
+        ).html()
+        for title, unit, values in (
+            ('position remaining', 'mm', 1e3 * report.position),
+            ('orientation remaining', 'deg', np.degrees(report.rotation)),
+        )
+    )
+
+
+def interval_chart(audit: Audit) -> str:
+    """
+    Return the intervals between the states.
+
+    """
+    timeline = audit.timeline
+    if len(timeline) < 3:
+        return ''
+
+    def pieces() -> Iterator[tuple[Floats, Floats, Flags]]:
+        for rows in spans(len(timeline)):
+            before = timeline.stamps[max(rows.start - 1, 0)]
+            steps = np.diff(timeline.stamps[rows], prepend=before) * 1e-6
+            none = np.zeros(len(steps), dtype=bool)
+            yield timeline.t[rows], np.where(steps > 0.0, steps, np.nan), none
+
+    curve = curve_of('interval', 'c0', timeline.end, pieces())
+    if not len(curve.values):
+        return ''
+    title = 'interval of the stamps'
+    return Chart(title, 'ms', [curve], (), (), True, 110, timeline.end).html()

@@ -1,0 +1,72 @@
+"""
+An audit on the screen: the verdict, the stretches, the worst moments.
+
+"""
+
+from typing import NamedTuple
+
+from rich.text import Text
+
+from ....printing import Output, heading, plain, table
+from ....robot.measures import Level
+from ..auditing import Audit
+from ..verdict import Sentence, count, seconds, verdict_of
+
+SIGNS = {Level.OK: ('fine', 'green'), Level.WARN: ('note', 'yellow'), Level.ERROR: ('bad', 'red')}
+MOST = 20
+
+
+class Summary(NamedTuple):
+    """
+    What is printed of an audit: a heading, sentences, and the stretches as rows of a table.
+
+    """
+
+    heading: str
+    sentences: tuple[Sentence, ...]
+    stretches: tuple[tuple[str, ...], ...]
+    more: int
+
+
+def summary_of(audit: Audit) -> Summary:
+    """
+    Return what there is to say, small enough to travel.
+
+    """
+    noun = 'sample' if audit.planned else 'message'
+    return Summary(
+        f'{audit.file}: {audit.what}, {count(audit.stream.messages, noun)} over '
+        f'{seconds(audit.timeline.end)}, {audit.robot.name}',
+        verdict_of(audit).sentences,
+        tuple(
+            (
+                f'{stretch.begin:.3f} s',
+                seconds(stretch.seconds),
+                SIGNS[stretch.level][0],
+                f'{stretch.value:.3g}',
+                f'{audit.timeline.t[stretch.worst]:.3f} s',
+                ', '.join(one.name for one in stretch.factors) or stretch.lost,
+            )
+            for stretch in audit.stretches[:MOST]
+        ),
+        max(len(audit.stretches) - MOST, 0),
+    )
+
+
+def print_summary(summary: Summary) -> None:
+    """
+    Print what there is to say.
+
+    """
+    out = Output()
+    out.print(heading(summary.heading))
+    for sentence in summary.sentences:
+        word, style = SIGNS[sentence.level]
+        out.print(Text.assemble((f'{word}  ', style), plain(sentence.text)))
+    if summary.stretches:
+        rows = table('begins', 'lasts', 'level', 'worst', 'at', 'which')
+        for *cells, which in summary.stretches:
+            rows.add_row(*cells, plain(which))
+        out.print(Text(''), rows)
+        if summary.more:
+            out.print(Text(f'and {summary.more:,} more'))

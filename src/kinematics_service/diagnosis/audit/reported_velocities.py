@@ -1,0 +1,286 @@
+"""
+Reported velocities of a joint against differences of its positions.
+
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...formats.recordings.block import Flags, Times
+from ...formats.recordings.columns import median, spans
+from ...kernel import Floats
+from .smooth_motion import SmoothMotion
+from .timeline import Timeline
+
+# Lags tried, in median intervals; and messages they are tried on.
+LAGS, LAG_ROWS = 12, 50_000
+# A lag is believed where it takes this share of the difference away, and a scale likewise.
+BELIEVED = 0.6
+# Differences below this share of the speed need no explanation; scales this near to 1 are none.
+WORTH, SAME_SCALE = 0.002, 0.05
+# Slower than this (rad/s, m/s; RMS) there is nothing to compare; nor where so many standard errors
+# of the noise could be the motion, or the way is no longer than so many jitters of a position.
+STILL, SURE, MANY_JITTERS = 1e-3, math.sqrt(6.0), 20.0
+# Intervals longer than so many median ones mean nothing.
+LONGEST = 5.0
+
+
+class VelocityCheck(NamedTuple):
+    """
+    Reported velocities of a joint against differences of its positions, rad/s or m/s.
+
+    Attributes
+    ----------
+    rms, typical, worst
+        RMS, median and largest of their difference; `row` is where it is worst.
+    speed
+        RMS of the differences themselves.
+    noise
+        RMS of what in them is noise of the positions.
+    lag : s
+        By which the velocities come late, 0 where none is believable.
+    scale
+        Reported over differentiated: -1 a wrong sign, 57.3 degrees; 1 where none is believable.
+
+    """
+
+    rms: float
+    typical: float
+    worst: float
+    row: int
+    speed: float
+    noise: float
+    lag: float
+    scale: float
+
+
+@dataclass
+class Unwrapped:
+    """
+    Positions of a joint without the jumps of a full turn, as `numpy.unwrap` takes them all.
+
+    """
+
+    wraps: bool
+    _last: Floats = field(default_factory=lambda: np.zeros(0))
+    _turns: float = 0.0
+
+    def take(self, q: Floats) -> Floats:
+        """
+        Return the next positions, shape (N,), N > 0.
+
+        """
+        if not self.wraps:
+            return q
+        last = self._last if len(self._last) else q[:1]
+        steps = np.diff(q, prepend=last)
+        wrapped = np.mod(steps + math.pi, math.tau) - math.pi
+        wrapped[(wrapped == -math.pi) & (steps > 0.0)] = math.pi
+        turns = np.where(np.abs(steps) < math.pi, 0.0, wrapped - steps)
+        total = np.cumsum(np.concatenate([[self._turns], turns]))[1:]
+        self._last, self._turns = q[-1:], float(total[-1])
+        unwrapped: Floats = q + total
+        return unwrapped
+
+
+def longest_interval(forwards: float) -> float:
+    """
+    Return up to which interval (ns) a state follows the one before it, from their median.
+
+    """
+    return LONGEST * forwards
+
+
+class _Piece(NamedTuple):
+    """
+    Messages with news of a joint, after the one that came before them.
+
+    """
+
+    q: Floats
+    reported: Floats
+    stamps: Times
+    t: Floats
+    rows: Times
+
+
+class _Intervals(NamedTuple):
+    """
+    Between them: mean velocity, mean of the reported ones at the ends, and which to use.
+
+    """
+
+    mean: Floats
+    ends: Floats
+    use: Flags
+
+
+@dataclass
+class _Joint:
+    """
+    One joint of a recording, to be read several times.
+
+    """
+
+    timeline: Timeline
+    j: int
+    wraps: bool
+    longest: float = 0.0
+
+    def pieces(self) -> Iterator[_Piece]:
+        timeline, unwrapped = self.timeline, Unwrapped(self.wraps)
+        last = np.array([math.nan]), np.array([math.nan])
+        before: list[Any] | None = None
+        for rows in spans(len(timeline)):
+            q = unwrapped.take(timeline.q.columns[self.j][rows])
+            velocities = timeline.qdot.columns[self.j][rows]
+            reported = np.where(timeline.differenced[rows], np.nan, velocities)
+            # Where neither changes, the joint stood still or was in none of the messages.
+            news = np.flatnonzero(
+                (np.diff(q, prepend=last[0]) != 0.0) | (np.diff(reported, prepend=last[1]) != 0.0)
+            )
+            last = q[-1:], reported[-1:]
+            columns = (q, reported, timeline.stamps[rows], timeline.t[rows])
+            piece = [*(column[news] for column in columns), news + rows.start]
+            if before is not None:
+                piece = [np.concatenate(pair) for pair in zip(before, piece)]
+            if len(piece[0]):
+                yield _Piece(*piece)
+                before = [column[-1:] for column in piece]
+
+    def intervals(self) -> Iterator[tuple[_Piece, _Intervals]]:
+        for piece in self.pieces():
+            steps, known = np.diff(piece.stamps), ~np.isnan(piece.reported)
+            use = (steps > 0) & (steps <= self.longest) & known[1:] & known[:-1]
+            safe = np.where(use, steps * 1e-9, 1.0)
+            # The mean velocity of an interval against the mean of its ends: right to second order.
+            mean = np.where(use, np.diff(piece.q) / safe, 0.0)
+            sums = piece.reported[1:] + piece.reported[:-1]
+            yield piece, _Intervals(mean, np.where(use, 0.5 * sums, 0.0), use)
+
+    def forwards(self) -> Iterator[Times]:
+        for piece in self.pieces():
+            steps = np.diff(piece.stamps)
+            yield steps[steps > 0]
+
+    def differences(self) -> Iterator[Floats]:
+        for _, (mean, ends, use) in self.intervals():
+            yield np.abs(ends - mean)[use]
+
+    def times(self) -> Iterator[Floats]:
+        for piece, (_, _, use) in self.intervals():
+            yield np.diff(piece.t)[use]
+
+
+def velocity_check(timeline: Timeline, j: int, wraps: bool) -> VelocityCheck | None:
+    """
+    Return how the reported velocities of joint j agree; None where there is nothing to compare.
+
+    """
+    joint = _Joint(timeline, j, wraps)
+    joint.longest = longest_interval(median(joint.forwards))
+    count, row, worst = 0, 0, -1.0
+    means = products = squares = 0.0
+    motion, least, greatest = SmoothMotion(), math.inf, -math.inf
+    for piece, (mean, ends, use) in joint.intervals():
+        if not len(mean):
+            continue
+        off = np.abs(ends - mean)
+        count += int(np.sum(use))
+        means += float(np.sum(mean**2))
+        products += float(np.sum(ends * mean))
+        squares += float(np.sum(off**2))
+        motion.take(mean, use)
+        least, greatest = min(least, float(piece.q.min())), max(greatest, float(piece.q.max()))
+        k = int(np.argmax(off))
+        if off[k] > worst:
+            row, worst = int(piece.rows[k + 1]), float(off[k])
+    if count < 4:
+        return None
+    speed, rms = math.sqrt(means / count), math.sqrt(squares / count)
+    moving = motion.square(means / count)
+    noise = math.sqrt(max(speed**2 - moving, 0.0))
+    jitter = noise * median(joint.times) / math.sqrt(2.0)
+    surely = max(STILL, SURE * noise / count**0.25)
+    if moving < surely**2 or greatest - least < MANY_JITTERS * jitter:
+        return None
+    scale = lag = 0.0
+    if rms > WORTH * speed:
+        # The noise of the positions is in the differences alone: the motion is the measure.
+        scale = _scale(joint, products / count / moving, count, rms)
+        lag = 0.0 if scale else _lag(joint, count, rms)
+    typical = median(joint.differences)
+    return VelocityCheck(rms, typical, worst, row, speed, noise, lag, scale or 1.0)
+
+
+def _scale(joint: _Joint, scale: float, count: int, rms: float) -> float:
+    # By which factor the reported velocities are too large, 0 where none explains them.
+    left = 0.0
+    for _, (mean, ends, use) in joint.intervals():
+        left += float(np.sum((ends - scale * mean)[use] ** 2))
+    believed = math.sqrt(left / count) < BELIEVED * rms
+    return scale if believed and abs(scale - 1.0) > SAME_SCALE else 0.0
+
+
+def _lag(joint: _Joint, count: int, rms: float) -> float:
+    # The shift of the reported velocities that brings them nearest, s.
+    interval = median(joint.times)
+    shifts = interval * np.linspace(-LAGS, LAGS, 8 * LAGS + 1)
+    stride = max(1, count // LAG_ROWS)
+    trial, seen, first = _Trial(shifts), 0, True
+    for piece, (mean, _, use) in joint.intervals():
+        at = np.flatnonzero(use)
+        at, seen = at[-seen % stride :: stride], seen + len(at)
+        begin = 0 if first else 1  # the message before them was there already
+        known = np.flatnonzero(~np.isnan(piece.reported[begin:])) + begin
+        trial.take(
+            piece.t[known],
+            piece.reported[known],
+            0.5 * (piece.t[at] + piece.t[at + 1]),
+            mean[at],
+        )
+        first = False
+    errors = trial.errors()
+    best = int(np.argmin(errors))
+    if math.sqrt(float(errors[best])) > BELIEVED * rms or best in (0, len(shifts) - 1):
+        return 0.0
+    return float(shifts[best])
+
+
+class _Trial:
+    """
+    Velocities looked up at shifted times, as soon as what comes after them is known.
+
+    """
+
+    def __init__(self, shifts: Floats) -> None:
+        self._shifts = shifts
+        nothing = np.zeros(0)
+        self._t = self._reported = self._middle = self._mean = nothing
+        self._squares: list[list[Floats]] = [[] for _ in shifts]
+
+    def take(self, t: Floats, reported: Floats, middle: Floats, mean: Floats) -> None:
+        self._t = np.concatenate([self._t, t])
+        self._reported = np.concatenate([self._reported, reported])
+        self._middle = np.concatenate([self._middle, middle])
+        self._mean = np.concatenate([self._mean, mean])
+        if len(self._t):
+            self._look_up(int(np.searchsorted(self._middle, self._t[-1] - 2.0 * self._shifts[-1])))
+        # What comes next begins where this ends; of what is earlier one velocity is enough.
+        needed = self._middle[0] if len(self._middle) else self._t[-1:].sum()
+        keep = max(int(np.searchsorted(self._t, needed + self._shifts[0])) - 1, 0)
+        self._t, self._reported = self._t[keep:], self._reported[keep:]
+
+    def _look_up(self, count: int) -> None:
+        middle, mean = self._middle[:count], self._mean[:count]
+        for squares, shift in zip(self._squares, self._shifts):
+            squares.append((np.interp(middle + shift, self._t, self._reported) - mean) ** 2)
+        self._middle, self._mean = self._middle[count:], self._mean[count:]
+
+    def errors(self) -> Floats:
+        self._look_up(len(self._middle))
+        return np.array([np.mean(np.concatenate(squares)) for squares in self._squares])

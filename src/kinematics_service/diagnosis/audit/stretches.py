@@ -1,0 +1,172 @@
+"""
+Stretches of a recording near a singularity, each with its name, duration and worst moment.
+
+"""
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from ...estimation.status_text import direction_in_words, joints_in_words
+from ...formats.recordings.columns import spans
+from ...kernel import Floats
+from ...kinematics.singularity import singularity
+from ...robot.measures import MEASURES, Level
+from ...robot.robot import Robot
+from .timeline import Timeline
+
+
+class Passed(NamedTuple):
+    """
+    A named factor near its zero: its least distance (rad) and the row of the timeline.
+
+    """
+
+    name: str
+    distance: float
+    row: int
+
+
+class Stretch(NamedTuple):
+    """
+    Messages in a row that are not OK.
+
+    Attributes
+    ----------
+    first, last, worst
+        Rows of the timeline.
+    begin, end : s
+        From the first message that is not OK to the first that is, or to the last there is.
+    level
+        The worst.
+    stopped : s
+        Time at level ERROR.
+    value
+        Worst value of the watched measure.
+    factor
+        Name of the nearest factor at the worst moment, empty where the file lists none.
+    factors
+        All factors that are the nearest at some time, in the order of their worst moments.
+    lost, fighting
+        At the worst moment, in words: the tool's lost motion, the joints against each other.
+    q : shape (n,), rad or m
+        Joint positions at the worst moment.
+
+    """
+
+    first: int
+    last: int
+    worst: int
+    begin: float
+    end: float
+    level: Level
+    stopped: float
+    value: float
+    factor: str
+    factors: tuple[Passed, ...]
+    lost: str
+    fighting: str
+    q: Floats
+
+    @property
+    def seconds(self) -> float:
+        """
+        Return how long it lasts, s.
+
+        """
+        return self.end - self.begin
+
+
+def watched_values(robot: Robot, timeline: Timeline, rows: slice) -> Floats:
+    """
+    Return the watched measure of some states, |det| for the determinant, shape (N,).
+
+    """
+    values: Floats = np.abs(timeline.measures[robot.thresholds.measure][rows])
+    return values
+
+
+def badness(robot: Robot, values: Floats) -> Floats:
+    """
+    Return values of the watched measure with the sign that makes the larger one the worse.
+
+    """
+    sign = -1.0 if MEASURES[robot.thresholds.measure].small_is_bad else 1.0
+    worse: Floats = np.where(np.isnan(values), np.inf, sign * values)
+    return worse
+
+
+def stretches_of(robot: Robot, timeline: Timeline) -> tuple[Stretch, ...]:
+    """
+    Return the stretches near a singularity, in their order.
+
+    """
+    return tuple(_stretch(robot, timeline, first, last) for first, last in _runs(timeline))
+
+
+def _runs(timeline: Timeline) -> Iterator[tuple[int, int]]:
+    # First and last row of every run of states that are not OK; a silence ends one.
+    first: int | None = None
+    for rows in spans(len(timeline)):
+        bad, silent = timeline.levels[rows] != Level.OK, timeline.silent[rows]
+        before = np.concatenate([[first is not None], bad[:-1]])
+        for k in np.flatnonzero((bad != before) | bad & silent).tolist():
+            if first is not None:
+                yield first, rows.start + k - 1
+            first = rows.start + k if bad[k] else None
+    if first is not None:
+        yield first, len(timeline) - 1
+
+
+def _stretch(robot: Robot, timeline: Timeline, first: int, last: int) -> Stretch:
+    goes_on = last + 1 < len(timeline) and not timeline.silent[last + 1]
+    until = last + 1 if goes_on else last
+    level, stopped = Level.OK, 0.0
+    worst, worse = first, -math.inf
+    passed: dict[int, Passed] = {}
+    for span in spans(last + 1 - first):
+        rows = slice(first + span.start, first + span.stop)
+        t = timeline.t[rows.start : min(rows.stop, until) + 1]
+        levels = timeline.levels[rows]
+        # Each message holds until the next one.
+        holds = np.diff(t, append=t[-1:])[: len(levels)]
+        level = max(level, Level(int(np.max(levels))))
+        stopped += float(np.sum(holds[levels == Level.ERROR]))
+        bad = badness(robot, watched_values(robot, timeline, rows))
+        k = int(np.argmax(bad))
+        if bad[k] > worse:
+            worst, worse = rows.start + k, float(bad[k])
+        _pass(robot, timeline, rows, passed)
+    near = singularity(robot, timeline.q[worst])
+    names = robot.factors.names
+    return Stretch(
+        first=first,
+        last=last,
+        worst=worst,
+        begin=float(timeline.t[first]),
+        end=float(timeline.t[until]),
+        level=level,
+        stopped=stopped,
+        value=float(watched_values(robot, timeline, slice(worst, worst + 1))[0]),
+        factor=names[int(np.argmin(timeline.factors[worst]))] if names else '',
+        factors=tuple(sorted(passed.values(), key=lambda one: one.row)),
+        lost=direction_in_words(near.lost_direction),
+        fighting=joints_in_words(robot.joint_names, near.joint_motion),
+        q=timeline.q[worst],
+    )
+
+
+def _pass(robot: Robot, timeline: Timeline, rows: slice, passed: dict[int, Passed]) -> None:
+    # Where each factor that is the nearest at some time was least.
+    if not robot.factors.names:
+        return
+    distances = timeline.factors[rows]
+    nearest = np.argmin(distances, axis=1)
+    for k in np.unique(nearest).tolist():
+        own = np.flatnonzero(nearest == k)
+        row = int(own[np.argmin(distances[own, k])])
+        distance = float(distances[row, k])
+        if k not in passed or distance < passed[k].distance:
+            passed[k] = Passed(robot.factors.names[k], distance, rows.start + row)

@@ -1,0 +1,156 @@
+"""
+What is known of an arm at every message of a recording, in columns.
+
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ...estimation.status_text import Notice
+from ...formats.recordings.block import Flags, Times
+from ...formats.recordings.columns import Column, Table
+from ...kernel import Floats
+from ...kinematics.singularity import Singularity
+from ...kinematics.tool_state import ToolState
+from ...robot.robot import Robot
+from .ingest import Known
+from .judging import Levels
+
+MEASURE_NAMES = (
+    'determinant',
+    'manipulability',
+    'condition_number',
+    'smallest_singular_value',
+    'distance',
+)
+
+
+class Said(NamedTuple):
+    """
+    A warning as the node would have published it; `row` is the state it belongs to or precedes.
+
+    """
+
+    row: int
+    moment: int
+    notice: Notice
+
+
+class Timeline:
+    """
+    Every state of a recording; N of them, in columns that are read in pieces.
+
+    What is not here (Jacobian, quaternion, twist, other measures) is computed anew where it is
+    wanted for some rows, from `q` and `qdot`.
+
+    Attributes
+    ----------
+    messages : shape (N,)
+        Number of the message that made it, from 0.
+    stamps : shape (N,), ns
+        Of the state.
+    t : shape (N,), s
+        Time since the first state by the stamps; a step back takes no time.
+    q, qdot : shape (N, n), rad or m, rad/s or m/s
+        Rows of `qdot` are NaN where unknown.
+    differenced : shape (N,)
+        Whether the velocities are differences of positions.
+    turned : shape (N,)
+        Whether the tool's quaternion is published with the opposite sign of the kernel's.
+    position : shape (N, 3), m; speed : shape (N,), m/s; turning : shape (N,), rad/s
+        Of the tool in the base frame; speeds are NaN where unknown.
+    measures : by name, shape (N,)
+        As in `Singularity`: the watched one, smallest singular value, and condition number.
+    factors : shape (N, F), rad
+        Distance to the zero of each named factor; F is 0 where the file lists none.
+    levels : shape (N,)
+        OK, WARN or ERROR, with hysteresis.
+    silent : shape (N,)
+        Whether the state was stale just before.
+    said
+        What the node would have said.
+
+    """
+
+    def __init__(self, robot: Robot) -> None:
+        self.messages, self.stamps = Column(np.int64), Column(np.int64)
+        self.t = Column(np.float64)
+        self.q, self.qdot = Table(robot.dof), Table(robot.dof)
+        self.differenced, self.turned = Column(bool), Column(bool)
+        self.position, self.speed, self.turning = Table(3), Column(np.float64), Column(np.float64)
+        kept = (robot.thresholds.measure, 'smallest_singular_value', 'condition_number')
+        self.measures = {name: Column(np.float64) for name in kept}
+        self.factors = Table(len(robot.factors.names))
+        self.levels, self.silent = Column(np.int8), Column(bool)
+        self.said: list[Said] = []
+        self._clock: tuple[int, int] | None = None
+
+    def __len__(self) -> int:
+        return len(self.stamps)
+
+    @property
+    def end(self) -> float:
+        """
+        Return the time of the last state, s.
+
+        """
+        return float(self.t[-1])
+
+    def append(
+        self,
+        known: Known,
+        state: ToolState,
+        singularity: Singularity,
+        levels: Levels,
+        turned: Flags,
+    ) -> None:
+        """
+        Add the next batch of states.
+
+        """
+        moving = ~np.any(np.isnan(known.qdot), axis=1)
+        twist = np.where(moving[:, None], state.twist, np.nan)
+        silent = np.zeros(len(known), dtype=bool)
+        silent[list(known.silences)] = True
+        self.messages.append(known.messages)
+        self.t.append(self._times(known.stamps))
+        self.stamps.append(known.stamps)
+        self.q.append(known.q)
+        self.qdot.append(known.qdot)
+        self.differenced.append(known.differenced)
+        self.turned.append(turned)
+        self.position.append(state.position)
+        self.speed.append(np.linalg.norm(twist[:, :3], axis=1))
+        self.turning.append(np.linalg.norm(twist[:, 3:], axis=1))
+        for name, column in self.measures.items():
+            column.append(getattr(singularity, name))
+        factors = singularity.factors
+        none = np.zeros((len(known), 0))
+        self.factors.append(none if factors is None else factors.distances)
+        self.levels.append(levels)
+        self.silent.append(silent)
+
+    def _times(self, stamps: Times) -> Floats:
+        last, passed = self._clock or (int(stamps[0]), 0)
+        steps = np.maximum(np.diff(stamps, prepend=last), 0)
+        total = passed + np.cumsum(steps)
+        self._clock = int(stamps[-1]), int(total[-1])
+        times: Floats = total * 1e-9
+        return times
+
+
+class Part(NamedTuple):
+    """
+    A batch of states with everything the node would publish of them.
+
+    `first` is the number of its first state, and `said` what is said at its states.
+
+    """
+
+    first: int
+    known: Known
+    state: ToolState
+    quaternion_xyzw: Floats
+    singularity: Singularity
+    said: list[Said]

@@ -1,0 +1,283 @@
+"""
+What a tired person needs to know first: the verdict in sentences, worst first.
+
+"""
+
+import math
+from typing import NamedTuple
+
+from ...estimation.estimator import DROPPED, RESETS
+from ...robot.measures import MEASURES, Level
+from .auditing import Audit
+from .frames import NotCompared
+from .joints import look_like_degrees
+
+# So many messages of a recording, and such a share of them, may make no state before its verdict
+# is in doubt: a few are usual while several drivers start, and 1 in 1,000 at 1 kHz is a
+# millisecond in a second, in which no arm gets into a singularity and out of it.
+FEW, SHARE = 2, 1e-3
+# Differences of reported velocity worth a sentence: share of the joint's own speed.
+VELOCITY_SHARE = 0.2
+
+
+class Sentence(NamedTuple):
+    """
+    One finding: `level` OK, WARN or ERROR.
+
+    """
+
+    level: Level
+    text: str
+
+
+class Verdict(NamedTuple):
+    """
+    The findings in the order to read them; the first says it all.
+
+    """
+
+    sentences: tuple[Sentence, ...]
+
+    @property
+    def level(self) -> Level:
+        """
+        Return the worst level.
+
+        """
+        return max(sentence.level for sentence in self.sentences)
+
+
+def seconds(time: float) -> str:
+    """
+    Return a duration a person reads: 0.04 s, 3.2 s, 2 min 5 s, 1 h 3 min.
+
+    """
+    if time < 60.0:
+        return f'{time:.3g} s'
+    if time < 3600.0:
+        return f'{int(time // 60)} min {int(time % 60)} s'
+    return f'{int(time // 3600)} h {int(time % 3600 // 60)} min'
+
+
+def count(number: int, noun: str) -> str:
+    """
+    Return a number with its noun: `1 message`, `2 messages`.
+
+    """
+    return f'{number:,} {noun}' + ('' if number == 1 else 's')
+
+
+def verdict_of(audit: Audit) -> Verdict:
+    """
+    Return the findings in words.
+
+    """
+    sentences = [*_not_judged(audit), _singular(audit), *_limits(audit), *_frames(audit)]
+    if not audit.planned:
+        sentences += [*_messages(audit), *_stream(audit), *_velocities(audit)]
+    if audit.jump_count:
+        jump = audit.jumps[0]
+        at = seconds(float(audit.timeline.t[jump.row]))
+        sentences.append(
+            Sentence(
+                Level.WARN,
+                f'{count(audit.jump_count, "jump")} of a joint that its speed does not explain, '
+                f'the first of {jump.joint} by {jump.step:+.3g} at {at}.',
+            )
+        )
+    sentences += [Sentence(remark.level, f'{remark.text}.') for remark in audit.remarks]
+    first, *others = sentences
+    return Verdict((first, *sorted(others, key=lambda sentence: -sentence.level)))
+
+
+def _unjudged(audit: Audit) -> int:
+    # A repeated message of a recording was judged the first time.
+    repeated = 0 if audit.planned else audit.refused.get(DROPPED, 0)
+    return sum(audit.refused.values()) - repeated
+
+
+def _unjudged_share(audit: Audit) -> str:
+    refused, total = _unjudged(audit), audit.stream.messages
+    noun = 'sample' if audit.planned else 'message'
+    return f'{refused:,} of {count(total, noun)} ({100.0 * refused / total:.3g} %)'
+
+
+def _in_doubt(audit: Audit) -> bool:
+    # Whether so many messages of a recording made no state that its verdict is in doubt.
+    return not audit.planned and _unjudged(audit) > max(FEW, SHARE * audit.stream.messages)
+
+
+def _not_judged(audit: Audit) -> list[Sentence]:
+    if not audit.planned or not audit.refused:
+        return []
+    text = f'The planned motion could not be judged in {_unjudged_share(audit)}'
+    return [Sentence(Level.ERROR, f'{text}: {_reasons(audit.refused)}.')]
+
+
+def _reasons(refused: dict[str, int]) -> str:
+    return ', '.join(f'{reason} ({number:,})' for reason, number in refused.items())
+
+
+def _singular(audit: Audit) -> Sentence:
+    found = _singular_poses(audit)
+    if not _in_doubt(audit):
+        return found
+    level = max(found.level, Level.WARN)
+    return Sentence(level, f'{found.text} {_unjudged_share(audit)} could not be judged.')
+
+
+def _singular_poses(audit: Audit) -> Sentence:
+    measure = MEASURES[audit.robot.thresholds.measure]
+    thresholds = audit.robot.thresholds
+    who = 'The planned motion' if audit.planned else 'The arm'
+    worst = audit.moments[0]
+    unit = f' {measure.unit}' if measure.unit else ''
+    value = f'{measure.name.replace("_", " ")} {worst.value}{unit}'
+    if not audit.stretches:
+        return Sentence(
+            Level.OK,
+            f'{who} keeps away from singular poses: the nearest is {value} '
+            f'(warning at {thresholds.warn:g}).',
+        )
+    level = max(stretch.level for stretch in audit.stretches)
+    stretch = max(audit.stretches, key=lambda one: (one.level, -_goodness(audit, one.value)))
+    near = sum(one.seconds for one in audit.stretches)
+    total = audit.timeline.end
+    names = dict.fromkeys([stretch.factor, *(one.name for one in stretch.factors)])
+    named = f' ({", ".join(names)})' if stretch.factor else ''
+    where = (
+        f'{count(len(audit.stretches), "stretch")}'.replace('stretchs', 'stretches')
+        + f' near it, {seconds(near)} of {seconds(total)}'
+    )
+    if level == Level.ERROR:
+        text = f'{who} comes too close to a singularity{named}'
+    else:
+        text = f'{who} comes near a singularity{named}'
+    at = seconds(float(audit.timeline.t[stretch.worst]))
+    return Sentence(
+        level,
+        f'{text}: {value} at {at} (warning at {thresholds.warn:g}, stop at '
+        f'{thresholds.stop:g}); {where}.',
+    )
+
+
+def _goodness(audit: Audit, value: float) -> float:
+    return value if MEASURES[audit.robot.thresholds.measure].small_is_bad else -value
+
+
+def _limits(audit: Audit) -> list[Sentence]:
+    sentences = []
+    beyond = [joint for joint in audit.joints if joint.beyond]
+    if beyond:
+        names = ', '.join(joint.name for joint in beyond)
+        hint = ''
+        if look_like_degrees(audit.joints):
+            hint = ' by many turns: the positions may be in degrees'
+        sentences.append(Sentence(Level.ERROR, f'Beyond its limits: {names}{hint}.'))
+    elif look_like_degrees(audit.joints):
+        sentences.append(
+            Sentence(Level.WARN, 'Joints turn many times: the positions may be in degrees.')
+        )
+    touching = [joint.name for joint in audit.joints if joint.touching and not joint.beyond]
+    if touching:
+        sentences.append(Sentence(Level.WARN, f'At its limit: {", ".join(touching)}.'))
+    fast = [joint.name for joint in audit.joints if joint.too_fast]
+    if fast:
+        sentences.append(Sentence(Level.WARN, f'Faster than its limit: {", ".join(fast)}.'))
+    return sentences
+
+
+def _frames(audit: Audit) -> list[Sentence]:
+    report = audit.frames
+    if report is None:
+        return []
+    name = f'Poses of {report.name}'
+    if isinstance(report, NotCompared):
+        return [Sentence(Level.WARN, f'{name} are not compared: {report.reason}.')]
+    sentences = [Sentence(report.level, f'{name}: {report.sentence}.')]
+    sentences += [Sentence(Level.WARN, f'{name}: {doubt}.') for doubt in report.doubts]
+    if report.unmatched:
+        sentences.append(Sentence(Level.OK, f'{name}: {report.unmatched}.'))
+    return sentences
+
+
+def _messages(audit: Audit) -> list[Sentence]:
+    refused = audit.refused
+    dropped = refused.pop(DROPPED, 0)
+    sentences = []
+    if refused:
+        number = count(sum(refused.values()), 'message')
+        level = Level.WARN if _in_doubt(audit) else Level.OK
+        sentences.append(Sentence(level, f'{number} made no new state: {_reasons(refused)}.'))
+    if dropped:
+        stream = audit.stream
+        text = f'{count(dropped, "message")} dropped, the stamp being not newer'
+        if stream.identical:
+            text += f' ({stream.identical:,} of them plain repetitions)'
+        sentences.append(Sentence(Level.WARN, f'{text}.'))
+    resets = audit.counts.get(RESETS, 0)
+    if resets:
+        sentences.append(
+            Sentence(
+                Level.WARN,
+                f'The stamps jump back {count(resets, "time")}, by up to '
+                f'{seconds(audit.stream.largest_step_back)}: the state began anew.',
+            )
+        )
+    return sentences
+
+
+def _stream(audit: Audit) -> list[Sentence]:
+    stream = audit.stream
+    sentences = []
+    if stream.gap_count:
+        longest = max(stream.gaps, key=lambda gap: gap.seconds)
+        sentences.append(
+            Sentence(
+                Level.WARN,
+                f'{count(stream.gap_count, "gap")} in the stamps, the longest of '
+                f'{seconds(longest.seconds)} (usual interval {1e3 * stream.median_interval:.3g} '
+                'ms).',
+            )
+        )
+    if stream.unstamped:
+        sentences.append(
+            Sentence(
+                Level.WARN,
+                f'{count(stream.unstamped, "message")} without stamp: the time of recording '
+                'stands in.',
+            )
+        )
+    if stream.changes_of_order:
+        sentences.append(
+            Sentence(
+                Level.WARN,
+                f'The joints come in {len(stream.orders)} different orders, changing '
+                f'{count(stream.changes_of_order, "time")}; they were matched by name.',
+            )
+        )
+    return sentences
+
+
+def _velocities(audit: Audit) -> list[Sentence]:
+    sentences = []
+    for joint in audit.joints:
+        check = joint.check
+        if check is None:
+            continue
+        unit = 'm/s' if joint.sliding else 'rad/s'
+        text = ''
+        if check.scale != 1.0:
+            text = f'are {check.scale:.3g} times what its positions say'
+            if abs(check.scale - math.degrees(1.0)) < 1.0:
+                text += ' (degrees?)'
+            elif abs(check.scale + 1.0) < 0.05:
+                text += ' (the wrong sign)'
+        elif check.lag:
+            side = 'behind' if check.lag > 0.0 else 'ahead of'
+            text = f'are {1e3 * abs(check.lag):.3g} ms {side} its positions'
+        elif check.typical > VELOCITY_SHARE * check.speed + check.noise:
+            text = f'differ from its positions by {check.typical:.3g} {unit} (median)'
+        if text:
+            sentences.append(Sentence(Level.WARN, f'Reported velocities of {joint.name} {text}.'))
+    return sentences

@@ -1,0 +1,269 @@
+"""
+The diagnosis: constant offsets, what remains, and the cause that was tested to explain it.
+
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from ...errors import KinematicsError
+from ...estimation.status_text import direction_in_words
+from ...kernel import Floats
+from ...kinematics.tool_state import evaluate
+from ...rigid_motion import rotation_vector
+from ...robot.robot import Robot
+from .causes import Cause, Causes, causes_of
+from .errors import Errors, errors_of
+from .hypotheses import Given
+from .joint_motion import JointMotion
+from .lag import Extrapolated, Later, LookedUp
+from .offsets import equations_of, fit_offsets, free_directions, scale_of
+
+# A remainder below both (m, rad) needs no cause: encoders and factory calibrations are coarser.
+FINE, FINE_ANGLE = 2e-5, 2e-5
+# A remainder that falls by more than this falls to nothing.
+MANY = 1e6
+# R^T R may be so far from the identity: float32 and printed digits.
+NO_ROTATION = 0.01
+# Poses needed for offsets at all, and to name a cause.
+LEAST, LEAST_FOR_CAUSE = 3, 8
+
+
+class FramesError(KinematicsError, ValueError):
+    """
+    Poses or joint positions that cannot be compared.
+
+    """
+
+
+@dataclass(frozen=True, eq=False)
+class FrameDiagnosis:
+    """
+    How the poses of a robot file and those of a second source hang together.
+
+    Attributes
+    ----------
+    sentence
+        All of it for a person.
+    count
+        Number of poses compared.
+    as_given
+        How far the poses are apart as they are.
+    base_offset, tool_offset : shape (4, 4)
+        X and Y of B = X A Y: the file's base frame in that of the second source, and the second
+        source's tool in that of the file.
+    errors
+        What remains with them.
+    undetermined
+        Directions of the offsets these poses do not determine, in words.
+    cause
+        The likely cause of what remains; None where none is decisive.
+    causes
+        All that explain about as much, the likely one first.
+    likely
+        Where no cause is decisive: those that explain most of it, though not two thirds.
+
+    """
+
+    sentence: str
+    count: int
+    as_given: Errors
+    base_offset: Floats
+    tool_offset: Floats
+    errors: Errors
+    undetermined: tuple[str, ...]
+    cause: Cause | None
+    causes: tuple[Cause, ...]
+    likely: tuple[Cause, ...] = ()
+
+
+def diagnose_frames(
+    robot: Robot,
+    q: npt.ArrayLike,
+    poses: npt.ArrayLike,
+    stamps: npt.ArrayLike | None = None,
+    rates: npt.ArrayLike | None = None,
+    motion: tuple[npt.ArrayLike, npt.ArrayLike] | None = None,
+) -> FrameDiagnosis:
+    """
+    Return how poses of a second source differ from those of the robot file, and the likely cause.
+
+    Parameters
+    ----------
+    robot
+        The arm.
+    q : shape (N, n), rad or m
+        Joint positions.
+    poses : shape (N, 4, 4)
+        The tool by the second source, at the same times.
+    stamps : shape (N,), s
+        When; needed only to find a lag in seconds.
+    rates : shape (N, n), rad/s or m/s
+        Joint velocities, to find a lag where q says nothing of the motion between the poses.
+    motion : shapes (K,), s, and (K, n), rad or m
+        Rising times and joint positions around the stamps, to find a lag; default: those of the
+        poses themselves.
+
+    Raises
+    ------
+    FramesError
+        Shapes do not fit, a number is not finite, an orientation is no rotation, or there are
+        fewer than three poses.
+
+    """
+    given = _given(robot, q, poses, stamps, rates, motion)
+    A = evaluate(robot, given.q).pose
+    as_given = errors_of(
+        given.poses[:, :3, 3] - A[:, :3, 3],
+        rotation_vector(given.poses[:, :3, :3] @ np.swapaxes(A[:, :3, :3], 1, 2)),
+    )
+    fit = fit_offsets(A[None], given.poses[None]).one(0)
+    errors = errors_of(fit.position, fit.rotation)
+    causes = Causes()
+    small = errors.position_rms < FINE and errors.rotation_rms < FINE_ANGLE
+    if not small and len(A) >= LEAST_FOR_CAUSE:
+        causes = causes_of(given, A, fit)
+    free = free_directions(equations_of(A, fit, scale_of(given.poses))[0])
+    undetermined = tuple(_in_words(direction) for direction in free)
+    return FrameDiagnosis(
+        sentence=_sentence(len(A), as_given, errors, undetermined, causes),
+        count=len(A),
+        as_given=as_given,
+        base_offset=fit.X,
+        tool_offset=fit.Y,
+        errors=errors,
+        undetermined=undetermined,
+        cause=causes.named[0] if causes.named else None,
+        causes=causes.named,
+        likely=causes.likely,
+    )
+
+
+def _given(
+    robot: Robot,
+    q: npt.ArrayLike,
+    poses: npt.ArrayLike,
+    stamps: npt.ArrayLike | None,
+    rates: npt.ArrayLike | None,
+    motion: tuple[npt.ArrayLike, npt.ArrayLike] | None,
+) -> Given:
+    q, B = np.array(q, dtype=np.float64), np.array(poses, dtype=np.float64)
+    if q.ndim != 2 or q.shape[1] != robot.dof or B.shape != (len(q), 4, 4):
+        raise FramesError(
+            f'q must have the shape (N, {robot.dof}) and poses (N, 4, 4), '
+            f'not {q.shape} and {B.shape}'
+        )
+    if not (np.all(np.isfinite(q)) and np.all(np.isfinite(B))):
+        raise FramesError('joint positions and poses must be finite')
+    if len(q) < LEAST:
+        raise FramesError(f'{len(q)} poses are too few: at least {LEAST} are needed')
+    _check_rotations(B[:, :3, :3])
+    return Given(robot, q, B, _later(robot, q, stamps, rates, motion))
+
+
+def _check_rotations(R: Floats) -> None:
+    mirrored = np.flatnonzero(np.linalg.det(R) < 0.0)
+    if len(mirrored):
+        raise FramesError(
+            f'mirrored axes: the orientation of {len(mirrored)} of {len(R)} poses is no rotation '
+            f'(determinant -1, the first is pose {mirrored[0]}); one axis points the wrong way'
+        )
+    far = np.max(np.abs(np.swapaxes(R, 1, 2) @ R - np.eye(3)), axis=(1, 2))
+    if np.any(far > NO_ROTATION):
+        raise FramesError(
+            f'the orientation of pose {int(np.argmax(far))} is no rotation: its columns are not '
+            'of unit length and at right angles'
+        )
+
+
+def _later(
+    robot: Robot,
+    q: Floats,
+    stamps: npt.ArrayLike | None,
+    rates: npt.ArrayLike | None,
+    motion: tuple[npt.ArrayLike, npt.ArrayLike] | None,
+) -> Later | None:
+    # How to look the joints up at another time, by the best that is known of their motion.
+    t = None if stamps is None else np.array(stamps, dtype=np.float64)
+    if t is not None and t.shape != (len(q),):
+        raise FramesError(f'stamps must have the shape {(len(q),)}, not {t.shape}')
+    if motion is not None:
+        if t is None:
+            raise FramesError('a motion is of use only with stamps of the poses')
+        times, positions = (np.array(part, dtype=np.float64) for part in motion)
+        if times.ndim != 1 or positions.shape != (len(times), robot.dof):
+            raise FramesError(
+                f'the motion must have the shapes (K,) and (K, {robot.dof}), '
+                f'not {times.shape} and {positions.shape}'
+            )
+        if len(times) < 2 or not (np.all(np.diff(times) > 0.0) and np.all(np.isfinite(positions))):
+            raise FramesError('the motion must have rising times and finite joint positions')
+        return LookedUp(JointMotion(times, positions, robot.continuous), t)
+    if rates is not None:
+        speeds = np.nan_to_num(np.array(rates, dtype=np.float64))
+        if speeds.shape != q.shape:
+            raise FramesError(f'rates must have the shape {q.shape}, not {speeds.shape}')
+        return Extrapolated(q, speeds)
+    if t is None:
+        samples = np.arange(len(q), dtype=np.float64)
+        return LookedUp(JointMotion(samples, q, robot.continuous, 1.5), samples, 'samples')
+    if np.all(np.diff(t) > 0.0):
+        return LookedUp(JointMotion(t, q, robot.continuous), t)
+    return None
+
+
+def _in_words(direction: Floats) -> str:
+    base, tool = direction[:6], direction[6:]
+    parts = [
+        f'{direction_in_words(half)} of the {name}'
+        for half, name in ((base, 'base'), (tool, 'tool'))
+        if np.linalg.norm(half) > 0.1
+    ]
+    return ' against '.join(parts)
+
+
+def _sentence(
+    count: int,
+    as_given: Errors,
+    errors: Errors,
+    undetermined: tuple[str, ...],
+    causes: Causes,
+) -> str:
+    if causes.named:
+        cause = causes.named[0]
+        as_well = _others(causes.named)
+        less = f', {cause.ratio:.3g} times less' if cause.ratio < MANY else ''
+        text = (
+            f'{cause.sentence}{as_well}: with that undone the remainder falls from '
+            f'{errors.in_words()} to {cause.errors.in_words()} (rms{less})'
+        )
+        return text[0].upper() + text[1:]
+    text = (
+        f'Over {count} poses the sources are {as_given.in_words()} apart (rms); with a constant '
+        f'offset of base and tool {errors.in_words()} remain'
+    )
+    if errors.position_rms > FINE or errors.rotation_rms > FINE_ANGLE:
+        text += (
+            f', and no single cause explains them{_mention(causes.likely)}'
+            if count >= LEAST_FOR_CAUSE
+            else f'; fewer than {LEAST_FOR_CAUSE} poses name no cause'
+        )
+    if len(undetermined):
+        text += (
+            f'. These poses do not determine {len(undetermined)} of the 12 numbers of the offsets'
+        )
+    return text
+
+
+def _others(causes: tuple[Cause, ...]) -> str:
+    others = '; '.join(other.sentence for other in causes[1:])
+    return f' (as well possible: {others})' if others else ''
+
+
+def _mention(likely: tuple[Cause, ...]) -> str:
+    if not likely:
+        return ''
+    sentence = f'{likely[0].sentence}{_others(likely)}'
+    return f'; most likely, not decisive: {sentence}, {likely[0].ratio:.2g} times less'

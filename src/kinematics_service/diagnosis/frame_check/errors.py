@@ -1,0 +1,84 @@
+"""
+How far poses are apart, and lengths, angles and times in words.
+
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ...kernel import Floats
+
+# Smaller than this (mm, deg, ms) is round-off.
+NOTHING = 1e-6
+# Longer (mm, ms) than this reads better in m and s; than this (m, deg) without digits behind.
+LONG, FAR = 1e3, 1e3
+
+
+def _number(value: float) -> str:
+    return f'{value:,.0f}' if abs(value) >= FAR else f'{value:.3g}'
+
+
+def length_in_words(length: float) -> str:
+    """
+    Return a length (m) in mm, from 1 m in m, and 0 for round-off.
+
+    """
+    mm = 1e3 * length
+    if abs(mm) <= NOTHING:
+        return '0 mm'
+    return f'{_number(length)} m' if abs(mm) >= LONG else f'{_number(mm)} mm'
+
+
+def angle_in_words(angle: float) -> str:
+    """
+    Return an angle (rad) in deg, and 0 for round-off.
+
+    """
+    degrees = math.degrees(angle)
+    return f'{_number(degrees)} deg' if abs(degrees) > NOTHING else '0 deg'
+
+
+def time_in_words(time: float) -> str:
+    """
+    Return a time (s) in ms, and 0 for round-off.
+
+    """
+    ms = 1e3 * time
+    if abs(ms) <= NOTHING:
+        return '0 ms'
+    return f'{_number(time)} s' if abs(ms) >= LONG else f'{_number(ms)} ms'
+
+
+class Errors(NamedTuple):
+    """
+    How far poses are apart: RMS and largest, position in m, orientation in rad.
+
+    """
+
+    position_rms: float
+    position_max: float
+    rotation_rms: float
+    rotation_max: float
+
+    def in_words(self) -> str:
+        """
+        Return both RMS values, in mm or m and in deg.
+
+        """
+        return f'{length_in_words(self.position_rms)}, {angle_in_words(self.rotation_rms)}'
+
+
+def errors_of(position: Floats, rotation: Floats) -> Errors:
+    """
+    Return the errors of what remains, position (N, 3) in m and rotation (N, 3) in rad.
+
+    """
+    p, r = np.linalg.norm(position, axis=1), np.linalg.norm(rotation, axis=1)
+    return Errors(
+        float(np.sqrt(np.mean(p**2))),
+        float(np.max(p)),
+        float(np.sqrt(np.mean(r**2))),
+        float(np.max(r)),
+    )

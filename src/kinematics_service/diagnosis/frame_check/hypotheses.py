@@ -1,0 +1,272 @@
+"""
+What may be wrong between a robot file and a second source of poses: each a change to undo.
+
+"""
+
+import itertools
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from ... import kernel
+from ...kernel import Floats
+from ...kinematics.tool_state import evaluate
+from ...rigid_motion import rotation_of_quaternion
+from ...robot.chain import fold
+from ...robot.conventions import ROWS_OF, table_rows
+from ...robot.file.description import DhRow, ElementaryMotion
+from ...robot.robot import Robot
+from .lag import Later
+from .offsets import Columns
+
+MODIFIED, STANDARD = 'modified', 'standard'
+# Arms with more joints than this are not searched for two joints that stand in each other's place.
+MOST_SWAPPED = 12
+
+
+@dataclass(frozen=True, eq=False)
+class Change:
+    """
+    A whole thing that may be wrong: other joint positions, another table, or other poses.
+
+    Attributes
+    ----------
+    key
+        Kind of the cause, for programs.
+    sentence
+        What is wrong, as a statement.
+    q : shape (N, n)
+        Joint positions as they would be meant; None: as given.
+    robot
+        The table as it would be meant; None: as given.
+    poses : shape (N, 4, 4)
+        Poses as they would be meant; None: as given.
+
+    """
+
+    key: str
+    sentence: str
+    q: Floats | None = None
+    robot: Robot | None = None
+    poses: Floats | None = None
+
+
+class Slide(NamedTuple):
+    """
+    A number that may be wrong: how the poses change with it, and the poses once it is known.
+
+    """
+
+    key: str
+    name: str
+    unit: str
+    columns: Columns
+    model: Callable[[float], Floats]
+
+
+class Given(NamedTuple):
+    """
+    What is compared.
+
+    Attributes
+    ----------
+    q : shape (N, n), rad or m
+        Joint positions.
+    poses : shape (N, 4, 4)
+        Of the second source.
+    later
+        The joints at another time; None where no time is known.
+
+    """
+
+    robot: Robot
+    q: Floats
+    poses: Floats
+    later: Later | None
+
+
+def changes_of(given: Given) -> Iterator[Change]:
+    """
+    Yield everything whole that may be wrong.
+
+    """
+    yield from _of_joints(given)
+    yield from _of_table(given)
+    yield from _of_poses(given.poses)
+
+
+def _of_joints(given: Given) -> Iterator[Change]:
+    robot, q = given.robot, given.q
+    names, n = robot.joint_names, robot.dof
+    for j in range(n):
+        signs = np.ones(n)
+        signs[j] = -1.0
+        yield Change('joint_sign', f'joint {names[j]} counts the other way round', q * signs)
+    if n > 1:
+        yield Change('joint_signs', 'all joints count the other way round', -q)
+    seen = {tuple(range(n))}
+    for order, sentence in _orders(names):
+        if order not in seen:
+            seen.add(order)
+            yield Change('joint_order', sentence, q[:, list(order)])
+    turning = np.array([kind != 'prismatic' for kind in robot.joint_types])
+    if np.any(turning):
+        yield Change(
+            'degrees',
+            'the joint positions are in degrees, not radians',
+            np.where(turning, np.radians(q), q),
+        )
+        yield Change(
+            'degrees',
+            'the joint positions were turned from degrees into radians twice',
+            np.where(turning, np.degrees(q), q),
+        )
+    if not np.all(turning):
+        yield Change(
+            'millimetres',
+            'the positions of the sliding joints are in millimetres, not metres',
+            np.where(turning, q, 1e-3 * q),
+        )
+
+
+def _orders(names: tuple[str, ...]) -> Iterator[tuple[tuple[int, ...], str]]:
+    n = len(names)
+    if n <= MOST_SWAPPED:
+        for i, j in itertools.combinations(range(n), 2):
+            order = list(range(n))
+            order[i], order[j] = j, i
+            yield tuple(order), f"joints {names[i]} and {names[j]} stand in each other's place"
+    yield tuple(reversed(range(n))), 'the joints stand in reverse order'
+    ranks = sorted(range(n), key=lambda j: names[j])
+    back = tuple(ranks.index(j) for j in range(n))
+    yield back, 'the joints stand in the order of the alphabet'
+    yield tuple(ranks), 'the joints were sorted out of the order of the alphabet twice'
+    yield (*range(1, n), 0), 'the joints stand one place too late'
+    yield (n - 1, *range(n - 1)), 'the joints stand one place too early'
+
+
+def _of_table(given: Given) -> Iterator[Change]:
+    robot = given.robot
+    other = {STANDARD: MODIFIED, MODIFIED: STANDARD}.get(robot.convention)
+    if other is not None:
+        sentence = f'the table is {other}, and is read as {robot.convention}'
+        yield Change('convention', sentence, robot=read_as(robot, other))
+
+
+def read_as(robot: Robot, convention: str) -> Robot:
+    """
+    Return the robot whose table of a, alpha, d, theta is read by another convention.
+
+    """
+    description = robot.description
+    rows = tuple(ROWS_OF[convention](link) for link in description.links)
+    chain = fold(
+        rows, robot.variables, description.base.motion.matrix, description.tool.motion.matrix
+    )
+    return replace(robot, chain=chain)
+
+
+def _of_poses(poses: Floats) -> Iterator[Change]:
+    R, p = poses[:, :3, :3], poses[:, :3, 3]
+    Rt = np.swapaxes(R, 1, 2)
+
+    def with_(rotations: Floats, positions: Floats) -> Floats:
+        T = np.array(poses)
+        T[:, :3, :3], T[:, :3, 3] = rotations, positions
+        return T
+
+    def turned(M: Floats, v: Floats) -> Floats:
+        return np.asarray(np.einsum('nij,nj->ni', M, v))
+
+    yield Change(
+        'millimetres', 'the poses are in millimetres, not metres', poses=with_(R, 1e-3 * p)
+    )
+    yield Change(
+        'millimetres',
+        'the lengths of the table are in millimetres, not metres',
+        poses=with_(R, 1e3 * p),
+    )
+    yield Change(
+        'tool_axes',
+        'the positions are in tool axes, not in base axes',
+        poses=with_(R, turned(R, p)),
+    )
+    yield Change(
+        'tool_axes',
+        'the poses are those of the base seen from the tool',
+        poses=with_(Rt, -turned(Rt, p)),
+    )
+    yield Change(
+        'tool_axes', 'the orientations are those of the base in tool axes', poses=with_(Rt, p)
+    )
+    x, y, z, w = quaternions_of(poses).T
+    yield Change(
+        'quaternion_order',
+        'the quaternions are w x y z, and are read as x y z w',
+        poses=with_(rotation_of_quaternion(np.stack([y, z, w, x], axis=1)), p),
+    )
+    yield Change(
+        'quaternion_order',
+        'the quaternions are x y z w, and were read as w x y z',
+        poses=with_(rotation_of_quaternion(np.stack([w, x, y, z], axis=1)), p),
+    )
+
+
+def quaternions_of(poses: Floats) -> Floats:
+    """
+    Return the unit quaternions x y z w (N, 4) of poses (N, 4, 4).
+
+    """
+    quaternions_xyzw = np.empty((len(poses), 4))
+    kernel.quaternions(np.ascontiguousarray(poses), quaternions_xyzw)
+    return quaternions_xyzw
+
+
+def slides_of(given: Given) -> Iterator[Slide]:
+    """
+    Yield every number of the robot that may be wrong: zero positions, lengths of the table.
+
+    """
+    robot, q = given.robot, given.q
+    state = evaluate(robot, q, depth=kernel.ALL_FRAMES)
+    J, A = state.jacobian, state.pose
+    for j in range(robot.dof):
+        unit = 'm' if robot.joint_types[j] == 'prismatic' else 'rad'
+
+        def moved(value: float, j: int = j) -> Floats:
+            shifted = np.array(q)
+            shifted[:, j] += value
+            return evaluate(robot, shifted).pose
+
+        columns = Columns(J[:, :3, j], J[:, 3:, j])
+        yield Slide('joint_offset', robot.joint_names[j], unit, columns, moved)
+    yield from _lengths(robot, state.link_frames, A)
+
+
+def _lengths(robot: Robot, frames: Floats, A: Floats) -> Iterator[Slide]:
+    # A length moves the tool along an axis of the frame before or after its row.
+    still = np.zeros((len(A), 3))
+    for row, axis, name in _length_axes(robot, frames):
+
+        def moved(value: float, axis: Floats = axis) -> Floats:
+            T = np.array(A)
+            T[:, :3, 3] += value * axis
+            return T
+
+        yield Slide('link_length', f'{name} of links[{row}]', 'm', Columns(axis, still), moved)
+
+
+def _length_axes(robot: Robot, frames: Floats) -> Iterator[tuple[int, Floats, str]]:
+    for k, (link, row) in enumerate(zip(robot.description.links, table_rows(robot.description))):
+        before, after = frames[:, k, :3, :3], frames[:, k + 1, :3, :3]
+        if isinstance(link, DhRow):
+            standard = robot.convention == STANDARD
+            yield k, (after if standard else before)[:, :, 0], 'a'
+            if not row.d.coefficients:
+                yield k, (before if standard else after)[:, :, 2], 'd'
+        elif isinstance(link, ElementaryMotion):
+            kind, axis = link.axis
+            if kind == 'T' and not row.d.coefficients:
+                yield k, before[:, :, 'xyz'.index(axis)], link.axis

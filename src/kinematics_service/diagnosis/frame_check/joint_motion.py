@@ -1,0 +1,90 @@
+"""
+Joint positions over time, looked up at any time between the samples.
+
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ...kernel import Floats
+
+Flags = npt.NDArray[np.bool_]
+
+# Rates are the slope of a straight line through the samples of so long a window (s): neighbours at
+# 1 kHz differ by less than their noise; over this time an arm's speed hardly changes.
+WINDOW = 0.02
+# Samples of a line: two join neighbours, more than this tell little more.
+FEWEST, MOST = 2, 64
+# Nobody knows what an arm did between two samples further apart (s).
+LONGEST_GAP = 0.5
+
+
+class Lookup(NamedTuple):
+    """
+    Joint positions q (N, n), rad or m, their rates (N, n) per s, and whether each row is known.
+
+    """
+
+    q: Floats
+    rates: Floats
+    known: Flags
+
+
+class JointMotion:
+    """
+    Samples of joint positions.
+
+    Parameters
+    ----------
+    times : shape (K,), s
+        Rising, at least two.
+    positions : shape (K, n), rad or m
+        Joint positions.
+    continuous : shape (n,)
+        Joints whose positions may jump by a turn.
+    longest_gap : s
+        Between samples further apart nothing is known.
+
+    """
+
+    def __init__(
+        self,
+        times: Floats,
+        positions: Floats,
+        continuous: npt.ArrayLike,
+        longest_gap: float = LONGEST_GAP,
+    ) -> None:
+        steps = np.diff(positions, axis=0)
+        turned = np.where(continuous, np.round(steps / (2.0 * np.pi)), 0.0)
+        self._positions = np.array(positions)
+        self._positions[1:] -= 2.0 * np.pi * np.cumsum(turned, axis=0)
+        self._times, self._longest_gap = times, longest_gap
+        self.interval = float(np.median(np.diff(times)))
+        count = min(FEWEST * round(WINDOW / FEWEST / self.interval), MOST)
+        self._count = min(max(count, FEWEST), len(times))
+
+    @property
+    def duration(self) -> float:
+        """
+        Return the time from the first to the last sample, s.
+
+        """
+        return float(self._times[-1] - self._times[0])
+
+    def at(self, times: Floats) -> Lookup:
+        """
+        Return the joint positions at times (N,): of the best straight line through those around.
+
+        """
+        stamps, count = self._times, self._count
+        first = np.searchsorted(stamps, times, side='right') - count // 2
+        rows = np.clip(first, 0, len(stamps) - count)[:, None] + np.arange(count)
+        t, q = stamps[rows] - times[:, None], self._positions[rows]
+        gaps = np.max(np.diff(t, axis=1), axis=1)
+        known = (times >= stamps[0]) & (times <= stamps[-1]) & (gaps <= self._longest_gap)
+        middle_t, middle_q = t.mean(axis=1, keepdims=True), q.mean(axis=1, keepdims=True)
+        t, q = t - middle_t, q - middle_q
+        rates = np.einsum('nk,nkj->nj', t, q) / np.sum(t**2, axis=1)[:, None]
+        return Lookup(middle_q[:, 0] - middle_t * rates, rates, known)

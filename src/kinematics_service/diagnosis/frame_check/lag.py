@@ -1,0 +1,149 @@
+"""
+The lag between two sources: the joints are looked up at another time, and what remains compared.
+
+"""
+
+from typing import NamedTuple, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from ... import kernel
+from ...kernel import Floats
+from ...kinematics.tool_state import evaluate
+from ...robot.robot import Robot
+from .joint_motion import JointMotion, Lookup
+from .offsets import Columns, Fit, fit_offsets, lifted, parameter_step, scale_of
+
+Indices = npt.NDArray[np.intp]
+
+# Lags are tried up to this (s, or samples where no time is known), so many of them.
+REACH, REACH_IN_SAMPLES, TRIED = 0.5, 10.0, 51
+# But only up to this share of the whole motion.
+SHARE = 0.25
+# Poses they are tried on, steps of the offsets, how many are refined, and in how many rounds.
+SIFTED, SIFT_STEPS, REFINED, ROUNDS = 40, 4, 2, 6
+# Fewer poses with joint positions at every lag tried say nothing.
+LEAST = 8
+
+
+class Later(Protocol):
+    """
+    Joint positions at the times of the poses, and a lag later.
+
+    """
+
+    unit: str
+    reach: float
+
+    def at(self, lag: float) -> Lookup:
+        """
+        Return the joint positions `lag` after the poses.
+
+        """
+
+
+class Extrapolated:
+    """
+    Joints known at the poses alone, with their rates (N, n) per s.
+
+    """
+
+    unit, reach = 's', REACH
+
+    def __init__(self, q: Floats, rates: Floats) -> None:
+        self._q, self._rates = q, rates
+
+    def at(self, lag: float) -> Lookup:
+        """
+        Return the joint positions a lag later, at constant speed.
+
+        """
+        return Lookup(self._q + lag * self._rates, self._rates, np.ones(len(self._q), dtype=bool))
+
+
+class LookedUp:
+    """
+    Joints looked up in a motion; `stamps` (N,) are those of the poses, `unit` s or samples.
+
+    """
+
+    def __init__(self, motion: JointMotion, stamps: Floats, unit: str = 's') -> None:
+        reach = REACH if unit == 's' else REACH_IN_SAMPLES
+        self.unit, self.reach = unit, min(reach, SHARE * motion.duration)
+        self._motion, self._stamps = motion, stamps
+
+    def at(self, lag: float) -> Lookup:
+        """
+        Return the joint positions a lag later.
+
+        """
+        return self._motion.at(self._stamps + lag)
+
+
+class Lagged(NamedTuple):
+    """
+    A lag: the poses are those of the joints `value` later; `before` and `fit` of the same poses.
+
+    """
+
+    value: float
+    before: Fit
+    fit: Fit
+
+
+def lagged(robot: Robot, later: Later, poses: Floats, A: Floats, fit: Fit) -> Lagged | None:
+    """
+    Return the lag that leaves least, None where the joints are not known around the poses.
+
+    Parameters
+    ----------
+    poses, A : shape (N, 4, 4)
+        Of the second source and of the robot file.
+    fit
+        Of them without a lag.
+
+    """
+    lags = np.linspace(-later.reach, later.reach, TRIED)
+    tried = [later.at(lag) for lag in lags.tolist()]
+    known = np.flatnonzero(np.all([lookup.known for lookup in tried], axis=0))
+    moving = any(bool(np.any(lookup.rates[known])) for lookup in tried)
+    if len(known) < LEAST or later.reach <= 0.0 or not moving:
+        return None
+    few = known[np.unique(np.linspace(0, len(known) - 1, SIFTED).astype(int))]
+    q = np.stack([lookup.q[few] for lookup in tried])
+    B = np.broadcast_to(poses[few], (TRIED, len(few), 4, 4))
+    scores = fit_offsets(evaluate(robot, q, depth=kernel.POSE).pose, B, steps=SIFT_STEPS).score
+    before = fit_offsets(A[known][None], poses[known][None], begin=lifted(fit), steps=2).one(0)
+    found = [
+        _refined(robot, later, poses, known, before, float(lags[k])) for k in _valleys(scores)
+    ]
+    return min(found, key=lambda one: float(one.fit.score))
+
+
+def _valleys(scores: Floats) -> list[int]:
+    # The deepest places that are no deeper on either side.
+    around = np.pad(scores, 1, constant_values=np.inf)
+    lowest = np.flatnonzero((scores <= around[:-2]) & (scores <= around[2:]))
+    order = np.argsort(scores[lowest], kind='stable')[:REFINED]
+    return [int(k) for k in lowest[order]]
+
+
+def _refined(
+    robot: Robot, later: Later, poses: Floats, rows: Indices, before: Fit, lag: float
+) -> Lagged:
+    # Gauss-Newton steps of the lag and the offsets together.
+    B, scale = poses[rows], scale_of(poses[rows])
+    best: Lagged | None = None
+    for _ in range(ROUNDS):
+        lookup = later.at(lag)
+        state = evaluate(robot, lookup.q[rows], np.ascontiguousarray(lookup.rates[rows]))
+        begin = None if best is None else lifted(best.fit)
+        fit = fit_offsets(state.pose[None], B[None], begin=begin).one(0)
+        if best is None or fit.score < best.fit.score:
+            best = Lagged(lag, before, fit)
+        columns = Columns(state.twist[:, :3], state.twist[:, 3:])
+        lag += parameter_step(state.pose, fit, columns, scale)
+        lag = min(max(lag, -later.reach), later.reach)
+    assert best is not None
+    return best

@@ -1,0 +1,295 @@
+"""
+Constant offsets of base and tool between two sources of poses: X and Y of B_i = X A_i Y.
+
+Everything here is done for H such problems at once: a hypothesis more costs little.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ...kernel import Floats
+from ...rigid_motion import exponential, nearest_rotation, rotation_vector, skew_part
+
+# Gauss-Newton steps at most.
+STEPS = 12
+# A step that takes less than this share of the score away is the last.
+ENOUGH = 1e-9
+# Positions that spread less than this share of their distance do not spread.
+STANDING = 0.05
+# Directions of the offsets that move the poses less than this share of the strongest are left.
+LEFT_ALONE = 1e-4
+# Where the orientation turns about one axis alone, so many angles about it are tried.
+GAUGES = 8
+# Below this (sine of the angles turned) rotations about a second axis mean nothing.
+VARIETY = 0.02
+
+
+class Fit(NamedTuple):
+    """
+    Offsets of H problems and what remains; `fit.one(k)` is one of them.
+
+    Attributes
+    ----------
+    X, Y : shape (H, 4, 4)
+        Base and tool offset: B_i is about X A_i Y.
+    position, rotation : shape (H, N, 3)
+        What remains, m and rad (rotation vector), in the axes of the second source's base.
+    score : shape (H,)
+        RMS of both together, positions divided by the scale.
+
+    """
+
+    X: Floats
+    Y: Floats
+    position: Floats
+    rotation: Floats
+    score: Floats
+
+    def one(self, k: int) -> 'Fit':
+        """
+        Return problem k alone, without the leading dimension.
+
+        """
+        return Fit(*(values[k] for values in self))
+
+
+def lifted(fit: Fit) -> Fit:
+    """
+    Return one problem with a leading dimension of 1.
+
+    """
+    return Fit(*(np.asarray(values)[None] for values in fit))
+
+
+class Columns(NamedTuple):
+    """
+    How A changes with a parameter: linear and angular velocity (N, 3) of its tool, base axes.
+
+    """
+
+    linear: Floats
+    angular: Floats
+
+
+def spread(positions: Floats) -> Floats:
+    """
+    Return the RMS distance of points (..., N, 3) from their mean, shape (...,).
+
+    """
+    away = positions - positions.mean(axis=-2, keepdims=True)
+    return np.asarray(np.sqrt(np.mean(np.sum(away**2, axis=-1), axis=-1)))
+
+
+def scale_of(poses: Floats) -> Floats:
+    """
+    Return what a length counts in rad, shape (...,): how far the positions spread.
+
+    So the unit of length makes no difference. Poses that hardly move count by how far they are.
+
+    """
+    p = poses[..., :3, 3]
+    far = np.sqrt(np.mean(np.sum(p**2, axis=-1), axis=-1))
+    return np.asarray(np.maximum(np.maximum(spread(p), STANDING * far), 1e-9))
+
+
+def fit_offsets(A: Floats, B: Floats, begin: Fit | None = None, steps: int = STEPS) -> Fit:
+    """
+    Return the X, Y that bring X A_i Y nearest to B_i.
+
+    Parameters
+    ----------
+    A, B : shape (H, N, 4, 4)
+        Poses of the two sources.
+    begin
+        Where to begin; default: from a closed form.
+    steps
+        Gauss-Newton steps at most.
+
+    """
+    scale = scale_of(B)[:, None, None]
+    X, Y = _closed_form(A, B, scale) if begin is None else (begin.X, begin.Y)
+    fit = _fit(A, B, X, Y, scale)
+    for _ in range(steps):
+        step = solved(jacobian(A, fit, scale), residual(fit, scale))
+        new = _fit(A, B, *_moved(fit, step, scale), scale)
+        better = new.score < fit.score
+        gained = np.max(1.0 - new.score / np.maximum(fit.score, 1e-300), initial=0.0)
+        fit = Fit(
+            *(
+                np.where(better.reshape(-1, *[1] * (one.ndim - 1)), other, one)
+                for one, other in zip(fit, new)
+            )
+        )
+        if gained < ENOUGH:
+            break
+    return fit
+
+
+def _fit(A: Floats, B: Floats, X: Floats, Y: Floats, scale: Floats) -> Fit:
+    M = X[:, None] @ A @ Y[:, None]
+    position = B[..., :3, 3] - M[..., :3, 3]
+    rotation = rotation_vector(B[..., :3, :3] @ np.swapaxes(M[..., :3, :3], -1, -2))
+    squares = np.sum((position / scale) ** 2, axis=-1) + np.sum(rotation**2, axis=-1)
+    return Fit(X, Y, position, rotation, np.sqrt(np.mean(squares, axis=-1)))
+
+
+def residual(fit: Fit, scale: Floats) -> Floats:
+    """
+    Return what remains in one column, shape (H, 6 N): positions over the scale, rotations.
+
+    """
+    rows = np.concatenate([fit.position / scale, fit.rotation], axis=-1)
+    return rows.reshape(len(rows), -1)
+
+
+def jacobian(A: Floats, fit: Fit, scale: Floats) -> Floats:
+    """
+    Return how X A Y moves with the offsets, shape (H, 6 N, 12), rows as `residual`.
+
+    Columns: linear (over the scale) and angular of the base, of the tool. X moves from the left,
+    dp = v + w x p, dR = w; Y from the right, dp = R v, dR = R w; both of M = X A Y.
+
+    """
+    M = fit.X[:, None] @ A @ fit.Y[:, None]
+    R, p = M[..., :3, :3], M[..., :3, 3] / scale
+    J = np.zeros((*p.shape[:2], 6, 12))
+    J[..., :3, 0:3] = J[..., 3:, 3:6] = np.eye(3)
+    J[..., 0, 4], J[..., 0, 5] = p[..., 2], -p[..., 1]
+    J[..., 1, 3], J[..., 1, 5] = -p[..., 2], p[..., 0]
+    J[..., 2, 3], J[..., 2, 4] = p[..., 1], -p[..., 0]
+    J[..., :3, 6:9] = J[..., 3:, 9:12] = R
+    return J.reshape(len(J), -1, 12)
+
+
+def parameter_columns(A: Floats, fit: Fit, columns: Columns, scale: Floats) -> Floats:
+    """
+    Return how X A Y moves with a parameter of A, shape (6 N,); A (N, 4, 4) and fit of one problem.
+
+    """
+    RX = fit.X[:3, :3]
+    linear = columns.linear + np.cross(columns.angular, A[:, :3, :3] @ fit.Y[:3, 3])
+    rows = np.concatenate([linear @ RX.T / scale, columns.angular @ RX.T], axis=1)
+    return np.asarray(rows.reshape(-1))
+
+
+def equations_of(A: Floats, fit: Fit, scale: Floats) -> tuple[Floats, Floats]:
+    """
+    Return Jacobian (6 N, 12) and remainder (6 N,) of one problem, A of shape (N, 4, 4).
+
+    """
+    scales = np.reshape(scale, (1, 1, 1))
+    return jacobian(A[None], lifted(fit), scales)[0], residual(lifted(fit), scales)[0]
+
+
+def parameter_step(A: Floats, fit: Fit, columns: Columns, scale: Floats) -> float:
+    """
+    Return the step of a parameter of A that brings X A Y nearer, the offsets stepping with it.
+
+    """
+    J, r = equations_of(A, fit, scale)
+    column = parameter_columns(A, fit, columns, scale)
+    return float(solved(np.column_stack([J, column])[None], r[None])[0, 12])
+
+
+def solved(J: Floats, r: Floats) -> Floats:
+    """
+    Return the least step s of J s = r by least squares, shape (H, k); what J ignores stays 0.
+
+    """
+    # Normal equations, scaled alike: of a dozen unknowns, and the next step makes up for them.
+    Jt = np.swapaxes(J, 1, 2)
+    values, vectors = np.linalg.eigh(Jt @ J)
+    strong = values > LEFT_ALONE**2 * values[:, -1:]
+    inverse = np.divide(1.0, values, out=np.zeros_like(values), where=strong)
+    g = np.swapaxes(vectors, 1, 2) @ (Jt @ r[..., None])
+    return np.asarray((vectors @ (inverse[..., None] * g))[..., 0])
+
+
+def span_of(J: Floats) -> Floats:
+    """
+    Return an orthonormal basis (6 N, k) of what J (6 N, 12) of one problem can do.
+
+    """
+    # Ten times faster than a QR where threads of the linear algebra wait for each other.
+    values, vectors = np.linalg.eigh(J.T @ J)
+    strong = values > LEFT_ALONE**2 * values[-1]
+    return np.asarray(J @ (vectors[:, strong] / np.sqrt(values[strong])))
+
+
+def free_directions(J: Floats) -> Floats:
+    """
+    Return the directions (f, 12) of the offsets that the poses do not determine; J of one problem.
+
+    """
+    values, vectors = np.linalg.eigh(J.T @ J)
+    return np.asarray(vectors[:, ~(values > LEFT_ALONE**2 * values[-1])].T)
+
+
+def _moved(fit: Fit, step: Floats, scale: Floats) -> tuple[Floats, Floats]:
+    return _small(step[:, :6], scale) @ fit.X, fit.Y @ _small(step[:, 6:12], scale)
+
+
+def _small(step: Floats, scale: Floats) -> Floats:
+    T = np.zeros((len(step), 4, 4))
+    T[:, :3, :3], T[:, :3, 3] = exponential(step[:, 3:6]), scale[:, 0] * step[:, :3]
+    T[:, 3, 3] = 1.0
+    return T
+
+
+def _closed_form(A: Floats, B: Floats, scale: Floats) -> tuple[Floats, Floats]:
+    # Of several rotations, each with its best translations, the one that leaves least.
+    best: Fit | None = None
+    for RX, RY in _rotations(A, B):
+        X, Y = np.zeros((len(A), 4, 4)), np.zeros((len(A), 4, 4))
+        X[:, :3, :3], Y[:, :3, :3] = RX, RY
+        X[:, 3, 3] = Y[:, 3, 3] = 1.0
+        # p_B = t_X + R_X p_A + R_X R_A t_Y: linear in both.
+        RXA = RX[:, None] @ A[..., :3, :3]
+        M = np.concatenate([np.broadcast_to(np.eye(3), RXA.shape), RXA], axis=-1)
+        rest = B[..., :3, 3] - np.einsum('hij,hnj->hni', RX, A[..., :3, 3])
+        t = solved(M.reshape(len(A), -1, 6), rest.reshape(len(A), -1))
+        X[:, :3, 3], Y[:, :3, 3] = t[:, :3], t[:, 3:]
+        fit = _fit(A, B, X, Y, scale)
+        if best is None:
+            best = fit
+            continue
+        better = (fit.score < best.score)[:, None, None]
+        best = Fit(
+            np.where(better, fit.X, best.X),
+            np.where(better, fit.Y, best.Y),
+            fit.position,
+            fit.rotation,
+            np.minimum(fit.score, best.score),
+        )
+    assert best is not None
+    return best.X, best.Y
+
+
+def _rotations(A: Floats, B: Floats) -> list[tuple[Floats, Floats]]:
+    # A_i^-1 A_j and B_i^-1 B_j turn about axes that differ by Y alone (Park and Martin 1994);
+    # taken as the skew part, sin(angle) axis, which is smooth.
+    RA, RB = A[..., :3, :3], B[..., :3, :3]
+    n = A.shape[1]
+    a, b = [], []
+    for shift in {max(1, n // 7), max(1, n // 3), max(1, n // 2)}:
+        a.append(skew_part(np.swapaxes(RA, -1, -2) @ np.roll(RA, -shift, axis=1)))
+        b.append(skew_part(np.swapaxes(RB, -1, -2) @ np.roll(RB, -shift, axis=1)))
+    alpha, beta = np.concatenate(a, axis=1), np.concatenate(b, axis=1)
+    axes, strengths, _ = np.linalg.svd(np.swapaxes(alpha, 1, 2) @ alpha / alpha.shape[1])
+    RY = nearest_rotation(np.swapaxes(alpha, 1, 2) @ beta)
+    tools = [RY]
+    if np.sqrt(np.median(strengths[:, 1])) < VARIETY:
+        axis = axes[:, :, 0]
+        turns = [exponential(axis * 2.0 * np.pi * k / GAUGES) for k in range(GAUGES)]
+        tools = [turn @ RY for turn in turns]
+    found = []
+    for RY in tools:
+        RAY = RA @ RY[:, None]
+        found.append((nearest_rotation(np.einsum('hnij,hnkj->hik', RB, RAY)), RY))
+    # Positions alone know X where the tool is turned little or carried near the flange.
+    pA = A[..., :3, 3] - A[..., :3, 3].mean(axis=1, keepdims=True)
+    pB = B[..., :3, 3] - B[..., :3, 3].mean(axis=1, keepdims=True)
+    RX = nearest_rotation(np.swapaxes(pB, 1, 2) @ pA)
+    found.append((RX, nearest_rotation(np.einsum('hnji,hnjk->hik', RX[:, None] @ RA, RB))))
+    return found

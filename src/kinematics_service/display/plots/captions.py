@@ -1,0 +1,82 @@
+"""
+What pictures say in words: joint positions with their units, the distance to a singular pose.
+
+"""
+
+import math
+import textwrap
+from collections.abc import Sequence
+
+import numpy as np
+
+from ...kernel import Floats
+from ...kinematics.singularity import Singularity
+from ...robot.measures import Level
+from ...robot.robot import Robot
+from .picture import with_unit, words
+from .ranges import sliding
+
+# Joint names longer than this are cut: pictures have little room.
+LONGEST_NAME = 16
+
+
+def short(name: str) -> str:
+    """
+    Return a name as pictures show it.
+
+    """
+    return words(name if len(name) <= LONGEST_NAME else name[: LONGEST_NAME - 1] + '…')
+
+
+def signed(value: float, digits: int = 2) -> str:
+    """
+    Return a number with a true minus sign and without a negative zero.
+
+    """
+    return f'{round(float(value), digits) + 0.0:.{digits}f}'.replace('-', '\N{MINUS SIGN}')
+
+
+def positions(robot: Robot, q: Floats, width: int, skip: Sequence[int] = ()) -> str:
+    """
+    Return joint positions by variable, in lines of at most `width` letters.
+
+    `q1 0.10, q2 −1.57 rad; d3 0.20 m`; without the joints of the indices `skip`.
+
+    """
+    slides = sliding(robot)
+    groups = []
+    for kind, unit in ((False, 'rad'), (True, 'm')):
+        chosen = [j for j in range(robot.dof) if slides[j] is kind and j not in skip]
+        if chosen:
+            # No break between a name and its number.
+            each = (f'{short(robot.variables[j])}\N{NO-BREAK SPACE}{signed(q[j])}' for j in chosen)
+            groups.append(f'{", ".join(each)}\N{NO-BREAK SPACE}{unit}')
+    return '\n'.join(textwrap.wrap('; '.join(groups), width, break_on_hyphens=False))
+
+
+def nearness(robot: Robot, singularity: Singularity) -> str:
+    """
+    Return how far one pose is from a singular one, and by which factor it is judged.
+
+    """
+    distance = float(singularity.distance)
+    if singularity.rank < singularity.generic_rank:
+        text = 'singular pose'
+    elif distance >= math.pi:
+        text = 'far from singular poses'  # the first-order estimate ends there
+    else:
+        text = f'distance to singularity {distance:.3g} rad ({math.degrees(distance):.3g}°)'
+    factors = singularity.factors
+    if factors is not None and np.min(factors.distances) <= distance + 1e-12 < math.pi:
+        text += f': {words(factors.names[factors.nearest])}'
+    if singularity.level not in (Level.OK, Level.STALE):
+        text += f' [{singularity.level.name}]'
+    return text
+
+
+def joint_label(robot: Robot, j: int) -> str:
+    """
+    Return the label of an axis along which a joint moves, with its unit.
+
+    """
+    return with_unit(short(robot.variables[j]), 'm' if sliding(robot)[j] else 'rad')

@@ -1,0 +1,159 @@
+"""
+The picture of the measures of singularity along a path, with the thresholds of the warning.
+
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from ...kernel import Floats
+from ...kinematics.singularity import Singularity, singularity
+from ...robot.measure_units import volume_power
+from ...robot.measures import MEASURES
+from ...robot.robot import Robot
+from .motion import Motion
+from .over_time import draw_curves, draw_legend, finite_range, panels, shade
+from .picture import BLUE, GREY, VERMILION, Draw, with_unit, words
+
+# Names of factors above the first panel: as wide as this share of it a letter, at most so many.
+LETTER, NAMED = 0.014, 12
+# A valley of the distance is named below this share of the largest.
+LOW = 0.3
+# What is beyond is round-off of a singular pose and would flatten the rest.
+LARGEST_CONDITION = 1e4
+LABELS = {
+    'distance': 'distance to\nsingularity',
+    'determinant': 'det($J_t$)',
+    'manipulability': 'manipulability',
+    'smallest_singular_value': 'smallest\nsingular value',
+    'condition_number': 'condition\nnumber',
+}
+
+
+def measures_picture(robot: Robot, motion: Motion) -> Draw:
+    """
+    Return the picture of every measure along a motion.
+
+    The thresholds of the measure that is watched are drawn in its panel, and the stretches beyond
+    them are shaded in all.
+
+    """
+    near = singularity(robot, motion.q)
+    units = measure_units(robot)
+    names = [name for name in LABELS if name != 'determinant' or near.determinant is not None]
+
+    def draw(figure: Any) -> None:
+        title = (
+            f'{words(robot.name)}: singularity along {words(motion.name)}\n'
+            f'task {" ".join(robot.task.rows)}, length {robot.task.length:.3g} m; '
+            f'watched: {robot.thresholds.measure.replace("_", " ")}'
+        )
+        rows = panels(figure, [2.3] + [1.5] * (len(names) - 1), title)
+        for name, axes in zip(names, rows):
+            values = np.asarray(getattr(near, name))
+            draw_curves(axes, motion, values[:, None], [''])
+            axes.lines[-1].set_color(BLUE)
+            axes.set_ylabel(with_unit(LABELS[name], units[name]).replace(' (', '\n('))
+            if name == 'condition_number':
+                _scale_condition(axes, values)
+            else:
+                finite_range(axes, values)
+                axes.axhline(0.0, color=GREY, linewidth=0.8, zorder=1)
+            if name == robot.thresholds.measure:
+                _draw_thresholds(axes, robot)
+            axes.margins(x=0.0)
+        _name_factors(rows[0], motion, near)
+        entries = shade(rows, motion, near.level)
+        if entries:
+            figure.legend(
+                handles=entries, loc='outside lower left', ncols=2, frameon=False,
+                title='beyond a threshold', alignment='left',
+            )  # fmt: skip
+
+    return draw
+
+
+def measure_units(robot: Robot) -> dict[str, str]:
+    """
+    Return the unit of each measure: those of determinant and manipulability depend on the task.
+
+    `mixed` where the minors of a J_t that is not square differ.
+
+    """
+    power = volume_power(robot)
+    product = {None: 'mixed', 0: '', 1: 'm'}.get(power, f'm$^{{{power}}}$')
+    return {
+        'distance': 'rad',
+        'determinant': product,
+        'manipulability': product,
+        'smallest_singular_value': 'm',
+        'condition_number': '',
+    }
+
+
+def _draw_thresholds(axes: Any, robot: Robot) -> None:
+    limits = robot.thresholds
+    both = limits.measure == 'determinant'
+    for value, name, style in ((limits.warn, 'warn', '--'), (limits.stop, 'stop', '-')):
+        for sign in (1.0, -1.0) if both else (1.0,):
+            axes.axhline(
+                sign * value,
+                color=VERMILION,
+                linestyle=style,
+                linewidth=1.1,
+                label=f'{name} {value:g}' if sign > 0 else None,
+                zorder=2.5,
+            )
+    if MEASURES[limits.measure].small_is_bad and not both:
+        axes.set_ylim(bottom=0.0)
+    draw_legend(axes)
+
+
+def _scale_condition(axes: Any, values: Floats) -> None:
+    finite = values[np.isfinite(values)]
+    largest = min(float(np.max(finite, initial=1.0)), LARGEST_CONDITION)
+    if largest < 10.0:
+        axes.set_ylim(0.9, 1.05 * max(largest, 1.1))
+        return
+    axes.set_yscale('log')
+    axes.set_ylim(0.8, 1.3 * largest)
+    axes.yaxis.set_major_formatter(lambda value, _: f'{value:g}')
+    axes.yaxis.set_minor_formatter(lambda value, _: '')
+
+
+def _name_factors(axes: Any, motion: Motion, near: Singularity) -> None:
+    # The nearest factor's name above each valley of the distance, the lowest first, as far as
+    # there is room.
+    factors = near.factors
+    if factors is None:
+        return
+    distance = np.asarray(near.distance)
+    low = _valleys(distance)
+    low = low[distance[low] < LOW * float(np.max(distance))]
+    span = float(motion.times[-1] - motion.times[0])
+    taken: list[tuple[float, float]] = []
+    for k in low[np.argsort(distance[low], kind='stable')]:
+        t, name = float(motion.times[k]), factors.names[int(np.argmin(factors.distances[k]))]
+        half = 0.5 * LETTER * span * (len(name) + 1)
+        if len(taken) == NAMED or any(t - half < b and t + half > a for a, b in taken):
+            continue
+        taken.append((t - half, t + half))
+        axes.annotate(
+            words(name),
+            (t, distance[k]),
+            xytext=(t, 1.02),
+            textcoords=('data', 'axes fraction'),
+            ha='center',
+            va='bottom',
+            fontsize=9.0,
+            arrowprops={'arrowstyle': '-', 'color': GREY, 'linewidth': 0.8, 'linestyle': ':'},
+            annotation_clip=False,
+        )
+
+
+def _valleys(values: Floats) -> Any:
+    padded = np.concatenate([[math.inf], values, [math.inf]])
+    inner = padded[1:-1]
+    return np.flatnonzero((inner <= padded[:-2]) & (inner < padded[2:]))

@@ -1,0 +1,151 @@
+"""
+A motion along which something is drawn: a recording, or one of the built-in trajectories.
+
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ...formats.recordings.joint_csv import read_recording
+from ...kernel import Floats, Integers
+from ...kinematics.trajectory import TRAJECTORIES
+from ...robot.measures import Level
+from ...robot.robot import Robot
+from .picture import PlotError
+
+# Points a trajectory is drawn with over one period.
+SAMPLES = 2001
+# A pause between two rows is a gap from here (s), or from so many usual steps if that is more.
+GAP, STEPS = 1.0, 5.0
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """
+    Joint positions and velocities over time.
+
+    Attributes
+    ----------
+    times : shape (N,), s
+        Strictly increasing, from the first row.
+    q, qdot : shape (N, n), rad or m, rad/s or m/s
+    name
+        Where it comes from, in words.
+    differentiated
+        Whether qdot is a difference of positions, for want of velocities.
+
+    """
+
+    times: Floats
+    q: Floats
+    qdot: Floats
+    name: str
+    differentiated: bool
+
+    @property
+    def gaps(self) -> Integers:
+        """
+        Return the indices of rows after a gap: no line is drawn to them.
+
+        """
+        return _gaps(self.times)
+
+    def broken(self, values: Floats) -> tuple[Floats, Floats]:
+        """
+        Return times and values (N, ...) with a row of nan in every gap.
+
+        """
+        at = self.gaps
+        middles = (self.times[at - 1] + self.times[at]) / 2.0
+        return np.insert(self.times, at, middles), np.insert(values, at, np.nan, axis=0)
+
+
+def motion_of(robot: Robot, path: str) -> Motion:
+    """
+    Return the motion of a CSV file, or the built-in one of this name over one period.
+
+    Raises
+    ------
+    RecordingError
+        The file is not a recording of this arm.
+    PlotError
+        Neither a file nor a name, or a recording without two different times.
+
+    """
+    if path in TRAJECTORIES:
+        trajectory = TRAJECTORIES[path](robot)
+        times = np.linspace(0.0, trajectory.period, SAMPLES)
+        q, qdot = trajectory.at(times)
+        return Motion(times, q, qdot, f'trajectory {path}', False)
+    file = Path(path)
+    if not file.exists():
+        raise PlotError(
+            f'--path: there is no file {path}; give a CSV file '
+            f'(stamp,position.<joint>,...) or one of: {", ".join(TRAJECTORIES)}'
+        )
+    recording = read_recording(file, robot)
+    times = recording.due
+    # Repeated stamps and steps back have no length on the time axis: the first row counts.
+    first = np.append(True, np.diff(times) > 0.0)
+    times, q = times[first], recording.positions[first]
+    if len(times) < 2:
+        raise PlotError(f'{path}: has rows of one time only: nothing to draw over time')
+    q[:, robot.continuous] = np.unwrap(q[:, robot.continuous], axis=0)
+    if recording.velocities is not None:
+        return Motion(times, q, recording.velocities[first], file.name, False)
+    return _differentiated(times, q, file.name)
+
+
+def _gaps(times: Floats) -> Integers:
+    steps = np.diff(times)
+    longest = max(GAP, STEPS * float(np.median(steps)))
+    return np.asarray(np.flatnonzero(steps > longest) + 1, dtype=np.int64)
+
+
+def _differentiated(times: Floats, q: Floats, name: str) -> Motion:
+    # Not across a gap; a row between two of them has no velocity and is left out.
+    parts = [
+        (t, positions)
+        for t, positions in zip(np.split(times, _gaps(times)), np.split(q, _gaps(times)))
+        if len(t) > 1
+    ]
+    if not parts:
+        raise PlotError(f'{name}: has no velocities, and no two rows within {GAP:g} s')
+    qdot = [np.gradient(positions, t, axis=0) for t, positions in parts]
+    kept, positions = (np.concatenate(column) for column in zip(*parts))
+    return Motion(kept, positions, np.concatenate(qdot), name, True)
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """
+    A time from `start` to `end`, s, in which the level is not OK.
+
+    """
+
+    start: float
+    end: float
+    level: Level
+
+
+def stretches(times: Floats, levels: Floats) -> tuple[Stretch, ...]:
+    """
+    Return the stretches of equal level other than OK, each up to the next row.
+
+    Parameters
+    ----------
+    times : shape (N,), s
+    levels : shape (N,)
+        As `Singularity.level` of a batch.
+
+    """
+    changes = np.flatnonzero(np.diff(levels)) + 1
+    starts = np.concatenate([[0], changes]).astype(int)
+    ends = np.append(changes, len(levels) - 1).astype(int)
+    return tuple(
+        Stretch(float(times[a]), float(times[b]), Level(int(levels[a])))
+        for a, b in zip(starts, ends)
+        if levels[a] != Level.OK
+    )

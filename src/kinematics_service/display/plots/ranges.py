@@ -1,0 +1,89 @@
+"""
+Where each joint is looked at: finite ranges, and a pose to start from that is worth looking at.
+
+"""
+
+import math
+
+import numpy as np
+
+from ... import kernel
+from ...kernel import Floats
+from ...kinematics.singularity import singularity
+from ...kinematics.tool_state import evaluate
+from ...robot.robot import Robot
+from ...robot.task import SEED
+
+# What a sliding joint without an end is looked at over, m.
+SLIDES = 1.0
+# A clear pose is chosen out of so many. Farther than this from a singular one (rad) is far enough;
+# taken off are so much of it per rad from the middle, and all that hangs below the base.
+CANDIDATES, FAR, TIDINESS = 4000, 0.9, 0.06
+
+
+def sliding(robot: Robot) -> list[bool]:
+    """
+    Return for each joint whether it slides.
+
+    """
+    return [kind == 'prismatic' for kind in robot.joint_types]
+
+
+def finite_ranges(robot: Robot) -> Floats:
+    """
+    Return where each joint is looked at, shape (n, 2), rad or m.
+
+    Its limits; a full turn of one that turns farther, and 1 m of one that slides without an end.
+
+    """
+    ranges = np.array(robot.limits)
+    for j, slides in enumerate(sliding(robot)):
+        low, high = ranges[j]
+        longest = SLIDES if slides else 2.0 * math.pi
+        if slides and math.isfinite(high - low):
+            continue
+        if high - low <= longest:
+            continue
+        if math.isfinite(low) and math.isfinite(high):
+            middle = min(max(0.0, low + longest / 2.0), high - longest / 2.0)
+            ranges[j] = middle - longest / 2.0, middle + longest / 2.0
+        elif math.isfinite(low):
+            ranges[j] = low, low + longest
+        elif math.isfinite(high):
+            ranges[j] = high - longest, high
+        else:
+            ranges[j] = (0.0, longest) if slides else (-longest / 2.0, longest / 2.0)
+    return ranges
+
+
+def random_positions(robot: Robot, random: np.random.Generator, count: int) -> Floats:
+    """
+    Return joint positions spread evenly over the finite ranges, shape (count, n), rad or m.
+
+    """
+    low, high = finite_ranges(robot).T
+    return np.asarray(low + (high - low) * random.uniform(size=(count, robot.dof)))
+
+
+def clear_pose(robot: Robot) -> Floats:
+    """
+    Return joint positions worth looking at, shape (n,): far from singular, bent, above the base.
+
+    The same each time, and inside the limits; rounded to 0.1 where there is room.
+
+    """
+    ranges = finite_ranges(robot)
+    # A tenth of the range stays free at either end, and no joint bends by more than two thirds of
+    # a half turn: an arm that looks like one.
+    middle, half = ranges.mean(axis=1), 0.4 * np.ptp(ranges, axis=1)
+    q = middle + np.minimum(half, 2.0 * math.pi / 3.0) * np.random.default_rng(SEED).uniform(
+        -1.0, 1.0, (CANDIDATES, robot.dof)
+    )
+    rounded = np.round(q, 1)
+    inside = np.all((rounded >= ranges[:, 0]) & (rounded <= ranges[:, 1]), axis=1)
+    q = np.where(inside[:, None], rounded, q)
+    bent = np.sum(np.abs(q - middle) * ~np.array(sliding(robot)), axis=1)
+    lowest = np.min(evaluate(robot, q, depth=kernel.ALL_FRAMES).link_frames[..., 2, 3], axis=-1)
+    hangs = np.maximum(-lowest, 0.0) / robot.task.reach
+    worth = np.minimum(singularity(robot, q).distance, FAR) - TIDINESS * bent - hangs
+    return np.array(q[int(np.argmax(worth))]) + 0.0  # no negative zero

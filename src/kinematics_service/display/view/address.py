@@ -1,0 +1,72 @@
+"""
+The host and the port that the page is served at.
+
+"""
+
+import errno
+import socket
+from typing import NamedTuple
+
+from ...errors import KinematicsError
+
+
+class Address(NamedTuple):
+    """
+    Where the page is served.
+
+    Attributes
+    ----------
+    host, port
+        As a server takes them; port 0 means any free one.
+    more_names
+        Names under which it is reached besides.
+
+    """
+
+    host: str
+    port: int
+    more_names: tuple[str, ...] = ()
+
+
+class ServerAddressError(KinematicsError, ValueError):
+    """
+    The page cannot be served at this host and port; the message says why and what to change.
+
+    """
+
+
+def check_address(host: str, port: int) -> None:
+    """
+    Return if a server can listen there; port 0 means any free one.
+
+    Raises
+    ------
+    ServerAddressError
+        The port is taken, or the host is no address of this computer.
+
+    """
+    try:
+        family, kind, protocol, _, address = socket.getaddrinfo(
+            host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
+        )[0]
+    except OSError:
+        raise ServerAddressError(f'--host {host}: no such host') from None
+    try:
+        with socket.socket(family, kind, protocol) as probe:
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            probe.bind(address)
+            probe.listen()
+    except PermissionError:
+        raise ServerAddressError(
+            f'--port {port}: ports below 1024 need privileges; choose another with --port'
+        ) from None
+    except OSError as error:
+        if error.errno == errno.EADDRNOTAVAIL:
+            raise ServerAddressError(
+                f'--host {host}: not an address of this computer; '
+                '127.0.0.1 is for this computer only, 0.0.0.0 for all of the network'
+            ) from None
+        raise ServerAddressError(
+            f'--port {port}: taken by another program on {host}; '
+            f'choose another, such as --port {port + 1}, or 0 for any that is free'
+        ) from None

@@ -1,0 +1,77 @@
+"""
+Where the axes of an arm's moving rows are in a pose, whatever the convention of its table.
+
+They are read from the screws the kernel has computed: for a row that turns with angular velocity
+w and moves the tool p with v = w x (p - c), the point p + (w x v) / w.w is on its axis; a row that
+slides moves the tool along v. A joint that several rows depend on (a parallelogram) has several.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ...kernel import Floats
+from ...kinematics.tool_state import ToolState
+
+
+class Axis(NamedTuple):
+    """
+    The axis of one moving row, in the base frame.
+
+    Attributes
+    ----------
+    point : shape (3,), m
+        On the axis, where it is nearest to the origin of the link frame beside it.
+    direction : shape (3,)
+        Unit vector, along the positive motion of the first joint in `joints`.
+    slides
+        Whether the row slides along it and does not turn.
+    joints
+        Indices of the joints that move the row: one, or several where joints are coupled.
+
+    """
+
+    point: Floats
+    direction: Floats
+    slides: bool
+    joints: tuple[int, ...]
+
+
+def axes_of(state: ToolState) -> tuple[Axis, ...]:
+    """
+    Return the axes of the moving rows, base to tool, of one pose evaluated with all frames.
+
+    """
+    chain = state.robot.chain
+    first, joints = chain.table.first_entry, chain.table.joint
+    parents = chain.table.frame_parent.tolist()
+    screws = state.numbers[chain.screws_at :][: 6 * chain.entries].reshape(6, chain.entries)
+    axes = []
+    for k in range(chain.elements):
+        after = parents.index(k)  # the first frame that this row carries
+        beside = state.link_frames[after - 1 : after + 1, :3, 3]
+        entry = int(first[k])
+        axes.append(
+            _axis(
+                screws[:, entry],
+                state.position,
+                beside,
+                tuple(int(j) for j in joints[entry : first[k + 1]]),
+            )
+        )
+    return tuple(axes)
+
+
+def _axis(screw: Floats, tool: Floats, beside: Floats, joints: tuple[int, ...]) -> Axis:
+    v, w = screw[:3], screw[3:]
+    speed = float(np.linalg.norm(w))
+    if speed == 0.0:
+        return Axis(beside[0].copy(), v / np.linalg.norm(v), True, joints)
+    direction = w / speed
+    point = tool + np.cross(w, v) / speed**2
+    # Of the frames before and after the row, one has its origin on the axis in every convention:
+    # the axis is drawn there.
+    feet = point + np.outer((beside - point) @ direction, direction)
+    return Axis(
+        feet[int(np.argmin(np.linalg.norm(feet - beside, axis=1)))], direction, False, joints
+    )

@@ -1,0 +1,164 @@
+"""
+viser's server with our own rules for who may connect, and for what a client may say.
+
+Of viser this takes for granted that its server is made by one call of
+`websockets.asyncio.server.serve` with keywords, reads messages by `recv`, and keeps the things of
+the panel in `gui._gui_input_handle_from_uuid`; all else are documented parameters of `serve`. Each
+time a page is served, two connections of our own try whether a foreign page and a false message
+are refused: where they are not, as with a viser made otherwise, nothing is served.
+"""
+
+import io
+import logging
+import os
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, redirect_stdout
+from typing import Any
+
+import viser
+import websockets.asyncio.server as websocket_server
+from websockets.exceptions import ConnectionClosed, ConnectionClosedError, InvalidStatus
+from websockets.http11 import Request, Response
+from websockets.sync.client import connect
+
+from ...errors import KinematicsError
+from .admission import FORBIDDEN, Admission
+from .client_messages import MessageError, is_taken
+
+# The websocket code for a violated policy (RFC 6455, 7.4.1).
+POLICY = 1008
+# Pages send values and cameras: some hundred bytes.
+LARGEST_MESSAGE = 16_384
+# Our own server answers within this (s), however busy the computer is.
+PATIENCE = 20.0
+PROTOCOL = f'viser-v{viser.__version__}'
+HEADERS = {
+    # Nobody puts the page into one of his own to have it clicked; it talks to its server only.
+    'Content-Security-Policy': "frame-ancestors 'none'; connect-src 'self' data: blob:",
+    'X-Frame-Options': 'DENY',
+    'X-Content-Type-Options': 'nosniff',
+    'Referrer-Policy': 'no-referrer',
+}
+
+
+class UnknownViserError(KinematicsError):
+    """
+    This viser does not let connections be refused as the page needs it.
+
+    """
+
+
+@contextmanager
+def guarded_server(
+    host: str, port: int, label: str, admission: Admission
+) -> Iterator[viser.ViserServer]:
+    """
+    Serve within the block to those who are let in.
+
+    Raises
+    ------
+    UnknownViserError
+        Somebody else could talk to it.
+
+    """
+    panel: dict[str, Any] = {}
+    silence = io.StringIO()  # what viser prints on its own
+    with redirect_stdout(silence), _serving(admission, lambda: panel):
+        server = viser.ViserServer(host=host, port=port, label=label, verbose=False)
+    try:
+        panel = server.gui._gui_input_handle_from_uuid
+        _try_out(host, server.get_port(), admission)
+        yield server
+    finally:
+        with redirect_stdout(silence):
+            server.stop()
+
+
+@contextmanager
+def _serving(admission: Admission, panel: Callable[[], Mapping[str, Any]]) -> Iterator[None]:
+    # Within the block `serve` makes servers with the rules.
+    original = websocket_server.serve
+
+    class PageConnection(websocket_server.ServerConnection):  # type: ignore[misc]
+        async def recv(self, decode: bool | None = None) -> Any:
+            while True:
+                data = await super().recv(decode)
+                try:
+                    if is_taken(data, panel()):
+                        return data
+                except MessageError as error:
+                    await self.close(POLICY, str(error)[:100])
+                    # What came before the end of the closing is not for anybody either.
+                    raise ConnectionClosedError(None, None) from None
+
+    def serve(*arguments: Any, process_request: Any, **options: Any) -> Any:
+        def check(connection: Any, request: Request) -> Response | None:
+            refusal = admission.refusal(
+                request.path, request.headers, connection.local_address[:2], PROTOCOL
+            )
+            if refusal is not None:
+                return connection.respond(refusal.status, refusal.sentence + '\n')
+            return process_request(connection, request)
+
+        def complete(connection: Any, request: Request, response: Response) -> None:
+            for name, value in HEADERS.items():
+                response.headers[name] = value
+            if admission.token and response.status_code == 200:
+                port = connection.local_address[1]
+                response.headers['Set-Cookie'] = admission.cookie(port)
+
+        rules = {
+            'process_request': check,
+            'process_response': complete,
+            'create_connection': PageConnection,
+            'max_size': LARGEST_MESSAGE,
+            'logger': _logger(),
+        }
+        return original(*arguments, **(options | rules))
+
+    websocket_server.serve = serve
+    try:
+        yield
+    finally:
+        websocket_server.serve = original
+
+
+def _logger() -> logging.Logger:
+    # What a client does wrong is not written to the terminal.
+    logger = logging.getLogger(__name__)
+    if not os.environ.get('KINEMATICS_TRACEBACK'):
+        logger.propagate = False
+        logger.addHandler(logging.NullHandler())
+    return logger
+
+
+def _try_out(host: str, port: int, admission: Admission) -> None:
+    here = {'0.0.0.0': '127.0.0.1', '::': '::1'}.get(host, host)
+    netloc = f'[{here}]:{port}' if ':' in here else f'{here}:{port}'
+    options: Any = {
+        'subprotocols': [PROTOCOL],
+        'open_timeout': PATIENCE,
+        'additional_headers': {'Cookie': admission.cookie(port)},
+        'max_size': None,
+        'proxy': None,
+    }
+    refused = False
+    try:
+        connect(f'ws://{netloc}', origin='http://other.invalid', **options).close()
+    except InvalidStatus as error:
+        refused = error.response.status_code == FORBIDDEN
+    closed = False
+    with connect(f'ws://{netloc}', origin=f'http://{netloc}', **options) as connection:
+        connection.send(b'no message')
+        try:
+            while True:
+                connection.recv(timeout=PATIENCE)
+        except ConnectionClosed as error:
+            closed = error.rcvd is not None and error.rcvd.code == POLICY
+        except TimeoutError:
+            pass
+    if not (refused and closed):
+        raise UnknownViserError(
+            f'viser {viser.__version__} does not let the page refuse pages of others: '
+            'nothing is served; install viser 1.1'
+        )

@@ -1,0 +1,92 @@
+"""
+What is known of an arm at one moment: all that a picture of it is made from.
+
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from ... import kernel
+from ...kernel import Floats
+from ...kinematics.singularity import Singularity, singularity_of
+from ...kinematics.tool_state import ToolState, evaluate
+from ...robot.measures import Level
+from ...robot.robot import Robot
+from .axes import Axis, axes_of
+
+
+@dataclass(frozen=True, eq=False)
+class Observation:
+    """
+    One pose of an arm with its measures, computed here or heard from a node.
+
+    Attributes
+    ----------
+    robot
+        The arm.
+    q : shape (n,), rad or m
+        Joint positions.
+    frames : shape (rows + 1, 4, 4)
+        Frame 0 and the frame after each row, in the base frame.
+    pose : shape (4, 4)
+        The tool in the base frame.
+    jacobian : shape (6, n)
+        Rows vx vy vz wx wy wz, base axes, at the tool's origin.
+    twist : shape (6,), m/s and rad/s, or None
+        J qdot in base axes, where the velocities are known.
+    axes
+        Where the moving rows turn or slide.
+    singularity
+        The measures.
+    level
+        OK, WARN, ERROR, or STALE where nothing new is heard.
+
+    """
+
+    robot: Robot
+    q: Floats
+    frames: Floats
+    pose: Floats
+    jacobian: Floats
+    twist: Floats | None
+    axes: tuple[Axis, ...]
+    singularity: Singularity
+    level: Level
+
+
+def observation_of(
+    state: ToolState, singularity: Singularity, level: Level | None = None
+) -> Observation:
+    """
+    Return what is known of a state evaluated with all frames; its own level unless one is given.
+
+    """
+    return Observation(
+        robot=state.robot,
+        q=np.asarray(state.q),
+        frames=state.link_frames,
+        pose=state.pose,
+        jacobian=state.jacobian,
+        twist=None if state.qdot is None else state.twist,
+        axes=axes_of(state),
+        singularity=singularity,
+        level=Level(int(singularity.level)) if level is None else level,
+    )
+
+
+def observe(
+    robot: Robot, q: npt.ArrayLike, qdot: npt.ArrayLike | None = None, level: Level | None = None
+) -> Observation:
+    """
+    Return what is known of an arm at joint positions q (n,), in rad and m.
+
+    Raises
+    ------
+    JointVectorError
+        `q` or `qdot` has not n numbers, or one is not finite.
+
+    """
+    state = evaluate(robot, q, qdot, depth=kernel.ALL_FRAMES)
+    return observation_of(state, singularity_of(state), level)

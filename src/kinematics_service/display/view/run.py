@@ -1,0 +1,196 @@
+"""
+The loop behind the page: hear or read the sliders, look, show; some thirty times a second.
+
+"""
+
+import sys
+import time
+from collections.abc import Callable
+from typing import Protocol
+
+from ...kernel import Floats
+from ...robot.robot import Robot
+from .address import Address
+from .admission import ANYWHERE
+from .observation import Observation, observe
+from .page import Page, serve
+from .viewpoint import Viewpoint
+
+PERIOD = 1.0 / 30.0
+
+
+class Source(Protocol):
+    """
+    Whose arm is shown, and where its joint states come from; `ros.view_session` has one.
+
+    """
+
+    @property
+    def robot(self) -> Robot:
+        """
+        Return the arm to show now: another object where it has changed.
+
+        """
+
+    @property
+    def title(self) -> str:
+        """
+        Return whose arm it is.
+
+        """
+
+    @property
+    def node(self) -> str:
+        """
+        Return the node whose arm it is; empty without ROS.
+
+        """
+
+    @property
+    def nodes(self) -> tuple[str, ...]:
+        """
+        Return the nodes whose arms can be shown.
+
+        """
+
+    def choose(self, node: str) -> None:
+        """
+        Show the arm of another node.
+
+        """
+
+    def listen(self, seconds: float) -> None:
+        """
+        Hear what comes for so long.
+
+        """
+
+    def observation(self) -> Observation | None:
+        """
+        Return the newest observation; None while no joint states come.
+
+        """
+
+    @property
+    def status(self) -> str:
+        """
+        Return in a line where the observation comes from, or why there is none.
+
+        """
+
+    def publish(self, q: Floats) -> str:
+        """
+        Publish joint positions; return a reason where that is refused, empty where it is done.
+
+        """
+
+
+class Silence:
+    """
+    The source of a page without ROS: an arm that is moved by sliders alone.
+
+    """
+
+    node = ''
+    nodes: tuple[str, ...] = ()
+
+    def __init__(self, robot: Robot, status: str) -> None:
+        self.robot, self.title, self.status = robot, robot.name, status
+
+    def choose(self, node: str) -> None:
+        """
+        Do nothing: there is one arm.
+
+        """
+
+    def listen(self, seconds: float) -> None:
+        """
+        Let the time pass.
+
+        """
+        time.sleep(seconds)
+
+    def observation(self) -> Observation | None:
+        """
+        Return nothing.
+
+        """
+        return None
+
+    def publish(self, q: Floats) -> str:
+        """
+        Refuse.
+
+        """
+        return 'there is no ROS here'
+
+
+def run_page(
+    source: Source, address: Address, publishable: bool, ended: Callable[[], bool]
+) -> None:
+    """
+    Serve a page of an arm.
+
+    Parameters
+    ----------
+    source
+        The arm and where its joint states come from; the sliders move it while none come.
+    address
+        Where to serve it.
+    publishable
+        Whether to offer to publish the sliders.
+    ended
+        Whether to stop.
+
+    Raises
+    ------
+    ServerAddressError
+        The port is taken, or the host is no address of this computer.
+    UnknownViserError
+        Pages of others could talk to this one.
+
+    """
+    with serve(address, source.robot.name) as (server, url):
+        viewpoint = Viewpoint(server)
+        page = Page(server, viewpoint, source.robot, publishable)
+        print(f'{url} shows {source.title}; {source.status}; Ctrl-C ends it', flush=True)
+        if address.host in ANYWHERE:
+            print(
+                f'kinematics_service: {address.host}: whoever has this address, with its token '
+                'and a name of this computer, sees it from anywhere on the network',
+                file=sys.stderr,
+            )
+        while not ended():
+            begin = time.monotonic()
+            if source.robot is not page.robot:
+                page = Page(server, viewpoint, source.robot, publishable)
+                print(f'it shows {source.title}', flush=True)
+            turn(page, source)
+            # At least a little rest: where drawing is slow the page stays slow, not the computer.
+            source.listen(max(0.2 * PERIOD, PERIOD - (time.monotonic() - begin)))
+
+
+def turn(page: Page, source: Source) -> None:
+    """
+    Show what is to be seen now, or go to the node that somebody has chosen.
+
+    """
+    chosen = page.offer(source.nodes, source.node)
+    if chosen != source.node:
+        source.choose(chosen)
+        return
+    seen = source.observation()
+    status = source.status
+    if page.wants_to_publish:
+        q, qdot = page.lead()
+        refusal = source.publish(q)
+        if not refusal:
+            page.show(seen or observe(page.robot, q, qdot), source.title, f'publishing; {status}')
+            return
+        status = f'not publishing: {refusal}'
+    if seen is not None:
+        page.follow(seen.q)
+        page.show(seen, source.title, status)
+        return
+    q, qdot = page.lead()
+    page.show(observe(page.robot, q, qdot), source.title, status)

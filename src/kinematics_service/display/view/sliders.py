@@ -1,0 +1,166 @@
+"""
+A slider for each joint, and where they begin.
+
+"""
+
+import math
+import time
+from collections import deque
+
+import numpy as np
+import viser
+
+from ...kernel import Floats
+from ...kinematics.singular_poses import singular_poses
+from ...kinematics.singularity import singularity
+from ...robot.measures import Level
+from ...robot.robot import Robot
+from ...robot.task import seeded_poses
+from .scene import short_names
+
+STEP = 0.001
+# Velocities are differences over so many seconds.
+MEMORY = 0.25
+# Poses looked at for one that is far from singular.
+POSES = 200
+
+
+def slider_ranges(robot: Robot) -> Floats:
+    """
+    Return the ends of the sliders, shape (n, 2), rad or m: the limits, or a turn, or a metre.
+
+    """
+    ranges = np.array(robot.limits)
+    for j, kind in enumerate(robot.joint_types):
+        low, high = ranges[j]
+        reach = (0.0, 1.0) if kind == 'prismatic' else (-math.pi, math.pi)
+        if math.isinf(low) and math.isinf(high):
+            ranges[j] = reach
+        elif math.isinf(low):
+            ranges[j, 0] = high - (reach[1] - reach[0])
+        elif math.isinf(high):
+            ranges[j, 1] = low + (reach[1] - reach[0])
+    return ranges
+
+
+def regular_pose(robot: Robot, inside: Floats) -> Floats:
+    """
+    Return joint positions (n,) that are not near a singular pose, near zero where possible.
+
+    """
+    slides = [kind == 'prismatic' for kind in robot.joint_types]
+    zero = np.clip(np.zeros(robot.dof), inside[:, 0], inside[:, 1])
+    poses = np.vstack([zero, inside.mean(axis=1), seeded_poses(inside, slides)[:POSES]])
+    measures = singularity(robot, poses)
+    fine = np.flatnonzero(np.asarray(measures.level) == Level.OK)
+    if len(fine) and fine[0] < 2:
+        return np.asarray(poses[fine[0]])
+    # Half of the poses are farther from singular than the median: of these the one nearest zero.
+    far = np.flatnonzero(measures.distance >= np.median(measures.distance))
+    return np.asarray(poses[far[int(np.argmin(np.linalg.norm(poses[far] - zero, axis=1)))]])
+
+
+def singular_pose(robot: Robot, inside: Floats, near: Floats) -> Floats | None:
+    """
+    Return the singular pose (n,) inside a range that is nearest to one; None where none was found.
+
+    """
+    found = singular_poses(robot, inside)
+    if not len(found):
+        return None
+    return np.asarray(found[int(np.argmin(np.linalg.norm(found - near, axis=1)))])
+
+
+class Sliders:
+    """
+    A slider for each joint in the panel of a server.
+
+    Parameters
+    ----------
+    server
+        Its panel's current folder gets them.
+    robot
+        The arm.
+
+    Attributes
+    ----------
+    ranges : shape (n, 2), rad or m
+        Their ends.
+
+    """
+
+    def __init__(self, server: viser.ViserServer, robot: Robot) -> None:
+        self.ranges = slider_ranges(robot)
+        self._continuous = robot.continuous
+        self._history: deque[tuple[float, Floats]] = deque()
+        start = np.round(regular_pose(robot, self.ranges), 3)
+        start = np.clip(start, self.ranges[:, 0], self.ranges[:, 1])
+        self._handles = []
+        names = short_names(robot.joint_names)
+        for j, (name, kind) in enumerate(zip(names, robot.joint_types)):
+            low, high = self.ranges[j].tolist()
+            unit = 'm' if kind == 'prismatic' else 'rad'
+            limited = bool(np.all(np.isfinite(robot.limits[j])))
+            self._handles.append(
+                server.gui.add_slider(
+                    f'{name} ({unit})',
+                    min=low,
+                    max=high,
+                    step=min(STEP, (high - low) / 100.0) if high > low else STEP,
+                    initial_value=float(start[j]),
+                    marks=((low, f'{low:.2f}'), (high, f'{high:.2f}')) if limited else None,
+                    hint=f'{kind}; ' + ('its limits are the ends' if limited else 'no limits'),
+                )
+            )
+
+    @property
+    def positions(self) -> Floats:
+        """
+        Return where they stand, shape (n,), rad or m, inside their ranges.
+
+        """
+        q = np.array([float(handle.value) for handle in self._handles])
+        inside: Floats = np.clip(np.nan_to_num(q), self.ranges[:, 0], self.ranges[:, 1])
+        return inside
+
+    def velocities(self, q: Floats) -> Floats | None:
+        """
+        Return how fast they are being moved, shape (n,); None while they stand still.
+
+        """
+        now = time.monotonic()
+        self._history.append((now, q))
+        while now - self._history[0][0] > MEMORY:
+            self._history.popleft()
+        then, before = self._history[0]
+        if now == then or np.array_equal(q, before):
+            return None
+        return np.asarray((q - before) / (now - then))
+
+    def move(self, q: Floats) -> None:
+        """
+        Put them where the joints are; angles without limits go to the same angle within a turn.
+
+        """
+        for handle, value, continuous in zip(self._handles, q.tolist(), self._continuous):
+            if continuous:
+                value = math.remainder(value, 2.0 * math.pi)
+            if abs(float(handle.value) - value) > STEP / 2.0:
+                handle.value = value
+
+    def jump(self, q: Floats) -> None:
+        """
+        Put them somewhere at once: no velocity comes of it.
+
+        """
+        self._history.clear()
+        self.move(q)
+
+    def enable(self, enabled: bool) -> None:
+        """
+        Let people move them, or show only.
+
+        """
+        for handle in self._handles:
+            if handle.disabled == enabled:
+                handle.disabled = not enabled

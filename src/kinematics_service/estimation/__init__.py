@@ -1,0 +1,4 @@
+"""
+The one memory: from joint states to states of the tool, and warnings.
+
+"""

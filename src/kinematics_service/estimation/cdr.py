@@ -1,0 +1,183 @@
+"""
+Plain CDR, the encoding of messages as bytes (OMG, Common Data Representation).
+
+Four bytes of encapsulation name the order of bytes; the body follows. In it a number stands at a
+multiple of its size, counted from where the body begins. A text is its length with the zero at its
+end, then its bytes; a sequence is its length, then its members. The bytes skipped for alignment
+say nothing, and serializers leave them to chance.
+"""
+
+import struct
+
+from ..errors import KinematicsError
+
+BODY = 4
+# The second byte of the encapsulation names the encoding; the lowest bit is set where the bytes
+# are in little-endian order. In the newer encodings doubles begin at multiples of four.
+PLAIN = b'\0\1'
+OLD_ENCODINGS, NEW_ENCODINGS = (0, 1, 2, 3), (6, 7, 8, 9, 10, 11)
+WHOLE, DOUBLE = 4, 8
+LITTLE, BIG = struct.Struct('<I'), struct.Struct('>I')
+# A stamp: seconds, which may be negative, and nanoseconds.
+STAMP = struct.Struct('<iI')
+STAMP_AT = BODY
+
+
+class CdrError(KinematicsError, ValueError):
+    """
+    Bytes whose encapsulation or lengths cannot be those of a message.
+
+    """
+
+
+class Writer:
+    """
+    Writes one message, field by field, with room for the numbers that come later.
+
+    Attributes
+    ----------
+    data
+        The bytes so far.
+    written
+        Of each byte whether it says something: 255, or 0 for one skipped for alignment.
+
+    """
+
+    def __init__(self) -> None:
+        self.data = bytearray(PLAIN + bytes(BODY - len(PLAIN)))
+        self.written = bytearray(b'\xff\xff\0\0')
+
+    def room(self, size: int, count: int = 1) -> int:
+        """
+        Leave room for numbers of `size` bytes each, and return where it begins.
+
+        """
+        skipped = -(len(self.data) - BODY) % size if count else 0
+        self.data += bytes(skipped + count * size)
+        self.written += bytes(skipped) + b'\xff' * (count * size)
+        return len(self.data) - count * size
+
+    def whole(self, number: int) -> None:
+        """
+        Write a uint32.
+
+        """
+        at = self.room(WHOLE)
+        LITTLE.pack_into(self.data, at, number)
+
+    def text(self, text: str) -> None:
+        """
+        Write a text.
+
+        """
+        encoded = text.encode() + b'\0'
+        self.whole(len(encoded))
+        at = self.room(1, len(encoded))
+        self.data[at:] = encoded
+
+
+class Reader:
+    """
+    Walks over a message field by field, in either order of bytes, and looks at its lengths only.
+
+    Parameters
+    ----------
+    data
+        The message.
+
+    Attributes
+    ----------
+    is_plain
+        Whether it is little-endian, with doubles at multiples of eight.
+    shape
+        Where the lengths and texts are that it has come by.
+
+    Raises
+    ------
+    CdrError
+        The encapsulation is none, or a field goes beyond the end.
+
+    """
+
+    def __init__(self, data: bytes) -> None:
+        if len(data) < BODY or data[0] != 0:
+            raise CdrError('no encapsulation of CDR')
+        encoding = data[1]
+        if encoding not in OLD_ENCODINGS and encoding not in NEW_ENCODINGS:
+            raise CdrError('an unknown encoding')
+        self.is_plain = data[: len(PLAIN)] == PLAIN
+        self.shape: list[slice] = []
+        self._data, self._at = data, BODY
+        self._unpack_from = (LITTLE if encoding % 2 else BIG).unpack_from
+        self._aligned = (WHOLE, DOUBLE if encoding in OLD_ENCODINGS else WHOLE)
+
+    @property
+    def is_at_end(self) -> bool:
+        """
+        Return whether nothing is left.
+
+        """
+        return self._at == len(self._data)
+
+    def skip(self, size: int) -> slice:
+        """
+        Return where the next bytes are.
+
+        """
+        at = self._at
+        self._at += size
+        if self._at > len(self._data):
+            raise CdrError('a field beyond the end')
+        return slice(at, self._at)
+
+    def _length(self) -> int:
+        self.skip(-(self._at - BODY) % self._aligned[0])
+        place = self.skip(WHOLE)
+        self.shape.append(place)
+        (length,) = self._unpack_from(self._data, place.start)
+        return int(length)
+
+    def text(self) -> slice:
+        """
+        Return where a text is, with the zero at its end.
+
+        """
+        place = self.skip(self._length())
+        self.shape.append(place)
+        return place
+
+    def count(self) -> int:
+        """
+        Return the length of a sequence; it has no more members than there are bytes left.
+
+        """
+        count = self._length()
+        if self._at + count > len(self._data):
+            raise CdrError('a sequence beyond the end')
+        return count
+
+    def doubles(self, count: int) -> slice:
+        """
+        Return where so many doubles are.
+
+        """
+        if count:
+            self.skip(-(self._at - BODY) % self._aligned[1])
+        return self.skip(DOUBLE * count)
+
+
+class Ros1Reader(Reader):
+    """
+    Walks over a message of ROS 1.
+
+    The number of the message stands where CDR has its encapsulation, nothing is aligned, and no
+    text ends with a zero.
+    """
+
+    def __init__(self, data: bytes) -> None:
+        self.is_plain = True
+        self.shape = []
+        self._data, self._at = data, 0
+        self._unpack_from = LITTLE.unpack_from
+        self._aligned = 1, 1
+        self.skip(BODY)

@@ -1,0 +1,474 @@
+"""
+The estimator: the one object with memory between a JointState message and the state of the tool.
+
+"""
+
+import array
+import math
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from .. import kernel
+from ..kernel import Floats, IncomingForm, OutgoingMessages
+from ..kinematics.singularity import Singularity, watched_value
+from ..kinematics.tool_state import ToolState, as_the_kernel_takes_it
+from ..robot.measures import Level
+from ..robot.robot import Robot
+from .alarm import Alarm
+from .joint_memory import JointTable, Layout
+from .joint_sample import JointSample
+from .joint_state_form import JointStateForm
+
+VELOCITY_SOURCES = ('auto', 'message', 'difference')
+
+
+@dataclass(frozen=True)
+class EstimatorSettings:
+    """
+    How messages become states.
+
+    Attributes
+    ----------
+    joint_prefix
+        Put before the joint names of the robot file.
+    velocity_source
+        `auto` (the message's velocities, differences where it has none), `message`, `difference`.
+    timeout : ns
+        A joint unheard for longer is stale; stamps that step back by more are a new start.
+
+    """
+
+    joint_prefix: str = ''
+    velocity_source: str = 'auto'
+    timeout: int = 1_000_000_000
+
+
+class Answer(NamedTuple):
+    """
+    A new state of the tool.
+
+    Attributes
+    ----------
+    state
+        Pose, Jacobian, frames, and the twist where the velocities are known.
+    quaternion_xyzw : shape (4,)
+        Orientation, of unit length, its sign continuous from answer to answer.
+    stamp : ns
+        Of the message that made it; of its receipt where it has none.
+    velocity_source
+        `message`, `difference`, or `none`.
+
+    """
+
+    state: ToolState
+    quaternion_xyzw: Floats
+    stamp: int
+    velocity_source: str
+
+
+class Accepted(NamedTuple):
+    """
+    Joint positions and velocities that are known after a message.
+
+    Attributes
+    ----------
+    q : shape (n,), rad or m
+        Joint positions, in the arm's order.
+    qdot : shape (n,), rad/s or m/s, or None
+        Joint velocities, where all are known.
+    stamp : ns
+        Of the message; of its receipt where it has none.
+    velocity_source
+        `message`, `difference`, or `none`.
+
+    """
+
+    q: Floats
+    qdot: Floats | None
+    stamp: int
+    velocity_source: str
+
+
+class Refusal(NamedTuple):
+    """
+    A message that makes no new state.
+
+    Attributes
+    ----------
+    reason
+        Key of the count it was added to.
+    sentence
+        What to tell the user, empty where there is nothing to tell.
+
+    """
+
+    reason: str
+    sentence: str = ''
+
+
+# Reasons, as they are counted and shown in the diagnostics.
+UNREADABLE = 'not a JointState'
+NOT_OURS = 'none of our joints'
+NO_POSITION = 'no position'
+MALFORMED = 'position and name of different length'
+DUPLICATE = 'joint named twice'
+NOT_FINITE = 'position not finite'
+TOO_LARGE = 'position too large'
+DROPPED = 'stamp not newer'
+WAITING = 'waiting for other joints'
+ACCEPTED = 'accepted'
+NOT_STAMPED = 'not stamped'
+RESETS = 'resets'
+
+LARGEST = kernel.LARGEST
+
+# A joint about which messages disagree so often, within joint_table.DISPUTE_WINDOW, is in dispute.
+JUMPS = 4
+
+# What `kernel.observe` says where there is a state: where the velocities come from.
+_SOURCES = ('none', 'message', 'difference')
+_REFUSALS = {
+    kernel.NOT_NEWER: Refusal(DROPPED),
+    kernel.INCOMPLETE: Refusal(WAITING),
+    kernel.NOT_COMPUTABLE: Refusal(
+        TOO_LARGE, 'positions or velocities are too large to compute with'
+    ),
+}
+_NOTHING = np.empty(0)
+# tuple.__new__ directly: the constructor of a NamedTuple is a call more.
+_new = tuple.__new__
+# Forms of streams kept.
+FORMS = 16
+_DOUBLES = 'd'
+
+
+class Estimator:
+    """
+    Merges joint samples by name and time and runs the kernel on what is known.
+
+    Nothing it holds grows with time, and no sample makes it raise.
+
+    Parameters
+    ----------
+    robot
+        The arm.
+    settings
+        How messages become states.
+
+    Attributes
+    ----------
+    counts
+        Number of messages by what became of them.
+
+    """
+
+    def __init__(self, robot: Robot, settings: EstimatorSettings) -> None:
+        self.robot = robot
+        self.settings = settings
+        self.counts: Counter[str] = Counter()
+        self._table = self._new_table()
+        self._alarm = Alarm()
+        self._prepare()
+
+    def configure(self, robot: Robot, settings: EstimatorSettings) -> None:
+        """
+        Take other settings, keeping what is known unless the joints get other names.
+
+        """
+        same_names = settings.joint_prefix == self.settings.joint_prefix
+        self.robot, self.settings = robot, settings
+        if same_names:
+            self._table.configure(robot, self._source, settings.timeout)
+        else:
+            self._table = self._new_table()
+        self._prepare()
+
+    @property
+    def _source(self) -> int:
+        return VELOCITY_SOURCES.index(self.settings.velocity_source)
+
+    def _new_table(self) -> JointTable:
+        settings = self.settings
+        # Forms as the kernel takes them; None for one whose messages make no state of this arm.
+        self._forms: dict[JointStateForm, IncomingForm | None] = {}
+        return JointTable(self.robot, settings.joint_prefix, self._source, settings.timeout)
+
+    def _prepare(self) -> None:
+        # What `take_bytes` needs for each message, looked up once.
+        robot = self.robot
+        self._arguments = (
+            robot.arm,
+            self._table.memory,
+            robot.chain.single_widths,
+            robot.measure_places.width,
+        )
+
+    def reset(self) -> None:
+        """
+        Forget every joint: the clock or the recording started anew.
+
+        """
+        self.counts[RESETS] += 1
+        self._table.forget()
+        self._table.forget_tool()
+
+    def clock_stepped_back(self, now: int, back: int) -> bool:
+        """
+        Return whether the ROS clock's step back by `back` to `now` (ns) made a reset necessary.
+
+        Where messages of the new time were faster than the clock, they have made it already.
+
+        """
+        latest = self._table.newest()
+        if latest is None or latest <= now + back // 2:
+            return False
+        self.reset()
+        return True
+
+    def missing(self, arrival: int) -> tuple[str, ...]:
+        """
+        Return the names of joints not heard for the timeout before `arrival` (steady clock, ns).
+
+        """
+        return self._table.missing(arrival, self.settings.timeout)
+
+    def age(self, arrival: int) -> float:
+        """
+        Return the seconds since the joint longest unheard, inf where one never was.
+
+        """
+        return self._table.age(arrival)
+
+    def beyond_limits(self) -> tuple[str, ...]:
+        """
+        Return the names of known joints that stand outside their limits.
+
+        """
+        return self._table.beyond(self.robot.limits)
+
+    def disputed(self, arrival: int) -> tuple[str, ...]:
+        """
+        Return the names of joints about which messages have disagreed lately.
+
+        """
+        return self._table.disputed(arrival, JUMPS)
+
+    def is_settled(self, state: ToolState, arrival: int) -> bool:
+        """
+        Return whether `judge` would say nothing and change nothing: seen from the kernel's level.
+
+        False where that takes a closer look.
+
+        """
+        alarm, measures = self._alarm, state.measures
+        if measures is None or alarm.level is not Level.OK:
+            return False
+        level: float = measures.item(self.robot.measure_places.judged + kernel.LEVEL)
+        return level == 0.0 and alarm.is_settled(Level.OK, arrival)
+
+    def judge(self, singularity: Singularity, arrival: int) -> tuple[Level, bool]:
+        """
+        Return the level of a new state, with hysteresis, and whether it is to be said.
+
+        """
+        alarm = self._alarm
+        if alarm.level is Level.OK or alarm.level is Level.STALE:
+            level: Level = singularity.level  # there is nothing to leave
+        else:
+            level = self.robot.thresholds.level(
+                watched_value(self.robot, singularity), alarm.level
+            )
+        if alarm.is_settled(level, arrival):
+            return level, False
+        factors = singularity.factors
+        self._alarm, say = alarm.step(
+            level,
+            singularity.lost_direction,
+            arrival,
+            None if factors is None else factors.nearest,
+        )
+        return level, say
+
+    def go_stale(self, arrival: int) -> bool:
+        """
+        Return whether it is to be said that the state is stale: once in each silence.
+
+        """
+        self._alarm, say = self._alarm.step(Level.STALE, None, arrival)
+        return say
+
+    def take(self, sample: JointSample, depth: int = kernel.ALL_FRAMES) -> Answer | Refusal:
+        """
+        Return the new state a sample makes, or why it makes none.
+
+        Parameters
+        ----------
+        sample
+            The message.
+        depth
+            `kernel.JACOBIAN`, or `kernel.ALL_FRAMES` where the link frames are asked for.
+
+        """
+        row = np.empty(self.robot.chain.single_widths[depth])
+        said = self._observe(sample, row)
+        if isinstance(said, Refusal):
+            return said
+        state = ToolState(self.robot, row, said != kernel.SAID_WITHOUT_VELOCITIES)
+        return Answer(
+            state, row[-kernel.ROW_TAIL :], sample.stamp or sample.received, _SOURCES[said]
+        )
+
+    def take_bytes(
+        self,
+        form: JointStateForm,
+        data: bytes,
+        arrival: int,
+        depth: int = kernel.ALL_FRAMES,
+        answers: OutgoingMessages | None = None,
+    ) -> Answer | Refusal | None:
+        """
+        Return what `take` returns for a serialized message, with its measures already there.
+
+        None for bytes of another form, for a message without a stamp, and for one that is to be
+        refused in words: nothing was done then, and it is to be read and given to `take`.
+
+        Parameters
+        ----------
+        form, data, arrival
+            The message, the form it should have, and when it came (steady clock, ns).
+        depth
+            As in `take`.
+        answers
+            Messages to be filled with the answer.
+
+        """
+        try:
+            incoming = self._forms[form]
+        except KeyError:
+            incoming = self._keep(form)
+        if incoming is None:
+            return None
+        arm, memory, widths, width = self._arguments
+        row, measures = np.empty(widths[depth]), np.empty(width)
+        said: int = kernel.observe_bytes(
+            arm,
+            memory,
+            incoming,
+            data,
+            arrival,
+            row,
+            measures,
+            answers,
+        )
+        if said == kernel.NOT_THIS_FORM or said == kernel.BAD_POSITION:
+            return None
+        if said >= kernel.STARTED_ANEW:
+            self.counts[RESETS] += 1
+            said -= kernel.STARTED_ANEW
+        if said > kernel.SAID_WITH_DIFFERENCES:
+            return self._refused(said)
+        self.counts[ACCEPTED] += 1
+        moving = said != kernel.SAID_WITHOUT_VELOCITIES
+        state = _new(ToolState, (self.robot, row, moving, None, measures))
+        return _new(Answer, (state, row[-kernel.ROW_TAIL :], incoming.stamp, _SOURCES[said]))
+
+    def _keep(self, form: JointStateForm) -> IncomingForm | None:
+        layout = self._table.layout(form.names)
+        one_each = form.counts[0] == len(form.names)
+        incoming = None
+        if layout.joints and not layout.duplicates and one_each:
+            incoming = form.for_joints(layout.ours)
+        if len(self._forms) >= FORMS:
+            self._forms.clear()
+        self._forms[form] = incoming
+        return incoming
+
+    def accept(self, sample: JointSample) -> Accepted | Refusal:
+        """
+        Return the joints that are known after a sample, or why it makes no new state.
+
+        The part of `take` that has a memory of its own; a recording goes through this message by
+        message, and through the kernel in one batch.
+
+        """
+        n = self.robot.dof
+        row = np.empty(2 * n + kernel.ROW_TAIL)
+        said = self._observe(sample, row)
+        if isinstance(said, Refusal):
+            return said
+        qdot = None if said == kernel.SAID_WITHOUT_VELOCITIES else row[n : 2 * n]
+        return Accepted(row[:n], qdot, sample.stamp or sample.received, _SOURCES[said])
+
+    def _observe(self, sample: JointSample, row: Floats) -> int | Refusal:
+        # One of the first three things that `kernel.observe` says, or a refusal; counted.
+        layout = self._table.layout(sample.names)
+        refusal = self._shape_refusal(sample, layout)
+        if refusal is None:
+            positions, velocities = _doubles(sample.positions), _doubles(sample.velocities)
+            said: int = kernel.observe(
+                self.robot.arm,
+                self._table.memory,
+                layout.ours,
+                positions,
+                velocities,
+                sample.stamp,
+                sample.received,
+                sample.arrival,
+                row,
+            )
+            if sample.stamp == 0 and said != kernel.BAD_POSITION:
+                self.counts[NOT_STAMPED] += 1
+            if said >= kernel.STARTED_ANEW:
+                self.counts[RESETS] += 1
+                said -= kernel.STARTED_ANEW
+            if said <= kernel.SAID_WITH_DIFFERENCES:
+                self.counts[ACCEPTED] += 1
+                return said
+            if said in _REFUSALS:
+                return self._refused(said)
+            refusal = self._bad_position(layout, positions)
+        self.counts[refusal.reason] += 1
+        return refusal
+
+    def _refused(self, said: int) -> Refusal:
+        if said == kernel.NOT_COMPUTABLE:
+            # The lengths of an arm made in Python can overflow; such a position must not be kept.
+            self._table.forget()
+        refusal = _REFUSALS[said]
+        self.counts[refusal.reason] += 1
+        return refusal
+
+    def _shape_refusal(self, sample: JointSample, layout: Layout) -> Refusal | None:
+        if not layout.joints:
+            return Refusal(NOT_OURS)
+        if len(sample.positions) != len(sample.names):
+            if len(sample.positions) == 0:
+                return Refusal(NO_POSITION)
+            return Refusal(
+                MALFORMED,
+                f'{len(sample.names)} names but {len(sample.positions)} positions',
+            )
+        if layout.duplicates:
+            return Refusal(DUPLICATE, f'joint {layout.duplicates[0]!r} is named twice')
+        return None
+
+    def _bad_position(self, layout: Layout, positions: Floats) -> Refusal:
+        for j, place in zip(layout.joints, layout.places):
+            position = float(positions[place])
+            if not abs(position) <= kernel.LARGEST:
+                reason = TOO_LARGE if math.isfinite(position) else NOT_FINITE
+                return Refusal(reason, f'position of joint {self._table.names[j]!r} is {position}')
+        raise AssertionError('the kernel found a position that is not finite or too large')
+
+
+def _doubles(numbers: Sequence[float] | Floats) -> Floats:
+    # In the one form the kernel takes; without a copy where they are so already.
+    if type(numbers) is array.array and numbers.typecode == _DOUBLES:
+        return np.asarray(numbers)
+    if as_the_kernel_takes_it(numbers):
+        return numbers
+    return np.array(numbers, dtype=np.float64) if len(numbers) else _NOTHING

@@ -1,0 +1,36 @@
+"""
+What one JointState message says, as plain data.
+
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from ..kernel import Floats
+
+
+class JointSample(NamedTuple):
+    """
+    Joint names with their positions and velocities, and when they were measured and heard.
+
+    Attributes
+    ----------
+    names
+        Joint names, as in the message.
+    positions, velocities : rad or m, rad/s or m/s
+        As in the message: of any length, with any number in them.
+    stamp : ns
+        Time of the measurement, ROS clock; 0 where the message has none.
+    received : ns
+        Time of receipt, ROS clock.
+    arrival : ns
+        Time of receipt, steady clock.
+
+    """
+
+    names: Sequence[str]
+    positions: Sequence[float] | Floats
+    velocities: Sequence[float] | Floats
+    stamp: int
+    received: int
+    arrival: int

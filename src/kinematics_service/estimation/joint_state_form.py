@@ -1,0 +1,179 @@
+"""
+The form of a stream of serialized JointState messages: where in the bytes its numbers stand.
+
+A driver sends the same names in every message, so that its messages differ in nothing but their
+stamp, their numbers, and the bytes that say nothing.
+"""
+
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from ..kernel import Bytes, Floats, FormTable, IncomingForm, OurJoints
+from .cdr import DOUBLE, PLAIN, STAMP, STAMP_AT, CdrError, Reader, Ros1Reader
+
+_EMPTY = np.empty(0)
+_EMPTY.setflags(write=False)
+
+
+@dataclass(frozen=True, eq=False)  # arrays have no truth of equality
+class JointStateForm:
+    """
+    Messages in plain CDR that say the same names, frame and lengths.
+
+    Attributes
+    ----------
+    names
+        Joint names.
+    size
+        Bytes of a message.
+    positions, velocities
+        Where they are, as doubles in this machine's memory; the stamp is at `cdr.STAMP_AT`.
+    fixed : shape (size,)
+        255 for a byte that is the same in all of them, 0 for another.
+    same : shape (size,)
+        What stands there; 0 elsewhere.
+
+    """
+
+    names: tuple[str, ...]
+    size: int
+    positions: slice
+    velocities: slice
+    fixed: Bytes
+    same: Bytes
+
+    @property
+    def counts(self) -> tuple[int, int]:
+        """
+        Return how many positions and velocities there are.
+
+        """
+        positions, velocities = self.positions, self.velocities
+        return (
+            (positions.stop - positions.start) // DOUBLE,
+            (velocities.stop - velocities.start) // DOUBLE,
+        )
+
+    def fits(self, data: bytes) -> bool:
+        """
+        Return whether a message is of this form.
+
+        """
+        return len(data) == self.size and np.array_equal(
+            np.frombuffer(data, np.uint8) & self.fixed, self.same
+        )
+
+    def for_joints(self, ours: OurJoints) -> IncomingForm:
+        """
+        Return the form as the kernel takes it, for messages with these joints of ours.
+
+        """
+        table = FormTable(
+            self.fixed,
+            self.same,
+            STAMP_AT,
+            self.positions.start,
+            self.velocities.start,
+            *self.counts,
+        )
+        return IncomingForm(table, ours)
+
+
+def doubles_of(data: bytes) -> Floats:
+    """
+    Return the doubles that bytes are, as they stand in this machine's memory; read-only.
+
+    """
+    return np.frombuffer(data, np.float64) if data else _EMPTY
+
+
+class JointStateFields(NamedTuple):
+    """
+    Where the fields of a serialized JointState are.
+
+    """
+
+    frame: slice
+    names: tuple[slice, ...]
+    positions: slice
+    velocities: slice
+
+
+def fields_of(reader: Reader) -> JointStateFields:
+    """
+    Return where the fields of a JointState are, in any encoding.
+
+    Raises
+    ------
+    CdrError
+        The bytes are none.
+
+    """
+    reader.skip(STAMP.size)
+    frame = reader.text()
+    names = tuple(reader.text() for _ in range(reader.count()))
+    positions = reader.doubles(reader.count())
+    velocities = reader.doubles(reader.count())
+    reader.doubles(reader.count())  # efforts
+    return JointStateFields(frame, names, positions, velocities)
+
+
+def form_of(data: bytes) -> JointStateForm | None:
+    """
+    Return the form of a message.
+
+    None where it is no whole JointState in plain CDR, where its texts are not plain, and on a
+    machine with another order of bytes: those are left to who reads every message.
+
+    """
+    try:
+        reader = Reader(data)
+        if not reader.is_plain:
+            return None
+        return _form(data, reader, slice(len(PLAIN)), _plain_text)
+    except (CdrError, UnicodeDecodeError):
+        return None
+
+
+def ros1_form_of(data: bytes) -> JointStateForm | None:
+    """
+    Return what `form_of` returns, of a message of ROS 1.
+
+    """
+    try:
+        reader = Ros1Reader(data)
+        form = _form(data, reader, slice(0), bytes.decode)
+        return form if reader.is_at_end else None
+    except (CdrError, UnicodeDecodeError):
+        return None
+
+
+def _form(
+    data: bytes, reader: Reader, head: slice, text_of: Callable[[bytes], str]
+) -> JointStateForm | None:
+    if sys.byteorder != 'little':
+        return None
+    fields = fields_of(reader)
+    _, *names = (text_of(data[place]) for place in (fields.frame, *fields.names))
+    fixed = np.zeros(len(data), np.uint8)
+    for place in (head, *reader.shape):
+        fixed[place] = 255
+    return JointStateForm(
+        names=tuple(names),
+        size=len(data),
+        positions=fields.positions,
+        velocities=fields.velocities,
+        fixed=fixed,
+        same=np.frombuffer(data, np.uint8) & fixed,
+    )
+
+
+def _plain_text(data: bytes) -> str:
+    # Readers differ in what they make of a text without its zero, and of one with zeros within.
+    if data.find(0) != len(data) - 1:
+        raise CdrError('a text that does not end with its only zero')
+    return data[:-1].decode()

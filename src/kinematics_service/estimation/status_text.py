@@ -1,0 +1,218 @@
+"""
+A singularity warning in words: what a person at the robot reads.
+
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..kernel import Floats
+from ..kinematics.singularity import Singularity, watched_value
+from ..robot.measures import MEASURES, Level
+from ..robot.robot import Robot
+
+# A component below this share of the largest is left out of the words.
+NEGLIGIBLE = 0.1
+
+# An expression longer than this stands in the values only, not in the sentence.
+SHORT = 24
+
+
+@dataclass(frozen=True)
+class Notice:
+    """
+    A level, one sentence, and the same as keys and values.
+
+    """
+
+    level: Level
+    sentence: str
+    values: tuple[tuple[str, str], ...]
+
+
+def direction_in_words(direction: Floats) -> str:
+    """
+    Return a lost direction (6,) as words: the motion along or the rotation about an axis.
+
+    """
+    linear, angular = direction[:3], direction[3:]
+    parts = []
+    strongest = max(float(np.linalg.norm(linear)), float(np.linalg.norm(angular)))
+    for words, vector in (('motion along', linear), ('rotation about', angular)):
+        norm = float(np.linalg.norm(vector))
+        if norm > NEGLIGIBLE * strongest and norm > 0.0:
+            parts.append(f'{words} {_axis_in_words(vector / norm)}')
+    return ' with '.join(parts)
+
+
+def _axis_in_words(axis: Floats) -> str:
+    for k, name in enumerate('xyz'):
+        if abs(axis[k]) > math.cos(math.radians(2.0)):
+            return name
+    # A lost direction is a line: show it with its largest component positive.
+    axis = axis * np.sign(axis[int(np.argmax(np.abs(axis)))])
+    return '(' + ', '.join(f'{x + 0.0:.2f}' for x in axis) + ')'
+
+
+def joints_in_words(names: Sequence[str], motion: Floats) -> str:
+    """
+    Return the joints that take part in a joint motion, with signs: `q2 + q4 - q6`.
+
+    """
+    largest = float(np.max(np.abs(motion)))
+    if largest == 0.0:
+        return 'no joint'
+    flip = math.copysign(1.0, float(motion[int(np.argmax(np.abs(motion)))]))
+    text = ''
+    for name, share in zip(names, motion * flip):
+        if abs(share) > NEGLIGIBLE * largest:
+            sign = '-' if share < 0.0 else '+'
+            text += f' {sign} {name}' if text or sign == '-' else name
+    return text.strip()
+
+
+def _tendency(singularity: Singularity, robot: Robot) -> str:
+    if singularity.rate is None:
+        return 'unknown'
+    worsening = (
+        -singularity.rate
+        if MEASURES[robot.thresholds.measure].small_is_bad
+        else (singularity.rate)
+    )
+    if abs(worsening) < 1e-9:
+        return 'steady'
+    return 'towards' if worsening > 0.0 else 'away'
+
+
+def notice_of(
+    robot: Robot, singularity: Singularity, level: Level, base_frame: str, joint_prefix: str = ''
+) -> Notice:
+    """
+    Return the warning of a pose.
+
+    Parameters
+    ----------
+    robot, singularity
+        The arm and its measures.
+    level
+        OK, WARN or ERROR, after hysteresis.
+    base_frame
+        Name of the frame whose axes the lost direction is in.
+    joint_prefix
+        Put before the joint names of the robot file.
+
+    """
+    names = [joint_prefix + name for name in robot.joint_names]
+    measure = MEASURES[robot.thresholds.measure]
+    value = watched_value(robot, singularity)
+    unit = f' {measure.unit}' if measure.unit else ''
+    shown = f'{measure.name} {value:.3g}{unit}'
+    if measure.name == 'distance':
+        shown += f' ({math.degrees(value):.1f} deg)'
+    determinant = singularity.determinant
+    if determinant is not None:
+        shown += f', det(J) = {determinant:.3g}'
+    else:
+        shown += f', manipulability {singularity.manipulability:.3g}'
+    lost = direction_in_words(singularity.lost_direction)
+    fight = joints_in_words(names, singularity.joint_motion)
+    tendency = _tendency(singularity, robot)
+    if level == Level.OK:
+        sentence = f'not near a singularity: {shown}'
+    else:
+        head = 'at a singularity' if level == Level.ERROR else 'near a singularity'
+        named = _nearest_factor(robot, singularity)
+        sentence = f'{head}: {named}{shown}; losing {lost} in {base_frame}'
+        if tendency in ('towards', 'away'):
+            sentence += f'; moving {tendency}' + (' from it' if tendency == 'away' else ' it')
+    out = ' '.join(f'{name}={share:+.3f}' for name, share in zip(names, singularity.way_out))
+    values = [
+        ('robot', robot.name),
+        ('measure', measure.name),
+        ('value', f'{value:.9g}'),
+        ('warn', f'{robot.thresholds.warn:g}'),
+        ('stop', f'{robot.thresholds.stop:g}'),
+        ('determinant', 'none' if determinant is None else f'{determinant:.9g}'),
+        ('distance', f'{singularity.distance:.9g}'),
+        ('manipulability', f'{singularity.manipulability:.9g}'),
+        ('condition_number', f'{singularity.condition_number:.9g}'),
+        ('smallest_singular_value', f'{singularity.smallest_singular_value:.9g}'),
+        ('rank', f'{singularity.rank} of {singularity.generic_rank}'),
+        ('lost_direction', ' '.join(f'{x:+.4f}' for x in singularity.lost_direction)),
+        ('lost_direction_in_words', lost),
+        ('frame', base_frame),
+        ('joints_against_each_other', fight),
+        ('way_out', out),
+        ('tendency', tendency),
+        ('time_to_warning', _seconds(singularity.time_to_warning)),
+    ]
+    values += _factor_values(robot, singularity, names)
+    if robot.task.structurally_deficient:
+        values.append(('structural', structure_in_words(robot)))
+    return Notice(level, sentence, tuple(values))
+
+
+def _nearest_factor(robot: Robot, singularity: Singularity) -> str:
+    factors = singularity.factors
+    if factors is None:
+        return ''
+    k = factors.nearest
+    # An incomplete list may not hold what is near.
+    if not robot.factors.complete and factors.distances[k] > 1.5 * singularity.distance:
+        return ''
+    text = robot.factors.texts[k]
+    shown = f': {text}' if len(text) <= SHORT else ''
+    return f'{factors.names[k]}{shown} = {factors.values[k]:.3g}, '
+
+
+def _factor_values(
+    robot: Robot, singularity: Singularity, names: Sequence[str]
+) -> list[tuple[str, str]]:
+    factors = singularity.factors
+    if factors is None:
+        return []
+    k = factors.nearest
+    motion = ' '.join(
+        f'{name}={share:+.4f}' for name, share in zip(names, factors.motions[k]) if share != 0.0
+    )
+    return [
+        ('factor', factors.names[k]),
+        ('factor_expression', robot.factors.texts[k]),
+        ('factor_value', f'{factors.values[k]:.9g}'),
+        ('factor_distance', f'{factors.distances[k]:.9g}'),
+        ('joint_motion_to_its_zero', motion),
+    ]
+
+
+def _seconds(time: float | None) -> str:
+    if time is None:
+        return 'unknown'
+    return 'never' if math.isinf(time) else f'{time:.3g} s'
+
+
+def structure_in_words(robot: Robot) -> str:
+    """
+    Return what is wrong with an arm at every pose, empty where nothing is.
+
+    """
+    task = robot.task
+    if not task.structurally_deficient:
+        return ''
+    full = min(len(task.rows), robot.dof)
+    who = (
+        f'joints {", ".join(task.dependent_joints)} work against each other at every pose'
+        if task.dependent_joints
+        else f'the rows {" ".join(task.rows)} are never independent'
+    )
+    return f'{who}: rank {task.generic_rank} of {full} at best'
+
+
+def stale_notice(robot: Robot, sentence: str) -> Notice:
+    """
+    Return the notice that nothing is known of the arm.
+
+    """
+    return Notice(Level.STALE, sentence, (('robot', robot.name),))

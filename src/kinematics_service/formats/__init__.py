@@ -1,0 +1,4 @@
+"""
+Files of other people: robot descriptions, recordings, plans.
+
+"""

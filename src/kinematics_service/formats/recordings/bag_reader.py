@@ -1,0 +1,291 @@
+"""
+Bags of ROS 2 (MCAP, sqlite3) and ROS 1, read without ROS; with the writer the only users of
+rosbags.
+
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...errors import KinematicsError
+from ...estimation.joint_sample import JointSample
+from .bag_checks import checked, missing
+from .bag_poses import POSES, track_of_messages
+from .block import LARGEST_BLOCK, AuditError, Block, Unreadable, blocks_of
+from .joint_state_cdr import columns_of
+from .source import PoseTrack, Remark, Source, Wanted
+
+JOINT_STATE = 'sensor_msgs/msg/JointState'
+TRAJECTORY = 'trajectory_msgs/msg/JointTrajectory'
+SECOND = 1_000_000_000
+INSTALL = "bags need rosbags: pip install '.[bag]' in its checkout, or pip install rosbags"
+MOST_LISTED = 20
+MAGIC = {
+    '.mcap': (b'\x89MCAP0\r\n', 'an MCAP file'),
+    '.db3': (b'SQLite format 3', 'an sqlite3 bag'),
+    '.bag': (b'#ROSBAG V2', 'a ROS 1 bag'),
+}
+
+
+@contextmanager
+def open_bag(path: Path, wanted: Wanted) -> Iterator[Source]:
+    """
+    Open a bag.
+
+    Raises
+    ------
+    AuditError
+        It cannot be read, or has no such topic.
+
+    """
+    try:
+        from rosbags.highlevel import AnyReader
+        from rosbags.typesys import Stores, get_typestore
+    except ImportError:
+        raise AuditError(INSTALL) from None
+    with _one_sentence(path):
+        _check(path)
+        # Bags older than ROS 2 Iron do not hold the definitions of their messages.
+        reader = AnyReader([path], default_typestore=get_typestore(Stores.ROS2_JAZZY))
+        if not reader.is2:
+            from .ros1_index import LongBag
+
+            reader.readers = [LongBag(path)]
+        reader.open()
+    try:
+        with _one_sentence(path):
+            yield _Bag(path, reader, wanted).source()
+    finally:
+        reader.close()
+
+
+@contextmanager
+def _one_sentence(path: Path) -> Iterator[None]:
+    # A damaged file makes the reader raise anything at all.
+    try:
+        yield
+    except KinematicsError:
+        raise
+    except Exception as error:
+        if not _from_the_reader(error):
+            raise
+        reason = ' '.join(str(error).split()) or type(error).__name__
+        raise AuditError(f'{path}: cannot be read as a bag: {reason}{_advice(path)}') from None
+
+
+def _from_the_reader(error: BaseException) -> bool:
+    # Whether an error comes out of rosbags or what it stands on, and not out of this package.
+    step, files = error.__traceback__, []
+    while step is not None:
+        files.append(step.tb_frame.f_globals.get('__name__', ''))
+        step = step.tb_next
+    return not files[-1].startswith(__package__.partition('.')[0])
+
+
+def _advice(path: Path) -> str:
+    if path.suffix == '.mcap':
+        with path.open('rb') as stream:
+            stream.seek(-8, 2)
+            if stream.read() != MAGIC['.mcap'][0]:
+                return ' (the file has no end: it was cut off; `mcap recover` may repair it)'
+    return ''
+
+
+def _check(path: Path) -> None:
+    if path.is_dir():
+        if not (path / 'metadata.yaml').exists():
+            raise AuditError(f'{path}: is a directory without metadata.yaml, so no rosbag2 bag')
+        return
+    with path.open('rb') as stream:
+        head = stream.read(16)
+    if not head:
+        raise AuditError(f'{path}: is empty')
+    magic, what = MAGIC.get(path.suffix.lower(), (b'', ''))
+    if not head.startswith(magic):
+        raise AuditError(f'{path}: is not {what}, whatever its name says')
+    for suffix, (start, what) in MAGIC.items():
+        if head.startswith(start) and path.suffix.lower() != suffix:
+            raise AuditError(f'{path}: looks like {what}: rename it to *{suffix}')
+
+
+class _Bag:
+    def __init__(self, path: Path, reader: Any, wanted: Wanted) -> None:
+        self.path, self.reader, self.wanted = path, reader, wanted
+        self.types: dict[str, str] = {c.topic: c.msgtype for c in reader.connections}
+        self.remarks: list[Remark] = []
+        self.read = 0
+
+    def source(self) -> Source:
+        topic, kind = self._topic()
+        connections = self._connections(topic)
+        total = sum(connection.msgcount for connection in connections)
+        if not total:
+            raise AuditError(f'{self.path}: there is no message on {topic}')
+        poses = self._poses()
+        what = 'ROS 1 bag' if self.path.suffix == '.bag' else 'rosbag2 bag'
+        if self.path.suffix == '.mcap':
+            what = 'MCAP file'
+        if kind == TRAJECTORY:
+            from .plan_reader import blocks_of_trajectories, trajectory_of_message
+
+            messages = (
+                trajectory_of_message(message) for message, _ in self._messages(connections)
+            )
+            blocks: Iterator[Block | Unreadable] = blocks_of_trajectories(
+                messages, self.wanted, f'{self.path}: {topic}'
+            )
+            what, total = f'planned trajectory in a {what}', None
+        else:
+            blocks = self._blocks(connections)
+        planned = kind == TRAJECTORY
+        guarded = self._guarded(blocks, connections)
+        return Source(what, topic, planned, total, guarded, lambda: poses, self.remarks)
+
+    def _guarded(
+        self, blocks: Iterator[Block | Unreadable], connections: list[Any]
+    ) -> Iterator[Block | Unreadable]:
+        with _one_sentence(self.path):
+            yield from blocks
+            self.remarks += checked(self.path)
+            topic, name = connections[0].topic, self.path.name
+            self.remarks += missing(name, topic, self._promised(connections), self.read)
+
+    def _promised(self, connections: list[Any]) -> int:
+        if self.reader.is2:
+            return sum(connection.msgcount for connection in connections)
+        own = {connection.id for connection in connections}
+        chunks = (chunk for one in self.reader.readers for chunk in one.chunk_infos)
+        return sum(
+            n for chunk in chunks for id_, n in chunk.connection_counts.items() if id_ in own
+        )
+
+    def _topic(self) -> tuple[str, str]:
+        wanted, kinds = self.wanted.topic, (JOINT_STATE, TRAJECTORY)
+        if wanted is not None:
+            kind = self.types.get(wanted) or self.types.get(f'/{wanted}')
+            if kind in kinds:
+                return (wanted if wanted in self.types else f'/{wanted}'), kind
+            known = f'is {kind}' if kind else 'is not there'
+            raise AuditError(f'{self.path}: topic {wanted} {known}; {self._listed()}')
+        for kind in kinds:
+            topics = [topic for topic, own in self.types.items() if own == kind]
+            if len(topics) > 1:
+                name = kind.rpartition('/')[2]
+                raise AuditError(
+                    f'{self.path}: several topics have {name}: choose one with --topic '
+                    f'({", ".join(sorted(topics))})'
+                )
+            if topics:
+                return topics[0], kind
+        raise AuditError(f'{self.path}: no topic has JointState or JointTrajectory; {self._all()}')
+
+    def _listed(self) -> str:
+        kinds = (JOINT_STATE, TRAJECTORY)
+        topics = sorted(topic for topic, kind in self.types.items() if kind in kinds)
+        return (
+            f'JointState or JointTrajectory are on {", ".join(topics)}'
+            if topics
+            else (f'no topic has JointState or JointTrajectory; {self._all()}')
+        )
+
+    def _all(self) -> str:
+        shown = [f'{topic} ({kind})' for topic, kind in sorted(self.types.items())]
+        more = len(shown) - MOST_LISTED
+        listed = ', '.join(shown[:MOST_LISTED]) + (f' and {more} more' if more > 0 else '')
+        return f'there is {listed}' if shown else 'the bag is empty'
+
+    def _connections(self, topic: str) -> list[Any]:
+        return [c for c in self.reader.connections if c.topic == topic]
+
+    def _messages(self, connections: list[Any]) -> Iterator[tuple[Any, int]]:
+        for time, raw in self._raw(connections):
+            yield self.reader.deserialize(raw, connections[0].msgtype), time
+
+    def _raw(self, connections: list[Any]) -> Iterator[tuple[int, bytes]]:
+        self.read = 0
+        for _, time, raw in self.reader.messages(connections):
+            self.read += 1
+            yield time, raw
+
+    def _blocks(self, connections: list[Any]) -> Iterator[Block | Unreadable]:
+        messages = self._raw(connections)
+        raws: list[bytes] = []
+        times: list[int] = []
+        for time, raw in messages:
+            if raws and (len(raw) != len(raws[0]) or len(raws) >= LARGEST_BLOCK):
+                yield from self._alike(raws, times)
+                raws, times = [], []
+            raws.append(bytes(raw))
+            times.append(time)
+        if raws:
+            yield from self._alike(raws, times)
+
+    def _one_by_one(self, messages: Iterable[tuple[int, bytes]]) -> Iterator[Block | Unreadable]:
+        samples: list[JointSample] = []
+        for time, raw in messages:
+            sample = self._sample(raw, time)
+            if isinstance(sample, JointSample):
+                samples.append(sample)
+            if samples and (len(samples) >= LARGEST_BLOCK or isinstance(sample, Unreadable)):
+                yield from blocks_of(samples)
+                samples = []
+            if isinstance(sample, Unreadable):
+                yield sample
+        yield from blocks_of(samples)
+
+    def _alike(self, raws: Sequence[bytes], times: Sequence[int]) -> Iterator[Block | Unreadable]:
+        columns = columns_of(raws, not self.reader.is2) if len(raws) > 1 else None
+        if columns is None:
+            yield from self._one_by_one(zip(times, raws))
+            return
+        received = np.array(times, dtype=np.int64)
+        edges = np.flatnonzero(np.diff(columns.alike)) + 1
+        for begin, end in zip([0, *edges.tolist()], [*edges.tolist(), len(raws)]):
+            span = slice(begin, end)
+            if not columns.alike[begin]:
+                yield from self._one_by_one(zip(times[span], raws[span]))
+                continue
+            yield Block(
+                columns.names,
+                columns.stamps[span],
+                received[span],
+                columns.positions[span],
+                columns.velocities[span],
+            )
+
+    def _sample(self, raw: bytes, time: int) -> JointSample | Unreadable:
+        try:
+            message: Any = self.reader.deserialize(raw, JOINT_STATE)
+        except Exception as error:  # whatever the bytes make the reader raise
+            return Unreadable(time, ' '.join(str(error).split()) or type(error).__name__)
+        stamp = message.header.stamp
+        return JointSample(
+            tuple(message.name),
+            message.position.tolist(),
+            message.velocity.tolist(),
+            int(stamp.sec) * SECOND + int(stamp.nanosec),
+            time,
+            time,
+        )
+
+    def _poses(self) -> PoseTrack | None:
+        topic = self.wanted.pose_topic
+        if topic is None:
+            return None
+        kind = self.types.get(topic)
+        if kind not in POSES:
+            known = f'is {kind}' if kind else 'is not there'
+            with_pose = sorted(name for name, own in self.types.items() if own in POSES)
+            listed = ', '.join(with_pose) or 'no topic'
+            raise AuditError(f'{self.path}: pose topic {topic} {known}; PoseStamped: {listed}')
+        messages = self._raw(self._connections(topic))
+        track = track_of_messages(
+            topic, kind, messages, lambda raw: self.reader.deserialize(raw, kind)
+        )
+        if track is None:
+            raise AuditError(f'{self.path}: there is no message on {topic}')
+        return track

@@ -1,0 +1,114 @@
+"""
+Joint states of a recording in columns: messages in a row that look alike.
+
+"""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from ...errors import KinematicsError
+from ...estimation.joint_sample import JointSample
+from ...kernel import Floats
+
+Times: TypeAlias = npt.NDArray[np.int64]
+Flags: TypeAlias = npt.NDArray[np.bool_]
+
+# A block holds at most so many messages: what is worked on at once stays in some tens of MB.
+LARGEST_BLOCK = 16_384
+
+
+class AuditError(KinematicsError, ValueError):
+    """
+    A recording that cannot be judged; one sentence says why and what is accepted.
+
+    """
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """
+    Consecutive JointState messages with the same names and as many numbers.
+
+    Attributes
+    ----------
+    names
+        Joint names, as in the messages.
+    stamps, received : shape (N,), ns
+        Of the header, 0 where there is none; and of the recording.
+    positions, velocities : shape (N, k), rad or m, rad/s or m/s
+        As in the messages; k is mostly the number of names, and 0 where a message has none.
+
+    """
+
+    names: tuple[str, ...]
+    stamps: Times
+    received: Times
+    positions: Floats
+    velocities: Floats
+
+    def __len__(self) -> int:
+        return len(self.stamps)
+
+    def sample(self, k: int) -> JointSample:
+        """
+        Return message k as the estimator takes it; the steady clock is that of the recording.
+
+        """
+        received = int(self.received[k])
+        return JointSample(
+            self.names,
+            self.positions[k].tolist(),
+            self.velocities[k].tolist(),
+            int(self.stamps[k]),
+            received,
+            received,
+        )
+
+
+@dataclass(frozen=True)
+class Unreadable:
+    """
+    A message among the blocks that is no JointState; why, in words.
+
+    """
+
+    received: int
+    reason: str
+
+    def __len__(self) -> int:
+        return 1
+
+
+def blocks_of(samples: Iterable[JointSample]) -> Iterator[Block]:
+    """
+    Yield samples in blocks, in their order.
+
+    """
+    alike: list[JointSample] = []
+    key: tuple[tuple[str, ...], int, int] | None = None
+    for sample in samples:
+        own = (tuple(sample.names), len(sample.positions), len(sample.velocities))
+        if alike and (own != key or len(alike) >= LARGEST_BLOCK):
+            yield _block(alike)
+            alike = []
+        key = own
+        alike.append(sample)
+    if alike:
+        yield _block(alike)
+
+
+def _block(samples: list[JointSample]) -> Block:
+    def table(rows: list[object]) -> Floats:
+        return np.array(rows, dtype=np.float64).reshape(len(rows), -1)
+
+    return Block(
+        tuple(samples[0].names),
+        np.array([sample.stamp for sample in samples], dtype=np.int64),
+        np.array([sample.received for sample in samples], dtype=np.int64),
+        table([sample.positions for sample in samples]),
+        table([sample.velocities for sample in samples]),
+    )

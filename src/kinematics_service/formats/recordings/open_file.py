@@ -1,0 +1,64 @@
+"""
+Where joint states come from: one entry for every kind of file, found by what the file is.
+
+"""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from .bag_reader import open_bag
+from .block import AuditError
+from .plan_reader import open_planned
+from .pose_format import PoseFormat
+from .source import Source, Wanted
+from .table_reader import open_table
+
+BAGS = ('.mcap', '.db3', '.bag')
+TABLES = ('.csv', '.tsv', '.txt')
+TEXTS = ('.yaml', '.yml', '.json')
+ACCEPTED = (
+    'accepted are MCAP (.mcap), rosbag2 (a directory or .db3), ROS 1 bags (.bag), tables (.csv), '
+    'and planned trajectories (.yaml, .json)'
+)
+
+
+@contextmanager
+def open_source(file: Path, wanted: Wanted) -> Iterator[Source]:
+    """
+    Open a recording or a planned trajectory.
+
+    Raises
+    ------
+    AuditError
+        It cannot be read; one sentence.
+
+    """
+    if not file.exists():
+        raise AuditError(f'{file}: there is no such file')
+    suffix = file.suffix.lower()
+    if file.is_dir() or suffix in BAGS or _looks_like_a_bag(file):
+        if wanted.columns is not None:
+            raise AuditError(f'{file}: --columns is for tables; this is a bag')
+        if wanted.pose_format != PoseFormat():
+            raise AuditError(f'{file}: --pose-format is for tables; this is a bag')
+        with open_bag(file, wanted) as source:
+            yield source
+        return
+    if wanted.topic is not None or wanted.pose_topic is not None:
+        raise AuditError(f'{file}: topics are for bags; {ACCEPTED}')
+    if suffix in TEXTS:
+        yield open_planned(file, wanted)
+    elif suffix in TABLES:
+        yield open_table(file, wanted)
+    else:
+        raise AuditError(f'{file}: {suffix or "no suffix"} is not a kind of file; {ACCEPTED}')
+
+
+def _looks_like_a_bag(file: Path) -> bool:
+    try:
+        with file.open('rb') as stream:
+            head = stream.read(16)
+    except OSError as error:
+        raise AuditError(f'{file}: cannot be read: {error.strerror}') from None
+    return head.startswith((b'\x89MCAP', b'#ROSBAG V2', b'SQLite format 3'))

@@ -1,0 +1,243 @@
+"""
+Planned joint trajectories, read from text or messages.
+
+"""
+
+import json
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...kernel import Floats
+from ...robot.measures import Level
+from .between_points import Planned, sampled
+from .block import LARGEST_BLOCK, AuditError, Block, Times
+from .source import Remark, Source, Wanted
+
+SECOND = 1_000_000_000
+# Trajectories of one topic follow each other with a pause longer than any timeout (ns).
+PAUSE = 3_600 * SECOND
+# A stamp of zero would mean that there is none.
+BEGIN = SECOND
+LARGEST = 64 * 1024 * 1024
+
+
+def open_planned(file: Path, wanted: Wanted) -> Source:
+    """
+    Open a JointTrajectory in YAML, as `ros2 topic echo` prints it, or in JSON.
+
+    Raises
+    ------
+    AuditError
+        It is none; one sentence.
+
+    """
+    try:
+        data = file.read_bytes()
+    except OSError as error:
+        raise AuditError(f'{file}: cannot be read: {error.strerror}') from None
+    if len(data) > LARGEST:
+        raise AuditError(f'{file}: is larger than {LARGEST >> 20} MiB; write it as a bag')
+    try:
+        text = data.decode('utf-8-sig')
+    except UnicodeDecodeError:
+        raise AuditError(f'{file}: is not UTF-8 text') from None
+    if not text.strip():
+        raise AuditError(f'{file}: is empty')
+    documents = _documents(file, text)
+    found = [found for document in documents for found in _trajectories(document)]
+    if not found:
+        raise AuditError(
+            f'{file}: holds no JointTrajectory (accepted: joint_names, and points with positions, '
+            'time_from_start, and perhaps velocities and accelerations)'
+        )
+    planned = [_planned(one, str(file)) for one in found]
+    return Source(
+        'planned trajectory',
+        'points',
+        True,
+        None,
+        blocks_of_trajectories(planned, wanted, str(file)),
+        remarks=[Remark(Level.OK, f'{len(planned)} trajectories in a row')]
+        if len(planned) > 1
+        else [],
+    )
+
+
+def _documents(file: Path, text: str) -> list[Any]:
+    if file.suffix.lower() == '.json' or text.lstrip().startswith('{'):
+        try:
+            return [json.loads(text, object_pairs_hook=_mapping)]
+        except (ValueError, RecursionError) as error:
+            reason = str(error) or 'nested too deeply'
+            raise AuditError(f'{file}: is not valid JSON: {reason}') from None
+    from .plan_yaml import PlanYamlError, read_documents
+
+    try:
+        return read_documents(text)
+    except PlanYamlError as error:
+        raise AuditError(f'{file}:{error}') from None
+
+
+def _mapping(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    # Of a key that is there twice, json.loads would take the last in silence.
+    mapping = dict(pairs)
+    if len(mapping) < len(pairs):
+        keys = [key for key, _ in pairs]
+        twice = next(key for key in mapping if keys.count(key) > 1)
+        raise ValueError(f'the key {twice[:40]!a} is there twice')
+    return mapping
+
+
+def _trajectories(document: Any, depth: int = 0) -> Iterator[Mapping[str, Any]]:
+    # A JointTrajectory, or what holds one: RobotTrajectory, DisplayTrajectory, an action's goal.
+    if depth > 8:
+        return
+    if isinstance(document, Mapping):
+        if 'points' in document and 'joint_names' in document:
+            yield document
+        else:
+            for value in document.values():
+                yield from _trajectories(value, depth + 1)
+    elif isinstance(document, list):
+        for value in document:
+            yield from _trajectories(value, depth + 1)
+
+
+def _planned(data: Mapping[str, Any], where: str) -> Planned:
+    points = data['points'] or []
+    names = data['joint_names'] or []
+    if not isinstance(points, list) or not all(isinstance(point, Mapping) for point in points):
+        raise AuditError(f'{where}: points must be a list of points')
+    if not isinstance(names, list):
+        raise AuditError(f'{where}: joint_names must be a list of names')
+
+    def column(key: str) -> Floats | None:
+        rows = [point.get(key) or [] for point in points]
+        return _table(rows, tuple(map(str, names)), key, where)
+
+    times = [_seconds(point.get('time_from_start'), k, where) for k, point in enumerate(points)]
+    positions = column('positions')
+    return _checked(
+        Planned(
+            tuple(map(str, names)),
+            np.array(times),
+            np.zeros((0, 0)) if positions is None else positions,
+            column('velocities'),
+            column('accelerations'),
+        ),
+        where,
+    )
+
+
+def trajectory_of_message(message: Any) -> Planned:
+    """
+    Return the trajectory of a JointTrajectory message.
+
+    """
+    names = tuple(map(str, message.joint_names))
+
+    def column(key: str) -> Floats | None:
+        return _table(
+            [getattr(point, key) for point in message.points], names, key, 'a trajectory'
+        )
+
+    times = [
+        point.time_from_start.sec + point.time_from_start.nanosec * 1e-9
+        for point in message.points
+    ]
+    positions = column('positions')
+    return _checked(
+        Planned(
+            names,
+            np.array(times),
+            np.zeros((0, 0)) if positions is None else positions,
+            column('velocities'),
+            column('accelerations'),
+        ),
+        'a trajectory',
+    )
+
+
+def _table(rows: Sequence[Any], names: tuple[str, ...], key: str, where: str) -> Floats | None:
+    if not any(len(row) for row in rows if isinstance(row, (list, np.ndarray))):
+        return None
+    for k, row in enumerate(rows):
+        if not isinstance(row, (list, np.ndarray)) or len(row) != len(names):
+            if key != 'positions':
+                return None
+            raise AuditError(f'{where}: points[{k}] has not one position for each joint')
+        # Truth values and texts, which numpy would take for numbers.
+        if isinstance(row, list) and not {type(value) for value in row} <= {int, float}:
+            raise AuditError(f'{where}: points[{k}]: {key} must be numbers')
+    try:
+        return np.array(rows, dtype=np.float64)
+    except OverflowError:
+        raise AuditError(f'{where}: {key} holds a number that is not finite') from None
+
+
+def _seconds(time: Any, k: int, where: str) -> float:
+    if isinstance(time, Mapping):
+        parts = (time.get('sec', time.get('secs', 0)), time.get('nanosec', time.get('nsecs', 0)))
+    else:
+        parts = (time, 0)
+    if {type(part) for part in parts} <= {int, float} and all(abs(p) < 1e18 for p in parts):
+        return float(parts[0]) + float(parts[1]) * 1e-9
+    raise AuditError(f'{where}: points[{k}]: time_from_start must be sec and nanosec, or seconds')
+
+
+def _checked(planned: Planned, where: str) -> Planned:
+    if not len(planned.times):
+        raise AuditError(f'{where}: the trajectory has no points')
+    for name, table in (
+        ('time_from_start', planned.times),
+        ('positions', planned.positions),
+        ('velocities', planned.velocities),
+        ('accelerations', planned.accelerations),
+    ):
+        if table is not None and not np.all(np.isfinite(table)):
+            raise AuditError(f'{where}: {name} holds a number that is not finite')
+    if planned.positions.shape[1:] != (len(planned.names),):
+        raise AuditError(f'{where}: the points have no positions')
+    late = np.flatnonzero(np.diff(planned.times) <= 0.0)
+    if len(late):
+        raise AuditError(f'{where}: points[{late[0] + 1}] is not later than the point before it')
+    if planned.times[0] < 0.0 or planned.times[-1] > 1e6:
+        raise AuditError(f'{where}: time_from_start must be within 0 and 1e6 s')
+    return planned
+
+
+def blocks_of_trajectories(
+    trajectories: Iterable[Planned], wanted: Wanted, where: str
+) -> Iterator[Block]:
+    """
+    Yield the joint states of the motions that controllers make of trajectories.
+
+    Between points as joint_trajectory_controller: straight where there are positions alone, cubic
+    with velocities, quintic with accelerations; a trajectory of one point stays there.
+
+    Raises
+    ------
+    AuditError
+        A joint of the arm is not among those of a trajectory.
+
+    """
+    begin = BEGIN
+    ours = [wanted.joint_prefix + name for name in wanted.robot.joint_names]
+    for planned in trajectories:
+        missing = [name for name in ours if name not in planned.names]
+        if missing:
+            raise AuditError(
+                f'{where}: the trajectory does not move {", ".join(missing)} of '
+                f'{wanted.robot.name}; its joints are {", ".join(planned.names) or "none"}'
+            )
+        times, positions, velocities = sampled(planned)
+        stamps: Times = begin + np.rint(times * 1e9).astype(np.int64)
+        for at in range(0, len(stamps), LARGEST_BLOCK):
+            span = slice(at, at + LARGEST_BLOCK)
+            yield Block(
+                planned.names, stamps[span], stamps[span], positions[span], velocities[span]
+            )
+        begin = int(stamps[-1]) + PAUSE

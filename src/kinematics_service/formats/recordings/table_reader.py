@@ -1,0 +1,192 @@
+"""
+Joint states in a table: a CSV file with a header, of any of the known layouts.
+
+"""
+
+import csv
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from .block import AuditError, Block
+from .joint_csv import POSITION, STAMP, VELOCITY
+from .pose_format import ACCEPTED_POSES, PoseFormat, pose_columns
+from .source import MOST_POSES, PoseTrack, Source, Wanted
+from .table_rows import NO_TEXT, RowReader
+from .tool_poses import PoseRows
+
+SHOWN = 12
+# Bytes read at once where lines are counted.
+AT_ONCE = 2**20
+HOW = '--columns stamp=...,position=...,velocity=...,pose=... says what columns begin with'
+
+
+class Names(NamedTuple):
+    """
+    What the columns of a layout begin with; the stamp's whole name.
+
+    """
+
+    stamp: str
+    position: str
+    velocity: str
+    pose: str
+
+
+LAYOUTS = (
+    Names(STAMP, POSITION, VELOCITY, 'pose.'),
+    # What the recorder of Universal Robots' RTDE client writes.
+    Names('timestamp', 'actual_q_', 'actual_qd_', 'actual_TCP_pose_'),
+)
+
+
+def open_table(file: Path, wanted: Wanted) -> Source:
+    """
+    Open a table.
+
+    Raises
+    ------
+    AuditError
+        It cannot be read, or columns are missing; the message names line and column.
+
+    """
+    table = _Table(file, wanted)
+    return table.source()
+
+
+class _Table:
+    def __init__(self, file: Path, wanted: Wanted) -> None:
+        self.file, self.wanted = file, wanted
+        robot = wanted.robot
+        self.joints = [wanted.joint_prefix + name for name in robot.joint_names]
+        try:
+            with file.open(encoding='utf-8-sig', newline='') as stream:
+                first = stream.readline()
+                while first and not first.strip():
+                    first = stream.readline()
+        except UnicodeDecodeError:
+            raise AuditError(f'{file}: {NO_TEXT}') from None
+        except OSError as error:
+            raise AuditError(f'{file}: cannot be read: {error.strerror}') from None
+        if not first:
+            raise AuditError(f'{file}: is empty')
+        self.delimiter = next((c for c in ',;\t' if c in first), ' ')
+        self.header = [
+            cell.strip() for cell in next(csv.reader([first], delimiter=self.delimiter))
+        ]
+        if len(set(self.header)) < len(self.header):
+            twice = next(name for name in self.header if self.header.count(name) > 1)
+            raise AuditError(f'{file}: column {ascii(twice)} is there twice')
+        self.names = self._layout()
+
+    def source(self) -> Source:
+        positions, velocities = self._family(self.names.position), self._velocity_columns()
+        found = self._pose_columns()
+        columns, form = found or ([], PoseFormat())
+        reader = RowReader(
+            self.file,
+            self.delimiter,
+            self.header,
+            self.names.stamp,
+            [*positions, *velocities, *columns],
+        )
+        n, m = len(positions), len(positions) + len(velocities)
+        poses = PoseRows(form, len(columns), n)
+
+        def blocks() -> Iterator[Block]:
+            before: tuple[int, int] | None = None
+            for stamps, numbers in reader.pieces():
+                if found:
+                    # Poses and joints of a row belong together, however far apart the rows are.
+                    rows = numbers[:, m:]
+                    known = np.all(np.isfinite(rows), axis=1)
+                    poses.take(stamps[known], rows[known], numbers[known, :n])
+                # Received when it was measured; where the stamps step back, time goes on.
+                last, passed = before or (int(stamps[0]), int(stamps[0]))
+                steps = np.maximum(np.diff(stamps, prepend=last), 0)
+                received = passed + np.cumsum(steps)
+                before = int(stamps[-1]), int(received[-1])
+                yield Block(tuple(self.joints), stamps, received, numbers[:, :n], numbers[:, n:m])
+
+        def track() -> PoseTrack | None:
+            return poses.track(f'{self.names.pose}*', '', MOST_POSES) if poses.count else None
+
+        topic, total = f'{self.names.position}*', _lines_of(self.file) - 1
+        return Source('table', topic, False, total, blocks(), track, reader.remarks)
+
+    def _layout(self) -> Names:
+        if self.wanted.columns is not None:
+            given = self._given(self.wanted.columns)
+            names = LAYOUTS[0]._replace(**given)
+            self._positions(names, required=True)
+            return names
+        for names in LAYOUTS:
+            if names.stamp in self.header and self._positions(names, required=False):
+                return names
+        names = LAYOUTS[0]
+        self._positions(names, required=True)
+        raise AuditError(
+            f'{self.file}: no column {names.stamp!r} (seconds); the header has {self._shown()}; '
+            f'{HOW}'
+        )
+
+    def _given(self, text: str) -> dict[str, str]:
+        given = {}
+        for item in text.split(','):
+            key, equals, value = (part.strip() for part in item.partition('='))
+            if not equals or key not in Names._fields:
+                raise AuditError(
+                    f'--columns: {item!r} is not accepted; write for instance '
+                    'stamp=time,position=q_,velocity=qd_,pose=tcp_'
+                )
+            given[key] = value.rstrip('*')
+        if given.get('stamp', STAMP) not in self.header:
+            raise AuditError(
+                f'{self.file}: no column {given.get("stamp", STAMP)!r}; '
+                f'the header has {self._shown()}'
+            )
+        return given
+
+    def _positions(self, names: Names, required: bool) -> list[str]:
+        found = self._family(names.position)
+        if not found and required:
+            missing = [j for j in self.joints if names.position + j not in self.header]
+            raise AuditError(
+                f'{self.file}: no column {names.position + missing[0]!r} for joint '
+                f'{missing[0]!r} of {self.wanted.robot.name}; the header has {self._shown()}; '
+                f'{HOW}'
+            )
+        return found
+
+    def _family(self, prefix: str) -> list[str]:
+        # Columns of the joints, by name or by number from 0 or from 1; none if one is missing.
+        n = len(self.joints)
+        bare = self.wanted.robot.joint_names
+        for ends in (self.joints, bare, range(n), range(1, n + 1)):
+            columns = [f'{prefix}{end}' for end in ends]
+            if all(column in self.header for column in columns):
+                # Numbers from 1 are also numbers from 0 with one left over.
+                return columns
+        return []
+
+    def _velocity_columns(self) -> list[str]:
+        return self._family(self.names.velocity)
+
+    def _pose_columns(self) -> tuple[list[str], PoseFormat] | None:
+        found = pose_columns(self.header, self.names.pose, self.wanted.pose_format)
+        asked = self.wanted.columns is not None and 'pose=' in self.wanted.columns
+        if found is None and (asked or self.wanted.pose_format != PoseFormat()):
+            raise AuditError(f'{self.file}: {self.names.pose}* are no pose: {ACCEPTED_POSES}')
+        return found
+
+    def _shown(self) -> str:
+        more = len(self.header) - SHOWN
+        listed = ', '.join(ascii(name) for name in self.header[:SHOWN])
+        return listed + (f' and {more} more' if more > 0 else '')
+
+
+def _lines_of(file: Path) -> int:
+    with file.open('rb') as stream:
+        return sum(data.count(b'\n') for data in iter(lambda: stream.read(AT_ONCE), b''))

@@ -1,0 +1,194 @@
+"""
+The only reader of XML: the elements of a URDF with their lines, hostile files refused.
+
+Entities are what makes XML dangerous (they grow without bound, or read other files), and only a
+DOCTYPE can declare them: it is refused where it begins, before anything behind it is read.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NoReturn
+from xml.parsers import expat
+
+from ...errors import Fault, KinematicsError
+
+# The largest descriptions of whole humanoids have half a megabyte.
+MAX_BYTES = 8 * 1024 * 1024
+MAX_DEPTH = 64
+MAX_ELEMENTS = 200_000
+MOST_LISTED = 30  # names in a message
+
+
+class UrdfError(KinematicsError, ValueError):
+    """
+    A URDF that cannot be read, or a chain in it that no robot file can say.
+
+    """
+
+
+@dataclass(frozen=True)
+class Element:
+    """
+    An element of the file.
+
+    Parameters
+    ----------
+    tag, attributes, children
+        Text between elements is not kept: URDF has none.
+    file, line
+        Where it begins; lines are counted from 1.
+
+    """
+
+    tag: str
+    attributes: Mapping[str, str]
+    children: tuple['Element', ...]
+    file: str
+    line: int
+
+    def all(self, tag: str) -> Iterator['Element']:
+        """
+        Yield the children of a tag.
+
+        """
+        return (child for child in self.children if child.tag == tag)
+
+    def first(self, tag: str) -> 'Element | None':
+        """
+        Return the first child of a tag, or None.
+
+        """
+        return next(self.all(tag), None)
+
+    def refuse(self, message: str) -> NoReturn:
+        """
+        Raise a sentence about this element.
+
+        Raises
+        ------
+        UrdfError
+            Always.
+
+        """
+        raise UrdfError(str(Fault(self.file, self.line, self.title, message)))
+
+    @property
+    def title(self) -> str:
+        """
+        Return the element as messages call it: `<joint name='elbow'>`.
+
+        """
+        name = self.attributes.get('name')
+        return f'<{self.tag}>' if name is None else f'<{self.tag} name={shown(name)}>'
+
+
+def shown(text: str) -> str:
+    """
+    Return a text of the file in quotes, cut to 60 characters, control characters spelled out.
+
+    """
+    return repr(text if len(text) <= 60 else f'{text[:57]}...')
+
+
+def listed(names: tuple[str, ...]) -> str:
+    """
+    Return names for a message, the first thirty of them.
+
+    """
+    more = f' and {len(names) - MOST_LISTED} more' if len(names) > MOST_LISTED else ''
+    return ', '.join(shown(name)[1:-1] for name in names[:MOST_LISTED]) + more or 'none'
+
+
+def read_urdf(path: Path) -> Element:
+    """
+    Return the root of a URDF file.
+
+    Raises
+    ------
+    UrdfError
+        It cannot be read, is too large, or is not a URDF.
+
+    """
+    try:
+        with path.open('rb') as stream:
+            content = stream.read(MAX_BYTES + 1)
+    except OSError as error:
+        raise UrdfError(f'{path}: cannot be read: {error.strerror}') from None
+    return parse_urdf(content, str(path))
+
+
+def parse_urdf(content: bytes, file: str) -> Element:
+    """
+    Return the root element of the bytes of a URDF.
+
+    Raises
+    ------
+    UrdfError
+        Not XML, a DOCTYPE, xacro that has not been expanded, something other than a `<robot>`, or
+        too large.
+
+    """
+    if len(content) > MAX_BYTES:
+        raise UrdfError(f'{file}: larger than {MAX_BYTES // 2**20} MiB: not a URDF')
+    root = _Reader(file).read(content)
+    if root.tag != 'robot':
+        other = {'sdf': 'SDF', 'mujoco': 'MuJoCo XML'}.get(root.tag)
+        what = f'this is {other}, not URDF; ' if other else ''
+        root.refuse(f'{what}the root of a URDF is <robot>')
+    return root
+
+
+class _Reader:
+    # The elements that are open, innermost last; children gather until their parent closes.
+    def __init__(self, file: str) -> None:
+        self.file = file
+        self.open: list[tuple[str, dict[str, str], int, list[Element]]] = []
+        self.root: Element | None = None
+        self.elements = 0
+        self.parser = expat.ParserCreate()
+        self.parser.StartDoctypeDeclHandler = self._doctype
+        self.parser.StartElementHandler = self._start
+        self.parser.EndElementHandler = self._end
+
+    def read(self, content: bytes) -> Element:
+        try:
+            self.parser.Parse(content, True)
+        except expat.ExpatError as error:
+            reason = expat.errors.messages.get(error.code, 'malformed')
+            self._refuse(error.lineno, f'not valid XML: {reason}')
+        except UrdfError:
+            raise  # from a handler; it is a ValueError too
+        except (ValueError, LookupError) as error:
+            self._refuse(0, f'not valid XML: {error}')  # an encoding that does not exist
+        assert self.root is not None  # expat accepts no document without one
+        return self.root
+
+    def _refuse(self, line: int, message: str) -> NoReturn:
+        raise UrdfError(str(Fault(self.file, line, '', message)))
+
+    def _doctype(self, *_: object) -> None:
+        self._refuse(
+            self.parser.CurrentLineNumber, 'a DOCTYPE, which may declare entities, is not accepted'
+        )
+
+    def _start(self, tag: str, attributes: dict[str, str]) -> None:
+        line = self.parser.CurrentLineNumber
+        self.elements += 1
+        if tag.startswith('xacro:'):
+            self._refuse(
+                line, f'<{tag}> is xacro: expand it first (xacro FILE > robot.urdf) and give that'
+            )
+        if len(self.open) >= MAX_DEPTH:
+            self._refuse(line, f'nested more than {MAX_DEPTH} deep')
+        if self.elements > MAX_ELEMENTS:
+            self._refuse(line, f'more than {MAX_ELEMENTS} elements')
+        self.open.append((tag, attributes, line, []))
+
+    def _end(self, _: str) -> None:
+        tag, attributes, line, children = self.open.pop()
+        element = Element(tag, attributes, tuple(children), self.file, line)
+        if self.open:
+            self.open[-1][3].append(element)
+        else:
+            self.root = element

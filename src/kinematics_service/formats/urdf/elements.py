@@ -1,0 +1,121 @@
+"""
+The links and joints a URDF is to have, as frozen data.
+
+"""
+
+from dataclasses import dataclass
+
+from ...kernel import Floats
+from ...robot.file.quantities import LARGEST
+
+# URDF wants numbers where a robot file has none: the largest that a robot file accepts.
+UNLIMITED = LARGEST
+# Where the order of the joints in the robot file is not that of the chain, the root carries this
+# element with the attribute joint_order; readers of URDF skip elements they do not know.
+EXTENSION = 'kinematics_service'
+
+
+@dataclass(frozen=True)
+class Limit:
+    """
+    What URDF asks of a joint that is not continuous; UNLIMITED stands for infinity.
+
+    Parameters
+    ----------
+    lower, upper : rad or m
+        None for a continuous joint.
+    velocity : rad/s or m/s
+
+    """
+
+    lower: float | None
+    upper: float | None
+    velocity: float
+
+
+@dataclass(frozen=True)
+class Mimic:
+    """
+    This joint's position is `multiplier` times another's.
+
+    """
+
+    joint: str
+    multiplier: float
+
+
+@dataclass(frozen=True, eq=False)
+class PlannedJoint:
+    """
+    One `<joint>`.
+
+    Parameters
+    ----------
+    name, type, parent, child
+        Type: `fixed`, `revolute`, `continuous` or `prismatic`.
+    origin : shape (4, 4), m
+        Of the child in the parent, at position 0.
+    sign
+        The joint turns about, or slides along, sign times z.
+    limit, mimic
+        None where there is none.
+    hub
+        Whether it is drawn: of several joints on one axis only the first is.
+
+    """
+
+    name: str
+    type: str
+    parent: str
+    child: str
+    origin: Floats
+    sign: float = 1.0
+    limit: Limit | None = None
+    mimic: Mimic | None = None
+    hub: bool = False
+
+
+@dataclass(frozen=True)
+class Plan:
+    """
+    A URDF: links and joints, root first.
+
+    Parameters
+    ----------
+    frames
+        The links that are the frames of the table: [0] frame 0, [i] after row i.
+    tool
+        The link that is the tool frame.
+    joint_order
+        The names of the actuated joints where the chain's order is another; else empty.
+
+    """
+
+    links: tuple[str, ...]
+    joints: tuple[PlannedJoint, ...]
+    frames: tuple[str, ...]
+    tool: str
+    joint_order: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class FrameNames:
+    """
+    What the frames and joints are called where that is not as in the robot file.
+
+    Parameters
+    ----------
+    base, tool
+        Names instead of the file's; empty: the file's.
+    frame_prefix, joint_prefix
+        Put before every frame, and before every joint.
+
+    """
+
+    base: str = ''
+    tool: str = ''
+    frame_prefix: str = ''
+    joint_prefix: str = ''
+
+
+AS_IN_THE_FILE = FrameNames()

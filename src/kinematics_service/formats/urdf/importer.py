@@ -1,0 +1,147 @@
+"""
+A chain of a URDF made into a robot file, and the proof that it is the same arm.
+
+"""
+
+import os
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from ...robot.robot import Robot, robot_from_text
+from ...version import __version__
+from .certificate import Certificate, certify, configurations
+from .chain import UrdfChain, read_chain
+from .document import Element, UrdfError, parse_urdf, read_urdf
+from .quantity import as_rounded_part_of_pi
+from .robot_text import robot_file_text
+from .table import modified, table_of
+from .tree import read_tree
+
+# What a robot file may be off, as a share of the arm's size, before this package says it has
+# failed; a hundred times what the worst of thousands of random chains was.
+ACCEPTED = 1e-10
+
+
+@dataclass(frozen=True)
+class UrdfImport:
+    """
+    What became of a chain.
+
+    Parameters
+    ----------
+    text
+        The robot file; its `source` and its first lines hold the certificate.
+    robot
+        The robot of that text.
+    certificate
+        How exact it is.
+
+    """
+
+    text: str
+    robot: Robot
+    certificate: Certificate
+
+
+Convention = Literal['standard', 'modified']
+
+
+def import_urdf(
+    urdf: str,
+    base: str,
+    tip: str,
+    name: str = '',
+    convention: Convention = 'standard',
+    round_angles: bool = False,
+) -> UrdfImport:
+    """
+    Return the robot file of a chain of a URDF given as text.
+
+    Parameters
+    ----------
+    urdf
+        The XML, such as the parameter `robot_description` of robot_state_publisher.
+    base, tip
+        Links: they become the base frame and the tool frame.
+    name
+        Of the robot; default: that in the URDF.
+    convention
+        Of the table.
+    round_angles
+        Take an angle for the part of pi whose rounding it is, `1.5708` for pi/2. The certificate
+        compares with the file as it is written, and so shows what that changes.
+
+    Raises
+    ------
+    UrdfError
+        The text is no URDF, has no such chain, or holds a joint that no robot file can say.
+
+    """
+    root = parse_urdf(urdf.encode('utf-8'), '<text>')
+    return _imported(root, 'URDF', base, tip, name, convention, round_angles)
+
+
+def import_file(
+    path: str | os.PathLike[str],
+    base: str,
+    tip: str,
+    name: str = '',
+    convention: Convention = 'standard',
+    round_angles: bool = False,
+) -> UrdfImport:
+    """
+    Return the robot file of a chain of a URDF file; see `import_urdf`.
+
+    Raises
+    ------
+    UrdfError
+        The file cannot be read, or as `import_urdf`.
+
+    """
+    path = Path(path)
+    source = f'URDF {path.name}'
+    return _imported(read_urdf(path), source, base, tip, name, convention, round_angles)
+
+
+def _imported(
+    root: Element,
+    origin: str,
+    base: str,
+    tip: str,
+    name: str,
+    convention: str,
+    round_angles: bool,
+) -> UrdfImport:
+    tree = read_tree(root)
+    chain = read_chain(tree, base, tip)
+    meant = read_chain(tree, base, tip, as_rounded_part_of_pi) if round_angles else chain
+    table = table_of(meant)
+    if convention == 'modified':
+        table = modified(table)
+    name = name or re.sub(r'\W', '_', chain.robot, flags=re.ASCII) or 'robot'
+    poses = configurations(chain, 2)
+    known = list(zip(poses, meant.poses(poses)))
+
+    def text(certificate: str) -> str:
+        source = f'{origin}, robot {chain.robot!r}, {base} to {tip}; {certificate}'
+        head = (
+            f'# Made from a URDF by kinematics_service {__version__}; in rad and m.\n'
+            f'# {certificate.capitalize()}.\n'
+        )
+        return head + robot_file_text(chain, table, convention, name, source, known)
+
+    certificate = certify(chain, robot_from_text(text('not yet measured')))
+    _judge(certificate, chain, round_angles)
+    written = text(str(certificate))
+    return UrdfImport(written, robot_from_text(written), certificate)
+
+
+def _judge(certificate: Certificate, chain: UrdfChain, round_angles: bool) -> None:
+    size = 1.0 + sum(float(np.linalg.norm(motion.before[:3, 3])) for motion in chain.motions)
+    worst = max(certificate.position_error, certificate.rotation_error)
+    if worst > ACCEPTED * size and not round_angles:
+        raise UrdfError(f'the table is not exact enough to be written: {certificate}')

@@ -1,0 +1,175 @@
+"""
+A joint of a URDF: its type, origin, axis, limits, and what it mimics.
+
+"""
+
+import math
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...kernel import Floats
+from ...rigid_motion import pose_of
+from .document import Element, shown
+from .elements import UNLIMITED
+
+NUMBER = re.compile(r'[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?')
+INFINITE = re.compile(r'[-+]?inf(?:inity)?', re.IGNORECASE)
+MOVING = ('revolute', 'continuous', 'prismatic')
+WHY_NOT = {
+    'floating': 'a floating joint moves in six ways at once: begin the chain below it',
+    'planar': 'a planar joint moves in three ways at once: begin the chain below it',
+}
+# Shorter than this an axis is not a direction but a slip.
+SHORTEST_AXIS = 1e-6
+
+Angle = Callable[[str], float]
+
+
+@dataclass(frozen=True, eq=False)
+class UrdfJoint:
+    """
+    One joint, in rad and m.
+
+    Parameters
+    ----------
+    type
+        `fixed`, `revolute`, `continuous` or `prismatic`.
+    origin : shape (4, 4)
+        Of the child in the parent at position 0.
+    axis : shape (3,)
+        Unit vector in the child's frame.
+    lower, upper, velocity
+        Infinite where there is none.
+    mimics
+        The joint it follows, or empty: its position is multiplier times that one's plus offset.
+
+    """
+
+    element: Element
+    name: str
+    type: str
+    origin: Floats
+    axis: Floats
+    lower: float
+    upper: float
+    velocity: float
+    mimics: str
+    multiplier: float
+    offset: float
+
+
+def read_joint(element: Element, angle: Angle = float) -> UrdfJoint:
+    """
+    Return a joint, all of it checked.
+
+    Parameters
+    ----------
+    element
+        `<joint>`.
+    angle
+        What the text of an angle of `<origin rpy>` is worth, in rad.
+
+    Raises
+    ------
+    UrdfError
+        Of a type that is no joint of an arm, or with an attribute that is no number.
+
+    """
+    kind = element.attributes.get('type', '')
+    if kind not in (*MOVING, 'fixed'):
+        why = WHY_NOT.get(kind, f'its type is {shown(kind)}')
+        element.refuse(f'{why} (accepted: {", ".join(MOVING)}, fixed)')
+    lower, upper, velocity = _limits(element, kind)
+    mimic = None if kind == 'fixed' else element.first('mimic')
+    followed = '' if mimic is None else mimic.attributes.get('joint', '')
+    if mimic is not None and not followed:
+        mimic.refuse('it does not say which joint="..." to mimic')
+    return UrdfJoint(
+        element=element,
+        name=element.attributes['name'],
+        type=kind,
+        origin=_origin(element, angle),
+        axis=_axis(element) if kind in MOVING else np.array([1.0, 0.0, 0.0]),
+        lower=lower,
+        upper=upper,
+        velocity=velocity,
+        mimics=followed,
+        multiplier=_number(mimic, 'multiplier', 1.0),
+        offset=_number(mimic, 'offset', 0.0),
+    )
+
+
+def _origin(element: Element, angle: Angle) -> Floats:
+    origin = element.first('origin')
+    if origin is None:
+        return np.eye(4)
+    x, y, z = _three(origin, 'xyz', '0 0 0', float)
+    roll, pitch, yaw = _three(origin, 'rpy', '0 0 0', angle)
+    return pose_of((x, y, z), (roll, pitch, yaw))
+
+
+def _axis(element: Element) -> Floats:
+    axis = element.first('axis')
+    direction = np.array([1.0, 0.0, 0.0])
+    if axis is not None:
+        direction = np.array(_three(axis, 'xyz', '1 0 0', float))
+        length = float(np.linalg.norm(direction))
+        if length < SHORTEST_AXIS:
+            axis.refuse(f'xyz={shown(axis.attributes.get("xyz", ""))} has no direction')
+        # One that is a unit vector to the last bits stays as it is written.
+        if abs(length - 1.0) > 1e-15:
+            direction = direction / length
+    return direction
+
+
+def _limits(element: Element, kind: str) -> tuple[float, float, float]:
+    limit = element.first('limit')
+    velocity = _number(limit, 'velocity', 0.0)
+    if not 0.0 < velocity < UNLIMITED:
+        velocity = math.inf  # 0 is how many files say that it is not known
+    if kind not in ('revolute', 'prismatic'):
+        return -math.inf, math.inf, velocity
+    if limit is None:
+        other = ", or type='continuous'" if kind == 'revolute' else ''
+        element.refuse(f'a {kind} joint needs <limit lower="..." upper="..."/>{other}')
+    lower, upper = _number(limit, 'lower', 0.0), _number(limit, 'upper', 0.0)
+    if not lower < upper and element.first('mimic') is None:
+        limit.refuse(
+            f'the lower limit of {shown(element.attributes["name"])} must be below the upper one, '
+            f"not {lower:g} and {upper:g} (type='fixed' for a joint that does not move)"
+        )
+    return (
+        lower if lower > -UNLIMITED else -math.inf,
+        upper if upper < UNLIMITED else math.inf,
+        velocity,
+    )
+
+
+def _number(element: Element | None, attribute: str, default: float) -> float:
+    text = None if element is None else element.attributes.get(attribute)
+    if element is None or text is None:
+        return default
+    if attribute in ('lower', 'upper', 'velocity') and INFINITE.fullmatch(text.strip()):
+        return float(text)
+    return _value(element, attribute, text.strip(), float)
+
+
+def _value(element: Element, attribute: str, text: str, worth: Angle) -> float:
+    if '$' in text:
+        element.refuse(f'{attribute}={shown(text)} is xacro: expand the file first')
+    if not NUMBER.fullmatch(text) or not abs(float(text)) <= UNLIMITED:
+        if attribute in ('lower', 'upper', 'velocity') and NUMBER.fullmatch(text):
+            return math.copysign(UNLIMITED, float(text))
+        element.refuse(f'{attribute}: {shown(text)} is not a number (at most {UNLIMITED:g})')
+    return worth(text)
+
+
+def _three(element: Element, attribute: str, default: str, worth: Angle) -> list[float]:
+    text = element.attributes.get(attribute, default)
+    words = text.split()
+    if len(words) != 3 and '$' not in text:
+        element.refuse(f'{attribute}: expected three numbers, not {shown(text)}')
+    return [_value(element, attribute, word, worth) for word in words]

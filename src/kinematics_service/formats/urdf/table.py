@@ -1,0 +1,276 @@
+"""
+A chain of a URDF turned into a Denavit-Hartenberg table.
+
+Each row is found in the frame the rows before it really lead to, at all joints 0, with the numbers
+as they will be written: what one row rounds off, the next one takes back.
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...kernel import Floats
+from ...rigid_motion import exact_rpy, inverse, pose_of, screw_x, screw_z
+from .chain import UrdfChain, moved
+from .quantity import ROUND_OFF, Quantity, angle_of, length_of
+
+# Axes whose directions differ by less are parallel: that is round-off of the products that led to
+# them, and taking it for an angle would put their common normal anywhere.
+PARALLEL = 1e-13
+# How many lengths of the chain a common normal may lie away. Nearly parallel axes (a URDF with
+# rpy="1.5708") meet kilometres away, and rows with such lengths lose the digits that the pose
+# needs. Then two rows lead to the axis, over a line at right angles to both.
+FAR = 2.0
+# Where the tip's z axis is so near to the last joint's, the tool takes the difference.
+NEARLY_PARALLEL = 1e-3
+# A little more, so that round-off does not turn a row by pi.
+RIGHT_ANGLE = math.pi / 2.0 + 1e-9
+
+
+@dataclass(frozen=True)
+class Term:
+    """
+    What moves in a row: a variable (its index) times a factor, in theta or in d.
+
+    """
+
+    turns: bool
+    variable: int
+    factor: float
+
+
+@dataclass(frozen=True)
+class TableRow:
+    """
+    A row Rz(theta) Tz(d) Tx(a) Rx(alpha), and the terms that are added to theta and d.
+
+    Parameters
+    ----------
+    follows
+        Whether the joint it is made from mimics another.
+
+    """
+
+    theta: Quantity
+    d: Quantity
+    a: Quantity
+    alpha: Quantity
+    terms: tuple[Term, ...] = ()
+    follows: bool = False
+
+
+@dataclass(frozen=True)
+class Pose:
+    """
+    A constant pose R = Rz(yaw) Ry(pitch) Rx(roll), as it will be written.
+
+    """
+
+    xyz: tuple[Quantity, ...]
+    rpy: tuple[Quantity, ...]
+
+    @property
+    def matrix(self) -> Floats:
+        """
+        Return it as (4, 4), translation in m.
+
+        """
+        roll, pitch, yaw = (angle.value for angle in self.rpy)
+        return pose_of([length.value for length in self.xyz], (roll, pitch, yaw))
+
+
+@dataclass(frozen=True)
+class Table:
+    """
+    The rows, frame 0 in the base link, and the tip link in the last row's frame.
+
+    """
+
+    rows: tuple[TableRow, ...]
+    base: Pose
+    tool: Pose
+
+
+@dataclass(frozen=True, eq=False)
+class _Line:
+    # An axis: a point on it and its direction, (3,) each.
+    point: Floats
+    direction: Floats
+
+    def seen_from(self, T: Floats) -> '_Line':
+        back = inverse(T)
+        return _Line(back[:3, :3] @ self.point + back[:3, 3], back[:3, :3] @ self.direction)
+
+
+def table_of(chain: UrdfChain) -> Table:
+    """
+    Return the standard table of a chain.
+
+    """
+    lines, tip = _lines(chain)
+    size = sum(float(np.linalg.norm(motion.before[:3, 3])) for motion in chain.motions)
+    size += float(np.linalg.norm(chain.end[:3, 3]))
+    base = _base(lines[0])
+    T, sign = base.matrix, 1.0
+    rows: list[TableRow] = []
+    for here, there, line in zip(chain.motions, [*chain.motions[1:], None], lines[1:]):
+        line = line.seen_from(T)
+        if there is not None and not there.turns:
+            # Where a slide's axis lies is free: through the origin that there is.
+            line = _Line(np.zeros(3), line.direction)
+        next_sign = 1.0
+        if there is not None and (here.follows or there.follows) and _coincide(line):
+            # Both in one row: the joint about -z turns by minus its position about z.
+            next_sign = math.copysign(1.0, line.direction[2])
+        line = _Line(line.point, next_sign * line.direction)
+        steps = _last_steps(line, size) if there is None else _steps(line, size)
+        term = Term(here.turns, here.variable, sign * here.factor)
+        rows += [replace(steps[0], terms=(term,), follows=here.follows), *steps[1:]]
+        for step in steps:
+            T = T @ _matrix(step)
+        sign = next_sign
+    return Table(tuple(_merged(rows)), base, _pose(inverse(T) @ tip))
+
+
+def modified(table: Table) -> Table:
+    """
+    Return the same table by Craig's convention: a and alpha stand one row further down.
+
+    The last a and alpha become part of the tool.
+
+    """
+    rows, zero = [], length_of(0.0)
+    a, alpha = zero, zero
+    for row in table.rows:
+        rows.append(replace(row, a=a, alpha=alpha))
+        a, alpha = row.a, row.alpha
+    tool = table.tool
+    if (a.value, alpha.value) != (0.0, 0.0):
+        tool = _pose(screw_x(alpha.value, a.value) @ tool.matrix)
+    return Table(tuple(rows), table.base, tool)
+
+
+def _lines(chain: UrdfChain) -> tuple[list[_Line], Floats]:
+    # The axes at all variables 0, and the tip, whose z axis is the last line.
+    T = np.eye(4)
+    lines = []
+    for motion in chain.motions:
+        T = T @ motion.before
+        lines.append(_Line(T[:3, 3], T[:3, :3] @ motion.axis))
+        T = T @ moved(motion.turns, motion.axis, np.array([motion.offset]))[0]
+    T = T @ chain.end
+    return [*lines, _Line(T[:3, 3], T[:3, 2])], T
+
+
+def _base(line: _Line) -> Pose:
+    # Frame 0: z along the first axis, origin where that passes the base link's.
+    theta, alpha = _turns(line.direction)
+    nearest = line.point - (line.point @ line.direction) * line.direction
+    zero = length_of(0.0)
+    return Pose(tuple(map(length_of, nearest)), (angle_of(alpha), zero, angle_of(theta)))
+
+
+def _pose(T: Floats) -> Pose:
+    return Pose(tuple(map(length_of, T[:3, 3])), tuple(map(angle_of, exact_rpy(T[:3, :3]))))
+
+
+def _matrix(row: TableRow) -> Floats:
+    return screw_z(row.theta.value, row.d.value) @ screw_x(row.alpha.value, row.a.value)
+
+
+def _row(theta: float, d: float, a: float, alpha: float) -> TableRow:
+    return TableRow(angle_of(theta), length_of(d), length_of(a), angle_of(alpha))
+
+
+def _parallel(direction: Floats) -> bool:
+    return math.hypot(direction[0], direction[1]) < PARALLEL
+
+
+def _coincide(line: _Line) -> bool:
+    x, y, _ = line.point
+    return _parallel(line.direction) and math.hypot(x, y) <= ROUND_OFF
+
+
+def _turns(direction: Floats) -> tuple[float, float]:
+    # theta and alpha with Rz(theta) Rx(alpha) z = direction, theta the smaller of the two.
+    x, y, z = direction
+    if _parallel(direction):
+        return 0.0, 0.0 if z > 0.0 else math.pi
+    theta, alpha = math.atan2(x, -y), math.atan2(math.hypot(x, y), z)
+    if abs(theta) > RIGHT_ANGLE:
+        return theta - math.copysign(math.pi, theta), -alpha
+    return theta, alpha
+
+
+def _step(line: _Line) -> tuple[TableRow, float]:
+    # The row to a line as seen from the frame before, and how far from the line's point the new
+    # origin is. With n = (cos theta, sin theta, 0) and m = (-sin theta, cos theta, 0): the
+    # direction is W = -sin(alpha) m + cos(alpha) z, so point + t W lies on the common normal n
+    # where t = point.m / sin(alpha).
+    x, y, z = line.point
+    theta, alpha = _turns(line.direction)
+    if _parallel(line.direction):
+        # Any common normal will do: the one through the origin, d = 0.
+        a = math.hypot(x, y)
+        theta = math.atan2(y, x) if a > ROUND_OFF else 0.0
+        if abs(theta) > RIGHT_ANGLE:
+            theta, a = theta - math.copysign(math.pi, theta), -a
+        return _row(theta, 0.0, a if abs(a) > ROUND_OFF else 0.0, alpha), abs(z)
+    c, s = math.cos(theta), math.sin(theta)
+    t = (c * y - s * x) / math.sin(alpha)
+    return _row(theta, z + t * math.cos(alpha), c * x + s * y, alpha), abs(t)
+
+
+def _steps(line: _Line, size: float) -> list[TableRow]:
+    row, away = _step(line)
+    if _parallel(line.direction) or away <= FAR * size:
+        return [row]
+    # Nearly parallel: over a line through the axis, tangential around our z, square to the axis.
+    W = line.direction
+    point = line.point - line.point[2] / W[2] * W
+    distance = math.hypot(point[0], point[1])
+    x, y = point[:2] / distance if distance > ROUND_OFF else (1.0, 0.0)
+    across = np.array([-y, x, 0.0])
+    across -= (across @ W) * W
+    first, _ = _step(_Line(point, across / np.linalg.norm(across)))
+    second, _ = _step(_Line(point, W).seen_from(_matrix(first)))
+    return [first, second]
+
+
+def _last_steps(line: _Line, size: float) -> list[TableRow]:
+    # To the tip's z axis; what is left over, about and along it, is the tool.
+    z = line.direction[2]
+    if math.hypot(*line.direction[:2]) < NEARLY_PARALLEL:
+        row, _ = _step(_Line(line.point, np.array([0.0, 0.0, math.copysign(1.0, z)])))
+        return [replace(row, d=length_of(line.point[2]))]
+    row, away = _step(line)
+    return [row] if away <= FAR * size else [_row(0.0, 0.0, 0.0, 0.0)]
+
+
+def _merged(rows: list[TableRow]) -> list[TableRow]:
+    # A joint and those that mimic it on the same axis are one row: theta: q3 - q2.
+    result = rows[:1]
+    for row in rows[1:]:
+        last = result[-1]
+        if (last.a.value, last.alpha.value) == (0.0, 0.0) and (
+            last.terms and row.terms and (last.follows or row.follows)
+        ):
+            result[-1] = replace(
+                row,
+                theta=angle_of(last.theta.value + row.theta.value),
+                d=length_of(last.d.value + row.d.value),
+                terms=_sum((*last.terms, *row.terms)),
+                follows=True,
+            )
+        else:
+            result.append(row)
+    return result
+
+
+def _sum(terms: tuple[Term, ...]) -> tuple[Term, ...]:
+    factors: dict[tuple[bool, int], float] = {}
+    for term in terms:
+        key = (term.turns, term.variable)
+        factors[key] = factors.get(key, 0.0) + term.factor
+    return tuple(Term(*key, factor) for key, factor in factors.items() if factor != 0.0)

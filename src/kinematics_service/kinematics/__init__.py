@@ -1,0 +1,4 @@
+"""
+What follows from joint positions: pose, Jacobian, twist, singularity.
+
+"""

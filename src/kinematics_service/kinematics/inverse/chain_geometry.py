@@ -1,0 +1,152 @@
+"""
+What can be recognised in the screws of an arm: parallel axes, axes that meet, links in a plane.
+
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ...kernel import Floats
+from .screws import Screws
+
+# Axes are parallel, or meet, where they do so to this share of the arm's size: what ten digits of
+# a table leave, and far above what a product of matrices rounds.
+SAME = 1e-9
+
+
+def size_of(screws: Screws) -> float:
+    """
+    Return the largest distance between the points of the arm, in m.
+
+    """
+    points = np.vstack([screws.points, screws.tool])
+    return max(float(np.max(np.linalg.norm(points - points[0], axis=1))), 1e-12)
+
+
+def parallel(a: Floats, b: Floats) -> bool:
+    """
+    Return whether two unit vectors are parallel or opposite.
+
+    """
+    return float(np.linalg.norm(np.cross(a, b))) < SAME
+
+
+def meeting_point(screws: Screws, which: Sequence[int]) -> Floats | None:
+    """
+    Return the point (3,) in which rotation axes meet at rest, m; None where they do not.
+
+    Neighbours among them must not be parallel: they would share an axis, or miss each other.
+
+    """
+    if any(screws.slides[k] for k in which):
+        return None
+    if any(parallel(screws.axes[i], screws.axes[j]) for i, j in zip(which, which[1:])):
+        return None
+    # Least squares over the distances across each axis.
+    across = [np.eye(3) - np.outer(screws.axes[k], screws.axes[k]) for k in which]
+    rows = np.vstack(across)
+    right = np.concatenate([P @ screws.points[k] for P, k in zip(across, which)])
+    point = np.linalg.lstsq(rows, right, rcond=None)[0]
+    miss = float(np.max(np.abs(rows @ point - right)))
+    return np.asarray(point) if miss < SAME * size_of(screws) else None
+
+
+def all_parallel(screws: Screws, which: Sequence[int]) -> bool:
+    """
+    Return whether these are rotations about parallel axes.
+
+    """
+    first = screws.axes[which[0]]
+    return all(not screws.slides[k] and parallel(first, screws.axes[k]) for k in which)
+
+
+def with_feet(screws: Screws) -> Screws:
+    """
+    Return the screws with the points of axes 1 and 2 at the feet of their common perpendicular.
+
+    What is parallel, or meets, to the last digits does so exactly then.
+
+    """
+    axes, points = screws.axes.copy(), screws.points.copy()
+    coupling = screws.coupling.copy()
+    z1, z2 = axes[0], axes[1]
+    between = points[1] - points[0]
+    if parallel(z1, z2):
+        coupling[1] = coupling[1] * np.sign(z1 @ z2)
+        axes[1] = z1
+        points[1] = points[1] - z1 * (between @ z1)
+        if np.linalg.norm(points[1] - points[0]) < SAME * size_of(screws):
+            points[1] = points[0]
+    else:
+        cosine = float(z1 @ z2)
+        along = np.linalg.solve([[1.0, -cosine], [cosine, -1.0]], [between @ z1, between @ z2])
+        points[0] = points[0] + along[0] * z1
+        points[1] = points[1] + along[1] * z2
+        if np.linalg.norm(points[1] - points[0]) < SAME * size_of(screws):
+            points[1] = points[0]
+    return replace(screws, axes=axes, points=points, coupling=coupling)
+
+
+def reversed_screws(screws: Screws) -> Screws:
+    """
+    Return the screws from tool to base: the inverse of a product is that of the inverses.
+
+    """
+    return replace(
+        screws,
+        axes=screws.axes[::-1].copy(),
+        points=screws.points[::-1].copy(),
+        slides=screws.slides[::-1],
+        coupling=-screws.coupling[::-1],
+    )
+
+
+def with_links_merged(screws: Screws) -> Screws:
+    """
+    Return screws that move the tool's origin alike, its last parallel rotations made two.
+
+    In a plane each link is a vector turned by the sum of the angles before it. Links that turn
+    together, as in a parallelogram, are one link; links that do not turn stand before the others.
+    Where that does not leave two, the screws are returned as they are.
+
+    """
+    k = len(screws.axes)
+    start = k
+    while start > 0 and all_parallel(screws, range(start - 1, k)):
+        start -= 1
+    if k - start < 2:
+        return screws
+    z = screws.axes[start]
+    turns: list[Floats] = []
+    links: list[Floats] = []
+    total = np.zeros(screws.coupling.shape[1])
+    ends = [*screws.points[start + 1 :], screws.tool]
+    still = screws.points[start]
+    for j in range(start, k):
+        total = total + screws.coupling[j] * np.sign(screws.axes[j] @ z)
+        link = ends[j - start] - screws.points[j]
+        if not np.any(np.abs(total) > SAME):
+            still = still + link
+            continue
+        for i, turn in enumerate(turns):
+            if np.allclose(turn, total, rtol=0.0, atol=SAME):
+                links[i] = links[i] + link
+                break
+        else:
+            turns.append(total)
+            links.append(link)
+    if len(turns) != 2:
+        return screws
+    points = [still, still + links[0]]
+    coupling = [turns[0], turns[1] - turns[0]]
+    home = screws.home.copy()
+    home[:3, 3] = still + links[0] + links[1]
+    return Screws(
+        axes=np.vstack([screws.axes[:start], z, z]),
+        points=np.vstack([screws.points[:start], *points]),
+        slides=(*screws.slides[:start], False, False),
+        coupling=np.vstack([screws.coupling[:start], *coupling]),
+        home=home,
+    )

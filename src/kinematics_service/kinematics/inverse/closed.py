@@ -1,0 +1,66 @@
+"""
+Solutions in closed form: one call of the kernel finds, proves and sorts them.
+
+"""
+
+import numpy as np
+
+from ... import kernel
+from .question import Question
+from .result import IkSolution, Posture
+from .search import PROVED, refinement
+
+# By their signs, as the kernel says them.
+POSTURES = {
+    (a - 1, b - 1, c - 1): Posture(shoulder, elbow, wrist)
+    for a, shoulder in enumerate(('left', '', 'right'))
+    for b, elbow in enumerate(('down', '', 'up'))
+    for c, wrist in enumerate(('flip', '', 'no_flip'))
+}
+NO_POSTURE = Posture()
+
+
+def room_for(count: int, question: Question) -> kernel.Solutions:
+    """
+    Return room for so many solutions.
+
+    """
+    return kernel.Solutions(np.empty((count, question.robot.chain.dof)))
+
+
+def closed_solutions(
+    question: Question, form: kernel.ClosedForm, only_one: bool
+) -> kernel.Solutions:
+    """
+    Return all solutions of an arm with a closed form, or the nearest one inside the limits.
+
+    """
+    solutions = room_for(1 if only_one else kernel.MOST_CANDIDATES, question)
+    kernel.closed_solutions(
+        form,
+        refinement(question.aim, question.plan),
+        question.plan.joints,
+        question.near,
+        PROVED,
+        only_one,
+        solutions,
+    )
+    return solutions
+
+
+def solutions_of(question: Question, proved: kernel.Solutions) -> tuple[IkSolution, ...]:
+    """
+    Return proved solutions as the result has them, in their order.
+
+    """
+    names = question.robot.joint_names
+    solutions = []
+    for k, q in enumerate(proved.q[: proved.count].copy()):
+        margin = proved.margin(k)
+        feasible = margin >= -kernel.AT_LIMIT
+        beyond: tuple[str, ...] = ()
+        if not feasible:
+            beyond = tuple(name for j, name in enumerate(names) if proved.is_beyond(k, j))
+        posture = POSTURES[proved.posture(k)]
+        solutions.append(IkSolution(q, proved.miss(k), feasible, beyond, margin, posture))
+    return tuple(solutions)

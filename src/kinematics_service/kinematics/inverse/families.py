@@ -1,0 +1,169 @@
+"""
+Families: whether a solution is isolated, or one of a continuum, and how the continuum runs.
+
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ... import kernel
+from ...kernel import Floats
+from ...robot.robot import Robot
+from .plan import Plan, signed
+from .search import PROVED, Found, apart, errors_at, refined
+from .target import Aim
+
+# Below this share of the largest singular value a motion may be free (then it is tried out).
+MAYBE_FREE = 1e-5
+# A last pivot above this share cannot belong to such a singular value.
+SUSPECT = 1e-3
+# So far it is tried out (rad), and so much of that has to be left after the way back to the
+# target: at the border of the workspace, where J is singular too, the way back leads home.
+TRIED, LEFT = 0.05, 0.01
+# On a family the way back ends as near to the target as the solution itself, or round-off (a
+# share of the length): so next to a singular pose two solutions are two, not a family.
+AS_GOOD = 1e-13
+# How far out, in rad, a straight family is looked at.
+FAR_OUT = (-2.0, 0.7, 3.0)
+TIMES = 6
+
+
+class Family(NamedTuple):
+    """
+    A solution that is not isolated, and the motions along its family.
+
+    Attributes
+    ----------
+    q : shape (n,), rad or m
+        The solution.
+    error
+        What is left of it, m.
+    motions : shape (k, n)
+        Orthonormal, scaled.
+    straight
+        Whether every multiple of the motions is in the family.
+
+    """
+
+    q: Floats
+    error: float
+    motions: Floats
+    straight: bool
+
+
+def isolated_or_not(
+    robot: Robot, aim: Aim, plan: Plan, found: Found
+) -> tuple[Found, tuple[Family, ...]]:
+    """
+    Return the isolated ones of proved solutions, and the families of the others.
+
+    """
+    n = robot.dof
+    shares = np.empty(len(found.q))
+    kernel.pivots(aim.residual, plan.scales, found.q, shares)
+    suspect = shares < SUSPECT
+    if not suspect.any():
+        return found, ()
+    m = len(found.q)
+    sigma, motions = np.zeros((m, n)), np.zeros((m, n, n))
+    kernel.free_motions(aim.residual, plan.scales, found.q, sigma, motions)
+    singular = sigma[:, -1] < MAYBE_FREE * sigma[:, 0]
+    if not singular.any():
+        return found, ()
+    families: list[Family] = []
+    isolated = np.ones(m, dtype=bool)
+    for k in np.flatnonzero(singular):
+        null = motions[k][sigma[k] < MAYBE_FREE * sigma[k, 0]]
+        along = _along(robot, aim, plan, found.q[k], null, float(found.errors[k]))
+        if len(along):
+            isolated[k] = False
+            straight = _straight(robot, aim, plan, found.q[k], along)
+            families.append(Family(found.q[k], float(found.errors[k]), along, straight))
+    return Found(found.q[isolated], found.errors[isolated]), tuple(_merged(plan, families))
+
+
+def _along(robot: Robot, aim: Aim, plan: Plan, q: Floats, null: Floats, error: float) -> Floats:
+    # The part of the null space in which the pose can really be kept.
+    trials = np.concatenate([null, -null]) * TRIED
+    gone = refined(aim, plan, q + trials * plan.scales, far=True)
+    ways = apart(plan, q, gone.q) / plan.scales
+    size = np.linalg.norm(ways, axis=1)
+    as_good = max(AS_GOOD * robot.task.length, 4.0 * error)
+    kept = (gone.errors < as_good) & (size > LEFT) & (size < 4 * TRIED)
+    if not np.any(kept):
+        return np.empty((0, len(q)))
+    # The ways bend a little; what they have in common with the null space is the tangent.
+    tangents = ways[kept] @ null.T @ null
+    _, strength, right = np.linalg.svd(tangents, full_matrices=False)
+    along = right[strength > 0.2 * TRIED]
+    return signed(along)
+
+
+def _straight(robot: Robot, aim: Aim, plan: Plan, q: Floats, along: Floats) -> bool:
+    out = np.concatenate([q + t * along * plan.scales for t in FAR_OUT])
+    # A direction known to some ten digits.
+    return bool(np.all(errors_at(aim, plan, out) < 1e-6 * robot.task.length))
+
+
+def _merged(plan: Plan, families: list[Family]) -> list[Family]:
+    # Straight families that are the same line; curved ones that stand near each other.
+    kept: list[Family] = []
+    for family in families:
+        for one in kept:
+            away = apart(plan, one.q, family.q) / plan.scales
+            if one.straight and family.straight and len(one.motions) == len(family.motions):
+                away = away_from_line(plan, away, one.motions)
+            if np.max(np.abs(away)) < 1e-4:
+                break
+        else:
+            kept.append(family)
+    return kept
+
+
+def away_from_line(plan: Plan, away: Floats, motions: Floats) -> Floats:
+    """
+    Return what of a scaled way (n,) does not run along straight motions, full turns left out.
+
+    """
+    for motion in motions:
+        j = int(np.argmax(np.abs(motion)))
+        away = away - motion * (away[j] / motion[j])
+    return apart(plan, np.zeros_like(away), away * plan.scales) / plan.scales
+
+
+def nearer(
+    robot: Robot, aim: Aim, plan: Plan, family: Family, near: Floats, limits: Floats
+) -> Family:
+    """
+    Return the family at the pose nearest to `near` that some steps along it lead to.
+
+    """
+    q, error = family.q, family.error
+    motions = family.motions
+    for _ in range(TIMES):
+        away = (near - q) / plan.scales
+        step = motions.T @ (motions @ away)
+        largest = float(np.max(np.abs(step)))
+        if largest < 1e-4:
+            break
+        trial = q + step * plan.scales * min(1.0, 0.5 / largest)
+        gone = refined(aim, plan, np.clip(trial, *limits.T)[None], True, limits)
+        closer = np.linalg.norm((near - gone.q[0]) / plan.scales) < np.linalg.norm(away)
+        if gone.errors[0] >= PROVED or not closer:
+            break
+        q, error = gone.q[0], float(gone.errors[0])
+        if not family.straight:
+            motions = tangent(robot, aim, plan, q, len(motions))
+    return Family(q, error, motions, family.straight)
+
+
+def tangent(robot: Robot, aim: Aim, plan: Plan, q: Floats, dimension: int) -> Floats:
+    """
+    Return the joint motions (k, n), scaled and orthonormal, that J maps to least.
+
+    """
+    n = robot.dof
+    sigma, motions = np.zeros((1, n)), np.zeros((1, n, n))
+    kernel.free_motions(aim.residual, plan.scales, q[None].copy(), sigma, motions)
+    return np.array(motions[0, n - dimension :])

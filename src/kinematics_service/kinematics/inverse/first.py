@@ -1,0 +1,50 @@
+"""
+One solution: the first that is proved inside the limits, found from where the arm is.
+
+"""
+
+import functools
+
+import numpy as np
+
+from ... import kernel
+from ...kernel import Floats
+from ...robot.robot import Robot
+from .closed import closed_solutions, room_for
+from .plan import plan_for
+from .question import Question
+from .redundant import into_limits
+from .search import PROVED, refinement, starts
+
+# Starts tried before the question is handed to the search for all.
+STARTS = 256
+
+
+def first_solution(question: Question) -> kernel.Solutions:
+    """
+    Return the first solution inside the limits, nothing if none was met.
+
+    In closed form it is the nearest to `near`; by refinement from there, or from seeded starts if
+    that leads nowhere, it is one near by.
+
+    """
+    plan = question.plan
+    if plan.closed is not None:
+        return closed_solutions(question, plan.closed, True)
+    bounds = plan.limits if plan.redundant else None
+    solution = room_for(1, question)
+    kernel.first_solution(
+        refinement(question.aim, plan, True, bounds, held=True),
+        plan.joints,
+        question.near,
+        PROVED,
+        _starts(question.robot, question.aim.rows, question.seed),
+        solution,
+    )
+    return solution
+
+
+@functools.lru_cache(maxsize=128)
+def _starts(robot: Robot, rows: tuple[str, ...], seed: int) -> Floats:
+    random = np.random.default_rng(seed)
+    return into_limits(robot, starts(robot, plan_for(robot, rows), random, STARTS), random)

@@ -1,0 +1,236 @@
+"""
+How an arm's inverse is found: recognised once from its screws, then the same for every target.
+
+"""
+
+import functools
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ... import kernel
+from ...kernel import Floats
+from ...rigid_motion import inverse
+from ...robot.chain import FrozenArrays
+from ...robot.robot import Robot
+from ...robot.task import ROW_NAMES, seeded_poses
+from .chain_geometry import (
+    all_parallel,
+    meeting_point,
+    parallel,
+    reversed_screws,
+    with_feet,
+    with_links_merged,
+)
+from .screws import Screws, screws_of
+from .target import IDENTITY, residual_of
+
+# Poses the rank is found over, and what counts as a singular value of zero.
+POSES = 50
+RANK = 1e-9
+WHOLE = 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class Plan(FrozenArrays):
+    """
+    What is known of an arm and the rows asked for before there is a target.
+
+    Attributes
+    ----------
+    closed
+        Its closed form, if it has one.
+    joints
+        What the joints mean to the kernel: their scales, periods and limits.
+    scales : shape (n,)
+        What a unit of each joint counts (the length for prismatic ones).
+    held : shape (n,)
+        The same, 0 where a joint is held, so that solutions are isolated.
+    idle : shape (k, n)
+        Scaled joint motions that never move the rows; two joints on one axis have one.
+    redundant
+        Whether solutions come in families even with those joints held.
+    periods : shape (n,)
+        Turn after which a joint is back: 2 pi, or infinite.
+    middle : shape (n,), rad or m
+        The middle of the limits, 0 where there are none.
+    limits, unlimited : shape (n, 2), rad or m
+        The limits, and none.
+
+    """
+
+    READ_ONLY: ClassVar = ('scales', 'held', 'idle', 'periods', 'middle', 'limits', 'unlimited')
+
+    closed: kernel.ClosedForm | None
+    joints: kernel.Joints
+    scales: Floats
+    held: Floats
+    idle: Floats
+    redundant: bool
+    periods: Floats
+    middle: Floats
+    limits: Floats
+    unlimited: Floats
+
+
+@functools.lru_cache(maxsize=128)
+def plan_for(robot: Robot, rows: tuple[str, ...]) -> Plan:
+    """
+    Return the plan of an arm, for the rows asked for.
+
+    """
+    screws = screws_of(robot.chain)
+    scales = np.array(robot.task.column_scales)
+    idle, rank = _idle_motions(robot, rows, scales)
+    held = scales.copy()
+    for j in _pivots(idle):
+        held[j] = 0.0
+    redundant = rank + len(idle) < robot.dof
+    whole = rows == ROW_NAMES
+    closed = None
+    if not redundant and not len(idle) and (whole or rows == ROW_NAMES[:3]):
+        closed = _closed_form(screws, robot, whole)
+    low, high = robot.limits.T
+    bounded = np.isfinite(low) & np.isfinite(high)
+    middle = np.where(bounded, (np.where(bounded, low, 0.0) + np.where(bounded, high, 0.0)) / 2, 0)
+    middle = np.clip(middle, low, high)
+    periods, limits = _periods(screws, robot), np.array(robot.limits)
+    return Plan(
+        closed=closed,
+        joints=kernel.Joints(scales, periods, limits),
+        scales=scales,
+        held=held,
+        idle=idle,
+        redundant=redundant,
+        periods=periods,
+        middle=middle,
+        limits=limits,
+        unlimited=np.repeat([[-np.inf, np.inf]], robot.dof, axis=0),
+    )
+
+
+def _idle_motions(robot: Robot, rows: tuple[str, ...], scales: Floats) -> tuple[Floats, int]:
+    # Motions in the null space of every J at once, and the rank of J at most poses.
+    slides = [kind == 'prismatic' for kind in robot.joint_types]
+    q = np.ascontiguousarray(seeded_poses(robot.limits, slides)[:POSES])
+    n = robot.dof
+    sigma, motions = np.zeros((POSES, n)), np.zeros((POSES, n, n))
+    residual = residual_of(robot, IDENTITY, rows)  # of any pose: its rows are what matters
+    kernel.free_motions(residual, scales, q, sigma, motions)
+    rank = int(np.max(np.sum(sigma > RANK * sigma[:, :1], axis=1)))
+    # sigma V are the rows of J^T J's root: their common null space is that of all of them.
+    moving = (sigma[:, :, None] * motions).reshape(-1, n)
+    _, size, right = np.linalg.svd(moving, full_matrices=False)
+    return signed(right[size <= RANK * size[0]]), rank
+
+
+def signed(motions: Floats) -> Floats:
+    """
+    Return unit motions (k, n) with the first large number of each positive, and no negative zero.
+
+    So they are the same on each machine.
+
+    """
+    signs = np.sign(motions[np.arange(len(motions)), np.argmax(np.abs(motions) > 0.1, axis=1)])
+    return np.asarray(np.where(np.abs(motions) < 1e-9, 0.0, motions) * signs[:, None])
+
+
+def _pivots(idle: Floats) -> list[int]:
+    # A joint to hold for each idle motion: the last one it moves most, by elimination.
+    left, pivots = idle.copy(), []
+    for k in range(len(left)):
+        j = left.shape[1] - 1 - int(np.argmax(np.round(np.abs(left[k][::-1]), 9)))
+        pivots.append(j)
+        for i in range(k + 1, len(left)):
+            left[i] = left[i] - left[k] * (left[i, j] / left[k, j])
+    return pivots
+
+
+def _periods(screws: Screws, robot: Robot) -> Floats:
+    periods = np.full(robot.dof, np.inf)
+    slides = np.array(screws.slides)
+    for j, kind in enumerate(robot.joint_types):
+        ratios = screws.coupling[:, j]
+        if kind == 'revolute' and _whole(ratios[~slides]) and not np.any(ratios[slides]):
+            periods[j] = 2 * math.pi
+    return periods
+
+
+def _whole(numbers: Floats) -> bool:
+    return bool(np.all(np.abs(numbers - np.round(numbers)) < WHOLE))
+
+
+def _one_to_one(screws: Screws, robot: Robot) -> bool:
+    # Whether positions of the screws, modulo full turns, are positions of the joints.
+    C = screws.coupling
+    if C.shape[0] != C.shape[1] or abs(np.linalg.det(C)) < WHOLE:
+        return False
+    slides = np.array(screws.slides)
+    turns = np.array([kind != 'prismatic' for kind in robot.joint_types])
+    if np.any(C[np.ix_(slides, turns)]) or np.any(C[np.ix_(~slides, ~turns)]):
+        return False
+    return _whole(C[~slides]) and _whole(np.linalg.inv(C)[np.ix_(turns, ~slides)])
+
+
+def _closed_form(screws: Screws, robot: Robot, whole: bool) -> kernel.ClosedForm | None:
+    if robot.dof == 3:
+        for form in (screws, with_links_merged(screws)):
+            if _one_to_one(form, robot) and _solvable(form):
+                return _closed(kernel.POSITION_3, form, form.tool, False)
+    if robot.dof != 6 or not whole or not _one_to_one(screws, robot):
+        return None
+    for backwards in (False, True):
+        form = reversed_screws(screws) if backwards else screws
+        wrist = meeting_point(form, (3, 4, 5))
+        if wrist is not None and _solvable(form):
+            return _closed(kernel.SPHERICAL_WRIST, form, wrist, backwards)
+        crossing = meeting_point(form, (4, 5))
+        if crossing is not None and _turns_in_a_plane(form):
+            return _closed(kernel.PARALLEL_AXES, form, crossing, backwards)
+    return None
+
+
+def _turns_in_a_plane(screws: Screws) -> bool:
+    # Axes 2 to 4 are parallel, and their neighbours are not.
+    z1, z2, _, _, z5, _ = screws.axes
+    neighbours = parallel(z1, z2) or parallel(z2, z5)
+    return not any(screws.slides) and all_parallel(screws, (1, 2, 3)) and not neighbours
+
+
+def _solvable(screws: Screws) -> bool:
+    # Three joints for three coordinates: not where the first two share an axis, or all are
+    # parallel; those are left to the search.
+    first = with_feet(screws)
+    z1, z2, z3 = first.axes[:3]
+    both_turn = not first.slides[0] and not first.slides[1]
+    if both_turn and parallel(z1, z2) and np.array_equal(first.points[0], first.points[1]):
+        return False
+    if first.slides[0] and first.slides[1] and parallel(z1, z2):
+        return False
+    return not (parallel(z1, z2) and parallel(z2, z3))
+
+
+def _closed(way: int, screws: Screws, point: Floats, backwards: bool) -> kernel.ClosedForm:
+    form = with_feet(screws) if way != kernel.PARALLEL_AXES else _same_directions(screws)
+    slides = np.array(form.slides, dtype=np.float64)
+    return kernel.ClosedForm(
+        way,
+        screws=np.ascontiguousarray(np.column_stack([form.axes, form.points, slides])),
+        point=np.array(point),
+        home_inverse=np.ascontiguousarray(inverse(form.home)),
+        backwards=backwards,
+        to_joints=np.ascontiguousarray(np.linalg.inv(form.coupling)),
+        to_screws=np.ascontiguousarray(form.coupling),
+    )
+
+
+def _same_directions(screws: Screws) -> Screws:
+    # The closed form of parallel axes wants them to point alike: the others are turned over.
+    axes, coupling = screws.axes.copy(), screws.coupling.copy()
+    for k in (2, 3):
+        sign = np.sign(axes[k] @ axes[1])
+        axes[k] = axes[1]
+        coupling[k] = coupling[k] * sign
+    return Screws(axes, screws.points.copy(), screws.slides, coupling, screws.home.copy())

@@ -1,0 +1,68 @@
+"""
+A question to an arm: a target, the plan to find what leads there, and where it should be near.
+
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ...errors import JointVectorError
+from ...kernel import Floats
+from ...robot.robot import Robot
+from .plan import Plan
+from .target import Aim
+
+
+class Question(NamedTuple):
+    """
+    What is asked.
+
+    Attributes
+    ----------
+    robot, aim, plan
+        The arm, its target, and the plan for the rows asked for.
+    near : shape (n,), rad or m
+        Where solutions should be near.
+    seed
+        Of the starts of a search.
+
+    """
+
+    robot: Robot
+    aim: Aim
+    plan: Plan
+    near: Floats
+    seed: int
+
+    def random(self) -> np.random.Generator:
+        """
+        Return the generator of the seed, from its beginning.
+
+        """
+        return np.random.default_rng(self.seed)
+
+
+def near_or_middle(robot: Robot, plan: Plan, near: npt.ArrayLike | None) -> Floats:
+    """
+    Return `near` as n finite numbers; None: the middle of the limits.
+
+    Raises
+    ------
+    JointVectorError
+        It is something else.
+
+    """
+    if near is None:
+        return plan.middle.copy()
+    try:
+        q = np.array(near, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise JointVectorError(f'near must be {robot.dof} numbers') from None
+    if q.shape != (robot.chain.dof,) or not np.isfinite(q).all():
+        raise JointVectorError(
+            f'near must be {robot.dof} finite numbers ({", ".join(robot.joint_names)}), '
+            f'not {q.tolist()}'
+        )
+    return q

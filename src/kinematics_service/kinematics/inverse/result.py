@@ -1,0 +1,216 @@
+"""
+What inverse kinematics answers: solutions, families of them, or the nearest pose.
+
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import ClassVar, Literal, overload
+
+import numpy as np
+
+from ...kernel import Floats
+from ...robot.chain import FrozenArrays
+
+Status = Literal['solved', 'family', 'outside_limits', 'unreachable']
+Method = Literal['closed form', 'search']
+
+# Angles that belong to a family may differ by so much from what they should (rad).
+ON_FAMILY = 1e-6
+
+
+@dataclass(frozen=True)
+class Posture:
+    """
+    Which of the arm's postures a solution is; empty where the arm has no such thing.
+
+    Attributes
+    ----------
+    shoulder
+        `right` where the wrist centre is on the side of axis 1 that z2 x z1 points to, or `left`.
+    elbow
+        `up` where axis 3 is above the line from axis 2 to the wrist (z1 is up), else `down`.
+    wrist
+        `flip` where (z4 x z5) . z6 is negative, else `no_flip`.
+
+    """
+
+    shoulder: str = ''
+    elbow: str = ''
+    wrist: str = ''
+
+    def __str__(self) -> str:
+        """
+        Return the words that are not empty, as `shoulder left, elbow up, wrist flip`.
+
+        """
+        parts = (('shoulder', self.shoulder), ('elbow', self.elbow), ('wrist', self.wrist))
+        return ', '.join(f'{name} {word.replace("_", " ")}' for name, word in parts if word)
+
+
+@dataclass(frozen=True, eq=False)
+class IkSolution(FrozenArrays):
+    """
+    Joint positions that bring the tool to the target.
+
+    Attributes
+    ----------
+    q : shape (n,), rad or m
+        Read-only.
+    residual
+        What is left, by forward kinematics: norm of the position error (m) and of the rotation
+        vector times the arm's length, over the rows asked for.
+    feasible
+        Whether every joint is inside its limits.
+    beyond
+        Names of the joints outside theirs.
+    margin
+        Distance to the nearest limit, rad or m; negative beyond one; infinite without any.
+    posture
+        Which of the arm's postures it is.
+
+    """
+
+    READ_ONLY: ClassVar = ('q',)
+
+    q: Floats
+    residual: float
+    feasible: bool
+    beyond: tuple[str, ...]
+    margin: float
+    posture: Posture
+
+
+@dataclass(frozen=True, eq=False)
+class IkFamily(FrozenArrays):
+    """
+    A continuum of joint positions, all of which bring the tool to the target.
+
+    Attributes
+    ----------
+    q : shape (n,), rad or m
+        One of them: as near to `near`, or to the middle of the limits, as the search came.
+    motions : shape (k, n)
+        Orthonormal joint motions (prismatic ones divided by the arm's length) along the family at
+        `q`; k is its dimension there.
+    straight
+        Whether q + any multiple of the motions is in the family, as where two joints share an
+        axis (`theta1 + theta2` constant).
+    joints
+        Names of the joints that move along it.
+    residual, feasible, beyond, margin, posture
+        Of `q`, as in `IkSolution`.
+
+    """
+
+    READ_ONLY: ClassVar = ('q', 'motions', 'scales', 'periods')
+
+    q: Floats
+    motions: Floats
+    straight: bool
+    joints: tuple[str, ...]
+    residual: float
+    feasible: bool
+    beyond: tuple[str, ...]
+    margin: float
+    posture: Posture
+    scales: Floats
+    periods: Floats
+
+    def contains(self, q: Floats) -> bool:
+        """
+        Return whether joint positions (n,) lie on a straight family, modulo full turns.
+
+        A curved family is known at its representative only: there this is whether q is that one.
+
+        """
+        return self.distance(q) < ON_FAMILY
+
+    def distance(self, q: Floats) -> float:
+        """
+        Return how far joint positions (n,) are from the family, in rad; see `contains`.
+
+        """
+        away = np.asarray(q) - self.q
+        if self.straight:
+            # A turn of a joint that moves changes nothing; the others are compared after it.
+            for motion in self.motions * self.scales:
+                j = int(np.argmax(np.abs(motion)))
+                away = away - motion * (away[j] / motion[j])
+        return float(np.max(np.abs(_wrapped(away, self.periods) / self.scales)))
+
+
+def _wrapped(away: Floats, periods: Floats) -> Floats:
+    turns = np.where(np.isfinite(periods), np.round(away / periods), 0.0)
+    return np.asarray(away - turns * np.where(np.isfinite(periods), periods, 0.0))
+
+
+@dataclass(frozen=True, eq=False)
+class NearestPose(FrozenArrays):
+    """
+    Joint positions inside the limits that come as near to the target as any that were found.
+
+    Attributes
+    ----------
+    q : shape (n,), rad or m
+        Read-only.
+    residual
+        As in `IkSolution`.
+    position_error, rotation_error
+        Its parts, over the rows asked for: m, rad.
+
+    """
+
+    READ_ONLY: ClassVar = ('q',)
+
+    q: Floats
+    residual: float
+    position_error: float
+    rotation_error: float
+
+
+@dataclass(frozen=True, eq=False)
+class IkResult(Sequence[IkSolution]):
+    """
+    The isolated solutions, in order of their distance to `near` (or to the middle of the limits).
+
+    Attributes
+    ----------
+    solutions
+        The sequence itself.
+    families
+        Continua of solutions; empty for most targets. A curved one may be listed at several of
+        its poses.
+    status
+        `solved`: there is an isolated solution inside the limits. `family`: only families are.
+        `outside_limits`: the target can be reached, but not inside the limits. `unreachable`.
+    reason
+        The same in a sentence.
+    method
+        `closed form`: all there are. `search`: all that many starts found.
+    nearest
+        The nearest pose, where no solution is inside the limits; of a family its representative.
+
+    """
+
+    solutions: tuple[IkSolution, ...]
+    families: tuple[IkFamily, ...]
+    status: Status
+    reason: str
+    method: Method
+    nearest: NearestPose | None
+
+    def __len__(self) -> int:
+        return len(self.solutions)
+
+    def __iter__(self) -> Iterator[IkSolution]:
+        return iter(self.solutions)
+
+    @overload
+    def __getitem__(self, index: int) -> IkSolution: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> tuple[IkSolution, ...]: ...
+
+    def __getitem__(self, index: int | slice) -> IkSolution | tuple[IkSolution, ...]:
+        return self.solutions[index]

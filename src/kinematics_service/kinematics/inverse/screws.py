@@ -1,0 +1,77 @@
+"""
+An arm as screws: the axis of each moving element while all joints are at zero, and the tool there.
+
+The tool's pose is exp(s_1 psi_1) ... exp(s_k psi_k) home, psi = coupling q: the product of
+exponentials (Brockett 1984), in which a geometry can be recognised whatever the convention.
+"""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ...kernel import Chain, Floats
+from ...rigid_motion import screw_z
+from ...robot.chain import FrozenArrays
+
+
+@dataclass(frozen=True, eq=False)
+class Screws(FrozenArrays):
+    """
+    The screws of an arm, base to tool, in the base frame.
+
+    Attributes
+    ----------
+    axes, points : shape (k, 3), m
+        Unit vectors; points on them.
+    slides : shape (k,)
+        Whether a screw is a translation; otherwise it is a rotation.
+    coupling : shape (k, n)
+        How each moves with the joints.
+    home : shape (4, 4)
+        The tool where every joint is zero.
+
+    """
+
+    READ_ONLY: ClassVar = ('axes', 'points', 'coupling', 'home')
+
+    axes: Floats
+    points: Floats
+    slides: tuple[bool, ...]
+    coupling: Floats
+    home: Floats
+
+    @property
+    def tool(self) -> Floats:
+        """
+        Return the tool's origin where every joint is zero, shape (3,), m.
+
+        """
+        return self.home[:3, 3]
+
+
+def screws_of(chain: Chain) -> Screws:
+    """
+    Return the screws of a chain.
+
+    An element that turns and slides is two of them, one after the other on the same axis.
+
+    """
+    table = chain.table
+    axes, points, slides, coupling = [], [], [], []
+    T = np.eye(4)
+    for k, before in enumerate(table.before):
+        T = T @ np.vstack([before, [0, 0, 0, 1]])
+        if k == chain.elements:
+            break
+        for ratios, is_slide in ((table.by_theta, False), (table.by_d, True)):
+            moves = np.zeros(chain.dof)
+            for e in range(table.first_entry[k], table.first_entry[k + 1]):
+                moves[table.joint[e]] += ratios[e]
+            if np.any(moves):
+                axes.append(T[:3, 2].copy())
+                points.append(T[:3, 3].copy())
+                slides.append(is_slide)
+                coupling.append(moves)
+        T = T @ screw_z(table.theta_0[k], table.d_0[k])
+    return Screws(np.array(axes), np.array(points), tuple(slides), np.array(coupling), T)

@@ -1,0 +1,204 @@
+"""
+Solutions by search: many starts, each refined by the kernel, until all have been seen often.
+
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ... import kernel
+from ...kernel import Floats, Integers
+from ...robot.robot import Robot
+from .plan import Plan
+from .target import Aim
+
+# What counts as a solution (m): forward kinematics misses the target by less.
+PROVED = 1e-10
+BATCH = 48
+# Every solution must have been met so often (Good 1953: what has been met once hints at what has
+# not been met), or the search ends at so many starts, fewer where no start arrives at all.
+MET, MOST_STARTS, HOPELESS = 4, 1920, 384
+
+
+class Found(NamedTuple):
+    """
+    Distinct solutions.
+
+    Attributes
+    ----------
+    q : shape (m, n), rad or m
+        Joint positions, each a solution.
+    errors : shape (m,), m
+        What is left of each.
+
+    """
+
+    q: Floats
+    errors: Floats
+
+
+class Best(NamedTuple):
+    """
+    The least error of a search, and where: shape (n,), rad or m.
+
+    """
+
+    q: Floats
+    error: float
+
+
+def refinement(
+    aim: Aim, plan: Plan, far: bool = False, limits: Floats | None = None, held: bool = False
+) -> kernel.Refinement:
+    """
+    Return the refinement that leads to a target: see `refined`.
+
+    """
+    damping, steps = (kernel.FAR_DAMPING, kernel.FAR_STEPS) if far else (0.0, kernel.NEAR_STEPS)
+    return kernel.Refinement(
+        aim.residual,
+        plan.held if held else plan.scales,
+        plan.unlimited if limits is None else limits,
+        damping,
+        steps,
+    )
+
+
+def refined(
+    aim: Aim,
+    plan: Plan,
+    q: Floats,
+    far: bool = False,
+    limits: Floats | None = None,
+    held: bool = False,
+) -> Found:
+    """
+    Return joint positions (m, n) moved to where they miss the target least.
+
+    Parameters
+    ----------
+    aim, plan
+        The target, and the arm's plan for it.
+    q : shape (m, n), rad or m
+        Starts.
+    far
+        Whether they are starts from anywhere, rather than candidates.
+    limits : shape (n, 2), rad or m
+        Where the joints must stay; default: nowhere in particular.
+    held
+        Whether the joints that the plan holds stay where they are.
+
+    """
+    return _refined(refinement(aim, plan, far, limits, held), q)
+
+
+def errors_at(aim: Aim, plan: Plan, q: Floats) -> Floats:
+    """
+    Return by how much the tool misses the target at joint positions (m, n), shape (m,), m.
+
+    """
+    still = kernel.Refinement(aim.residual, plan.scales, plan.unlimited, 0.0, 0)
+    return _refined(still, q).errors
+
+
+def _refined(refinement: kernel.Refinement, q: Floats) -> Found:
+    q = np.array(q, dtype=np.float64, order='C')
+    errors = np.empty(len(q))
+    kernel.refine(refinement, q, errors)
+    return Found(q, errors)
+
+
+def apart(plan: Plan, a: Floats, b: Floats) -> Floats:
+    """
+    Return b - a (..., n), full turns left out.
+
+    """
+    away = b - a
+    turning = np.isfinite(plan.periods)
+    if np.any(turning):
+        period = plan.periods[turning]
+        away[..., turning] -= period * np.round(away[..., turning] / period)
+    return away
+
+
+def distinct(aim: Aim, plan: Plan, found: Found) -> tuple[Found, Integers]:
+    """
+    Return the proved ones of what was found, each once, and how often each was met.
+
+    """
+    order = np.argsort(found.errors, kind='stable')
+    q, errors = found.q[order], found.errors[order]
+    which, met = np.empty(len(q), dtype=np.int64), np.empty(len(q), dtype=np.int64)
+    count = kernel.distinct(aim.residual, plan.joints, PROVED, q, errors, which, met)
+    kept = which[:count]
+    return Found(q[kept], errors[kept]), met[:count]
+
+
+def starts(robot: Robot, plan: Plan, random: np.random.Generator, count: int) -> Floats:
+    """
+    Return random joint positions (count, n): full turns, and where a joint has no turn its limits.
+
+    A joint that slides without limits starts within twice the arm's reach.
+
+    """
+    low, high = np.array(robot.limits.T)
+    far = 2.0 * max(robot.task.reach, 1e-6)
+    for j in range(robot.dof):
+        if np.isfinite(plan.periods[j]):
+            low[j], high[j] = -np.pi, np.pi
+            continue
+        span = far if robot.joint_types[j] == 'prismatic' else np.pi
+        if np.isinf(low[j]) and np.isinf(high[j]):
+            low[j], high[j] = -span, span
+        elif np.isinf(low[j]):
+            low[j] = high[j] - 2 * span
+        elif np.isinf(high[j]):
+            high[j] = low[j] + 2 * span
+    return random.uniform(low, high, (count, robot.dof))
+
+
+def search(
+    robot: Robot, aim: Aim, plan: Plan, near: Floats, random: np.random.Generator
+) -> tuple[Found, Best]:
+    """
+    Return all solutions met, limits left aside, and the least error.
+
+    """
+    everything = Found(np.empty((0, robot.dof)), np.empty(0))
+    all_met: list[int] = []
+    best = Best(near, np.inf)
+    # What is held is held where it was asked to be near.
+    frozen = plan.held == 0.0
+    tried = 0
+    while tried < MOST_STARTS:
+        q = starts(robot, plan, random, BATCH)
+        if tried == 0:
+            q[0] = near
+        q[:, frozen] = near[frozen]
+        tried += BATCH
+        arrived = refined(aim, plan, q, far=True, held=True)
+        k = int(np.argmin(arrived.errors))
+        if arrived.errors[k] < best.error:
+            best = Best(arrived.q[k], float(arrived.errors[k]))
+        new, met = distinct(aim, plan, arrived)
+        merged = Found(
+            np.concatenate([everything.q, new.q]), np.concatenate([everything.errors, new.errors])
+        )
+        everything, all_met = _merged(aim, plan, merged, [*all_met, *met.tolist()])
+        if not all_met and tried >= HOPELESS:
+            break
+        if len(all_met) > MOST_STARTS // 40:  # not points but a continuum
+            break
+        if all_met and min(all_met) >= MET and tried >= 2 * BATCH:
+            break
+    return everything, best
+
+
+def _merged(aim: Aim, plan: Plan, found: Found, met: list[int]) -> tuple[Found, list[int]]:
+    result, _ = distinct(aim, plan, found)
+    counts = [0] * len(result.q)
+    for q, count in zip(found.q, met):
+        away = np.max(np.abs(apart(plan, result.q, q[None, :])) / plan.scales, axis=1)
+        counts[int(np.argmin(away))] += count
+    return result, counts

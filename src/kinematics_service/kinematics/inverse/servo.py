@@ -1,0 +1,232 @@
+"""
+Servo: joint velocities for a wanted twist of the tool, bounded wherever the arm stands.
+
+The least squares of J_t qdot = twist, J_t the rows of the arm's task made comparable by its
+characteristic length. Directions that the arm is about to lose are damped, the more the nearer it
+is to losing them (Nakamura and Hanafusa 1986; Maciejewski and Klein 1988: each singular value for
+itself, so the other directions stay exact). Then the velocities are shortened alike until none
+exceeds its limit, and joints that would run into a limit of their position are held back while the
+others make up for it.
+"""
+
+import functools
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+import numpy.typing as npt
+
+from ... import kernel
+from ...errors import KinematicsError
+from ...kernel import Floats
+from ...robot.chain import FrozenArrays
+from ...robot.robot import Robot
+from ...robot.task import ROW_NAMES, find_task
+from ..forward import Axes
+from ..tool_state import ToolState, evaluate
+
+
+class TwistError(KinematicsError, ValueError):
+    """
+    A twist that is not six finite numbers, or in axes that do not exist.
+
+    """
+
+
+class ServoSettingsError(KinematicsError, ValueError):
+    """
+    Settings of the servo that mean nothing.
+
+    """
+
+
+@dataclass(frozen=True)
+class ServoSettings:
+    """
+    How a twist becomes joint velocities.
+
+    Attributes
+    ----------
+    damping
+        The damping at a singular pose, as a share of the arm's characteristic length.
+    damped_below
+        Singular values of the scaled J_t below this share of the length are damped. With half of
+        it as damping no joint motion per tool motion exceeds 1.16 / damped_below.
+    horizon
+        In s: no joint nears its limit faster than what is left of the way over this time. No less
+        than the time until the next step.
+    default_rate, default_speed
+        Velocity limits, rad/s and m/s, of joints the robot file gives none for.
+    rows
+        Which of x y z rx ry rz (axes of the table's frame 0) are wanted; None: the arm's task.
+
+    Raises
+    ------
+    ServoSettingsError
+        A number is not positive and finite, or a row does not exist.
+
+    """
+
+    damping: float = 0.025
+    damped_below: float = 0.05
+    horizon: float = 0.1
+    default_rate: float = math.pi
+    default_speed: float = 1.0
+    rows: tuple[str, ...] | None = None
+
+    def __post_init__(self) -> None:
+        """
+        Refuse what means nothing.
+
+        """
+        for name in ('damping', 'damped_below', 'horizon', 'default_rate', 'default_speed'):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value > 0.0):
+                raise ServoSettingsError(f'{name} must be a positive number, not {value}')
+        if self.rows is not None and (not self.rows or set(self.rows) - set(ROW_NAMES)):
+            raise ServoSettingsError(
+                f'rows must be some of {" ".join(ROW_NAMES)}, not {" ".join(self.rows)!r}'
+            )
+
+
+@dataclass(frozen=True, eq=False)
+class ServoStep(FrozenArrays):
+    """
+    Joint velocities, and what kept them from bringing the whole twist about.
+
+    Attributes
+    ----------
+    qdot : shape (n,), rad/s or m/s
+        Always finite and inside the velocity limits; read-only.
+    twist : shape (6,), m/s and rad/s
+        What they really do, J qdot: vx vy vz wx wy wz in base axes; read-only.
+    scale
+        To which share the velocities were shortened for their limits, in (0, 1].
+    slowest
+        Name of the joint whose velocity limit asked for that; empty for none.
+    held
+        Names of the joints slowed or stopped by a limit of their position.
+    damping
+        Of the largest damping the share in use: 0 away from singular poses, 1 at one.
+    smallest_singular_value
+        Of the scaled J_t, as a share of the length.
+
+    """
+
+    READ_ONLY: ClassVar = ('qdot', 'twist')
+
+    qdot: Floats
+    twist: Floats
+    scale: float
+    slowest: str
+    held: tuple[str, ...]
+    damping: float
+    smallest_singular_value: float
+
+    @property
+    def limited_by(self) -> tuple[str, ...]:
+        """
+        Return what limited the step, some of `singularity`, `velocity`, `position`.
+
+        """
+        causes = (
+            ('singularity', self.damping > 0.0),
+            ('velocity', bool(self.slowest)),
+            ('position', bool(self.held)),
+        )
+        return tuple(name for name, limits in causes if limits)
+
+
+DEFAULTS = ServoSettings()
+
+
+@functools.lru_cache(maxsize=128)
+def _servo_of(robot: Robot, settings: ServoSettings) -> kernel.Servo:
+    task = robot.task
+    slides = [kind == 'prismatic' for kind in robot.joint_types]
+    if settings.rows is not None:
+        rows = tuple(name for name in ROW_NAMES if name in settings.rows)
+        task = find_task(
+            robot.chain, robot.joint_names, robot.limits, slides, rows, robot.task.length
+        )
+    otherwise = np.where(slides, settings.default_speed, settings.default_rate)
+    given = np.isfinite(robot.velocity_limits)
+    return kernel.Servo(
+        task.kernel_rows,
+        settings.damping,
+        settings.damped_below,
+        task.length,
+        settings.horizon,
+        robot.limits,
+        np.where(given, robot.velocity_limits, otherwise),
+    )
+
+
+def joint_velocity(
+    robot: Robot,
+    state: ToolState | npt.ArrayLike,
+    twist: npt.ArrayLike,
+    settings: ServoSettings = DEFAULTS,
+    frame: Axes = 'base',
+) -> ServoStep:
+    """
+    Return the joint velocities for a twist of the tool.
+
+    Parameters
+    ----------
+    robot
+        The arm.
+    state
+        The state of one pose, with its Jacobian, or joint positions (n,), rad or m.
+    twist : shape (6,), m/s and rad/s
+        Wanted: vx vy vz wx wy wz at the tool's origin. Rows the task has not are left to
+        themselves.
+    settings
+        Damping, limits, rows.
+    frame
+        The axes `twist` is in: `base` or `tool`.
+
+    Raises
+    ------
+    TwistError
+        `twist` is not six finite numbers, or `frame` neither `base` nor `tool`.
+    JointVectorError
+        The positions are not n finite numbers.
+
+    """
+    servo = _servo_of(robot, settings)
+    if not isinstance(state, ToolState):
+        state = evaluate(robot, state)
+    if state.numbers.ndim != 1:
+        raise TwistError(f'one pose at a time, not {state.q.shape[:-1]} of them')
+    wanted = _twist(twist)
+    if frame == 'tool':
+        turn = state.pose[:3, :3]
+        wanted = np.concatenate([turn @ wanted[:3], turn @ wanted[3:]])
+    elif frame != 'base':
+        raise TwistError(f"frame must be 'base' or 'tool', not {frame!r}")
+    qdot = np.empty(robot.chain.dof)
+    step = kernel.ServoStep(servo, qdot)
+    kernel.servo(step, state.q, state.numbers, wanted)
+    return ServoStep(
+        qdot=qdot,
+        twist=state.jacobian @ qdot,
+        scale=step.shortened,
+        slowest=robot.joint_names[step.slowest] if step.slowest >= 0 else '',
+        held=tuple(name for j, name in enumerate(robot.joint_names) if step.is_held(j)),
+        damping=step.damping,
+        smallest_singular_value=step.least_singular_value,
+    )
+
+
+def _twist(twist: npt.ArrayLike) -> Floats:
+    try:
+        wanted = np.array(twist, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise TwistError('twist must be six numbers: vx vy vz wx wy wz') from None
+    if wanted.shape != (6,) or not np.all(np.isfinite(wanted)):
+        raise TwistError(
+            f'twist must be six finite numbers, vx vy vz wx wy wz, not {wanted.tolist()}'
+        )
+    return wanted

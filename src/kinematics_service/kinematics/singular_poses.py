@@ -1,0 +1,47 @@
+"""
+Singular poses of an arm: Newton's method on its distance, from seeded poses.
+
+"""
+
+import numpy as np
+
+from ..kernel import Floats
+from ..robot.robot import Robot
+from ..robot.task import seeded_poses
+from .singularity import singularity
+
+# So many seeded poses are let go, and so often: the distance is a first-order estimate, so each
+# step about squares the error, and what has not arrived by then has met a limit.
+STARTS = 200
+STEPS = 25
+# Longest step in rad (of the fastest joint; a prismatic one divided by the length).
+LONGEST_STEP = 0.3
+# A pose nearer than this is singular, in rad: far below what an encoder tells apart.
+ARRIVED = 1e-6
+
+
+def singular_poses(robot: Robot, inside: Floats) -> Floats:
+    """
+    Return singular poses (k, n) in rad or m, the same each time; k is 0 where none was found.
+
+    Parameters
+    ----------
+    robot
+        The arm; its task says what is singular.
+    inside : shape (n, 2), rad or m
+        Limits the poses stay inside; infinite where there are none.
+
+    """
+    slides = [kind == 'prismatic' for kind in robot.joint_types]
+    q = seeded_poses(inside, slides)[:STARTS]
+    scale = np.where(slides, robot.task.length, 1.0)
+    for _ in range(STEPS):
+        near = singularity(robot, q)
+        # Along the way out ln w grows fastest: back along it, as far as by the first order w is
+        # zero.
+        step = near.distance[:, None] * near.way_out
+        fastest = np.max(np.abs(step) / scale, axis=1, keepdims=True)
+        shorter = LONGEST_STEP / np.maximum(fastest, LONGEST_STEP)
+        q = np.clip(q - shorter * step, inside[:, 0], inside[:, 1])
+    distance = singularity(robot, q).distance
+    return q[np.argsort(distance, kind='stable')][: int(np.sum(distance < ARRIVED))]

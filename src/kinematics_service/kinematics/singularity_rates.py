@@ -1,0 +1,79 @@
+"""
+How the watched measure changes along the joint velocities, and when it will be at its threshold.
+
+"""
+
+import numpy as np
+
+from .. import kernel
+from ..kernel import Floats
+from ..robot.robot import Robot
+from .threads import in_parts
+from .tool_state import ToolState, evaluate
+
+# Step of the difference along qdot, in rad (of the fastest joint): the measures carry some 1e-10
+# of noise near a singular pose and change over 1e-2, so this is in the middle of both.
+STEP = 1e-5
+
+# Slower than this (rad/s or m/s) an arm stands still: encoder noise, and denormal numbers whose
+# step would be infinite.
+AT_REST = 1e-9
+
+
+def measures_of(state: ToolState) -> Floats:
+    """
+    Return the measures of every pose of a state, one row each, as `kernel.measure` lays them out.
+
+    """
+    robot = state.robot
+    numbers = state.numbers
+    rows = numbers.reshape(-1, numbers.shape[-1])
+    q = np.ascontiguousarray(state.q).reshape(-1, robot.dof)
+    measures = np.empty((len(rows), robot.measure_places.width))
+
+    def part(begin: int, end: int) -> int:
+        kernel.measure(robot.arm, rows[begin:end], q[begin:end], measures[begin:end])
+        return -1
+
+    in_parts(len(rows), part)
+    return measures
+
+
+def watched(robot: Robot, measures: Floats) -> Floats:
+    """
+    Return the measure the robot's thresholds are about, shape (N,): |det| for the determinant.
+
+    """
+    return measures[:, robot.measure_places.judged + kernel.WATCHED]
+
+
+def rates(state: ToolState, measures: Floats) -> Floats:
+    """
+    Return the change of the watched measure along qdot, shape (N,), 1/s: a forward difference.
+
+    """
+    robot, n = state.robot, state.robot.dof
+    q = np.ascontiguousarray(state.q).reshape(-1, n)
+    qdot = np.ascontiguousarray(state.qdot).reshape(-1, n)
+    speed = np.max(np.abs(qdot), axis=1)
+    moving = speed > AT_REST
+    step = np.where(moving, STEP / np.where(moving, speed, 1.0), 0.0)
+    ahead = evaluate(robot, q + step[:, None] * qdot)
+    here, there = watched(robot, measures), watched(robot, measures_of(ahead))
+    # A condition number that is and stays infinite does not change.
+    change = np.subtract(there, here, out=np.zeros_like(here), where=there != here)
+    return np.divide(change, step, out=np.zeros_like(change), where=moving)
+
+
+def times_to_warning(robot: Robot, values: Floats, rates: Floats) -> Floats:
+    """
+    Return the seconds to the threshold `warn`, shape (N,): 0 beyond it, inf where it never comes.
+
+    """
+    thresholds = robot.thresholds
+    worsening = np.sign(thresholds.stop - thresholds.warn) * rates
+    margin = np.sign(thresholds.warn - thresholds.stop) * (values - thresholds.warn)
+    times = np.full_like(values, np.inf)
+    np.divide(margin, worsening, out=times, where=worsening > 0.0)
+    times[~(margin > 0.0)] = 0.0
+    return times

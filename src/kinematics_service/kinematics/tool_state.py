@@ -1,0 +1,276 @@
+"""
+The state of the tool: what one pass of the kernel says of joint positions and velocities.
+
+"""
+
+from typing import NamedTuple, TypeGuard
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import kernel
+from ..errors import JointVectorError
+from ..kernel import Floats
+from ..robot.robot import Robot
+from .threads import in_parts
+
+
+class ToolState(NamedTuple):
+    """
+    Pose, Jacobian, twist and frames of an arm; holding one means the kernel has run on `q`.
+
+    Attributes
+    ----------
+    robot
+        The arm.
+    row : shape (..., width)
+        The results that the properties are read from. Those of one pose end with their q, their
+        qdot, and the quaternion once more.
+    moving
+        Whether the joint velocities are known.
+    joints
+        q and qdot of a batch; None for one pose.
+    measures
+        The row of measures of one pose, where the same call has computed it.
+
+    """
+
+    robot: Robot
+    row: Floats
+    moving: bool
+    joints: tuple[Floats, Floats | None] | None = None
+    measures: Floats | None = None
+
+    @property
+    def q(self) -> Floats:
+        """
+        Return the joint positions, shape (..., n), rad or m.
+
+        """
+        if self.joints is not None:
+            return self.joints[0]
+        return self.row[-2 * self.robot.chain.dof - kernel.ROW_TAIL :][: self.robot.chain.dof]
+
+    @property
+    def qdot(self) -> Floats | None:
+        """
+        Return the joint velocities, shape (..., n), rad/s or m/s; None where they are not known.
+
+        """
+        if self.joints is not None:
+            return self.joints[1]
+        if not self.moving:
+            return None
+        return self.row[-self.robot.chain.dof - kernel.ROW_TAIL : -kernel.ROW_TAIL]
+
+    @property
+    def numbers(self) -> Floats:
+        """
+        Return all results of the kernel, shape (..., width).
+
+        """
+        if self.joints is not None:
+            return self.row
+        return self.row[: -2 * self.robot.chain.dof - kernel.ROW_TAIL]
+
+    @property
+    def pose(self) -> Floats:
+        """
+        Return the tool in the base frame, shape (..., 4, 4).
+
+        """
+        return self.row[..., :16].reshape(*self.row.shape[:-1], 4, 4)
+
+    @property
+    def position(self) -> Floats:
+        """
+        Return the tool's origin in the base frame, shape (..., 3), m.
+
+        """
+        return self.row[..., 3:12:4]
+
+    @property
+    def quaternion_xyzw(self) -> Floats:
+        """
+        Return the tool's orientation in the base frame as unit quaternion, w >= 0, shape (..., 4).
+
+        """
+        return self.row[..., kernel.QUATERNION_AT : kernel.QUATERNION_AT + 4]
+
+    @property
+    def jacobian(self) -> Floats:
+        """
+        Return J in base axes, reference point the tool's origin, shape (..., 6, n).
+
+        Rows vx vy vz wx wy wz.
+
+        """
+        n = self.robot.chain.dof
+        J = self.row[..., kernel.JACOBIAN_AT : kernel.JACOBIAN_AT + 6 * n]
+        return J.reshape(*self.row.shape[:-1], 6, n)
+
+    @property
+    def twist(self) -> Floats:
+        """
+        Return J qdot in base axes, shape (..., 6): vx vy vz (m/s) wx wy wz (rad/s).
+
+        Zero where `qdot` is None.
+
+        """
+        at = kernel.JACOBIAN_AT + 6 * self.robot.chain.dof
+        return self.row[..., at : at + 6]
+
+    @property
+    def link_frames(self) -> Floats:
+        """
+        Return frame 0 and the frame after each row in the base frame, shape (..., rows + 1, 4, 4).
+
+        There only where the state was evaluated with them.
+
+        """
+        chain = self.robot.chain
+        at, end = chain.widths[kernel.JACOBIAN], chain.widths[kernel.ALL_FRAMES]
+        return self.row[..., at:end].reshape(*self.row.shape[:-1], chain.frames, 4, 4)
+
+
+_DOUBLE = np.dtype(np.float64)
+# tuple.__new__ directly: the constructor of a NamedTuple costs half as much again as a call of the
+# kernel takes to compute.
+_new = tuple.__new__
+
+
+def as_the_kernel_takes_it(vector: object) -> TypeGuard[Floats]:
+    """
+    Return whether it is one vector of doubles in C order, aligned.
+
+    """
+    return (
+        type(vector) is np.ndarray
+        and vector.dtype is _DOUBLE
+        and vector.ndim == 1
+        and vector.flags.carray
+    )
+
+
+def _joint_vector(robot: Robot, q: npt.ArrayLike, name: str) -> Floats:
+    # A copy in the one form the kernel takes: and the state keeps the numbers the kernel ran on,
+    # whatever the caller does.
+    try:
+        array = np.array(q, dtype=np.float64, order='C')
+    except (TypeError, ValueError):
+        raise JointVectorError(f'{name} must be numbers, shape (..., {robot.dof})') from None
+    if array.ndim == 0 or array.shape[-1] != robot.chain.dof:
+        raise JointVectorError(
+            f'{name} has shape {array.shape}; {robot.name} has {robot.dof} joints '
+            f'({", ".join(robot.joint_names)}), so it must be (..., {robot.dof})'
+        )
+    return array
+
+
+def evaluate(
+    robot: Robot,
+    q: npt.ArrayLike,
+    qdot: npt.ArrayLike | None = None,
+    depth: int = kernel.JACOBIAN,
+    measured: bool = False,
+) -> ToolState:
+    """
+    Return the tool's state at joint positions q: one kernel call, whatever the leading dimensions.
+
+    Parameters
+    ----------
+    robot
+        The arm.
+    q : shape (..., n), rad or m
+        Joint positions.
+    qdot : shape (..., n), rad/s or m/s
+        Joint velocities; its leading dimensions broadcast against those of `q`.
+    depth
+        `kernel.POSE`, `kernel.JACOBIAN` (with the twist) or `kernel.ALL_FRAMES`.
+    measured
+        Whether the measures of one pose are wanted too (depth JACOBIAN or more): in the same call.
+
+    Raises
+    ------
+    JointVectorError
+        The last dimension is not n, or a number is not finite.
+
+    """
+    chain = robot.chain
+    # as_the_kernel_takes_it twice, written out: a call costs more than what it asks.
+    if type(q) is np.ndarray and q.dtype is _DOUBLE and q.ndim == 1 and q.flags.carray:
+        positions = q
+    else:
+        positions = _joint_vector(robot, q, 'q')
+    if qdot is None:
+        rates = chain.at_rest
+    elif (
+        type(qdot) is np.ndarray and qdot.dtype is _DOUBLE and qdot.ndim == 1 and qdot.flags.carray
+    ):
+        rates = qdot
+    else:
+        rates = _joint_vector(robot, qdot, 'qdot')
+    if positions.ndim > 1 or rates.ndim > 1:
+        return _evaluate_batch(robot, positions, None if qdot is None else rates, depth)
+    row, measures = np.empty(chain.single_widths[depth]), None
+    if measured:
+        measures = np.empty(robot.measure_places.width)
+        bad = kernel.evaluate_and_measure_one(robot.arm, positions, rates, row, measures)
+    else:
+        bad = kernel.evaluate_one(robot.arm, positions, rates, row)
+    if bad != -1:
+        _joint_vector(robot, positions, 'q')
+        _joint_vector(robot, rates, 'qdot')
+        raise _not_finite(0, positions.tolist())
+    return _new(ToolState, (robot, row, qdot is not None, None, measures))
+
+
+def _evaluate_batch(robot: Robot, q: Floats, qdot: Floats | None, depth: int) -> ToolState:
+    chain = robot.chain
+    # What has more dimensions is a copy already.
+    if q.ndim == 1:
+        q = _joint_vector(robot, q, 'q')
+    if qdot is not None:
+        if qdot.ndim == 1:
+            qdot = _joint_vector(robot, qdot, 'qdot')
+        if qdot.shape != q.shape:
+            q, qdot = _broadcast(q, qdot)
+    flat = q.reshape(-1, chain.dof)
+    rates = (qdot if qdot is not None else chain.at_rest).reshape(-1, chain.dof)
+    table = np.empty((len(flat), chain.widths[depth]))
+
+    def part(begin: int, end: int) -> int:
+        bad = kernel.evaluate(
+            chain,
+            flat[begin:end],
+            rates[begin:end] if len(rates) == len(flat) else rates,
+            depth,
+            table[begin:end],
+        )
+        return bad if bad < 0 else begin + bad
+
+    bad = in_parts(len(flat), part)
+    if bad >= 0:
+        raise _not_finite(bad, flat[bad].tolist())
+    row = table.reshape(*q.shape[:-1], table.shape[1])
+    return ToolState(robot, row, qdot is not None, (q, qdot))
+
+
+def _not_finite(row: int, q: list[float]) -> JointVectorError:
+    return JointVectorError(
+        f'joint positions and velocities must be finite, and what follows too: row {row} is {q}'
+    )
+
+
+def _broadcast(q: Floats, qdot: Floats) -> tuple[Floats, Floats]:
+    try:
+        shape = np.broadcast_shapes(q.shape, qdot.shape)
+    except ValueError:
+        raise JointVectorError(
+            f'q and qdot have shapes {q.shape} and {qdot.shape}, which do not go together'
+        ) from None
+    # A copy in C order: by itself numpy would keep the order of the repeated axis.
+    return (
+        np.array(np.broadcast_to(q, shape), order='C'),
+        np.array(np.broadcast_to(qdot, shape), order='C'),
+    )

@@ -1,0 +1,79 @@
+"""
+The motions of the demo by name: through a singular pose, and sines.
+
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from ..kernel import Floats
+from ..robot.robot import Robot
+from .motion import JointMotion, Trajectory, allowed_speeds, inside_limits
+from .passage import smooth_trajectory
+
+
+@dataclass(frozen=True, eq=False)
+class Sines:
+    """
+    q_j(t) = centre_j + amplitude_j sin(frequency_j t + phase_j).
+
+    Attributes
+    ----------
+    centre, amplitude : shape (n,), rad or m
+    frequency : shape (n,), rad/s
+    phase : shape (n,), rad
+    period
+        Time after which the motion repeats itself, s.
+
+    """
+
+    centre: Floats
+    amplitude: Floats
+    frequency: Floats
+    phase: Floats
+    period: float
+
+    def at(self, t: npt.ArrayLike) -> JointMotion:
+        """
+        Return positions and velocities at times t (...,) in s.
+
+        """
+        angle = self.frequency * np.asarray(t, dtype=np.float64)[..., None] + self.phase
+        return JointMotion(
+            self.centre + self.amplitude * np.sin(angle),
+            self.amplitude * self.frequency * np.cos(angle),
+        )
+
+
+def sine_trajectory(robot: Robot) -> Sines:
+    """
+    Return q_1 = sin t, q_2 = cos 2t, q_3 = sin 3t and so on, moved and shrunk into the limits.
+
+    The motion of document 002; the clock runs slower for arms whose velocity limits ask for it.
+
+    """
+    n = robot.dof
+    inside = inside_limits(robot)
+    low, high = inside[:, 0], inside[:, 1]
+    amplitude = np.minimum(1.0, 0.5 * (high - low))
+    w = np.arange(1.0, n + 1.0)
+    # Limited joints at their share of the limit, the others as fast as the document's.
+    speeds = allowed_speeds(robot, math.inf, math.inf)
+    clock = min(1.0, float(np.min(speeds / (amplitude * w))))
+    return Sines(
+        centre=np.clip(0.0, low + amplitude, high - amplitude),
+        amplitude=amplitude,
+        frequency=clock * w,
+        phase=np.where(np.arange(n) % 2 == 0, 0.0, 0.5 * math.pi),
+        period=2.0 * math.pi / clock,
+    )
+
+
+TRAJECTORIES: dict[str, Callable[[Robot], Trajectory]] = {
+    'smooth': smooth_trajectory,
+    'sine': sine_trajectory,
+}

@@ -1,0 +1,4 @@
+"""
+One arm, frozen: its table, its chain, its task and its measures.
+
+"""

@@ -1,0 +1,100 @@
+"""
+The bundled robots, and how a robot is found by name or by path.
+
+"""
+
+import difflib
+import os
+from collections.abc import Mapping
+from importlib import resources
+from pathlib import Path
+
+from ..errors import RobotNotFoundError
+
+# What a person looks for; a robot that stands in no group is listed after them.
+GROUPS: Mapping[str, tuple[str, ...]] = {
+    'Industrial and research arms': (
+        'kinova_gen3',
+        'kuka_iiwa14',
+        'panda',
+        'puma560',
+        'scara_hsr065',
+        'ur3e',
+        'ur5e',
+        'ur10e',
+    ),
+    'Textbook and course arms': (
+        'planar_2r',
+        'planar_3r',
+        'anthropomorphic_3r',
+        'craig_3r',
+        'spherical_rrp',
+        'rrp_elementary',
+        'six_joint_dh',
+        'six_joint_dh_unit',
+    ),
+    'The same arm in several tables': (
+        'offset_stanford_shape',
+        'offset_stanford_dh',
+        'offset_stanford_printed',
+        'parallelogram_left',
+        'parallelogram_right',
+    ),
+}
+OTHERS = 'Others'
+
+
+def _folder() -> Path:
+    try:
+        return Path(str(resources.files('kinematics_service.config')))
+    except ModuleNotFoundError:
+        # `colcon build --symlink-install` knows one source folder only; the checkout has both.
+        return Path(__file__).resolve().parents[3] / 'config'
+
+
+def bundled_robots() -> Mapping[str, Path]:
+    """
+    Return the files of the bundled robots by name, in alphabetical order.
+
+    """
+    return {path.stem: path for path in sorted(_folder().glob('*.yaml'))}
+
+
+def grouped_robots() -> Mapping[str, Mapping[str, Path]]:
+    """
+    Return the files of the bundled robots by group and name, as a person looks for them.
+
+    """
+    bundled = bundled_robots()
+    groups = {
+        title: {name: bundled[name] for name in names if name in bundled}
+        for title, names in GROUPS.items()
+    }
+    grouped = {name for group in groups.values() for name in group}
+    others = {name: path for name, path in bundled.items() if name not in grouped}
+    return {**groups, OTHERS: others} if others else groups
+
+
+def find_robot_file(name: str | os.PathLike[str]) -> Path:
+    """
+    Return the file of a robot given by bundled name or by path.
+
+    Raises
+    ------
+    RobotNotFoundError
+        Neither a file nor a bundled robot; the message lists the names.
+
+    """
+    text = os.fspath(name)
+    bundled = bundled_robots()
+    if text in bundled:
+        return bundled[text]
+    path = Path(text)
+    looks_like_a_path = path.suffix in ('.yaml', '.yml') or path.name != text
+    if path.exists() or looks_like_a_path:
+        return path
+    near = difflib.get_close_matches(text, bundled, n=1)
+    hint = f'did you mean {near[0]!r}? ' if near else ''
+    raise RobotNotFoundError(
+        f'no robot {text!r}: {hint}give a YAML file or one of: {", ".join(bundled)}'
+    )

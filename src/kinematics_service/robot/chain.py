@@ -1,0 +1,109 @@
+"""
+A robot's table folded into the constants of the kernel.
+
+The chain is C_0 screw_z(1) C_1 screw_z(2) ... C_K: every moving row is one screw about its own z
+axis, and everything that stands still between two of them (conventions, fixed rows, base, tool) is
+one constant. So the kernel knows neither conventions nor joint types.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ..kernel import Chain, ChainTable, Floats
+from ..rigid_motion import screw_z
+from .conventions import Row
+
+
+class FrozenArrays:
+    """
+    Base of frozen dataclasses whose arrays, those named in `READ_ONLY`, are frozen too.
+
+    Copies and unpickled ones are rebuilt by the constructor: otherwise their arrays would be
+    writable.
+
+    """
+
+    READ_ONLY: ClassVar[tuple[str, ...]]
+
+    def __post_init__(self) -> None:
+        """
+        Freeze the arrays.
+
+        """
+        for name in self.READ_ONLY:
+            getattr(self, name).setflags(write=False)
+
+    def __reduce__(self) -> tuple[type, tuple[Any, ...]]:
+        """
+        Rebuild by the constructor.
+
+        """
+        values = (getattr(self, field.name) for field in fields(self))  # type: ignore[arg-type]
+        return type(self), tuple(values)
+
+
+@dataclass(frozen=True)
+class _Element:
+    theta_0: float
+    d_0: float
+    entries: tuple[tuple[int, float, float], ...]  # joint, c_theta, c_d
+
+
+def _element(row: Row, variables: Sequence[str]) -> _Element:
+    theta, d = dict(row.theta.coefficients), dict(row.d.coefficients)
+    entries = tuple(
+        (j, theta.get(variable, 0.0), d.get(variable, 0.0))
+        for j, variable in enumerate(variables)
+        if theta.get(variable, 0.0) != 0.0 or d.get(variable, 0.0) != 0.0
+    )
+    return _Element(row.theta.constant, row.d.constant, entries)
+
+
+def fold(rows: Sequence[Row], variables: Sequence[str], base: Floats, tool: Floats) -> Chain:
+    """
+    Return the chain of a table.
+
+    Parameters
+    ----------
+    rows
+        Rows of the table, base to tool.
+    variables : n names
+        The joint variables, in the order of the Jacobian's columns.
+    base, tool : shape (4, 4)
+        Frame 0 in the base frame; the tool in the frame after the last row.
+
+    """
+    constants: list[Floats] = []
+    elements: list[_Element] = []
+    frame_parents, frame_offsets = [-1], [base]
+    still = base  # what stands still since the last screw
+    for row in rows:
+        element = _element(row, variables)
+        if element.entries:
+            constants.append(still @ row.before)
+            elements.append(element)
+            still = row.after
+        else:
+            motion = screw_z(row.theta.constant, row.d.constant)
+            still = still @ row.before @ motion @ row.after
+        frame_parents.append(len(elements) - 1)
+        frame_offsets.append(still)
+    constants.append(still @ tool)
+    entries = [entry for element in elements for entry in element.entries]
+    return Chain(
+        ChainTable(
+            dof=len(variables),
+            before=np.array([motion[:3] for motion in constants]),
+            theta_0=np.array([element.theta_0 for element in elements]),
+            d_0=np.array([element.d_0 for element in elements]),
+            first_entry=np.cumsum([0] + [len(element.entries) for element in elements]),
+            joint=np.array([entry[0] for entry in entries], dtype=np.int64),
+            by_theta=np.array([entry[1] for entry in entries]),
+            by_d=np.array([entry[2] for entry in entries]),
+            frame_parent=np.array(frame_parents, dtype=np.int64),
+            frame_offset=np.array([offset[:3] for offset in frame_offsets]),
+        )
+    )

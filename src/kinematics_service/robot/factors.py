@@ -1,0 +1,255 @@
+"""
+Named singular factors: functions of the joints whose zeros are singular poses, evaluated live.
+
+A factor's expression becomes a tape, a list of elementary operations that the kernel runs forwards
+for value and gradient at once. No symbols are needed for that.
+"""
+
+import ast
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from .. import kernel
+from ..errors import KinematicsError
+from ..kernel import Chain, Floats, Integers
+from .chain import FrozenArrays
+from .file.description import RobotDescription
+from .file.expression_syntax import operands_of, postorder, syntax_tree
+from .measure_batch import measure_table
+from .task import Task
+
+# The product of the factors is the determinant where log|det| - sum(k log|f|) is the same at all
+# seeded poses to this; round-off of a determinant away from its zeros is below 1e-12 of it.
+SAME = 1e-9
+# Poses with |det| below this share of the median are left out: round-off is large there.
+TOO_SINGULAR = 1e-3
+# At a zero of a factor the smallest singular value is below this share of the largest.
+SINGULAR = 1e-6
+# Zeros looked for, and Newton steps to each.
+ZEROS, STEPS = 30, 40
+
+
+@dataclass(frozen=True, eq=False)
+class Factors(FrozenArrays):
+    """
+    The singular factors of an arm; none for an arm without.
+
+    Attributes
+    ----------
+    names, texts
+        As in the robot file.
+    complete
+        Whether their product, with whole powers, is the determinant up to a constant: then every
+        singular pose is a zero of one of them.
+    operations : shape (steps, 3), constants : shape (steps,)
+        Operation and operands of each step of the tape; its constant, or its scale.
+    ends : shape (factors,)
+        The step that holds each factor's value.
+
+    """
+
+    READ_ONLY = ('operations', 'constants', 'ends')
+
+    names: tuple[str, ...]
+    texts: tuple[str, ...]
+    complete: bool
+    operations: Integers
+    constants: Floats
+    ends: Integers
+
+    @cached_property
+    def tape(self) -> kernel.Tape:
+        """
+        Return the tape as the kernel reads it.
+
+        """
+        return kernel.Tape(self.operations, self.constants, self.ends)
+
+    def __bool__(self) -> bool:
+        return bool(self.names)
+
+    def evaluate(self, q: Floats) -> Floats:
+        """
+        Return value and gradient of each factor, shape (N, factors, 1 + n), of q (N, n).
+
+        Gradients are by rad and m.
+
+        """
+        results = np.empty((len(q), len(self.names), 1 + q.shape[1]))
+        kernel.evaluate_factors(self.tape, q, results)
+        return results
+
+
+def motions_to_zeros(results: Floats, column_scales: Floats) -> Floats:
+    """
+    Return the joint motion to each factor's nearest zero by first order, (..., factors, n).
+
+    In rad and m; zero where the factor does not change.
+
+    Parameters
+    ----------
+    results : shape (..., factors, 1 + n)
+        As `Factors.evaluate` returns them.
+    column_scales : shape (n,)
+        What a unit of each joint counts in rad: the characteristic length for prismatic ones.
+
+    """
+    scaled = results[..., 1:] * column_scales
+    squares = np.sum(scaled**2, axis=-1)
+    step = np.divide(results[..., 0], squares, out=np.zeros_like(squares), where=squares > 0.0)
+    return np.asarray(-step[..., None] * scaled * column_scales)
+
+
+class _Tape:
+    """
+    Collects the steps of several expressions.
+
+    """
+
+    def __init__(self, description: RobotDescription) -> None:
+        self.steps: list[tuple[int, int, int]] = []
+        self.numbers: list[float] = []
+        angle = math.pi / 180.0 if description.angle_unit == 'deg' else 1.0
+        length = 1e-3 if description.length_unit == 'mm' else 1.0
+        self._angle = angle
+        self._constants = {constant.name: constant.value for constant in description.constants}
+        # A variable counts in the file's unit: its number on the tape is file units per SI unit.
+        self._variables = {
+            joint.variable: (j, 1.0 / (length if joint.type == 'prismatic' else angle))
+            for j, joint in enumerate(description.joints)
+        }
+
+    def add(self, text: str) -> int:
+        """
+        Add an expression that the reader has accepted; return the step of its value.
+
+        """
+        values: list[int] = []
+        for node in postorder(syntax_tree(text, lambda name: None)):
+            count = len(operands_of(node))
+            operands = values[len(values) - count :]
+            values = values[: len(values) - count]
+            values.append(self._step(node, operands))
+        return values[0]
+
+    def _step(self, node: ast.expr, operands: Sequence[int]) -> int:
+        first = operands[0] if operands else 0
+        second = operands[1] if len(operands) > 1 else 0
+        match node:
+            case ast.Constant():
+                return self._append(kernel.CONSTANT, 0, 0, float(str(node.value)))
+            case ast.Name(id='pi'):
+                return self._append(kernel.CONSTANT, 0, 0, math.pi)
+            case ast.Name() if node.id in self._variables:
+                j, scale = self._variables[node.id]
+                return self._append(kernel.JOINT, j, 0, scale)
+            case ast.Name():
+                return self._append(kernel.CONSTANT, 0, 0, self._constants[node.id])
+            case ast.UnaryOp(op=ast.USub()):
+                return self._append(kernel.NEGATIVE, first, 0, 1.0)
+            case ast.UnaryOp():
+                return first
+            case ast.BinOp():
+                return self._append(_BINARY[type(node.op)], first, second, 1.0)
+            case ast.Call(func=ast.Name(id=function)):
+                return self._append(_FUNCTIONS[function], first, second, self._angle)
+        raise AssertionError(ast.dump(node))
+
+    def _append(self, operation: int, first: int, second: int, number: float) -> int:
+        self.steps.append((operation, first, second))
+        self.numbers.append(number)
+        return len(self.steps) - 1
+
+
+_BINARY: Mapping[type[ast.operator], int] = {
+    ast.Add: kernel.SUM,
+    ast.Sub: kernel.DIFFERENCE,
+    ast.Mult: kernel.PRODUCT,
+    ast.Div: kernel.QUOTIENT,
+}
+_FUNCTIONS = {
+    'sin': kernel.SINE,
+    'cos': kernel.COSINE,
+    'sqrt': kernel.SQUARE_ROOT,
+    'atan2': kernel.ARC_TANGENT,
+}
+
+
+def read_factors(description: RobotDescription, chain: Chain, task: Task, q: Floats) -> Factors:
+    """
+    Return the factors of a robot file, checked against the arm.
+
+    Parameters
+    ----------
+    description, chain, task
+        The arm.
+    q : shape (N, n), rad or m
+        Poses to check at: the seeded ones.
+
+    Raises
+    ------
+    KinematicsError
+        A zero of a factor is no singular pose; the message names it and the pose.
+
+    """
+    tape = _Tape(description)
+    ends = [tape.add(factor.text) for factor in description.singularity.factors]
+    factors = Factors(
+        names=tuple(factor.name for factor in description.singularity.factors),
+        texts=tuple(factor.text for factor in description.singularity.factors),
+        complete=False,
+        operations=np.array(tape.steps, dtype=np.int64).reshape(-1, 3),
+        constants=np.array(tape.numbers),
+        ends=np.array(ends, dtype=np.int64),
+    )
+    if not factors:
+        return factors
+    if _product_is_the_determinant(factors, chain, task, q):
+        return replace(factors, complete=True)
+    for k, name in enumerate(factors.names):
+        _check_zeros(factors, k, name, chain, task, q[:ZEROS])
+    return factors
+
+
+def _product_is_the_determinant(factors: Factors, chain: Chain, task: Task, q: Floats) -> bool:
+    if not task.square or task.structurally_deficient:
+        return False
+    determinants = np.abs(measure_table(chain, task, q)[:, kernel.DETERMINANT])
+    values = np.abs(factors.evaluate(q)[..., 0])
+    # Not np.median: it imports a package for the start of every node.
+    usable = determinants > TOO_SINGULAR * np.sort(determinants)[len(determinants) // 2]
+    usable &= np.all(values > 0.0, axis=1)
+    if np.sum(usable) <= 2 * len(factors.names):
+        return False
+    logs = np.log(values[usable])
+    target = np.log(determinants[usable])
+    columns = np.column_stack([np.ones(len(logs)), logs])
+    powers = np.round(np.linalg.lstsq(columns, target, rcond=None)[0][1:])
+    if np.any(powers < 1.0):
+        return False
+    rest = target - logs @ powers
+    return bool(np.ptp(rest) < SAME)
+
+
+def _check_zeros(factors: Factors, k: int, name: str, chain: Chain, task: Task, q: Floats) -> None:
+    scales = task.column_scales
+    zero = np.array(q)
+    for _ in range(STEPS):
+        zero = zero + motions_to_zeros(factors.evaluate(zero), scales)[:, k]
+    reached = np.abs(factors.evaluate(zero)[:, k, 0]) < 1e-12
+    if not np.any(reached):
+        return
+    zero = zero[reached]
+    table = measure_table(chain, task, zero)
+    share = 1.0 / table[:, kernel.CONDITION_NUMBER]
+    worst = int(np.argmax(share))
+    if share[worst] > SINGULAR:
+        pose = ', '.join(f'{x:.4g}' for x in zero[worst])
+        raise KinematicsError(
+            f'factor {name!r} ({factors.texts[k]}) is zero at q = [{pose}], which is no singular '
+            f'pose: the smallest singular value there is {share[worst]:.2g} of the largest'
+        )

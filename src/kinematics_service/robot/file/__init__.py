@@ -1,0 +1,4 @@
+"""
+The robot file: read, checked and written.
+
+"""

@@ -1,0 +1,260 @@
+"""
+What a valid robot file says, as frozen data: angles in rad, lengths in m.
+
+"""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from ...errors import Fault
+from .expressions import Expression
+
+JointType = Literal['revolute', 'prismatic', 'helical']
+Axis = Literal['Rx', 'Ry', 'Rz', 'Tx', 'Ty', 'Tz']
+Convention = Literal['standard', 'modified', 'elementary', 'shape']
+AngleUnit = Literal['rad', 'deg']
+LengthUnit = Literal['m', 'mm']
+Measure = Literal[
+    'distance',
+    'determinant',
+    'manipulability',
+    'smallest_singular_value',
+    'condition_number',
+]
+
+
+@dataclass(frozen=True)
+class Constant:
+    """
+    A named number of the file.
+
+    Its value is in the file's units, unlike everything else here: whether a constant is a
+    length, an angle, or a ratio shows only where it is used.
+
+    """
+
+    name: str
+    text: str
+    value: float
+
+
+@dataclass(frozen=True)
+class JointDescription:
+    """
+    An actuated joint.
+
+    Parameters
+    ----------
+    name
+        As in JointState.
+    variable
+        Its name in expressions.
+    type
+        A helical joint's variable is its angle.
+    lower, upper : rad or m
+        -inf and inf where there is none.
+    velocity : rad/s or m/s
+        The largest speed; inf where none is given.
+    unused
+        It stands in no row of the table, and the file says so: it moves nothing.
+
+    """
+
+    name: str
+    variable: str
+    type: JointType
+    lower: float
+    upper: float
+    velocity: float
+    unused: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class RigidMotion:
+    """
+    A constant pose, and how the file wrote it.
+
+    Parameters
+    ----------
+    matrix : shape (4, 4), translation in m
+        Kept as a read-only copy.
+    texts : 6 or 16 expressions in the file's units
+        x y z roll pitch yaw with R = Rz(yaw) Ry(pitch) Rx(roll), or the matrix row by row.
+
+    """
+
+    matrix: npt.NDArray[np.float64]
+    texts: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        """
+        Freeze a copy of the matrix.
+
+        """
+        matrix = np.array(self.matrix, dtype=np.float64)
+        matrix.setflags(write=False)
+        object.__setattr__(self, 'matrix', matrix)
+
+    def __eq__(self, other: object) -> bool:
+        """
+        Compare numbers and texts exactly.
+
+        """
+        if not isinstance(other, RigidMotion):
+            return NotImplemented
+        return self.texts == other.texts and np.array_equal(self.matrix, other.matrix)
+
+    def __hash__(self) -> int:
+        """
+        Hash the texts alone: equal motions have equal texts.
+
+        """
+        return hash(self.texts)
+
+
+IDENTITY = RigidMotion(np.eye(4), ('0',) * 6)
+
+
+@dataclass(frozen=True)
+class DhRow:
+    """
+    A row of a Denavit-Hartenberg table; a and alpha are constant.
+
+    """
+
+    a: Expression
+    alpha: Expression
+    d: Expression
+    theta: Expression
+
+
+@dataclass(frozen=True)
+class ElementaryMotion:
+    """
+    A rotation about, or a translation along, one axis.
+
+    """
+
+    axis: Axis
+    argument: Expression
+
+
+@dataclass(frozen=True)
+class ShapeRow:
+    """
+    A Sheth-Uicker row, T = inner * joint * inverse(outer); no joint: a fixed row.
+
+    """
+
+    inner: RigidMotion
+    joint: ElementaryMotion | None
+    outer: RigidMotion
+
+
+@dataclass(frozen=True)
+class Placement:
+    """
+    A named frame: the table's frame 0 in it (base), or it in the last row's frame (tool).
+
+    """
+
+    frame: str
+    motion: RigidMotion
+
+
+@dataclass(frozen=True)
+class KnownPose:
+    """
+    Where the tool is in the base frame at one joint vector, by the file's source.
+
+    Parameters
+    ----------
+    q : n values, rad or m
+    tolerance_xyz, tolerance_rpy : m, rad
+        The latter is inf where the source gives no orientation; that of `motion` is then none.
+
+    """
+
+    q: tuple[float, ...]
+    motion: RigidMotion
+    tolerance_xyz: float
+    tolerance_rpy: float
+
+
+@dataclass(frozen=True)
+class Factor:
+    """
+    A named function of the joints whose zeros are singular poses, in the file's units.
+
+    """
+
+    name: str
+    text: str
+
+
+@dataclass(frozen=True)
+class SingularityDescription:
+    """
+    What the file says about singular poses.
+
+    Parameters
+    ----------
+    task
+        Rows of the Jacobian, ordered x y z rx ry rz; None: chosen from the arm.
+    length : m
+        The characteristic length; None: chosen from the arm.
+    measure
+        Which number is compared with the thresholds.
+    warn, stop
+        Thresholds: rad for `distance`, else plain numbers in SI units.
+    factors
+        In the order of the file.
+
+    """
+
+    task: tuple[str, ...] | None
+    length: float | None
+    measure: Measure
+    warn: float | None
+    stop: float | None
+    factors: tuple[Factor, ...]
+
+
+@dataclass(frozen=True)
+class RobotDescription:
+    """
+    A robot file that has been read and found right.
+
+    Parameters
+    ----------
+    angle_unit, length_unit
+        What the texts inside are written in; every number but the constants' is SI.
+    links
+        `DhRow` for standard and modified, else `ElementaryMotion` or `ShapeRow`.
+    warnings
+        What is allowed but is most likely a mistake: another unit, a constant nobody uses.
+    remarks
+        Sentences for `check`: what is worth knowing.
+    file
+        The path as the user gave it.
+
+    """
+
+    name: str
+    source: str
+    convention: Convention
+    angle_unit: AngleUnit
+    length_unit: LengthUnit
+    constants: tuple[Constant, ...]
+    joints: tuple[JointDescription, ...]
+    links: tuple[DhRow | ElementaryMotion | ShapeRow, ...]
+    base: Placement
+    tool: Placement
+    singularity: SingularityDescription
+    known_poses: tuple[KnownPose, ...]
+    warnings: tuple[Fault, ...]
+    remarks: tuple[str, ...]
+    file: str

@@ -1,0 +1,248 @@
+"""
+Reads a robot file: one YAML file, one robot; see `description` for what comes out.
+
+"""
+
+import os
+import re
+import stat
+from collections.abc import Callable, Sequence
+from typing import Any, NoReturn, get_args
+
+from ...errors import Fault, RobotFileError
+from .constants import Constants, read_constants
+from .description import Constant, Convention, JointType, RobotDescription
+from .entries import checked
+from .expression_syntax import names_in
+from .fault_report import FaultReport, quoted, shown
+from .joints import joint_type_of, names_given, read_joint, read_joint_entries, read_variables
+from .known_poses import read_known_poses
+from .links import Row, check_helical, likely_convention, read_links, variables_of, warn_of_size
+from .motions import read_placement
+from .quantities import Quantities, Units
+from .schema import JointEntry, RobotEntry, UnitsEntry
+from .singularity import read_singularity
+from .yaml_document import texts_in
+from .yaml_reader import MAX_BYTES, read_document
+
+# What a path may lead to besides files and folders; reading it might wait for ever.
+KINDS: Sequence[tuple[Callable[[int], bool], str]] = (
+    (stat.S_ISFIFO, 'a named pipe'),
+    (stat.S_ISSOCK, 'a socket'),
+    (stat.S_ISCHR, 'a device'),
+    (stat.S_ISBLK, 'a device'),
+)
+ROBOT_NAME = re.compile(r'[A-Za-z0-9_]+')
+
+
+def read_robot_file(path: str | os.PathLike[str]) -> RobotDescription:
+    """
+    Return what a robot file says.
+
+    Raises
+    ------
+    RobotFileError
+        With all faults of the file, one a line; also where it cannot be read at all.
+
+    """
+    file = os.fspath(path)
+    try:
+        _check_kind(file)
+        with open(path, 'rb') as stream:
+            # One byte more than is accepted: enough to refuse, also where a file never ends.
+            content = stream.read(MAX_BYTES + 1)
+    except RobotFileError:
+        raise  # which is a ValueError, too
+    except FileNotFoundError:
+        _refuse(file, 'no such file')
+    except IsADirectoryError:
+        _refuse(file, 'is a directory: give the robot file itself')
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else str(error)
+        _refuse(file, f'cannot be read: {reason}')
+    try:
+        text = content.decode('utf-8-sig')
+    except UnicodeDecodeError as error:
+        if len(content) > MAX_BYTES:
+            _refuse(file, f'larger than {MAX_BYTES // 1024} KiB: not a robot file')
+        line = content.count(b'\n', 0, error.start) + 1
+        raise RobotFileError((Fault(file, line, '', 'is not UTF-8 text'),)) from None
+    return parse_robot(text, file)
+
+
+def parse_robot(text: str, file: str) -> RobotDescription:
+    """
+    Return what the text of a robot file says.
+
+    Parameters
+    ----------
+    text
+        YAML; a byte order mark has been taken off.
+    file
+        Its path, for messages.
+
+    Raises
+    ------
+    RobotFileError
+        With all faults of the text, one a line.
+
+    """
+    document = read_document(text, file)
+    report = FaultReport(document)
+    data = document.data
+    if not isinstance(data, dict):
+        keys = ', '.join(RobotEntry.required)
+        report.fault((), f'expected a mapping with the keys {keys}, not {shown(data)}')
+        report.raise_faults()
+    entry = checked(RobotEntry, data, (), report)
+    if entry.robot is not None and not ROBOT_NAME.fullmatch(entry.robot):
+        message = f'{quoted(entry.robot)} is not a name of letters, digits and underscores'
+        report.fault(('robot',), message)
+    units = _units(entry.units, report)
+
+    joint_entries = read_joint_entries(entry.joints, report) if 'joints' in data else []
+    joint_items = entry.joints if joint_entries else []
+    joint_types = [joint_type_of(joint) for joint in joint_entries]
+    constant_names = tuple(entry.constants) if isinstance(entry.constants, dict) else ()
+    variables = read_variables(joint_entries, constant_names, report)
+    moving = [variable for variable in variables if variable]
+    constants = read_constants(entry.constants, units, moving, report)
+    quantities = _quantities(report, units, constants, joint_items, joint_types, variables)
+
+    joints = [
+        joint
+        for index, (item, variable) in enumerate(zip(joint_entries, variables, strict=True))
+        if (joint := read_joint(item, variable, index, quantities))
+    ]
+    links = None
+    convention = next((name for name in get_args(Convention) if name == entry.convention), None)
+    if 'links' in data:
+        # Rows are judged also where the convention is not known: by what they look like.
+        links = read_links(entry.links, convention or likely_convention(entry.links), quantities)
+        check_helical(links or (), quantities)
+        _check_movement(joint_entries, variables, data, links, quantities)
+        warn_of_size(links or (), quantities)
+    base = read_placement(entry.base, ('base',), 'base_link', quantities)
+    tool = read_placement(entry.tool, ('tool',), 'tool0', quantities)
+    if base and tool and base.frame == tool.frame:
+        report.fault(('tool', 'frame'), f'{quoted(tool.frame)} is also the base frame')
+    singularity = read_singularity(entry.singularity, quantities)
+    known_poses = read_known_poses(entry.known_poses, joint_types, joints, quantities)
+
+    report.raise_faults()
+    if not (entry.robot and convention and links and base and tool and singularity):
+        # Every part that is missing has a fault; were one forgotten, this is the safe end.
+        _refuse(file, 'is incomplete')
+    _remark(entry, constants.constants, links, quantities)
+    return RobotDescription(
+        name=entry.robot,
+        source=entry.source or '',
+        convention=convention,
+        angle_unit=units.angle,
+        length_unit=units.length,
+        constants=constants.constants,
+        joints=tuple(joints),
+        links=links,
+        base=base,
+        tool=tool,
+        singularity=singularity,
+        known_poses=known_poses,
+        warnings=report.warnings(),
+        remarks=report.remarks(),
+        file=file,
+    )
+
+
+def _check_kind(file: str) -> None:
+    mode = os.stat(file).st_mode
+    kind = next((name for is_kind, name in KINDS if is_kind(mode)), None)
+    if kind:
+        _refuse(file, f'is {kind}: give the robot file itself')
+
+
+def _refuse(file: str, message: str) -> NoReturn:
+    raise RobotFileError((Fault(file, 0, '', message),))
+
+
+def _units(data: Any, report: FaultReport) -> Units:
+    if data is None:
+        return Units()
+    entry = checked(UnitsEntry, data, ('units',), report)
+    return Units('deg' if entry.angle == 'deg' else 'rad', 'mm' if entry.length == 'mm' else 'm')
+
+
+def _quantities(
+    report: FaultReport,
+    units: Units,
+    constants: Constants,
+    items: Sequence[Any],
+    types: Sequence[JointType | None],
+    variables: Sequence[str | None],
+) -> Quantities:
+    known = {}
+    hidden = set(constants.unreadable)
+    all_names_known = bool(items) and constants.all_names_known
+    values = {constant.name: constant.value for constant in constants.constants}
+    for item, joint_type, variable in zip(items, types, variables, strict=True):
+        if variable and joint_type:
+            known[variable] = joint_type
+        elif variable is None:
+            # The expressions may call it anything.
+            all_names_known = False
+        if not (variable and joint_type and item.keys() <= set(JointEntry.keys())):
+            hidden |= names_given(item)
+    hidden -= known.keys() | values.keys()
+    return Quantities(
+        report, units, values, known, frozenset(hidden), all_names_known, set(constants.used)
+    )
+
+
+def _check_movement(
+    entries: Sequence[JointEntry],
+    variables: Sequence[str | None],
+    data: dict[str, Any],
+    links: Sequence[Row] | None,
+    quantities: Quantities,
+) -> None:
+    # Every joint moves a row, or says that it moves none.
+    report, rows_data = quantities.report, data['links']
+    if links is not None:
+        rows = [variables_of(row) for row in links]
+    elif quantities.strange or not quantities.all_names_known or not isinstance(rows_data, list):
+        return  # its name may be among those that are not understood
+    else:
+        rows = [names_in(text) for text in texts_in(rows_data)]
+    if not rows:
+        return  # said once, of the links
+    moving = frozenset().union(*rows)
+    for index, (entry, variable) in enumerate(zip(entries, variables, strict=True)):
+        if variable is None or joint_type_of(entry) is None:
+            continue
+        names = {variable} if links is not None else names_given(data['joints'][index])
+        if not names & moving and not entry.unused:
+            report.fault(
+                ('joints', index),
+                f"{quoted(variable)} moves no row of links: add its row, or say 'unused: true'",
+            )
+        if variable in moving and entry.unused and links is not None:
+            row = next(i for i, names in enumerate(rows) if variable in names)
+            report.fault(
+                ('joints', index, 'unused'), f'{quoted(variable)} moves links[{row}]: it is used'
+            )
+
+
+def _remark(
+    entry: RobotEntry,
+    constants: Sequence[Constant],
+    links: Sequence[Row],
+    quantities: Quantities,
+) -> None:
+    report = quantities.report
+    if not entry.source:
+        report.remark(('source',), 'is not given: say where the numbers come from')
+    for constant in constants:
+        if constant.name not in quantities.used:
+            report.warn(('constants', constant.name), 'is never used')
+    for index, row in enumerate(links):
+        if not variables_of(row) and entry.convention != 'elementary':
+            report.remark(('links', index), 'no joint moves this row: it is fixed')

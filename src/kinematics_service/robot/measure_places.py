@@ -1,0 +1,50 @@
+"""
+Where things stand in a row of measures.
+
+"""
+
+from typing import NamedTuple
+
+from .. import kernel
+
+
+class MeasurePlaces(NamedTuple):
+    """
+    Where things stand in a row of measures, as `kernel.measure` fills it.
+
+    Attributes
+    ----------
+    lost, motion, way, sigma
+        First column of the lost direction, the joint motion, the way out, the singular values.
+    judged
+        First of the columns kernel.WATCHED, LEVEL and NEAREST.
+    distances, results
+        First column of the factors' distances, and of their values and gradients.
+    width
+        Number of columns.
+
+    """
+
+    lost: int
+    motion: int
+    way: int
+    sigma: int
+    judged: int
+    distances: int
+    results: int
+    width: int
+
+
+def measure_places(dof: int, rows: int, factors: int = 0) -> MeasurePlaces:
+    """
+    Return the places of an arm with so many joints, rows of the task, and factors.
+
+    """
+    motion = kernel.LOST_AT + 6
+    way = motion + dof
+    sigma = way + dof
+    judged = sigma + min(dof, rows)
+    distances = judged + kernel.JUDGED
+    results = distances + factors
+    width = results + factors * (1 + dof)
+    return MeasurePlaces(kernel.LOST_AT, motion, way, sigma, judged, distances, results, width)

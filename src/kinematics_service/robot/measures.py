@@ -1,0 +1,145 @@
+"""
+The measures of singularity and their thresholds: a new measure is one row of `MEASURES`.
+
+"""
+
+import enum
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import kernel
+from ..errors import KinematicsError
+from ..kernel import Floats
+from .task import Task
+
+
+class Level(enum.IntEnum):
+    """
+    How bad a pose is; the numbers are those of diagnostic_msgs/DiagnosticStatus.
+
+    """
+
+    OK = 0
+    WARN = 1
+    ERROR = 2
+    STALE = 3
+
+
+@dataclass(frozen=True)
+class Measure:
+    """
+    One measure: its unit, on which side it is bad, its default thresholds, and its column.
+
+    """
+
+    name: str
+    unit: str
+    small_is_bad: bool
+    warn: float | None
+    stop: float | None
+    column: int
+
+
+MEASURES = {
+    measure.name: measure
+    for measure in (
+        Measure('distance', 'rad', True, 0.1, 0.03, kernel.DISTANCE),
+        Measure('determinant', '', True, None, None, kernel.DETERMINANT),
+        Measure('manipulability', '', True, None, None, kernel.MANIPULABILITY),
+        Measure('smallest_singular_value', '', True, None, None, kernel.SMALLEST_SINGULAR_VALUE),
+        # MoveIt Servo's lower_singularity_threshold and hard_stop_singularity_threshold.
+        Measure('condition_number', '', False, 17.0, 30.0, kernel.CONDITION_NUMBER),
+    )
+}
+
+# A level is left only when the measure is better than its threshold by this factor, so that noise
+# at the threshold gives one warning and not a storm.
+HYSTERESIS = 1.5
+
+
+@dataclass(frozen=True)
+class Thresholds:
+    """
+    Which measure is watched, and where WARN and ERROR begin (`warn` and `stop`, in its unit).
+
+    """
+
+    measure: str
+    warn: float
+    stop: float
+
+    def level(self, value: float, previous: Level = Level.OK) -> Level:
+        """
+        Return the level of a value of the measure (|det| for the determinant).
+
+        `previous` is the level before it: WARN and ERROR are left at HYSTERESIS times their value.
+        A value that is not a number is an ERROR.
+
+        """
+        small_is_bad = MEASURES[self.measure].small_is_bad
+        for level, threshold in ((Level.ERROR, self.stop), (Level.WARN, self.warn)):
+            if level <= previous <= Level.ERROR:
+                threshold *= HYSTERESIS if small_is_bad else 1.0 / HYSTERESIS
+            good = value > threshold if small_is_bad else value < threshold
+            if not good:
+                return level
+        return Level.OK
+
+    def levels(self, values: Floats) -> npt.NDArray[np.int64]:
+        """
+        Return the level of each value, without hysteresis; shape (N,).
+
+        """
+        sign = 1.0 if MEASURES[self.measure].small_is_bad else -1.0
+        beyond = [~(sign * values > sign * threshold) for threshold in (self.stop, self.warn)]
+        return np.select(beyond, [int(Level.ERROR), int(Level.WARN)], int(Level.OK))
+
+
+def thresholds_for(
+    task: Task, measure: str, warn: float | None = None, stop: float | None = None
+) -> Thresholds:
+    """
+    Return thresholds for an arm, with the measure's defaults for what is None.
+
+    Raises
+    ------
+    KinematicsError
+        Unknown measure; a determinant that is not there or always zero; missing thresholds, or in
+        the wrong order.
+
+    """
+    if measure not in MEASURES:
+        raise KinematicsError(
+            f'singularity measure {measure!r} is unknown (choose from {", ".join(MEASURES)})'
+        )
+    row = MEASURES[measure]
+    if measure == 'determinant' and not task.square:
+        raise KinematicsError(
+            f'the determinant needs a square Jacobian: the task has {len(task.rows)} rows '
+            f'({" ".join(task.rows)}) for {len(task.column_scales)} joints; '
+            'choose distance or manipulability'
+        )
+    if measure == 'determinant' and task.structurally_deficient:
+        raise KinematicsError(
+            'the determinant of this arm is zero at every pose '
+            f'(generic rank {task.generic_rank} of {len(task.rows)}); choose distance'
+        )
+    warn = row.warn if warn is None else warn
+    stop = row.stop if stop is None else stop
+    if warn is None or stop is None:
+        raise KinematicsError(f'measure {measure} has no default thresholds: give warn and stop')
+    floor = 0.0 if row.small_is_bad else 1.0
+    for name, value in (('warn', warn), ('stop', stop)):
+        if not (math.isfinite(value) and value > floor):
+            raise KinematicsError(
+                f'{name} of {measure} must be greater than {floor:g}, not {value:g}'
+            )
+    if measure == 'distance' and warn > math.pi:
+        raise KinematicsError(f'warn of distance is an angle of at most pi, not {warn:g}')
+    if (stop >= warn) if row.small_is_bad else (stop <= warn):
+        side = 'below' if row.small_is_bad else 'above'
+        raise KinematicsError(f'stop ({stop:g}) of {measure} must be {side} warn ({warn:g})')
+    return Thresholds(measure, float(warn), float(stop))

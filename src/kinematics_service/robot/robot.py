@@ -1,0 +1,215 @@
+"""
+A robot: one arm as its file describes it, with everything that can be known before it moves.
+
+"""
+
+import os
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from ..errors import Fault, KinematicsError, RobotFileError
+from ..kernel import Arm, Chain, Floats
+from .bundled import find_robot_file
+from .chain import FrozenArrays, fold
+from .conventions import table_rows
+from .factors import Factors, read_factors
+from .file.description import RobotDescription
+from .file.reader import parse_robot, read_robot_file
+from .measure_places import MeasurePlaces, measure_places
+from .measures import MEASURES, Thresholds, thresholds_for
+from .task import Task, find_task, seeded_poses
+
+
+@dataclass(frozen=True, eq=False)
+class Robot(FrozenArrays):
+    """
+    One arm, frozen: its joints, frames, chain and task.
+
+    Attributes
+    ----------
+    name, source, convention
+        As in the robot file.
+    joint_names, variables
+        n names as in JointState, and as in the expressions of the file.
+    joint_types
+        `revolute`, `prismatic` or `helical`, n of them.
+    limits : shape (n, 2), rad or m
+        Lower and upper, infinite where there is none; read-only.
+    velocity_limits : shape (n,), rad/s or m/s
+        Infinite where there is none; read-only.
+    base_frame, tool_frame
+        Names of the frames poses are given in and of.
+    rows
+        Number of rows of the table.
+    chain, task, thresholds, factors
+        Constants of the kernel, rows singularities are judged by, when to warn, and the named
+        functions whose zeros are singular poses.
+    description
+        The robot file itself, in SI units.
+
+    """
+
+    READ_ONLY = ('limits', 'velocity_limits')
+
+    name: str
+    source: str
+    convention: str
+    joint_names: tuple[str, ...]
+    variables: tuple[str, ...]
+    joint_types: tuple[str, ...]
+    limits: Floats
+    velocity_limits: Floats
+    base_frame: str
+    tool_frame: str
+    rows: int
+    chain: Chain
+    task: Task
+    thresholds: Thresholds
+    factors: Factors
+    description: RobotDescription
+
+    @property
+    def dof(self) -> int:
+        """
+        Return the number of joints n.
+
+        """
+        return len(self.joint_names)
+
+    @property
+    def continuous(self) -> tuple[bool, ...]:
+        """
+        Return for each joint whether it turns without limits, so that its angle may wrap.
+
+        """
+        return tuple(
+            kind == 'revolute' and bool(np.all(np.isinf(limits)))
+            for kind, limits in zip(self.joint_types, self.limits)
+        )
+
+    @cached_property
+    def arm(self) -> Arm:
+        """
+        Return chain, task, factors and thresholds as the kernel reads them.
+
+        """
+        return Arm(
+            self.chain,
+            self.task.kernel_rows,
+            self.factors.tape,
+            self.factors.complete,
+            MEASURES[self.thresholds.measure].column,
+            self.thresholds.warn,
+            self.thresholds.stop,
+        )
+
+    @cached_property
+    def measure_places(self) -> MeasurePlaces:
+        """
+        Return where the measures stand in a row of them.
+
+        """
+        return measure_places(self.dof, len(self.task.rows), len(self.factors.names))
+
+    def __repr__(self) -> str:
+        return f'Robot({self.name!r}, {self.dof} joints, {self.convention})'
+
+
+def build_robot(description: RobotDescription) -> Robot:
+    """
+    Return the robot that a description describes.
+
+    Raises
+    ------
+    RobotFileError
+        No joint moves the tool, or the thresholds do not fit the arm.
+
+    """
+    joints = description.joints
+    variables = tuple(joint.variable for joint in joints)
+    limits = np.array([[joint.lower, joint.upper] for joint in joints])
+    velocity_limits = np.array([joint.velocity for joint in joints])
+    chain = fold(
+        table_rows(description),
+        variables,
+        description.base.motion.matrix,
+        description.tool.motion.matrix,
+    )
+    settings = description.singularity
+    names = tuple(joint.name for joint in joints)
+    prismatic = [joint.type == 'prismatic' for joint in joints]
+    try:
+        task = find_task(chain, names, limits, prismatic, settings.task, settings.length)
+        factors = read_factors(description, chain, task, seeded_poses(limits, prismatic))
+        thresholds = thresholds_for(task, settings.measure, settings.warn, settings.stop)
+    except KinematicsError as error:
+        raise RobotFileError((Fault(description.file, 1, 'singularity', str(error)),)) from None
+    return Robot(
+        name=description.name,
+        source=description.source,
+        convention=description.convention,
+        joint_names=names,
+        variables=variables,
+        joint_types=tuple(joint.type for joint in joints),
+        limits=limits,
+        velocity_limits=velocity_limits,
+        base_frame=description.base.frame,
+        tool_frame=description.tool.frame,
+        rows=len(description.links),
+        chain=chain,
+        task=task,
+        thresholds=thresholds,
+        factors=factors,
+        description=description,
+    )
+
+
+def with_singularity(
+    robot: Robot, length: float | None = None, thresholds: Thresholds | None = None
+) -> Robot:
+    """
+    Return the same robot judged with another characteristic length (m) or other thresholds.
+
+    """
+    task = robot.task
+    if length is not None and length != task.length:
+        prismatic = [kind == 'prismatic' for kind in robot.joint_types]
+        task = find_task(
+            robot.chain, robot.joint_names, robot.limits, prismatic, task.rows, length
+        )
+    return replace(robot, task=task, thresholds=thresholds or robot.thresholds)
+
+
+def load_robot(name: str | os.PathLike[str]) -> Robot:
+    """
+    Return the robot of a YAML file, or a bundled one by its name.
+
+    Parameters
+    ----------
+    name
+        A path such as `config/craig_3r.yaml`, or a bundled name such as `puma560`.
+
+    Raises
+    ------
+    RobotNotFoundError
+        Neither a file nor a bundled robot.
+    RobotFileError
+        The file is not a valid robot; the message has a line for each fault.
+
+    """
+    return build_robot(read_robot_file(find_robot_file(name)))
+
+
+def robot_from_text(text: str, file: str = '<text>') -> Robot:
+    """
+    Return the robot that a text in the format of a robot file describes.
+
+    Raises
+    ------
+    RobotFileError
+        The text is not a valid robot.
+
+    """
+    return build_robot(parse_robot(text, file))

@@ -1,0 +1,219 @@
+"""
+The task: which rows of the Jacobian singularities are judged by, and how the arm moves them.
+
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from .. import kernel
+from ..errors import KinematicsError
+from ..kernel import Chain, Floats, Integers, TaskRows
+from .chain import FrozenArrays
+
+ROW_NAMES = ('x', 'y', 'z', 'rx', 'ry', 'rz')
+
+# Poses the generic properties of an arm are found over, and the seed that makes them repeatable.
+SEEDED_POSES = 1000
+SEED = 20240523
+
+# A row counts as moved when some pose moves it by more than this share of the largest entry of J.
+MOVED = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Task(FrozenArrays):
+    """
+    The rows J_t of the Jacobian, in the axes of frame 0, and what is true of them at every pose.
+
+    Attributes
+    ----------
+    rows
+        Names of the rows, a part of x y z rx ry rz in that order.
+    length
+        Characteristic length in m: angular rows and prismatic columns are multiplied by it.
+    generic_rank
+        Rank of J_t at random poses.
+    dependent_joints
+        Names of joints whose motions cancel at every pose (they share an axis, for example); empty
+        for most arms.
+    reach
+        Largest distance from frame 0 to the tool over the seeded poses, in m.
+    axes : shape (m,)
+        Which row of the Jacobian each row is, 0 to 5.
+    rotation : shape (3, 3)
+        Of frame 0 in the base frame.
+    row_scales : shape (m,), column_scales : shape (n,)
+        What a unit of each row, in m, and of each joint, in rad, counts: the length for angular
+        rows and for prismatic joints.
+
+    """
+
+    READ_ONLY = ('axes', 'rotation', 'row_scales', 'column_scales')
+
+    rows: tuple[str, ...]
+    length: float
+    generic_rank: int
+    dependent_joints: tuple[str, ...]
+    reach: float
+    axes: Integers
+    rotation: Floats
+    row_scales: Floats
+    column_scales: Floats
+
+    @cached_property
+    def kernel_rows(self) -> TaskRows:
+        """
+        Return the rows as the kernel reads them.
+
+        """
+        return TaskRows(
+            self.generic_rank, self.axes, self.rotation, self.row_scales, self.column_scales
+        )
+
+    @property
+    def square(self) -> bool:
+        """
+        Return whether J_t is square, so that it has a determinant.
+
+        """
+        return len(self.rows) == len(self.column_scales)
+
+    @property
+    def structurally_deficient(self) -> bool:
+        """
+        Return whether J_t has full rank at no pose at all.
+
+        """
+        return self.generic_rank < min(len(self.rows), len(self.column_scales))
+
+
+def seeded_poses(limits: Floats, prismatic: Sequence[bool]) -> Floats:
+    """
+    Return the same random joint positions inside the limits each time.
+
+    Parameters
+    ----------
+    limits : shape (n, 2), rad or m
+        Infinite where there is none: an unlimited revolute joint samples a full turn, an unlimited
+        prismatic one 0 to 1 m.
+    prismatic : n
+        Whether a joint slides.
+
+    Returns
+    -------
+    shape (SEEDED_POSES, n), rad or m
+
+    """
+    low, high = np.array(limits[:, 0]), np.array(limits[:, 1])
+    for j, slides in enumerate(prismatic):
+        span = 1.0 if slides else 2 * math.pi
+        if math.isinf(low[j]) and math.isinf(high[j]):
+            low[j] = 0.0 if slides else -math.pi
+        elif math.isinf(low[j]):
+            low[j] = high[j] - span
+        if math.isinf(high[j]):
+            high[j] = low[j] + span
+    random = np.random.default_rng(SEED)
+    return random.uniform(low, high, (SEEDED_POSES, len(low)))
+
+
+def _rank(J: Floats) -> int:
+    # The rank most poses have: the largest over all of them.
+    sigma = np.linalg.svd(J, compute_uv=False)
+    return int(np.max(np.sum(sigma > kernel.RANK_TOLERANCE * sigma[:, :1], axis=1), initial=0))
+
+
+def _default_rows(J: Floats, moved: Sequence[bool]) -> tuple[str, ...]:
+    n = J.shape[2]
+    names = tuple(name for name, moves in zip(ROW_NAMES, moved) if moves)
+    linear = tuple(name for name in names if name in ROW_NAMES[:3])
+    angular = tuple(name for name in names if name in ROW_NAMES[3:])
+    if n >= 6:
+        return names
+    if _rank(J[:, :3]) >= n:
+        return linear
+    if _rank(J[:, 3:]) >= n:
+        return angular
+    return names
+
+
+def find_task(
+    chain: Chain,
+    joint_names: Sequence[str],
+    limits: Floats,
+    prismatic: Sequence[bool],
+    rows: tuple[str, ...] | None = None,
+    length: float | None = None,
+) -> Task:
+    """
+    Return the task of an arm, over `SEEDED_POSES` poses inside its limits.
+
+    Parameters
+    ----------
+    chain
+        The arm.
+    joint_names, limits, prismatic
+        As `robot.Robot` has them.
+    rows
+        Rows asked for; without them the linear ones where they have generic rank n or more (for
+        six joints and more: all six), else the angular ones, else all that move.
+    length
+        Characteristic length in m; without it the RMS distance of the tool from frame 0.
+
+    Raises
+    ------
+    KinematicsError
+        No joint moves the tool, or none moves the rows asked for.
+
+    """
+    q = seeded_poses(limits, prismatic)
+    results = np.empty((len(q), chain.widths[kernel.JACOBIAN]))
+    kernel.evaluate(chain, q, chain.at_rest.reshape(1, -1), kernel.JACOBIAN, results)
+    frame_0 = chain.table.frame_offset[0]
+    rotation = frame_0[:, :3].copy()
+    n = chain.dof
+    J = results[:, kernel.JACOBIAN_AT : kernel.JACOBIAN_AT + 6 * n].reshape(-1, 6, n)
+    J = np.concatenate([rotation.T @ J[:, :3], rotation.T @ J[:, 3:]], axis=1)
+    largest = float(np.max(np.abs(J)))
+    moved = [bool(np.max(np.abs(J[:, i])) > MOVED * largest) for i in range(6)]
+    if rows is None:
+        rows = _default_rows(J, moved)
+    indices = [ROW_NAMES.index(name) for name in rows]
+    if largest == 0.0 or not any(moved[i] for i in indices):
+        asked = ' '.join(rows) or 'tool'
+        raise KinematicsError(f'no joint moves the tool (task {asked}): nothing to judge')
+
+    tool = results[:, [3, 7, 11]] - frame_0[:, 3]
+    distances = np.linalg.norm(tool, axis=1)
+    if length is None:
+        length = float(np.sqrt(np.mean(distances**2)))
+        if length < MOVED:
+            length = 1.0  # the tool never leaves frame 0: nothing to compare, so unit scale
+    row_scales = np.array([length if i >= 3 else 1.0 for i in indices])
+    column_scales = np.array([length if slides else 1.0 for slides in prismatic])
+    # Scaled as the kernel scales it, so that ranks do not depend on the size of the arm.
+    J_t = J[:, indices] * row_scales[:, None] * column_scales
+    generic_rank = _rank(J_t)
+    return Task(
+        rows=rows,
+        length=length,
+        generic_rank=generic_rank,
+        dependent_joints=_dependent_joints(J_t, joint_names),
+        reach=float(np.max(distances)),
+        axes=np.array(indices, dtype=np.int64),
+        rotation=rotation,
+        row_scales=row_scales,
+        column_scales=column_scales,
+    )
+
+
+def _dependent_joints(J_t: Floats, joint_names: Sequence[str]) -> tuple[str, ...]:
+    # Joint motions that move the tool at no pose are the null space of all J_t on top of another.
+    _, sigma, right = np.linalg.svd(J_t.reshape(-1, J_t.shape[2]), full_matrices=False)
+    idle = right[sigma <= kernel.RANK_TOLERANCE * sigma[0]]
+    return tuple(name for j, name in enumerate(joint_names) if np.any(np.abs(idle[:, j]) > 1e-6))

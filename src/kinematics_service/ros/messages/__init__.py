@@ -1,0 +1,4 @@
+"""
+The messages the node hears and speaks, and how they are made.
+
+"""

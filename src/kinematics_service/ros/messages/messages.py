@@ -1,0 +1,115 @@
+"""
+From JointState to plain data, and from plain data to messages: no decision is made here.
+
+A scalar field of a message takes anything silently, so every number passes through float() or
+int().
+"""
+
+from typing import NamedTuple
+
+from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
+from geometry_msgs.msg import TransformStamped
+from rclpy.node import Node
+from sensor_msgs.msg import JointState
+
+from ...estimation.estimator import Answer
+from ...estimation.joint_sample import JointSample
+from ...estimation.status_text import Notice
+from ...kernel import LARGEST_SECOND
+from ...kinematics.singularity import Singularity
+from ..parameters.settings import Settings
+
+LEVELS = (
+    DiagnosticStatus.OK,
+    DiagnosticStatus.WARN,
+    DiagnosticStatus.ERROR,
+    DiagnosticStatus.STALE,
+)
+SECOND = 1_000_000_000
+
+
+class Report(NamedTuple):
+    """
+    All that one accepted message leads to, for the builders of messages.
+
+    """
+
+    answer: Answer
+    singularity: Singularity
+    settings: Settings
+
+
+def stamp_of(message: JointState) -> int:
+    """
+    Return the stamp of a message in ns; 0 where it has none.
+
+    """
+    stamp = message.header.stamp
+    return int(stamp.sec) * SECOND + int(stamp.nanosec)
+
+
+def sample_of(message: JointState, received: int, arrival: int) -> JointSample:
+    """
+    Return what a JointState says, heard at `received` (ROS clock, ns) and `arrival` (steady, ns).
+
+    """
+    return JointSample(
+        message.name, message.position, message.velocity, stamp_of(message), received, arrival
+    )
+
+
+def set_time(message: Time, stamp: int) -> Time:
+    """
+    Set a message to a time in ns, or to the nearest it can hold, and return it.
+
+    """
+    seconds, nanoseconds = divmod(stamp, SECOND)
+    message.sec = max(-LARGEST_SECOND - 1, min(LARGEST_SECOND, seconds))
+    message.nanosec = int(nanoseconds)
+    return message
+
+
+def time_message(stamp: int) -> Time:
+    """
+    Return a time in ns as a message, or the nearest it can hold.
+
+    """
+    return set_time(Time(), stamp)
+
+
+def transform_message(report: Report) -> TransformStamped:
+    """
+    Return the tool in the base frame, for /tf.
+
+    """
+    message = TransformStamped()
+    message.header.stamp = time_message(report.answer.stamp)
+    message.header.frame_id = report.settings.base_frame
+    message.child_frame_id = report.settings.tool_frame
+    translation, rotation = message.transform.translation, message.transform.rotation
+    translation.x, translation.y, translation.z = map(float, report.answer.state.position)
+    rotation.x, rotation.y, rotation.z, rotation.w = map(float, report.answer.quaternion_xyzw)
+    return message
+
+
+def full_name(node: Node) -> str:
+    """
+    Return a node's name with its namespace, for statuses: two arms share /diagnostics.
+
+    """
+    return str(node.get_fully_qualified_name()).lstrip('/')
+
+
+def status_message(name: str, notice: Notice) -> DiagnosticStatus:
+    """
+    Return a notice as a DiagnosticStatus.
+
+    """
+    message = DiagnosticStatus()
+    message.level = LEVELS[notice.level]
+    message.name = name
+    message.message = notice.sentence
+    message.hardware_id = dict(notice.values).get('robot', '')
+    message.values = [KeyValue(key=key, value=value) for key, value in notice.values]
+    return message

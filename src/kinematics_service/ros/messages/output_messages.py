@@ -1,0 +1,202 @@
+"""
+The answers: of each the message without stamp and numbers, and which numbers it takes.
+
+"""
+
+from array import array
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from geometry_msgs.msg import Pose, PoseArray, PoseStamped, TwistStamped, VelocityStamped
+from std_msgs.msg import Float64, Float64MultiArray, Header, MultiArrayDimension
+
+from ... import kernel
+from ...kernel import Floats, Integers
+from ...kinematics.forward import in_axes
+from ...kinematics.singularity import measured
+from ..parameters.settings import ROW_LABELS, Settings
+from .messages import Report
+
+
+class Copied(NamedTuple):
+    """
+    Numbers that are taken as they stand in a state's row, or in its measures.
+
+    Attributes
+    ----------
+    places
+        Where they stand, from the end where negative.
+    of_measures
+        Whether in the measures.
+
+    """
+
+    places: Integers
+    of_measures: bool = False
+
+    def of(self, report: Report) -> Floats:
+        """
+        Return the numbers of a report.
+
+        """
+        state = report.answer.state
+        row = measured(state).measures if self.of_measures else state.row
+        assert row is not None
+        return row[self.places]
+
+    def sources(self, row: int) -> Integers:
+        """
+        Return their places in a row of so many numbers and, beyond its end, in the measures.
+
+        """
+        return self.places + row if self.of_measures else self.places % row
+
+
+class Computed(NamedTuple):
+    """
+    Numbers that are computed of a state; `of` returns those of a report.
+
+    """
+
+    of: Callable[[Report], Floats]
+
+
+Numbers = Copied | Computed
+
+
+def pose_blank(settings: Settings) -> PoseStamped:
+    """
+    Return the tool in the base frame.
+
+    """
+    return PoseStamped(header=Header(frame_id=settings.base_frame))
+
+
+def pose_numbers(settings: Settings) -> Numbers:
+    """
+    Take position (3,) and quaternion (4,) x y z w of the tool in the base frame.
+
+    """
+    position = np.arange(kernel.POSE_AT + 3, kernel.POSE_AT + 12, 4)
+    return Copied(np.concatenate([position, np.arange(-kernel.ROW_TAIL, 0)]))
+
+
+def jacobian_blank(settings: Settings) -> Float64MultiArray:
+    """
+    Return J, row-major 6 x n, with labelled rows and columns.
+
+    """
+    names = ','.join(settings.joint_names)
+    n = settings.robot.dof
+    message = Float64MultiArray(data=array('d', bytes(8 * 6 * n)))
+    message.layout.dim = [
+        MultiArrayDimension(label=ROW_LABELS[settings.row_order], size=6, stride=6 * n),
+        MultiArrayDimension(label=names, size=n, stride=n),
+    ]
+    return message
+
+
+def jacobian_numbers(settings: Settings) -> Numbers:
+    """
+    Take J, row-major, in the axes and row order that are set, shape (6 n,).
+
+    """
+    axes = settings.jacobian_frame
+    order = [3, 4, 5, 0, 1, 2] if settings.row_order == 'angular_first' else [0, 1, 2, 3, 4, 5]
+    if axes == 'base':
+        n = settings.robot.dof
+        return Copied(kernel.JACOBIAN_AT + np.arange(6 * n).reshape(6, n)[order].ravel())
+
+    def numbers(report: Report) -> Floats:
+        state = report.answer.state
+        return in_axes(state, state.jacobian, axes)[order].ravel()
+
+    return Computed(numbers)
+
+
+def twist_numbers(settings: Settings) -> Numbers:
+    """
+    Take J qdot in the axes that are set, shape (6,).
+
+    """
+    axes = settings.twist_frame
+    if axes == 'base':
+        return Copied(kernel.JACOBIAN_AT + 6 * settings.robot.dof + np.arange(6))
+
+    def numbers(report: Report) -> Floats:
+        state = report.answer.state
+        return in_axes(state, state.twist[:, None], axes)[:, 0]
+
+    return Computed(numbers)
+
+
+def _twist_header(settings: Settings) -> Header:
+    of_base = settings.twist_frame == 'base'
+    return Header(frame_id=settings.base_frame if of_base else settings.tool_frame)
+
+
+def twist_blank(settings: Settings) -> TwistStamped:
+    """
+    Return J qdot.
+
+    """
+    return TwistStamped(header=_twist_header(settings))
+
+
+def velocity_blank(settings: Settings) -> VelocityStamped:
+    """
+    Return J qdot with all three frames named.
+
+    """
+    return VelocityStamped(
+        header=_twist_header(settings),
+        body_frame_id=settings.tool_frame,
+        reference_frame_id=settings.base_frame,
+    )
+
+
+def scalar_blank(settings: Settings) -> Float64:
+    """
+    Return a measure.
+
+    """
+    return Float64()
+
+
+def measure_numbers(column: int) -> Callable[[Settings], Numbers | None]:
+    """
+    Take a column of the measures; the determinant only of an arm that has one.
+
+    """
+
+    def numbers(settings: Settings) -> Numbers | None:
+        if column == kernel.DETERMINANT and not settings.robot.task.square:
+            return None
+        return Copied(np.array([column]), of_measures=True)
+
+    return numbers
+
+
+def link_frames_blank(settings: Settings) -> PoseArray:
+    """
+    Return every frame of the table in the base frame.
+
+    """
+    header = Header(frame_id=settings.base_frame)
+    return PoseArray(header=header, poses=[Pose() for _ in range(settings.robot.chain.frames)])
+
+
+def link_frames_numbers(settings: Settings) -> Numbers:
+    """
+    Take position and quaternion x y z w of every frame of the table, shape (7 (rows + 1),).
+
+    """
+
+    def numbers(report: Report) -> Floats:
+        frames = np.ascontiguousarray(report.answer.state.link_frames)
+        quaternions_xyzw = np.empty((len(frames), 4))
+        kernel.quaternions(frames, quaternions_xyzw)
+        return np.concatenate([frames[:, :3, 3], quaternions_xyzw], axis=1).ravel()
+
+    return Computed(numbers)

@@ -1,0 +1,140 @@
+"""
+What the node's messages say, as plain data: for eyes and for JSON.
+
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...errors import KinematicsError
+from ...kernel import Floats
+from ...rigid_motion import roll_pitch_yaw, rotation_of_quaternion
+from ...robot.measures import Level
+
+
+class LayoutError(KinematicsError, ValueError):
+    """
+    A Float64MultiArray whose layout does not describe a matrix with labels.
+
+    """
+
+
+class Matrix(NamedTuple):
+    """
+    A matrix with the labels of its rows and columns; values of shape (rows, columns).
+
+    """
+
+    rows: tuple[str, ...]
+    columns: tuple[str, ...]
+    values: Floats
+
+
+class Pose(NamedTuple):
+    """
+    A pose in a frame: position (3,) in m, quaternion x y z w, roll pitch yaw (3,) in rad.
+
+    """
+
+    stamp: tuple[int, int]
+    frame: str
+    position: Floats
+    quaternion_xyzw: Floats
+    roll_pitch_yaw: Floats
+
+
+class Velocity(NamedTuple):
+    """
+    A twist in the axes of a frame: linear (3,) in m/s, angular (3,) in rad/s.
+
+    """
+
+    stamp: tuple[int, int]
+    frame: str
+    linear: Floats
+    angular: Floats
+
+
+class Warned(NamedTuple):
+    """
+    A singularity warning: level, sentence, and keys with values.
+
+    """
+
+    level: str
+    name: str
+    sentence: str
+    values: dict[str, str]
+
+
+def matrix_of(message: Any) -> Matrix:
+    """
+    Return the labelled matrix a Float64MultiArray holds, whatever the order of its rows.
+
+    Raises
+    ------
+    LayoutError
+        The layout is not that of a two-dimensional row-major array with a label for each entry.
+
+    """
+    dims, data = message.layout.dim, message.data
+    if len(dims) != 2:
+        raise LayoutError(f'the layout has {len(dims)} dimensions, not rows and columns')
+    rows, columns = (tuple(dim.label.split(',')) for dim in dims)
+    sizes = tuple(int(dim.size) for dim in dims)
+    for names, size in zip((rows, columns), sizes):
+        if len(names) != size:
+            raise LayoutError(f'the layout has {len(names)} labels for a dimension of {size}')
+    stride, at = int(dims[1].stride), int(message.layout.data_offset)
+    if stride < sizes[1] or at + (sizes[0] - 1) * stride + sizes[1] > len(data):
+        raise LayoutError(f'{len(data)} numbers do not fill {sizes[0]} x {sizes[1]}')
+    flat = np.asarray(data, dtype=np.float64)[at:]
+    values = np.stack([flat[k * stride : k * stride + sizes[1]] for k in range(sizes[0])])
+    return Matrix(rows, columns, values)
+
+
+def _stamp(message: Any) -> tuple[int, int]:
+    return int(message.header.stamp.sec), int(message.header.stamp.nanosec)
+
+
+def _xyz(vector: Any) -> Floats:
+    return np.array([vector.x, vector.y, vector.z])
+
+
+def pose_of(message: Any) -> Pose:
+    """
+    Return the pose of a PoseStamped.
+
+    """
+    orientation = message.pose.orientation
+    quaternion = np.array([orientation.x, orientation.y, orientation.z, orientation.w])
+    return Pose(
+        _stamp(message),
+        message.header.frame_id,
+        _xyz(message.pose.position),
+        quaternion,
+        roll_pitch_yaw(rotation_of_quaternion(quaternion)),
+    )
+
+
+def velocity_of(message: Any) -> Velocity:
+    """
+    Return the twist of a TwistStamped.
+
+    """
+    twist = message.twist
+    return Velocity(
+        _stamp(message), message.header.frame_id, _xyz(twist.linear), _xyz(twist.angular)
+    )
+
+
+def warned_of(message: Any) -> Warned:
+    """
+    Return the warning of a DiagnosticStatus.
+
+    """
+    level = ord(message.level)
+    name = Level(level).name if level in list(Level) else f'LEVEL {level}'
+    values = {value.key: value.value for value in message.values}
+    return Warned(name, message.name, message.message, values)

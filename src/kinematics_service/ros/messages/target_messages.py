@@ -1,0 +1,202 @@
+"""
+From target messages to poses and twists in the base frame, and from answers to messages.
+
+"""
+
+import math
+from array import array
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from geometry_msgs.msg import PoseStamped, TwistStamped
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64MultiArray, MultiArrayDimension
+
+from ...errors import KinematicsError
+from ...kernel import Floats
+from ...kinematics.inverse.result import IkFamily, IkResult, IkSolution
+from ...rigid_motion import rotation_of_quaternion
+from ...robot.robot import Robot
+from ..parameters.settings import Settings
+from .messages import time_message
+
+# A quaternion printed with three digits is still a rotation; (0, 0, 0, 0) is not.
+UNIT = 1e-3
+
+
+class RefusedTargetError(KinematicsError, ValueError):
+    """
+    A target that cannot be understood, or not now; the message says why.
+
+    """
+
+
+class Choice(NamedTuple):
+    """
+    The feasible answers to a target, the nearest to the present joint positions first.
+
+    """
+
+    answers: tuple[IkSolution | IkFamily, ...]
+
+    @property
+    def q(self) -> Floats | None:
+        """
+        Return the nearest joint positions, None where no answer is inside the limits.
+
+        """
+        return self.answers[0].q if self.answers else None
+
+
+def choice_of(result: IkResult, robot: Robot, near: Floats) -> Choice:
+    """
+    Return the feasible solutions and family representatives of a result by distance from `near`.
+
+    """
+    scales = robot.task.column_scales
+
+    def away(answer: IkSolution | IkFamily) -> float:
+        return float(np.linalg.norm((answer.q - near) / scales))
+
+    answers: list[IkSolution | IkFamily] = [*result.solutions, *result.families]
+    return Choice(tuple(sorted((one for one in answers if one.feasible), key=away)))
+
+
+def pose_of(message: PoseStamped) -> Floats:
+    """
+    Return the pose in a message, (4, 4) in its own frame.
+
+    Raises
+    ------
+    RefusedTargetError
+        A number is not finite, or the quaternion is not of unit length.
+
+    """
+    position, orientation = message.pose.position, message.pose.orientation
+    translation = (position.x, position.y, position.z)
+    quaternion = (orientation.x, orientation.y, orientation.z, orientation.w)
+    _check_finite('position', translation)
+    _check_finite('orientation', quaternion)
+    norm = math.hypot(*quaternion)
+    if abs(norm - 1.0) > UNIT:
+        raise RefusedTargetError(
+            f'the orientation {_listed(quaternion)} (x y z w) is no unit quaternion: '
+            f'its length is {norm:.4g}'
+        )
+    T = np.eye(4)
+    T[:3, :3] = rotation_of_quaternion(quaternion)
+    T[:3, 3] = translation
+    return T
+
+
+def twist_of(message: TwistStamped) -> Floats:
+    """
+    Return the twist in a message, (6,) linear first, in the axes of its own frame.
+
+    Raises
+    ------
+    RefusedTargetError
+        A number is not finite.
+
+    """
+    linear, angular = message.twist.linear, message.twist.angular
+    parts = (linear.x, linear.y, linear.z), (angular.x, angular.y, angular.z)
+    for name, part in zip(('linear', 'angular'), parts):
+        _check_finite(f'{name} velocity', part)
+    return np.array(parts).ravel()
+
+
+def pose_in_base(T: Floats, frame: str, tool: Floats, settings: Settings) -> Floats:
+    """
+    Return a pose given in the base or the tool frame in the base frame; `tool` is the tool's.
+
+    Raises
+    ------
+    RefusedTargetError
+        The frame is neither.
+
+    """
+    return T if _is_base(frame, settings) else tool @ T
+
+
+def twist_in_base(twist: Floats, frame: str, tool: Floats, settings: Settings) -> Floats:
+    """
+    Return a twist of the tool's origin, given in base or tool axes, in base axes.
+
+    Raises
+    ------
+    RefusedTargetError
+        The frame is neither.
+
+    """
+    if _is_base(frame, settings):
+        return twist
+    R = tool[:3, :3]
+    return np.concatenate([R @ twist[:3], R @ twist[3:]])
+
+
+def _is_base(frame: str, settings: Settings) -> bool:
+    if frame == settings.base_frame:
+        return True
+    if frame == settings.tool_frame:
+        return False
+    raise RefusedTargetError(
+        f'frame {ascii(frame)} is unknown (accepted: {settings.base_frame}, {settings.tool_frame})'
+    )
+
+
+def _check_finite(what: str, values: Sequence[float]) -> None:
+    if not all(map(math.isfinite, values)):
+        raise RefusedTargetError(f'the {what} is not finite: {_listed(values)}')
+
+
+def _listed(values: Sequence[float]) -> str:
+    return ' '.join(f'{value:g}' for value in values)
+
+
+def joint_positions_message(q: Floats, stamp: int, settings: Settings) -> JointState:
+    """
+    Return joint positions with the stamp (ns) of their target.
+
+    """
+    message = JointState(name=settings.joint_names, position=array('d', q.tobytes()))
+    message.header.stamp = time_message(stamp)
+    return message
+
+
+def joint_velocities_message(qdot: Floats, stamp: int, settings: Settings) -> JointState:
+    """
+    Return joint velocities with the stamp (ns) of their target.
+
+    """
+    message = JointState(name=settings.joint_names, velocity=array('d', qdot.tobytes()))
+    message.header.stamp = time_message(stamp)
+    return message
+
+
+def solutions_message(choice: Choice, settings: Settings) -> Float64MultiArray:
+    """
+    Return all answers, row-major solutions x joints, labelled like the Jacobian.
+
+    The label of the rows names their postures, separated by commas: `left/up/no_flip,...`, or
+    `solution` for arms without; a family's representative is marked `family`.
+
+    """
+    count, n = len(choice.answers), settings.robot.dof
+    rows = [_row_label(answer) for answer in choice.answers]
+    message = Float64MultiArray()
+    message.layout.dim = [
+        MultiArrayDimension(label=','.join(rows), size=count, stride=count * n),
+        MultiArrayDimension(label=','.join(settings.joint_names), size=n, stride=n),
+    ]
+    message.data = array('d', b''.join(answer.q.tobytes() for answer in choice.answers))
+    return message
+
+
+def _row_label(answer: IkSolution | IkFamily) -> str:
+    posture = answer.posture
+    words = [word for word in (posture.shoulder, posture.elbow, posture.wrist) if word]
+    if isinstance(answer, IkFamily):
+        words.append('family')
+    return '/'.join(words) or 'solution'

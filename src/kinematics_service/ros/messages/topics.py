@@ -1,0 +1,130 @@
+"""
+The topics a node publishes for each accepted message: one row each, in the order they go out.
+
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from geometry_msgs.msg import PoseArray, PoseStamped, TwistStamped, VelocityStamped
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from std_msgs.msg import Float64, Float64MultiArray
+from visualization_msgs.msg import MarkerArray
+
+from ... import kernel
+from ..parameters.settings import Settings
+from .messages import Report
+from .output_messages import (
+    Numbers,
+    jacobian_blank,
+    jacobian_numbers,
+    link_frames_blank,
+    link_frames_numbers,
+    measure_numbers,
+    pose_blank,
+    pose_numbers,
+    scalar_blank,
+    twist_blank,
+    twist_numbers,
+    velocity_blank,
+)
+
+# Reliable where every publisher offers that; room for a second at 1 kHz in which the process does
+# not run.
+JOINT_STATES_QOS = QoSProfile(
+    depth=1000,
+    reliability=ReliabilityPolicy.BEST_AVAILABLE,
+    durability=DurabilityPolicy.VOLATILE,
+)
+OUTPUT_QOS = QoSProfile(depth=100, reliability=ReliabilityPolicy.RELIABLE)
+WARNING_QOS = QoSProfile(
+    depth=1,
+    reliability=ReliabilityPolicy.RELIABLE,
+    durability=DurabilityPolicy.TRANSIENT_LOCAL,
+)
+DIAGNOSTICS_QOS = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
+# Each pose is a question and gets its answer; of twists only the newest is still meant.
+TARGET_POSE_QOS = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
+TARGET_TWIST_QOS = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+
+JOINT_STATES = 'joint_states'
+WARNING = '~/singularity/warning'
+DIAGNOSTICS = '/diagnostics'
+DESCRIBE = '~/describe'
+TARGET_POSE, TARGET_TWIST = '~/target_pose', '~/target_twist'
+REFERENCE_POSE = '~/reference_pose'
+ROBOT_DESCRIPTION = 'robot_description'
+IK_JOINT_STATES, IK_SOLUTIONS = '~/ik/joint_states', '~/ik/solutions'
+IK_JOINT_VELOCITY, IK_STATUS = '~/ik/joint_velocity', '~/ik/status'
+
+
+@dataclass(frozen=True)
+class Topic:
+    """
+    A topic: its name, message type, and how its messages come about.
+
+    Attributes
+    ----------
+    blank, numbers
+        Return, for settings, the message without stamp and numbers, and which numbers of a state
+        go into it; None where an arm has none.
+    build
+        Instead of both: returns the message of a report, None for nothing to say.
+    of_motion
+        Whether there is a message only where the velocities are known.
+    depth
+        What the kernel must have computed.
+    period : ns
+        Least difference of stamps between two messages; 0: every report.
+
+    """
+
+    name: str
+    type: Any
+    blank: Callable[[Settings], Any] | None = None
+    numbers: Callable[[Settings], Numbers | None] = lambda settings: None
+    build: Callable[[Report], Any] | None = None
+    of_motion: bool = False
+    depth: int = kernel.JACOBIAN
+    period: int = 0
+
+
+def _markers(report: Report) -> Any:
+    # Imported when somebody looks: the node itself needs no scene.
+    from .markers import markers_message
+
+    return markers_message(report)
+
+
+TOPICS = (
+    Topic('~/pose', PoseStamped, pose_blank, pose_numbers),
+    Topic('~/jacobian', Float64MultiArray, jacobian_blank, jacobian_numbers),
+    Topic('~/twist', TwistStamped, twist_blank, twist_numbers, of_motion=True),
+    Topic('~/velocity', VelocityStamped, velocity_blank, twist_numbers, of_motion=True),
+    *(
+        Topic(f'~/singularity/{name}', Float64, scalar_blank, measure_numbers(column))
+        for name, column in (
+            ('determinant', kernel.DETERMINANT),
+            ('manipulability', kernel.MANIPULABILITY),
+            ('condition_number', kernel.CONDITION_NUMBER),
+            ('smallest_singular_value', kernel.SMALLEST_SINGULAR_VALUE),
+            ('distance', kernel.DISTANCE),
+        )
+    ),
+    Topic(
+        '~/link_frames',
+        PoseArray,
+        link_frames_blank,
+        link_frames_numbers,
+        depth=kernel.ALL_FRAMES,
+    ),
+    # For eyes: some fifty markers are a hundred times the work of a pose.
+    Topic(
+        '~/markers',
+        MarkerArray,
+        build=_markers,
+        depth=kernel.ALL_FRAMES,
+        period=33_000_000,
+    ),
+)

@@ -1,0 +1,4 @@
+"""
+The node: joint states in, answers out.
+
+"""

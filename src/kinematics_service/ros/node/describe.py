@@ -1,0 +1,72 @@
+"""
+The robot and the node's conventions as plain data, for `~/describe`.
+
+"""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from ...version import __version__
+from ..parameters.settings import ROW_LABELS, Settings
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None
+
+
+def description_of(
+    settings: Settings, joint_states: str, topics: Sequence[str], targets: Sequence[str]
+) -> dict[str, Any]:
+    """
+    Return what a program needs to read the node's topics; limits are null where there are none.
+
+    """
+    robot = settings.robot
+    return {
+        'robot': robot.name,
+        'source': robot.source,
+        'convention': robot.convention,
+        'dof': robot.dof,
+        'joints': [
+            {
+                'name': name,
+                'variable': variable,
+                'type': kind,
+                'lower': _finite(low),
+                'upper': _finite(high),
+                'velocity': _finite(velocity),
+                'unit': 'm' if kind == 'prismatic' else 'rad',
+            }
+            for name, variable, kind, (low, high), velocity in zip(
+                settings.joint_names,
+                robot.variables,
+                robot.joint_types,
+                robot.limits,
+                robot.velocity_limits,
+            )
+        ],
+        'frames': {'base': settings.base_frame, 'tool': settings.tool_frame},
+        'jacobian': {
+            'axes': settings.jacobian_frame,
+            'rows': ROW_LABELS[settings.row_order].split(','),
+            'columns': list(settings.joint_names),
+            'reference_point': 'origin of the tool frame',
+        },
+        'twist': {'axes': settings.twist_frame, 'rows': ROW_LABELS['linear_first'].split(',')},
+        'quaternion': 'x y z w',
+        'singularity': {
+            'task': list(robot.task.rows),
+            'length': robot.task.length,
+            'generic_rank': robot.task.generic_rank,
+            'dependent_joints': list(robot.task.dependent_joints),
+            'measure': robot.thresholds.measure,
+            'warn': robot.thresholds.warn,
+            'stop': robot.thresholds.stop,
+        },
+        'subscribes': joint_states,
+        'targets': list(targets),
+        'target_rows': list(settings.target_rows),
+        'publishes': list(topics),
+        'version': __version__,
+    }

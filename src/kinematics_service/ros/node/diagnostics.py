@@ -1,0 +1,179 @@
+"""
+The state of the input as a DiagnosticArray: what was heard, what became of it, what is missing.
+
+"""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from ...estimation import estimator
+from ...estimation.status_text import Notice
+from ...robot.measures import Level
+
+REJECTED = (
+    estimator.UNREADABLE,
+    estimator.MALFORMED,
+    estimator.DUPLICATE,
+    estimator.NOT_FINITE,
+    estimator.TOO_LARGE,
+)
+INTERNAL_ERROR = 'internal error'
+# A loss is warned of for so many seconds.
+RECENT = 10.0
+LEFT_OUT = 'left out'
+
+
+@dataclass
+class Work:
+    """
+    Processing times since the last diagnostics, in ns.
+
+    """
+
+    count: int = 0
+    total: int = 0
+    longest: int = 0
+
+    def add(self, nanoseconds: int) -> None:
+        """
+        Count one message.
+
+        """
+        self.count += 1
+        self.total += nanoseconds
+        if nanoseconds > self.longest:
+            self.longest = nanoseconds
+
+    @property
+    def mean(self) -> float:
+        """
+        Return the mean time, 0 where nothing was processed.
+
+        """
+        return self.total / self.count if self.count else 0.0
+
+
+@dataclass(frozen=True)
+class InputState:
+    """
+    What the diagnostics are made of.
+
+    Attributes
+    ----------
+    counts, news
+        Messages by what became of them: since the start, and since the last diagnostics.
+    interval
+        Seconds since the last diagnostics.
+    age
+        Seconds since the joint longest unheard, inf where one never was.
+    missing, beyond, disputed
+        Names of joints that are stale, beyond their limits, and told differently by publishers.
+    publishers
+        Names of the nodes that publish joint states.
+    velocity_source
+        Of the last answer.
+    topic, robot
+        Resolved name of the input topic, name of the arm.
+    reliable
+        Whether what is lost on the way is sent again.
+    lost, lost_of_late
+        Messages that were published and not taken: since the first was heard, None where the
+        middleware does not number them; and within the last `RECENT` seconds.
+    work
+        Processing times.
+
+    """
+
+    counts: Mapping[str, int]
+    news: Mapping[str, int]
+    interval: float
+    age: float
+    missing: Sequence[str]
+    beyond: Sequence[str]
+    disputed: Sequence[str]
+    publishers: Sequence[str]
+    velocity_source: str
+    topic: str
+    robot: str
+    reliable: bool = True
+    lost: int | None = None
+    lost_of_late: int = 0
+    work: Work = field(default_factory=Work)
+
+
+def input_notice(state: InputState) -> Notice:
+    """
+    Return level, sentence and values of the input.
+
+    """
+    level, sentence = _verdict(state)
+    rate = state.news.get(estimator.ACCEPTED, 0) / state.interval if state.interval > 0.0 else 0.0
+    rejected = sum(state.counts.get(reason, 0) for reason in REJECTED)
+    values = [
+        ('robot', state.robot),
+        ('topic', state.topic),
+        ('input rate', f'{rate:.1f} Hz'),
+        ('age', 'never heard' if math.isinf(state.age) else f'{state.age:.3f} s'),
+        ('publishers', f'{len(state.publishers)}'),
+        ('publisher names', ', '.join(state.publishers)),
+        ('reliability', 'reliable' if state.reliable else 'best effort'),
+        ('lost', 'not known' if state.lost is None else f'{state.lost}'),
+        ('missing joints', ', '.join(state.missing)),
+        ('joints beyond their limits', ', '.join(state.beyond)),
+        ('joints told differently by publishers', ', '.join(state.disputed)),
+        ('velocity source', state.velocity_source),
+        ('accepted', f'{state.counts.get(estimator.ACCEPTED, 0)}'),
+        ('ignored: none of our joints', f'{state.counts.get(estimator.NOT_OURS, 0)}'),
+        ('ignored: no position', f'{state.counts.get(estimator.NO_POSITION, 0)}'),
+        ('dropped: stamp not newer', f'{state.counts.get(estimator.DROPPED, 0)}'),
+        ('waiting for other joints', f'{state.counts.get(estimator.WAITING, 0)}'),
+        ('not stamped', f'{state.counts.get(estimator.NOT_STAMPED, 0)}'),
+        ('resets', f'{state.counts.get(estimator.RESETS, 0)}'),
+        ('rejected', f'{rejected}'),
+        *((f'rejected: {reason}', f'{state.counts.get(reason, 0)}') for reason in REJECTED),
+        ('left out: came faster than answered', f'{state.counts.get(LEFT_OUT, 0)}'),
+        ('internal errors', f'{state.counts.get(INTERNAL_ERROR, 0)}'),
+        ('processing time, mean', f'{state.work.mean * 1e-3:.0f} us'),
+        ('processing time, longest', f'{state.work.longest * 1e-3:.0f} us'),
+    ]
+    return Notice(level, sentence, tuple(values))
+
+
+def _verdict(state: InputState) -> tuple[Level, str]:
+    if state.missing:
+        if math.isinf(state.age) and not state.counts.get(estimator.ACCEPTED, 0):
+            who = f'{len(state.publishers)} publishers' if state.publishers else 'no publisher'
+            return (
+                Level.ERROR,
+                f'no joint state yet on {state.topic} ({who}): missing {", ".join(state.missing)}',
+            )
+        return Level.ERROR, f'joint states are stale: missing {", ".join(state.missing)}'
+    warnings = tuple(_warnings(state))
+    if warnings:
+        return Level.WARN, '; '.join(warnings)
+    if state.velocity_source == 'difference':
+        return Level.OK, 'fine; velocities are differences of positions'
+    if state.velocity_source == 'none':
+        return Level.OK, 'fine, but without velocities: no twist'
+    return Level.OK, 'fine'
+
+
+def _warnings(state: InputState) -> Iterator[str]:
+    if state.disputed:
+        yield (
+            f'publishers disagree about {", ".join(state.disputed)}: '
+            f'{" and ".join(dict.fromkeys(state.publishers))}'
+        )
+    if state.beyond:
+        yield f'beyond the limits: {", ".join(state.beyond)}'
+    rejected = [reason for reason in REJECTED if state.news.get(reason, 0)]
+    if rejected:
+        yield f'messages rejected: {", ".join(rejected)}'
+    if state.lost_of_late:
+        yield f'{state.lost_of_late} messages lost within {RECENT:g} s'
+    left_out = state.news.get(LEFT_OUT, 0)
+    if left_out:
+        yield f'messages come faster than they can be answered: {left_out} left out'
+    if state.news.get(INTERNAL_ERROR, 0):
+        yield 'messages met an internal error; see the log'

@@ -1,0 +1,110 @@
+"""
+The node's diagnostics: once a second, what it hears and what becomes of it.
+
+"""
+
+import time
+from collections import Counter, deque
+from collections.abc import Callable
+
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.clock import Clock
+from rclpy.node import Node
+
+from ...estimation.estimator import Estimator
+from ...estimation.status_text import Notice
+from ..messages.messages import full_name, status_message
+from ..messages.topics import DIAGNOSTICS, DIAGNOSTICS_QOS
+from .best_subscription import BestSubscription
+from .diagnostics import RECENT, InputState, Work, input_notice
+
+PERIOD = 1.0
+
+
+class Health:
+    """
+    Counts work and says once a second how the input is.
+
+    Attributes
+    ----------
+    work
+        What messages have cost since the last word.
+
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        estimator: Estimator,
+        subscription: BestSubscription,
+        frames: Callable[[], Notice | None],
+        velocity_source: Callable[[], str],
+        steady: Clock,
+    ) -> None:
+        self.work = Work()
+        self._node = node
+        self._estimator = estimator
+        self._subscription = subscription
+        self._frames = frames
+        self._velocity_source = velocity_source
+        self._counts_said: Counter[str] = Counter()
+        self._said = time.monotonic()
+        # When diagnostics were said, s, and how many messages had been lost by then.
+        self._losses: deque[tuple[float, int]] = deque([(self._said, 0)])
+        self._publisher = node.create_publisher(DiagnosticArray, DIAGNOSTICS, DIAGNOSTICS_QOS)
+        node.create_timer(PERIOD, self.say, clock=steady)
+
+    @property
+    def topic_name(self) -> str:
+        """
+        Return the full name of the topic.
+
+        """
+        return str(self._publisher.topic_name)
+
+    def _lost_of_late(self, now: float, lost: int) -> int:
+        losses = self._losses
+        losses.append((now, lost))
+        while now - losses[0][0] > RECENT:
+            losses.popleft()
+        return lost - losses[0][1]
+
+    def say(self) -> None:
+        """
+        Publish the state of the input since the last word.
+
+        """
+        node, estimator, subscription = self._node, self._estimator, self._subscription
+        now, arrival = time.monotonic(), time.monotonic_ns()
+        counts = Counter(estimator.counts)
+        publishers = node.get_publishers_info_by_topic(subscription.topic_name)
+        subscription.settle(publishers)
+        lost = subscription.lost
+        state = InputState(
+            counts=counts,
+            news=counts - self._counts_said,
+            interval=now - self._said,
+            age=estimator.age(arrival),
+            missing=estimator.missing(arrival),
+            beyond=estimator.beyond_limits(),
+            disputed=estimator.disputed(arrival) if len(publishers) > 1 else (),
+            publishers=sorted(
+                f'{info.node_namespace.rstrip("/")}/{info.node_name}' for info in publishers
+            ),
+            velocity_source=self._velocity_source(),
+            topic=subscription.topic_name,
+            reliable=subscription.is_reliable,
+            lost=lost,
+            lost_of_late=self._lost_of_late(now, lost or 0),
+            robot=estimator.robot.name,
+            work=self.work,
+        )
+        self.work, self._counts_said, self._said = Work(), counts, now
+        message = DiagnosticArray()
+        message.header.stamp = node.get_clock().now().to_msg()
+        name = full_name(node)
+        message.status = [status_message(f'{name}: input', input_notice(state))]
+        frames = self._frames()
+        if frames is not None:
+            message.status.append(status_message(f'{name}: frames', frames))
+        self._publisher.publish(message)

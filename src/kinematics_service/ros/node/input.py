@@ -1,0 +1,102 @@
+"""
+Joint states as they come in: as bytes, or as messages of rclpy.
+
+"""
+
+import time
+from collections.abc import Callable
+
+from rclpy.node import Node
+from sensor_msgs.msg import JointState
+
+from ...estimation.joint_sample import JointSample
+from ...estimation.joint_state_form import JointStateForm
+from ..messages.joint_state_reader import JointStateReader
+from ..messages.message_check import WireError, read_message
+from ..messages.messages import sample_of, stamp_of
+from ..messages.topics import JOINT_STATES, JOINT_STATES_QOS
+from .best_subscription import BestSubscription
+
+
+class Input:
+    """
+    The subscription to joint states.
+
+    Parameters
+    ----------
+    node
+        The node it belongs to.
+    transport
+        `bytes` or `messages`.
+    take
+        Called with each sample.
+    take_bytes
+        Called first with a serialized message, its form and its arrival; returns whether that was
+        enough, otherwise the message is read and given to `take`.
+    refuse
+        Called with a sentence where bytes are no JointState.
+
+    Attributes
+    ----------
+    subscription
+        What it hears, how reliably, and how much of it is lost.
+
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        transport: str,
+        take: Callable[[JointSample], None],
+        take_bytes: Callable[[JointStateForm, bytes, int], bool],
+        refuse: Callable[[str], None],
+    ) -> None:
+        self._take, self._take_bytes, self._refuse = take, take_bytes, refuse
+        self._clock = node.get_clock()
+        self._reader = JointStateReader()
+        self._form: JointStateForm | None = None  # of the last message
+        self.subscription = BestSubscription(
+            node,
+            JointState,
+            JOINT_STATES,
+            JOINT_STATES_QOS,
+            self._on_bytes if transport == 'bytes' else self._on_message,
+        )
+
+    @property
+    def topic_name(self) -> str:
+        """
+        Return the full name of the topic.
+
+        """
+        return self.subscription.topic_name
+
+    def _received(self, stamp: int) -> int:
+        return stamp or int(self._clock.now().nanoseconds)
+
+    def _on_message(self, data: bytes) -> None:
+        try:
+            message = read_message(data, JointState)
+        except WireError as error:
+            self._refuse(str(error))
+            return
+        received = self._received(stamp_of(message))
+        self._take(sample_of(message, received, time.monotonic_ns()))
+
+    def _on_bytes(self, data: bytes) -> None:
+        arrival = time.monotonic_ns()
+        form = self._form
+        if form is not None and self._take_bytes(form, data, arrival):
+            return
+        for form in self._reader.forms(len(data)):
+            if form is not self._form and self._take_bytes(form, data, arrival):
+                self._form = form
+                return
+        try:
+            names, positions, velocities, stamp = self._reader.read(data)
+        except WireError as error:
+            self._refuse(str(error))
+            return
+        self._take(
+            JointSample(names, positions, velocities, stamp, self._received(stamp), arrival)
+        )

@@ -1,0 +1,50 @@
+"""
+What a node says of itself when it starts.
+
+"""
+
+from collections.abc import Sequence
+
+from rclpy.node import Node
+
+from ... import kernel
+from ...estimation.status_text import structure_in_words
+from ..parameters.node_parameters import NodeParameters
+
+# Of parameters that nobody knows so many are named.
+NAMED = 5
+
+
+def introduce(node: Node, parameters: NodeParameters, topic: str) -> None:
+    """
+    Log the arm, the topic that is listened to, and what is odd about the parameters.
+
+    """
+    settings, logger = parameters.settings, node.get_logger()
+    if notice := kernel.notice():
+        logger.warning(notice)
+    robot = settings.robot
+    by_default = ' (the default; choose with --robot)' if parameters.by_default else ''
+    logger.info(
+        f'robot {robot.name}{by_default}: {robot.dof} joints, {robot.convention}, '
+        f'{settings.base_frame} to {settings.tool_frame}; listening to {topic}'
+    )
+    unknown = parameters.unknown()
+    if unknown:
+        logger.warning(unknown_in_words(unknown))
+    if robot.task.structurally_deficient:
+        logger.warning(
+            f'{structure_in_words(robot)}; measures are taken over '
+            f'{robot.task.generic_rank} singular values'
+        )
+
+
+def unknown_in_words(names: Sequence[str]) -> str:
+    """
+    Return the sentence about parameters that nobody declared; of many it names the first.
+
+    """
+    if len(names) == 1:
+        return f'parameter {names[0]} is unknown and has no effect'
+    shown = ', '.join(names[:NAMED]) + (', ...' if len(names) > NAMED else '')
+    return f'{len(names)} parameters are unknown and have no effect: {shown}'

@@ -1,0 +1,287 @@
+"""
+The node: JointState in; pose, Jacobian, twist and singularity warning out.
+
+"""
+
+import json
+import time
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticStatus
+from rclpy.clock import Clock, ClockType, JumpThreshold, TimeJump
+from rclpy.duration import Duration
+from rclpy.node import Node
+from std_srvs.srv import Trigger
+
+from ...estimation.estimator import RESETS, UNREADABLE, Answer, Estimator, Refusal
+from ...estimation.joint_sample import JointSample
+from ...estimation.joint_state_form import JointStateForm
+from ...estimation.status_text import Notice, notice_of, stale_notice
+from ...kinematics.singularity import Singularity, singularity_of
+from ...robot.measures import Level
+from ..messages.messages import full_name, status_message
+from ..messages.topics import DESCRIBE, WARNING, WARNING_QOS
+from ..parameters.node_parameters import NodeParameters
+from ..parameters.settings import Settings
+from .describe import description_of
+from .diagnostics import INTERNAL_ERROR, LEFT_OUT
+from .health import Health
+from .input import Input
+from .introduction import introduce
+from .outputs import Heard, Outputs
+from .reference import Reference
+from .robot_description import RobotDescription
+from .stamp_grid import StampGrid
+from .targets import Targets
+from .throttle import Throttle
+
+NODE_NAME = 'kinematics'
+
+# The watchdog looks so often, as a share of the timeout, and at most and at least so often (s).
+WATCHDOG_SHARE, WATCHDOG_SHORTEST, WATCHDOG_LONGEST = 0.25, 0.02, 0.25
+
+
+class KinematicsNode(Node):
+    """
+    Answers JointState messages about one arm; all decisions are the estimator's.
+
+    Parameters
+    ----------
+    robot
+        File or bundled name, as given on the command line; None to take the parameter `robot`.
+    **options
+        As rclpy.node.Node takes them: `context`, `namespace`, `parameter_overrides`, ...
+
+    Raises
+    ------
+    KinematicsError
+        The robot or a parameter is bad; one sentence, to be shown to the user.
+
+    """
+
+    def __init__(self, robot: str | None = None, **options: Any) -> None:
+        super().__init__(NODE_NAME, **options)
+        try:
+            self._start(robot)
+        except BaseException:
+            self.destroy_node()
+            raise
+
+    def _start(self, robot: str | None) -> None:
+        self._own = NodeParameters(self, robot)
+        settings = self._settings = self._own.settings
+        self._estimator = Estimator(settings.robot, settings.estimator)
+        self._latest: Answer | None = None
+        self._resets = 0  # of the estimator, as far as they are known here
+        self._steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self._grid = StampGrid()
+        self._throttle = Throttle(5.0)
+        self._open_topics()
+        self._watchdog = self.create_timer(
+            self._watchdog_period(), self._watch, clock=self._steady
+        )
+        self._reference = Reference(self, lambda: self.settings.robot)
+        self._health = Health(
+            self,
+            self._estimator,
+            self._input.subscription,
+            self._reference.notice,
+            lambda: self._latest.velocity_source if self._latest else 'none',
+            self._steady,
+        )
+        self._own.listen(self._take_settings)
+        self._jump = self.get_clock().create_jump_callback(
+            JumpThreshold(min_forward=None, min_backward=Duration(nanoseconds=-1)),
+            post_callback=self._on_clock_jump,
+        )
+        self._started = time.monotonic_ns()
+        introduce(self, self._own, self._input.topic_name)
+
+    def _open_topics(self) -> None:
+        transport = self._own.transport
+        self._outputs = Outputs(self, self.settings, transport)
+        self._description = RobotDescription(self, self.settings)
+        self._warning = self.create_publisher(DiagnosticStatus, WARNING, WARNING_QOS)
+        self._targets = Targets(self, self.settings, self._present, self._steady)
+        self._input = Input(self, transport, self._on_sample, self._on_bytes, self._refuse)
+        self.create_service(Trigger, DESCRIBE, self._describe)
+
+    def trust_the_order_of_events(self) -> None:
+        """
+        Be told that the executor handles events in the order they come in.
+
+        """
+        self._outputs.events_in_order = True
+
+    def events_were_left_out(self, messages: int) -> None:
+        """
+        Be told that events were thrown away, and with them so many messages of the process.
+
+        """
+        self._outputs.ask_who_listens()
+        self._estimator.counts[LEFT_OUT] += messages
+        if self._throttle.passes(LEFT_OUT):
+            self.get_logger().warning(
+                'messages come faster than they can be answered: the oldest are left out'
+            )
+
+    def end_motion(self) -> None:
+        """
+        Stop what the last target twist began: to be called before the node goes.
+
+        """
+        self._targets.close()
+
+    @property
+    def settings(self) -> Settings:
+        """Return the settings in force."""
+        return self._settings
+
+    # Messages
+
+    def _refuse(self, sentence: str) -> None:
+        self._estimator.counts[UNREADABLE] += 1
+        self._follow(Refusal(UNREADABLE, sentence), 0, self._outputs.heard(), False)
+
+    def _on_sample(self, sample: JointSample) -> None:
+        try:
+            heard = self._outputs.heard()
+            outcome = self._estimator.take(sample, heard.depth)
+            self._follow(outcome, sample.arrival, heard, False)
+        except Exception as error:  # nothing a robot sends may stop the node
+            self._own_fault(error)
+        self._health.work.add(time.monotonic_ns() - sample.arrival)
+
+    def _on_bytes(self, form: JointStateForm, data: bytes, arrival: int) -> bool:
+        try:
+            heard = self._outputs.heard()
+            outcome = self._estimator.take_bytes(form, data, arrival, heard.depth, heard.messages)
+            if outcome is None:
+                return False
+            self._follow(outcome, arrival, heard, True)
+        except Exception as error:  # nothing a robot sends may stop the node
+            self._own_fault(error)
+        self._health.work.add(time.monotonic_ns() - arrival)
+        return True
+
+    def _own_fault(self, error: Exception) -> None:
+        self._estimator.counts[INTERNAL_ERROR] += 1
+        if self._throttle.passes('internal'):
+            self.get_logger().error(f'internal error at a message, please report it: {error!a}')
+
+    def _follow(
+        self, outcome: Answer | Refusal, arrival: int, heard: Heard, is_filled: bool
+    ) -> None:
+        # What follows from a message.
+        if self._estimator.counts.get(RESETS, 0) != self._resets:
+            self._start_anew()
+        if isinstance(outcome, Refusal):
+            if outcome.sentence and self._throttle.passes(outcome.reason):
+                self.get_logger().warning(f'joint state rejected: {outcome.sentence}')
+            return
+        self._latest = outcome
+        if self._reference.is_there:
+            self._reference.note(outcome)
+        # Publishing wakes those who listen, who take this core: what else is to be done is cheaper
+        # before. A warning comes after the pose it is about.
+        warned = None
+        if not self._estimator.is_settled(outcome.state, arrival):
+            singularity = singularity_of(outcome.state)
+            level, say = self._estimator.judge(singularity, arrival)
+            warned = (singularity, level) if say else None
+        wanted = heard.channels or self._settings.publish_tf
+        try:
+            if wanted and self._grid.passes(outcome.stamp, self._settings.period):
+                self._outputs.publish(outcome, heard, is_filled)
+        finally:
+            if warned is not None:  # the alarm counts it as said
+                self._warn(*warned)
+
+    def _start_anew(self) -> None:
+        # The estimator has: a stamp stepped back.
+        self._resets = self._estimator.counts.get(RESETS, 0)
+        self._grid.forget()
+        self._reference.forget()
+        if self._throttle.passes(RESETS):
+            self.get_logger().info(
+                'stamps stepped back by more than joint_state_timeout: starting anew'
+            )
+
+    def _present(self) -> Answer | str:
+        # The arm's present state, or why it is not known.
+        missing = self._estimator.missing(time.monotonic_ns())
+        if missing or self._latest is None:
+            return self._silence(missing)
+        return self._latest
+
+    def _warn(self, singularity: Singularity, level: Level) -> None:
+        settings = self._settings
+        notice = notice_of(
+            settings.robot,
+            singularity,
+            level,
+            settings.base_frame,
+            settings.estimator.joint_prefix,
+        )
+        self._say(notice)
+
+    def _say(self, notice: Notice) -> None:
+        self._warning.publish(status_message(f'{full_name(self)}: singularity', notice))
+
+    # Clocks and watches
+
+    def _watchdog_period(self) -> float:
+        period = self.settings.estimator.timeout * 1e-9 * WATCHDOG_SHARE
+        return min(max(period, WATCHDOG_SHORTEST), WATCHDOG_LONGEST)
+
+    def _silence(self, missing: tuple[str, ...]) -> str:
+        return f'no joint state of {", ".join(missing)} on {self._input.topic_name}'
+
+    def _watch(self) -> None:
+        now = time.monotonic_ns()
+        if now - self._started <= self.settings.estimator.timeout:
+            return
+        missing = self._estimator.missing(now)
+        if missing and self._estimator.go_stale(now):
+            self._say(stale_notice(self.settings.robot, self._silence(missing)))
+
+    def _on_clock_jump(self, jump: TimeJump) -> None:
+        back = -jump.delta.nanoseconds
+        if back > 0 and self._estimator.clock_stepped_back(
+            self.get_clock().now().nanoseconds, back
+        ):
+            self._resets = self._estimator.counts.get(RESETS, 0)
+            self._grid.forget()
+            self._reference.forget()
+            self.get_logger().info('the ROS clock jumped back: starting anew')
+
+    # Parameters
+
+    def _take_settings(self, settings: Settings) -> None:
+        self._settings = settings
+        self._estimator.configure(settings.robot, settings.estimator)
+        self._grid.forget()
+        self._watchdog.timer_period_ns = round(self._watchdog_period() * 1e9)
+        self._outputs.configure(settings)
+        self._description.configure(settings)
+        self._targets.configure(settings)
+
+    # Service
+
+    def _describe(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        heard, told = self._targets.topics
+        response.success = True
+        response.message = json.dumps(
+            description_of(
+                self.settings,
+                self._input.topic_name,
+                [
+                    *self._outputs.names,
+                    self._warning.topic_name,
+                    self._health.topic_name,
+                    *told,
+                ],
+                heard,
+            )
+        )
+        return response

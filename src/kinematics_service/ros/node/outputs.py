@@ -1,0 +1,299 @@
+"""
+The topics of a node that answer every accepted message: who listens, and what goes out to them.
+
+"""
+
+import copy
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from rclpy.event_handler import PublisherEventCallbacks, UnsupportedEventTypeError
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rclpy.qos_overriding_options import QoSOverridingOptions
+
+from ... import kernel
+from ...estimation.estimator import Answer
+from ...kernel import OutgoingMessages, OutgoingTable
+from ...kinematics.singularity import measured, singularity_of
+from ..messages.message_layout import MessageLayout
+from ..messages.messages import Report, transform_message
+from ..messages.output_messages import Copied, Numbers
+from ..messages.topics import OUTPUT_QOS, TOPICS, Topic
+from ..parameters.settings import Settings
+from .stamp_grid import StampGrid
+
+Sends = tuple[tuple[Callable[[bytes], None], Callable[[], bytes]], ...]
+
+
+class Channel(NamedTuple):
+    """
+    A topic with its publisher, and what its messages are made of.
+
+    Attributes
+    ----------
+    listeners
+        Returns how many listen.
+    publish_bytes
+        Publishes a serialized message.
+    publisher, topic
+        What is published, where.
+    grid
+        Thins out a topic that not every report goes to.
+    numbers, layout
+        Which numbers go into its messages, and where; None where messages are built, and where
+        there are none.
+    as_bytes
+        Whether its messages go out as bytes that are filled here.
+
+    """
+
+    listeners: Callable[[], int]
+    publish_bytes: Callable[[bytes], None]
+    publisher: Publisher
+    topic: Topic
+    grid: StampGrid
+    numbers: Numbers | None = None
+    layout: MessageLayout | None = None
+    as_bytes: bool = False
+
+    def send(self, report: Report) -> None:
+        """
+        Publish what a report has to say on this topic, if anything.
+
+        """
+        topic, stamp = self.topic, report.answer.stamp
+        if topic.period and not self.grid.passes(stamp, topic.period):
+            return
+        if topic.build is not None:
+            message = topic.build(report)
+            if message is not None:
+                self.publisher.publish(message)
+            return
+        at_rest = topic.of_motion and not report.answer.state.moving
+        if self.numbers is None or self.layout is None or at_rest:
+            return
+        numbers = self.numbers.of(report)
+        if self.as_bytes:
+            self.publish_bytes(self.layout.bytes_of(stamp, numbers))
+        else:
+            self.publisher.publish(self.layout.message(stamp, numbers))
+
+
+class Heard(NamedTuple):
+    """
+    The channels somebody listens to, and what the kernel must compute for them.
+
+    Attributes
+    ----------
+    channels
+        In the order they are published.
+    depth
+        What the kernel must have computed.
+    messages
+        The messages that the kernel fills; None for none.
+    filled
+        Of each channel the message among them, or None.
+    sends
+        Where they are all among them: for an arm at unknown velocities, and for one at known ones,
+        what publishes and what returns the bytes for that.
+
+    """
+
+    channels: tuple[Channel, ...]
+    depth: int
+    messages: OutgoingMessages | None
+    filled: tuple[memoryview | None, ...]
+    sends: tuple[Sends, Sends] | None
+
+
+def filled_by_the_kernel(
+    channels: Sequence[Channel], settings: Settings, depth: int
+) -> tuple[OutgoingMessages | None, tuple[memoryview | None, ...]]:
+    """
+    Return the messages whose numbers the kernel copies, and of each channel its own, or None.
+
+    """
+    row = settings.robot.chain.single_widths[depth]
+    data, filled = bytearray(), list[slice | None]()
+    stamps, targets, sources = [], [], []
+    for channel in channels:
+        layout, numbers = channel.layout, channel.numbers
+        if not channel.as_bytes or layout is None or not isinstance(numbers, Copied):
+            filled.append(None)
+            continue
+        begin = len(data)
+        data += layout.data
+        filled.append(slice(begin, len(data)))
+        of_stamp, of_numbers = layout.places(begin)
+        stamps.append(of_stamp)
+        targets.append(of_numbers)
+        sources.append(numbers.sources(row))
+    if not data:
+        return None, (None,) * len(filled)
+    table = OutgoingTable(
+        np.frombuffer(data, np.uint8), *map(np.concatenate, (stamps, targets, sources))
+    )
+    views = tuple(None if place is None else table.data[place].data for place in filled)
+    return OutgoingMessages(table), views
+
+
+class Outputs:
+    """
+    Publishes reports to those who listen; a topic nobody listens to costs one look.
+
+    Attributes
+    ----------
+    events_in_order
+        Whether the executor handles events in the order they came in: then that somebody began to
+        listen is known before the next joint state is, and need not be asked for every message.
+
+    """
+
+    def __init__(self, node: Node, settings: Settings, transport: str) -> None:
+        self._node = node
+        self._transport = transport
+        self.events_in_order = False
+        self._told_of_listeners = True
+        self._told_of: set[str] = set()  # topics whose layout is not the official one
+        self._settings = settings
+        self._heard: Heard | None = None
+        self.channels = [self._channel(topic) for topic in TOPICS]
+        self._tf: Publisher | None = None
+        self.configure(settings)
+
+    def configure(self, settings: Settings) -> None:
+        """
+        Take other settings: frames and labels are part of the messages.
+
+        """
+        self._settings, self._heard = settings, None
+        self.channels = [self._configured(channel) for channel in self.channels]
+        if settings.publish_tf and self._tf is None:
+            from tf2_msgs.msg import TFMessage  # not among the wheels: only where it is asked for
+
+            self._tf = self._node.create_publisher(TFMessage, '/tf', OUTPUT_QOS)
+
+    @property
+    def names(self) -> list[str]:
+        """
+        Return the full names of the topics.
+
+        """
+        return [channel.publisher.topic_name for channel in self.channels]
+
+    def heard(self) -> Heard:
+        """
+        Return the channels somebody listens to.
+
+        """
+        heard = self._heard
+        if heard is None or not (self.events_in_order and self._told_of_listeners):
+            channels = tuple(channel for channel in self.channels if channel.listeners() > 0)
+            if heard is None or channels != heard.channels:
+                heard = self._heard = self._heard_on(channels)
+        return heard
+
+    def _heard_on(self, channels: tuple[Channel, ...]) -> Heard:
+        depth = max((channel.topic.depth for channel in channels), default=kernel.JACOBIAN)
+        messages, filled = filled_by_the_kernel(channels, self._settings, depth)
+        sends = None
+        if not self._settings.publish_tf and None not in filled:
+            at_rest, moving = (
+                tuple(
+                    (channel.publish_bytes, data.tobytes)
+                    for channel, data in zip(channels, filled)
+                    if data is not None and (moves or not channel.topic.of_motion)
+                )
+                for moves in (False, True)
+            )
+            sends = at_rest, moving
+        return Heard(channels, depth, messages, filled, sends)
+
+    def publish(self, answer: Answer, heard: Heard, is_filled: bool) -> None:
+        """
+        Publish an answer on channels, pose first, and on /tf where that is set.
+
+        Parameters
+        ----------
+        answer
+            The new state.
+        heard
+            The channels.
+        is_filled
+            Whether the kernel has filled the messages with this answer.
+
+        """
+        if is_filled and heard.sends is not None:
+            for publish, data in heard.sends[answer.state.moving]:
+                publish(data())
+            return
+        settings, report = self._settings, None
+        for channel, message in zip(heard.channels, heard.filled):
+            if is_filled and message is not None:
+                if answer.state.moving or not channel.topic.of_motion:
+                    channel.publish_bytes(message.tobytes())
+                continue
+            if report is None:
+                answer = answer._replace(state=measured(answer.state))
+                report = Report(answer, singularity_of(answer.state), settings)
+            channel.send(report)
+        if settings.publish_tf:
+            self._publish_tf(Report(answer, singularity_of(answer.state), settings))
+
+    def _configured(self, channel: Channel) -> Channel:
+        # With its layout for the settings in force, proved where messages go out as bytes.
+        topic, settings = channel.topic, self._settings
+        numbers = topic.numbers(settings)
+        if topic.blank is None or numbers is None:
+            return channel._replace(numbers=None, layout=None, as_bytes=False)
+        layout = MessageLayout(topic.blank(settings))
+        as_bytes = self._transport == 'bytes'
+        if as_bytes and not layout.is_official():
+            as_bytes = False
+            if topic.name not in self._told_of:
+                self._told_of.add(topic.name)
+                self._node.get_logger().warning(
+                    f'{channel.publisher.topic_name}: the official serializer writes other bytes '
+                    'than are written down here; its messages are built one by one'
+                )
+        return channel._replace(numbers=numbers, layout=layout, as_bytes=as_bytes)
+
+    def _channel(self, topic: Topic) -> Channel:
+        def publisher_with(callbacks: PublisherEventCallbacks | None) -> Publisher:
+            return self._node.create_publisher(
+                topic.type,
+                topic.name,
+                # Overrides are written into the profile that is given: each topic needs its own.
+                copy.copy(OUTPUT_QOS),
+                event_callbacks=callbacks,
+                qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+            )
+
+        try:
+            publisher = publisher_with(PublisherEventCallbacks(matched=self._on_listener))
+        except UnsupportedEventTypeError:  # another middleware: ask at every message
+            self._told_of_listeners = False
+            publisher = publisher_with(None)
+        # Of the handle, not of the publisher, which looks at each message's type once more.
+        handle = publisher.handle
+        return Channel(
+            handle.get_subscription_count, handle.publish_raw, publisher, topic, StampGrid()
+        )
+
+    def ask_who_listens(self) -> None:
+        """
+        Look who listens at the next message: one may have come or gone.
+
+        """
+        self._heard = None
+
+    def _on_listener(self, event: Any) -> None:
+        self.ask_who_listens()
+
+    def _publish_tf(self, report: Report) -> None:
+        from tf2_msgs.msg import TFMessage
+
+        assert self._tf is not None
+        self._tf.publish(TFMessage(transforms=[transform_message(report)]))

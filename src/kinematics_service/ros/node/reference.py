@@ -1,0 +1,230 @@
+"""
+A second source of the tool's pose, compared with the node's: the frame doctor's patient.
+
+"""
+
+import copy
+import threading
+from collections import deque
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+from geometry_msgs.msg import PoseStamped
+from rclpy.node import Node
+from rclpy.qos_overriding_options import QoSOverridingOptions
+
+from ...errors import KinematicsError
+from ...estimation.estimator import Answer
+from ...estimation.status_text import Notice
+from ...kernel import Floats
+from ...rigid_motion import roll_pitch_yaw
+from ...robot.measures import Level
+from ...robot.robot import Robot
+from ..messages.message_check import WireError, read_message
+from ..messages.messages import SECOND
+from ..messages.target_messages import RefusedTargetError, pose_of
+from ..messages.topics import REFERENCE_POSE, TARGET_POSE_QOS
+
+if TYPE_CHECKING:
+    from ...diagnosis.frame_check import FrameDiagnosis
+
+# A pose between two joint states that are further apart (ns) is not compared.
+LONGEST_GAP = 100_000_000
+# States kept for poses that come late.
+REMEMBERED = 256
+# Poses whose joints differ by less (rad, prismatic joints by length) say nothing new.
+VARIETY = 0.02
+# So many poses are kept; then every second one goes, so that early ones stay among them.
+MOST = 256
+# The way of the joints is kept in steps of this (ns), so many of them, to find a lag.
+WAY_STEP, WAY = 10_000_000, 6_000
+# The first diagnosis needs so many; the next this many times as many.
+FIRST, AGAIN = 20, 1.25
+
+
+class Reference:
+    """
+    Collects poses of a second source with the joint positions at their stamps, and compares them.
+
+    Both clocks must be the same. The comparison takes some 20 ms: it has a thread of its own.
+
+    Parameters
+    ----------
+    node
+        The node it belongs to.
+    robot
+        Returns the arm in force.
+
+    Attributes
+    ----------
+    is_there
+        Whether poses have come, so that states are to be noted.
+
+    """
+
+    def __init__(self, node: Node, robot: Callable[[], Robot]) -> None:
+        self.is_there = False
+        self._robot = robot
+        self._pending: tuple[int, Floats] | None = None
+        self._recent: deque[tuple[int, Floats]] = deque(maxlen=REMEMBERED)
+        self._way: deque[tuple[int, Floats]] = deque(maxlen=WAY)
+        self._pairs: list[tuple[int, Floats, Floats]] = []
+        self._collected, self._due = 0, FIRST
+        self._refused = ''
+        self._thread: threading.Thread | None = None
+        self._notice: Notice | None = None
+        self._subscription = node.create_subscription(
+            PoseStamped,
+            REFERENCE_POSE,
+            self._on_pose,
+            copy.copy(TARGET_POSE_QOS),
+            raw=True,
+            qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+        )
+
+    @property
+    def topic_name(self) -> str:
+        """
+        Return the full name of the topic.
+
+        """
+        return str(self._subscription.topic_name)
+
+    def forget(self) -> None:
+        """
+        Begin anew: the stamps or the arm are others.
+
+        """
+        self._pending = self._notice = None
+        self.is_there = False
+        self._recent.clear()
+        self._way.clear()
+        self._pairs.clear()
+        self._collected, self._due = 0, FIRST
+
+    def _on_pose(self, data: bytes) -> None:
+        try:
+            message = read_message(data, PoseStamped)
+            stamp = message.header.stamp
+            self._pending = int(stamp.sec) * SECOND + int(stamp.nanosec), pose_of(message)
+            self.is_there = True
+        except (RefusedTargetError, WireError) as error:
+            self._refused = str(error)
+
+    def note(self, answer: Answer) -> None:
+        """
+        Take a new state of the arm; a pose is compared once states around it are known.
+
+        """
+        self._recent.append((answer.stamp, answer.state.q))
+        if not self._way or answer.stamp - self._way[-1][0] >= WAY_STEP:
+            self._way.append((answer.stamp, answer.state.q))
+        if self._pending is not None and answer.stamp >= self._pending[0]:
+            stamp, pose = self._pending
+            self._pending = None
+            q = self._joints_at(stamp)
+            if q is not None:
+                self._keep(stamp, q, pose)
+
+    def _joints_at(self, stamp: int) -> Floats | None:
+        later: tuple[int, Floats] | None = None
+        for state in reversed(self._recent):
+            if state[0] <= stamp:
+                break
+            later = state
+        else:
+            return None  # before all that is remembered
+        if later is None:
+            return state[1]
+        gap = later[0] - state[0]
+        share = (stamp - state[0]) / gap
+        return state[1] + share * (later[1] - state[1]) if gap <= LONGEST_GAP else None
+
+    def _keep(self, stamp: int, q: Floats, pose: Floats) -> None:
+        scales = self._robot().task.column_scales
+        if self._pairs and np.max(np.abs((q - self._pairs[-1][1]) / scales)) < VARIETY:
+            return
+        self._pairs.append((stamp, q.copy(), pose))
+        self._collected += 1
+        if len(self._pairs) > MOST:
+            del self._pairs[1::2]
+
+    def notice(self) -> Notice | None:
+        """
+        Return what is known of the frames, None where there is no second source.
+
+        """
+        busy = self._thread is not None and self._thread.is_alive()
+        if self._collected >= self._due and not busy:
+            self._due = int(self._collected * AGAIN) + 1
+            self._thread = threading.Thread(
+                target=self._diagnose,
+                args=(self._robot(), list(self._pairs), list(self._way)),
+                daemon=True,
+            )
+            self._thread.start()
+        if self._notice is not None:
+            return self._notice
+        if self._refused:
+            return Notice(Level.WARN, f'pose of {self.topic_name} refused: {self._refused}', ())
+        if self._collected or self._pending is not None:
+            return Notice(Level.OK, f'{self._collected} of {FIRST} different poses collected', ())
+        return None
+
+    def _diagnose(
+        self,
+        robot: Robot,
+        pairs: list[tuple[int, Floats, Floats]],
+        way: list[tuple[int, Floats]],
+    ) -> None:
+        # Imported where there is a second source: most nodes have none.
+        from ...diagnosis.frame_check import diagnose_frames
+
+        pairs = sorted(pairs, key=lambda pair: pair[0])
+        stamps = np.array([pair[0] for pair in pairs])
+        times = np.array([state[0] for state in way])
+        motion = (times - stamps[0]) * 1e-9, np.array([state[1] for state in way])
+        try:
+            found = diagnose_frames(
+                robot,
+                np.array([pair[1] for pair in pairs]),
+                np.array([pair[2] for pair in pairs]),
+                (stamps - stamps[0]) * 1e-9,
+                motion=motion if len(way) > 1 else None,
+            )
+            self._notice = frames_notice(found)
+        except KinematicsError as error:
+            self._notice = Notice(Level.WARN, str(error), ())
+
+
+def frames_notice(found: 'FrameDiagnosis') -> Notice:
+    """
+    Return a diagnosis of frames, by the limits that `audit` has by default.
+
+    """
+    from ...diagnosis.frame_check import FrameLimits
+
+    limits = FrameLimits()
+    values = [
+        ('poses', str(found.count)),
+        ('position error as given, rms (m)', f'{found.as_given.position_rms:.6g}'),
+        ('position error, rms (m)', f'{found.errors.position_rms:.6g}'),
+        ('position error, worst (m)', f'{found.errors.position_max:.6g}'),
+        ('rotation error, rms (rad)', f'{found.errors.rotation_rms:.6g}'),
+        ('rotation error, worst (rad)', f'{found.errors.rotation_max:.6g}'),
+        *_offset('base', found.base_offset),
+        *_offset('tool', found.tool_offset),
+        ('undetermined', '; '.join(found.undetermined)),
+        ('cause', found.cause.key if found.cause else ''),
+        ('likely, not decisive', found.likely[0].sentence if found.likely else ''),
+    ]
+    return Notice(limits.level(found), limits.sentence(found), tuple(values))
+
+
+def _offset(name: str, T: Floats) -> tuple[tuple[str, str], tuple[str, str]]:
+    xyz, rpy = T[:3, 3], roll_pitch_yaw(T[:3, :3])
+    return (
+        (f'{name} offset xyz (m)', ' '.join(f'{value:.6g}' for value in xyz)),
+        (f'{name} offset rpy (rad)', ' '.join(f'{value:.6g}' for value in rpy)),
+    )

@@ -1,0 +1,261 @@
+"""
+Targets for the tool: poses in, joint positions out; twists in, joint velocities out.
+
+"""
+
+import copy
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from diagnostic_msgs.msg import DiagnosticStatus
+from geometry_msgs.msg import PoseStamped, TwistStamped
+from rclpy.clock import Clock
+from rclpy.duration import Duration
+from rclpy.node import Node
+from rclpy.qos_overriding_options import QoSOverridingOptions
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64MultiArray
+
+from ...errors import KinematicsError
+from ...estimation.estimator import Answer
+from ...estimation.status_text import Notice
+from ...kinematics.inverse.plan import plan_for
+from ...kinematics.inverse.servo import joint_velocity
+from ...kinematics.inverse.solve import inverse_kinematics
+from ...robot.measures import Level
+from ..messages.message_check import read_message
+from ..messages.messages import SECOND, full_name, status_message
+from ..messages.target_messages import (
+    RefusedTargetError,
+    choice_of,
+    joint_positions_message,
+    joint_velocities_message,
+    pose_in_base,
+    pose_of,
+    solutions_message,
+    twist_in_base,
+    twist_of,
+)
+from ..messages.topics import (
+    IK_JOINT_STATES,
+    IK_JOINT_VELOCITY,
+    IK_SOLUTIONS,
+    IK_STATUS,
+    OUTPUT_QOS,
+    TARGET_POSE,
+    TARGET_POSE_QOS,
+    TARGET_TWIST,
+    TARGET_TWIST_QOS,
+)
+from ..parameters.settings import Settings
+from .target_notices import pose_notice, twist_notice
+from .throttle import Throttle
+
+# The silence of a stream of twists is looked for so often, as a share of its timeout.
+WATCH_SHARE = 0.25
+# At the end of the node the last message is waited for so long.
+LAST_WORD = Duration(seconds=0.2)
+
+
+class Targets:
+    """
+    Answers targets, each with a status; a target that is refused moves nothing.
+
+    A twist is a command for now: where the next one is refused or does not come within
+    `ik.target_timeout`, one message of zero velocities stops what the last one began.
+
+    Parameters
+    ----------
+    node
+        The node they belong to; names its topics and its statuses.
+    settings
+        The settings in force.
+    latest
+        Returns the arm's present state, or says in a sentence why it is not known.
+    steady
+        Clock of the timer.
+
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        settings: Settings,
+        latest: Callable[[], Answer | str],
+        steady: Clock,
+    ) -> None:
+        self._node = node
+        self._settings = _planned(settings)
+        self._latest = latest
+        self._throttle = Throttle(5.0)
+        self._moving_since: float | None = None  # time of the last twist that is in force
+
+        def publisher(kind: Any, name: str) -> Any:
+            return node.create_publisher(
+                kind,
+                name,
+                copy.copy(OUTPUT_QOS),
+                qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+            )
+
+        self._joint_states = publisher(JointState, IK_JOINT_STATES)
+        self._solutions = publisher(Float64MultiArray, IK_SOLUTIONS)
+        self._joint_velocity = publisher(JointState, IK_JOINT_VELOCITY)
+        self._status = publisher(DiagnosticStatus, IK_STATUS)
+        for kind, name, take, qos in (
+            (PoseStamped, TARGET_POSE, self._on_pose, TARGET_POSE_QOS),
+            (TwistStamped, TARGET_TWIST, self._on_twist, TARGET_TWIST_QOS),
+        ):
+            node.create_subscription(
+                kind,
+                name,
+                take,
+                copy.copy(qos),
+                raw=True,  # what is no message is refused here, in words, and not by rclpy
+                qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+            )
+        # Turns only while a twist is in force: its thread would wake for nothing otherwise.
+        self._timer = node.create_timer(
+            self._watch_period(), self._watch, clock=steady, autostart=False
+        )
+
+    @property
+    def topics(self) -> tuple[list[str], list[str]]:
+        """
+        Return the full names of the topics heard and published.
+
+        """
+        resolve = self._node.resolve_topic_name
+        heard = (TARGET_POSE, TARGET_TWIST)
+        told = (IK_JOINT_STATES, IK_SOLUTIONS, IK_JOINT_VELOCITY, IK_STATUS)
+        return [resolve(name) for name in heard], [resolve(name) for name in told]
+
+    def configure(self, settings: Settings) -> None:
+        """
+        Take other settings; a motion in force is stopped.
+
+        """
+        self._stop()
+        self._settings = _planned(settings)
+        self._timer.timer_period_ns = round(self._watch_period() * 1e9)
+
+    def close(self) -> None:
+        """
+        End a motion in force, before the node goes.
+
+        """
+        if self._moving_since is not None:
+            self._stop()
+            self._joint_velocity.wait_for_all_acked(LAST_WORD)
+
+    def _watch_period(self) -> float:
+        return self._settings.target_timeout * 1e-9 * WATCH_SHARE
+
+    def _present(self) -> Answer:
+        latest = self._latest()
+        if isinstance(latest, str):
+            raise RefusedTargetError(f'the joint positions are not known: {latest}')
+        return latest
+
+    # Poses
+
+    def _on_pose(self, data: bytes) -> None:
+        try:
+            notice = self._answer_pose(read_message(data, PoseStamped))
+        except Exception as error:  # nothing that is sent may stop the node
+            notice = self._refused(error)
+        self._say('target_pose', notice)
+
+    def _answer_pose(self, message: PoseStamped) -> Notice:
+        settings = self._settings
+        given = pose_of(message)
+        present = self._present().state
+        T = pose_in_base(given, message.header.frame_id, present.pose, settings)
+        result = inverse_kinematics(settings.robot, T, near=present.q, rows=settings.target_rows)
+        choice = choice_of(result, settings.robot, present.q)
+        if self._solutions.get_subscription_count() > 0:
+            self._solutions.publish(solutions_message(choice, settings))
+        if choice.q is not None:
+            stamp = _stamp(message)
+            self._joint_states.publish(joint_positions_message(choice.q, stamp, settings))
+        return pose_notice(result, choice, present.q)
+
+    # Twists
+
+    def _on_twist(self, data: bytes) -> None:
+        stamp = None
+        try:
+            message = read_message(data, TwistStamped)
+            stamp = _stamp(message)
+            notice = self._answer_twist(message)
+        except Exception as error:  # nothing that is sent may stop the node
+            self._stop(stamp)
+            notice = self._refused(error)
+        self._say('target_twist', notice)
+
+    def _answer_twist(self, message: TwistStamped) -> Notice:
+        settings = self._settings
+        given = twist_of(message)
+        present = self._present().state
+        twist = twist_in_base(given, message.header.frame_id, present.pose[:3, :3], settings)
+        step = joint_velocity(settings.robot, present, twist, settings.servo)
+        self._joint_velocity.publish(
+            joint_velocities_message(step.qdot, _stamp(message), settings)
+        )
+        moving = bool(np.any(step.qdot))
+        if moving and self._moving_since is None:
+            self._timer.reset()
+        elif not moving:
+            self._timer.cancel()
+        self._moving_since = time.monotonic() if moving else None
+        return twist_notice(step)
+
+    def _watch(self) -> None:
+        since = self._moving_since
+        timeout = self._settings.target_timeout * 1e-9
+        if since is not None and time.monotonic() - since > timeout:
+            self._stop()
+            sentence = f'no target_twist for {timeout:g} s: stopped'
+            self._say('target_twist', Notice(Level.STALE, sentence, ()))
+
+    def _stop(self, stamp: int | None = None) -> None:
+        # Velocity controllers hold the last command: what was begun must be ended, once.
+        if self._moving_since is None:
+            return
+        self._moving_since = None
+        self._timer.cancel()
+        if stamp is None:
+            stamp = self._node.get_clock().now().nanoseconds
+        zero = np.zeros(self._settings.robot.dof)
+        self._joint_velocity.publish(joint_velocities_message(zero, stamp, self._settings))
+
+    # Statuses
+
+    def _refused(self, error: Exception) -> Notice:
+        if isinstance(error, KinematicsError):
+            return Notice(Level.ERROR, f'refused: {error}', ())
+        if self._throttle.passes('internal'):
+            self._node.get_logger().error(
+                f'internal error at a target, please report it: {error!a}'
+            )
+        return Notice(Level.ERROR, 'refused: internal error', ())
+
+    def _say(self, topic: str, notice: Notice) -> None:
+        if self._status.get_subscription_count() > 0:
+            name = full_name(self._node)
+            robot = ('robot', self._settings.robot.name)
+            notice = Notice(notice.level, notice.sentence, (robot, *notice.values))
+            self._status.publish(status_message(f'{name}: {topic}', notice))
+
+
+def _planned(settings: Settings) -> Settings:
+    # The arm's plan is made now, in some milliseconds, so that no joint state waits for it later.
+    plan_for(settings.robot, settings.target_rows)
+    return settings
+
+
+def _stamp(message: PoseStamped | TwistStamped) -> int:
+    stamp = message.header.stamp
+    return int(stamp.sec) * SECOND + int(stamp.nanosec)

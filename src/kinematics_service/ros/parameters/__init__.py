@@ -1,0 +1,4 @@
+"""
+The node's parameters, and the settings they make.
+
+"""

@@ -1,0 +1,217 @@
+"""
+The node's parameters: a table, and the frozen settings that follow from their values.
+
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib.util import find_spec
+from typing import Any
+
+from ...errors import KinematicsError
+from ...estimation.estimator import EstimatorSettings
+from ...kinematics.inverse.servo import ServoSettings
+from ...robot.measures import Thresholds, thresholds_for
+from ...robot.robot import Robot, with_singularity
+from ...robot.task import ROW_NAMES
+from .table import PARAMETERS
+
+ROW_LABELS = {
+    'linear_first': 'vx,vy,vz,wx,wy,wz',
+    'angular_first': 'wx,wy,wz,vx,vy,vz',
+}
+
+
+class SettingsError(KinematicsError, ValueError):
+    """
+    A parameter's value is refused; the message names it, the value and what is accepted.
+
+    """
+
+
+@dataclass(frozen=True)
+class Settings:
+    """
+    All settings of a running node, valid together.
+
+    Attributes
+    ----------
+    robot
+        The arm, with the task's length and the thresholds that are in force.
+    estimator
+        How messages become states.
+    base_frame, tool_frame
+        Names, prefix included.
+    frame_prefix
+        The prefix.
+    jacobian_frame, twist_frame
+        `base` or `tool`.
+    row_order
+        `linear_first` or `angular_first`.
+    period : ns
+        Least difference of stamps between answers that are published; 0: publish all.
+    publish_tf
+        Whether to publish the tool on /tf.
+    publish_robot_description
+        Whether to publish a URDF.
+    target_rows
+        Which rows of target poses count.
+    target_timeout : ns
+        How long a target twist is in force.
+    servo
+        How target twists become joint velocities.
+
+    """
+
+    robot: Robot
+    estimator: EstimatorSettings
+    base_frame: str
+    tool_frame: str
+    frame_prefix: str
+    jacobian_frame: str
+    twist_frame: str
+    row_order: str
+    period: int
+    publish_tf: bool
+    publish_robot_description: bool
+    target_rows: tuple[str, ...]
+    target_timeout: int
+    servo: ServoSettings
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """
+        Return the names of the joints as messages have them, prefix included.
+
+        """
+        prefix = self.estimator.joint_prefix
+        return tuple(prefix + name for name in self.robot.joint_names)
+
+
+def tf_is_importable() -> bool:
+    """
+    Return whether tf2_msgs is there, which the wheels on PyPI do not carry.
+
+    """
+    return find_spec('tf2_msgs') is not None
+
+
+def _refuse(name: str, value: object, accepted: str) -> SettingsError:
+    return SettingsError(f'parameter {name}: {value!r} is not accepted ({accepted})')
+
+
+def _checked_name(name: str, value: str, what: str) -> str:
+    printable = value.isprintable() and not any(character.isspace() for character in value)
+    if not printable or value.startswith('/') or ',' in value:
+        raise _refuse(name, value, f'{what}: no spaces, no commas, no leading slash')
+    return value
+
+
+def settings_from(values: Mapping[str, Any], robot: Robot) -> Settings:
+    """
+    Return the settings that parameter values mean.
+
+    Parameters
+    ----------
+    values
+        A value for each of `PARAMETERS`, of its type.
+    robot
+        The arm as its file has it.
+
+    Raises
+    ------
+    SettingsError
+        Some value is refused, alone or together with another.
+
+    """
+    for parameter in PARAMETERS:
+        value = values[parameter.name]
+        if parameter.choices and value not in parameter.choices:
+            raise _refuse(parameter.name, value, 'one of ' + ', '.join(parameter.choices))
+        if parameter.range is not None:
+            low, high = parameter.range
+            accepted = f'{low:g} to {high:g}'
+            if parameter.least:
+                accepted = f'0, or {parameter.least:g} to {high:g}'
+            fits = math.isfinite(value) and low <= value <= high
+            if not fits or 0.0 < value < parameter.least:
+                raise _refuse(parameter.name, value, accepted)
+    prefix = _checked_name('frame_prefix', values['frame_prefix'].lstrip('/'), 'part of a frame')
+    base = _checked_name('base_frame', values['base_frame'], 'a frame') or robot.base_frame
+    tool = _checked_name('tool_frame', values['tool_frame'], 'a frame') or robot.tool_frame
+    if base == tool:
+        raise SettingsError(
+            f'parameters base_frame and tool_frame: both are {tool!r}, and must differ'
+        )
+    if values['publish_tf'] and not tf_is_importable():
+        raise _refuse('publish_tf', True, 'only where the package tf2_msgs can be imported')
+    rate = values['publish_rate']
+    judged = _judged(values, robot)
+    rows = _rows(values['ik.rows'], judged)
+    return Settings(
+        robot=judged,
+        estimator=EstimatorSettings(
+            joint_prefix=_checked_name('joint_prefix', values['joint_prefix'], 'part of a name'),
+            velocity_source=values['velocity_source'],
+            timeout=round(values['joint_state_timeout'] * 1e9),
+        ),
+        base_frame=prefix + base,
+        tool_frame=prefix + tool,
+        frame_prefix=prefix,
+        jacobian_frame=values['jacobian_frame'],
+        twist_frame=values['twist_frame'],
+        row_order=values['row_order'],
+        period=round(1e9 / rate) if rate > 0.0 else 0,
+        publish_tf=values['publish_tf'],
+        publish_robot_description=values['publish_robot_description'],
+        target_rows=rows,
+        target_timeout=round(values['ik.target_timeout'] * 1e9),
+        servo=_servo(values, rows, judged),
+    )
+
+
+def _rows(text: str, robot: Robot) -> tuple[str, ...]:
+    rows = text.split()
+    if len(set(rows)) != len(rows) or not set(rows) <= set(ROW_NAMES):
+        raise _refuse('ik.rows', text, f'some of {" ".join(ROW_NAMES)}, each once')
+    return tuple(name for name in ROW_NAMES if name in rows) or robot.task.rows
+
+
+def _servo(values: Mapping[str, Any], rows: tuple[str, ...], robot: Robot) -> ServoSettings:
+    try:
+        return ServoSettings(
+            damping=values['ik.damping'],
+            damped_below=values['ik.damped_below'],
+            horizon=values['ik.horizon'],
+            default_rate=values['ik.default_rate'],
+            default_speed=values['ik.default_speed'],
+            rows=None if rows == robot.task.rows else rows,
+        )
+    except KinematicsError as error:
+        raise SettingsError(f'parameters ik.*: {error}') from None
+
+
+def _judged(values: Mapping[str, Any], robot: Robot) -> Robot:
+    # The parameters override the file; thresholds of the file hold for its own measure only.
+    measure = values['singularity.measure']
+    of_file = robot.thresholds if measure == robot.thresholds.measure else None
+    warn = values['singularity.warn'] or (of_file.warn if of_file else None)
+    stop = values['singularity.stop'] or (of_file.stop if of_file else None)
+    try:
+        thresholds: Thresholds = thresholds_for(robot.task, measure, warn, stop)
+    except KinematicsError as error:
+        raise SettingsError(
+            f'parameters singularity.measure, .warn and .stop go together: {error}'
+        ) from None
+    return with_singularity(robot, values['singularity.length'] or None, thresholds)
+
+
+def defaults(robot: Robot) -> dict[str, Any]:
+    """
+    Return the default of every parameter for an arm.
+
+    """
+    values = {parameter.name: parameter.default for parameter in PARAMETERS}
+    values['singularity.measure'] = robot.thresholds.measure
+    return values

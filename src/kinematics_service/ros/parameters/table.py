@@ -1,0 +1,174 @@
+"""
+The node's parameters as a table: names, defaults, what they mean and what is accepted.
+
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
+
+from ...estimation.estimator import VELOCITY_SOURCES
+from ...robot.measures import MEASURES
+
+# How messages are read and written: as patched bytes, or as rclpy's objects.
+TRANSPORTS = ('bytes', 'messages')
+AXES = ('base', 'tool')
+ROW_ORDERS = ('linear_first', 'angular_first')
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """
+    One parameter: its default, what it means, and what is accepted.
+
+    """
+
+    name: str
+    default: Any
+    description: str
+    choices: tuple[str, ...] = ()
+    range: tuple[float, float] | None = None
+    least: float = 0.0  # of what is not 0, where 0 has a meaning of its own
+    read_only: bool = False
+
+    def descriptor(self) -> ParameterDescriptor:
+        """
+        Return the descriptor that `ros2 param describe` shows.
+
+        """
+        descriptor = ParameterDescriptor()
+        descriptor.description = self.description
+        descriptor.read_only = self.read_only
+        if self.choices:
+            descriptor.additional_constraints = 'one of: ' + ', '.join(self.choices)
+        if self.least:
+            descriptor.additional_constraints = f'0, or at least {self.least:g}'
+        if self.range is not None:
+            low, high = self.range
+            descriptor.floating_point_range = [
+                FloatingPointRange(from_value=low, to_value=high, step=0.0)
+            ]
+        return descriptor
+
+
+ROBOT = Parameter(
+    'robot', 'puma560', 'Robot file, or name of a bundled robot; set at start.', read_only=True
+)
+
+TRANSPORT = Parameter(
+    'transport',
+    'bytes',
+    "How messages are read and written: straight in their bytes, or as rclpy's messages; both "
+    'give the same, the second costs more. Set at start.',
+    TRANSPORTS,
+    read_only=True,
+)
+
+PARAMETERS = (
+    Parameter('joint_prefix', '', 'Put before the joint names of the robot file.'),
+    Parameter('frame_prefix', '', 'Put before the names of the base and tool frames.'),
+    Parameter('base_frame', '', "Name of the base frame; empty: the robot file's."),
+    Parameter('tool_frame', '', "Name of the tool frame; empty: the robot file's."),
+    Parameter('jacobian_frame', 'base', 'Axes of the Jacobian; its point is the tool.', AXES),
+    Parameter('twist_frame', 'base', 'Axes of the twist; its point is the tool.', AXES),
+    Parameter('row_order', 'linear_first', "Order of the Jacobian's rows.", ROW_ORDERS),
+    Parameter(
+        'velocity_source',
+        'auto',
+        'Joint velocities: of the message, differences of positions, or whichever there is.',
+        VELOCITY_SOURCES,
+    ),
+    Parameter(
+        'publish_rate',
+        0.0,
+        'Answers a second at most, by stamp; 0: every message.',
+        (),
+        (0.0, 1e6),
+        least=1e-3,
+    ),
+    Parameter(
+        'joint_state_timeout',
+        1.0,
+        'A joint unheard for so many seconds is stale.',
+        (),
+        (1e-3, 3600.0),
+    ),
+    Parameter('publish_tf', False, 'Publish the tool on /tf (needs tf2_msgs).'),
+    Parameter(
+        'publish_robot_description',
+        False,
+        'Publish a URDF made from the table on robot_description.',
+    ),
+    Parameter('singularity.measure', 'distance', 'Measure the warning watches.', tuple(MEASURES)),
+    Parameter(
+        'singularity.warn',
+        0.0,
+        "WARN beyond this, in the measure's unit; 0: the robot file's or the measure's default.",
+        (),
+        (0.0, 1e12),
+    ),
+    Parameter(
+        'singularity.stop',
+        0.0,
+        "ERROR beyond this, in the measure's unit; 0: the robot file's or the measure's default.",
+        (),
+        (0.0, 1e12),
+    ),
+    Parameter(
+        'singularity.length',
+        0.0,
+        "Characteristic length in m; 0: the robot file's, or the RMS reach.",
+        (),
+        (0.0, 1e6),
+    ),
+    Parameter(
+        'ik.rows',
+        '',
+        'Which of x y z rx ry rz of a target pose or twist count, separated by spaces; '
+        "empty: the rows of the arm's task.",
+    ),
+    Parameter(
+        'ik.target_timeout',
+        0.2,
+        'A twist is in force for so many seconds; then the joints are stopped.',
+        (),
+        (1e-3, 3600.0),
+    ),
+    Parameter(
+        'ik.damping',
+        0.025,
+        "Largest damping of joint velocities at a singularity, a share of the arm's length.",
+        (),
+        (1e-6, 1.0),
+    ),
+    Parameter(
+        'ik.damped_below',
+        0.05,
+        "Damping begins where the smallest singular value is this share of the arm's length.",
+        (),
+        (1e-6, 10.0),
+    ),
+    Parameter(
+        'ik.horizon',
+        0.1,
+        'A joint may approach its limit so fast that it would be there after so many seconds.',
+        (),
+        (1e-3, 3600.0),
+    ),
+    Parameter(
+        'ik.default_rate',
+        math.pi,
+        'Velocity limit of angles that have none in the robot file, rad/s.',
+        (),
+        (1e-6, 1e6),
+    ),
+    Parameter(
+        'ik.default_speed',
+        1.0,
+        'Velocity limit of prismatic joints that have none in the robot file, m/s.',
+        (),
+        (1e-6, 1e6),
+    ),
+)

@@ -1,0 +1,4 @@
+"""
+The process around the node: its start, its executor, its end.
+
+"""

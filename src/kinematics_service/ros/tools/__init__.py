@@ -1,0 +1,4 @@
+"""
+Commands that talk to a node: the demo, `echo`, the view.
+
+"""

@@ -1,0 +1,225 @@
+"""
+The demo: one process with an arm that is not there, the node, and a live table of its outputs.
+
+"""
+
+import os
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from rich.console import Console, RenderableType
+from rich.live import Live
+
+from ...errors import KinematicsError
+from ...formats.recordings.joint_csv import read_recording
+from ...kinematics.trajectory import TRAJECTORIES
+from ...robot.measure_units import volume_unit
+from ...stop_signals import StopSignal, stop_signals
+from ..node.node import KinematicsNode
+from ..parameters.node_parameters import RobotConflictError
+from ..process.runner import FAULT, FINE, WRONG_USAGE, leave, open_context, start_refusal, tell
+from ..process.spin import Spinner
+from ..process.standard_output import StandardOutput
+from .demo_listener import Listener
+from .demo_report import PlainReport, invitation, motion_in_words, summary
+from .demo_screen import screen
+from .virtual_arm import (
+    VirtualArm,
+    moments_of_recording,
+    moments_of_trajectory,
+    period_of_recording,
+)
+
+NAMESPACE = '/demo'
+# The node's own rules come before the user's, so that nothing of the demo leaves its namespace.
+RULES = (
+    f'__ns:={NAMESPACE}',
+    '__node:=kinematics',
+    f'joint_states:={NAMESPACE}/joint_states',
+    f'/diagnostics:={NAMESPACE}/diagnostics',
+    f'/tf:={NAMESPACE}/tf',
+)
+# The node's introduction would be torn apart by the live table.
+QUIET = ('--ros-args', '--log-level', f'{NAMESPACE[1:]}.kinematics:=warn', '--')
+RANGE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
+# What would lead discovery off this host all the same.
+LEADS_ELSEWHERE = ('ROS_STATIC_PEERS', 'ROS_DISCOVERY_SERVER')
+
+# The live table is drawn anew after so many seconds, the plain line is written after so many.
+REDRAW, SECOND = 0.1, 1.0
+# Waiting at most so long for the parts to find each other, and for the last answers (after a
+# signal too), in s.
+MEETING, FAREWELL = 5.0, 0.4
+# Back to the terminal's own screen, with its cursor.
+LEAVE_SCREEN = b'\x1b[?1049l\x1b[?25h'
+
+
+def run_demo(
+    robot: str | None,
+    duration: float | None,
+    trajectory: str,
+    replay: str | os.PathLike[str] | None,
+    ros_args: Sequence[str],
+) -> int:
+    """
+    Move an arm that is not there through a singular pose and show what the node says of it.
+
+    Parameters
+    ----------
+    robot
+        File or bundled name; None for the node's default.
+    duration
+        Seconds until the end; None: until a signal, or the end of the recording.
+    trajectory
+        `smooth` or `sine`.
+    replay
+        CSV file to replay instead.
+    ros_args
+        ROS arguments, `--ros-args` included.
+
+    Returns
+    -------
+    0 after the duration or a signal, 1 for a bad robot file, recording or parameter, 2 for wrong
+    usage.
+
+    """
+    refusal = start_refusal(False, False)
+    if refusal is not None:
+        tell(refusal)
+        return FAULT
+    set_aside = stay_on_this_host()
+    with stop_signals() as stop:
+        context = open_context([*QUIET, *ros_args])
+        if context is None:
+            return WRONG_USAGE
+        try:
+            rules = [word for rule in RULES for word in ('-r', rule)]
+            node = KinematicsNode(robot, context=context, cli_args=['--ros-args', *rules])
+            arm, motion = _arm(node, trajectory, replay)
+            lines = invitation(
+                motion, node.get_fully_qualified_name(), f'{RANGE}={os.environ[RANGE]}', set_aside
+            )
+            code = _play(node, arm, lines, duration, stop)
+        except RobotConflictError as error:
+            tell(str(error))
+            return WRONG_USAGE
+        except KinematicsError as error:
+            tell(str(error))
+            return FAULT
+        finally:
+            context.try_shutdown()
+        return leave(code, stop)
+
+
+def stay_on_this_host() -> tuple[str, ...]:
+    """
+    Limit ROS discovery to this host; return the variables that had to be set aside for that.
+
+    """
+    if os.environ.get(RANGE, '').upper() not in ('LOCALHOST', 'OFF'):
+        os.environ[RANGE] = 'LOCALHOST'
+    return tuple(name for name in LEADS_ELSEWHERE if os.environ.pop(name, ''))
+
+
+def _arm(
+    node: KinematicsNode, trajectory: str, replay: str | os.PathLike[str] | None
+) -> tuple[VirtualArm, str]:
+    # The arm, and what it does in words.
+    robot, names = node.settings.robot, node.settings.joint_names
+    if replay is not None:
+        recording = read_recording(Path(replay), robot)
+        rows, seconds = len(recording.stamps), recording.due[-1]
+        words = f'{robot.name} replays {rows} joint states of {seconds:.1f} s from {replay}'
+        moments, period = moments_of_recording(recording), period_of_recording(recording)
+        return VirtualArm(_helper(node, 'arm'), names, moments, period), words
+    path = TRAJECTORIES[trajectory](robot)
+    smooth = trajectory == 'smooth'
+    words = motion_in_words(robot, path) if smooth else f'{robot.name} moves in sines'
+    moments = moments_of_trajectory(path, time.time_ns())
+    return VirtualArm(_helper(node, 'arm'), names, moments), words
+
+
+def _play(
+    node: KinematicsNode,
+    arm: VirtualArm,
+    lines: Sequence[str],
+    duration: float | None,
+    stop: StopSignal,
+) -> int:
+    display = _helper(node, 'display')
+    listener = Listener(display, node.get_fully_qualified_name())
+    output = StandardOutput()
+    spinner = Spinner(node.context, [node, arm.node, display], node.events_were_left_out)
+    stop.then = spinner.interrupt
+    output.line(*lines)
+
+    def over() -> bool:
+        return stop.came or not node.context.ok() or output.closed
+
+    def turn(until: Callable[[], bool], longest: float | None = None) -> bool:
+        end = None if longest is None else time.monotonic() + longest
+        return spinner.spin(
+            lambda: over() or until() or (end is not None and time.monotonic() >= end)
+        )
+
+    fine = turn(lambda: arm.heard and listener.found(node), MEETING)
+    if output.is_terminal:
+        stop.last_words = LEAVE_SCREEN
+    with _report(display, listener, output, volume_unit(node.settings.robot)):
+        listener.start()
+        arm.start()
+        fine = fine and turn(lambda: arm.finished, duration)
+        arm.stop()
+        farewell = time.monotonic() + FAREWELL
+        fine = fine and spinner.spin(
+            lambda: listener.answered >= arm.sent or time.monotonic() >= farewell
+        )
+    output.line(*summary(listener, arm.sent))
+    spinner.close()
+    for ended in (display, arm.node, node):
+        ended.destroy_node()
+    return FINE if fine else FAULT
+
+
+def _helper(node: KinematicsNode, name: str) -> Node:
+    return Node(
+        name,
+        context=node.context,
+        namespace=NAMESPACE,
+        use_global_arguments=False,
+        start_parameter_services=False,
+        enable_rosout=False,
+    )
+
+
+@contextmanager
+def _report(
+    display: Node, listener: Listener, output: StandardOutput, unit: str
+) -> Iterator[None]:
+    # On a terminal the table on a screen of its own, which restores what was there before.
+    steady = Clock(clock_type=ClockType.STEADY_TIME)
+    if not output.is_terminal:
+        report = PlainReport(listener, output)
+        listener.then = report.warn
+        display.create_timer(SECOND, report.tick, clock=steady)
+        yield
+        return
+    console = Console(markup=False, highlight=False, emoji=False)
+
+    def drawn() -> RenderableType:
+        return screen(listener, console.size, output.shows_blocks, unit)
+
+    with Live(
+        drawn(),
+        console=console,
+        screen=True,
+        auto_refresh=False,
+        redirect_stdout=False,
+        redirect_stderr=False,
+    ) as live:
+        display.create_timer(REDRAW, lambda: live.update(drawn(), refresh=True), clock=steady)
+        yield

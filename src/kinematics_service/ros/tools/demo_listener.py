@@ -1,0 +1,171 @@
+"""
+What the demo hears on the topics of its own node, and what is worth remembering of it.
+
+"""
+
+import math
+import time
+from collections import deque
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from diagnostic_msgs.msg import DiagnosticStatus
+from geometry_msgs.msg import PoseStamped, TwistStamped
+from rclpy.node import Node
+from rclpy.serialization import deserialize_message
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64, Float64MultiArray
+
+from ..messages.readings import Pose, Warned, pose_of, warned_of
+from ..messages.topics import JOINT_STATES, OUTPUT_QOS, WARNING, WARNING_QOS
+from ..process.latest_message import Heard
+
+DISTANCE = 'singularity/distance'
+MEASURES = ('determinant', 'manipulability', 'condition_number', 'smallest_singular_value')
+# The history has an entry for so many seconds, and so many entries.
+INTERVAL = 0.25
+LONGEST_HISTORY = 400
+
+
+class Nearest(NamedTuple):
+    """
+    The smallest distance heard (rad), and when (s) and where (the tool, m) that was.
+
+    """
+
+    distance: float
+    time: float
+    pose: Pose | None
+
+
+class Listener:
+    """
+    Hears a node's outputs and remembers what the summary needs.
+
+    Parameters
+    ----------
+    node
+        The node to listen with.
+    source
+        Full name of the node to listen to.
+
+    Attributes
+    ----------
+    nearest
+        The worst pose so far.
+    history
+        The smallest distance in each INTERVAL, rad; inf where none was heard.
+    joints
+        What the node hears, from `start` on; None before.
+    speeds
+        The speed of the fastest joint in each INTERVAL, rad/s or m/s.
+    warned, levels
+        The last warning, and the levels one after the other.
+    then
+        Called with each warning.
+
+    """
+
+    def __init__(self, node: Node, source: str) -> None:
+        self.source = source
+        self.started = time.monotonic()
+        self.nearest = Nearest(math.inf, 0.0, None)
+        self.history: deque[float] = deque(maxlen=LONGEST_HISTORY)
+        self.speeds: deque[float] = deque(maxlen=LONGEST_HISTORY)
+        self.joints: Heard | None = None
+        self._node = node
+        self._intervals = 0
+        self.warned: Warned | None = None
+        self.levels: list[str] = []
+        self.then: Callable[[Warned], None] = lambda warned: None
+
+        def hear(topic: str, kind: Any, then: Callable[[bytes], None] | None = None) -> Heard:
+            return Heard(node, f'{source}/{topic}', kind, OUTPUT_QOS, then)
+
+        self.pose = hear('pose', PoseStamped)
+        self.jacobian = hear('jacobian', Float64MultiArray)
+        self.twist = hear('twist', TwistStamped)
+        self.measures = {name: hear(f'singularity/{name}', Float64) for name in MEASURES}
+        self.distance = hear(DISTANCE, Float64, self._note)
+        warning = WARNING.replace('~', source)
+        self.warning = Heard(node, warning, DiagnosticStatus, WARNING_QOS, self._warn)
+
+    def found(self, node: Node) -> bool:
+        """
+        Return whether the node's publishers have found all that is listened to.
+
+        """
+        ours = [
+            self.pose,
+            self.jacobian,
+            self.twist,
+            self.distance,
+            self.warning,
+            *self.measures.values(),
+        ]
+        topics = {heard.topic for heard in ours}
+        found = {p.topic_name for p in node.publishers if p.get_subscription_count() > 0}
+        return topics <= found
+
+    def start(self) -> None:
+        """
+        Count the time from now on, and hear the joints too.
+
+        """
+        # Not before: that somebody hears the joints is how the node is known to.
+        topic = f'{self.source.rpartition("/")[0]}/{JOINT_STATES}'
+        self.joints = Heard(self._node, topic, JointState, OUTPUT_QOS)
+        self.started = time.monotonic()
+
+    @property
+    def time(self) -> float:
+        """
+        Return the seconds since the start.
+
+        """
+        return time.monotonic() - self.started
+
+    @property
+    def answered(self) -> int:
+        """
+        Return how many messages were answered to the end: the distance is published last.
+
+        """
+        return self.distance.count
+
+    def measure(self, name: str) -> float | None:
+        """
+        Return the last value of a measure, None where none came.
+
+        """
+        message = (self.distance if name == 'distance' else self.measures[name]).message
+        return None if message is None else float(message.data)
+
+    def joint_speeds(self) -> dict[str, float]:
+        """
+        Return the last velocities by joint name, rad/s or m/s; none where none came.
+
+        """
+        message = None if self.joints is None else self.joints.message
+        return {} if message is None else dict(zip(message.name, message.velocity))
+
+    def _note(self, message: bytes) -> None:
+        distance = float(deserialize_message(message, Float64).data)
+        now = self.time
+        if distance < self.nearest.distance:
+            # The node publishes the pose first, so this is the pose of this distance.
+            pose = None if self.pose.message is None else pose_of(self.pose.message)
+            self.nearest = Nearest(distance, now, pose)
+        while self._intervals * INTERVAL <= now:
+            self._intervals += 1
+            self.history.append(math.inf)
+            self.speeds.append(0.0)
+        self.history[-1] = min(self.history[-1], distance)
+        speeds = [abs(speed) for speed in self.joint_speeds().values() if math.isfinite(speed)]
+        self.speeds[-1] = max([self.speeds[-1], *speeds])
+
+    def _warn(self, message: bytes) -> None:
+        self.warned = warned_of(deserialize_message(message, DiagnosticStatus))
+        if not self.levels or self.levels[-1] != self.warned.level:
+            self.levels.append(self.warned.level)
+        self.then(self.warned)

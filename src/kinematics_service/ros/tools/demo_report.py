@@ -1,0 +1,134 @@
+"""
+What the demo says in lines: how to join in, what happens where there is no screen, and a summary.
+
+"""
+
+import math
+import os
+from collections.abc import Sequence
+
+from ...kinematics.motion import Trajectory
+from ...kinematics.singularity import singularity
+from ...printing import plain
+from ...robot.robot import Robot
+from ..messages.readings import Warned, pose_of
+from ..process.standard_output import StandardOutput
+from .demo_listener import Listener
+from .live_table import number
+
+COMMAND = 'python -m kinematics_service'
+# Variables another terminal must have as this one has them.
+MUST_MATCH = ('ROS_DOMAIN_ID', 'RMW_IMPLEMENTATION')
+
+
+def motion_in_words(robot: Robot, trajectory: Trajectory) -> str:
+    """
+    Return what the smooth path does.
+
+    """
+    distance = float(singularity(robot, trajectory.centre).distance)
+    if distance > robot.thresholds.warn:
+        return f'{robot.name} moves; inside its limits no singular pose with room around was found'
+    joints = ' '.join(number(position, 3) for position in trajectory.centre)
+    return (
+        f'{robot.name} moves through the singular pose q = {joints} '
+        f'once in {trajectory.period / 2.0:.0f} s, its tool at one speed until damping '
+        'bounds the joints'
+    )
+
+
+def invitation(motion: str, source: str, discovery: str, set_aside: Sequence[str]) -> list[str]:
+    """
+    Return what happens, and how to look at it from another terminal.
+
+    Parameters
+    ----------
+    motion
+        What the arm does.
+    source
+        Full name of the node.
+    discovery
+        The discovery range in force.
+    set_aside
+        Names of variables that had to be set aside to stay on this host.
+
+    """
+    namespace = source.rpartition('/')[0]
+    same = [f'{name}={os.environ[name]}' for name in MUST_MATCH if os.environ.get(name)]
+    environment = ''.join(f'{setting} ' for setting in same) + discovery
+    lines = [
+        f'{motion}; everything stays in {namespace} on this host',
+        'in another terminal:',
+        f'  {environment} {COMMAND} echo jacobian --node {source}',
+        f'  {environment} ros2 topic echo {source}/jacobian',
+    ]
+    if set_aside:
+        lines.append(f'{" and ".join(set_aside)} set aside: unset there too')
+    return [*lines, 'Ctrl-C ends it']
+
+
+class PlainReport:
+    """
+    One line a second, and one for each change of level.
+
+    """
+
+    def __init__(self, listener: Listener, output: StandardOutput) -> None:
+        self._listener, self._output = listener, output
+        self._level = ''
+
+    def warn(self, warned: Warned) -> None:
+        """
+        Write a warning whose level is new.
+
+        """
+        if warned.level != self._level:
+            self._level = warned.level
+            self._output.line(
+                f'{self._listener.time:6.1f} s  {warned.level}: {plain(warned.sentence)}'
+            )
+
+    def tick(self) -> None:
+        """
+        Write where the tool is, and how far from a singular pose.
+
+        """
+        listener = self._listener
+        if listener.pose.message is None:
+            self._output.line(f'{listener.time:6.1f} s  no pose yet')
+            return
+        pose, distance = pose_of(listener.pose.message), listener.measure('distance')
+        xyz = ' '.join(number(float(x)) for x in pose.position)
+        left = '' if distance is None else f'  distance {distance:.4f} rad'
+        self._output.line(f'{listener.time:6.1f} s  tool {xyz} m{left}  {self._level}'.rstrip())
+
+
+def summary(listener: Listener, sent: int) -> list[str]:
+    """
+    Return what was sent, what was heard, and the worst of it.
+
+    """
+    lines = [
+        f'{listener.time:.1f} s: {sent} joint states sent; heard {listener.pose.count} poses, '
+        f'{listener.jacobian.count} Jacobians, {listener.twist.count} twists, '
+        f'{listener.warning.count} warnings'
+    ]
+    nearest = listener.nearest
+    if math.isfinite(nearest.distance):
+        where = ''
+        if nearest.pose is not None:
+            xyz = ' '.join(number(float(x)) for x in nearest.pose.position)
+            where = f', tool at {xyz} m in {plain(nearest.pose.frame)}'
+        lines.append(
+            f'nearest to a singular pose at {nearest.time:.1f} s: distance '
+            f'{nearest.distance:.4f} rad ({math.degrees(nearest.distance):.1f} deg){where}'
+        )
+    if listener.levels:
+        shown = ' > '.join(listener.levels[:LEVELS])
+        more = len(listener.levels) - LEVELS
+        lines.append(f'levels: {shown}' + (f' and {more} more' if more > 0 else ''))
+    return lines
+
+
+# The summary lists so many changes of level.
+LEVELS = 12

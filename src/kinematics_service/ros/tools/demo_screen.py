@@ -1,0 +1,260 @@
+"""
+The demo's live table: everything in it was heard on the node's topics.
+
+"""
+
+import math
+import os
+import textwrap
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from rich.console import ConsoleDimensions, Group, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from ...kernel import Floats
+from ...printing import plain
+from ...robot.measures import Level
+from ..messages.readings import LayoutError, Matrix, Warned, matrix_of, pose_of, velocity_of
+from .demo_listener import INTERVAL, MEASURES, Listener
+from .live_table import BARS, STYLES, bars, coloured, matrix_lines, number
+
+# A sentence has so many lines, so that nothing below it jumps.
+SENTENCE_LINES = 2
+LABEL = 18
+LEFT_COLUMN = 22
+NARROW = 8
+# A bar of full height is this distance, in rad.
+FULL = 0.5
+NOTHING = '-'
+# From so many characters on there are two columns; the left one has at least so many; between them
+# are so many.
+WIDE, LEFT, GAP = 120, 78, 2
+# What the bar at the end of a history needs, with its number.
+SCALE = 13
+QDOT = 'qdot'
+
+
+class Part(NamedTuple):
+    """
+    Lines that are shown whole or not at all; where there is little room, those of low rank first.
+
+    """
+
+    rank: int
+    lines: Sequence[Text]
+
+
+def screen(
+    listener: Listener, size: ConsoleDimensions, blocks: bool, volume_unit: str
+) -> RenderableType:
+    """
+    Return the live table: the level first, and of the rest what fits.
+
+    Parameters
+    ----------
+    listener
+        What was heard.
+    size
+        Of the terminal; from WIDE characters on there are two columns.
+    blocks
+        Whether the terminal can show block characters.
+    volume_unit
+        Unit of the determinant and of the manipulability.
+
+    """
+    width, height = size
+    wide = width >= WIDE
+    left = max(LEFT, (width - GAP) // 2) if wide else width
+    right = width - left - GAP if wide else width
+    head = [Part(0, _warning(listener.warned, width)), Part(1, [_title(listener, width)])]
+    tool = [Part(9, [Text()]), Part(4, _motion(listener, left))]
+    joints = [Part(8, [Text()]), Part(5, _jacobian(listener, left))]
+    near = [
+        Part(9, [Text()]),
+        Part(2, [_distance(listener)]),
+        Part(3, _histories(listener, right) if blocks else []),
+        Part(6, _measures(listener, right, volume_unit)),
+        Part(7, _lost(listener)),
+    ]
+    elsewhere = f'elsewhere: python -m kinematics_service echo jacobian --node {listener.source}'
+    foot = [Part(9, [Text()]), Part(8, [Text(elsewhere)] if len(elsewhere) <= width else [])]
+    if not wide:
+        return Group(*_fitting([*head, *tool, *joints, *near, *foot[1:]], height))
+    if blocks:
+        near += [Part(9, [Text()]), Part(7, _speed_bars(listener, right))]
+    room = height - sum(len(part.lines) for part in (*head, *foot))
+    columns = Table.grid(padding=(0, GAP, 0, 0))
+    columns.add_column(width=left)
+    columns.add_column()
+    columns.add_row(Group(*_fitting([*tool, *joints], room)), Group(*_fitting(near, room)))
+    return Group(*_fitting(head, height), columns, *_fitting(foot, height))
+
+
+def _fitting(parts: Sequence[Part], height: int) -> list[Text]:
+    kept: set[int] = set()
+    for k in sorted(range(len(parts)), key=lambda k: parts[k].rank):
+        if len(parts[k].lines) <= height:
+            kept.add(k)
+            height -= len(parts[k].lines)
+    lines = [line for k in sorted(kept) for line in parts[k].lines]
+    # No empty line after another one.
+    lines = [line for k, line in enumerate(lines) if line or k == 0 or lines[k - 1]]
+    for line in lines:
+        line.no_wrap, line.overflow = True, 'ellipsis'
+    return lines
+
+
+def _histories(listener: Listener, width: int) -> list[Text]:
+    shown = list(listener.history)[-(width - LABEL - SCALE) :]
+    speeds = list(listener.speeds)[-(width - LABEL - SCALE) :]
+    highest = max(speeds, default=0.0) or 1.0
+    lines = [
+        (f'distance, {len(shown) * INTERVAL:.0f} s', bars(shown, FULL), f'{FULL:g} rad'),
+        ('fastest joint', bars(speeds, highest), f'{highest:.2g} rad/s'),
+    ]
+    return [_labelled(label, f'{history} {BARS[-1]} {full}') for label, history, full in lines]
+
+
+def _speed_bars(listener: Listener, width: int) -> list[Text]:
+    speeds = listener.joint_speeds()
+    if not speeds:
+        return []
+    highest = max([*listener.speeds, 1e-9])
+    label = max(map(len, speeds))
+    room = max(width - label - NARROW - 4, 1)
+    lines = [Text(), Text('joint speeds, rad/s (sliding: m/s)', style='bold')]
+    for name, speed in speeds.items():
+        full = round(room * min(abs(speed) / highest, 1.0)) if math.isfinite(speed) else 0
+        lines.append(
+            Text(f'{plain(name).rjust(label)} {number(speed, 3).rjust(NARROW)} {BARS[-1] * full}')
+        )
+    return lines
+
+
+def _labelled(label: str, rest: str, style: str = '') -> Text:
+    return Text.assemble((label.ljust(LABEL), 'bold'), (rest, style))
+
+
+def _title(listener: Listener, width: int) -> Text:
+    robot = listener.warned.values.get('robot', '') if listener.warned else ''
+    left = f'{plain(robot)}  {listener.source}'
+    right = f'{listener.time:.1f} s  {listener.jacobian.rate():.0f} Hz  Ctrl-C ends it'
+    return Text(left + right.rjust(width - len(left)), style='bold')
+
+
+def _warning(warned: Warned | None, width: int) -> list[Text]:
+    if warned is None:
+        return [Text('waiting for the node'), *[Text()] * (SENTENCE_LINES - 1)]
+    sentence = plain(warned.sentence)
+    if warned.level != Level.STALE.name:
+        # The numbers in it are those of the moment it was said; those of now stand below.
+        head, _, tail = sentence.partition(': ')
+        factor = plain(warned.values.get('factor', ''))
+        if factor and tail.startswith(factor):
+            head += f' ({factor})'
+        sentence = '; '.join(part for part in (head, tail.partition('; ')[2]) if part)
+    indent = ' ' * 7
+    lines = textwrap.wrap(
+        warned.level.ljust(len(indent)) + sentence,
+        width,
+        subsequent_indent=indent,
+        max_lines=SENTENCE_LINES,
+        placeholder=' ...',
+    )
+    texts = [coloured(line, warned.level) for line in lines]
+    return texts + [Text()] * (SENTENCE_LINES - len(texts))
+
+
+def _motion(listener: Listener, width: int) -> list[Text]:
+    pose, twist = [NOTHING], [NOTHING]
+    if listener.pose.message is not None:
+        heard = pose_of(listener.pose.message)
+        degrees = [math.degrees(angle) for angle in heard.roll_pitch_yaw]
+        pose = [f'{_narrow(heard.position)} m  ', f'  rpy {_narrow(degrees, 1)} deg']
+    if listener.twist.message is not None:
+        velocity = velocity_of(listener.twist.message)
+        twist = [f'{_narrow(velocity.linear)} m/s', f'  ang {_narrow(velocity.angular)} rad/s']
+    lines = []
+    for label, parts in (('tool  x y z ', pose), ('twist x y z ', twist)):
+        if len(label) + sum(map(len, parts)) <= width:
+            parts = [''.join(parts)]
+        lines.append(Text.assemble((label, 'bold'), parts[0]))
+        lines += [Text(part.strip().rjust(len(label) + len(part) - 6)) for part in parts[1:]]
+    return lines
+
+
+def _narrow(values: Sequence[float] | Floats, decimals: int = 4) -> str:
+    return ''.join(f' {number(float(value), decimals).rjust(NARROW - 1)}' for value in values)
+
+
+def _jacobian(listener: Listener, width: int) -> list[Text]:
+    if listener.jacobian.message is None:
+        return [_labelled('Jacobian', NOTHING)]
+    try:
+        matrix = matrix_of(listener.jacobian.message)
+    except LayoutError as error:
+        return [_labelled('Jacobian', str(error))]
+    speeds = listener.joint_speeds()
+    if set(matrix.columns) <= set(speeds):
+        # Below each column how fast its joint moves.
+        row = np.array([speeds[name] for name in matrix.columns])
+        matrix = Matrix((*matrix.rows, QDOT), matrix.columns, np.vstack([matrix.values, row]))
+    return [Text(line) for line in matrix_lines(matrix, width)]
+
+
+def _distance(listener: Listener) -> Text:
+    distance = listener.measure('distance')
+    level = listener.warned.level if listener.warned else ''
+    shown = NOTHING
+    if distance is not None:
+        shown = f'{distance:.4f} rad = {math.degrees(distance):.1f} deg'
+    return _labelled('distance', shown, STYLES.get(level, ''))
+
+
+def _measures(listener: Listener, width: int, volume_unit: str) -> list[Text]:
+    value = {name: listener.measure(name) for name in MEASURES}
+    each = (
+        ('det(J)', 'determinant', volume_unit),
+        ('manipulability', 'manipulability', volume_unit),
+        ('condition number', 'condition_number', ''),
+        ('smallest sigma', 'smallest_singular_value', 'm'),
+    )
+    cells = [
+        _labelled(label, f'{_measure(value[name])} {unit}'.rstrip().ljust(LEFT_COLUMN))
+        for label, name, unit in each
+    ]
+    across = 2 if width >= 2 * len(cells[0]) else 1
+    return [
+        *(Text.assemble(*cells[k : k + across]) for k in range(0, len(cells), across)),
+    ]
+
+
+def _lost(listener: Listener) -> list[Text]:
+    warned = listener.warned
+    level = warned.level if warned else ''
+    near = {}
+    if warned is not None and level in (Level.WARN.name, Level.ERROR.name):
+        near = warned.values
+    always = []
+    if warned is not None and 'structural' in warned.values:
+        always = [_labelled('always', plain(warned.values['structural']))]
+    return [
+        *always,
+        _labelled('lost direction', plain(near.get('lost_direction', NOTHING))),
+        _labelled('joints opposed', _shortened(near.get('joints_against_each_other', NOTHING))),
+    ]
+
+
+def _measure(value: float | None) -> str:
+    return 'none' if value is None else f'{value:+.4g}' if value < 0.0 else f' {value:.4g}'
+
+
+def _shortened(joints: str) -> str:
+    # "a_joint + b_joint" is easier to read without what all names end in.
+    names = [word for word in plain(joints).split(' ') if word not in '+-']
+    common = os.path.commonprefix([name[::-1] for name in names])[::-1]
+    ending = common[common.find('_') :] if '_' in common and len(names) > 1 else ''
+    return plain(joints).replace(ending, '') if ending else plain(joints)

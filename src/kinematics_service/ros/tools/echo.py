@@ -1,0 +1,213 @@
+"""
+What a running node says, for people on a terminal and for programs behind a pipe.
+
+"""
+
+import os
+import shutil
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+
+from rclpy.clock import Clock, ClockType
+from rclpy.exceptions import InvalidTopicNameException
+from rclpy.node import Node
+from rclpy.serialization import deserialize_message
+from rclpy.validate_full_topic_name import validate_full_topic_name
+from rich.console import Console, Group
+from rich.live import Live
+from rich.text import Text
+
+from ...printing import json_text
+from ...stop_signals import stop_signals
+from ..messages.readings import LayoutError
+from ..process.latest_message import Heard
+from ..process.no_messages import reason_of_silence
+from ..process.runner import FAULT, FINE, WRONG_USAGE, leave, open_context, start_refusal, tell
+from ..process.spin import Spinner
+from ..process.standard_output import StandardOutput
+from .echo_topics import ECHO_TOPICS, EchoTopic
+from .live_table import coloured
+
+REDRAW = 0.1
+# Silence is explained after so many seconds.
+SILENCE = 5.0
+UNBROKEN = 10_000
+SEPARATOR = '---'
+
+
+def run_echo(
+    what: str,
+    node: str,
+    once: bool,
+    as_json: bool,
+    timeout: float | None,
+    ros_args: Sequence[str],
+) -> int:
+    """
+    Show what a node says on one of its topics, until a signal.
+
+    Parameters
+    ----------
+    what
+        `jacobian`, `pose`, `twist` or `warning`.
+    node
+        Full name of the node; the leading slash may be missing.
+    once
+        Stop after the first message.
+    as_json
+        One JSON object a line.
+    timeout
+        Seconds after which it gives up if nothing has come; None: never.
+    ros_args
+        ROS arguments, `--ros-args` included.
+
+    Returns
+    -------
+    0 after a signal, the one message, or when the reader has gone; 1 where nothing came in time;
+    2 for wrong usage.
+
+    """
+    refusal = start_refusal(False, False)
+    if refusal is not None:
+        tell(refusal)
+        return FAULT
+    echoed = ECHO_TOPICS[what]
+    topic = echoed.name.replace('~', '/' + node.strip('/'))
+    try:
+        validate_full_topic_name(topic)
+    except InvalidTopicNameException:
+        tell(f'--node {node}: not the name of a node, such as /kinematics or /arm/kinematics')
+        return WRONG_USAGE
+    with stop_signals() as stop:
+        context = open_context(ros_args)
+        if context is None:
+            return WRONG_USAGE
+        try:
+            listener = Node(
+                f'kinematics_echo_{os.getpid()}',
+                context=context,
+                start_parameter_services=False,
+                enable_rosout=False,
+            )
+            echo = _Echo(listener, echoed, topic, once, as_json, timeout)
+            spinner = Spinner(context, [listener])
+            stop.then = spinner.interrupt
+            with echo.shown():
+                fine = spinner.spin(lambda: stop.came or not context.ok() or echo.over)
+            spinner.close()
+            listener.destroy_node()
+            code = FINE if fine and not echo.in_vain else FAULT
+        finally:
+            context.try_shutdown()
+        return leave(code, stop)
+
+
+class _Echo:
+    # One topic on its way from the node that listens to standard output.
+
+    def __init__(
+        self,
+        node: Node,
+        echoed: EchoTopic,
+        topic: str,
+        once: bool,
+        as_json: bool,
+        timeout: float | None,
+    ) -> None:
+        self.in_vain = False
+        self._node, self._echoed = node, echoed
+        self._once, self._as_json, self._timeout = once, as_json, timeout
+        self._output = StandardOutput()
+        self._live = self._output.is_terminal and not once and not as_json
+        self._heard = Heard(
+            node, topic, echoed.type, echoed.qos, None if self._live else self._write
+        )
+        self._explained = False
+
+    @property
+    def over(self) -> bool:
+        """
+        Return whether there is nothing more to show.
+
+        """
+        return (self._once and self._heard.count > 0) or self.in_vain or self._output.closed
+
+    @property
+    def _silent(self) -> bool:
+        expected = not (self._echoed.rare and self._heard.count > 0)
+        return expected and self._heard.age >= SILENCE
+
+    @contextmanager
+    def shown(self) -> Iterator[None]:
+        """
+        Show messages within the block.
+
+        """
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        if self._timeout is not None:
+            self._node.create_timer(self._timeout, self._give_up, clock=steady)
+        if not self._live:
+            self._node.create_timer(0.5, self._watch, clock=steady)
+            yield
+            return
+        console = Console(markup=False, highlight=False, emoji=False)
+        with Live(
+            console=console, auto_refresh=False, redirect_stdout=False, redirect_stderr=False
+        ) as live:
+            self._node.create_timer(
+                REDRAW,
+                lambda: live.update(self._screen(console.width), refresh=True),
+                clock=steady,
+            )
+            yield
+            live.update(self._screen(console.width), refresh=True)
+
+    def _write(self, message: bytes) -> None:
+        if self._once and self._heard.count > 1:
+            return
+        decoded = deserialize_message(message, self._echoed.type)
+        try:
+            if self._as_json:
+                self._output.line(json_text(self._echoed.document(decoded)))
+                return
+            width = shutil.get_terminal_size().columns if self._output.is_terminal else UNBROKEN
+            lines = self._echoed.lines(decoded, width)
+        except LayoutError as error:
+            self.in_vain = self._once
+            tell(f'{self._heard.topic}: {error}')
+            return
+        self._output.line(*lines, *([] if self._once else [SEPARATOR]))
+
+    def _watch(self) -> None:
+        # Where nothing is drawn anew, silence is explained on standard error, once each time.
+        if not self._silent:
+            self._explained = False
+            return
+        if not self._explained:
+            self._explained = True
+            tell(reason_of_silence(self._node, self._heard.topic))
+
+    def _give_up(self) -> None:
+        # At the time-out: where nothing came, what there is to hear is said at the latest now.
+        if self._heard.count > 0 or self.in_vain:
+            return
+        if not self._explained:
+            tell(reason_of_silence(self._node, self._heard.topic))
+        self.in_vain = True
+        tell(f'gave up after {self._timeout:g} s without a message')
+
+    def _screen(self, width: int) -> Group:
+        heard = self._heard
+        title, lines = f'{heard.topic}   nothing yet', []
+        if heard.message is not None:
+            title = f'{heard.topic}   {heard.rate():.1f} Hz   {heard.age:.1f} s ago'
+            try:
+                lines = self._echoed.lines(heard.message, width)
+            except LayoutError as error:
+                lines = [str(error)]
+        level = lines[0].partition(' ')[0] if lines else ''
+        texts = [coloured(line, level) for line in lines]
+        if self._silent:
+            texts.append(Text(reason_of_silence(self._node, heard.topic), style='bold'))
+        headline = Text(f'{title}   Ctrl-C ends it', 'bold', no_wrap=True, overflow='ellipsis')
+        return Group(headline, *texts)

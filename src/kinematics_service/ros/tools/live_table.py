@@ -1,0 +1,137 @@
+"""
+Readings as lines of text, for `demo` and `echo`; the only colour is that of the level.
+
+"""
+
+import math
+import textwrap
+from collections.abc import Sequence
+
+from rich.text import Text
+
+from ...kernel import Floats
+from ...printing import broken_name, plain
+from ...robot.measures import Level
+from ..messages.readings import Matrix, Pose, Velocity, Warned
+
+# Width of a number and a gap, and how wide a column may grow for its joint's name.
+CELL, WIDEST_CELL = 9, 14
+ROW_LABEL = 4
+STYLES = {
+    Level.OK.name: 'bold green',
+    Level.WARN.name: 'bold yellow',
+    Level.ERROR.name: 'bold red',
+    Level.STALE.name: 'bold magenta',
+}
+BARS = '▁▂▃▄▅▆▇█'
+
+
+def number(value: float, decimals: int = 4) -> str:
+    """
+    Return a number with its sign, without a negative zero, in at most eight characters.
+
+    Where they do not suffice, with fewer decimals, or in short (`+1.5e+03`).
+
+    """
+    if not math.isfinite(value):
+        return f'{value:+}'
+    if abs(round(value, decimals)) >= 100.0:
+        decimals = min(decimals, 3)
+    if abs(round(value, decimals)) >= 1000.0:
+        return f'{value:+.1e}'
+    return f'{round(value, decimals) + 0.0:+.{decimals}f}'
+
+
+def numbers(values: Sequence[float] | Floats, decimals: int = 4) -> str:
+    """
+    Return numbers below each other from one time to the next.
+
+    """
+    return ' '.join(number(float(value), decimals).rjust(CELL) for value in values)
+
+
+def matrix_lines(matrix: Matrix, width: int) -> list[str]:
+    """
+    Return a matrix with its labels; columns that find no room stand below the others.
+
+    """
+    columns = [plain(name) for name in matrix.columns]
+    rows = [plain(name) for name in matrix.rows]
+    margin = max(ROW_LABEL, *map(len, rows))
+    room = max(width - margin, CELL)
+    cell = min(max(room // len(columns), CELL), WIDEST_CELL)
+    block = max(1, room // cell)
+    lines = []
+    for first in range(0, len(columns), block):
+        part = slice(first, first + block)
+        headers = [_header(name, cell - 1) for name in columns[part]]
+        for k in range(-max(map(len, headers)), 0):
+            cells = (header[k] if -k <= len(header) else '' for header in headers)
+            lines.append(' ' * margin + ''.join(f' {text.rjust(cell - 1)}' for text in cells))
+        for name, values in zip(rows, matrix.values[:, part].tolist()):
+            cells = (number(value) for value in values)
+            lines.append(
+                name.rjust(margin) + ''.join(f' {text.rjust(cell - 1)}' for text in cells)
+            )
+    return lines
+
+
+def _header(name: str, width: int) -> list[str]:
+    lines = broken_name(name, width).split('\n')
+    return [line if len(line) <= width else f'{line[: width - 1]}~' for line in lines]
+
+
+def pose_lines(pose: Pose) -> list[str]:
+    """
+    Return a pose: position, roll pitch yaw in degrees, quaternion.
+
+    """
+    degrees = [math.degrees(angle) for angle in pose.roll_pitch_yaw]
+    return [
+        f'position x y z     {numbers(pose.position)}  m, in {plain(pose.frame)}',
+        f'roll pitch yaw     {numbers(degrees, 2)}  deg',
+        f'quaternion x y z w {numbers(pose.quaternion_xyzw)}',
+    ]
+
+
+def velocity_lines(velocity: Velocity) -> list[str]:
+    """
+    Return a twist: linear and angular part.
+
+    """
+    return [
+        f'linear vx vy vz    {numbers(velocity.linear)}  m/s, axes of {plain(velocity.frame)}',
+        f'angular wx wy wz   {numbers(velocity.angular)}  rad/s',
+    ]
+
+
+def warned_lines(warned: Warned, width: int) -> list[str]:
+    """
+    Return a warning: level and sentence, then its keys and values.
+
+    """
+    label = max(map(len, warned.values), default=0)
+    lines = textwrap.wrap(f'{warned.level}  {plain(warned.sentence)}', width) or [warned.level]
+    return lines + [
+        f'  {plain(key).ljust(label)}  {plain(value)}' for key, value in warned.values.items()
+    ]
+
+
+def coloured(line: str, level: str) -> Text:
+    """
+    Return a line with the level's word, if it begins with it, in the level's colour.
+
+    """
+    text = Text(line, no_wrap=True, overflow='ellipsis')
+    if line.startswith(level):
+        text.stylize(f'{STYLES.get(level, "bold")} reverse', 0, len(level))
+    return text
+
+
+def bars(values: Sequence[float], highest: float) -> str:
+    """
+    Return a line of bars, one a value: the lowest for 0, the highest for `highest` and more.
+
+    """
+    steps = len(BARS) - 1
+    return ''.join(BARS[round(min(max(value / highest, 0.0), 1.0) * steps)] for value in values)

@@ -1,0 +1,246 @@
+"""
+What the live view hears: joint states, and what a node says of them.
+
+The node's pose, frames, Jacobian, twist, distance and level are shown as it publishes them. What
+it does not publish with every message (the time to the threshold, the lost direction, the joint
+axes) comes from the same joint states by the same functions. Without a node everything does.
+"""
+
+import os
+import time
+from typing import Any
+
+from rclpy.context import Context
+from rclpy.node import Node
+from sensor_msgs.msg import JointState
+from std_srvs.srv import Trigger
+
+from ...display.view.observation import Observation, observation_of
+from ...estimation.estimator import Answer, Estimator, EstimatorSettings
+from ...kernel import Floats
+from ...kinematics.singularity import singularity_of
+from ...robot.robot import Robot
+from ..messages.messages import sample_of, stamp_of, time_message
+from ..messages.topics import DESCRIBE, JOINT_STATES, JOINT_STATES_QOS, OUTPUT_QOS, WARNING
+from ..process.node_facts import NodeFacts, ask_node
+from ..process.spin import Spinner
+from .view_outputs import FRESH, ViewOutputs
+
+# Where messages come faster than they can be taken, the page still moves (s).
+LONGEST_CATCHING_UP = 0.2
+# A node is asked so often what it is (s), and waited for so long where it has become another one.
+ASK_AGAIN, PATIENCE = 1.0, 0.5
+
+
+class ViewListener:
+    """
+    A node that hears an arm for the view, and publishes its sliders when it is told to.
+
+    Parameters
+    ----------
+    context
+        Where the node lives; `close` leaves it open.
+    source
+        Full name of the kinematics node.
+
+    """
+
+    def __init__(self, context: Context, source: str) -> None:
+        self.source = '/' + source.strip('/')
+        self._node = Node(
+            f'kinematics_view_{os.getpid()}',
+            context=context,
+            start_parameter_services=False,
+            enable_rosout=False,
+        )
+        self._spinner = Spinner(context, [self._node])
+        self._facts: NodeFacts | None = None
+        self._known: frozenset[bytes] = frozenset()
+        self._asked = -ASK_AGAIN
+        self._estimator: Estimator | None = None
+        self._answer: Answer | None = None
+        self._arrival = 0.0
+        self._joint_states = 0
+        self._publisher: Any = None
+        self._subscription: Any = None
+        self._mismatch = ''
+        self.outputs = ViewOutputs(self._node, self.source)
+        self._watch = self._node.create_client(Trigger, DESCRIBE.replace('~', self.source))
+        self._description: Any = None
+
+    def close(self) -> None:
+        """
+        Destroy the node.
+
+        """
+        self._spinner.close()
+        self._node.destroy_node()
+
+    def listen(self, seconds: float) -> None:
+        """
+        Hear what comes for so long, and longer where more has come already: old news is no news.
+
+        """
+        deadline = time.monotonic() + seconds
+        while (left := deadline - time.monotonic()) > 0.0:
+            self._spinner.spin_once(timeout_sec=left)
+        while time.monotonic() < deadline + LONGEST_CATCHING_UP:
+            before = self._heard_so_far
+            self._spinner.spin_once(timeout_sec=0.0)
+            if self._heard_so_far == before:
+                return
+        self._spinner.start_anew()
+
+    @property
+    def _heard_so_far(self) -> int:
+        return self._joint_states + self.outputs.count
+
+    def ask(self, patience: float) -> NodeFacts | None:
+        """
+        Return what the node says of itself, waiting so many seconds; None where there is none.
+
+        """
+        self._asked, self._description = time.monotonic(), None
+        facts = ask_node(self._node, self._spinner, self.source, patience)
+        if facts is not None:
+            self._facts, self._known = facts, self._publishers()
+        return self._facts
+
+    @property
+    def facts(self) -> NodeFacts | None:
+        """
+        Return what the node last said of itself; None while it has not.
+
+        """
+        return self._facts
+
+    def changed(self) -> bool:
+        """
+        Return whether the node has come, come back, or says other things of itself; ask it then.
+
+        """
+        told = self._description
+        if told is not None and told.done():
+            self._description = None
+            text = '' if told.exception() else told.result().message
+            before = self._facts
+            if text and (
+                before is None or text != before.text or self._publishers() - self._known
+            ):
+                return self.ask(PATIENCE) is not before
+        if time.monotonic() - self._asked > ASK_AGAIN:
+            self._asked = time.monotonic()
+            if self._description is not None:  # lost, with the node that it was for
+                self._watch.remove_pending_request(self._description)
+            ready = self._watch.service_is_ready()
+            self._description = self._watch.call_async(Trigger.Request()) if ready else None
+        return False
+
+    def _publishers(self) -> frozenset[bytes]:
+        # A node that comes back has other ones, by their identifiers.
+        topic = WARNING.replace('~', self.source)
+        infos = self._node.get_publishers_info_by_topic(topic)
+        return frozenset(bytes(info.endpoint_gid) for info in infos)
+
+    def sources(self) -> tuple[str, ...]:
+        """
+        Return the full names of the kinematics nodes there are.
+
+        """
+        end = WARNING.removeprefix('~')
+        return tuple(
+            sorted(
+                topic.removesuffix(end)
+                for topic, _ in self._node.get_topic_names_and_types()
+                if topic.endswith(end) and self._node.count_publishers(topic)
+            )
+        )
+
+    def show(self, robot: Robot) -> None:
+        """
+        Hear the joint states of this arm from now on.
+
+        """
+        facts, self._answer, self._mismatch = self._facts, None, ''
+        namespace = self.source.rpartition('/')[0]
+        topic, prefix = f'{namespace}/{JOINT_STATES}', ''
+        if facts is not None:
+            self._mismatch = facts.mismatch(robot)
+            topic, prefix = facts.joint_states, facts.prefix(robot)
+            robot = facts.judged(robot)
+        if self._subscription is not None:
+            self._node.destroy_subscription(self._subscription)
+        self._estimator = Estimator(robot, EstimatorSettings(joint_prefix=prefix))
+        self._names = [prefix + name for name in robot.joint_names]
+        self._subscription = self._node.create_subscription(
+            JointState, topic, self._take, JOINT_STATES_QOS
+        )
+
+    def _take(self, message: JointState) -> None:
+        assert self._estimator is not None
+        self._joint_states += 1
+        received = stamp_of(message) or self._node.get_clock().now().nanoseconds
+        sample = sample_of(message, received, time.monotonic_ns())
+        try:
+            answer = self._estimator.take(sample)
+        except Exception as error:  # nothing a robot sends may end the view
+            self._node.get_logger().error(f'joint state: {error!a}')
+            return
+        if isinstance(answer, Answer):
+            self._answer, self._arrival = answer, time.monotonic()
+
+    @property
+    def _live(self) -> bool:
+        return self._answer is not None and time.monotonic() - self._arrival < FRESH
+
+    @property
+    def _node_live(self) -> bool:
+        return self._facts is not None and not self._mismatch and self.outputs.live
+
+    @property
+    def status(self) -> str:
+        """
+        Return in a line where the picture comes from.
+
+        """
+        if self._mismatch:
+            return self._mismatch
+        topic = JOINT_STATES if self._subscription is None else self._subscription.topic_name
+        if not self._live:
+            return f'moved by the sliders: nothing comes on {topic}'
+        if self._node_live:
+            return f'live from {self.source}, {self.outputs.pose.rate():.0f} Hz'
+        silent = 'is silent' if self._facts is not None else 'is not there'
+        return f'live from {topic}; the node {self.source} {silent}'
+
+    def observation(self) -> Observation | None:
+        """
+        Return the newest observation; None while no joint states come.
+
+        """
+        if not self._live or self._mismatch:
+            return None
+        assert self._answer is not None
+        state = self._answer.state
+        seen = observation_of(state, singularity_of(state))
+        if self._facts is not None and self._node_live:
+            return self.outputs.shown(seen, self._facts.axes)
+        return seen
+
+    def publish(self, q: Floats) -> str:
+        """
+        Publish joint positions; return why not where somebody else does already.
+
+        """
+        assert self._subscription is not None
+        topic = self._subscription.topic_name
+        if self._publisher is None or self._publisher.topic_name != topic:
+            if self._publisher is not None:
+                self._node.destroy_publisher(self._publisher)
+            self._publisher = self._node.create_publisher(JointState, topic, OUTPUT_QOS)
+        if self._node.count_publishers(topic) > 1:
+            return f'another publisher speaks on {topic}'
+        message = JointState(name=self._names, position=q.tolist())
+        message.header.stamp = time_message(self._node.get_clock().now().nanoseconds)
+        self._publisher.publish(message)
+        return ''

@@ -1,0 +1,135 @@
+"""
+What a kinematics node publishes, as the live view shows it: in base axes, linear rows first.
+
+"""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from diagnostic_msgs.msg import DiagnosticStatus
+from geometry_msgs.msg import PoseArray, PoseStamped, TwistStamped
+from rclpy.node import Node
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from std_msgs.msg import Float64, Float64MultiArray
+
+from ...display.view.observation import Observation
+from ...kernel import Floats
+from ...rigid_motion import rotation_of_quaternion
+from ...robot.measures import Level
+from ..messages.readings import LayoutError, matrix_of, velocity_of, warned_of
+from ..messages.topics import WARNING, WARNING_QOS
+from ..process.latest_message import Heard
+
+# Older than this (s) nothing is shown as live.
+FRESH = 1.0
+# Only the last message of a topic is shown.
+LAST_QOS = QoSProfile(depth=5, reliability=ReliabilityPolicy.RELIABLE)
+
+
+class ViewOutputs:
+    """
+    The last messages of a kinematics node.
+
+    Parameters
+    ----------
+    node
+        Who listens.
+    source
+        Full name of the kinematics node.
+
+    """
+
+    def __init__(self, node: Node, source: str) -> None:
+        def hear(topic: str, kind: Any) -> Heard:
+            return Heard(node, f'{source}/{topic}', kind, LAST_QOS)
+
+        self.pose = hear('pose', PoseStamped)
+        self.jacobian = hear('jacobian', Float64MultiArray)
+        self.frames = hear('link_frames', PoseArray)
+        self.twist = hear('twist', TwistStamped)
+        self.distance = hear('singularity/distance', Float64)
+        self.warning = Heard(node, WARNING.replace('~', source), DiagnosticStatus, WARNING_QOS)
+
+    @property
+    def count(self) -> int:
+        """
+        Return the number of messages so far.
+
+        """
+        heard = (self.pose, self.jacobian, self.frames, self.twist, self.distance, self.warning)
+        return sum(one.count for one in heard)
+
+    @property
+    def live(self) -> bool:
+        """
+        Return whether the node answers.
+
+        """
+        return _fresh(self.pose)
+
+    def shown(self, seen: Observation, axes: tuple[str, str]) -> Observation:
+        """
+        Return an observation with the numbers of the node.
+
+        Parameters
+        ----------
+        seen
+            What the joint states alone say.
+        axes
+            Axes of the node's Jacobian and of its twist, `base` or `tool` each.
+
+        """
+        values: dict[str, Any] = {}
+        pose = _matrix(self.pose.message.pose)
+        values['pose'] = pose
+        if _fresh(self.frames):
+            frames = np.array([_matrix(one) for one in self.frames.message.poses])
+            if frames.shape == seen.frames.shape:
+                values['frames'] = frames
+        if _fresh(self.jacobian):
+            J = _six_rows(self.jacobian.message)
+            if J is not None and J.shape == seen.jacobian.shape:
+                values['jacobian'] = _to_base(J, pose) if axes[0] == 'tool' else J
+        if _fresh(self.twist):
+            heard = velocity_of(self.twist.message)
+            twist = np.concatenate([heard.linear, heard.angular])
+            values['twist'] = _to_base(twist[:, None], pose)[:, 0] if axes[1] == 'tool' else twist
+        if _fresh(self.distance):
+            distance = float(self.distance.message.data)
+            values['singularity'] = replace(seen.singularity, distance=distance)
+        if self.warning.count:
+            level = warned_of(self.warning.message).level
+            if level in Level.__members__ and level != Level.STALE.name:
+                values['level'] = Level[level]
+        return replace(seen, **values)
+
+
+def _fresh(heard: Heard) -> bool:
+    return heard.count > 0 and heard.age < FRESH
+
+
+def _matrix(pose: Any) -> Floats:
+    p, o = pose.position, pose.orientation
+    T = np.eye(4)
+    T[:3, :3] = rotation_of_quaternion((o.x, o.y, o.z, o.w))
+    T[:3, 3] = p.x, p.y, p.z
+    return T
+
+
+def _six_rows(message: Any) -> Floats | None:
+    # Linear rows first, whatever the order is.
+    try:
+        matrix = matrix_of(message)
+    except LayoutError:
+        return None
+    order = {name: k for k, name in enumerate(matrix.rows)}
+    wanted = ('vx', 'vy', 'vz', 'wx', 'wy', 'wz')
+    if set(order) != set(wanted):
+        return None
+    return matrix.values[[order[name] for name in wanted]]
+
+
+def _to_base(six_rows: Floats, pose: Floats) -> Floats:
+    R = pose[:3, :3]
+    return np.concatenate([R @ six_rows[:3], R @ six_rows[3:]])

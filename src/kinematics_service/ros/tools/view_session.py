@@ -1,0 +1,205 @@
+"""
+The live view with ROS, from its options to an exit code.
+
+"""
+
+from collections.abc import Callable, Sequence
+
+from rclpy.context import Context
+from rclpy.exceptions import InvalidTopicNameException
+from rclpy.validate_full_topic_name import validate_full_topic_name
+
+from ...display.view.address import Address
+from ...display.view.observation import Observation
+from ...display.view.run import run_page
+from ...errors import KinematicsError
+from ...kernel import Floats
+from ...robot.robot import Robot, load_robot
+from ..process.node_facts import NodeFacts
+from ..process.runner import FAULT, FINE, WRONG_USAGE, open_context, start_refusal, tell
+from .view_listener import ViewListener
+
+# A node that runs answers within this (s).
+PATIENCE = 2.0
+# Nodes that come and go are looked for in every so many turns.
+TURNS = 30
+DEFAULT_NODE = '/kinematics'
+
+
+class ViewSession:
+    """
+    The arms that the view can show: of nodes that come, go and change, or of its own.
+
+    Parameters
+    ----------
+    context
+        Where the view lives; `close` leaves it open.
+    robot
+        The arm to show; None for that of the node, or `otherwise` where there is no node.
+    node
+        Full name of the node to show first; empty for the first that is heard.
+
+    Attributes
+    ----------
+    robot
+        The arm that is shown now.
+    nodes
+        Full names of the nodes there are.
+
+    """
+
+    def __init__(self, context: Context, robot: Robot | None, otherwise: str, node: str) -> None:
+        self._context, self._given, self._otherwise = context, robot, otherwise
+        self._listener = ViewListener(context, node or DEFAULT_NODE)
+        self._found = bool(node)
+        self._turns = 0
+        facts = self._listener.ask(PATIENCE)
+        self._found |= facts is not None
+        self.nodes = self._listener.sources()
+        self.robot = robot or self._robot_of(facts)
+        self._listener.show(self.robot)
+        if not self._found and self.nodes:
+            self._go_to(self.nodes[0])
+
+    def close(self) -> None:
+        """
+        Hear nothing more.
+
+        """
+        self._listener.close()
+
+    @property
+    def node(self) -> str:
+        """
+        Return the full name of the node whose arm is shown, whether it is there or not.
+
+        """
+        return self._listener.source
+
+    @property
+    def title(self) -> str:
+        """
+        Return whose arm is shown.
+
+        """
+        if self._listener.facts is not None:
+            return f'{self.robot.name} of {self.node}'
+        heard = f' {self.node}' if self._found else ''
+        return f'{self.robot.name}; no node{heard} is heard'
+
+    def choose(self, node: str) -> None:
+        """
+        Show the arm of another node.
+
+        """
+        self._given = None
+        self._go_to(node)
+
+    def listen(self, seconds: float) -> None:
+        """
+        Hear what comes for so long, and follow nodes that come, come back or change.
+
+        """
+        self._listener.listen(seconds)
+        if self._listener.changed():
+            self._found = True
+            self._take(self._listener.facts)
+        self._turns += 1
+        if self._turns % TURNS == 0:
+            self.nodes = self._listener.sources()
+            if not self._found and self.nodes:
+                self._go_to(self.nodes[0])
+
+    def observation(self) -> Observation | None:
+        """
+        Return the newest observation; None while no joint states come.
+
+        """
+        return self._listener.observation()
+
+    @property
+    def status(self) -> str:
+        """
+        Return in a line where the picture comes from.
+
+        """
+        return self._listener.status
+
+    def publish(self, q: Floats) -> str:
+        """
+        Publish joint positions; return why not where somebody else does already.
+
+        """
+        return self._listener.publish(q)
+
+    def _go_to(self, node: str) -> None:
+        self._listener.close()
+        self._listener = ViewListener(self._context, node)
+        self._found = True
+        self._take(self._listener.ask(PATIENCE))
+
+    def _take(self, facts: NodeFacts | None) -> None:
+        self.robot = self._given or self._robot_of(facts)
+        self._listener.show(self.robot)
+
+    def _robot_of(self, facts: NodeFacts | None) -> Robot:
+        if facts is not None:
+            try:
+                return load_robot(facts.robot)
+            except (KinematicsError, OSError) as error:
+                tell(
+                    f'the file of the node cannot be read here, showing {self._otherwise}: {error}'
+                )
+        return load_robot(self._otherwise)
+
+
+def run_view(
+    robot: Robot | None,
+    otherwise: str,
+    node: str,
+    address: Address,
+    publishable: bool,
+    ros_args: Sequence[str],
+    stopped: Callable[[], bool],
+) -> int:
+    """
+    Show the arm of a node until `stopped()`; return the exit code.
+
+    Parameters
+    ----------
+    robot
+        The arm; None for that of the node, or `otherwise` where there is no node.
+    node
+        Full name of the node, of which the leading slash may be missing; empty for any.
+    address, publishable
+        As `run_page` takes them.
+    ros_args
+        ROS arguments, `--ros-args` included.
+
+    Raises
+    ------
+    KinematicsError
+        The page cannot be served there.
+
+    """
+    refusal = start_refusal(False, False)
+    if refusal is not None:
+        tell(refusal)
+        return FAULT
+    try:
+        validate_full_topic_name('/' + (node or DEFAULT_NODE).strip('/') + '/pose')
+    except InvalidTopicNameException:
+        tell(f'--node {node}: not the name of a node, such as /kinematics or /arm/kinematics')
+        return WRONG_USAGE
+    context = open_context(ros_args)
+    if context is None:
+        return WRONG_USAGE
+    try:
+        session = ViewSession(context, robot, otherwise, node)
+        try:
+            run_page(session, address, publishable, stopped)
+        finally:
+            session.close()
+    finally:
+        context.try_shutdown()
+    return FINE

@@ -1,0 +1,4 @@
+"""
+Exact algebra of sines, cosines and lengths.
+
+"""

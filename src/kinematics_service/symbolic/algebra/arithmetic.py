@@ -1,0 +1,227 @@
+"""
+The arithmetic of one arm: its ring, and what a file's angles and lengths are in it.
+
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import sympy
+
+from ...rigid_motion import Z_INTO
+from ...robot.file.description import DhRow, ElementaryMotion, RobotDescription, ShapeRow
+from .laurent import Laurent, Ring, from_terms
+from .matrices import Matrix, product
+from .names import DerivationError, Names
+
+# Constant angles that are no quarter turns and stay letters.
+MOST_LETTERS = 2
+# 1.5707963267948966 is what a program prints for pi/2.
+NEAREST_DOUBLE = 1e-15
+
+Affine = tuple[Any, dict[Any, Any]]
+NOTHING: Affine = (sympy.Integer(0), {})
+
+
+@dataclass(frozen=True)
+class Arithmetic:
+    """
+    The ring an arm is computed in, and where its joint variables are in it.
+
+    Attributes
+    ----------
+    ring
+        The generators.
+    units
+        exp(i q / unit) is the generator of a joint variable: 1 but for gear ratios.
+
+    """
+
+    ring: Ring
+    names: Names
+    units: Mapping[Any, int]
+
+    def angle_place(self, variable: Any) -> int:
+        """
+        Return the place of exp(i variable / unit).
+
+        """
+        return self.ring.place('angle', variable)
+
+    def derivative(self, value: Laurent, variable: Any) -> Laurent:
+        """
+        Return the derivative by a joint variable, as an angle and as a length.
+
+        """
+        ring = self.ring
+        by_angle = value.derivative(self.angle_place(variable), self.units[variable])
+        return by_angle + value.derivative(ring.place('number', variable))
+
+    def exponential(self, angle: Affine) -> Laurent:
+        """
+        Return exp(i angle) of an angle affine in the joint variables.
+
+        """
+        constant, factors = angle
+        result = exponential(self.ring, constant)
+        for variable, factor in factors.items():
+            exponent = int(factor * self.units[variable])
+            result = result * self.ring.power(self.angle_place(variable), exponent)
+        return result
+
+    def length(self, length: Affine) -> Laurent:
+        """
+        Return a length affine in the joint variables.
+
+        """
+        constant, factors = length
+        result = self.ring.length(sympy.expand(constant))
+        for variable, factor in factors.items():
+            result = result + self.ring.length(variable) * self.ring.length(factor)
+        return result
+
+    def identity(self) -> Matrix:
+        """
+        Return the 4 x 4 identity.
+
+        """
+        return self.constant_matrix(sympy.eye(4).tolist())
+
+    def constant_matrix(self, rows: Sequence[Sequence[Any]]) -> Matrix:
+        """
+        Return a matrix of sympy expressions without angles.
+
+        """
+        return tuple(tuple(self.ring.length(sympy.sympify(e)) for e in row) for row in rows)
+
+    def screw_z(self, theta: Affine, d: Affine) -> Matrix:
+        """
+        Return Rz(theta) Tz(d).
+
+        """
+        cosine, sine = self._cosine_and_sine(theta)
+        zero, one = self.ring.number(0), self.ring.number(1)
+        return (
+            (cosine, -sine, zero, zero),
+            (sine, cosine, zero, zero),
+            (zero, zero, one, self.length(d)),
+            (zero, zero, zero, one),
+        )
+
+    def about_axis(self, axis: str, theta: Affine, d: Affine) -> Matrix:
+        """
+        Return the rotation about, and translation along, axis x, y or z.
+
+        """
+        turn = self.turn(axis)
+        return product(product(turn, self.screw_z(theta, d)), transposed(turn))
+
+    def turn(self, axis: str) -> Matrix:
+        """
+        Return the rotation that puts the z axis where `axis` is.
+
+        """
+        return self.constant_matrix([[int(round(e)) for e in row] for row in Z_INTO[axis]])
+
+    def _cosine_and_sine(self, angle: Affine) -> tuple[Laurent, Laurent]:
+        z = self.exponential(angle)
+        negative = (-angle[0], {v: -f for v, f in angle[1].items()})
+        inverse = self.exponential(negative)
+        return (z + inverse).scaled(1, 2), (z - inverse).times_i(3).scaled(1, 2).reduced()
+
+
+def transposed(matrix: Matrix) -> Matrix:
+    """
+    Return a matrix with rows and columns exchanged.
+
+    """
+    return tuple(zip(*matrix))
+
+
+def inverse(T: Matrix) -> Matrix:
+    """
+    Return the inverse of a rigid motion.
+
+    """
+    R_t = tuple(tuple(T[j][i] for j in range(3)) for i in range(3))
+    p = tuple((T[i][3],) for i in range(3))
+    moved = product(R_t, p)
+    return (*((*R_t[i], -moved[i][0]) for i in range(3)), T[3])
+
+
+def arithmetic_of(description: RobotDescription, names: Names) -> Arithmetic:
+    """
+    Return the ring of an arm, with its joint variables in it.
+
+    Raises
+    ------
+    DerivationError
+        A joint turns an axis by an irrational part of its angle.
+
+    """
+    units = dict.fromkeys(names.variables, 1)
+    for link in description.links:
+        for text in _turning_texts(link):
+            for variable, factor in names.affine(text, is_angle=True)[1].items():
+                if not factor.is_Rational:
+                    raise DerivationError(
+                        f'{text}: the factor {factor} of {variable} is not a fraction, so that '
+                        'the frames are no polynomials in sines and cosines of the joints'
+                    )
+                units[variable] = int(sympy.ilcm(units[variable], factor.q))
+    arithmetic = Arithmetic(Ring(), names, units)
+    for variable in names.variables:
+        arithmetic.angle_place(variable)
+    for variable in names.variables:
+        arithmetic.ring.place('number', variable)
+    return arithmetic
+
+
+def _turning_texts(link: DhRow | ElementaryMotion | ShapeRow) -> tuple[str, ...]:
+    match link:
+        case DhRow():
+            return (link.theta.text,)
+        case ElementaryMotion():
+            return (link.argument.text,) if link.axis.startswith('R') else ()
+        case ShapeRow(joint=ElementaryMotion() as joint) if joint.axis.startswith('R'):
+            return (joint.argument.text,)
+    return ()
+
+
+def exponential(ring: Ring, angle: Any) -> Laurent:
+    """
+    Return exp(i angle) of a constant angle, a sympy expression in rad; quarter turns exactly.
+
+    The first few other angles stay letters. Arms with many (a calibrated one has a dozen) would
+    drown in them: further ones become a fraction (1 + i t)^2 / (1 + t^2), of modulus 1 exactly, so
+    that rotations stay rotations, and within 1e-16 rad of the file's angle.
+
+    """
+    turns = sympy.expand(angle).coeff(sympy.pi)
+    rest = sympy.expand(angle - turns * sympy.pi)
+    if rest.is_number and not rest.is_zero and abs(_quarter_error(rest)) < NEAREST_DOUBLE:
+        turns, rest = turns + sympy.Rational(round(float(rest) * 2 / math.pi), 2), sympy.Integer(0)
+    quarters = 2 * turns
+    if quarters.is_Integer:
+        result = ring.number(1).times_i(int(quarters))
+    else:
+        rest, result = angle, ring.number(1)
+    return result * _odd_angle(ring, rest) if rest != 0 else result
+
+
+def _quarter_error(angle: Any) -> float:
+    turned = float(angle) * 2 / math.pi
+    return turned - round(turned) if round(turned) else 1.0
+
+
+def _odd_angle(ring: Ring, angle: Any) -> Laurent:
+    upright, sign = (-angle, -1) if angle.is_negative else (angle, 1)
+    letters = [g for g in ring.generators if g.kind == 'fixed_angle']
+    if ('fixed_angle', upright) in ring.places or len(letters) < MOST_LETTERS:
+        return ring.power(ring.place('fixed_angle', upright), sign)
+    tangent = Fraction(float(sympy.tan(angle / 2))).limit_denominator(10**9)
+    p, q = tangent.numerator, tangent.denominator
+    return from_terms(ring, {(): (q * q - p * p, 2 * p * q)}, q * q + p * p)

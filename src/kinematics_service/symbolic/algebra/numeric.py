@@ -1,0 +1,151 @@
+"""
+Polynomials in numbers, and poses on their zeros.
+
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ...kernel import Floats
+from .arithmetic import Arithmetic
+from .laurent import Laurent
+
+STEPS = 60
+CONVERGED = 1e-12
+
+
+def values_of(arithmetic: Arithmetic) -> Any:
+    """
+    Return the number of each generator that no joint moves (nan elsewhere), complex.
+
+    """
+    ring, names = arithmetic.ring, arithmetic.names
+    moving = set(names.variables)
+    values = np.full(len(ring.generators), np.nan, dtype=complex)
+    for k, generator in enumerate(ring.generators):
+        if generator.meaning in moving:
+            continue
+        number = float(generator.meaning.subs(dict(names.values)))
+        values[k] = np.exp(1j * number) if generator.kind == 'fixed_angle' else number
+    return values
+
+
+@dataclass(frozen=True, eq=False)
+class Numbers:
+    """
+    A real polynomial and its gradient as functions of joint positions.
+
+    Joint positions are in rad and in the file's length unit, shape (..., n).
+
+    """
+
+    value: Laurent
+    arithmetic: Arithmetic
+
+    def __call__(self, q: Floats) -> Floats:
+        """
+        Return the value at q, shape (...,).
+
+        """
+        return self._function(np.asarray(q, dtype=float))
+
+    def gradient(self, q: Floats) -> Floats:
+        """
+        Return the derivatives by each joint variable, shape (..., n).
+
+        """
+        q = np.asarray(q, dtype=float)
+        return np.stack([function(q) for function in self._derivatives], axis=-1)
+
+    @cached_property
+    def _function(self) -> '_Sum':
+        return _sum_of(self.value, self.arithmetic, values_of(self.arithmetic))
+
+    @cached_property
+    def _derivatives(self) -> tuple['_Sum', ...]:
+        arithmetic, values = self.arithmetic, values_of(self.arithmetic)
+        return tuple(
+            _sum_of(arithmetic.derivative(self.value, variable), arithmetic, values)
+            for variable in arithmetic.names.variables
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class _Sum:
+    # sum of c exp(i turns q) q^powers, the constants multiplied into c.
+    coefficients: Any
+    turns: Floats
+    powers: Any
+
+    def __call__(self, q: Floats) -> Floats:
+        terms = self.coefficients * np.exp(1j * (q @ self.turns))
+        for k in np.flatnonzero(np.any(self.powers, axis=0)):
+            terms = terms * q[..., k, None] ** self.powers[:, k]
+        return np.asarray(np.sum(terms, axis=-1).real)
+
+
+def _sum_of(value: Laurent, arithmetic: Arithmetic, values: Any) -> _Sum:
+    ring, variables = arithmetic.ring, arithmetic.names.variables
+    terms = value.terms()
+    exponents = np.array(list(terms), dtype=int).reshape(len(terms), len(ring.generators))
+    c = np.array([complex(a, b) for a, b in terms.values()], dtype=complex) / value.divisor
+    for k in np.flatnonzero(~np.isnan(values)):
+        if np.any(exponents[:, k]):
+            c = c * values[k] ** exponents[:, k]
+    angles = [arithmetic.angle_place(v) for v in variables]
+    units = np.array([arithmetic.units[v] for v in variables], dtype=float)
+    lengths = [ring.place('number', v) for v in variables]
+    return _Sum(c, (exponents[:, angles] / units).T, exponents[:, lengths])
+
+
+def poses_on(functions: Sequence[Numbers], starts: Floats, scale: Floats) -> Floats:
+    """
+    Return poses where every function is 0: Newton's smallest steps from each start, the converged.
+
+    Parameters
+    ----------
+    functions
+        What must vanish.
+    starts : shape (N, n)
+    scale : shape (n,)
+        What counts as one unit of each joint, so that metres and radians compare.
+
+    """
+    q = np.array(starts)
+    if not functions:
+        return q
+    for _ in range(STEPS):
+        f, G = _stacked(functions, q, scale)
+        # Two zeros that touch leave no full-rank gradient: damping keeps the step finite.
+        square = G @ np.swapaxes(G, -1, -2) + 1e-14 * np.eye(len(functions))
+        step = np.swapaxes(G, -1, -2) @ np.linalg.solve(square, f[..., None])
+        length = np.linalg.norm(step[..., 0], axis=-1, keepdims=True)
+        q = q - scale * step[..., 0] * np.minimum(1.0, 0.5 / np.maximum(length, 1e-300))
+    f, _ = _stacked(functions, q, scale)
+    return np.asarray(q[np.max(np.abs(f), axis=-1) < CONVERGED])
+
+
+def _stacked(functions: Sequence[Numbers], q: Floats, scale: Floats) -> tuple[Floats, Floats]:
+    f = np.stack([function(q) for function in functions], axis=-1)
+    G = np.stack([function.gradient(q) * scale for function in functions], axis=-2)
+    return f, G
+
+
+def typical_size(function: Numbers, q: Floats) -> float:
+    """
+    Return the root of the mean square of a function over poses.
+
+    """
+    return float(np.sqrt(np.mean(function(q) ** 2))) or 1.0
+
+
+def substituted(expression: Any, values: Mapping[Any, float]) -> float:
+    """
+    Return the number a sympy expression is worth.
+
+    """
+    return float(expression.subs(dict(values)).evalf())

@@ -1,0 +1,299 @@
+"""
+The exact derivation of an arm: what a textbook does by hand, for every robot file.
+
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from math import comb
+from typing import Any
+
+import sympy
+
+from ..robot.robot import Robot
+from . import jacobian as ways
+from .algebra.arithmetic import Arithmetic, arithmetic_of
+from .algebra.matrices import Matrix
+from .algebra.names import DerivationError, Names, names_of
+from .determinant import Minors, View, minors_of, simplest_view
+from .frames import Frames, frames_of
+from .minors import generic_rank, independent_columns, product_of, remainder_of
+from .sampled_poses import Bench, bench_of, row_indices
+from .singular_set import Determinant, SingularSet, crossings_of, row_names, singular_factors
+from .trigonometry import Writer, writer_of
+
+# Minors of a strongly redundant arm grow like binomials; beyond this they are not written out.
+MOST_MINORS = 100
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Derivation:
+    """
+    An arm, derived exactly; sympy expressions in the file's own symbols.
+
+    Lengths are in the file's unit, joint angles in rad. The Jacobian's rows are the linear three,
+    then the angular three, its point is the tool, its axes those of the base frame.
+
+    Attributes
+    ----------
+    robot
+        The arm.
+    names
+        Its symbols: `variables`, `lengths`, and the file's `values` of the lengths.
+    row_transforms
+        T of each row of the table.
+    frames
+        Frame 0, then the frame after each row, in the base frame.
+    T
+        The tool in the base frame.
+    z, o
+        Direction and origin of the axis of each row that moves, base axes.
+    jacobian : 6 x n
+    methods
+        The four ways to it, with the number of terms their difference from the first leaves: 0.
+    coupling
+        C with (rows' theta and d) = C q + constants where a joint moves several rows; else None.
+    singular_set
+        Determinant, factors, sheets, ranks.
+
+    """
+
+    robot: Robot
+    names: Names
+    row_transforms: tuple[Any, ...]
+    frames: tuple[Any, ...]
+    T: Any
+    z: tuple[Any, ...]
+    o: tuple[Any, ...]
+    jacobian: Any
+    methods: Mapping[str, int]
+    coupling: Any
+    singular_set: SingularSet
+    exact: 'Exact' = field(repr=False)
+
+    @property
+    def rotation(self) -> Any:
+        """
+        Return the rotation of the tool, 3 x 3.
+
+        """
+        return self.T[:3, :3]
+
+    @property
+    def position(self) -> Any:
+        """
+        Return the position of the tool, 3 x 1.
+
+        """
+        return self.T[:3, 3]
+
+    @property
+    def variables(self) -> tuple[Any, ...]:
+        """
+        Return the joint variables, in the order of the columns.
+
+        """
+        return self.names.variables
+
+    @property
+    def determinant(self) -> Any:
+        """
+        Return the determinant of the task rows as a product, or the product of singular values.
+
+        """
+        return self.singular_set.determinant.expression
+
+    @property
+    def factors(self) -> dict[str, Any]:
+        """
+        Return the factors of the determinant by name.
+
+        """
+        return {factor.name: factor.expression for factor in self.singular_set.factors}
+
+    def jacobian_in(self, frame: str | int = 'base', angular_first: bool = False) -> Any:
+        """
+        Return the Jacobian in other axes or with the other rows first.
+
+        Parameters
+        ----------
+        frame
+            `base`, `tool`, or the number of a frame of the table; the point stays the tool.
+        angular_first
+            Rows wx wy wz vx vy vz.
+
+        Raises
+        ------
+        DerivationError
+            There is no such frame.
+
+        """
+        J = self.exact.jacobian_in(frame)
+        return self.exact.writer.matrix((*J[3:], *J[:3]) if angular_first else J)
+
+    @cached_property
+    def central_difference(self) -> float:
+        """
+        Return how far J is from central differences of T at a seeded pose, m and rad.
+
+        """
+        return self.exact.bench.central_difference()
+
+
+@dataclass(frozen=True, eq=False)
+class Exact:
+    """
+    The arithmetic behind a derivation.
+
+    """
+
+    arithmetic: Arithmetic
+    frames: Frames
+    writer: Writer
+    bench: Bench
+    J: Matrix
+
+    def jacobian_in(self, frame: str | int) -> Matrix:
+        """
+        Return J in the axes of a frame.
+
+        """
+        if frame == 'base':
+            return self.J
+        if frame == 'tool':
+            return ways.in_axes_of(self.J, self.frames.T_base_tool)
+        last = len(self.frames.rows)
+        if str(frame).isdigit() and int(frame) <= last:
+            return ways.in_axes_of(self.J, self.frames.in_base[int(frame)])
+        raise DerivationError(f'no frame {frame!r} (known: base, tool, 0 to {last})')
+
+
+def derive(
+    robot: Robot,
+    locked: Mapping[str, str] | None = None,
+    progress: Progress | None = None,
+) -> Derivation:
+    """
+    Return the exact derivation of an arm.
+
+    Parameters
+    ----------
+    robot
+        The arm.
+    locked
+        Joint variables held still, with the expression in the file's units that stands in their
+        place: `{'q3': '0'}` makes a six-joint arm of a seven-joint one.
+    progress
+        Told in a few words what is being done.
+
+    Raises
+    ------
+    DerivationError
+        A name to lock is unknown, an angle is no fraction of a joint's, or the pose is too long.
+
+    """
+    tell = progress or (lambda _: None)
+    tell('frames')
+    names = names_of(robot.description, locked)
+    arithmetic = arithmetic_of(robot.description, names)
+    frames = frames_of(robot.description, arithmetic)
+    writer = writer_of(frames, arithmetic)
+    rows = tuple(writer.matrix(T) for T in frames.row_transforms)
+    in_base = tuple(writer.matrix(T) for T in frames.in_base)
+    T = writer.matrix(frames.T_base_tool)
+    axes = ways.axes_seen_from(frames, -1)
+    z = tuple(writer.matrix(tuple((e,) for e in axis.z)) for axis in axes)
+    o = tuple(writer.matrix(tuple((e,) for e in axis.o)) for axis in axes)
+    tell('Jacobian')
+    found = {}
+    for name, way in ways.METHODS.items():
+        tell(f'Jacobian: {name}')
+        found[name] = way(frames, arithmetic)
+    J = found['geometric']
+    bench = bench_of(robot, arithmetic, row_indices(robot))
+    exact = Exact(arithmetic, frames, writer, bench, J)
+    C = ways.coupling(frames, arithmetic)
+    plain = C.shape[0] == C.shape[1] and all(sum(map(bool, row)) == 1 for row in C.tolist())
+    written = writer.matrix(J)
+    return Derivation(
+        robot=robot,
+        names=names,
+        row_transforms=rows,
+        frames=in_base,
+        T=T,
+        z=z,
+        o=o,
+        jacobian=written,
+        methods={name: ways.differences(J, other) for name, other in found.items()},
+        coupling=None if plain else C,
+        singular_set=_singular_set(exact, tell),
+        exact=exact,
+    )
+
+
+def _singular_set(exact: Exact, tell: Progress) -> SingularSet:
+    bench, arithmetic, writer = exact.bench, exact.arithmetic, exact.writer
+    n = len(bench.moving)
+    rank = generic_rank(bench)
+    columns = independent_columns(bench)
+    square = n == len(bench.rows)
+    tell('determinant')
+    if not square or rank < n:
+        # Sums of squared minors depend on the point: it stays the tool.
+        minors = _tool_minors(exact, columns, rank)
+    else:
+        view = simplest_view(exact.frames, arithmetic, bench.rows)
+        minors = minors_of(view, bench.rows, range(n), n, n)
+    names = [v.name for v in arithmetic.names.variables]
+    dependent = tuple(_dependent(bench, names)) if rank < min(n, len(bench.rows)) else ()
+    if minors is None:
+        determinant = Determinant(False, None, None, None, '', row_names(bench.rows), (), 0, False)
+        return SingularSet(determinant, (), (), rank, dependent, False)
+    tell('factors')
+    product, rests = product_of(minors, arithmetic)
+    tell('singular set')
+    factors = singular_factors(product, bench, arithmetic, writer, arithmetic.names)
+    constant = writer.expression(product.constant)
+    remainder = remainder_of(rests, writer, arithmetic)
+    bases = [f.expression if minors.square else sympy.Abs(f.expression) for f in factors]
+    powers = [base**factor.power for base, factor in zip(bases, factors)]
+    # The constant last: sympy would multiply a lone sum out.
+    expression = constant * sympy.Mul(*powers, remainder)
+    determinant = Determinant(
+        square=minors.square and square and rank == n,
+        expression=expression,
+        constant=constant,
+        remainder=remainder,
+        view=f'axes of {minors.view.axes}, point: {minors.view.point}',
+        rows=row_names(bench.rows),
+        columns=tuple(names[j] for j in minors.columns),
+        minors=len(minors.values),
+        identically_zero=square and rank < n,
+    )
+    crossings = crossings_of(product, factors, bench, arithmetic)
+    complete = product.complete and not rests
+    return SingularSet(determinant, factors, crossings, rank, dependent, complete)
+
+
+def _tool_minors(exact: Exact, columns: tuple[int, ...], rank: int) -> Minors | None:
+    bench = exact.bench
+    if comb(len(columns), rank) * comb(len(bench.rows), rank) > MOST_MINORS:
+        return None
+    rows = set(bench.rows)
+    turnable = all(part <= rows or not part & rows for part in ({0, 1, 2}, {3, 4, 5}))
+    frames = ['0', *map(str, range(1, len(exact.frames.rows) + 1))] if turnable else ['0']
+    views = [View(exact.jacobian_in(f), f'frame {f}', 'the tool') for f in frames]
+    view = min(views, key=lambda v: sum(len(v.J[i][j]) for i in rows for j in columns))
+    if len(columns) > len(bench.rows) and len(bench.rows) == 6 and rank == 6:
+        # Six rows of full rank: the ratios of the minors do not depend on the point.
+        view = simplest_view(exact.frames, exact.arithmetic, bench.rows)
+    return minors_of(view, bench.rows, columns, len(bench.moving), rank)
+
+
+def _dependent(bench: Bench, names: list[str]) -> list[str]:
+    known = set(bench.robot.task.dependent_joints)
+    joints = bench.robot.joint_names
+    return [name for name, j in zip(names, bench.moving) if joints[j] in known]

@@ -1,0 +1,192 @@
+"""
+The determinant of the task rows, or its minors, in the frame where it is shortest.
+
+Turning all linear rows together, or all angular ones, does not change a determinant; nor, with all
+six rows, does moving the reference point: both are chosen so that most entries vanish.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+from .algebra.arithmetic import Arithmetic
+from .algebra.laurent import Laurent, total
+from .algebra.matrices import Matrix, Vector, cross
+from .frames import Frames
+from .jacobian import Axis, _columns, axes_seen_from, geometric, in_axes_of
+
+LINEAR, ANGULAR = (0, 1, 2), (3, 4, 5)
+
+
+@dataclass(frozen=True)
+class View:
+    """
+    The Jacobian as it is simplest.
+
+    Parameters
+    ----------
+    J
+        Six rows, or the task's rows.
+    axes, point
+        In words: whose axes the rows are in, and what their reference point is.
+
+    """
+
+    J: Matrix
+    axes: str
+    point: str
+
+
+@dataclass(frozen=True)
+class Minors:
+    """
+    The largest square parts of the task rows.
+
+    Parameters
+    ----------
+    view
+        What they are parts of.
+    rows
+        Indices of the task rows among x y z rx ry rz.
+    columns
+        Indices of the columns left when joints that only repeat others are left out.
+    values
+        One determinant where the task rows are square, else every one of that size, in the order
+        of `parts`.
+    parts
+        The rows and columns of each.
+
+    """
+
+    view: View
+    rows: tuple[int, ...]
+    columns: tuple[int, ...]
+    values: tuple[Laurent, ...]
+    parts: tuple[tuple[tuple[int, ...], tuple[int, ...]], ...]
+
+    @property
+    def square(self) -> bool:
+        """
+        Return whether there is one determinant.
+
+        """
+        return len(self.values) == 1
+
+
+def _size(J: Matrix) -> int:
+    return sum(len(entry) for row in J for entry in row)
+
+
+def simplest_view(frames: Frames, arithmetic: Arithmetic, rows: Sequence[int]) -> View:
+    """
+    Return J in the axes, and about the point, with the fewest terms that leave the minors alone.
+
+    Without all three rows of a kind the axes stay those of frame 0, and unless all six rows are
+    asked for the point stays the tool.
+
+    """
+    whole = [set(part) <= set(rows) or not set(part) & set(rows) for part in (LINEAR, ANGULAR)]
+    if not all(whole):
+        J = in_axes_of(geometric(frames, arithmetic), frames.base)
+        return View(J, 'frame 0', 'the tool')
+    if len(rows) < 6:
+        return _turned_view(frames, arithmetic, rows)
+    best: tuple[int, View] | None = None
+    n = len(frames.rows)
+    for frame in range(n + 1):
+        axes = axes_seen_from(frames, frame)
+        named = [(_frame_name(frame), tuple(arithmetic.ring.number(0) for _ in range(3)))]
+        named += [(f'the origin of the axis of row {axis.row + 1}', axis.o) for axis in axes]
+        for point_name, point in named:
+            J = _about(frames, arithmetic, axes, point)
+            size = _size(J)
+            if best is None or size < best[0]:
+                point_text = point_name if 'axis' in point_name else f'the origin of {point_name}'
+                best = (size, View(J, _frame_name(frame), point_text))
+    assert best is not None
+    return best[1]
+
+
+def _frame_name(frame: int) -> str:
+    return f'frame {frame}'
+
+
+def _about(
+    frames: Frames, arithmetic: Arithmetic, axes: tuple[Axis, ...], point: Vector
+) -> Matrix:
+    def column(axis: Axis) -> tuple[Vector, Vector]:
+        arm = tuple(a - b for a, b in zip(point, axis.o))
+        return cross(axis.z, arm), axis.z
+
+    return _columns(frames, arithmetic, column, axes)
+
+
+def _turned_view(frames: Frames, arithmetic: Arithmetic, rows: Sequence[int]) -> View:
+    J = geometric(frames, arithmetic)
+    candidates = [View(in_axes_of(J, frames.base), 'frame 0', 'the tool')]
+    for k, T in enumerate(frames.in_base[1:], 1):
+        candidates.append(View(in_axes_of(J, T), _frame_name(k), 'the tool'))
+    return min(candidates, key=lambda view: _size(tuple(view.J[i] for i in rows)))
+
+
+def minors_of(
+    view: View, rows: Sequence[int], columns: Sequence[int], size: int, rank: int
+) -> Minors:
+    """
+    Return the determinant, or the minors of size `rank`, of the task rows.
+
+    Parameters
+    ----------
+    view
+        The Jacobian.
+    rows
+        Indices of the task rows.
+    columns
+        Indices of the columns to be used.
+    size
+        Number of joints.
+    rank
+        The generic rank of the task rows: the size of the minors.
+
+    """
+    values, parts = [], []
+    for chosen_rows in combinations(rows, rank):
+        for chosen in combinations(columns, rank):
+            values.append(determinant_of([[view.J[i][j] for j in chosen] for i in chosen_rows]))
+            parts.append((chosen_rows, chosen))
+    assert size >= len(columns)
+    return Minors(view, tuple(rows), tuple(columns), tuple(values), tuple(parts))
+
+
+def determinant_of(matrix: Sequence[Sequence[Laurent]]) -> Laurent:
+    """
+    Return a determinant by minors along the rows, each minor once; zeros are skipped.
+
+    """
+    ring = matrix[0][0].ring
+    # Rows with the fewest terms last: the small minors, which are used most often, stay short.
+    order = sorted(range(len(matrix)), key=lambda i: -sum(len(e) for e in matrix[i]))
+    sign = _sign(order)
+    rows = [matrix[i] for i in order]
+    known: dict[tuple[int, ...], Laurent] = {(): ring.number(1)}
+
+    def minor(columns: tuple[int, ...]) -> Laurent:
+        if columns not in known:
+            row = rows[len(rows) - len(columns)]
+            summands = []
+            for place, column in enumerate(columns):
+                if row[column]:
+                    below = minor(columns[:place] + columns[place + 1 :])
+                    if below:
+                        value = row[column] * below
+                        summands.append(-value if place % 2 else value)
+            known[columns] = total(ring, summands)
+        return known[columns]
+
+    result = minor(tuple(range(len(matrix))))
+    return result if sign > 0 else -result
+
+
+def _sign(order: Sequence[int]) -> int:
+    swaps = sum(a > b for k, a in enumerate(order) for b in order[k + 1 :])
+    return -1 if swaps % 2 else 1

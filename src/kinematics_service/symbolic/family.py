@@ -1,0 +1,189 @@
+"""
+The zeros of a factor, solved for one joint, with the condition for them to exist.
+
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import sympy
+
+from .algebra.arithmetic import Arithmetic
+from .algebra.laurent import Laurent, from_terms
+from .trigonometry import Writer
+
+K = sympy.Symbol('k', integer=True)
+
+
+@dataclass(frozen=True)
+class Family:
+    """
+    A sheet of singular poses.
+
+    Attributes
+    ----------
+    variable
+        The joint it is solved for; None where the factor is left as an equation.
+    solutions
+        Values of that joint by the others; k is any integer.
+    condition
+        When they exist, a sympy relation; None: always.
+    free
+        Where all of these are 0 every value of that joint is a solution; empty: nowhere.
+    equation
+        The factor, which is 0 there.
+
+    """
+
+    variable: Any
+    solutions: tuple[Any, ...]
+    condition: Any
+    free: tuple[Any, ...]
+    equation: Any
+
+
+@dataclass(frozen=True)
+class _Solved:
+    # cosine cos y + sine sin y + rest = 0 with y = multiple * joint + shift;
+    # where it slides, cosine * joint + rest = 0.
+    variable: Any
+    shift: Any
+    cosine: Laurent
+    sine: Laurent
+    rest: Laurent
+    slides: bool
+    multiple: int
+    simplicity: tuple[int, ...]
+
+
+def family_of(value: Laurent, arithmetic: Arithmetic, writer: Writer) -> Family:
+    """
+    Return where a factor vanishes.
+
+    """
+    equation = writer.expression(value)
+    found = [
+        solved
+        for index, variable in enumerate(arithmetic.names.variables)
+        for solved in _candidates(value, arithmetic, variable, index)
+    ]
+    if not found:
+        return Family(None, (), None, (), equation)
+    best = min(found, key=lambda solved: solved.simplicity)
+    solutions, condition = _roots(best, writer)
+    shifted = tuple(_divided(root - best.shift, best.multiple) for root in solutions)
+    parts = [writer.expression(part) for part in (best.cosine, best.sine, best.rest)]
+    moving = any(_has_joint(part, writer) for part in parts[:2])
+    free = tuple(dict.fromkeys(part for part in parts if part != 0)) if moving else ()
+    return Family(best.variable, shifted, condition, free, equation)
+
+
+def _divided(angle: Any, multiple: int) -> Any:
+    return sympy.Add(*(part / multiple for part in sympy.Add.make_args(angle)))
+
+
+def _candidates(
+    value: Laurent, arithmetic: Arithmetic, variable: Any, index: int
+) -> Sequence[_Solved]:
+    ring = arithmetic.ring
+    turning, sliding = arithmetic.angle_place(variable), ring.place('number', variable)
+    terms = value.terms()
+    by_angle = {e[turning] for e in terms}
+    by_length = {e[sliding] for e in terms}
+    if by_angle == {0} and by_length in ({0, 1}, {1}):
+        above = _part(value, sliding, 1)
+        rest = _part(value, sliding, 0)
+        moves = int(_moves(above, arithmetic))
+        simple = (moves, 0, int(bool(rest)), 1, len(above), -index)
+        return [_Solved(variable, sympy.Integer(0), above, above, rest, True, 1, simple)]
+    multiple = max(by_angle)
+    if by_length != {0} or multiple < 1 or not by_angle <= {-multiple, 0, multiple}:
+        return []
+    if arithmetic.units[variable] != 1:
+        return []
+    above = _part(value, turning, multiple)
+    rest = _part(value, turning, 0)
+    common = _common_turn(above, arithmetic)
+    shift = sympy.Add(
+        *(e * v / arithmetic.units[v] for e, v in zip(common, arithmetic.names.variables))
+    )
+    pure = _times_monomial(above, [-e for e in common])
+    if _moves(pure, arithmetic):
+        pure, shift = above, sympy.Integer(0)
+    # f = A z + C + conj(A) / z = 2 Re A cos y - 2 Im A sin y + C.
+    conjugate = _part(value, turning, -multiple)
+    if shift != 0:
+        conjugate = _times_monomial(conjugate, list(common))
+    cosine, sine = pure + conjugate, (pure - conjugate).times_i()
+    moves = int(_moves(cosine, arithmetic) or _moves(sine, arithmetic))
+    parts = int(bool(cosine)) + int(bool(sine))
+    simplicity = (moves, multiple - 1, int(bool(rest)), parts, len(pure), -index)
+    return [_Solved(variable, shift, cosine, sine, rest, False, multiple, simplicity)]
+
+
+def _part(value: Laurent, place: int, exponent: int) -> Laurent:
+    terms = {
+        tuple(0 if k == place else x for k, x in enumerate(e)): c
+        for e, c in value.terms().items()
+        if e[place] == exponent
+    }
+    return from_terms(value.ring, terms, value.divisor)
+
+
+def _common_turn(value: Laurent, arithmetic: Arithmetic) -> tuple[int, ...]:
+    n = len(arithmetic.names.variables)
+    turns = {e[:n] for e in value.terms()}
+    return next(iter(turns)) if len(turns) == 1 else (0,) * n
+
+
+def _times_monomial(value: Laurent, turns: Sequence[int]) -> Laurent:
+    terms = {
+        (*(a + b for a, b in zip(e, turns)), *e[len(turns) :]): c for e, c in value.terms().items()
+    }
+    return from_terms(value.ring, terms, value.divisor)
+
+
+def _moves(value: Laurent, arithmetic: Arithmetic) -> bool:
+    moving = set(arithmetic.names.variables)
+    generators = arithmetic.ring.generators
+    return any(
+        e and generators[k].meaning in moving for t in value.terms() for k, e in enumerate(t)
+    )
+
+
+def _roots(solved: _Solved, writer: Writer) -> tuple[tuple[Any, ...], Any]:
+    rest = writer.expression(solved.rest)
+    if solved.slides:
+        slope = writer.expression(solved.cosine)
+        condition = None if not _has_joint(slope, writer) else sympy.Ne(slope, 0)
+        return (sympy.simplify(-rest / slope),), condition
+    a, b = writer.expression(solved.cosine), writer.expression(solved.sine)
+    turns = 2 * K * sympy.pi
+    if rest == 0:
+        return (_zero_of_phase(a, b, writer) + K * sympy.pi,), None
+    if b == 0:
+        inner = sympy.acos(sympy.factor_terms(-rest / a))
+        return (inner + turns, -inner + turns), sympy.Le(rest**2, a**2)
+    if a == 0:
+        inner = sympy.acos(sympy.factor_terms(-rest / b))
+        quarter = sympy.pi / 2
+        return (quarter + inner + turns, quarter - inner + turns), sympy.Le(rest**2, b**2)
+    size = a**2 + b**2
+    phase = sympy.atan2(b, a)
+    inner = sympy.acos(-rest / sympy.sqrt(size))
+    return (phase + inner + turns, phase - inner + turns), sympy.Le(rest**2, size)
+
+
+def _zero_of_phase(a: Any, b: Any, writer: Writer) -> Any:
+    if a == 0:
+        return sympy.Integer(0)
+    if b == 0:
+        return sympy.pi / 2
+    if _has_joint(a, writer) or _has_joint(b, writer):
+        return sympy.atan2(-a, b)
+    return sympy.atan(-a / b)
+
+
+def _has_joint(expression: Any, writer: Writer) -> bool:
+    return bool(expression.free_symbols & set(writer.arithmetic.names.variables))

@@ -1,0 +1,160 @@
+"""
+Factors as texts of a robot file, and the check that they are the determinant's.
+
+"""
+
+from typing import Any
+
+import numpy as np
+import sympy
+from sympy.printing.str import StrPrinter
+
+from ..errors import ExpressionError
+from ..robot.file.expression_syntax import MAX_CHARACTERS, syntax_tree
+from ..robot.robot import Robot, robot_from_text
+from .algebra.names import DerivationError
+from .derivation import Derivation
+from .singular_set import evaluated, file_factors
+
+# Products of a few dozen roundings each.
+AGREEMENT = 1e-12
+POSES = 1000
+
+
+class FilePrinter(StrPrinter):  # type: ignore[misc]
+    """
+    Sympy expressions as a robot file writes them: no powers, decimals as decimals.
+
+    """
+
+    def _print_Pow(self, expr: Any, rational: bool = False) -> str:
+        base, exponent = expr.as_base_exp()
+        if exponent == sympy.Rational(1, 2):
+            return f'sqrt({self._print(base)})'
+        if exponent.is_Integer and 1 < abs(int(exponent)) <= 8:
+            factor = self.parenthesize(base, 100)
+            product = '*'.join([factor] * abs(int(exponent)))
+            return product if exponent > 0 else f'1/({product})'
+        if exponent == -1:
+            return f'1/{self.parenthesize(base, 100)}'
+        raise DerivationError(f'{expr} has no form in a robot file')
+
+    def _print_Rational(self, expr: Any) -> str:
+        return decimal(expr) or f'{expr.p}/{expr.q}'
+
+
+def decimal(number: Any) -> str | None:
+    """
+    Return an exact decimal of a fraction, or None where there is none that is short.
+
+    """
+    q = int(number.q)
+    for prime in (2, 5):
+        while q % prime == 0:
+            q //= prime
+    text = f'{float(number):.15g}'
+    short = q == 1 and 'e' not in text and sympy.Rational(text) == number
+    return text if short else None
+
+
+def file_text(expression: Any, degrees: bool) -> str:
+    """
+    Return a sympy expression as a text of a robot file.
+
+    Raises
+    ------
+    DerivationError
+        It has no such form, or is too long.
+
+    """
+    text = str(FilePrinter().doprint(expression))
+    if degrees and expression.has(sympy.pi):
+        raise DerivationError('pi has no meaning in a file in degrees')
+    try:
+        syntax_tree(text, lambda _: None)
+    except ExpressionError as error:
+        limit = f'at most {MAX_CHARACTERS} characters' if len(text) > MAX_CHARACTERS else ''
+        raise DerivationError(f'no expression of a robot file: {error} {limit}'.strip()) from None
+    return text
+
+
+def factors_to_write(derivation: Derivation) -> dict[str, str]:
+    """
+    Return the factors of a derivation by name, as texts of its robot file.
+
+    Names are those of the file where it lists the factor already; a factor without one is called
+    `singular`, or by its number.
+
+    """
+    degrees = derivation.robot.description.angle_unit == 'deg'
+    texts: dict[str, str] = {}
+    listed = derivation.robot.description.singularity.factors
+    kept = {factor.name: factor.text for factor in listed}
+    for factor in derivation.singular_set.factors:
+        name = factor.name
+        if name == str(factor.expression):
+            name = name if len(name) <= 24 else 'determinant'
+            name = name if name not in texts else f'factor_{len(texts) + 1}'
+        texts[name] = kept.get(name) or file_text(factor.expression, degrees)
+    return dict(sorted(texts.items(), key=lambda pair: [*kept, pair[0]].index(pair[0])))
+
+
+def disagreement(derivation: Derivation, robot: Robot) -> float:
+    """
+    Return how far the product of a file's factors is from the determinant, relative, at its worst.
+
+    The product, each factor to its power, is compared up to one constant at 1000 seeded poses
+    inside the limits; without a determinant, with the common factors of its minors.
+
+    """
+    exact = derivation.exact
+    q = exact.bench.random(POSES, within=True)
+    expressions = file_factors(robot, derivation.names)
+    product = np.ones(len(q))
+    reference = np.ones(len(q))
+    for factor in derivation.singular_set.factors:
+        name = factor.name if factor.name in expressions else None
+        if name is None:
+            match = [n for n, e in expressions.items() if _same_zero(e, factor.expression)]
+            if not match:
+                return float('inf')
+            name = match[0]
+        product *= evaluated(expressions[name], derivation.names, q) ** factor.power
+        reference *= evaluated(factor.expression, derivation.names, q) ** factor.power
+    if derivation.singular_set.determinant.square:
+        arm = exact.bench.arm(q)
+        scales = exact.bench.row_scales
+        slides = [not turns for turns in arm.turns]
+        columns = np.where(slides, robot.task.length, 1.0)
+        reference = np.linalg.det(arm.J_t / scales[:, None] / columns)
+    if not derivation.singular_set.factors:
+        return 0.0
+    best = int(np.argmax(np.abs(reference)))
+    constant = product[best] / reference[best]
+    error = np.abs(product - constant * reference)
+    return float(np.max(error) / np.max(np.abs(product)))
+
+
+def _same_zero(one: Any, other: Any) -> bool:
+    return bool(sympy.simplify(one / other).is_number)
+
+
+def checked_text(derivation: Derivation, text: str) -> None:
+    """
+    Refuse a robot file's text whose factors are not the determinant's.
+
+    Raises
+    ------
+    RobotFileError
+        It is not a valid robot file.
+    DerivationError
+        Its factors are not those of the determinant.
+
+    """
+    robot = robot_from_text(text, derivation.robot.description.file)
+    error = disagreement(derivation, robot)
+    if not error <= AGREEMENT:
+        raise DerivationError(
+            f'the product of the factors is {error:.1e} from the determinant at {POSES} poses '
+            f'(at most {AGREEMENT:g}): the file is left as it was'
+        )

@@ -1,0 +1,4 @@
+"""
+A person's formulas checked against the derivation.
+
+"""

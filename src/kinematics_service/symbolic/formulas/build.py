@@ -1,0 +1,253 @@
+"""
+From the tree of a formula to a sympy expression or matrix; only what the grammar knows is built.
+
+"""
+
+from collections.abc import Callable
+from typing import Any, TypeAlias
+
+import sympy as sp  # type: ignore[import-untyped]
+
+from .syntax import Node
+from .tokens import FormulaError, Token
+
+Value: TypeAlias = Any  # a sympy expression or an immutable matrix
+Lookup: TypeAlias = Callable[[Token], Value]
+
+MOST_DIGITS = 40
+HIGHEST_POWER = 24
+LARGEST_NUMBER_BITS = 4096
+# A decimal this long that is a rounded multiple of pi/12 is that multiple: 1.5708, 3.14159.
+DIGITS_OF_PI = 4
+TWELFTHS = tuple(k for k in range(1, 49) if k % 12 == 0 or k <= 24)
+
+
+def build(node: Node, lookup: Lookup) -> Value:
+    """
+    Return the value of a formula.
+
+    Parameters
+    ----------
+    node
+        Its tree.
+    lookup
+        What a name stands for.
+
+    Raises
+    ------
+    FormulaError
+        Shapes that do not fit, an unknown name, a number out of bounds.
+
+    """
+    parts = [build(part, lookup) for part in node.parts]
+    if node.kind == 'number':
+        return number(node.text, node.at)
+    if node.kind == 'name':
+        return lookup(node.at)
+    if node.kind == 'matrix':
+        return _stacked(node, parts)
+    if node.kind == 'call':
+        return _called(node, parts)
+    parts = [_unwrapped(part) for part in parts]
+    try:
+        return _OPERATIONS[node.kind](node, *parts)
+    except FormulaError:
+        raise
+    except (sp.ShapeError, ValueError, TypeError, NotImplementedError) as error:
+        reason = str(error) or type(error).__name__
+        raise _fault(node, f'{node.at.written!r} cannot be done here: {reason}') from None
+
+
+def is_matrix(value: Value) -> bool:
+    """
+    Return whether a value is a matrix, not a scalar.
+
+    """
+    return isinstance(value, sp.MatrixBase)
+
+
+def number(text: str, at: Token) -> Value:
+    """
+    Return an exact number: decimals become fractions, and printed multiples of pi that multiple.
+
+    Raises
+    ------
+    FormulaError
+        Too many digits, or too large an exponent.
+
+    """
+    mantissa, _, exponent = text.lower().partition('e')
+    if len(mantissa) > MOST_DIGITS or len(exponent) > 3 or abs(int(exponent or 0)) > 60:
+        message = f'a number of more than {MOST_DIGITS} digits, or beyond 1e60'
+        raise FormulaError(message, at.line, at.column)
+    digits = len(mantissa.partition('.')[2])
+    if digits >= DIGITS_OF_PI and not exponent:
+        for k in TWELFTHS:
+            multiple = sp.pi * k / 12
+            rounded, cut = f'{float(multiple):.{digits}f}', f'{float(multiple):.16f}'
+            if mantissa in (rounded, cut[: len(rounded)]):
+                return multiple
+    return sp.Rational(text)
+
+
+def _fault(node: Node, message: str) -> FormulaError:
+    return FormulaError(message, node.at.line, node.at.column)
+
+
+def _unwrapped(value: Value) -> Value:
+    return value[0, 0] if is_matrix(value) and value.shape == (1, 1) else value
+
+
+def _stacked(node: Node, parts: list[Value]) -> Value:
+    rows, at = [], 0
+    for length in node.rows:
+        blocks = [part if is_matrix(part) else sp.Matrix([[part]]) for part in parts[at:][:length]]
+        if len({block.rows for block in blocks}) > 1:
+            heights = ', '.join(str(block.rows) for block in blocks)
+            raise _fault(node, f'the entries of a row are {heights} rows high')
+        rows.append(sp.Matrix.hstack(*blocks))
+        at += length
+    if len({row.cols for row in rows}) > 1:
+        widths = ', '.join(str(row.cols) for row in rows)
+        raise _fault(node, f'the rows of the matrix have {widths} entries')
+    return sp.ImmutableDenseMatrix(sp.Matrix.vstack(*rows))
+
+
+def _same_kind(node: Node, one: Value, other: Value) -> None:
+    if is_matrix(one) != is_matrix(other):
+        raise _fault(node, f'{node.at.written!r} between a matrix and a number')
+    if is_matrix(one) and one.shape != other.shape:
+        sizes = f'{_size(one)} and {_size(other)}'
+        raise _fault(node, f'{node.at.written!r} between matrices of {sizes}')
+
+
+def _size(matrix: Value) -> str:
+    return f'{matrix.rows} x {matrix.cols}'
+
+
+def _added(node: Node, one: Value, other: Value) -> Value:
+    _same_kind(node, one, other)
+    return one + other
+
+
+def _subtracted(node: Node, one: Value, other: Value) -> Value:
+    _same_kind(node, one, other)
+    return one - other
+
+
+def _multiplied(node: Node, one: Value, other: Value) -> Value:
+    if is_matrix(one) and is_matrix(other) and one.cols != other.rows:
+        if one.cols == other.cols and other.rows == 1:
+            other = other.T  # R [a, 0, 0] is written for R [a, 0, 0]^T
+        else:
+            raise _fault(node, f'a product of matrices of {_size(one)} and {_size(other)}')
+    return one * other
+
+
+def _divided(node: Node, one: Value, other: Value) -> Value:
+    if is_matrix(other):
+        raise _fault(node, 'division by a matrix: multiply by its inverse')
+    if other == 0:
+        raise _fault(node, 'division by zero')
+    return one / other
+
+
+def _powered(node: Node, base: Value, exponent: Value) -> Value:
+    if is_matrix(base):
+        if exponent != -1 or base.rows != base.cols:
+            raise _fault(node, 'the only power of a matrix is ^-1, of a square one')
+        return _inverse(node, base)
+    if not (exponent.is_Rational and abs(exponent) <= HIGHEST_POWER and exponent.q <= 4):
+        raise _fault(node, f'an exponent must be a number of at most {HIGHEST_POWER}')
+    if base == 0 and exponent < 0:
+        raise _fault(node, 'division by zero')
+    bits = (int(base.p).bit_length() + int(base.q).bit_length()) if base.is_Rational else 1
+    if bits * abs(exponent) > LARGEST_NUMBER_BITS:
+        raise _fault(node, 'the number is too large')
+    return base**exponent
+
+
+def _crossed(node: Node, one: Value, other: Value) -> Value:
+    if is_matrix(one) and is_matrix(other):
+        if len(one) != 3 or len(other) != 3:
+            message = f'a cross product of {_size(one)} and {_size(other)}: both must be 3 x 1'
+            raise _fault(node, message)
+        return one.reshape(3, 1).cross(other.reshape(3, 1))
+    return one * other  # `2 \times 3`
+
+
+def _transposed(node: Node, value: Value) -> Value:
+    return value.T if is_matrix(value) else value
+
+
+def _inverse(node: Node, matrix: Value) -> Value:
+    if not is_matrix(matrix):
+        return 1 / matrix
+    if matrix.rows == matrix.cols == 4 and matrix.row(3) == sp.Matrix([[0, 0, 0, 1]]):
+        # Of a pose, without a symbolic elimination; a matrix that is none shows in the comparison.
+        R = matrix[:3, :3].T
+        return sp.ImmutableDenseMatrix(
+            sp.Matrix.vstack(sp.Matrix.hstack(R, -R * matrix[:3, 3]), sp.Matrix([[0, 0, 0, 1]]))
+        )
+    if matrix.rows != matrix.cols or matrix.rows > 4:
+        raise _fault(node, f'the inverse of a matrix of {_size(matrix)}')
+    determinant = matrix.det(method='berkowitz')
+    if determinant == 0:
+        raise _fault(node, 'the inverse of a matrix of determinant 0')
+    return matrix.adjugate() / determinant
+
+
+_OPERATIONS: dict[str, Callable[..., Value]] = {
+    '+': _added,
+    '-': _subtracted,
+    '*': _multiplied,
+    '/': _divided,
+    '^': _powered,
+    'x': _crossed,
+    "'": _transposed,
+    'neg': lambda node, value: -value,
+    'deg': lambda node, value: value * sp.pi / 180,
+}
+
+_SCALAR: dict[str, Callable[..., Value]] = {
+    'sin': sp.sin,
+    'cos': sp.cos,
+    'tan': sp.tan,
+    'asin': sp.asin,
+    'acos': sp.acos,
+    'atan': sp.atan,
+    'arcsin': sp.asin,
+    'arccos': sp.acos,
+    'arctan': sp.atan,
+    'atan2': sp.atan2,
+    'arctan2': sp.atan2,
+    'sind': lambda x: sp.sin(x * sp.pi / 180),
+    'cosd': lambda x: sp.cos(x * sp.pi / 180),
+    'tand': lambda x: sp.tan(x * sp.pi / 180),
+    'atan2d': lambda y, x: sp.atan2(y, x) * 180 / sp.pi,
+    'sqrt': sp.sqrt,
+    'abs': sp.Abs,
+    'rad': lambda x: x * sp.pi / 180,
+    'radians': lambda x: x * sp.pi / 180,
+    'deg2rad': lambda x: x * sp.pi / 180,
+}
+
+
+def _called(node: Node, arguments: list[Value]) -> Value:
+    if node.text == 'cross':
+        if not all(map(is_matrix, arguments)):
+            raise _fault(node, 'a cross product is taken of two vectors of 3 entries')
+        return _crossed(node, *arguments)
+    if node.text == 'inv':
+        return _inverse(node, *arguments)
+    if node.text == 'transpose':
+        return _transposed(node, *arguments)
+    if node.text == 'simplify':
+        return arguments[0]
+    arguments = [_unwrapped(argument) for argument in arguments]
+    if any(map(is_matrix, arguments)):
+        raise _fault(node, f'{node.text} of a matrix')
+    value = _SCALAR[node.text](*arguments)
+    if not value.is_finite and value.is_number:
+        raise _fault(node, f'{node.text} is not finite here')
+    return value

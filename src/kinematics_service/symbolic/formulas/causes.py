@@ -1,0 +1,54 @@
+"""
+The table of causes a wrong matrix may have, the most telling first; a new cause is a new row.
+
+"""
+
+from . import jacobian_slips as jacobian_slips
+from . import misreadings as misreadings
+from . import slips as slips
+from .variant import (
+    ALL,
+    BLOCK,
+    COLUMN,
+    EVERYWHERE,
+    JACOBIAN,
+    MATRICES,
+    POSES,
+    VECTORS,
+    WHOLE,
+    Cause,
+)
+
+ARM = ('tool', 'pose', 'rotation', *VECTORS, *JACOBIAN, 'det')
+TABLE = (*ARM, 'row')
+
+CAUSES = (
+    Cause('axes of the frame itself', ('axis',), (WHOLE,), slips.own_axes),
+    Cause('kind of joint', JACOBIAN, (COLUMN,), jacobian_slips.joint_type),
+    Cause('order of the rows', JACOBIAN, (WHOLE,), jacobian_slips.row_order),
+    Cause('tool axes', JACOBIAN, (WHOLE, BLOCK), jacobian_slips.other_axes),
+    Cause('standard or modified DH', (*TABLE, 'general'), (WHOLE,), misreadings.other_convention),
+    Cause('matrix not inverted', TABLE, (WHOLE,), misreadings.not_inverted),
+    Cause('transpose or inverse', (*MATRICES, *JACOBIAN), (WHOLE,), slips.transposed),
+    Cause('index of the axis', JACOBIAN, (WHOLE, BLOCK, COLUMN), jacobian_slips.axis_index),
+    Cause('point of the Jacobian', JACOBIAN, (WHOLE, BLOCK, COLUMN), jacobian_slips.other_point),
+    Cause('sum of columns', JACOBIAN, (COLUMN,), jacobian_slips.column_sums, many=True),
+    Cause('order of the columns', JACOBIAN, (WHOLE,), jacobian_slips.column_order),
+    Cause('cross product', JACOBIAN, (WHOLE, BLOCK, COLUMN), jacobian_slips.moment_arm),
+    Cause('degrees', JACOBIAN, (WHOLE, BLOCK, COLUMN), jacobian_slips.per_degree),
+    Cause('millimetres', (*POSES, *VECTORS, *JACOBIAN), (WHOLE, BLOCK, COLUMN), slips.millimetres),
+    Cause('derivative of a pose', ('numeric',), (WHOLE,), slips.bottom_row),
+    Cause('base and tool', ('tool', 'pose', 'position'), (WHOLE,), slips.base_and_tool),
+    Cause('exchanged joints', TABLE, (WHOLE,), misreadings.joint_exchange, many=True),
+    Cause('zero of a joint', TABLE, (WHOLE,), misreadings.joint_zero, many=True),
+    Cause('direction of a joint', TABLE, (WHOLE,), misreadings.joint_direction, many=True),
+    Cause('relative or absolute angles', TABLE, (WHOLE,), misreadings.absolute_angles, many=True),
+    Cause('missing length', ALL, EVERYWHERE, misreadings.missing_length),
+    Cause('exchanged lengths', ALL, EVERYWHERE, misreadings.exchanged_lengths, many=True),
+    Cause('entry of the table', TABLE, (WHOLE,), misreadings.one_row, many=True),
+    Cause('column of the table', TABLE, (WHOLE,), misreadings.shifted_column, many=True),
+    Cause('row of the table left out', TABLE, (WHOLE,), misreadings.row_left_out, many=True),
+    Cause('another quantity', ALL, (WHOLE,), slips.another_quantity),
+    Cause('sign', ALL, EVERYWHERE, slips.sign),
+    Cause('values of the joints', ALL, (WHOLE,), misreadings.other_joint_value),
+)

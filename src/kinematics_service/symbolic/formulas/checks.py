@@ -1,0 +1,292 @@
+"""
+Whether a formula is right: the check of a matrix, a vector or a determinant.
+
+Every check can say what is left of the difference when an entry of the formula is replaced, which
+is how likely causes are tested.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ...robot.robot import Robot
+from .names import Names, reading_of
+from .numbers import DEGREE, Evaluation, Floats
+from .poses import Poses
+from .quantities import ROWS, TASK_ROWS, Quantity, Reading, numeric
+from .statements import Statement
+from .table import Table, general_row
+from .world import World
+
+Mask = npt.NDArray[np.bool_]
+
+# Round-off of formulas with some hundred operations, relative to the larger of both values and 1.
+ROUND_OFF = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Check(ABC):
+    """
+    A statement at its poses.
+
+    """
+
+    robot: Robot
+    names: Names
+    statement: Statement
+    poses: Poses
+
+    @property
+    def expressions(self) -> Any:
+        """
+        Return the person's matrix.
+
+        """
+        return self.statement.value
+
+    @cached_property
+    def reading(self) -> Reading:
+        """
+        Return how the person counts frames and orders rows.
+
+        """
+        return reading_of(self.statement.settings)
+
+    @cached_property
+    def world(self) -> World:
+        """
+        Return the robot as it is, at the poses.
+
+        """
+        return World(self.names.table, self.poses.values, self.poses.count)
+
+    @cached_property
+    def evaluation(self) -> Evaluation:
+        """
+        Return what the person's expressions are evaluated with.
+
+        """
+        values: Mapping[Any, Floats] = self.poses.values
+        degrees = self.statement.settings.degrees
+        if degrees:
+            table = self.names.table
+            values = {
+                **values,
+                **{
+                    symbol: values[symbol] / DEGREE
+                    for symbol, kind in zip(table.variables, table.joint_types)
+                    if kind != 'prismatic'
+                },
+            }
+        return Evaluation(values, self.poses.count, degrees)
+
+    @cached_property
+    def person(self) -> Floats:
+        """
+        Return what the person's formula is worth, shape (N, rows, columns).
+
+        """
+        return self.evaluation.of_matrix(self.expressions)
+
+    @property
+    def tolerance(self) -> float:
+        """
+        Return the largest difference that counts as none.
+
+        """
+        decimals = self.statement.decimals
+        if not decimals:
+            return ROUND_OFF
+        return 0.5000001 * 10.0**-decimals
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """
+        Return rows and columns of the person's formula.
+
+        """
+        return int(self.expressions.rows), int(self.expressions.cols)
+
+    def gap(self, one: Floats, other: Floats) -> Floats:
+        """
+        Return the difference relative to the larger value and 1; infinite where one is undefined.
+
+        """
+        with np.errstate(all='ignore'):
+            if self.statement.decimals:
+                gap = np.abs(one - other)
+            else:
+                gap = np.abs(one - other) / (1.0 + np.maximum(np.abs(one), np.abs(other)))
+        return np.where(np.isfinite(gap), gap, np.inf)
+
+    def agrees(self, one: Floats, other: Floats) -> Mask:
+        """
+        Return for each entry whether two sets of values are equal at all poses.
+
+        """
+        result: Mask = np.all(self.gap(one, other) <= self.tolerance, axis=0)
+        return result
+
+    @property
+    @abstractmethod
+    def right(self) -> Floats:
+        """
+        Return what the formula should be worth, shape (N, rows, columns).
+
+        """
+
+    @cached_property
+    def wrong(self) -> Mask:
+        """
+        Return which entries differ at some pose.
+
+        """
+        return ~self.agrees(self.person, self.right)
+
+    @cached_property
+    def is_one_configuration(self) -> bool:
+        """
+        Return whether all poses are one, so that many things may be equal by coincidence.
+
+        """
+        given = {*self.poses.chosen, *(s.name for s in self.names.table.constants)}
+        still = not self.poses.randomised and not self.expressions.free_symbols - {
+            s for s in self.poses.values if s.name in given
+        }
+        same = float(np.ptp(self.right, axis=0).max()) < 1e-12
+        return still and same and bool(self.poses.chosen)
+
+    def passes(self, i: int, j: int, expression: Any) -> bool:
+        """
+        Return whether the formula is right at (i, j) with another expression there.
+
+        """
+        values = self.evaluation.of(expression)
+        return bool(self.agrees(values, self.right[:, i, j]))
+
+
+class QuantityCheck(Check):
+    """
+    A matrix, vector or determinant against the robot's.
+
+    """
+
+    @property
+    def quantity(self) -> Quantity:
+        """
+        Return what the formula is about.
+
+        """
+        assert self.statement.quantity is not None
+        return self.statement.quantity
+
+    @cached_property
+    def right(self) -> Floats:
+        """
+        Return what the formula should be worth.
+
+        """
+        return self.right_of(self.world)
+
+    def right_of(
+        self, world: World, quantity: Quantity | None = None, reading: Reading | None = None
+    ) -> Floats:
+        """
+        Return the quantity in another world, cut to the person's shape.
+
+        """
+        quantity = quantity or self.quantity
+        return self.cut(self.whole_of(world, quantity, reading or self.reading), quantity)
+
+    def whole_of(self, world: World, quantity: Quantity, reading: Reading) -> Floats:
+        """
+        Return the quantity with all its rows.
+
+        """
+        if quantity.kind == 'det':
+            return task_determinant(self.robot, world)[:, None, None]
+        if quantity.kind == 'general':
+            return _general(self.names.table, world)
+        return numeric(quantity, world, reading)
+
+    def cut(self, whole: Floats, quantity: Quantity) -> Floats:
+        """
+        Return the rows the person wrote, or the whole where its shape is another one.
+
+        """
+        rows, columns = self.shape
+        size = whole.shape[1:]
+        if size == (rows, columns):
+            return whole
+        if size == (3, 1) and (rows, columns) == (1, 3):
+            return np.swapaxes(whole, 1, 2)
+        if size == (3, 1) and (rows, columns) == (4, 1):
+            return np.concatenate([whole, np.ones((len(whole), 1, 1))], axis=1)
+        if size == (4, 4) and (rows, columns) in ((3, 4), (3, 3)):
+            return whole[:, :rows, :columns]
+        if quantity.kind == 'jacobian' and quantity.part == 'all':
+            picked = self.jacobian_rows
+            if len(picked) == rows:
+                return whole[:, picked]
+            if size == (6, 1) and (rows, columns) == (1, 6):
+                return np.swapaxes(whole, 1, 2)
+        return whole
+
+    @property
+    def jacobian_rows(self) -> list[int]:
+        """
+        Return the rows of J the person wrote: all, the task's, or the linear ones.
+
+        """
+        rows, order = self.shape[0], list(range(6))
+        if self.reading.angular_first:
+            order = [3, 4, 5, 0, 1, 2]
+        if rows == 6:
+            return list(range(6))
+        task = [TASK_ROWS.index(name) for name in self.robot.task.rows]
+        kept = task if rows == len(task) else [0, 1, 2]
+        return [order.index(k) for k in kept]
+
+    @property
+    def fits(self) -> bool:
+        """
+        Return whether the person's matrix has the right shape.
+
+        """
+        return self.right.shape[1:] == self.shape
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """
+        Return names of the Jacobian's rows; empty for other quantities.
+
+        """
+        if self.quantity.kind != 'jacobian' or not self.fits:
+            return ()
+        if self.quantity.part != 'all':
+            return ROWS[:3] if self.quantity.part == 'v' else ROWS[3:]
+        order = ROWS[3:] + ROWS[:3] if self.reading.angular_first else ROWS
+        return tuple(order[k] for k in self.jacobian_rows)
+
+
+def task_determinant(robot: Robot, world: World) -> Floats:
+    """
+    Return det(J_t) of the task's rows in the axes of frame 0, shape (N,); NaN if not square.
+
+    """
+    J, R = world.jacobian, np.swapaxes(world.base[:, :3, :3], 1, 2)
+    J = np.concatenate([R @ J[:, :3], R @ J[:, 3:]], axis=1)
+    rows = [TASK_ROWS.index(name) for name in robot.task.rows]
+    if len(rows) != J.shape[2]:
+        return np.full(len(J), np.nan)
+    return np.asarray(np.linalg.det(J[:, rows]))
+
+
+def _general(table: Table, world: World) -> Floats:
+    general = replace(table, rows=(general_row(table),), variables=())
+    return World(general, world.evaluation.values, world.poses).rows[0]

@@ -1,0 +1,334 @@
+"""
+Which of the tested causes explain which wrong entries.
+
+A cause counts only where it makes the whole difference vanish at all poses: nothing is guessed.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+import sympy as sp  # type: ignore[import-untyped]
+
+from .causes import CAUSES
+from .checks import Check, Mask, QuantityCheck
+from .edits import EDITS, LONGEST_EDITED, SOLUTION_EDITS
+from .names import GENERAL
+from .numbers import Evaluation, Floats, size_of
+from .quantities import symbolic
+from .solutions import SolutionCheck
+from .table import general_row, row_matrix
+from .variant import BLOCK, COLUMN, ENTRY, ROW, WHOLE, Variant
+
+MOST_ALTERNATIVES = 3
+MOST_MISSING_TERMS = 12
+# A whole-matrix cause that leaves this share of the entries wrong is still taken as the first of
+# two mistakes.
+LEFT_OVER = 0.34
+
+DROPPED = 'dropped term or factor'
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """
+    A cause that makes differences vanish.
+
+    Parameters
+    ----------
+    cause
+        Its name in the table.
+    sentence
+        What is wrong.
+    entries
+        The wrong entries it explains, (row, column) from 0.
+    also
+        Other causes that explain the same entries just as well.
+
+    """
+
+    cause: str
+    sentence: str
+    entries: tuple[tuple[int, int], ...]
+    also: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Explained:
+    """
+    Explanations of a wrong formula, and every cause that was tried.
+
+    """
+
+    explanations: tuple[Explanation, ...]
+    tried: tuple[str, ...]
+
+
+def explain(check: Check) -> Explained:
+    """
+    Return the tested causes of a check that failed.
+
+    """
+    tried: list[str] = []
+    if not isinstance(check, QuantityCheck):
+        found = [] if check.wrong.shape != (1, 1) else _repaired(check, 0, 0, check, tried)
+        return Explained(tuple(_grouped(found)[:1]), tuple(tried))
+    explanations = _of_matrix(check, check.right, tried)
+    return Explained(tuple(explanations), tuple(dict.fromkeys(tried)))
+
+
+def _of_matrix(check: QuantityCheck, right: Floats, tried: list[str]) -> list[Explanation]:
+    wrong = ~check.agrees(check.person, right)
+    whole: list[tuple[str, Variant]] = []
+    candidates: list[_Candidate] = []
+    for cause in CAUSES:
+        if check.quantity.kind not in cause.kinds or (cause.many and check.is_one_configuration):
+            continue
+        tried.append(cause.name)
+        for variant in cause.variants(check):
+            if variant.values.shape != right.shape:
+                continue
+            if WHOLE in cause.scopes:
+                whole.append((cause.name, variant))
+            agreed = check.agrees(check.person, variant.values)
+            for scope in cause.scopes:
+                for place, mask in _masks(scope, check):
+                    if variant.columns and scope == COLUMN and not mask[:, variant.columns].any():
+                        continue
+                    if (mask & wrong).any() and agreed[mask].all():
+                        explained = mask & wrong
+                        candidates.append(_Candidate(cause.name, place, variant, explained))
+    first = _best_whole(check, wrong, whole) if not _complete(candidates, wrong) else None
+    if first is not None:
+        name, variant = first
+        left = ~check.agrees(check.person, variant.values)
+        entries = _entries(wrong & ~left)
+        explanation = Explanation(name, variant.sentence, entries)
+        rest = _entry_by_entry(check, variant.values, left, tried)
+        return _few([explanation, *rest], int(wrong.sum()))
+    chosen = _cover(candidates, wrong, check.is_one_configuration)
+    left = wrong.copy()
+    for explanation in chosen:
+        for i, j in explanation.entries:
+            left[i, j] = False
+    return _few([*chosen, *_entry_by_entry(check, right, left, tried)], int(wrong.sum()))
+
+
+def _few(found: list[Explanation], wrong: int) -> list[Explanation]:
+    # A patch for every entry is no explanation.
+    return found if len(found) <= max(2, wrong // 3) else []
+
+
+@dataclass(frozen=True, eq=False)
+class _Candidate:
+    cause: str
+    place: str
+    variant: Variant
+    mask: Mask
+
+
+def _complete(candidates: list[_Candidate], wrong: Mask) -> bool:
+    return any((candidate.mask == wrong).all() for candidate in candidates)
+
+
+def _best_whole(
+    check: QuantityCheck, wrong: Mask, variants: list[tuple[str, Variant]]
+) -> tuple[str, Variant] | None:
+    # One mistake in everything and a second one in a few entries.
+    best, least = None, int(LEFT_OVER * wrong.sum())
+    for name, variant in variants:
+        if variant.values.shape[1:] != wrong.shape:
+            continue
+        left = int((~check.agrees(check.person, variant.values)).sum())
+        if 0 < left <= least and wrong.sum() - left >= 2:
+            best, least = (name, variant), left - 1
+    return best
+
+
+def _masks(scope: str, check: QuantityCheck) -> Iterator[tuple[str, Mask]]:
+    rows, columns = check.shape
+    empty = np.zeros((rows, columns), dtype=bool)
+
+    def at(*index: Any) -> Mask:
+        mask = empty.copy()
+        mask[index] = True
+        return mask
+
+    if scope == WHOLE:
+        yield '', ~empty
+    elif scope == BLOCK:
+        if check.quantity.kind == 'jacobian' and rows == 6:
+            names = ('angular', 'linear') if check.reading.angular_first else ('linear', 'angular')
+            yield f'{names[0]} rows: ', at(slice(0, 3))
+            yield f'{names[1]} rows: ', at(slice(3, 6))
+        elif rows in (3, 4) and columns == 4:
+            yield 'rotation: ', at(slice(0, 3), slice(0, 3))
+            yield 'position: ', at(slice(0, 3), 3)
+    elif scope == COLUMN and columns > 1:
+        for j in range(columns):
+            yield f'column {j + 1}: ', at(slice(None), j)
+    elif scope == COLUMN:
+        yield '', ~empty
+    elif scope == ROW and rows > 1:
+        for i in range(rows):
+            yield f'row {i + 1}: ', at(i)
+    elif scope == ENTRY:
+        for i in range(rows):
+            for j in range(columns):
+                yield f'({i + 1},{j + 1}): ' if rows * columns > 1 else '', at(i, j)
+
+
+def _cover(candidates: list[_Candidate], wrong: Mask, one: bool) -> list[Explanation]:
+    # The fewest causes: always the one that explains most of what is left; then table order.
+    left = wrong.copy()
+    chosen: list[Explanation] = []
+    while left.any() and candidates:
+        counts = [int((candidate.mask & left).sum()) for candidate in candidates]
+        if max(counts) == 0:
+            break
+        best = candidates[counts.index(max(counts))]
+        said = best.variant.sentence
+        also = {
+            rival.variant.sentence: f'{rival.place}{rival.variant.sentence}'
+            for rival in reversed(candidates)  # the largest scope is said
+            if rival.variant.sentence != said
+            and (rival.mask == best.mask).all()
+            and (one or rival.cause != best.cause)
+        }
+        alternatives = tuple(reversed(also.values()))[:MOST_ALTERNATIVES]
+        entries = _entries(best.mask & left)
+        chosen.append(Explanation(best.cause, f'{best.place}{said}', entries, alternatives))
+        left &= ~best.mask
+    return chosen
+
+
+def _entries(mask: Mask) -> tuple[tuple[int, int], ...]:
+    return tuple((int(i), int(j)) for i, j in np.argwhere(mask))
+
+
+@dataclass(frozen=True, eq=False)
+class _Against(Check):
+    # A check whose right values are those of a first mistake.
+    check: QuantityCheck
+    mistaken: Floats
+
+    @property
+    def right(self) -> Floats:
+        return self.mistaken
+
+    @cached_property
+    def evaluation(self) -> Evaluation:
+        return self.check.evaluation
+
+
+def _entry_by_entry(
+    check: QuantityCheck, right: Floats, left: Mask, tried: list[str]
+) -> list[Explanation]:
+    against = _Against(check.robot, check.names, check.statement, check.poses, check, right)
+    found: list[Explanation] = []
+    for i, j in _entries(left):
+        terms = _missing_terms(check, right, i, j, tried)
+        found += terms or _repaired(against, i, j, check, tried)
+    return _grouped(found)
+
+
+def _repaired(
+    check: Check, i: int, j: int, original: Check, tried: list[str]
+) -> list[Explanation]:
+    expression = check.expressions[i, j]
+    table = original.names.table
+    size = size_of(expression)
+    if size > LONGEST_EDITED or (not expression.free_symbols and expression.is_Rational):
+        return []
+    symbols = (*table.variables, *table.constants)
+    if isinstance(original, QuantityCheck) and original.quantity.kind == 'general':
+        symbols = tuple(sp.Symbol(f'{name}_i') for name in GENERAL)
+    known = sorted(expression.free_symbols - set(symbols), key=str)
+    kinds = SOLUTION_EDITS if isinstance(original, SolutionCheck) else EDITS
+    found: list[tuple[str, str]] = []
+    for kind in kinds:
+        tried.append(kind.name)
+        for edit in kind.edits(expression, (*symbols, *known)):
+            if check.passes(i, j, edit.expression):
+                found.append((kind.name, edit.sentence))
+                break
+        if len(found) > MOST_ALTERNATIVES:
+            break
+    if not found:
+        return []
+    (cause, sentence), *others = found
+    return [Explanation(cause, sentence, ((i, j),), tuple(text for _, text in others))]
+
+
+def _missing_terms(
+    check: QuantityCheck, values: Floats, i: int, j: int, tried: list[str]
+) -> list[Explanation]:
+    # Terms and factors of the right entry that the person's lacks.
+    tried.append(DROPPED)
+    if check.is_one_configuration:
+        if check.expressions[i, j] != 0 or check.right[0, i, j] == 0:
+            return []
+        sentence = f'left out: 0 stands where {check.right[0, i, j]:.6g} belongs'
+        return [Explanation(DROPPED, sentence, ((i, j),))]
+    exact = right_entry(check, i, j) if values is check.right else None
+    terms = check.names.table.constants
+    if exact is not None:
+        if size_of(exact) > LONGEST_EDITED:
+            return []
+        terms = sp.Add.make_args(sp.expand(exact))
+    if len(terms) > MOST_MISSING_TERMS:
+        return []
+    missing = values[:, i, j] - check.person[:, i, j]
+    world = check.world.evaluation
+    for size in (1, 2, 3):
+        for chosen in combinations(terms, size):
+            if size == len(terms) and check.expressions[i, j] != 0:
+                continue
+            if check.agrees(world.of(sp.Add(*chosen)), missing):
+                text = ' + '.join(str(term) for term in chosen)
+                plural = 'terms are' if size > 1 else 'the term is'
+                return [Explanation(DROPPED, f'{plural} dropped: {text}', ((i, j),))]
+    factors = {f for term in terms for f in sp.Mul.make_args(term)}
+    for factor in sorted(factors, key=str):
+        value = world.of(factor) * check.person[:, i, j]
+        if check.agrees(value, values[:, i, j]):
+            return [Explanation(DROPPED, f'the factor {factor} is dropped', ((i, j),))]
+    return []
+
+
+def right_entry(check: QuantityCheck, i: int, j: int) -> Any:
+    """
+    Return the right expression of an entry, or None where there is none.
+
+    """
+    if check.quantity.kind in ('det', 'numeric'):
+        return None
+    if check.quantity.kind == 'general':
+        return row_matrix(general_row(check.names.table))[i, j]
+    matrix = symbolic(check.quantity, check.names.arm, check.reading)
+    if matrix is None:
+        return None
+    if check.quantity.kind == 'jacobian' and check.quantity.part == 'all':
+        i = check.jacobian_rows[i]
+    if matrix.shape == (3, 1) and check.shape == (1, 3):
+        i, j = j, i
+    if i >= matrix.rows or j >= matrix.cols:
+        return None
+    return matrix[i, j].subs(check.names.table.derived)
+
+
+def _grouped(found: list[Explanation]) -> list[Explanation]:
+    # The same slip in several entries is said once.
+    groups: dict[tuple[str, str], list[tuple[int, int]]] = {}
+    also: dict[tuple[str, str], tuple[str, ...]] = {}
+    for explanation in found:
+        key = (explanation.cause, explanation.sentence)
+        groups.setdefault(key, []).extend(explanation.entries)
+        also.setdefault(key, explanation.also)
+    return [
+        Explanation(cause, sentence, tuple(entries), also[cause, sentence])
+        for (cause, sentence), entries in groups.items()
+    ]

@@ -1,0 +1,269 @@
+"""
+The robot as a mistaken reading of its table has it: other convention, other zero, other row.
+
+Each is the table with something exchanged; what it is worth is computed like the right one.
+"""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+import sympy as sp  # type: ignore[import-untyped]
+
+from .checks import QuantityCheck
+from .table import EYE, Table
+from .variant import Variant
+from .world import World
+
+OTHER = {'standard': 'modified', 'modified': 'standard'}
+NAMES = {'standard': 'standard', 'modified': "modified (Craig's)"}
+TURNS = ((sp.pi / 2, '+ 90 deg'), (-sp.pi / 2, '- 90 deg'), (sp.pi, '+ 180 deg'))
+ZERO = sp.Integer(0)
+
+
+def _at(check: QuantityCheck, table: Table, sentence: str) -> Variant:
+    world = World(table, check.poses.values, check.poses.count)
+    return Variant(sentence, check.right_of(world))
+
+
+def _subs(table: Table, changes: dict[object, object]) -> Table:
+    rows = tuple(
+        replace(
+            row,
+            theta=row.theta.subs(changes, simultaneous=True),
+            d=row.d.subs(changes, simultaneous=True),
+            argument=row.argument.subs(changes, simultaneous=True),
+        )
+        for row in table.rows
+    )
+    return replace(table, rows=rows)
+
+
+def other_convention(check: QuantityCheck) -> Iterator[Variant]:
+    """
+    Yield the same numbers read as rows of the other Denavit-Hartenberg convention.
+
+    """
+    table = check.names.table
+    other = OTHER.get(table.convention)
+    if other is None:
+        return
+    if check.quantity.kind == 'general':
+        table = replace(table, convention=other)
+        changed = replace(check, names=type(check.names)(table))
+        yield Variant(
+            f'the row is {NAMES[other]}, the robot file is {table_name(check)}', changed.right
+        )
+        return
+    rows = tuple(replace(row, convention=other) for row in table.rows)
+    sentence = f'the table was read as {NAMES[other]} DH, the robot file is {table_name(check)}'
+    yield _at(check, replace(table, rows=rows), sentence)
+
+
+def table_name(check: QuantityCheck) -> str:
+    """
+    Return the name of the robot file's convention.
+
+    """
+    return NAMES.get(check.names.table.convention, check.names.table.convention)
+
+
+def joint_zero(check: QuantityCheck) -> Iterator[Variant]:
+    """
+    Yield joints counted from another zero.
+
+    """
+    table = check.names.table
+    for k, variable in enumerate(table.variables):
+        if table.joint_types[k] == 'prismatic':
+            continue
+        for turn, text in TURNS:
+            sentence = f'{variable} is counted from another zero: {variable} {text} stands for it'
+            yield _at(check, _subs(table, {variable: variable + turn}), sentence)
+
+
+def joint_direction(check: QuantityCheck) -> Iterator[Variant]:
+    """
+    Yield joints turned the other way.
+
+    """
+    table = check.names.table
+    for variable in table.variables:
+        changed = _subs(table, {variable: -variable})
+        yield _at(check, changed, f'{variable} is counted in the other direction')
+
+
+def joint_exchange(check: QuantityCheck) -> Iterator[Variant]:
+    """
+    Yield pairs of joints that were exchanged.
+
+    """
+    table = check.names.table
+    for i, one in enumerate(table.variables):
+        for other in table.variables[i + 1 :]:
+            changed = _subs(table, {one: other, other: one})
+            yield _at(check, changed, f'{one} and {other} are exchanged')
+
+
+def absolute_angles(check: QuantityCheck) -> Iterator[Variant]:
+    """
+    Yield angles counted from the link before instead of from a fixed line, or the reverse.
+
+    """
+    table = check.names.table
+    for i, one in enumerate(table.variables):
+        for j, other in enumerate(table.variables):
+            if i != j and 'prismatic' not in (table.joint_types[i], table.joint_types[j]):
+                for value, text in ((one + other, f'{one} + {other}'), (one - other, '')):
+                    text = text or f'{one} - {other}'
+                    changed = _subs(table, {one: value})
+                    yield _at(check, changed, f'{text} stands where {one} belongs')
+
+
+def one_row(check: QuantityCheck) -> Iterator[Variant]:
+    """
+    Yield tables with one quantity of one row changed.
+
+    """
+    table = check.names.table
+    for i, row in enumerate(table.rows):
+        if row.convention not in OTHER:
+            continue
+        where = f'row {i + 1}'
+        if row.alpha not in (0, sp.pi):
+            sentence = f'alpha of {where} has the wrong sign'
+            yield _at(check, table.with_row(i, alpha=-row.alpha), sentence)
+            yield _at(check, table.with_row(i, alpha=ZERO), f'alpha of {where} taken for 0')
+        for name in ('a', 'd'):
+            if getattr(row, name) != 0:
+                sentence = f'{name} of {where} ({getattr(row, name)}) is left out'
+                yield _at(check, table.with_row(i, **{name: ZERO}), sentence)
+                sentence = f'{name} of {where} ({getattr(row, name)}) has the wrong sign'
+                yield _at(check, table.with_row(i, **{name: -getattr(row, name)}), sentence)
+        if row.a != row.d:
+            exchanged = table.with_row(i, a=row.d, d=row.a)
+            yield _at(check, exchanged, f'a and d of {where} are exchanged')
+
+
+def row_left_out(check: QuantityCheck) -> Iterator[Variant]:
+    """
+    Yield tables without one of their rows.
+
+    """
+    table = check.names.table
+    for i in range(len(table.rows)):
+        yield _at(check, table.with_row(i, **_STILL), f'row {i + 1} is left out')
+
+
+_STILL = dict.fromkeys(('a', 'alpha', 'd', 'theta', 'argument'), ZERO) | {
+    'axis': '',
+    'inner': EYE,
+    'outer': EYE,
+}
+
+
+def shifted_column(check: QuantityCheck) -> Iterator[Variant]:
+    """
+    Yield tables in which one column has slipped by a row, from some row on.
+
+    """
+    table = check.names.table
+    if table.convention not in OTHER:
+        return
+    for name in ('theta', 'd', 'a', 'alpha'):
+        column = [getattr(row, name) for row in table.rows]
+        for first in reversed(range(len(column) - 1)):
+            up = [*column[:first], *column[first + 1 :], ZERO]
+            down = [*column[:first], ZERO, *column[first:-1]]
+            for shifted, way in ((up, 'up'), (down, 'down')):
+                if shifted != column:
+                    rows = tuple(
+                        replace(row, **{name: value}) for row, value in zip(table.rows, shifted)
+                    )
+                    sentence = (
+                        f'the {name} column of the table has slipped {way} by one row, from row '
+                        f'{first + 1} on'
+                    )
+                    yield _at(check, replace(table, rows=rows), sentence)
+
+
+def not_inverted(check: QuantityCheck) -> Iterator[Variant]:
+    """
+    Yield shape rows whose output matrix was multiplied as it is, not inverted.
+
+    """
+    table = check.names.table
+    shaped = [i for i, row in enumerate(table.rows) if row.outer != EYE]
+    for chosen in [*([i] for i in shaped), shaped]:
+        changed = table
+        for i in chosen:
+            inverse = sp.ImmutableDenseMatrix(table.rows[i].outer.inv())
+            changed = changed.with_row(i, outer=inverse)
+        if chosen:
+            rows = ', '.join(str(i + 1) for i in chosen)
+            sentence = (
+                f'the output matrix of row {rows} is not inverted: in * joint * out instead of '
+                'in * joint * inverse(out)'
+            )
+            yield _at(check, changed, sentence)
+
+
+def missing_length(check: QuantityCheck) -> Iterator[Variant]:
+    """
+    Yield arms with one length, or one sliding joint, at 0.
+
+    """
+    table, values = check.names.table, check.poses.values
+    sliding = [
+        variable
+        for variable, kind in zip(table.variables, table.joint_types)
+        if kind == 'prismatic'
+    ]
+    general = [sp.Symbol('a_i'), sp.Symbol('d_i')] if check.quantity.kind == 'general' else []
+    for symbol in (*table.constants, *sliding, *general):
+        if np.any(values[symbol] != 0.0):
+            changed = {**values, symbol: np.zeros(check.poses.count)}
+            world = World(table, changed, check.poses.count)
+            yield Variant(f'{symbol} is missing, as if it were 0', check.right_of(world))
+
+
+def exchanged_lengths(check: QuantityCheck) -> Iterator[Variant]:
+    """
+    Yield arms with two lengths exchanged, or one in the place of another.
+
+    """
+    table, values = check.names.table, check.poses.values
+    for i, one in enumerate(table.constants):
+        for other in table.constants[i + 1 :]:
+            versions = (
+                ({one: other, other: one}, f'{one} and {other} are exchanged'),
+                ({one: other}, f'{other} stands where {one} belongs'),
+                ({other: one}, f'{one} stands where {other} belongs'),
+            )
+            for places, sentence in versions:
+                changed = {**values, **{to: values[source] for to, source in places.items()}}
+                world = World(table, changed, check.poses.count)
+                yield Variant(sentence, check.right_of(world))
+
+
+def other_joint_value(check: QuantityCheck) -> Iterator[Variant]:
+    """
+    Yield the configuration of the `at` line with one joint elsewhere, or read in other units.
+
+    """
+    table, values, count = check.names.table, check.poses.values, check.poses.count
+    given = [symbol for symbol in table.variables if symbol.name in check.poses.chosen]
+    if not given:
+        return
+    turning = {s for s, kind in zip(table.variables, table.joint_types) if kind != 'prismatic'}
+    read = {symbol: np.radians(values[symbol]) for symbol in given if symbol in turning}
+    world = World(table, {**values, **read}, count)
+    yield Variant("the 'at' line is in degrees, not in radians", check.right_of(world))
+    for symbol in given:
+        for degrees in (0, 90, -90, 180):
+            if symbol in turning and abs(values[symbol][0] - np.radians(degrees)) > 1e-9:
+                changed = {**values, symbol: np.full(count, np.radians(degrees))}
+                world = World(table, changed, count)
+                here = f'{np.degrees(values[symbol][0]):g} deg'
+                sentence = f'right for {symbol} = {degrees} deg, not for {symbol} = {here}'
+                yield Variant(sentence, check.right_of(world))

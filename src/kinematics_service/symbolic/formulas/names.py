@@ -1,0 +1,167 @@
+"""
+What a name in a formula stands for: joints, constants, shorthands such as c12, frames, axes.
+
+"""
+
+import difflib
+import re
+from functools import cached_property
+from typing import Any
+
+import sympy as sp  # type: ignore[import-untyped]
+
+from .file import Settings
+from .quantities import Quantity, Reading, quantity_of, symbolic, why_out_of_range
+from .symbols import SymbolicArm
+from .table import Table
+from .tokens import FormulaError, Token
+
+SHORTHAND = re.compile(r'([cCsS])(\d{1,7})')
+ALIAS = re.compile(r'(q|theta|th|t|phi|d)(\d{1,2})')
+COORDINATES = {
+    **{name: name for name in 'xyz'},
+    **{name: name.lower() for name in 'XYZ'},
+    **{f'{p}{name}': name for p in 'pP' for name in 'xyz'},
+}
+ROTATION_ENTRY = re.compile(r'[rR]([123])([123])')
+GENERAL = ('a', 'alpha', 'd', 'theta')
+
+
+def reading_of(settings: Settings) -> Reading:
+    """
+    Return what settings say about frames, axes and rows.
+
+    """
+    return Reading(settings.first_frame, settings.axes, settings.angular_first)
+
+
+class Names:
+    """
+    The names of one robot.
+
+    """
+
+    def __init__(self, table: Table) -> None:
+        self.table = table
+        self.variables = {s.name.replace('_', ''): s for s in table.variables}
+        self.constants = {s.name.replace('_', ''): s for s in table.constants}
+
+    @cached_property
+    def arm(self) -> SymbolicArm:
+        """
+        Return the exact frames; made when the first formula names one.
+
+        """
+        return SymbolicArm(self.table)
+
+    def joint(self, key: str) -> int | None:
+        """
+        Return the index of the joint a name without underscores stands for, also as q2 or theta2.
+
+        """
+        if key in self.variables:
+            return list(self.variables).index(key)
+        found = ALIAS.fullmatch(key)
+        if found is None or key in self.constants:
+            return None
+        index, kinds = int(found[2]) - 1, self.table.joint_types
+        if not 0 <= index < len(kinds):
+            return None
+        fits = found[1] == 'q' or (found[1] == 'd') == (kinds[index] == 'prismatic')
+        return index if fits else None
+
+    def constant(self, key: str) -> Any:
+        """
+        Return the symbol of a named constant, or None.
+
+        """
+        return self.constants.get(key)
+
+    def value(self, token: Token, settings: Settings, general: bool = False) -> Any:
+        """
+        Return what a name stands for: a symbol, an expression, or a matrix.
+
+        Raises
+        ------
+        FormulaError
+            Unknown; the message has the names that are known.
+
+        """
+        key = dict(settings.meanings).get(token.text, token.text)
+        if key == 'pi':
+            return sp.pi
+        if general and (symbol := general_symbol(key)) is not None:
+            return symbol
+        index = self.joint(key)
+        if index is not None:
+            return self.table.variables[index]
+        if key in self.constants:
+            return self.constants[key]
+        if key in COORDINATES:
+            return sp.Symbol(COORDINATES[key])
+        if found := SHORTHAND.fullmatch(key):
+            return self._shorthand(found, token)
+        if found := ROTATION_ENTRY.fullmatch(key):
+            return sp.Symbol(f'r{found[1]}{found[2]}')
+        if key in ('I', 'eye'):
+            return sp.Integer(1)
+        quantity = quantity_of(key)
+        matrix = None if quantity is None else self._matrix(quantity, token, settings)
+        if matrix is None:
+            raise self.unknown(token)
+        return matrix
+
+    def _shorthand(self, found: re.Match[str], token: Token) -> Any:
+        variables, total = self.table.variables, sp.Integer(0)
+        for digit in found[2]:
+            if not 1 <= int(digit) <= len(variables):
+                message = f'{token.written!r}: the robot has {len(variables)} joints'
+                raise FormulaError(message, token.line, token.column)
+            total += variables[int(digit) - 1]
+        return sp.cos(total) if found[1] in 'cC' else sp.sin(total)
+
+    def _matrix(self, quantity: Quantity, token: Token, settings: Settings) -> Any:
+        reading = reading_of(settings)
+        joints = len(self.table.variables)
+        if reason := why_out_of_range(quantity, len(self.table.rows), joints, reading):
+            raise FormulaError(reason, token.line, token.column)
+        return symbolic(quantity, self.arm, reading)
+
+    def unknown(self, token: Token) -> FormulaError:
+        """
+        Return the error about a name nothing is known of.
+
+        """
+        known = [s.name for s in (*self.table.variables, *self.table.constants)]
+        near = difflib.get_close_matches(token.text, known, n=1)
+        hint = f', did you mean {near[0]!r}?' if near else ''
+        message = (
+            f'unknown name {token.written!r}{hint} (known: {", ".join(known)}, pi, x, y, z, '
+            'c1, s12, z_1, o_1, R_1, T_01 and their like, and what the file itself defines)'
+        )
+        return FormulaError(message, token.line, token.column)
+
+
+def general_symbol(key: str) -> Any:
+    """
+    Return the symbol of a, alpha, d or theta of any row, or None.
+
+    """
+    found = re.fullmatch(r'(a|alpha|d|theta)(?:i|im1)?', key)
+    return sp.Symbol(f'{found[1]}_i') if found else None
+
+
+def coordinates() -> tuple[Any, ...]:
+    """
+    Return the symbols of the point's coordinates x, y, z.
+
+    """
+    return tuple(sp.Symbol(axis) for axis in 'xyz')
+
+
+def rotation_entries() -> dict[tuple[int, int], Any]:
+    """
+    Return the symbols r11 to r33 of the tool's rotation.
+
+    """
+    return {(i, j): sp.Symbol(f'r{i + 1}{j + 1}') for i in range(3) for j in range(3)}

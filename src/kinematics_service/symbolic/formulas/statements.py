@@ -1,0 +1,303 @@
+"""
+From the equations of a file to statements about a robot: which compare, which only define.
+
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Any
+
+import sympy as sp  # type: ignore[import-untyped]
+
+from .build import build, is_matrix
+from .file import FormulaFile, Raw, Settings
+from .names import COORDINATES, Names, reading_of
+from .numbers import size_of
+from .quantities import ACCEPTED, Quantity, quantity_of, why_out_of_range
+from .syntax import Node
+from .tokens import FormulaError, Token
+
+LONGEST = 200_000  # nodes of an expression, shared parts counted each time
+DEEPEST_DEFINITION = 40
+
+
+@dataclass(frozen=True)
+class Statement:
+    """
+    A formula to be compared.
+
+    Parameters
+    ----------
+    kind
+        `quantity`, `solution` (inverse kinematics), `equation` or `claim`.
+    name
+        As the file writes its left side.
+    value
+        The right side, a matrix; 1 x 1 for a number.
+    quantity
+        What the robot knows under that name.
+    joint
+        Index of the joint a solution is for.
+    left
+        The left side of an equation.
+    conditions
+        Of a claim, pairs of a joint index and an expression in k.
+    decimals
+        Decimal places of a formula that is nothing but numbers, else None.
+
+    """
+
+    kind: str
+    name: str
+    line: int
+    settings: Settings
+    value: Any
+    quantity: Quantity | None = None
+    joint: int = -1
+    left: Any = None
+    conditions: tuple[tuple[int, Any], ...] = ()
+    decimals: int | None = None
+
+
+@dataclass(frozen=True)
+class Understood:
+    """
+    The statements of a file, values it sets (`L1 = 0.2`), and what it got wrong.
+
+    """
+
+    statements: tuple[Statement, ...]
+    fixed: tuple[tuple[Any, Any], ...]
+    faults: tuple[FormulaError, ...]
+
+
+def understand(file: FormulaFile, names: Names) -> Understood:
+    """
+    Return what the equations of a file say about a robot.
+
+    """
+    return _Reader(file, names).read()
+
+
+class _Reader:
+    def __init__(self, file: FormulaFile, names: Names) -> None:
+        self.names = names
+        self.file = file
+        self.faults = list(file.faults)
+        self.global_: dict[str, Raw] = {}
+        self.local: dict[int, dict[str, Raw]] = {}  # by the index of the formula above
+        self.used: set[int] = set()
+        self.known: dict[tuple[int, int, bool, bool], Any] = {}
+
+    def read(self) -> Understood:
+        formulas: list[tuple[int, Raw]] = []
+        last = -1
+        for index, raw in enumerate(self.file.raw):
+            key = self._definition_key(raw)
+            if raw.local and key and last >= 0 and not _is_formula(key, raw.right):
+                self.local.setdefault(last, {})[key] = raw
+                continue
+            if key:
+                other = self.global_.get(key)
+                if other is not None:
+                    message = (
+                        f'{raw.left.at.written!r} is defined twice, here and in line '
+                        f"{other.line}: put 'where' before definitions for one formula only"
+                    )
+                    self.faults.append(FormulaError(message, raw.line, raw.left.at.column))
+                self.global_[key] = raw
+            formulas.append((index, raw))
+            last = index
+        statements: list[Statement] = []
+        fixed: list[tuple[Any, Any]] = []
+        maybe_unused: list[Raw] = []
+        for index, raw in formulas:
+            try:
+                found = self._statement(index, raw)
+            except FormulaError as fault:
+                self.faults.append(fault)
+                continue
+            if isinstance(found, Statement):
+                statements.append(found)
+            elif found is not None:
+                fixed.append(found)
+            else:
+                maybe_unused.append(raw)
+        self._report_unused(maybe_unused)
+        return Understood(tuple(statements), tuple(fixed), tuple(self.faults))
+
+    def _definition_key(self, raw: Raw) -> str:
+        # What other formulas may call it; joints, constants and coordinates are the robot's.
+        key = dict(raw.settings.meanings).get(raw.left.text, raw.left.text)
+        if raw.left.kind != 'name' or raw.claim or key in COORDINATES:
+            return ''
+        if self.names.joint(key) is not None or self.names.constant(key) is not None:
+            return ''
+        return key
+
+    def _statement(self, index: int, raw: Raw) -> Statement | tuple[Any, Any] | None:
+        if raw.claim:
+            return self._claim(index, raw)
+        key = dict(raw.settings.meanings).get(raw.left.text, raw.left.text)
+        general = raw.left.kind == 'name' and quantity_of(key) == Quantity('general')
+        value = self._value(raw.right, index, raw.settings, general)
+        if raw.left.kind == 'name' and key not in COORDINATES:
+            if (constant := self.names.constant(key)) is not None and not is_matrix(value):
+                if not value.is_number:
+                    message = f'{constant} is a constant of the robot: give it a number'
+                    raise FormulaError(message, raw.line, raw.left.at.column)
+                return constant, value
+            joint = self.names.joint(key)
+            if joint is not None:
+                self._refuse_matrix(value, raw)
+                return self._made('solution', raw, value, joint=joint)
+            quantity = quantity_of(key)
+            if quantity is None or is_matrix(value) == (quantity.kind == 'det'):
+                if quantity is not None and quantity.kind == 'det':
+                    self._refuse_matrix(value, raw)
+                return None
+            reason = why_out_of_range(
+                quantity,
+                len(self.names.table.rows),
+                len(self.names.table.variables),
+                reading_of(raw.settings),
+            )
+            if reason:
+                raise FormulaError(reason, raw.line, raw.left.at.column)
+            return self._made('quantity', raw, value, quantity=quantity)
+        left = self._value(raw.left, index, raw.settings, False)
+        if is_matrix(left) or is_matrix(value):
+            message = 'a matrix needs a name on the left side'
+            raise FormulaError(message, raw.line, raw.left.at.column)
+        return self._made('equation', raw, value, left=left)
+
+    def _made(self, kind: str, raw: Raw, value: Any, **more: Any) -> Statement:
+        matrix = value if is_matrix(value) else sp.ImmutableDenseMatrix([[value]])
+        _refuse_long(matrix, raw.left.at)
+        decimals = None
+        if all(entry.is_Rational for entry in matrix):
+            decimals = max((_decimals(n.text) for n in _numbers(raw.right)), default=0)
+        name, line = _text(raw.left), raw.line
+        return Statement(kind, name, line, raw.settings, matrix, decimals=decimals, **more)
+
+    def _refuse_matrix(self, value: Any, raw: Raw) -> None:
+        if is_matrix(value):
+            message = f'{_text(raw.left)!r} is a number, not a matrix'
+            raise FormulaError(message, raw.line, raw.left.at.column)
+
+    def _claim(self, index: int, raw: Raw) -> Statement:
+        conditions = []
+        for condition in raw.claim:
+            joint = None
+            if condition.left.kind == 'name':
+                joint = self.names.joint(condition.left.text)
+            if joint is None:
+                message = "expected JOINT = VALUE, such as 'singular: q3 = k*pi'"
+                at = condition.left.at
+                raise FormulaError(message, at.line, at.column)
+            value = self._value(condition.right, index, raw.settings, False, integers=True)
+            self._refuse_matrix(value, condition)
+            table = self.names.table
+            known = {*table.variables, *table.constants, sp.Symbol('k')}
+            if value.free_symbols - known:
+                at = condition.left.at
+                message = 'a singular value is made of joints, constants and the integer k'
+                raise FormulaError(message, at.line, at.column)
+            conditions.append((joint, value))
+        statement = self._made('claim', raw, sp.Integer(0), conditions=tuple(conditions))
+        text = ', '.join(
+            f'{self.names.table.variables[joint]} = {value}' for joint, value in conditions
+        )
+        return replace(statement, name=f'singular: {text}', decimals=None)
+
+    def _value(
+        self,
+        node: Node,
+        index: int,
+        settings: Settings,
+        general: bool,
+        integers: bool = False,
+        open_: tuple[str, ...] = (),
+    ) -> Any:
+        def lookup(token: Token) -> Any:
+            key = token.text
+            if integers and key == 'k':
+                return sp.Symbol('k')
+            raw = self._definition(key, index)
+            if raw is None:
+                return self.names.value(token, settings, general)
+            if key in open_:
+                if quantity_of(key) is not None:
+                    return self.names.value(token, settings, general)
+                message = f'{token.written!r} is defined by itself'
+                raise FormulaError(message, token.line, token.column)
+            if len(open_) > DEEPEST_DEFINITION:
+                message = 'definitions nested too deep'
+                raise FormulaError(message, token.line, token.column)
+            self.used.add(id(raw))
+            place = (id(raw), index, general, integers)
+            if place not in self.known:
+                chain = (*open_, key)
+                value = self._value(raw.right, index, settings, general, integers, chain)
+                _refuse_long(value, token)
+                self.known[place] = value
+            return self.known[place]
+
+        own = self.file.raw[index].left
+        opened = open_ or ((own.text,) if own.kind == 'name' else ())
+        open_ = opened
+        return build(node, lookup)
+
+    def _definition(self, key: str, index: int) -> Raw | None:
+        found = self.local.get(index, {}).get(key) or self.global_.get(key)
+        if found is not None or self.names.joint(key) is not None:
+            return found
+        others = [local[key] for local in self.local.values() if key in local]
+        return others[0] if len(others) == 1 else None
+
+    def _report_unused(self, definitions: list[Raw]) -> None:
+        for raw in definitions:
+            if id(raw) not in self.used:
+                message = (
+                    f'{raw.left.at.written!r} is no formula this command knows, and no other '
+                    f'formula uses it; known are {ACCEPTED}'
+                )
+                self.faults.append(FormulaError(message, raw.line, raw.left.at.column))
+
+
+def _refuse_long(value: Any, at: Token) -> None:
+    entries = value if is_matrix(value) else (value,)
+    if any(size_of(entry) > LONGEST for entry in entries):
+        message = f'{at.written!r} is longer than this command can compare'
+        raise FormulaError(message, at.line, at.column)
+
+
+def _is_formula(key: str, right: Node) -> bool:
+    # After `where` stand definitions, until a formula with a name of its own comes.
+    quantity = quantity_of(key)
+    return quantity is not None and (quantity.kind == 'det' or right.kind == 'matrix')
+
+
+def _numbers(node: Node) -> Iterator[Node]:
+    if node.kind == 'number':
+        yield node
+    for part in node.parts:
+        yield from _numbers(part)
+
+
+def _decimals(text: str) -> int:
+    return len(text.lower().partition('e')[0].partition('.')[2])
+
+
+def _text(node: Node) -> str:
+    # The left side as a person reads it.
+    if node.kind in ('name', 'number'):
+        return node.at.written if node.kind == 'name' else node.text
+    inner = [_text(part) for part in node.parts]
+    if node.kind == 'call':
+        return f'{node.text}({", ".join(inner)})'
+    if node.kind == 'neg':
+        return f'-{inner[0]}'
+    if node.kind == '*':
+        return f'{inner[0]} {inner[1]}'
+    return f' {node.kind} '.join(inner)

@@ -1,0 +1,115 @@
+"""
+Frames and Jacobian as a textbook writes them: angles of parallel axes are summed, not expanded.
+
+They stand in recipes such as `z_0 x (o_3 - o_0)`, and beside a wrong entry as the right one.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import sympy as sp  # type: ignore[import-untyped]
+
+from .table import AXES, EYE, Table, TableRow, inverse_pose, rotation, translation
+
+
+@dataclass(frozen=True)
+class _Walk:
+    # A frame M Rz(angle), the angle kept apart until another axis turns.
+    M: Any
+    angle: Any
+
+    def moved(self, axis: str, argument: Any) -> '_Walk':
+        if argument == 0 or not axis:
+            return self
+        if axis == 'Rz':
+            return _Walk(self.M, self.angle + argument)
+        if axis[0] == 'T':
+            along = [sp.Integer(0)] * 3
+            along[AXES[axis[1]]] = argument
+            turned = rotation('z', self.angle) * translation(*along)
+            M = self.M.copy()
+            M[:3, 3] = self.M[:3, 3] + self.M[:3, :3] * turned[:3, 3]
+            return _Walk(M, self.angle)
+        return _Walk(self.frame * rotation(axis[1], argument), sp.Integer(0))
+
+    def times(self, pose: Any) -> '_Walk':
+        return self if pose == EYE else _Walk(self.frame * pose, sp.Integer(0))
+
+    @property
+    def frame(self) -> Any:
+        return self.M * rotation('z', self.angle)
+
+    def axis(self, letter: str) -> Any:
+        # Rz leaves z alone: the third column of M.
+        return self.M[:3, 2] if letter == 'z' else self.frame[:3, AXES[letter]]
+
+
+class SymbolicArm:
+    """
+    The exact frames of a table and its Jacobian, in the base frame.
+
+    """
+
+    def __init__(self, table: Table) -> None:
+        self.table = table
+
+    @cached_property
+    def _walked(self) -> tuple[list[_Walk], list[tuple[Any, Any]]]:
+        walk = _Walk(sp.Matrix(self.table.base), sp.Integer(0))
+        walks, turns = [walk], []
+        for row in self.table.rows:
+            for axis, argument in _motions(row):
+                if isinstance(axis, str):
+                    if axis and axis[0] == 'R':
+                        turns.append((walk.axis(axis[1]), argument))
+                    walk = walk.moved(axis, argument)
+                else:
+                    walk = walk.times(argument)
+            walks.append(walk)
+        walks.append(walk.times(sp.Matrix(self.table.tool)))
+        return walks, turns
+
+    @cached_property
+    def frames(self) -> list[Any]:
+        """
+        Return frame 0, the frame after each row, and the tool, in the base frame.
+
+        """
+        return [sp.ImmutableDenseMatrix(walk.frame) for walk in self._walked[0]]
+
+    @cached_property
+    def jacobian(self) -> Any:
+        """
+        Return J in base axes, reference point the tool's origin, linear rows first.
+
+        """
+        p = self.frames[-1][:3, 3]
+        columns = []
+        for variable in self.table.variables:
+            w = sp.zeros(3, 1)
+            for axis, argument in self._walked[1]:
+                w += axis * argument.diff(variable)
+            columns.append(sp.Matrix.vstack(p.diff(variable), w))
+        return sp.ImmutableDenseMatrix(sp.Matrix.hstack(*columns))
+
+
+def _motions(row: TableRow) -> list[tuple[Any, Any]]:
+    if row.convention == 'standard':
+        return [('Rz', row.theta), ('Tz', row.d), ('Tx', row.a), ('Rx', row.alpha)]
+    if row.convention == 'modified':
+        return [('Rx', row.alpha), ('Tx', row.a), ('Rz', row.theta), ('Tz', row.d)]
+    return [(None, row.inner), (row.axis, row.argument), (None, inverse_pose(row.outer))]
+
+
+LONGEST_SHOWN = 160
+
+
+def shown(expression: Any) -> str:
+    """
+    Return an expression in its shortest cheap form; empty where that is still too long to read.
+
+    """
+    best = min((expression, sp.factor_terms(expression)), key=sp.count_ops)
+    text = str(best)
+    return text if len(text) <= LONGEST_SHOWN else ''

@@ -1,0 +1,317 @@
+"""
+A robot's table in symbols: what each row's matrix is, for this table and for mistaken readings.
+
+Symbols stand for SI values, whatever units the file has, since people write formulas in them.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+import sympy as sp  # type: ignore[import-untyped]
+
+from ...robot.file.description import (
+    DhRow,
+    ElementaryMotion,
+    RigidMotion,
+    RobotDescription,
+    ShapeRow,
+)
+from ...robot.file.expression_syntax import names_in
+from ...robot.file.expressions import Expression
+from ..algebra.expression import exact
+
+ZERO = sp.Integer(0)
+EYE = sp.ImmutableDenseMatrix(sp.eye(4))
+SAME = 1e-12
+AXES = {'x': 0, 'y': 1, 'z': 2}
+
+
+@dataclass(frozen=True)
+class TableRow:
+    """
+    One row: Denavit-Hartenberg quantities, or in * motion * inverse(out).
+
+    Parameters
+    ----------
+    convention
+        As in the robot file; it says which of the others count.
+    a, alpha, d, theta
+        m and rad, of standard and modified rows.
+    axis, argument
+        An elementary motion, `Rz` for example; no axis: none.
+    inner, outer
+        Constant poses of a shape row.
+
+    """
+
+    convention: str
+    a: Any = ZERO
+    alpha: Any = ZERO
+    d: Any = ZERO
+    theta: Any = ZERO
+    axis: str = ''
+    argument: Any = ZERO
+    inner: Any = EYE
+    outer: Any = EYE
+
+    @property
+    def moving(self) -> Any:
+        """
+        Return what the joint variables of the row stand in, for searching.
+
+        """
+        return self.theta + self.d + self.argument
+
+
+@dataclass(frozen=True)
+class Table:
+    """
+    A robot's table, its base and tool, and what its names are worth in the file.
+
+    Parameters
+    ----------
+    variables
+        Symbols of the joint variables.
+    constants
+        Symbols of the named constants; `given` has those that are plain numbers in the file,
+        `derived` the expressions of the others.
+
+    """
+
+    convention: str
+    rows: tuple[TableRow, ...]
+    base: Any
+    tool: Any
+    variables: tuple[Any, ...]
+    joint_types: tuple[str, ...]
+    constants: tuple[Any, ...]
+    given: Mapping[Any, float] = field(hash=False)
+    derived: Mapping[Any, Any] = field(hash=False)
+
+    def with_row(self, index: int, **changes: Any) -> 'Table':
+        """
+        Return the table with one row changed.
+
+        """
+        rows = list(self.rows)
+        rows[index] = replace(rows[index], **changes)
+        return replace(self, rows=tuple(rows))
+
+
+def rotation(axis: str, angle: Any) -> Any:
+    """
+    Return the 4 x 4 rotation about x, y or z.
+
+    """
+    i, j = [k for k in range(3) if k != AXES[axis]]
+    if axis == 'y':
+        i, j = j, i
+    R = sp.eye(4)
+    R[i, i] = R[j, j] = sp.cos(angle)
+    R[i, j], R[j, i] = -sp.sin(angle), sp.sin(angle)
+    return R
+
+
+def translation(x: Any, y: Any, z: Any) -> Any:
+    """
+    Return the 4 x 4 translation.
+
+    """
+    T = sp.eye(4)
+    T[0, 3], T[1, 3], T[2, 3] = x, y, z
+    return T
+
+
+def inverse_pose(T: Any) -> Any:
+    """
+    Return the inverse of a 4 x 4 pose.
+
+    """
+    R = T[:3, :3].T
+    result = sp.eye(4)
+    result[:3, :3] = R
+    result[:3, 3] = -R * T[:3, 3]
+    return result
+
+
+def motion(axis: str, argument: Any) -> Any:
+    """
+    Return the 4 x 4 matrix of an elementary motion such as Rz or Tx; identity for no axis.
+
+    """
+    if not axis:
+        return sp.eye(4)
+    if axis[0] == 'R':
+        return rotation(axis[1], argument)
+    along = [ZERO, ZERO, ZERO]
+    along[AXES[axis[1]]] = argument
+    return translation(*along)
+
+
+@lru_cache(maxsize=4096)
+def row_matrix(row: TableRow) -> Any:
+    """
+    Return the 4 x 4 matrix of a row.
+
+    """
+    if row.convention in ('standard', 'modified'):
+        joint = rotation('z', row.theta) * translation(0, 0, row.d)
+        link = rotation('x', row.alpha) * translation(row.a, 0, 0)
+        product = joint * link if row.convention == 'standard' else link * joint
+    else:
+        product = row.inner * motion(row.axis, row.argument) * inverse_pose(row.outer)
+    return sp.ImmutableDenseMatrix(product)
+
+
+@lru_cache(maxsize=4096)
+def row_derivative(row: TableRow, variable: Any) -> Any:
+    """
+    Return the derivative of a row's matrix by a joint variable.
+
+    """
+    return row_matrix(row).diff(variable)
+
+
+class _Units:
+    # Texts of the file are in its units; symbols are SI.
+    def __init__(self, description: RobotDescription) -> None:
+        self.angle = sp.pi / 180 if description.angle_unit == 'deg' else sp.Integer(1)
+        self.length = sp.Rational(1, 1000) if description.length_unit == 'mm' else sp.Integer(1)
+        self.angle_unit = description.angle_unit
+        self.si = description.angle_unit == 'rad' and description.length_unit == 'm'
+        self.variables = {
+            joint.variable: sp.Symbol(joint.variable) for joint in description.joints
+        }
+        self.constants = {c.name: sp.Symbol(c.name) for c in description.constants}
+        self.factors = self._factors(description)
+
+    def _factors(self, description: RobotDescription) -> dict[str, Any]:
+        # SI value = factor * file's value; what is used both as length and angle is a ratio.
+        used: dict[str, set[str]] = {'length': set(), 'angle': set()}
+        for kind, text in _texts(description):
+            used[kind] |= names_in(text)
+        for constant in reversed(description.constants):
+            for names in used.values():
+                if constant.name in names:
+                    names |= names_in(constant.text)
+        factors = {}
+        for name in self.constants:
+            is_length, is_angle = name in used['length'], name in used['angle']
+            factor = self.length if is_length else self.angle if is_angle else sp.Integer(1)
+            factors[name] = sp.Integer(1) if is_length and is_angle else factor
+        return factors
+
+    def meanings(self) -> dict[str, Any]:
+        return {name: symbol / self.factors[name] for name, symbol in self.constants.items()}
+
+    def fixed(self, text: str, kind: str) -> Any:
+        factor = {'length': self.length, 'angle': self.angle}.get(kind, sp.Integer(1))
+        return exact(text, self.meanings(), self.angle_unit) * factor
+
+    def moving(self, expression: Expression, kind: str) -> Any:
+        coefficients = expression.affine.coefficients
+        if self.si:
+            return exact(expression.text, {**self.meanings(), **self.variables}, 'rad')
+        # Coefficients are SI in the description already; the constant part keeps its names.
+        still = {**self.meanings(), **dict.fromkeys(self.variables, ZERO)}
+        factor = self.length if kind == 'length' else self.angle
+        total = exact(expression.text, still, self.angle_unit) * factor
+        for name, coefficient in coefficients:
+            total += sp.Rational(repr(coefficient)) * self.variables[name]
+        return total
+
+    def pose(self, rigid: RigidMotion) -> Any:
+        if len(rigid.texts) == 6:
+            x, y, z = (self.fixed(text, 'length') for text in rigid.texts[:3])
+            roll, pitch, yaw = (self.fixed(text, 'angle') for text in rigid.texts[3:])
+            turn = rotation('z', yaw) * rotation('y', pitch) * rotation('x', roll)
+            return sp.ImmutableDenseMatrix(translation(x, y, z) * turn)
+        kinds = ['length' if k % 4 == 3 and k < 12 else 'number' for k in range(16)]
+        entries = [self.fixed(text, kind) for text, kind in zip(rigid.texts, kinds)]
+        rotations = [k for k in range(11) if k % 4 < 3]
+        if any(not entries[k].is_number for k in rotations) or any(
+            abs(float(entries[k]) - rigid.matrix.flat[k]) > SAME for k in rotations
+        ):
+            # The reader took the nearest rotation of printed digits.
+            for k in rotations:
+                entries[k] = sp.Rational(repr(float(rigid.matrix.flat[k])))
+        return sp.ImmutableDenseMatrix(4, 4, entries)
+
+
+def _texts(description: RobotDescription) -> list[tuple[str, str]]:
+    texts = []
+    for row in description.links:
+        match row:
+            case DhRow():
+                texts += [('length', row.a.text), ('length', row.d.text)]
+                texts += [('angle', row.alpha.text), ('angle', row.theta.text)]
+            case ElementaryMotion():
+                texts.append(('angle' if row.axis[0] == 'R' else 'length', row.argument.text))
+            case ShapeRow():
+                for rigid in (row.inner, row.outer):
+                    lengths = rigid.texts[:3] if len(rigid.texts) == 6 else rigid.texts[3:12:4]
+                    texts += [('length', text) for text in lengths]
+    for rigid in (description.base.motion, description.tool.motion):
+        texts += [('length', text) for text in rigid.texts[:3]]
+    return texts
+
+
+def _row(row: DhRow | ElementaryMotion | ShapeRow, convention: str, units: _Units) -> TableRow:
+    match row:
+        case DhRow():
+            return TableRow(
+                convention,
+                a=units.fixed(row.a.text, 'length'),
+                alpha=units.fixed(row.alpha.text, 'angle'),
+                d=units.moving(row.d, 'length'),
+                theta=units.moving(row.theta, 'angle'),
+            )
+        case ElementaryMotion():
+            kind = 'angle' if row.axis[0] == 'R' else 'length'
+            argument = units.moving(row.argument, kind)
+            return TableRow(convention, axis=row.axis, argument=argument)
+        case ShapeRow():
+            moving = TableRow(convention)
+            if row.joint is not None:
+                moving = _row(row.joint, convention, units)
+            return replace(moving, inner=units.pose(row.inner), outer=units.pose(row.outer))
+
+
+def general_row(table: Table) -> TableRow:
+    """
+    Return a row of the table's convention with symbols a_i, alpha_i, d_i, theta_i.
+
+    """
+    symbols = {name: sp.Symbol(f'{name}_i') for name in ('a', 'alpha', 'd', 'theta')}
+    return TableRow(table.convention, **symbols)
+
+
+def table_of(description: RobotDescription) -> Table:
+    """
+    Return the table of a robot file, in symbols.
+
+    """
+    units = _Units(description)
+    given: dict[Any, float] = {}
+    derived: dict[Any, Any] = {}
+    for constant in description.constants:
+        symbol, factor = units.constants[constant.name], units.factors[constant.name]
+        if names_in(constant.text) & set(units.constants):
+            value = exact(constant.text, units.meanings(), units.angle_unit) * factor
+            derived[symbol] = value
+        else:
+            given[symbol] = float(np.float64(constant.value) * float(factor))
+    return Table(
+        convention=description.convention,
+        rows=tuple(_row(row, description.convention, units) for row in description.links),
+        base=units.pose(description.base.motion),
+        tool=units.pose(description.tool.motion),
+        variables=tuple(units.variables.values()),
+        joint_types=tuple(joint.type for joint in description.joints),
+        constants=tuple(units.constants.values()),
+        given=given,
+        derived=derived,
+    )

@@ -1,0 +1,67 @@
+"""
+What a tested cause is: a name, what it may explain, and the values a mistaken formula would have.
+
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+from .checks import QuantityCheck
+from .numbers import Floats
+
+WHOLE, BLOCK, COLUMN, ROW, ENTRY = 'whole', 'block', 'column', 'row', 'entry'
+EVERYWHERE = (WHOLE, BLOCK, COLUMN, ROW, ENTRY)
+
+MATRICES = ('tool', 'pose', 'row', 'general', 'rotation')
+VECTORS = ('axis', 'origin', 'position', 'vector', 'reach')
+POSES = ('tool', 'pose', 'row', 'general')
+JACOBIAN = ('jacobian',)
+ALL = (*MATRICES, *VECTORS, *JACOBIAN, 'numeric', 'det')
+
+
+@dataclass(frozen=True, eq=False)
+class Variant:
+    """
+    One mistaken version of the right formula.
+
+    Parameters
+    ----------
+    sentence
+        What is wrong if the person's formula equals it.
+    values : shape (N, rows, columns)
+    columns
+        The only columns it is about; empty: all.
+
+    """
+
+    sentence: str
+    values: Floats
+    columns: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True)
+class Cause:
+    """
+    A row of the table of causes.
+
+    Parameters
+    ----------
+    name
+        For the list of what was tried.
+    kinds
+        Of quantities it makes sense for.
+    scopes
+        Parts of a matrix it may explain: the whole, a block, a column, a row, an entry.
+    variants
+        Its mistaken versions.
+    many
+        Has so many versions that one of them fits a single configuration by chance; tried at
+        random poses only.
+
+    """
+
+    name: str
+    kinds: tuple[str, ...]
+    scopes: tuple[str, ...]
+    variants: Callable[[QuantityCheck], Iterator[Variant]]
+    many: bool = False

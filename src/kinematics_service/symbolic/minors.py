@@ -1,0 +1,101 @@
+"""
+What all minors of the task rows have in common, and what is left of them.
+
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import sympy
+
+from ..kernel import Floats
+from .algebra.arithmetic import Arithmetic
+from .algebra.factors import Factored, RealFactor, factored
+from .algebra.laurent import Laurent
+from .algebra.quotient import divided
+from .determinant import Minors
+from .sampled_poses import Bench
+from .singular_geometry import rank_at
+from .trigonometry import Writer
+
+# Minors of more terms are not multiplied out to see whether the sum of squares is shorter.
+MOST_SQUARED = 200
+
+
+def product_of(minors: Minors, arithmetic: Arithmetic) -> tuple[Factored, list[Laurent]]:
+    """
+    Return the common factors of all minors, and what is left of each.
+
+    Only the shortest minor is factored: what all have in common is among its factors, and whether
+    one of them divides another minor is found by dividing.
+
+    """
+    values = sorted((value for value in minors.values if value), key=len)
+    if not values:
+        return Factored(arithmetic.ring.number(0), (), True), []
+    first = factored(values[0], arithmetic)
+    if minors.square:
+        return first, []
+    common: list[RealFactor] = []
+    for factor in first.factors:
+        power = 0
+        while power < factor.power:
+            quotients = [divided(value, factor.value) for value in values]
+            left = [quotient for quotient in quotients if quotient is not None]
+            if len(left) < len(values):
+                break
+            values, power = left, power + 1
+        if power:
+            common.append(RealFactor(factor.value, power))
+    return Factored(arithmetic.ring.number(1), tuple(common), first.complete), values
+
+
+def remainder_of(rests: Sequence[Laurent], writer: Writer, arithmetic: Arithmetic) -> Any:
+    """
+    Return sqrt of the sum of squares of what is left of the minors, its constant part outside.
+
+    """
+    if not rests:
+        return sympy.Integer(1)
+    squares = sympy.factor_terms(sympy.Add(*(writer.expression(rest) ** 2 for rest in rests)))
+    if sum(map(len, rests)) > MOST_SQUARED:
+        return sympy.sqrt(squares)
+    total = arithmetic.ring.number(0)
+    for rest in rests:
+        total = total + rest * rest
+    product = factored(total, arithmetic)
+    inside = writer.expression(product.constant)
+    for factor in product.factors:
+        inside *= writer.expression(factor.value) ** factor.power
+    shortest = min((inside, squares), key=sympy.count_ops)
+    return sympy.sqrt(shortest)
+
+
+def independent_columns(bench: Bench) -> tuple[int, ...]:
+    """
+    Return the joints left when those that only repeat others are left out, first ones first.
+
+    """
+    J_t = bench.arm(bench.random(200)).J_t
+    stacked = J_t.reshape(-1, J_t.shape[2])
+    full = _column_rank(stacked)
+    kept = list(range(J_t.shape[2]))
+    for j in list(kept):
+        without = [k for k in kept if k != j]
+        if len(kept) > full and _column_rank(stacked[:, without]) == full:
+            kept = without
+    return tuple(kept)
+
+
+def _column_rank(stacked: Floats) -> int:
+    sigma = np.linalg.svd(stacked, compute_uv=False)
+    return int(np.sum(sigma > 1e-9 * sigma[0]))
+
+
+def generic_rank(bench: Bench) -> int:
+    """
+    Return the rank of the task rows at most poses.
+
+    """
+    return rank_at(bench.arm(bench.random(200)).J_t)

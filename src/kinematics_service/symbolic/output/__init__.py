@@ -1,0 +1,4 @@
+"""
+A derivation as text, page, LaTeX, code or picture.
+
+"""

@@ -1,0 +1,120 @@
+"""
+T, J and the determinant as source code, shared parts computed once, lengths as parameters.
+
+"""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import sympy
+from sympy.printing.c import C99CodePrinter
+from sympy.printing.numpy import NumPyPrinter
+
+from ..derivation import Derivation
+
+
+def code_of(derivation: Derivation, language: str) -> str:
+    """
+    Return a module of functions: the tool's pose, the Jacobian, and the determinant if there is.
+
+    """
+    return _WRITERS[language](derivation)
+
+
+def _expressions(derivation: Derivation) -> dict[str, Any]:
+    found = {'pose': derivation.T, 'jacobian': derivation.jacobian}
+    if derivation.determinant is not None:
+        name = 'determinant' if derivation.singular_set.determinant.square else 'manipulability'
+        found[name] = derivation.determinant
+    return found
+
+
+def _shared(expression: Any) -> tuple[list[tuple[Any, Any]], Any]:
+    replaced, (reduced,) = sympy.cse([expression], symbols=sympy.numbered_symbols('x_'))
+    return replaced, reduced
+
+
+def _lengths(derivation: Derivation) -> str:
+    given = derivation.names.values
+    unit = derivation.robot.description.length_unit
+    return ', '.join(f'{symbol} = {value!r} {unit}' for symbol, value in given.items()) or 'none'
+
+
+def _about(derivation: Derivation) -> list[str]:
+    task = ' '.join(derivation.singular_set.determinant.rows)
+    unit = derivation.robot.description.length_unit
+    return [
+        f'{derivation.robot.name}: kinematics, derived from its robot file.',
+        f'Joints: {", ".join(v.name for v in derivation.variables)} (rad, {unit}).',
+        f'Lengths of the file: {_lengths(derivation)}.',
+        'Jacobian: rows vx vy vz wx wy wz of the tool in base axes.',
+        f'Task rows of the determinant: {task}.',
+    ]
+
+
+def _numpy(derivation: Derivation) -> str:
+    printer = NumPyPrinter({'fully_qualified_modules': False})
+    lines = ['"""', *_about(derivation), '', '"""', '', 'import numpy', 'from numpy import *', '']
+    lines[-2] = 'from numpy import arctan2, array, cos, pi, sin, sqrt'
+    names = [v.name for v in derivation.variables]
+    lengths = [symbol.name for symbol in derivation.names.lengths]
+    for name, expression in _expressions(derivation).items():
+        replaced, reduced = _shared(expression)
+        signature = ', '.join(['q', *lengths])
+        lines += ['', f'def {name}({signature}):', f'    {", ".join(names)}, = q']
+        lines += [f'    {symbol} = {printer.doprint(value)}' for symbol, value in replaced]
+        if isinstance(reduced, sympy.MatrixBase):
+            rows = [
+                f'        [{", ".join(printer.doprint(e) for e in row)}],'
+                for row in reduced.tolist()
+            ]
+            lines += ['    return array([', *rows, '    ])', '']
+        else:
+            lines += [f'    return {printer.doprint(reduced)}', '']
+    text = '\n'.join(lines)
+    return text.replace('abs(', 'numpy.abs(')
+
+
+def _c(derivation: Derivation) -> str:
+    printer = C99CodePrinter()
+    lines = ['/*', *(f' * {line}' for line in _about(derivation)), ' * Matrices are row by row.']
+    lines += [' */', '#include <math.h>', '']
+    lengths = [symbol.name for symbol in derivation.names.lengths]
+    for name, expression in _expressions(derivation).items():
+        replaced, reduced = _shared(expression)
+        matrix = isinstance(reduced, sympy.MatrixBase)
+        arguments = ['const double q[]', *(f'double {n}' for n in lengths)]
+        if matrix:
+            arguments.append(f'double out[{len(reduced)}]')
+        kind = 'void' if matrix else 'double'
+        lines += [f'{kind} {derivation.robot.name}_{name}({", ".join(arguments)})', '{']
+        for k, variable in enumerate(derivation.variables):
+            lines.append(f'    const double {variable.name} = q[{k}];')
+        lines += [
+            f'    const double {symbol} = {printer.doprint(value)};' for symbol, value in replaced
+        ]
+        unused = [*(v.name for v in derivation.variables), *lengths]
+        lines += [f'    {" ".join(f"(void){n};" for n in unused)}']
+        if matrix:
+            lines += [f'    out[{k}] = {printer.doprint(e)};' for k, e in enumerate(reduced)]
+        else:
+            lines.append(f'    return {printer.doprint(reduced)};')
+        lines += ['}', '']
+    return '\n'.join(lines)
+
+
+def _latex(derivation: Derivation) -> str:
+    lines = [f'% {line}' for line in _about(derivation)]
+    symbols = {'pose': 'T', 'jacobian': 'J', 'determinant': r'\det J', 'manipulability': 'w'}
+    for name, expression in _expressions(derivation).items():
+        replaced, reduced = _shared(expression)
+        lines += _aligned(replaced, symbols[name], reduced)
+    return '\n'.join(lines) + '\n'
+
+
+def _aligned(replaced: Sequence[tuple[Any, Any]], left: str, reduced: Any) -> list[str]:
+    lines = [rf'\[ {sympy.latex(symbol)} = {sympy.latex(value)} \]' for symbol, value in replaced]
+    return [*lines, rf'\[ {left} = {sympy.latex(reduced)} \]']
+
+
+_WRITERS: dict[str, Callable[[Derivation], str]] = {'numpy': _numpy, 'c': _c, 'latex': _latex}

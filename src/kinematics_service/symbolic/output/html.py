@@ -1,0 +1,153 @@
+"""
+A derivation as one page that needs nothing else: formulas in MathML, which browsers draw.
+
+"""
+
+import re
+from collections.abc import Sequence
+from html import escape
+from typing import Any
+
+from sympy.printing.mathml import MathMLPresentationPrinter
+
+from ..file_factors import decimal
+from .report import Block, Equation, Heading
+
+STYLE = """
+body { font: 16px/1.5 system-ui, sans-serif; max-width: 70rem; margin: 2rem auto; padding: 0 1rem;
+       color: #1c1c1c; background: #fff; }
+h1 { font-size: 1.6rem; } h2 { font-size: 1.25rem; margin-top: 2.5rem;
+     border-bottom: 1px solid #ccc; }
+h3 { font-size: 1.05rem; margin-bottom: 0.3rem; }
+p { margin: 0.4rem 0; }
+.formula { overflow-x: auto; padding: 0.4rem 0; }
+mtable.matrix { border-left: 1.5px solid; border-right: 1.5px solid; border-radius: 0.5em;
+                padding: 0 0.35em; }
+mtd { padding: 0.2em 0.5em; }
+math { font-family: "Latin Modern Math", "STIX Two Math", "Cambria Math", "Libertinus Math", math,
+       "Times New Roman", "Liberation Serif", "DejaVu Serif", serif; }
+mi { text-transform: none; font-style: normal; }
+mi.letter { font-style: italic; }
+mi.word { margin-left: 0.15em; }
+msub > :nth-child(2), msup > :nth-child(2), msubsup > :nth-child(n + 2) { font-size: 0.72em; }
+@media (prefers-color-scheme: dark) { body { color: #e6e6e6; background: #181818; } }
+"""
+GREEK = {'alpha', 'beta', 'gamma', 'theta', 'phi', 'psi', 'omega'}
+MATHML = '<math xmlns="http://www.w3.org/1998/Math/MathML" display="{}">{}</math>'
+
+
+class DecimalMathMLPrinter(MathMLPresentationPrinter):  # type: ignore[misc]
+    """
+    Sympy's MathML, with decimals where the file had decimals.
+
+    """
+
+    def _print_Rational(self, expr: Any) -> Any:
+        text = decimal(expr)
+        if text is None:
+            return super()._print_Rational(expr)
+        number = self.dom.createElement('mn')
+        number.appendChild(self.dom.createTextNode(text))
+        return number
+
+    def _print_Mul(self, expr: Any) -> Any:
+        # Sympy writes -(a + b) as -a + b.
+        coefficient, rest = expr.as_coeff_Mul()
+        if coefficient == -1 and rest.is_Add:
+            row = self.dom.createElement('mrow')
+            row.appendChild(self._operator('-'))
+            row.appendChild(self._bracketed(rest))
+            return row
+        return super()._print_Mul(expr)
+
+    def _print_Add(self, expr: Any, order: Any = None) -> Any:
+        # Likewise a - (b + c) as a - b + c.
+        row = self.dom.createElement('mrow')
+        for k, term in enumerate(self._as_ordered_terms(expr, order=order)):
+            negative = term.could_extract_minus_sign()
+            if negative or k > 0:
+                row.appendChild(self._operator('-' if negative else '+'))
+            if negative:
+                term = -term
+            row.appendChild(self._bracketed(term) if term.is_Add else self._print(term))
+        return row
+
+    def _operator(self, text: str) -> Any:
+        operator = self.dom.createElement('mo')
+        operator.appendChild(self.dom.createTextNode(text))
+        return operator
+
+    def _bracketed(self, expr: Any) -> Any:
+        row = self.dom.createElement('mrow')
+        for part in (self._operator('('), self._print(expr), self._operator(')')):
+            row.appendChild(part)
+        return row
+
+    def _print_MatrixBase(self, m: Any) -> Any:
+        # Brackets are drawn by the style: few systems have a font whose brackets grow.
+        table = self.dom.createElement('mtable')
+        table.setAttribute('class', 'matrix')
+        for i in range(m.rows):
+            row = self.dom.createElement('mtr')
+            for j in range(m.cols):
+                cell = self.dom.createElement('mtd')
+                cell.appendChild(self._print(m[i, j]))
+                row.appendChild(cell)
+            table.appendChild(row)
+        return table
+
+
+def html_of(blocks: Sequence[Block]) -> str:
+    """
+    Return a complete HTML page.
+
+    """
+    title = next(block.text for block in blocks if isinstance(block, Heading))
+    lines = ['<!DOCTYPE html>', '<html lang="en">', '<head>', '<meta charset="utf-8">']
+    lines += ['<meta name="viewport" content="width=device-width">']
+    lines += [f'<title>{escape(title)}</title>', f'<style>{STYLE}</style>', '</head>', '<body>']
+    for block in blocks:
+        if isinstance(block, Heading):
+            lines.append(f'<h{block.level}>{escape(block.text)}</h{block.level}>')
+        elif isinstance(block, Equation):
+            row = f'<mrow>{_as_written(_left(block.left))}<mo>=</mo>{mathml(block.right)}</mrow>'
+            lines.append(f'<div class="formula">{MATHML.format("block", row)}</div>')
+        else:
+            parts = (
+                escape(p) if isinstance(p, str) else MATHML.format('inline', mathml(p))
+                for p in block.parts
+            )
+            lines.append(f'<p>{"".join(parts)}</p>')
+    return '\n'.join([*lines, '</body>', '</html>', ''])
+
+
+def mathml(expression: Any) -> str:
+    """
+    Return an expression as presentation MathML without the outer element.
+
+    """
+    return _as_written(str(DecimalMathMLPrinter()._print(expression).toxml()))
+
+
+def _as_written(markup: str) -> str:
+    # What looks alike with a mathematical font and without: brackets of the height of a letter,
+    # letters in the italics of any font, words upright, and a minus as long as a plus.
+    markup = re.sub(r'<mo>([()])</mo>', r'<mo stretchy="false">\1</mo>', markup)
+    markup = re.sub(r'<mi>(&\w+;|[^<\d])</mi>', r'<mi class="letter">\1</mi>', markup)
+    markup = re.sub(r'<mi>([^<\d][^<]*)</mi>', r'<mi class="word">\1</mi>', markup)
+    return markup.replace('<mo>-</mo>', '<mo>\N{MINUS SIGN}</mo>')
+
+
+def _left(left: str) -> str:
+    if left == 'det J':
+        return '<mo>det</mo><mi>J</mi>'
+    if left.startswith('\\dot'):
+        return '<mover><mi>q</mi><mo>.</mo></mover><mo>(</mo><mi>t</mi><mo>)</mo>'
+    name, _, index = left.replace('{', '').replace('}', '').lstrip('\\').partition('_')
+    name, opened, rest = name.partition('(')
+    symbol = f'&{name};' if name in GREEK else escape(name)
+    tail = f'<mo>(</mo><mi>{escape(rest.rstrip(")"))}</mi><mo>)</mo>' if opened else ''
+    kind = 'mn' if symbol.isdigit() else 'mi'
+    if index:
+        return f'<msub><{kind}>{symbol}</{kind}><mi>{escape(index)}</mi></msub>{tail}'
+    return f'<{kind}>{symbol}</{kind}>{tail}'

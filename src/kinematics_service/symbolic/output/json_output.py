@@ -1,0 +1,87 @@
+"""
+A derivation as JSON, expressions in sympy's own syntax.
+
+"""
+
+import json
+from typing import Any
+
+import sympy
+
+from ..derivation import Derivation
+from ..path import Path
+
+
+def json_of(
+    derivation: Derivation, path: Path | None = None, span: tuple[float, float] = (0.0, 6.3)
+) -> str:
+    """
+    Return a JSON object; lengths in the file's unit, joint angles in rad.
+
+    """
+    found = derivation.singular_set
+    determinant = found.determinant
+    document: dict[str, Any] = {
+        'robot': derivation.robot.name,
+        'length_unit': derivation.robot.description.length_unit,
+        'variables': [v.name for v in derivation.variables],
+        'lengths': {symbol.name: value for symbol, value in derivation.names.values.items()},
+        'row_transforms': [_strings(T) for T in derivation.row_transforms],
+        'frames': [_strings(T) for T in derivation.frames],
+        'T': _strings(derivation.T),
+        'z': [_strings(z) for z in derivation.z],
+        'o': [_strings(o) for o in derivation.o],
+        'jacobian': _strings(derivation.jacobian),
+        'coupling': _strings(derivation.coupling),
+        'terms_of_difference': dict(derivation.methods),
+        'task': list(determinant.rows),
+        'square': determinant.square,
+        'determinant': '0' if determinant.identically_zero else _strings(determinant.expression),
+        'product': _strings(determinant.expression),
+        'generic_rank': found.generic_rank,
+        'dependent_joints': list(found.dependent),
+        'complete': found.complete,
+        'factors': [
+            {
+                'name': factor.name,
+                'expression': str(factor.expression),
+                'power': factor.power,
+                'irreducible': factor.irreducible,
+                'joint': None if factor.family.variable is None else str(factor.family.variable),
+                'solutions': [str(s) for s in factor.family.solutions],
+                'condition': _strings(factor.family.condition),
+                'free_where_zero': [str(e) for e in factor.family.free],
+                'rank': factor.rank,
+                'lost': factor.lost,
+                'idle': factor.idle,
+                'within_limits': factor.within_limits,
+            }
+            for factor in found.factors
+        ],
+        'crossings': [
+            {'factors': list(c.names), 'rank': c.rank, 'within_limits': c.within_limits}
+            for c in found.crossings
+        ],
+    }
+    if path is not None:
+        document['path'] = {
+            'q': _strings(path.q),
+            'qdot': _strings(path.qdot),
+            'v': _strings(path.v),
+            'omega': _strings(path.omega),
+            'crossings': [
+                {'time': c.time, 'factor': c.name, 'touches': c.touches}
+                for c in path.crossings(*span)
+            ],
+        }
+    return json.dumps(document, indent=1) + '\n'
+
+
+def _strings(value: Any) -> Any:
+    if value is None:
+        return None
+    if not isinstance(value, sympy.MatrixBase):
+        return str(value)
+    if value.cols == 1:
+        return [str(entry) for entry in value]
+    return [[str(entry) for entry in row] for row in value.tolist()]

@@ -1,0 +1,239 @@
+"""
+A derivation as a list of headings, sentences and equations, for every output format the same.
+
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import sympy
+
+from ..derivation import Derivation
+from ..path import Path
+from ..singular_set import SingularFactor
+
+# An expression of more operations is named, not printed again inside a sentence.
+LONG = 60
+
+
+@dataclass(frozen=True)
+class Heading:
+    """
+    A heading; level 1 is the title.
+
+    """
+
+    text: str
+    level: int
+
+
+@dataclass(frozen=True)
+class Sentence:
+    """
+    Plain text; `parts` alternate between text and sympy expressions.
+
+    """
+
+    parts: tuple[Any, ...]
+
+
+@dataclass(frozen=True)
+class Equation:
+    """
+    A symbol in letters and what it is: `left` is LaTeX-like, `J`, `T_{01}`, `z_{1}`.
+
+    """
+
+    left: str
+    right: Any
+
+
+Block = Heading | Sentence | Equation
+
+
+def report_of(
+    derivation: Derivation,
+    frame: str | None = None,
+    path: Path | None = None,
+    span: tuple[float, float] = (0.0, 6.3),
+) -> tuple[Block, ...]:
+    """
+    Return a derivation as blocks.
+
+    Parameters
+    ----------
+    derivation
+        What is reported.
+    frame
+        Axes of the Jacobian: `base`, `tool` or the number of a frame; default the base.
+    path
+        Velocity along it is reported too.
+    span : s
+        Times between which the path's crossings are looked for.
+
+    """
+    blocks = [*_frames(derivation), *_jacobian(derivation, frame or 'base')]
+    blocks += [*_determinant(derivation), *_singular(derivation)]
+    if path is not None:
+        blocks += _path(path, span)
+    return tuple(blocks)
+
+
+def say(*parts: Any) -> Sentence:
+    """
+    Return a sentence.
+
+    """
+    return Sentence(parts)
+
+
+def _frames(derivation: Derivation) -> Iterator[Block]:
+    robot = derivation.robot
+    angle, length = 'rad', robot.description.length_unit
+    yield Heading(f'{robot.name}: exact kinematics', 1)
+    yield say(f'Source: {robot.source}')
+    yield say(f'Joint variables in {angle} or {length}; lengths are symbols, in {length}.')
+    if derivation.names.values:
+        given = ', '.join(f'{s} = {v:.12g}' for s, v in derivation.names.values.items())
+        yield say(f'Numbers of the file: {given}')
+    yield Heading('Frames', 2)
+    yield say(
+        'T_i,k is frame k in frame i, and T the tool in the base frame; R and p are its rotation '
+        'and its position. A matrix that is one of those above is named, not written again.'
+    )
+    transforms = [(f'{k - 1},{k}', T) for k, T in enumerate(derivation.row_transforms, 1)]
+    transforms += [(f'base,{k}', T) for k, T in enumerate(derivation.frames)]
+    yield from _once([(f'T_{{{which}}}', T) for which, T in transforms] + [('T', derivation.T)])
+    for k, (z, o) in enumerate(zip(derivation.z, derivation.o), 1):
+        yield Equation(f'z_{{{k}}}', z)
+        yield Equation(f'o_{{{k}}}', o)
+
+
+def _once(matrices: Sequence[tuple[str, Any]]) -> Iterator[Block]:
+    # Those that are the identity, or equal to an earlier one, by name.
+    shown: dict[Any, str] = {sympy.ImmutableMatrix(sympy.eye(4)): 'the identity'}
+    for left, matrix in matrices:
+        known = shown.setdefault(sympy.ImmutableMatrix(matrix), left)
+        if known == left:
+            yield Equation(left, matrix)
+        else:
+            yield say(f'{_in_words(left)} is {_in_words(known)}.')
+
+
+def _in_words(left: str) -> str:
+    return left.replace('{', '').replace('}', '')
+
+
+def _jacobian(derivation: Derivation, frame: str) -> Iterator[Block]:
+    yield Heading('Jacobian', 2)
+    axes = frame if frame in ('base', 'tool') else f'frame {frame}'
+    yield say(f'Rows vx vy vz wx wy wz of the origin of the tool, axes of {axes}.')
+    yield Equation('J', derivation.jacobian if frame == 'base' else derivation.jacobian_in(frame))
+    if derivation.coupling is not None:
+        yield say('Joints move several rows: J = J_open C, with the rows moved by C q.')
+        yield Equation('C', derivation.coupling)
+    same = [name for name, left in derivation.methods.items() if not left]
+    yield say(f'Found {len(derivation.methods)} ways; difference exactly zero: {", ".join(same)}.')
+    for name, left in derivation.methods.items():
+        if left:
+            yield say(f'{name} differs in {left} terms (a rounded matrix in the file?)')
+    worst = derivation.central_difference
+    yield say(f'Central differences of T at a random pose differ by {worst:.1e}.')
+
+
+def _determinant(derivation: Derivation) -> Iterator[Block]:
+    found = derivation.singular_set
+    determinant = found.determinant
+    yield Heading('Determinant', 2)
+    yield say(f'Task rows: {" ".join(determinant.rows)}; rank {found.generic_rank} in general.')
+    if found.dependent:
+        joints = ' and '.join(found.dependent)
+        yield say(
+            f'Structural: {joints} depend on each other at every pose, so the determinant is 0 '
+            'for every q. That says nothing about a pose: what follows is about '
+            f'columns {", ".join(determinant.columns)}.'
+        )
+    elif determinant.identically_zero:
+        yield say('Structural: the determinant is 0 for every q.')
+    if determinant.expression is None:
+        yield say('Too many minors to write out: lock joints to get a smaller arm.')
+        return
+    left = 'det J' if determinant.square else 'w'
+    if not determinant.square:
+        yield say(
+            f'Not square: w is the product of the singular values, the root of the sum of '
+            f'{determinant.minors} squared minors; factors common to all of them stand in front.'
+        )
+    yield say(f'Computed in {determinant.view}, which does not change it.')
+    yield Equation(left, determinant.expression)
+    if not found.factors and determinant.minors > 1:
+        yield say('The minors have no common factor. Lock a joint for the reduced arm.')
+
+
+def _singular(derivation: Derivation) -> Iterator[Block]:
+    found = derivation.singular_set
+    yield Heading('Singular set', 2)
+    if found.determinant.expression is None:
+        return
+    if not found.factors and found.determinant.minors == 1:
+        yield say('Empty: the determinant is a constant.')
+    for factor in found.factors:
+        yield from _sheet(factor)
+    if found.crossings:
+        yield Heading('Where sheets meet', 3)
+    for crossing in found.crossings:
+        names = ' and '.join(map(_short, crossing.names))
+        inside = '' if crossing.within_limits else ' (outside the joint limits)'
+        yield say(f'{names}: rank {crossing.rank}{inside}')
+    if found.determinant.minors > 1:
+        yield say('Singular too where what is left of the minors vanishes as a whole:')
+        yield Equation('0', found.determinant.remainder)
+
+
+def _short(name: str) -> str:
+    return name if len(name) <= 40 else 'the irreducible factor'
+
+
+def _sheet(factor: SingularFactor) -> Iterator[Block]:
+    yield Heading(_short(factor.name), 3)
+    yield Equation('0', factor.expression)
+    if sympy.count_ops(factor.expression) > LONG and factor.irreducible:
+        yield say('It is irreducible: with its lengths as letters it does not factor.')
+    if not factor.irreducible:
+        yield say('Whether it factors further was not found out.')
+    if factor.power > 1:
+        yield say(f'It stands {factor.power} times in the product.')
+    family = factor.family
+    for solution in family.solutions:
+        yield Equation(sympy.latex(family.variable), solution)
+    if family.condition is not None:
+        yield say('exists if and only if ', family.condition)
+    if family.free:
+        parts = [part for e in family.free for part in (e, ' and ')][:-1]
+        yield say('Every value of it where ', *parts, ' vanish together.')
+    if factor.rank is None:
+        yield say('No pose was found on it with the lengths of the file.')
+        return
+    if not factor.within_limits:
+        yield say('No pose of it was found inside the joint limits.')
+    yield say(f'Rank there: {factor.rank}.')
+    if factor.lost:
+        yield say(f'Lost: {factor.lost}.')
+    if factor.idle:
+        yield say(f'Joints: {factor.idle}.')
+
+
+def _path(path: Path, span: tuple[float, float]) -> Iterator[Block]:
+    yield Heading('Along the path', 2)
+    yield Equation('q(t)', path.q)
+    yield Equation('\\dot{q}(t)', path.qdot)
+    yield Equation('v(t)', path.v)
+    yield Equation('\\omega(t)', path.omega)
+    crossings = path.crossings(*span)
+    yield say(
+        f'Meets the singular set {len(crossings)} times between {span[0]:g} and {span[1]:g} s.'
+    )
+    for crossing in crossings:
+        how = ' (touches)' if crossing.touches else ''
+        yield say(f't = {crossing.time:.6f} s: {_short(crossing.name)}{how}')

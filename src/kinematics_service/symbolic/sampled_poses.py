@@ -1,0 +1,192 @@
+"""
+An arm's numbers at poses given in the file's units, for what is found by looking at poses.
+
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..kernel import Floats
+from ..kinematics.forward import forward_kinematics, jacobian, link_frames
+from ..robot.robot import Robot
+from ..robot.task import ROW_NAMES, seeded_poses
+from .algebra.arithmetic import Arithmetic
+from .algebra.numeric import substituted
+from .singular_geometry import Arm
+
+# Enough for a coincidence to show, few enough for a second.
+POSES = 60
+# Of central differences: round-off and the third derivative are both below 1e-9.
+STEP = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Bench:
+    """
+    A robot with the joints of a derivation: some may be locked.
+
+    Attributes
+    ----------
+    robot
+        The arm.
+    moving
+        Indices of the joints that move.
+    still : shape (n,), rad or m
+        Positions of the others.
+    to_si : shape (moving,)
+        Multiplies a joint position of the file's length unit; 1 for angles.
+    rows
+        Indices of the task rows.
+
+    """
+
+    robot: Robot
+    moving: tuple[int, ...]
+    still: Floats
+    to_si: Floats
+    rows: tuple[int, ...]
+
+    def whole(self, q: Floats) -> Floats:
+        """
+        Return all joints in rad and m, shape (N, n), for the moving ones in the file's units.
+
+        """
+        result = np.tile(self.still, (len(q), 1))
+        result[:, list(self.moving)] = q * self.to_si
+        return result
+
+    def random(self, count: int = POSES, within: bool = False) -> Floats:
+        """
+        Return seeded poses of the moving joints in the file's units.
+
+        Parameters
+        ----------
+        count
+            At most 1000.
+        within
+            Inside the joint limits; otherwise anywhere near them, full turns for angles.
+
+        """
+        robot = self.robot
+        prismatic = [kind == 'prismatic' for kind in robot.joint_types]
+        limits = np.array(robot.limits)
+        if not within:
+            limits[~np.array(prismatic)] = (-np.inf, np.inf)
+        q = seeded_poses(limits, prismatic)[:count]
+        return np.asarray(q[:, list(self.moving)] / self.to_si)
+
+    def inside(self, q: Floats) -> Floats:
+        """
+        Return whether poses are inside the joint limits, angles modulo full turns, shape (N,).
+
+        """
+        limits = self.robot.limits[list(self.moving)]
+        si = q * self.to_si
+        turning = np.array([self.robot.joint_types[j] != 'prismatic' for j in self.moving])
+        good = np.ones(len(q), dtype=bool)
+        for k, (low, high) in enumerate(limits):
+            x = si[:, k]
+            if turning[k] and np.isfinite(low):
+                x = low + np.mod(x - low, 2 * np.pi)
+                x = np.where(x > low + 2 * np.pi - 1e-9, low, x)
+            good &= (x >= low - 1e-9) & (x <= high + 1e-9)
+        return good
+
+    def arm(self, q: Floats) -> Arm:
+        """
+        Return the arm's numbers at poses in the file's units.
+
+        """
+        robot, moving = self.robot, list(self.moving)
+        si = self.whole(q)
+        J = jacobian(robot, si)[:, :, moving]
+        frames = link_frames(robot, si)
+        tool = forward_kinematics(robot, si)[:, :3, 3]
+        omega = np.swapaxes(J[:, 3:], 1, 2)
+        size = np.linalg.norm(omega, axis=2, keepdims=True)
+        with np.errstate(invalid='ignore', divide='ignore'):
+            axes = np.where(size > 1e-9, omega / size, np.nan)
+            velocity = np.swapaxes(J[:, :3], 1, 2) / size
+        # v = w x r with r from the axis to the tool: its foot on the axis is p + z x v.
+        origins = tool[:, None] + np.cross(axes, velocity)
+        types = robot.joint_types
+        return Arm(
+            J,
+            self.task_block(J, frames),
+            frames,
+            axes,
+            origins,
+            tool,
+            tuple(types[j] != 'prismatic' for j in moving),
+            tuple(robot.variables[j] for j in moving),
+        )
+
+    def central_difference(self) -> float:
+        """
+        Return how far J is from central differences of T at a seeded pose, m and rad.
+
+        """
+        robot = self.robot
+        q = self.whole(self.random(1))[0]
+        J, R = jacobian(robot, q), forward_kinematics(robot, q)[:3, :3]
+        worst = 0.0
+        for k in self.moving:
+            step = np.zeros(robot.dof)
+            step[k] = STEP
+            above, below = forward_kinematics(robot, q + step), forward_kinematics(robot, q - step)
+            rate = (above - below) / (2 * STEP)
+            turning = rate[:3, :3] @ R.T
+            column = [*rate[:3, 3], turning[2, 1], turning[0, 2], turning[1, 0]]
+            worst = max(worst, float(np.max(np.abs(J[:, k] - column))))
+        return worst
+
+    @property
+    def row_scales(self) -> Floats:
+        """
+        Return the factor of each task row: the characteristic length of angular ones.
+
+        """
+        return np.array([self.robot.task.length if i >= 3 else 1.0 for i in self.rows])
+
+    def task_block(self, J: Floats, frames: Floats) -> Floats:
+        """
+        Return the scaled task rows, axes of frame 0, shape (N, m, moving).
+
+        """
+        R_t = np.swapaxes(frames[:, 0, :3, :3], 1, 2)
+        turned = np.concatenate([R_t @ J[:, :3], R_t @ J[:, 3:]], axis=1)
+        slides = [self.robot.joint_types[j] == 'prismatic' for j in self.moving]
+        columns = np.where(slides, self.robot.task.length, 1.0)
+        return np.asarray(turned[:, list(self.rows)] * self.row_scales[:, None] * columns)
+
+
+def bench_of(robot: Robot, arithmetic: Arithmetic, rows: Sequence[int]) -> Bench:
+    """
+    Return the bench of a derivation.
+
+    """
+    names = arithmetic.names
+    unit = 0.001 if robot.description.length_unit == 'mm' else 1.0
+    symbols = {symbol.name for symbol in names.variables}
+    still = np.zeros(robot.dof)
+    moving, to_si = [], []
+    for j, name in enumerate(robot.variables):
+        slides = robot.joint_types[j] == 'prismatic'
+        if name in symbols:
+            moving.append(j)
+            to_si.append(unit if slides else 1.0)
+            continue
+        value = substituted(names.meanings[name], names.values)
+        degrees = robot.description.angle_unit == 'deg' and not slides
+        still[j] = value * (unit if slides else np.pi / 180 if degrees else 1.0)
+    return Bench(robot, tuple(moving), still, np.array(to_si), tuple(rows))
+
+
+def row_indices(robot: Robot) -> tuple[int, ...]:
+    """
+    Return the task rows as indices among x y z rx ry rz.
+
+    """
+    return tuple(ROW_NAMES.index(name) for name in robot.task.rows)

@@ -1,0 +1,288 @@
+"""
+Polynomials in exp(i q) written as people write them: sines and cosines of the arm's own angles.
+
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from typing import Any
+
+import sympy
+
+from .algebra.arithmetic import Arithmetic
+from .algebra.laurent import Laurent
+from .algebra.matrices import Matrix
+from .frames import Frames
+
+Exponents = tuple[int, ...]
+Terms = dict[Exponents, tuple[int, int]]
+
+# A form with more terms than this is not tried in every basis.
+LARGE = 400
+LEAF = 24
+# Integers above this come from angles that have become fractions: shown as decimals.
+LONG = 10**15
+DIGITS = 17
+# Entries with more terms are not tidied: sympy takes minutes.
+UNTIDY = 1000
+
+
+@dataclass(frozen=True)
+class Basis:
+    """
+    The angles sines and cosines are taken of: integer combinations of the joint angles.
+
+    Attributes
+    ----------
+    angles
+        Sympy expressions, one an angle generator.
+    to_angles
+        Integers: row k holds the exponents that angle generator k contributes to each angle.
+
+    """
+
+    angles: tuple[Any, ...]
+    to_angles: tuple[tuple[int, ...], ...]
+
+
+@dataclass(frozen=True)
+class Writer:
+    """
+    What turns polynomials of one arm into sympy expressions.
+
+    Attributes
+    ----------
+    sums, singles
+        Angles summed along parallel joints, and the joint angles themselves.
+    divisor
+        Of a polynomial that is written as it is, without tidying; None: tidied.
+
+    """
+
+    arithmetic: Arithmetic
+    sums: Basis
+    singles: Basis
+    divisor: int | None = None
+    _numbers: dict[Any, Any] = field(default_factory=dict)
+    _written: dict[Any, Any] = field(default_factory=dict)
+
+    def expression(self, value: Laurent) -> Any:
+        """
+        Return a sympy expression of a real polynomial, in the shortest of a few forms.
+
+        """
+        if not value:
+            return sympy.Integer(0)
+        key = (frozenset(value.real.items()), frozenset(value.imaginary.items()), value.divisor)
+        if key not in self._written:
+            self._written[key] = self._shortest(value)
+        return self._written[key]
+
+    def _shortest(self, value: Laurent) -> Any:
+        split = self._split(value)
+        if value.divisor > LONG or len(value) > UNTIDY:
+            plain = replace(self, divisor=value.divisor)
+            return self._with_numbers(plain._products(split, self.sums))
+        candidates = [self._products(split, self.sums)]
+        if len(value) <= LARGE:
+            if self.singles != self.sums:
+                candidates.append(self._products(split, self.singles))
+            candidates.append(self._cosines_of_sums(split))
+        return self._with_numbers(min(candidates, key=sympy.count_ops) / value.divisor)
+
+    def _with_numbers(self, expression: Any) -> Any:
+        return expression.xreplace({symbol: number for number, symbol in self._numbers.items()})
+
+    def matrix(self, rows: Matrix) -> Any:
+        """
+        Return a sympy matrix, immutable.
+
+        """
+        return sympy.ImmutableMatrix([[self.expression(entry) for entry in row] for row in rows])
+
+    def _split(self, value: Laurent) -> dict[Exponents, Terms]:
+        # By the exponents of the angles: what remains in each group is a polynomial in lengths.
+        n = len(self._angle_places())
+        fixed = self._fixed_places()
+        groups: dict[Exponents, Terms] = {}
+        for exponents, c in value.terms().items():
+            angles = (*exponents[:n], *(exponents[k] for k in fixed))
+            rest = (0,) * n + tuple(
+                0 if n + k in fixed else e for k, e in enumerate(exponents[n:])
+            )
+            groups.setdefault(angles, {})[rest] = c
+        return groups
+
+    def _angle_places(self) -> range:
+        return range(len(self.arithmetic.names.variables))
+
+    def _fixed_places(self) -> tuple[int, ...]:
+        generators = self.arithmetic.ring.generators
+        return tuple(k for k, g in enumerate(generators) if g.kind == 'fixed_angle')
+
+    def _leaf(self, terms: Mapping[Exponents, tuple[int, int]], imaginary: bool) -> Any:
+        # A polynomial in lengths, of the real or of the imaginary parts.
+        generators = self.arithmetic.ring.generators
+        summands = []
+        for exponents, c in terms.items():
+            if c[imaginary]:
+                powers = (
+                    self._letter(generators[k].meaning) ** e for k, e in enumerate(exponents) if e
+                )
+                summands.append(sympy.Mul(self._coefficient(c[imaginary]), *powers))
+        if self.divisor is not None:
+            return sympy.Add(*summands)
+        return _tidied(sympy.Add(*summands)) if summands else sympy.Integer(0)
+
+    def _coefficient(self, c: int) -> Any:
+        if self.divisor is None:
+            return sympy.Integer(c)
+        fraction = sympy.Rational(c, self.divisor)
+        return fraction if self.divisor <= LONG else sympy.Float(fraction, DIGITS)
+
+    def _letter(self, meaning: Any) -> Any:
+        # Numbers are letters while an expression is built: sympy would make 0.0825 cos q + 0.4 a
+        # fraction in front of a sum of integers.
+        if meaning.is_Symbol:
+            return meaning
+        return self._numbers.setdefault(meaning, sympy.Symbol(f'_{len(self._numbers)}'))
+
+    def _cosines_of_sums(self, groups: Mapping[Exponents, Terms]) -> Any:
+        # Real: the group of -e is the conjugate of that of e: each pair is one cosine, one sine.
+        angles = self._angles_of_generators()
+        result = sympy.Integer(0)
+        for exponents, terms in groups.items():
+            if exponents < tuple(-e for e in exponents):
+                continue
+            angle = sympy.Add(*(e * angle for e, angle in zip(exponents, angles)))
+            weight = 1 if not any(exponents) else 2
+            result += weight * self._leaf(terms, False) * sympy.cos(angle)
+            result -= weight * self._leaf(terms, True) * sympy.sin(angle)
+        return sympy.factor_terms(result)
+
+    def _angles_of_generators(self) -> list[Any]:
+        arithmetic = self.arithmetic
+        generators = arithmetic.ring.generators
+        moving = [v / arithmetic.units[v] for v in arithmetic.names.variables]
+        return [*moving, *(generators[k].meaning for k in self._fixed_places())]
+
+    def _products(self, groups: Mapping[Exponents, Terms], basis: Basis) -> Any:
+        changed: dict[Exponents, Terms] = {}
+        n = len(basis.angles)
+        for exponents, terms in groups.items():
+            moved = tuple(
+                sum(exponents[k] * basis.to_angles[k][j] for k in range(n)) for j in range(n)
+            )
+            changed[(*moved, *exponents[n:])] = terms
+        generators = self.arithmetic.ring.generators
+        fixed = [generators[k].meaning for k in self._fixed_places()]
+        return self._nested(changed, (*basis.angles, *fixed))
+
+    def _nested(self, groups: dict[Exponents, Terms], angles: Sequence[Any]) -> Any:
+        # One angle after the other: C + P cos u + S sin u, and C, P, S likewise by the next ones.
+        if not angles:
+            return self._leaf(groups[()], False) if groups else sympy.Integer(0)
+        by_power: dict[int, dict[Exponents, Terms]] = {}
+        for exponents, terms in groups.items():
+            by_power.setdefault(exponents[0], {})[exponents[1:]] = terms
+        result = self._nested(by_power.get(0, {}), angles[1:])
+        for power in sorted({abs(e) for e in by_power if e}):
+            above, below = by_power.get(power, {}), by_power.get(-power, {})
+            cosine = self._nested(_combined(above, below, 1), angles[1:])
+            sine = self._nested(_times_i(_combined(above, below, -1)), angles[1:])
+            angle = power * angles[0]
+            result += cosine * sympy.cos(angle) + sine * sympy.sin(angle)
+        return sympy.factor_terms(result) if self.divisor is None else result
+
+
+@lru_cache(maxsize=4096)
+def _tidied(leaf: Any) -> Any:
+    return sympy.factor(leaf) if leaf.is_Add and len(leaf.args) <= LEAF else leaf
+
+
+def _combined(
+    above: Mapping[Exponents, Terms], below: Mapping[Exponents, Terms], sign: int
+) -> dict[Exponents, Terms]:
+    result: dict[Exponents, Terms] = {}
+    for key in {**above, **below}:
+        one, other = above.get(key, {}), below.get(key, {})
+        sums = {}
+        for e in {**one, **other}:
+            (a, b), (c, d) = one.get(e, (0, 0)), other.get(e, (0, 0))
+            sums[e] = (a + sign * c, b + sign * d)
+        kept = {e: c for e, c in sums.items() if c != (0, 0)}
+        if kept:
+            result[key] = kept
+    return result
+
+
+def _times_i(groups: Mapping[Exponents, Terms]) -> dict[Exponents, Terms]:
+    return {key: {e: (-b, a) for e, (a, b) in terms.items()} for key, terms in groups.items()}
+
+
+def writer_of(frames: Frames, arithmetic: Arithmetic) -> Writer:
+    """
+    Return the writer of an arm: its angles are sums along parallel joints where there are such.
+
+    """
+    variables = arithmetic.names.variables
+    singles = _basis(arithmetic, [_unit_vector(k, len(variables)) for k in range(len(variables))])
+    sums = _basis(arithmetic, _parallel_sums(frames, arithmetic))
+    assert singles is not None  # the joint angles themselves
+    return Writer(arithmetic, sums or singles, singles)
+
+
+def _unit_vector(k: int, n: int) -> tuple[int, ...]:
+    return tuple(int(i == k) for i in range(n))
+
+
+def _parallel_sums(frames: Frames, arithmetic: Arithmetic) -> list[tuple[int, ...]]:
+    # Angles add up as long as nothing but z stays z between the rows.
+    variables = arithmetic.names.variables
+    total = [0] * len(variables)
+    found: list[tuple[int, ...]] = []
+    sign = 1
+    for row in frames.rows:
+        for matrix in (row.before, None, row.after):
+            if matrix is None:
+                for k, variable in enumerate(variables):
+                    factor = row.theta[1].get(variable, 0) * arithmetic.units[variable]
+                    total[k] += sign * int(factor)
+                if any(total):
+                    found.append(tuple(total))
+                continue
+            z = _constant(matrix[2][2])
+            if z in (1, -1):
+                sign *= z
+            else:
+                total, sign = [0] * len(variables), 1
+    return found
+
+
+def _constant(value: Laurent) -> int | None:
+    terms = value.terms()
+    if not terms:
+        return 0
+    ((exponents, (real, _)),) = terms.items() if len(terms) == 1 else (((1,), (0, 0)),)
+    return None if any(exponents) else real // value.divisor
+
+
+def _basis(arithmetic: Arithmetic, vectors: Iterable[tuple[int, ...]]) -> Basis | None:
+    # The first of the sums that are independent; joints in none of them stand for themselves.
+    variables = arithmetic.names.variables
+    n = len(variables)
+    chosen: list[tuple[int, ...]] = []
+    for vector in [*vectors, *(_unit_vector(k, n) for k in range(n))]:
+        upright = tuple(-e for e in vector) if next(e for e in vector if e) < 0 else vector
+        if sympy.Matrix([*chosen, upright]).rank() > len(chosen):
+            chosen.append(upright)
+    matrix = sympy.Matrix(chosen)
+    if abs(matrix.det()) != 1:
+        return None
+    # exp(i q_k) = prod over angles u_j of exp(i u_j)^(inverse[k, j]).
+    inverse = matrix.inv()
+    angles = tuple(
+        sympy.Add(*(e * v / arithmetic.units[v] for e, v in zip(row, variables))) for row in chosen
+    )
+    return Basis(angles, tuple(tuple(int(e) for e in inverse.row(k)) for k in range(n)))
