@@ -65,7 +65,7 @@ def one_of(*names):
 RULES = {
     'ROS': (of_ros, ('ros/',)),
     'compilers': (one_of('numba', 'llvmlite', 'Cython', 'cython'), ()),
-    'sympy': (one_of('sympy', 'mpmath'), ('symbolic/', 'cli/', 'robot/measure', 'display/plots/')),
+    'sympy': (one_of('sympy', 'mpmath'), ('symbolic/',)),
     'YAML': (
         one_of('ruamel', 'yaml'),
         (
@@ -83,7 +83,11 @@ RULES = {
     'dask': (one_of('dask', 'distributed'), ('kinematics/sweep.py',)),
     'rosbags': (
         one_of('rosbags'),
-        ('formats/recordings/bag_reader.py', 'diagnosis/audit/report/bag_writer.py'),
+        (
+            'formats/recordings/bag_reader.py',
+            'formats/recordings/ros1_index.py',
+            'diagnosis/audit/report/bag_writer.py',
+        ),
     ),
     'scipy': (one_of('scipy'), ()),
 }
