@@ -4,6 +4,16 @@ from libc cimport math
 from . cimport arrays, places
 from .chain cimport Chain
 
+cdef extern from *:
+    """
+    #if defined(__PYX_HAVE__kinematics_service__kernel__chain_pass) \
+        && defined(__x86_64__) && defined(__GLIBC__) && defined(__GNUC__) && !defined(__clang__)
+    static void kinematics_sines_and_cosines(
+        double*, double*, double*
+    ) __attribute__((target_clones("avx2", "default")));
+    #endif
+    """
+
 cdef double SIN_3, SIN_5, SIN_7, SIN_9, SIN_11, SIN_13
 cdef double COS_4, COS_6, COS_8, COS_10, COS_12, COS_14
 cdef double ROUNDER, TWO_BY_PI, HALF_PI_1, HALF_PI_2, HALF_PI_3
@@ -15,10 +25,12 @@ ctypedef (double, double) Pair
     z=double, p=double, sine=double, half=double, w=double, cosine=double, quarter=int,
     sign=double, other=double,
 )
-cdef Pair _sincos_reduced(double x) noexcept nogil
+cdef inline Pair _sincos_reduced(double x) noexcept nogil
 cdef Pair sincos(double x) noexcept nogil
-@cython.locals(lane=Py_ssize_t, pair=Pair)
-cdef void sines_and_cosines(double* angles, double* sines, double* cosines) noexcept nogil
+@cython.locals(s='double[16]', c='double[16]', lane=Py_ssize_t, pair=Pair)
+cdef void sines_and_cosines "kinematics_sines_and_cosines"(
+    double* angles, double* sines, double* cosines
+) noexcept nogil
 cdef void _start(double* T, double* motion) noexcept nogil
 @cython.locals(i=int, x=double, y=double, z=double)
 cdef void _times(double* T, double* motion) noexcept nogil
@@ -44,7 +56,9 @@ cdef int _write_frames(
 )
 cdef double evaluate_row(Chain chain, double* q, double* qdot, int depth, double* row) noexcept nogil
 @cython.locals(screws='double*', e=int, total=double)
-cdef double finish_row(Chain chain, double* T, double* qdot, int depth, double* row) noexcept nogil
+cdef double _finish_row(
+    Chain chain, double* T, double* qdot, int depth, double* row
+) noexcept nogil
 @cython.locals(n=int, k=int, e=int, i=int, j=int)
 cdef void _add_up_screws(Chain chain, double* screws, double* row) noexcept nogil
 @cython.locals(entries=int, twist=int, along=double, total=double, screw=int, e=int, i=int)

@@ -85,9 +85,14 @@ def sines_and_cosines(angles: Numbers, sines: Numbers, cosines: Numbers) -> None
     Write what `sincos` returns of LANES angles up to LARGEST_REDUCED.
 
     """
+    # Arrays of its own (LANES numbers): none of the constants is in their place, and the compiler
+    # knows, and does several lanes at once.
+    s, c = [0.0] * 16, [0.0] * 16
     for lane in range(places.LANES):
         pair = _sincos_reduced(angles[lane])
-        sines[lane], cosines[lane] = pair[0], pair[1]
+        s[lane], c[lane] = pair[0], pair[1]
+    for lane in range(places.LANES):
+        sines[lane], cosines[lane] = s[lane], c[lane]
 
 
 def _start(T: Numbers, motion: Floats) -> None:
@@ -239,14 +244,11 @@ def evaluate_row(chain: Chain, q: Floats, qdot: Floats, depth: int, row: Floats)
             _times_twist(T, arrays.after(chain.before, 12 * (k + 1)))
         else:
             _times(T, arrays.after(chain.before, 12 * (k + 1)))
-    return finish_row(chain, T, qdot, depth, row)
+    return _finish_row(chain, T, qdot, depth, row)
 
 
-def finish_row(chain: Chain, T: Numbers, qdot: Floats, depth: int, row: Floats) -> float:
-    """
-    Fill a row once the tool's pose T is known, and points and axes stand in place of the screws.
-
-    """
+def _finish_row(chain: Chain, T: Numbers, qdot: Floats, depth: int, row: Floats) -> float:
+    # Once the tool's pose T is known, and points and axes stand in place of the screws.
     _write_motion(T, row, places.POSE_AT)
     write_quaternion(T, row, places.QUATERNION_AT)
     total = T[3] + T[7] + T[11]

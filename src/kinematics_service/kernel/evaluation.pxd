@@ -2,13 +2,13 @@ cimport cython
 cimport numpy as cnp
 from libc cimport math
 
-from . cimport arrays, chain_pass, lanes, places
+from . cimport arrays, chain_lanes, chain_pass, places
 from .arm cimport Arm
 from .chain cimport Chain
 
 @cython.locals(
-    positions='double*', rates='double*', results='double*', count=Py_ssize_t, n=Py_ssize_t,
-    each=Py_ssize_t, stopped=Py_ssize_t,
+    positions='double*', rates='double*', results='double*', work='double*', count=Py_ssize_t,
+    n=Py_ssize_t, each=Py_ssize_t, stopped=Py_ssize_t,
 )
 cpdef Py_ssize_t evaluate(
     Chain chain, cnp.ndarray q, cnp.ndarray qdot, int depth, cnp.ndarray rows
@@ -20,7 +20,7 @@ cdef Py_ssize_t _width(Chain chain, int depth) noexcept nogil
 )
 cdef Py_ssize_t _evaluate_rows(
     Chain chain, Py_ssize_t count, double* q, double* qdot, Py_ssize_t each, int depth,
-    Py_ssize_t width, double* rows,
+    double* rows, Py_ssize_t width, double* work,
 ) noexcept nogil
 @cython.locals(
     positions='double*', rates='double*', result='double*', n=int, tail=int,

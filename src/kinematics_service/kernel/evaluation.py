@@ -5,7 +5,7 @@ Evaluation of joint positions, of one or of many, and quaternions of poses.
 
 import math
 
-from . import arrays, chain_pass, lanes, places
+from . import arrays, chain_lanes, chain_pass, places
 from .arm import Arm
 from .arrays import Floats
 from .chain import Chain
@@ -45,11 +45,13 @@ def evaluate(chain: Chain, q: Floats, qdot: Floats, depth: int, rows: Floats) ->
     each = 0 if arrays.extent(qdot, 0) == 1 else n
     positions, rates = arrays.numbers(q, 0), arrays.numbers(qdot, count * each)
     results = arrays.results(rows, 0)
+    work = arrays.scratch(chain_lanes.room(chain))
     lock = arrays.let_go()
     stopped = _evaluate_rows(
-        chain, count, positions, rates, each, depth, arrays.extent(rows, 1), results
+        chain, count, positions, rates, each, depth, results, arrays.extent(rows, 1), work
     )
     arrays.take_back(lock)
+    arrays.give_back(work)
     return stopped
 
 
@@ -66,8 +68,9 @@ def _evaluate_rows(
     qdot: Floats,
     each: int,
     depth: int,
-    width: int,
     rows: Floats,
+    width: int,
+    work: Floats,
 ) -> int:
     n = chain.dof
     k = 0
@@ -75,7 +78,9 @@ def _evaluate_rows(
         q_k, qdot_k = arrays.after(q, k * n), arrays.after(qdot, k * each)
         row = arrays.after(rows, k * width)
         side_by_side = depth < places.ALL_FRAMES and count - k >= places.LANES
-        if side_by_side and lanes.evaluate_rows(chain, q_k, qdot_k, each, depth, width, row):
+        if side_by_side and chain_lanes.evaluate_rows(
+            chain, q_k, qdot_k, each, depth, row, width, work
+        ):
             k += places.LANES
             continue
         nothing = 0.0

@@ -1,12 +1,10 @@
 cimport cython
 from libc cimport math
 
-from . cimport arrays, chain_pass, factors, places
+from . cimport arrays, chain_pass, factors, lanes, places
 from .factors cimport Tape
 from .task_rows cimport TaskRows
 
-@cython.locals(beyond=int, lane=Py_ssize_t)
-cdef bint _reducible(double* angles) noexcept nogil
 @cython.locals(
     angles='double[16]', sines='double[16]', cosines='double[16]', lane=Py_ssize_t
 )

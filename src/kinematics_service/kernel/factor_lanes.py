@@ -6,17 +6,10 @@ Number k of a step in a lane stands at k * LANES + lane.
 
 import math
 
-from . import arrays, chain_pass, factors, places
+from . import arrays, chain_pass, factors, lanes, places
 from .arrays import Floats, Numbers
 from .factors import Tape
 from .task_rows import TaskRows
-
-
-def _reducible(angles: Numbers) -> bool:
-    beyond = 0
-    for lane in range(places.LANES):
-        beyond += 0 if abs(angles[lane]) <= places.LARGEST_REDUCED else 1
-    return beyond == 0
 
 
 def _turn(
@@ -27,7 +20,7 @@ def _turn(
     for lane in range(places.LANES):
         angles[lane] = number * a[lane]
         db[lane] = 0.0
-    if not _reducible(angles):
+    if not lanes.all_within(angles, 1, places.LARGEST_REDUCED):
         return False
     chain_pass.sines_and_cosines(angles, sines, cosines)
     if operation == places.SINE:

@@ -5,7 +5,16 @@ The measures of evaluated rows with the factors there, and the level they come t
 
 import math
 
-from . import arrays, evaluation, factor_lanes, factors, measure_lanes, places, singularity
+from . import (
+    arrays,
+    evaluation,
+    factor_lanes,
+    factors,
+    lanes,
+    measure_lanes,
+    places,
+    singularity,
+)
 from .arm import Arm
 from .arrays import Floats
 
@@ -75,15 +84,15 @@ def _judge_rows(
     measured = work
     evaluated = arrays.after(measured, columns * places.LANES)
     free = arrays.after(evaluated, length * places.LANES)
-    measure_lanes.put_side_by_side(rows, row_width, length, evaluated)
+    lanes.put_side_by_side(rows, row_width, length, evaluated)
     left = measure_lanes.measure_rows(arm.chain, arm.task, evaluated, measured, free)
     if arm.tape.factors > 0:
         positions = arrays.after(free, arm.tape.steps * (n + 1) * places.LANES)
-        measure_lanes.put_side_by_side(q, n, n, positions)
+        lanes.put_side_by_side(q, n, n, positions)
         judged = arrays.after(measured, (_judged_at(arm) + places.JUDGED) * places.LANES)
         if not factor_lanes.judge_factors(arm.tape, arm.task, positions, judged, free):
             return measure_lanes.ALL_LANES
-    measure_lanes.put_one_by_one(measured, columns, measures)
+    lanes.put_one_by_one(measured, columns, measures, columns)
     for lane in range(places.LANES):
         _judge(arm, arrays.after(measures, lane * columns))
     return left

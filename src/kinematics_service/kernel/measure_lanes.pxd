@@ -8,12 +8,6 @@ from .task_rows cimport TaskRows
 cdef double LARGEST_NORM
 cdef int ALL_LANES
 
-@cython.locals(k=Py_ssize_t, column=Py_ssize_t, lane=Py_ssize_t)
-cdef void put_side_by_side(
-    double* rows, Py_ssize_t width, Py_ssize_t count, double* lanes
-) noexcept nogil
-@cython.locals(k=Py_ssize_t, column=Py_ssize_t, lane=Py_ssize_t)
-cdef void put_one_by_one(double* lanes, Py_ssize_t count, double* rows) noexcept nogil
 @cython.locals(
     half=Py_ssize_t, v='double*', lane=Py_ssize_t, x=double, y=double, z=double, xx=double,
     xy=double, xz=double, yx=double, yy=double, yz=double, zx=double, zy=double, zz=double,

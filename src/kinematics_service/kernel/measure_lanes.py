@@ -19,26 +19,6 @@ LARGEST_NORM = 1e75
 ALL_LANES = 0xFFFF
 
 
-def put_side_by_side(rows: Floats, width: int, count: int, lanes: Floats) -> None:
-    """
-    Write the first `count` numbers of LANES rows, `width` numbers apart.
-
-    """
-    for k in range(count):
-        for lane in range(places.LANES):
-            lanes[k * places.LANES + lane] = rows[lane * width + k]
-
-
-def put_one_by_one(lanes: Floats, count: int, rows: Floats) -> None:
-    """
-    Write LANES rows of `count` numbers, one after the other.
-
-    """
-    for lane in range(places.LANES):
-        for k in range(count):
-            rows[lane * count + k] = lanes[k * places.LANES + lane]
-
-
 def _to_base_axes(task: TaskRows, vectors: Floats) -> None:
     # Constants first: to the compiler what is written might change them.
     xx, xy, xz = task.rotation[0], task.rotation[1], task.rotation[2]
