@@ -1,6 +1,5 @@
 """
 Time of an exact derivation of every bundled robot, and of six-joint arms out of seven-joint ones.
-
 """
 
 import sys
@@ -14,7 +13,6 @@ LOCKED = [('panda', 'q3', '0'), ('panda', 'q5', '0'), ('kuka_iiwa14', 'A3', '0')
 def main() -> None:
     """
     Print a table: robot, seconds, terms left of the difference of the four Jacobians, factors.
-
     """
     ks.derive(ks.load_robot('planar_2r'))  # imports are not what is measured
     wanted = sys.argv[1:] or list(ks.bundled_robots())

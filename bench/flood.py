@@ -93,10 +93,7 @@ def memory(process):
 
 
 def watched(process, seconds, words):
-    """
-    Print the memory of a process while it runs; return whether it still does.
-
-    """
+    """Print the memory of a process while it runs; return whether it still does."""
     begin = time.monotonic()
     while time.monotonic() - begin < seconds:
         time.sleep(min(STEP, seconds))
@@ -110,10 +107,7 @@ def watched(process, seconds, words):
 
 
 def ended(process):
-    """
-    Send SIGINT and say what came of it; return whether the process ended.
-
-    """
+    """Send SIGINT and say what came of it; return whether the process ended."""
     begin = time.monotonic()
     process.send_signal(signal.SIGINT)
     try:
@@ -126,10 +120,7 @@ def ended(process):
 
 
 def started(processes, arguments, ready, output, core=None):
-    """
-    Start the node or the demo and return it once its output has a text.
-
-    """
+    """Start the node or the demo and return it once its output has a text."""
     process = subprocess.Popen([*COMMAND, *arguments], stdout=output, stderr=subprocess.STDOUT)
     if core is not None:
         os.sched_setaffinity(process.pid, core)

@@ -37,10 +37,7 @@ RECORDINGS = Path(__file__).parents[2] / 'shared' / 'recordings'
 
 
 class Data(NamedTuple):
-    """
-    A recording: stamps s (N,), joints (N, n), poses (N, 4, 4), and both without a fault.
-
-    """
+    """A recording: stamps s (N,), joints (N, n), poses (N, 4, 4), and both without a fault."""
 
     robot: ks.Robot
     t: np.ndarray
@@ -66,10 +63,7 @@ X, Y = placed([0.3, -0.2, 0.5], [0.1, 0.2, 0.8]), placed([0.02, 0.01, 0.15], [0.
 
 
 def made_up(name, seed=0, lag=0.0, seconds=SECONDS, rate=RATE):
-    """
-    Return a recording whose poses come `lag` seconds late.
-
-    """
+    """Return a recording whose poses come `lag` seconds late."""
     robot, random = ks.load_robot(name), np.random.default_rng(seed)
     t = np.arange(int(seconds * rate)) / rate
     low, high = np.clip(robot.limits, -2.2, 2.2).T
@@ -97,10 +91,7 @@ def made_up(name, seed=0, lag=0.0, seconds=SECONDS, rate=RATE):
 
 
 def real():
-    """
-    Return the recording of the UR3e, None where it is not there.
-
-    """
+    """Return the recording of the UR3e, None where it is not there."""
     file = Path(os.environ.get('KINEMATICS_RECORDINGS', RECORDINGS)) / 'ur3e_rad/rad_ur3e_25hz.csv'
     if not file.exists():
         return None
@@ -118,20 +109,14 @@ def real():
 
 
 def late(data, lag):
-    """
-    Return a real recording whose poses come late, by joints of another time.
-
-    """
+    """Return a real recording whose poses come late, by joints of another time."""
     q = np.stack([np.interp(data.t + lag, data.t, column) for column in data.q.T], axis=1)
     inside = (data.t + lag >= data.t[0]) & (data.t + lag <= data.t[-1])
     return Data(data.robot, data.t[inside], q[inside], data.poses[inside])
 
 
 def faults(data):
-    """
-    Yield name, keys of causes that would be right (none: no cause), robot, q and poses.
-
-    """
+    """Yield name, keys of causes that would be right (none: no cause), robot, q and poses."""
     robot, q, B = data.robot, data.q, data.poses
     n, names = robot.dof, robot.joint_names
     yield 'nothing', {'': ''}, robot, q, B
@@ -223,10 +208,7 @@ def longer(robot, row, key):
 
 
 def report_of(robot, t, q, poses):
-    """
-    Return the frames of an audit of a table with joints and poses in a row.
-
-    """
+    """Return the frames of an audit of a table with joints and poses in a row."""
     stamps = BEGIN + np.rint(1e9 * t).astype(np.int64)
     block = Block(robot.joint_names, stamps, stamps, q, np.zeros((len(q), 0)))
     track = PoseTrack('poses', '', stamps, poses, q)
@@ -235,10 +217,7 @@ def report_of(robot, t, q, poses):
 
 
 def verdict(report, right):
-    """
-    Return `right`, `wrong` or `not named`, and what was said.
-
-    """
+    """Return `right`, `wrong` or `not named`, and what was said."""
     if not isinstance(report, FrameReport):
         return 'not compared', report.reason
     cause = report.diagnosis.cause

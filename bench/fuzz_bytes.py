@@ -106,10 +106,7 @@ class Hostile:
 
 @contextlib.contextmanager
 def silent():
-    """
-    Nothing on standard error, where the official deserializer says what it refuses.
-
-    """
+    """Nothing on standard error, where the official deserializer says what it refuses."""
     kept = os.dup(2)
     nowhere = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, 2)

@@ -33,10 +33,7 @@ def record(opcode, data):
 
 
 def message_bytes(names, stamps, positions, velocities):
-    """
-    Return serialized JointStates, shape (N, length) of bytes.
-
-    """
+    """Return serialized JointStates, shape (N, length) of bytes."""
 
     def aligned(data, size):
         return data + bytes(-(len(data) - 4) % size)
@@ -62,10 +59,7 @@ def message_bytes(names, stamps, positions, velocities):
 
 
 class Writer:
-    """
-    An MCAP file of one topic; `write` makes a chunk and its index.
-
-    """
+    """An MCAP file of one topic; `write` makes a chunk and its index."""
 
     def __init__(self, file, topic='/joint_states', checksums=True):
         self._file, self._checksums = file, checksums
@@ -88,10 +82,7 @@ class Writer:
         return zlib.crc32(data, start) if self._checksums else 0
 
     def write(self, times, messages):
-        """
-        Write messages (N, length) with the times of their recording (N,), ns.
-
-        """
+        """Write messages (N, length) with the times of their recording (N,), ns."""
         length = messages.shape[1]
         table = np.zeros((len(times), 31 + length), np.uint8)
         table[:, :9] = np.frombuffer(struct.pack('<BQ', 5, 22 + length), np.uint8)
@@ -124,10 +115,7 @@ class Writer:
         self._times = [min([begin, *self._times[:1]]), end]
 
     def close(self):
-        """
-        Write the summary.
-
-        """
+        """Write the summary."""
         self._put(record(15, struct.pack('<I', self._crc if self._checksums else 0)))
         begin = self._at
         count = struct.pack('<QHIIIIQQ', self._count, 1, 1, 0, 0, len(self._chunks), *self._times)
@@ -139,10 +127,7 @@ class Writer:
 
 
 def write_motion(path, names, count, motion, rate=1000, begin=1_700_000_000 * 10**9, chunk=4096):
-    """
-    Write `count` messages; `motion` returns positions and velocities of times in s.
-
-    """
+    """Write `count` messages; `motion` returns positions and velocities of times in s."""
     with path.open('wb') as file:
         writer = Writer(file)
         for at in range(0, count, chunk):

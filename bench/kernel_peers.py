@@ -1,7 +1,4 @@
-"""
-The same arm in other libraries, for those that are installed: pose and Jacobian of one pose.
-
-"""
+"""The same arm in other libraries, for those that are installed: pose and Jacobian of one pose."""
 
 from typing import NamedTuple
 

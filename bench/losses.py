@@ -29,10 +29,7 @@ GO, SENT = range(2)
 
 
 def feed(path, reliability, rate):
-    """
-    Publish joint states at a rate as long as told to, and count them.
-
-    """
+    """Publish joint states at a rate as long as told to, and count them."""
     import rclpy
     from rclpy.qos import QoSProfile, ReliabilityPolicy
     from rclpy.serialization import serialize_message

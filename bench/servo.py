@@ -22,20 +22,14 @@ BEND, SECONDS = 0.25, 4.0
 
 
 def twist_between(T, ahead):
-    """
-    Return the displacement (6,) from a pose to one near it, base axes.
-
-    """
+    """Return the displacement (6,) from a pose to one near it, base axes."""
     R = ahead[:3, :3] @ T[:3, :3].T
     vector = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]]) / 2.0
     return np.concatenate([ahead[:3, 3] - T[:3, 3], vector])
 
 
 def run(arguments):
-    """
-    Track the path once and print what was seen.
-
-    """
+    """Track the path once and print what was seen."""
     import rclpy
     from geometry_msgs.msg import TwistStamped
     from rclpy.experimental import EventsExecutor
@@ -117,10 +111,7 @@ def run(arguments):
 
 
 def main():
-    """
-    Read the command line.
-
-    """
+    """Read the command line."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
     parser.add_argument('--rate', type=float, default=200.0)
     parser.add_argument('--robot', default='ur5e', help='an arm with six joints and a wrist')

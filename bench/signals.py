@@ -51,10 +51,7 @@ rclpy.spin(node)
 
 
 class Node:
-    """
-    A node that runs; `listening` is set when it says so.
-
-    """
+    """A node that runs; `listening` is set when it says so."""
 
     def __init__(self) -> None:
         self.listening = threading.Event()
@@ -72,10 +69,7 @@ class Node:
                 self.listening.set()
 
     def end(self, number: int, twice: bool) -> tuple[int, float]:
-        """
-        Return the exit code and the seconds between the first signal and the end.
-
-        """
+        """Return the exit code and the seconds between the first signal and the end."""
         begin = time.monotonic()
         self.popen.send_signal(number)
         if twice:
@@ -88,10 +82,7 @@ class Node:
 
 
 def ends(number: int, twice: bool, runs: int, ear: subprocess.Popen | None) -> list[tuple]:
-    """
-    Return (exit code, seconds, whether a traceback was written) of each run.
-
-    """
+    """Return (exit code, seconds, whether a traceback was written) of each run."""
     results = []
     for _ in range(runs):
         node = Node()
@@ -115,7 +106,6 @@ def starts(runs: int) -> int:
 
     What the interpreter itself says of a signal, before it has read a line of ours, is counted
     by itself.
-
     """
     bad = 0
     print(
@@ -164,10 +154,7 @@ def _stopped_start(k: int) -> tuple[str, float]:
 
 
 def main(runs: int) -> int:
-    """
-    Print a table; return 1 where some node did not end as it should.
-
-    """
+    """Print a table; return 1 where some node did not end as it should."""
     os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
     os.environ.setdefault('ROS_DOMAIN_ID', str(random.randrange(1, 100)))
     each = max(1, runs // 8)

@@ -23,10 +23,7 @@ SETTLED = 1 / 6
 
 
 def feed(arguments):
-    """
-    Publish joint states with the time of sending as their stamp.
-
-    """
+    """Publish joint states with the time of sending as their stamp."""
     import rclpy
     from sensor_msgs.msg import JointState
 
@@ -53,19 +50,13 @@ def feed(arguments):
 
 
 def resident(pid):
-    """
-    Return the resident set of a process in MiB.
-
-    """
+    """Return the resident set of a process in MiB."""
     with open(f'/proc/{pid}/statm') as statm:
         return int(statm.read().split()[1]) * os.sysconf('SC_PAGE_SIZE') / 2**20
 
 
 def watch(arguments):
-    """
-    Start node and feeder, listen, and print what was seen.
-
-    """
+    """Start node and feeder, listen, and print what was seen."""
     import rclpy
     from geometry_msgs.msg import PoseStamped, TwistStamped
     from rclpy.experimental import EventsExecutor
@@ -123,10 +114,7 @@ def watch(arguments):
 
 
 def main():
-    """
-    Read the command line.
-
-    """
+    """Read the command line."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
     parser.add_argument('--minutes', type=float, default=30.0)
     parser.add_argument('--rate', type=float, default=1000.0)

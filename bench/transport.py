@@ -52,7 +52,6 @@ def shared(path):
 def feed(path, namespaces):
     """
     Publish JointStates at the shared rate until told to stop; they differ in stamp and positions.
-
     """
     import rclpy
     from rclpy.serialization import serialize_message
@@ -101,10 +100,7 @@ def feed(path, namespaces):
 
 
 def listen(path, namespaces, topics):
-    """
-    Count the answers, and note the age of each pose.
-
-    """
+    """Count the answers, and note the age of each pose."""
     import rclpy
     from geometry_msgs.msg import PoseStamped, TwistStamped
     from rclpy.experimental import EventsExecutor
@@ -155,10 +151,7 @@ class CaseError(Exception):
 
 
 class Running:
-    """
-    Processes that answer, a feeder and a listener: started, matched, and ended together.
-
-    """
+    """Processes that answer, a feeder and a listener: started, matched, and ended together."""
 
     def __init__(self, commands, topics, namespaces=('',)):
         self.commands, self.topics, self.namespaces = commands, topics, namespaces
@@ -212,10 +205,7 @@ class Running:
         os.unlink(self.path)
 
     def cpu_a_message(self, rate, seconds):
-        """
-        Return the CPU time a message of all nodes together, us, and the share unanswered.
-
-        """
+        """Return the CPU time a message of all nodes together, us, and the share unanswered."""
         self.slots[RATE] = rate
         time.sleep(2.0)
         before = self._used()
@@ -231,10 +221,7 @@ class Running:
         return np.array([used, self.slots[SENT], self.slots[HEARD]])
 
     def lost(self, rate, seconds):
-        """
-        Return how many messages were not answered, and the rate that was really fed.
-
-        """
+        """Return how many messages were not answered, and the rate that was really fed."""
         sent, heard = int(self.slots[SENT]), int(self.slots[HEARD])
         begin = time.perf_counter()
         self.slots[RATE] = rate
@@ -246,10 +233,7 @@ class Running:
         return sent - heard, sent / elapsed
 
     def latencies(self, rate, seconds):
-        """
-        Return the ages of the poses heard, ms, after a warm-up.
-
-        """
+        """Return the ages of the poses heard, ms, after a warm-up."""
         self.slots[RATE] = rate
         time.sleep(2.0)
         first = int(self.slots[HEARD])
@@ -287,10 +271,7 @@ def others(options):
 
 
 def measured(cases, rounds, measure):
-    """
-    Return name -> results of all rounds; the cases take turns. A case that fails says why.
-
-    """
+    """Return name -> results of all rounds; the cases take turns. A case that fails says why."""
     results = {name: [] for name in cases}
     for _ in range(rounds):
         for name, (commands, topics, namespaces) in cases.items():
@@ -303,10 +284,7 @@ def measured(cases, rounds, measure):
 
 
 def with_profiles(command):
-    """
-    Return a command that runs with what the node asks of Fast DDS.
-
-    """
+    """Return a command that runs with what the node asks of Fast DDS."""
     from kinematics_service.ros.process.middleware import PROFILES, VARIABLE
 
     return ['env', f'{VARIABLE}={PROFILES}', *command]
@@ -317,7 +295,6 @@ def on_one_core(name, command):
     Yield the node's cases once more, all its threads on the last core.
 
     From the middleware's thread to the executor's then is no way to another core.
-
     """
     if shutil.which('taskset'):
         last = str(max(os.sched_getaffinity(0)))
@@ -366,7 +343,6 @@ def cpu(options):
 def highest_rate(running, seconds):
     """
     Return the highest rate, Hz, with every message answered, and whether the feeder was the limit.
-
     """
 
     def passes(rate):

@@ -1,7 +1,4 @@
-"""
-The kernel's extension modules: compiled where that can be, never in the way.
-
-"""
+"""The kernel's extension modules: compiled where that can be, never in the way."""
 
 import hashlib
 import os

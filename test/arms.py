@@ -1,7 +1,4 @@
-"""
-The arms and poses the tests run over: every bundled robot, and random ones of every kind.
-
-"""
+"""The arms and poses the tests run over: every bundled robot, and random ones of every kind."""
 
 import dataclasses
 import functools
@@ -21,29 +18,20 @@ EVERY_ARM = BUNDLED + RANDOM
 
 @functools.cache
 def arm_of(name):
-    """
-    Return the random arm of a name `convention-joints-seed`, as the generator has it.
-
-    """
+    """Return the random arm of a name `convention-joints-seed`, as the generator has it."""
     convention, dof, seed = name.split('-')
     return random_arm(int(seed), int(dof), convention)
 
 
 @functools.cache
 def robot_of(name):
-    """
-    Return the robot of a bundled name, or of a random arm's.
-
-    """
+    """Return the robot of a bundled name, or of a random arm's."""
     return ks.load_robot(name) if name in BUNDLED else ks.robot_from_text(arm_of(name).text())
 
 
 @functools.cache
 def without_factors(name):
-    """
-    Return the robot of a name without its named singular factors: judged by J alone.
-
-    """
+    """Return the robot of a name without its named singular factors: judged by J alone."""
     description = robot_of(name).description
     if not description.singularity.factors:
         return robot_of(name)
@@ -52,18 +40,12 @@ def without_factors(name):
 
 
 def sliding(robot):
-    """
-    Return whether each joint slides.
-
-    """
+    """Return whether each joint slides."""
     return np.array([kind == 'prismatic' for kind in robot.joint_types])
 
 
 def poses(robot, count=20, seed=0):
-    """
-    Return joint positions where it hurts: uniform, zero, +-pi, the limits, all but singular.
-
-    """
+    """Return joint positions where it hurts: uniform, zero, +-pi, the limits, all but singular."""
     random = np.random.default_rng(seed)
     low, high = np.clip(robot.limits, -math.pi, math.pi).T
     uniform = random.uniform(low, high, (count, robot.dof))

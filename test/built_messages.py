@@ -1,7 +1,4 @@
-"""
-What a topic says of a report as an object, and all that a message says, bit for bit.
-
-"""
+"""What a topic says of a report as an object, and all that a message says, bit for bit."""
 
 import struct
 from array import array

@@ -1,6 +1,5 @@
 """
 A headless Chromium driven by its DevTools protocol: Debian's browser, and a socket of websockets.
-
 """
 
 import base64
@@ -41,10 +40,7 @@ DEADLINE = 120.0
 
 
 def find_chromium() -> str:
-    """
-    Return Chromium's path, that of the variable CHROMIUM first; skip the test without one.
-
-    """
+    """Return Chromium's path, that of the variable CHROMIUM first; skip the test without one."""
     for name in (os.environ.get('CHROMIUM', ''), *NAMES):
         found = shutil.which(name) if name else None
         if found:
@@ -53,10 +49,7 @@ def find_chromium() -> str:
 
 
 class Tab:
-    """
-    One page in the browser: what it logs, what it asks for, what it is told to do.
-
-    """
+    """One page in the browser: what it logs, what it asks for, what it is told to do."""
 
     def __init__(self, address: str) -> None:
         connect = pytest.importorskip('websockets.sync.client', reason='needs websockets').connect
@@ -68,10 +61,7 @@ class Tab:
         self.requests: list[str] = []
 
     def open(self, url: str, width: int = 1400, height: int = 900) -> None:
-        """
-        Open a page in a window of a size.
-
-        """
+        """Open a page in a window of a size."""
         target = self.call('Target.createTarget', url='about:blank')['targetId']
         self._session = self.call('Target.attachToTarget', targetId=target, flatten=True)[
             'sessionId'
@@ -88,10 +78,7 @@ class Tab:
         self.call('Page.navigate', url=url)
 
     def call(self, method: str, **parameters: Any) -> dict[str, Any]:
-        """
-        Call a method of the protocol and return its result.
-
-        """
+        """Call a method of the protocol and return its result."""
         self._number += 1
         number = self._number
         message = {'id': number, 'method': method, 'params': parameters}
@@ -123,10 +110,7 @@ class Tab:
                 self.requests.append(parameters['request']['url'])
 
     def evaluate(self, expression: str) -> Any:
-        """
-        Return the value of an expression in the page.
-
-        """
+        """Return the value of an expression in the page."""
         result = self.call(
             'Runtime.evaluate', expression=expression, returnByValue=True, awaitPromise=True
         )
@@ -135,10 +119,7 @@ class Tab:
         return result['result'].get('value')
 
     def wait_for(self, expression: str, what: str, seconds: float = DEADLINE) -> Any:
-        """
-        Return the value of an expression once it is true; fail after some seconds.
-
-        """
+        """Return the value of an expression once it is true; fail after some seconds."""
         deadline = time.monotonic() + seconds
         while True:
             value = self.evaluate(expression)
@@ -149,18 +130,12 @@ class Tab:
             time.sleep(0.05)
 
     def click(self, x: float, y: float) -> None:
-        """
-        Click somewhere in the page.
-
-        """
+        """Click somewhere in the page."""
         for kind in ('mousePressed', 'mouseReleased'):
             self.call('Input.dispatchMouseEvent', type=kind, x=x, y=y, button='left', clickCount=1)
 
     def press(self, key: str) -> None:
-        """
-        Press and release a key such as `End` or `ArrowRight`.
-
-        """
+        """Press and release a key such as `End` or `ArrowRight`."""
         codes = {'End': 35, 'Home': 36, 'ArrowLeft': 37, 'ArrowRight': 39}
         for kind in ('rawKeyDown', 'keyUp'):
             self.call(
@@ -172,10 +147,7 @@ class Tab:
             )
 
     def screenshot(self, path: Path) -> bytes:
-        """
-        Write a picture of the page as PNG, and return it.
-
-        """
+        """Write a picture of the page as PNG, and return it."""
         data = base64.b64decode(self.call('Page.captureScreenshot', format='png')['data'])
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(data)
@@ -184,10 +156,7 @@ class Tab:
 
 @contextmanager
 def chromium_tab() -> Iterator[Tab]:
-    """
-    Run a Chromium of its own within the block; yield a tab of it.
-
-    """
+    """Run a Chromium of its own within the block; yield a tab of it."""
     binary = find_chromium()
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
         process = subprocess.Popen(

@@ -1,7 +1,4 @@
-"""
-What can be written down by hand of the bundled arms, without the library.
-
-"""
+"""What can be written down by hand of the bundled arms, without the library."""
 
 import math
 
@@ -17,7 +14,6 @@ def craig_jacobian_in_tool_axes(q):
 
     The tool's x runs along the last link, its z along the axes of joints 2 and 3, so that joints
     2 and 3 move the tool in its x and y, and joint 1, a vertical axis at the distance r, in its z.
-
     """
     _, q2, q3 = q
     r = L1 + L2 * math.cos(q2) + L3 * math.cos(q2 + q3)

@@ -27,7 +27,6 @@ def as_it_was() -> Iterator[None]:
     Put back what commands that are called within this process leave behind at their end.
 
     They go on ignoring signals, which processes started later would inherit.
-
     """
     # Set by runners of tests; what is printed would be cut to it.
     os.environ.pop('COLUMNS', None)
@@ -40,10 +39,7 @@ def as_it_was() -> Iterator[None]:
 
 @pytest.fixture(scope='session')
 def ros_domain() -> Iterator[int]:
-    """
-    Return a domain no other test process uses, set for this process and its children.
-
-    """
+    """Return a domain no other test process uses, set for this process and its children."""
     coordinator = pytest.importorskip(
         'domain_coordinator', reason='needs ros-jazzy-domain-coordinator'
     )
@@ -62,19 +58,13 @@ def ros_domain() -> Iterator[int]:
 
 @pytest.fixture(params=['bytes', 'messages'])
 def transport(request: pytest.FixtureRequest) -> str:
-    """
-    Return each of the ways messages are read and written: what uses it runs through both.
-
-    """
+    """Return each of the ways messages are read and written: what uses it runs through both."""
     return str(request.param)
 
 
 @pytest.fixture
 def arm(ros_domain: int, transport: str) -> Iterator[Callable[..., Any]]:
-    """
-    Return a function that starts a node and a peer of it, see `ros_harness.Arm`.
-
-    """
+    """Return a function that starts a node and a peer of it, see `ros_harness.Arm`."""
     from ros_harness import Arm
 
     arms: list[Arm] = []
@@ -92,7 +82,6 @@ def arm(ros_domain: int, transport: str) -> Iterator[Callable[..., Any]]:
 def process(ros_domain: int) -> Iterator[Callable[..., Any]]:
     """
     Return a function that starts a node as a process of its own, see `node_process.NodeProcess`.
-
     """
     from node_process import NodeProcess
 

@@ -1,7 +1,4 @@
-"""
-Derivations the tests share: each arm is derived once.
-
-"""
+"""Derivations the tests share: each arm is derived once."""
 
 import functools
 import json
@@ -31,18 +28,12 @@ SYSTEMS = {
 
 @functools.cache
 def derived(name, *locked):
-    """
-    Return the derivation of a bundled robot, joints locked as in `q3=0`.
-
-    """
+    """Return the derivation of a bundled robot, joints locked as in `q3=0`."""
     return ks.derive(ks.load_robot(name), dict(text.split('=') for text in locked))
 
 
 def golden(system, name, text):
-    """
-    Return a golden string as a sympy expression in the symbols of a bundled robot.
-
-    """
+    """Return a golden string as a sympy expression in the symbols of a bundled robot."""
     derivation = derived(name)
     entry = SYMBOLIC[system]
     joints = dict(zip(entry['vars'], derivation.variables))
@@ -51,18 +42,12 @@ def golden(system, name, text):
 
 
 def zero(expression):
-    """
-    Return whether an expression simplifies to zero.
-
-    """
+    """Return whether an expression simplifies to zero."""
     expression = sympy.expand(sympy.expand_trig(expression))
     return expression == 0 or sympy.simplify(expression) == 0
 
 
 def same(one, other):
-    """
-    Return whether two matrices are equal, entry by entry.
-
-    """
+    """Return whether two matrices are equal, entry by entry."""
     assert one.shape == other.shape
     return all(zero(a - b) for a, b in zip(one, other))

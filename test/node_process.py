@@ -1,7 +1,4 @@
-"""
-The node as a process of its own.
-
-"""
+"""The node as a process of its own."""
 
 import os
 import subprocess
@@ -13,10 +10,7 @@ import pytest
 
 
 class NodeProcess:
-    """
-    `python -m kinematics_service` as a process; its standard error is read as it comes.
-
-    """
+    """`python -m kinematics_service` as a process; its standard error is read as it comes."""
 
     def __init__(
         self,
@@ -49,36 +43,24 @@ class NodeProcess:
         self._ready.set()
 
     def wait_until_ready(self) -> None:
-        """
-        Return when the node listens; fail where it ends instead.
-
-        """
+        """Return when the node listens; fail where it ends instead."""
         if not self._ready.wait(30.0) or not any('listening to' in line for line in self.lines):
             self.kill()
             pytest.fail('the node did not start: ' + ' | '.join(self.lines))
 
     def wait(self, seconds: float = 30.0) -> int:
-        """
-        Return the exit code of a process that ends by itself.
-
-        """
+        """Return the exit code of a process that ends by itself."""
         code = self.popen.wait(seconds)
         self._reader.join(seconds)
         return code
 
     @property
     def stderr(self) -> str:
-        """
-        Return what was written to standard error so far.
-
-        """
+        """Return what was written to standard error so far."""
         return '\n'.join(self.lines)
 
     def kill(self) -> None:
-        """
-        End the process if it still runs.
-
-        """
+        """End the process if it still runs."""
         if self.popen.poll() is None:
             self.popen.kill()
         self.popen.wait()

@@ -20,10 +20,7 @@ DISPUTE_WINDOW, JUMPS = 2_000_000_000, 4
 
 
 class Joint:
-    """
-    What is known of one joint.
-
-    """
+    """What is known of one joint."""
 
     def __init__(self, name, wraps):
         self.name, self.wraps = name, wraps
@@ -34,10 +31,7 @@ class Joint:
 
 
 class PlainEstimator:
-    """
-    A model of `estimation.estimator.Estimator`: the same counts, answers and disputes.
-
-    """
+    """A model of `estimation.estimator.Estimator`: the same counts, answers and disputes."""
 
     def __init__(self, robot, settings):
         self.robot, self.settings = robot, settings
@@ -52,10 +46,7 @@ class PlainEstimator:
         }
 
     def take(self, sample, depth=kernel.ALL_FRAMES):
-        """
-        Return (q, qdot, stamp, source, numbers, quaternion), or (reason, sentence).
-
-        """
+        """Return (q, qdot, stamp, source, numbers, quaternion), or (reason, sentence)."""
         outcome = self.accept(sample)
         if len(outcome) == 2:
             return outcome
@@ -77,10 +68,7 @@ class PlainEstimator:
         return q, qdot, stamp, source, state.numbers, quaternion
 
     def accept(self, sample):
-        """
-        Return (q, qdot, stamp, source), or (reason, sentence).
-
-        """
+        """Return (q, qdot, stamp, source), or (reason, sentence)."""
         refusal = self._refusal(sample)
         if refusal is not None:
             self.counts[refusal[0]] += 1
@@ -202,10 +190,7 @@ class PlainEstimator:
 
 
 def same(outcome, expected):
-    """
-    Return whether an answer, an acceptance or a refusal is the model's, to the last bit.
-
-    """
+    """Return whether an answer, an acceptance or a refusal is the model's, to the last bit."""
     if isinstance(outcome, reasons.Refusal):
         return tuple(outcome) == tuple(expected)
     if len(expected) == 2:

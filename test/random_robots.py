@@ -19,10 +19,7 @@ SI = ('rad', 'm')
 
 @dataclass(frozen=True)
 class Motion:
-    """
-    An elementary motion (Rx to Tz) by `constant + sum of factor * q[joint]`, in rad or m.
-
-    """
+    """An elementary motion (Rx to Tz) by `constant + sum of factor * q[joint]`, in rad or m."""
 
     axis: str
     constant: float = 0.0
@@ -47,10 +44,7 @@ class Motion:
 
 @dataclass(frozen=True)
 class Constant:
-    """
-    A constant pose x y z (m) roll pitch yaw (rad), or the inverse of one.
-
-    """
+    """A constant pose x y z (m) roll pitch yaw (rad), or the inverse of one."""
 
     numbers: tuple[float, ...]
     inverted: bool = False
@@ -68,10 +62,7 @@ NOWHERE = Constant((0.0,) * 6)
 
 @dataclass(frozen=True)
 class Arm:
-    """
-    A random arm: kinds of its joints, rows of factors, base and tool.
-
-    """
+    """A random arm: kinds of its joints, rows of factors, base and tool."""
 
     convention: str
     kinds: tuple[str, ...]
@@ -86,20 +77,14 @@ class Arm:
         return len(self.kinds)
 
     def frames(self, q):
-        """
-        Return frame 0 and the frame after each row in the base frame.
-
-        """
+        """Return frame 0 and the frame after each row in the base frame."""
         frames = [self.base.matrix()]
         for row in self.rows:
             frames.append(functools.reduce(np.matmul, [f.matrix(q) for f in row], frames[-1]))
         return np.array(frames)
 
     def pose(self, q):
-        """
-        Return the tool in the base frame.
-
-        """
+        """Return the tool in the base frame."""
         return self.frames(q)[-1] @ self.tool.matrix()
 
     def in_convention(self, convention):
@@ -126,7 +111,6 @@ class Arm:
     def opened(self):
         """
         Return the open chain: each moving argument is a joint of its own, without its constant.
-
         """
         kinds, coupling, constants = [], [], []
         rows = []
@@ -148,7 +132,6 @@ class Arm:
     def scaled(self, factor):
         """
         Return the arm with every length (and every pitch and prismatic range) times a factor.
-
         """
 
         def longer(part):
@@ -167,10 +150,7 @@ class Arm:
         return replace(self, rows=rows, base=longer(self.base), tool=longer(self.tool))
 
     def text(self, units=SI):
-        """
-        Return the robot file.
-
-        """
+        """Return the robot file."""
         write = _Writer(self.kinds, *units)
         lines = [
             'robot: random',
@@ -197,10 +177,7 @@ class Arm:
 
 @dataclass(frozen=True, eq=False)
 class OpenedArm:
-    """
-    An open chain, and its joints as coupling @ q + constants.
-
-    """
+    """An open chain, and its joints as coupling @ q + constants."""
 
     arm: Arm
     coupling: np.ndarray
@@ -253,10 +230,7 @@ class _Writer:
 
 
 def random_arm(seed, dof, convention, kinds=KINDS, plain=False):
-    """
-    Return an arm of `dof` joints; `plain`: no couplings, fixed rows, base or tool.
-
-    """
+    """Return an arm of `dof` joints; `plain`: no couplings, fixed rows, base or tool."""
     random = np.random.default_rng([seed, dof, CONVENTIONS.index(convention)])
     weights = np.array([{'revolute': 0.7, 'prismatic': 0.2, 'helical': 0.1}[k] for k in kinds])
     chosen = tuple(random.choice(kinds, dof, p=weights / weights.sum()).tolist())

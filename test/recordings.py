@@ -20,10 +20,7 @@ BEGIN = 1_700_000_000 * SECOND
 
 
 def recorded(name):
-    """
-    Return the path of a recording, or skip.
-
-    """
+    """Return the path of a recording, or skip."""
     path = FOLDER / name
     if not path.exists():
         pytest.skip(f'{name} is not in {FOLDER} (set KINEMATICS_RECORDINGS)')
@@ -31,10 +28,7 @@ def recorded(name):
 
 
 def motion(robot, count, rate=100.0, seed=0):
-    """
-    Return times (s), positions and velocities of a smooth motion.
-
-    """
+    """Return times (s), positions and velocities of a smooth motion."""
     random = np.random.default_rng(seed)
     t = np.arange(count) / rate
     low, high = np.clip(robot.limits, -2.5, 2.5).T
@@ -45,10 +39,7 @@ def motion(robot, count, rate=100.0, seed=0):
 
 
 def samples_of(robot, t, q, qdot, begin=BEGIN, names=None):
-    """
-    Return joint samples, heard 2 ms after their stamps.
-
-    """
+    """Return joint samples, heard 2 ms after their stamps."""
     names = tuple(names or robot.joint_names)
     stamps = begin + np.rint(t * 1e9).astype(np.int64)
     return [
@@ -58,10 +49,7 @@ def samples_of(robot, t, q, qdot, begin=BEGIN, names=None):
 
 
 def awkward(robot, seed=0):
-    """
-    Return samples with everything that goes wrong on a topic.
-
-    """
+    """Return samples with everything that goes wrong on a topic."""
     t, q, qdot = motion(robot, 600, 100.0, seed)
     samples = samples_of(robot, t, q, qdot)
     random = np.random.default_rng(seed + 1)

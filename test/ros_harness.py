@@ -39,44 +39,29 @@ def joint_state(
     velocity: Sequence[float] = (),
     stamp: int = 0,
 ) -> JointState:
-    """
-    Return a message; its stamp in ns, 0 for none.
-
-    """
+    """Return a message; its stamp in ns, 0 for none."""
     message = JointState(name=names, position=position, velocity=velocity)
     message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp, SECOND)
     return message
 
 
 def nanoseconds(stamp: Any) -> int:
-    """
-    Return a builtin_interfaces Time in ns.
-
-    """
+    """Return a builtin_interfaces Time in ns."""
     return int(stamp.sec) * SECOND + int(stamp.nanosec)
 
 
 def values_of(status: DiagnosticStatus) -> dict[str, str]:
-    """
-    Return the key-values of a status.
-
-    """
+    """Return the key-values of a status."""
     return {pair.key: pair.value for pair in status.values}
 
 
 def level_of(status: DiagnosticStatus) -> int:
-    """
-    Return the level of a status as a number: 0 OK, 1 WARN, 2 ERROR, 3 STALE.
-
-    """
+    """Return the level of a status as a number: 0 OK, 1 WARN, 2 ERROR, 3 STALE."""
     return status.level[0]
 
 
 class Peer:
-    """
-    A node of the tests with its executor, in a context of its own unless one is given.
-
-    """
+    """A node of the tests with its executor, in a context of its own unless one is given."""
 
     def __init__(self, context: Context | None = None, args: Sequence[str] = ()) -> None:
         self._owns = context is None
@@ -93,10 +78,7 @@ class Peer:
         self._others: list[Node] = []
 
     def spin_until(self, true: Callable[[], bool], what: str, seconds: float = DEADLINE) -> None:
-        """
-        Turn the executor until `true()`; fail after `seconds`.
-
-        """
+        """Turn the executor until `true()`; fail after `seconds`."""
         deadline = time.monotonic() + seconds
         while not true():
             if time.monotonic() > deadline:
@@ -104,26 +86,17 @@ class Peer:
             self.executor.spin_once(timeout_sec=0.01)
 
     def add(self, node: Node) -> Node:
-        """
-        Spin and close another node together with the peer.
-
-        """
+        """Spin and close another node together with the peer."""
         self.executor.add_node(node)
         self._others.append(node)
         return node
 
     def other(self, name: str) -> Node:
-        """
-        Return one more node of the tests.
-
-        """
+        """Return one more node of the tests."""
         return self.add(Node(name, context=self.context, use_global_arguments=False))
 
     def listen(self, topic: str, kind: Any, qos: QoSProfile = RELIABLE) -> list[Any]:
-        """
-        Return a list that fills with the messages of a topic, once its publisher is matched.
-
-        """
+        """Return a list that fills with the messages of a topic, once its publisher is matched."""
         heard: list[Any] = []
         subscription = self.peer.create_subscription(kind, topic, heard.append, qos)
         self.spin_until(lambda: subscription.get_publisher_count() > 0, f'publisher of {topic}')
@@ -136,10 +109,7 @@ class Peer:
         node: Node | None = None,
         listeners: int = 1,
     ) -> Any:
-        """
-        Return a publisher of joint states, once it knows its listeners.
-
-        """
+        """Return a publisher of joint states, once it knows its listeners."""
         publisher = (node or self.peer).create_publisher(JointState, topic, qos)
         self.spin_until(
             lambda: publisher.get_subscription_count() == listeners, f'listeners to {topic}'
@@ -147,10 +117,7 @@ class Peer:
         return publisher
 
     def call(self, kind: Any, service: str, request: Any) -> Any:
-        """
-        Return the response of a service.
-
-        """
+        """Return the response of a service."""
         client = self.peer.create_client(kind, service)
         self.spin_until(client.service_is_ready, f'service {service}')
         future = client.call_async(request)
@@ -158,10 +125,7 @@ class Peer:
         return future.result()
 
     def close(self) -> None:
-        """
-        Destroy the nodes, and the context where it is the peer's own.
-
-        """
+        """Destroy the nodes, and the context where it is the peer's own."""
         for node in (*self._others, self.peer):
             self.executor.remove_node(node)
             node.destroy_node()
@@ -188,7 +152,6 @@ class Arm(Peer):
         The parameter of that name.
     **options
         As rclpy.node.Node takes them.
-
     """
 
     def __init__(
@@ -218,24 +181,15 @@ class Arm(Peer):
         self._diagnostics: list[DiagnosticArray] | None = None
 
     def topic(self, name: str) -> str:
-        """
-        Return the full name of a topic of the node, given without its `~/`.
-
-        """
+        """Return the full name of a topic of the node, given without its `~/`."""
         return f'{self.node.get_fully_qualified_name()}/{name}'
 
     def hear(self, name: str, kind: Any, qos: QoSProfile = RELIABLE) -> list[Any]:
-        """
-        Return a list that fills with the messages of one of the node's topics.
-
-        """
+        """Return a list that fills with the messages of one of the node's topics."""
         return self.listen(self.topic(name), kind, qos)
 
     def attach(self, listeners: int = 1) -> None:
-        """
-        Make the publisher that `publish` uses, for so many listeners.
-
-        """
+        """Make the publisher that `publish` uses, for so many listeners."""
         self._publisher = self.speaker(self._topic, listeners=listeners)
 
     def await_publishers(self, number: int) -> None:
@@ -244,16 +198,12 @@ class Arm(Peer):
 
         That a publisher knows the node is not enough: what a best-effort one sends before the node
         knows it is lost.
-
         """
         listener = self.node._input.subscription
         self.spin_until(lambda: listener.publisher_count == number, f'{number} publishers')
 
     def publish(self, message: JointState) -> None:
-        """
-        Publish a message as it is.
-
-        """
+        """Publish a message as it is."""
         if self._publisher is None:
             self.attach()
         self._publisher.publish(message)
@@ -261,10 +211,7 @@ class Arm(Peer):
     def send(
         self, position: Sequence[float], velocity: Sequence[float] = (), stamp: int | None = None
     ) -> int:
-        """
-        Publish positions of all joints; return the stamp, STEP after the last if not given.
-
-        """
+        """Publish positions of all joints; return the stamp, STEP after the last if not given."""
         if stamp is None:
             self.stamp += STEP
             stamp = self.stamp
@@ -273,10 +220,7 @@ class Arm(Peer):
 
     @property
     def poses(self) -> list[Any]:
-        """
-        Return the poses heard so far, since it was first asked for.
-
-        """
+        """Return the poses heard so far, since it was first asked for."""
         if self._poses is None:
             from geometry_msgs.msg import PoseStamped
 
@@ -284,10 +228,7 @@ class Arm(Peer):
         return self._poses
 
     def answer(self, position: Sequence[float], *args: Any, **options: Any) -> Any:
-        """
-        Send positions and return the pose that answers them.
-
-        """
+        """Send positions and return the pose that answers them."""
         poses = self.poses
         stamp = self.send(position, *args, **options)
         self.spin_until(
@@ -297,17 +238,11 @@ class Arm(Peer):
         return poses[-1]
 
     def stamps(self) -> list[int]:
-        """
-        Return the stamps of the poses heard so far.
-
-        """
+        """Return the stamps of the poses heard so far."""
         return [nanoseconds(pose.header.stamp) for pose in self.poses]
 
     def diagnose(self) -> DiagnosticStatus:
-        """
-        Return the diagnostics of now, without waiting for the second.
-
-        """
+        """Return the diagnostics of now, without waiting for the second."""
         if self._diagnostics is None:
             self._diagnostics = self.listen('/diagnostics', DiagnosticArray)
         heard = len(self._diagnostics)
@@ -316,8 +251,5 @@ class Arm(Peer):
         return self._diagnostics[-1].status[0]
 
     def counts(self) -> dict[str, str]:
-        """
-        Return the values of the diagnostics of now.
-
-        """
+        """Return the values of the diagnostics of now."""
         return values_of(self.diagnose())

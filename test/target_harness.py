@@ -1,7 +1,4 @@
-"""
-Targets for a node under test, and all that it says about them.
-
-"""
+"""Targets for a node under test, and all that it says about them."""
 
 import math
 
@@ -20,10 +17,7 @@ BASE = '<base>'
 
 
 def pose_target(T, frame=BASE, stamp=0):
-    """
-    Return a pose (4, 4) as a message.
-
-    """
+    """Return a pose (4, 4) as a message."""
     message = PoseStamped()
     message.header.frame_id = frame
     message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp, SECOND)
@@ -39,10 +33,7 @@ def pose_target(T, frame=BASE, stamp=0):
 
 
 def twist_target(twist, frame=BASE):
-    """
-    Return a twist (6,) as a message.
-
-    """
+    """Return a twist (6,) as a message."""
     message = TwistStamped()
     message.header.frame_id = frame
     linear, angular = message.twist.linear, message.twist.angular
@@ -51,10 +42,7 @@ def twist_target(twist, frame=BASE):
 
 
 class Targets:
-    """
-    An arm under test with all that it says about targets.
-
-    """
+    """An arm under test with all that it says about targets."""
 
     def __init__(self, arm):
         self.arm = arm
@@ -70,10 +58,7 @@ class Targets:
             arm.spin_until(lambda p=publisher: p.get_subscription_count() == 1, 'listener')
 
     def ask(self, message):
-        """
-        Send a target and return the status that answers it.
-
-        """
+        """Send a target and return the status that answers it."""
         if message.header.frame_id == BASE:
             message.header.frame_id = self.arm.robot.base_frame
         heard = len(self.statuses)
@@ -82,9 +67,6 @@ class Targets:
         return self.statuses[-1]
 
     def settle(self):
-        """
-        Return when everything the node has sent so far is here.
-
-        """
+        """Return when everything the node has sent so far is here."""
         for _ in range(20):
             self.arm.executor.spin_once(timeout_sec=0.005)

@@ -1,7 +1,4 @@
-"""
-When a warning is said again.
-
-"""
+"""When a warning is said again."""
 
 import math
 
@@ -21,10 +18,7 @@ def turned(degrees: float) -> np.ndarray:
 
 
 def said(steps):
-    """
-    Return which of the steps (level, direction, time in ms) are said.
-
-    """
+    """Return which of the steps (level, direction, time in ms) are said."""
     alarm, answers = Alarm(), []
     for level, direction, at in steps:
         alarm, say = alarm.step(level, direction, at * MILLISECOND)

@@ -107,7 +107,6 @@ def tree(file, package=PACKAGE):
 def imports(file, package=PACKAGE):
     """
     Return the absolute names of every module imported anywhere in a file, inside functions too.
-
     """
     names = set()
     folder = [NAME, *file.split('/')[:-1]]
@@ -124,10 +123,7 @@ def imports(file, package=PACKAGE):
 
 @cache
 def arrows(package=PACKAGE):
-    """
-    Return whom each file imports, of the package's own files.
-
-    """
+    """Return whom each file imports, of the package's own files."""
     file_of = {}
     for file in files(package):
         parts = [NAME, *file.removesuffix('.py').split('/')]
@@ -154,10 +150,7 @@ def room_of(file):
 
 
 def circles(graph):
-    """
-    Return the groups of nodes that reach each other.
-
-    """
+    """Return the groups of nodes that reach each other."""
     reach = {node: reached_from(graph, node) for node in graph}
     found = set()
     for node in graph:
@@ -256,10 +249,7 @@ def test_importing_the_package_alone_loads_nothing_heavy():
 
 
 def layers_of(graph):
-    """
-    Return how many nodes stand one above the other; those of a circle count as one.
-
-    """
+    """Return how many nodes stand one above the other; those of a circle count as one."""
     groups = {node: node for node in graph}
     for group in circles(graph):
         first = min(group)

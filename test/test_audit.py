@@ -1,6 +1,5 @@
 """
 An audit says what the node would have said, bit for bit, and what a person planted in a recording.
-
 """
 
 import math
@@ -30,10 +29,7 @@ SETTINGS = EstimatorSettings()
 
 
 def audited(samples, robot, settings=SETTINGS):
-    """
-    Return the audit of samples and the batches it was made of.
-
-    """
+    """Return the audit of samples and the batches it was made of."""
     parts = []
     source = Source('made up', '/joint_states', False, None, blocks_of(samples))
     result = audit(source, robot, 'made_up', settings, Listener(part=parts.append))
@@ -41,10 +37,7 @@ def audited(samples, robot, settings=SETTINGS):
 
 
 class Live:
-    """
-    What a node does with samples, one by one.
-
-    """
+    """What a node does with samples, one by one."""
 
     def __init__(self, samples, robot, settings=SETTINGS):
         self.estimator = Estimator(robot, settings)
@@ -71,10 +64,7 @@ class Live:
 
 
 def assert_same(result, parts, live):
-    """
-    Check an audit against the node's own sequence of calls, without any tolerance.
-
-    """
+    """Check an audit against the node's own sequence of calls, without any tolerance."""
     timeline = result.timeline
     assert {k: n for k, n in result.counts.items() if n} == {
         k: n for k, n in live.estimator.counts.items() if n

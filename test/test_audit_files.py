@@ -1,6 +1,5 @@
 """
 The files an audit reads and writes: bags, tables, plans, pages; and what it says of bad ones.
-
 """
 
 import hashlib
@@ -59,10 +58,7 @@ def store():
 
 
 def write_bag(folder, store, messages, plugin='MCAP'):
-    """
-    Write messages (topic, type, time, message) as a rosbag2 bag.
-
-    """
+    """Write messages (topic, type, time, message) as a rosbag2 bag."""
     from rosbags.rosbag2 import StoragePlugin, Writer
 
     with Writer(folder, version=9, storage_plugin=StoragePlugin[plugin]) as writer:
@@ -275,10 +271,7 @@ def test_nanoseconds_missing_cells_and_a_cut_last_line_do_no_harm(tmp_path, caps
 
 
 def plan(points, names=('q1', 'q2')):
-    """
-    Return a trajectory as `ros2 topic echo` prints it.
-
-    """
+    """Return a trajectory as `ros2 topic echo` prints it."""
     lines = [
         'header:',
         '  stamp:',
@@ -567,10 +560,7 @@ def test_what_is_written_is_what_the_nodes_builders_write(tmp_path, capsys, stor
 
 
 def read_back(path):
-    """
-    Return stamp and bytes of the messages of each topic.
-
-    """
+    """Return stamp and bytes of the messages of each topic."""
     from rosbags.highlevel import AnyReader
 
     written = {}

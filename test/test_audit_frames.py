@@ -1,6 +1,5 @@
 """
 A second source of the tool's pose in an audit: matched, judged, and told from what it cannot be.
-
 """
 
 import json
@@ -49,10 +48,7 @@ def frames(capsys, *argv):
 
 
 def table(file, t, q, numbers, ends):
-    """
-    Write a table with joints and the numbers of a pose in each row.
-
-    """
+    """Write a table with joints and the numbers of a pose in each row."""
     joints = [f'position.q{j}' for j in range(q.shape[1])]
     rows = np.column_stack([1.7e9 + t, q, numbers])
     lines = [','.join(['stamp', *joints, *(f'pose.{end}' for end in ends)])]
@@ -72,10 +68,7 @@ AS_NUMBERS = ('--columns', 'stamp=stamp,position=position.q,pose=pose.')
 
 
 def moving(robot, rate, lag=0.0, seconds=8.0, seed=0):
-    """
-    Return stamps that jitter, joints of an encoder, and poses that come `lag` seconds late.
-
-    """
+    """Return stamps that jitter, joints of an encoder, and poses that come `lag` seconds late."""
     random = np.random.default_rng(seed)
     count = round(seconds * rate)
     slack = round(rate)
@@ -314,10 +307,7 @@ def test_wrong_options_are_told_with_the_choices(tmp_path, capsys, options, word
 
 
 def angles_of(poses):
-    """
-    Return roll, pitch, yaw by the textbook formulas (R = Rz(yaw) Ry(pitch) Rx(roll)), deg.
-
-    """
+    """Return roll, pitch, yaw by the textbook formulas (R = Rz(yaw) Ry(pitch) Rx(roll)), deg."""
     R = poses[:, :3, :3]
     pitch = np.arcsin(-R[:, 2, 0])
     roll, yaw = np.arctan2(R[:, 2, 1], R[:, 2, 2]), np.arctan2(R[:, 1, 0], R[:, 0, 0])
@@ -425,7 +415,6 @@ def store():
 def bag_with_poses(folder, store, robot, count, unreadable=()):
     """
     Write a motion at 100 Hz with the tool's pose in each state, some messages of it cut short.
-
     """
     from rosbags.rosbag2 import StoragePlugin, Writer
 

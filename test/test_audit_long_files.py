@@ -1,7 +1,4 @@
-"""
-Tables and ROS 1 bags of any length: read in pieces, with the same words and numbers.
-
-"""
+"""Tables and ROS 1 bags of any length: read in pieces, with the same words and numbers."""
 
 import numpy as np
 import pytest
@@ -30,10 +27,7 @@ def whole_lines(monkeypatch):
 
 
 def lines(rows=ROWS):
-    """
-    Return the rows of a motion of two joints at 100 Hz.
-
-    """
+    """Return the rows of a motion of two joints at 100 Hz."""
     q2 = np.round(1.0 + 0.5 * np.sin(0.01 * np.arange(rows)), 9).tolist()
     return [f'{1_700_000_000 + k // 100}.{k % 100:02d},0.2,{q2[k]!r}' for k in range(rows)]
 
@@ -163,20 +157,14 @@ def test_pieces_of_a_table_give_the_same_document(tmp_path, capsys, monkeypatch,
 
 @pytest.fixture
 def stores():
-    """
-    Return the messages of ROS 2 and of ROS 1.
-
-    """
+    """Return the messages of ROS 2 and of ROS 1."""
     typesys = pytest.importorskip('rosbags.typesys', reason='needs rosbags')
     stores = typesys.Stores
     return typesys.get_typestore(stores.ROS2_JAZZY), typesys.get_typestore(stores.ROS1_NOETIC)
 
 
 def write_ros1(file, store, samples, connections=1, bad=()):
-    """
-    Write samples as a ROS 1 bag, in turns over several publishers; of some only some bytes.
-
-    """
+    """Write samples as a ROS 1 bag, in turns over several publishers; of some only some bytes."""
     from rosbags.rosbag1 import Writer
 
     time, head = store.types['builtin_interfaces/msg/Time'], store.types['std_msgs/msg/Header']

@@ -1,7 +1,4 @@
-"""
-An audit that reads its states in pieces says the same, and several of them at once do, too.
-
-"""
+"""An audit that reads its states in pieces says the same, and several of them at once do, too."""
 
 import json
 
@@ -32,10 +29,7 @@ def whole_lines(monkeypatch):
 
 
 def faulty(robot):
-    """
-    Return samples in which much is wrong, also over long stretches and at their ends.
-
-    """
+    """Return samples in which much is wrong, also over long stretches and at their ends."""
     t, q, qdot = motion(robot, 2500, 100.0, 3)
     random = np.random.default_rng(2)
     t = t + np.cumsum(random.choice([0.0, 1e-3, 0.5], 2500, p=[0.9, 0.09, 0.01]))
@@ -66,10 +60,7 @@ def test_columns_on_disk_change_no_bit(name, monkeypatch):
 
 
 def almost(found, expected):
-    """
-    Check that two documents are the same but for the rounding of sums.
-
-    """
+    """Check that two documents are the same but for the rounding of sums."""
     assert type(found) is type(expected)
     if isinstance(found, dict):
         assert list(found) == list(expected)
@@ -151,10 +142,7 @@ def test_gaps_are_counted_across_blocks_and_pieces(monkeypatch):
 
 @pytest.fixture
 def tables(tmp_path):
-    """
-    Return tables of a motion that keeps away from singular poses, and of one that does not.
-
-    """
+    """Return tables of a motion that keeps away from singular poses, and of one that does not."""
     files = []
     for name, elbow in (('safe', (1.0, 2.0)), ('close', (1.0, -1.0)), ('again', (0.5, 2.0))):
         q2 = np.linspace(*elbow, 300).tolist()

@@ -1,7 +1,4 @@
-"""
-What an audit says of a bag that is damaged: each flipped bit is harmless, or it is told.
-
-"""
+"""What an audit says of a bag that is damaged: each flipped bit is harmless, or it is told."""
 
 import json
 import struct
@@ -31,7 +28,6 @@ def store():
 def mcap(path, count=300, checksums=True, chunk=50, more=0):
     """
     Write a motion of the planar arm; `more`: so many messages than there are the index promises.
-
     """
     robot = robot_of('planar_2r')
     t, q, qdot = motion(robot, count)
@@ -47,10 +43,7 @@ def mcap(path, count=300, checksums=True, chunk=50, more=0):
 
 
 def findings(capsys, path):
-    """
-    Return what an audit finds, without the name of the file.
-
-    """
+    """Return what an audit finds, without the name of the file."""
     found = document(capsys, path, '--robot', 'planar_2r')
     return {key: value for key, value in found.items() if key != 'file'}
 

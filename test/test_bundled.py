@@ -1,6 +1,5 @@
 """
 The bundled robots: every file is sound, and the source documents' arms do what the documents say.
-
 """
 
 import json

@@ -1,7 +1,4 @@
-"""
-The command line, as a user meets it: what it prints, where, and with which exit code.
-
-"""
+"""The command line, as a user meets it: what it prints, where, and with which exit code."""
 
 import json
 import math

@@ -1,6 +1,5 @@
 """
 The demo as a process: what it says, how it ends, and that nothing of it leaves its namespace.
-
 """
 
 import contextlib
@@ -64,10 +63,7 @@ def demo(*arguments, **environment):
 
 @pytest.fixture
 def started(ros_domain):
-    """
-    Return a function that starts a demo whose standard output is read line by line.
-
-    """
+    """Return a function that starts a demo whose standard output is read line by line."""
     with contextlib.ExitStack() as stack:
 
         def start(*arguments):
@@ -86,10 +82,7 @@ def started(ros_domain):
 
 
 def line_with(process, text):
-    """
-    Return the next line of a process that has a text in it.
-
-    """
+    """Return the next line of a process that has a text in it."""
     for line in process.stdout:
         if text in line:
             return line
@@ -290,7 +283,6 @@ def on_terminal(columns, lines, arguments, ends_by, seconds=DEADLINE):
     Run a demo on a terminal; return its exit code and what it wrote.
 
     A signal `ends_by` is sent once the table shows a Jacobian; None to let it end by itself.
-
     """
     master, slave = pty.openpty()
     fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack('HHHH', lines, columns, 0, 0))
@@ -318,10 +310,7 @@ def on_terminal(columns, lines, arguments, ends_by, seconds=DEADLINE):
 
 
 def shown_on(columns, lines, level='ERROR', robot='panda'):
-    """
-    Return the lines of the table on a terminal of a size, for seven joints.
-
-    """
+    """Return the lines of the table on a terminal of a size, for seven joints."""
     names = [f'{robot}_joint{k}' for k in range(1, 8)]
     rows = ['vx', 'vy', 'vz', 'wx', 'wy', 'wz']
     matrix = Float64MultiArray(data=[0.1 * k for k in range(42)])

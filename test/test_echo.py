@@ -1,7 +1,4 @@
-"""
-Echo as a process: what it prints of another process's node, and how it ends.
-
-"""
+"""Echo as a process: what it prints of another process's node, and how it ends."""
 
 import json
 import os
@@ -29,10 +26,7 @@ ROWS = ['vx', 'vy', 'vz', 'wx', 'wy', 'wz']
 
 
 class Echo:
-    """
-    `python -m kinematics_service echo` as a process.
-
-    """
+    """`python -m kinematics_service echo` as a process."""
 
     def __init__(self, *arguments):
         self.popen = subprocess.Popen(
@@ -48,29 +42,20 @@ class Echo:
         return self.popen.poll() is not None
 
     def end(self):
-        """
-        Return exit code, standard output and standard error.
-
-        """
+        """Return exit code, standard output and standard error."""
         output, errors = self.popen.communicate(timeout=DEADLINE)
         return self.popen.returncode, output, errors
 
 
 @pytest.fixture
 def transport():
-    """
-    Return one transport: the node's own tests compare both.
-
-    """
+    """Return one transport: the node's own tests compare both."""
     return 'bytes'
 
 
 @pytest.fixture
 def echo(ros_domain):
-    """
-    Return a function that starts an echo.
-
-    """
+    """Return a function that starts an echo."""
     started = []
 
     def start(*arguments):
@@ -84,10 +69,7 @@ def echo(ros_domain):
 
 
 def move_until(arm, true, what):
-    """
-    Send the same joint state fifty times a second until `true()`.
-
-    """
+    """Send the same joint state fifty times a second until `true()`."""
     sent = 0.0
 
     def moved():
@@ -101,10 +83,7 @@ def move_until(arm, true, what):
 
 
 def once(arm, echo, *arguments):
-    """
-    Return exit code, output and errors of an `echo --once` beside a moving arm.
-
-    """
+    """Return exit code, output and errors of an `echo --once` beside a moving arm."""
     one = echo(*arguments, '--once')
     move_until(arm, lambda: one.ended, 'end of the echo')
     return one.end()

@@ -1,7 +1,4 @@
-"""
-What becomes of a joint sample: the input table of the node, without ROS.
-
-"""
+"""What becomes of a joint sample: the input table of the node, without ROS."""
 
 import dataclasses
 import math
@@ -40,10 +37,7 @@ def one(craig):
 
 
 def sample(positions=Q, velocities=(), at=START, names=NAMES, arrival=None):
-    """
-    Return a sample stamped `at` (ns) and heard then, or at `arrival`.
-
-    """
+    """Return a sample stamped `at` (ns) and heard then, or at `arrival`."""
     heard = at if arrival is None else arrival
     return JointSample(names, positions, velocities, at, heard, heard)
 
@@ -183,10 +177,7 @@ def test_the_largest_position_that_is_taken_gives_finite_numbers(one):
 
 
 def stretched(coefficient):
-    """
-    Return the SCARA arm with its slide so many times as fast, which no robot file may have.
-
-    """
+    """Return the SCARA arm with its slide so many times as fast, which no robot file may have."""
     robot = ks.load_robot('scara_hsr065')
     still, none = np.eye(4), Affine(0.0, ())
     rows = [

@@ -1,6 +1,5 @@
 """
 The compiled estimator against its rules in plain Python, bit for bit, over streams of messages.
-
 """
 
 import math
@@ -53,10 +52,7 @@ STEPS = st.sampled_from(
 
 @st.composite
 def streams(draw, names):
-    """
-    Draw samples of up to three publishers, each with names of its own, over one topic.
-
-    """
+    """Draw samples of up to three publishers, each with names of its own, over one topic."""
     known = [*names, *('wheel', 'finger')]
     publishers = []
     for _ in range(draw(st.integers(1, 3))):

@@ -1,6 +1,5 @@
 """
 Expressions: what they are worth, what is refused and why, and that nothing else ever happens.
-
 """
 
 import ast

@@ -1,7 +1,4 @@
-"""
-Named singular factors: evaluated live, checked against the arm, and told in the warning.
-
-"""
+"""Named singular factors: evaluated live, checked against the arm, and told in the warning."""
 
 import math
 

@@ -1,7 +1,4 @@
-"""
-The frame doctor finds planted offsets and names planted faults, and none on clean data.
-
-"""
+"""The frame doctor finds planted offsets and names planted faults, and none on clean data."""
 
 import dataclasses
 import math
@@ -51,7 +48,6 @@ Y = placed([0.02, 0.01, 0.15], [0.3, -0.1, 0.2])
 def measured(robot, q, seed=0):
     """
     Return the poses of a second source that stands elsewhere and carries another tool, with noise.
-
     """
     random = np.random.default_rng(seed)
     B = X @ ks.forward_kinematics(robot, q) @ Y
@@ -141,10 +137,7 @@ def test_units_axes_and_quaternion_order_are_named(name):
 
 
 def shuffled(B):
-    """
-    Return poses whose quaternions w x y z were read as x y z w, by the half-angle formulas.
-
-    """
+    """Return poses whose quaternions w x y z were read as x y z w, by the half-angle formulas."""
     wrong = B.copy()
     for T, R in zip(wrong, B[:, :3, :3]):
         w = 0.5 * math.sqrt(max(1.0 + np.trace(R), 1e-12))
@@ -160,10 +153,7 @@ def shuffled(B):
 
 
 def misread(robot):
-    """
-    Return the robot of the same table under the other convention.
-
-    """
+    """Return the robot of the same table under the other convention."""
     other = {'standard': 'modified', 'modified': 'standard'}[robot.convention]
     assert other in ROWS_OF
     description = robot.description

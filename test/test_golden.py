@@ -1,7 +1,4 @@
-"""
-Every system of the source documents against numbers made independently with 50 digits.
-
-"""
+"""Every system of the source documents against numbers made independently with 50 digits."""
 
 import json
 from pathlib import Path

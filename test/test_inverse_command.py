@@ -1,7 +1,4 @@
-"""
-The command `ik`: what it prints, in words and as JSON, and its exit codes.
-
-"""
+"""The command `ik`: what it prints, in words and as JSON, and its exit codes."""
 
 import json
 

@@ -1,7 +1,4 @@
-"""
-Inverse kinematics against solution sets made independently, closed form checked by Newton.
-
-"""
+"""Inverse kinematics against solution sets made independently, closed form checked by Newton."""
 
 import json
 import math

@@ -1,6 +1,5 @@
 """
 Inverse kinematics on every arm: round trips, limits, families, and targets that cannot be reached.
-
 """
 
 import math

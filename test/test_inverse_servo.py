@@ -1,7 +1,4 @@
-"""
-The servo: exact away from singular poses, bounded through them, never beyond a limit.
-
-"""
+"""The servo: exact away from singular poses, bounded through them, never beyond a limit."""
 
 import math
 

@@ -1,6 +1,5 @@
 """
 A message taken from its bytes makes the same state as one that was read first, to the last bit.
-
 """
 
 import numpy as np
@@ -28,10 +27,7 @@ FIELDS = (
 
 
 def stream(robot, random):
-    """
-    Yield serialized messages: mostly good ones, of two drivers, with all that goes wrong.
-
-    """
+    """Yield serialized messages: mostly good ones, of two drivers, with all that goes wrong."""
     names, n = list(robot.joint_names), robot.dof
     orders = [np.arange(n), random.permutation(n)]
     stamp, q = 1000 * SECOND, random.uniform(0.1, 0.9, n)

@@ -1,6 +1,5 @@
 """
 The compiled functions on their own: sine and cosine, singular values, determinant, quaternions.
-
 """
 
 import gc

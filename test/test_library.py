@@ -1,7 +1,4 @@
-"""
-The library as a user meets it: names, errors, frozen data, several threads.
-
-"""
+"""The library as a user meets it: names, errors, frozen data, several threads."""
 
 import copy
 import dataclasses

@@ -1,7 +1,4 @@
-"""
-Messages that are lost are told by the numbers of those that are heard.
-
-"""
+"""Messages that are lost are told by the numbers of those that are heard."""
 
 import random
 

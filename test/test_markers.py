@@ -1,7 +1,4 @@
-"""
-The arm as markers: what a reader of MarkerArrays that knows nothing of arms draws from them.
-
-"""
+"""The arm as markers: what a reader of MarkerArrays that knows nothing of arms draws from them."""
 
 import math
 import os
@@ -43,7 +40,6 @@ def over_the_wire(message):
 class Reader:
     """
     What RViz does with marker arrays: keeps markers by namespace and id, and makes points of them.
-
     """
 
     def __init__(self):
@@ -217,10 +213,7 @@ def test_names_of_frames_follow_the_settings():
 
 
 def draw(reader, axes):
-    """
-    Draw markers with matplotlib, each as its message says.
-
-    """
+    """Draw markers with matplotlib, each as its message says."""
     turn = np.linspace(0.0, 2.0 * np.pi, 25)
     for marker in reader.markers.values():
         colour = (marker.color.r, marker.color.g, marker.color.b, marker.color.a)

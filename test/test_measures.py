@@ -1,7 +1,4 @@
-"""
-Which rows singularities are judged by, the measures, their thresholds and levels.
-
-"""
+"""Which rows singularities are judged by, the measures, their thresholds and levels."""
 
 import dataclasses
 import math

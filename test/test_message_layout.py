@@ -1,7 +1,4 @@
-"""
-The layouts written down are the official serializer's, and a wrong one is found out.
-
-"""
+"""The layouts written down are the official serializer's, and a wrong one is found out."""
 
 from types import SimpleNamespace
 

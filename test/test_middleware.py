@@ -1,6 +1,5 @@
 """
 The profiles for Fast DDS: read by it, found after an installation, and never before the user's.
-
 """
 
 import os

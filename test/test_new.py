@@ -1,6 +1,5 @@
 """
 The command `new`: what it writes is a robot file that `check` accepts, the same arm in each form.
-
 """
 
 import os

@@ -1,7 +1,4 @@
-"""
-What the node answers to what it hears: the input table, a test or more for each row.
-
-"""
+"""What the node answers to what it hears: the input table, a test or more for each row."""
 
 import math
 
@@ -97,10 +94,7 @@ def test_names_that_are_no_utf_8_do_no_harm(arm):
 
 
 def broken_forms(message):
-    """
-    Return bytes that are no message: cut, with lengths that lie, in no encoding, noise.
-
-    """
+    """Return bytes that are no message: cut, with lengths that lie, in no encoding, noise."""
     raw = bytes(serialize_message(message))
     noise = np.random.default_rng(5)
     whole = raw[: len(raw) - len(raw) % 4]
@@ -578,10 +572,7 @@ def test_an_arm_never_heard_is_said_to_be_stale_once(arm):
 
 
 def ticking(one):
-    """
-    Return a function that sets the simulated clock and waits until the node has it.
-
-    """
+    """Return a function that sets the simulated clock and waits until the node has it."""
     clock = one.peer.create_publisher(Clock, '/clock', 10)
     one.spin_until(lambda: clock.get_subscription_count() > 0, 'listener to /clock')
 

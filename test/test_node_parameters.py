@@ -1,7 +1,4 @@
-"""
-Parameters: each takes effect at start and at run time, or is refused with the reason.
-
-"""
+"""Parameters: each takes effect at start and at run time, or is refused with the reason."""
 
 import math
 import sys
@@ -41,10 +38,7 @@ OK, WARN, ERROR, STALE = range(4)
 
 
 def change(one, **values):
-    """
-    Set parameters of the node at once, given with `__` for the dot; return the result.
-
-    """
+    """Set parameters of the node at once, given with `__` for the dot; return the result."""
     return one.node.set_parameters_atomically(
         [Parameter(name.replace('__', '.'), value=value) for name, value in values.items()]
     )
@@ -650,10 +644,7 @@ class FakeTfMessage:
 
 @pytest.fixture
 def tf2_msgs(monkeypatch):
-    """
-    Pretend that tf2_msgs can be imported.
-
-    """
+    """Pretend that tf2_msgs can be imported."""
     for name in ('tf2_msgs', 'tf2_msgs.msg'):
         module = ModuleType(name)
         module.__spec__ = pytest.__spec__

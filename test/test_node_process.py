@@ -1,7 +1,4 @@
-"""
-The node as a process: signals, exit codes, what is refused at start, cost when idle.
-
-"""
+"""The node as a process: signals, exit codes, what is refused at start, cost when idle."""
 
 import os
 import signal
@@ -57,20 +54,14 @@ def peer(ros_domain):
 
 @pytest.fixture
 def load(ros_domain):
-    """
-    Run a publisher of a thousand joint states a second.
-
-    """
+    """Run a publisher of a thousand joint states a second."""
     with subprocess.Popen([sys.executable, '-c', LOAD]) as publisher:
         yield publisher
         publisher.kill()
 
 
 def answered(peer, topic='/kinematics/pose', states='/joint_states', names=NAMES, q=Q):
-    """
-    Send joint states until a node answers; return its pose.
-
-    """
+    """Send joint states until a node answers; return its pose."""
     poses = []
     peer.peer.create_subscription(PoseStamped, topic, poses.append, 100)
     publisher = peer.speaker(states)
@@ -88,10 +79,7 @@ def answered(peer, topic='/kinematics/pose', states='/joint_states', names=NAMES
 
 
 def tell(process, number, times, pause):
-    """
-    Send a signal once or twice; return exit code and the seconds it took.
-
-    """
+    """Send a signal once or twice; return exit code and the seconds it took."""
     begin = time.monotonic()
     process.popen.send_signal(number)
     if times == 2:
@@ -253,10 +241,7 @@ def test_a_node_that_was_told_to_end_leaves_no_shared_memory_behind(process, pee
 
 
 def shared_memory(pid):
-    """
-    Return the files of Fast DDS in /dev/shm that a process has mapped.
-
-    """
+    """Return the files of Fast DDS in /dev/shm that a process has mapped."""
     try:
         lines = Path(f'/proc/{pid}/maps').read_text().splitlines()
     except OSError:
@@ -268,10 +253,7 @@ def shared_memory(pid):
 
 
 def refusal(*arguments, environment=None, command=('-m', 'kinematics_service')):
-    """
-    Return exit code and standard error of a node that does not start.
-
-    """
+    """Return exit code and standard error of a node that does not start."""
     process = NodeProcess(*arguments, ready=False, environment=environment, command=command)
     try:
         return process.wait(), process.stderr

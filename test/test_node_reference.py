@@ -1,7 +1,4 @@
-"""
-A second source of the tool's pose: the status `frames` on /diagnostics.
-
-"""
+"""A second source of the tool's pose: the status `frames` on /diagnostics."""
 
 import math
 
@@ -24,7 +21,6 @@ POSES = 60
 def watched(one, change=lambda q: q, lag=0):
     """
     Move the arm and say its pose from elsewhere, at joint positions `change(q)`; return `frames`.
-
     """
     robot = one.robot
     publisher = one.peer.create_publisher(PoseStamped, one.topic('reference_pose'), 10)

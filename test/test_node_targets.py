@@ -1,7 +1,4 @@
-"""
-Targets for the tool: what the node answers, and what it refuses.
-
-"""
+"""Targets for the tool: what the node answers, and what it refuses."""
 
 import math
 

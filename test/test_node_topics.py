@@ -1,7 +1,4 @@
-"""
-What the node publishes: types, numbers, frames, stamps and order.
-
-"""
+"""What the node publishes: types, numbers, frames, stamps and order."""
 
 import json
 import math
@@ -49,10 +46,7 @@ def xyz(vector):
 
 
 def matrix(pose):
-    """
-    Return a Pose as (4, 4), from its quaternion by the textbook formula.
-
-    """
+    """Return a Pose as (4, 4), from its quaternion by the textbook formula."""
     q = pose.orientation
     x, y, z, w = q.x, q.y, q.z, q.w
     T = np.eye(4)
@@ -70,10 +64,7 @@ def six(twist):
 
 
 def heard_once(one, name, kind, q=Q, qdot=QDOT):
-    """
-    Send one pose and return what a topic says about it.
-
-    """
+    """Send one pose and return what a topic says about it."""
     messages = one.hear(name, kind)
     one.send(q, qdot)
     one.spin_until(lambda: messages, f'message on {name}')

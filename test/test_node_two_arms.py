@@ -1,7 +1,4 @@
-"""
-Two arms on one network: neither hears the other.
-
-"""
+"""Two arms on one network: neither hears the other."""
 
 import json
 
@@ -33,10 +30,7 @@ def expected(q):
 
 @pytest.fixture
 def two(arm):
-    """
-    Return two arms in namespaces of their own, with prefixes of joints and frames.
-
-    """
+    """Return two arms in namespaces of their own, with prefixes of joints and frames."""
     return {
         side: arm(
             'craig_3r',

@@ -1,7 +1,4 @@
-"""
-The messages that the kernel fills say what the built ones say, for every arm and setting.
-
-"""
+"""The messages that the kernel fills say what the built ones say, for every arm and setting."""
 
 import itertools
 from dataclasses import replace

@@ -1,6 +1,5 @@
 """
 How the kernel comes to be compiled, and what is said where it is not, or not from its source.
-
 """
 
 import json
@@ -172,10 +171,7 @@ def test_a_symlinked_workspace_is_compiled_by_colcon(tmp_path):
 
 @pytest.fixture
 def clone(tmp_path):
-    """
-    Return a copy of the clone's source, where this runs from a clone and can build.
-
-    """
+    """Return a copy of the clone's source, where this runs from a clone and can build."""
     for module in ('setuptools', 'Cython'):
         pytest.importorskip(module)
     if not (ROOT / 'packaging').is_dir():

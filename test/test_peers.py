@@ -1,7 +1,4 @@
-"""
-Random arms built in Pinocchio and in the Robotics Toolbox too: same pose, same Jacobian.
-
-"""
+"""Random arms built in Pinocchio and in the Robotics Toolbox too: same pose, same Jacobian."""
 
 import dataclasses
 

@@ -1,7 +1,4 @@
-"""
-Pictures: the numbers behind the curves, the words around them, the files they become.
-
-"""
+"""Pictures: the numbers behind the curves, the words around them, the files they become."""
 
 import dataclasses
 import json
@@ -57,20 +54,14 @@ links:
 
 
 def texts(figure):
-    """
-    Return everything a figure says, in one string.
-
-    """
+    """Return everything a figure says, in one string."""
     from matplotlib.text import Text
 
     return '\n'.join(text.get_text() for text in figure.findobj(Text) if text.get_visible())
 
 
 def box_of(axes, text):
-    """
-    Return where a text in space ends up on paper, in pixels.
-
-    """
+    """Return where a text in space ends up on paper, in pixels."""
     from matplotlib.text import Text
     from mpl_toolkits.mplot3d.proj3d import proj_transform
 
@@ -80,10 +71,7 @@ def box_of(axes, text):
 
 
 def curves(axes):
-    """
-    Return the curves of a panel by their labels: values over time.
-
-    """
+    """Return the curves of a panel by their labels: values over time."""
     return {line.get_label(): line.get_ydata() for line in axes.lines}
 
 

@@ -1,6 +1,5 @@
 """
 The process always ends: floods of messages and of timers, signals at any moment, bad clean-ups.
-
 """
 
 import contextlib
@@ -39,7 +38,6 @@ PACKAGE = str(Path(ks.__file__).parent)
 def program_ends(program, *signals, ready='ready', pause=0.0, environment=None):
     """
     Run a program until it says it is ready, send it signals; return code, seconds and output.
-
     """
     with subprocess.Popen(
         [sys.executable, '-c', program],
@@ -214,10 +212,7 @@ sys.exit(entry.main())
 
 
 def children_of(pid):
-    """
-    Return the processes that a process has started.
-
-    """
+    """Return the processes that a process has started."""
     return [int(child) for child in Path(f'/proc/{pid}/task/{pid}/children').read_text().split()]
 
 

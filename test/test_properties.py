@@ -1,6 +1,5 @@
 """
 What holds for every arm: bundled robots, and random ones of every convention and 1 to 12 joints.
-
 """
 
 import dataclasses

@@ -1,7 +1,4 @@
-"""
-What the README says of topics, parameters, commands and the robot file is so.
-
-"""
+"""What the README says of topics, parameters, commands and the robot file is so."""
 
 import re
 from pathlib import Path
@@ -58,10 +55,7 @@ def test_every_parameter_stands_in_its_table_with_its_default():
 
 
 def written(default):
-    """
-    Return a default as YAML has it.
-
-    """
+    """Return a default as YAML has it."""
     if isinstance(default, bool):
         return str(default).lower()
     return str(default) or "''"

@@ -1,7 +1,6 @@
 """
 Real robots' data through the node and the estimator: `../shared/recordings`, or the folder named
 in KINEMATICS_RECORDINGS. Nothing of it is part of this project; without it these tests skip.
-
 """
 
 import csv
@@ -62,10 +61,7 @@ class Row(NamedTuple):
 
 
 def rotation_of(vector):
-    """
-    Return the rotation matrix of a rotation vector (rad), by Rodrigues' formula.
-
-    """
+    """Return the rotation matrix of a rotation vector (rad), by Rodrigues' formula."""
     angle = float(np.linalg.norm(vector))
     x, y, z = vector / angle
     K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
@@ -83,10 +79,7 @@ def quaternion_rotation(x, y, z, w):
 
 
 def angle_between(A, B):
-    """
-    Return the angle of A^T B, exact for small ones.
-
-    """
+    """Return the angle of A^T B, exact for small ones."""
     return 2 * math.asin(min(1.0, float(np.linalg.norm(A - B)) / (2 * math.sqrt(2))))
 
 
@@ -114,10 +107,7 @@ def rows():
 
 @pytest.fixture(scope='module')
 def ur3e_file(tmp_path_factory):
-    """
-    Return the bundled UR3e with the tool that was mounted.
-
-    """
+    """Return the bundled UR3e with the tool that was mounted."""
     text = ks.bundled_robots()['ur3e'].read_text()
     text = text.partition('known_poses:')[0]  # those are the flange's
     with_tool = text.replace('tool: {frame: tool0}', 'tool: {frame: tool0, xyz: [0, 0, 0.150]}')
@@ -138,10 +128,7 @@ class Said(NamedTuple):
 
 @pytest.fixture(scope='module')
 def judged(rows, ur3e_file):
-    """
-    Return what is said, and the level of each row, arrivals being the stamps.
-
-    """
+    """Return what is said, and the level of each row, arrivals being the stamps."""
     robot = ks.load_robot(ur3e_file)
     estimator = Estimator(robot, EstimatorSettings())
     said, levels = [], []

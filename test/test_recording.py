@@ -1,7 +1,4 @@
-"""
-Recordings as CSV files: what is read, and what is refused in which words.
-
-"""
+"""Recordings as CSV files: what is read, and what is refused in which words."""
 
 import numpy as np
 import pytest
@@ -18,10 +15,7 @@ ACCEPTED = (
 
 @pytest.fixture
 def read(tmp_path):
-    """
-    Return a function that reads a recording of planar_2r from text or bytes.
-
-    """
+    """Return a function that reads a recording of planar_2r from text or bytes."""
     file = tmp_path / 'motion.csv'
 
     def read(text):

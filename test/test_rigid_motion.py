@@ -1,6 +1,5 @@
 """
 One form of a rotation made into another, against scipy, exact numbers and the quaternion product.
-
 """
 
 import math

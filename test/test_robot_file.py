@@ -1,6 +1,5 @@
 """
 The robot-file reader: what a file says in SI units, and the exact words for each thing wrong.
-
 """
 
 import contextlib

@@ -1,7 +1,4 @@
-"""
-Environment variables with which ROS cannot start are named by every command that needs it.
-
-"""
+"""Environment variables with which ROS cannot start are named by every command that needs it."""
 
 import os
 import subprocess
@@ -20,10 +17,7 @@ COMMANDS = {
 
 
 def run(command, **variables):
-    """
-    Return exit code and standard error of a command with these environment variables.
-
-    """
+    """Return exit code and standard error of a command with these environment variables."""
     done = subprocess.run(
         [sys.executable, '-m', 'kinematics_service', *command],
         env={**os.environ, **variables},

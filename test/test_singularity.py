@@ -1,7 +1,4 @@
-"""
-The distance to the nearest singular pose, the directions that go with it, and the time left.
-
-"""
+"""The distance to the nearest singular pose, the directions that go with it, and the time left."""
 
 import dataclasses
 import math

@@ -1,7 +1,4 @@
-"""
-A function over many poses in batches: here, and by the worker processes of a dask cluster.
-
-"""
+"""A function over many poses in batches: here, and by the worker processes of a dask cluster."""
 
 import pickle
 import time

@@ -1,6 +1,5 @@
 """
 The symbolic rows of the checklist of the documents, C01 to C35; inverses and plots are elsewhere.
-
 """
 
 import json

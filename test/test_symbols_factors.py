@@ -1,6 +1,5 @@
 """
 Factors in robot files: the product is the determinant, and `--write` keeps what the user wrote.
-
 """
 
 import subprocess

@@ -1,7 +1,4 @@
-"""
-Every string of the golden data, reproduced: the difference simplifies to zero.
-
-"""
+"""Every string of the golden data, reproduced: the difference simplifies to zero."""
 
 import pytest
 import sympy

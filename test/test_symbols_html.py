@@ -1,7 +1,4 @@
-"""
-What the page shows is what was derived: its MathML is read back and compared as numbers.
-
-"""
+"""What the page shows is what was derived: its MathML is read back and compared as numbers."""
 
 import math
 import random
@@ -28,10 +25,7 @@ FUNCTIONS = {'sin': math.sin, 'cos': math.cos, 'acos': math.acos}
 
 
 def plain(node):
-    """
-    Return presentation MathML as a Python expression, reading it as an eye does.
-
-    """
+    """Return presentation MathML as a Python expression, reading it as an eye does."""
     parts = [plain(child) for child in node]
     text = (node.text or '').strip()
     match node.tag:

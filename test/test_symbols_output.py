@@ -1,7 +1,4 @@
-"""
-The formats of a derivation, its code, and the command that writes them.
-
-"""
+"""The formats of a derivation, its code, and the command that writes them."""
 
 import json
 import re

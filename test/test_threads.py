@@ -1,7 +1,4 @@
-"""
-Batches on several cores: the same numbers to the last bit, the first fault, no lost error.
-
-"""
+"""Batches on several cores: the same numbers to the last bit, the first fault, no lost error."""
 
 import copy
 import dataclasses

@@ -1,7 +1,4 @@
-"""
-The demo's motions: exact velocities, inside limits, through a singular pose, for every arm.
-
-"""
+"""The demo's motions: exact velocities, inside limits, through a singular pose, for every arm."""
 
 import math
 

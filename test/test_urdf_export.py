@@ -1,7 +1,4 @@
-"""
-A robot's URDF against readers that nobody here wrote: Pinocchio and yourdfpy.
-
-"""
+"""A robot's URDF against readers that nobody here wrote: Pinocchio and yourdfpy."""
 
 import io
 import logging
@@ -44,10 +41,7 @@ def positions(robot, count=4):
 
 
 def uniform(robot, count):
-    """
-    Return positions drawn inside the limits.
-
-    """
+    """Return positions drawn inside the limits."""
     low, high = np.clip(robot.limits, -np.pi, np.pi).T
     return np.random.default_rng(1).uniform(low, high, (count, robot.dof))
 

@@ -1,6 +1,5 @@
 """
 Chains of URDFs made into robot files: round trips, other people's URDFs, and what is refused.
-
 """
 
 import importlib.util
@@ -24,10 +23,7 @@ LONG_CHAIN = 1e-11
 
 
 def again(robot, convention='standard'):
-    """
-    Return a robot that has been a URDF in between.
-
-    """
+    """Return a robot that has been a URDF in between."""
     found = ks.import_urdf(
         ks.urdf_text(robot), robot.base_frame, robot.tool_frame, convention=convention
     )
@@ -130,10 +126,7 @@ def links(robot):
 
 
 def in_pinocchio(content, base, tip):
-    """
-    Return Pinocchio's pose of the tip in the base, of joint positions by name.
-
-    """
+    """Return Pinocchio's pose of the tip in the base, of joint positions by name."""
     pinocchio = pytest.importorskip('pinocchio')
     model = pinocchio.buildModelFromXML(content, True)
     data = model.createData()
@@ -169,10 +162,7 @@ def test_every_kind_of_joint_is_as_pinocchio_has_it(convention):
 
 
 def nearly_parallel(angle):
-    """
-    Return three joints with axes that far (rad) from parallel, half a metre apart.
-
-    """
+    """Return three joints with axes that far (rad) from parallel, half a metre apart."""
     joints = ''.join(
         f'<joint name="q{i}" type="continuous"><origin xyz="0.5 0.05 0" rpy="{angle!r} 0 0"/>'
         f'<parent link="l{i}"/><child link="l{i + 1}"/><axis xyz="0 0 1"/></joint>'

@@ -1,6 +1,5 @@
 """
 What the live view shows, without a browser: the picture as data, the panel's words, its address.
-
 """
 
 import json

@@ -1,6 +1,5 @@
 """
 Who can see the page of `view` and talk to it: tried by programs that send whatever they like.
-
 """
 
 import re
@@ -119,10 +118,7 @@ def test_an_address_that_names_another_server_is_refused(view):
 
 
 def closed_after(view, message):
-    """
-    Return the code with which the server closes a connection of the page after a message.
-
-    """
+    """Return the code with which the server closes a connection of the page after a message."""
     with own_connection(view) as connection:
         connection.send(message)
         try:
@@ -327,10 +323,7 @@ def test_a_viser_that_goes_round_the_rules_is_not_served(monkeypatch):
 
 
 class TwoArms:
-    """
-    A source of two arms that stand still, without ROS.
-
-    """
+    """A source of two arms that stand still, without ROS."""
 
     nodes = ('/left/kinematics', '/right/kinematics')
     status = 'moved by the sliders'

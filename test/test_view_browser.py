@@ -82,10 +82,7 @@ def page():
 
 
 def picture(tab, path):
-    """
-    Return a screenshot as an array (height, width, 3).
-
-    """
+    """Return a screenshot as an array (height, width, 3)."""
     from PIL import Image  # viser brings it
 
     tab.screenshot(path)
@@ -93,10 +90,7 @@ def picture(tab, path):
 
 
 def wait_for_picture(tab, path, true):
-    """
-    Return the first picture of which something is true; software draws some frames a second.
-
-    """
+    """Return the first picture of which something is true; software draws some frames a second."""
     deadline = time.monotonic() + DEADLINE
     while True:
         image = picture(tab, path)
@@ -108,10 +102,7 @@ def wait_for_picture(tab, path, true):
 
 
 def scene(image):
-    """
-    Return the part of a picture beside the panel.
-
-    """
+    """Return the part of a picture beside the panel."""
     return image[:, : int(0.6 * WIDTH)]
 
 

@@ -1,7 +1,4 @@
-"""
-What the live view hears of a running node, and what it says to one.
-
-"""
+"""What the live view hears of a running node, and what it says to one."""
 
 import threading
 import time
@@ -21,10 +18,7 @@ CLOSE = 1e-9
 
 @pytest.fixture
 def viewing(arm):
-    """
-    Return a function that starts a node and a view of it.
-
-    """
+    """Return a function that starts a node and a view of it."""
     open_ones = []
 
     def start(robot='ur5e', shown=None, **options):
@@ -200,10 +194,7 @@ def test_an_arm_of_other_geometry_with_the_same_joint_names_is_not_mixed_in(view
 
 
 class Thread:
-    """
-    The nodes of a test, turned by a thread of their own: the view waits for their answers.
-
-    """
+    """The nodes of a test, turned by a thread of their own: the view waits for their answers."""
 
     def __init__(self, *arms):
         self._arms, self._ended = list(arms), threading.Event()

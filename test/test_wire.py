@@ -67,10 +67,7 @@ def read(reader, data):
 
 
 class CountingReader(JointStateReader):
-    """
-    A reader that counts what it reads officially.
-
-    """
+    """A reader that counts what it reads officially."""
 
     def __init__(self):
         super().__init__()

@@ -1,7 +1,4 @@
-"""
-Named tolerances, each with its reason.
-
-"""
+"""Named tolerances, each with its reason."""
 
 # Sums of a few dozen products of numbers near 1 in double precision; the golden data's own bound.
 ROUND_OFF = 1e-12

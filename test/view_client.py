@@ -1,6 +1,5 @@
 """
 Programs that talk to the page of `view` without a browser: a proper one, and one byte by byte.
-
 """
 
 import base64
@@ -30,10 +29,7 @@ PATIENCE = 20.0
 
 
 class Served(NamedTuple):
-    """
-    A running `view`: its process, host and port as a browser writes them, and its token.
-
-    """
+    """A running `view`: its process, host and port as a browser writes them, and its token."""
 
     process: 'subprocess.Popen[str]'
     host: str
@@ -42,19 +38,13 @@ class Served(NamedTuple):
 
     @property
     def netloc(self) -> str:
-        """
-        Return what stands in the headers Host and Origin of its own page.
-
-        """
+        """Return what stands in the headers Host and Origin of its own page."""
         return f'{self.host}:{self.port}'
 
 
 @contextmanager
 def served(*arguments: str, environment: dict[str, str] | None = None) -> Iterator[Served]:
-    """
-    Run the command `view` within the block; it must end with 0 and without a traceback.
-
-    """
+    """Run the command `view` within the block; it must end with 0 and without a traceback."""
     process = subprocess.Popen(
         [sys.executable, '-m', 'kinematics_service', 'view', '--port', '0', *arguments],
         stdout=subprocess.PIPE,
@@ -81,7 +71,6 @@ def served(*arguments: str, environment: dict[str, str] | None = None) -> Iterat
 def handshake(view: Served, *headers: str, path: str = '/') -> bytes:
     """
     Return the request for a websocket, with exactly these headers besides those of the protocol.
-
     """
     key = base64.b64encode(os.urandom(16)).decode()
     lines = (
@@ -97,10 +86,7 @@ def handshake(view: Served, *headers: str, path: str = '/') -> bytes:
 
 
 def frame(payload: bytes, opcode: int = 2) -> bytes:
-    """
-    Return a masked frame, as clients send them.
-
-    """
+    """Return a masked frame, as clients send them."""
     mask = os.urandom(4)
     length = len(payload)
     if length < 126:
@@ -111,18 +97,12 @@ def frame(payload: bytes, opcode: int = 2) -> bytes:
 
 
 def update(uuid: str, **updates: Any) -> bytes:
-    """
-    Return the message by which a client changes a thing of the panel.
-
-    """
+    """Return the message by which a client changes a thing of the panel."""
     return msgspec.msgpack.encode({'type': 'GuiUpdateMessage', 'uuid': uuid, 'updates': updates})
 
 
 def exchange(view: Served, data: bytes) -> bytes:
-    """
-    Send bytes at once and return what comes back until the other end closes, or for a while.
-
-    """
+    """Send bytes at once and return what comes back until the other end closes, or for a while."""
     target = '127.0.0.1' if view.host == 'localhost' else view.host
     with socket.create_connection((target, view.port), timeout=PATIENCE) as line:
         line.sendall(data)
@@ -137,18 +117,12 @@ def exchange(view: Served, data: bytes) -> bytes:
 
 
 def status_of(answer: bytes) -> int:
-    """
-    Return the status of an HTTP answer.
-
-    """
+    """Return the status of an HTTP answer."""
     return int(answer.split(None, 2)[1]) if answer.startswith(b'HTTP/') else 0
 
 
 def own_connection(view: Served, **options: Any) -> ClientConnection:
-    """
-    Return a connection as the page itself opens it.
-
-    """
+    """Return a connection as the page itself opens it."""
     if view.token:
         options['additional_headers'] = {'Cookie': f'kinematics_view_{view.port}={view.token}'}
     return connect(
@@ -161,10 +135,7 @@ def own_connection(view: Served, **options: Any) -> ClientConnection:
 
 
 def get(view: Served, path: str = '/', **headers: str) -> tuple[int, dict[str, str]]:
-    """
-    Return status and headers of a plain request for the page.
-
-    """
+    """Return status and headers of a plain request for the page."""
     request = urllib.request.Request(f'http://{view.netloc}{path}', headers=headers)
     try:
         with urllib.request.urlopen(request, timeout=PATIENCE) as answer:
@@ -175,10 +146,7 @@ def get(view: Served, path: str = '/', **headers: str) -> tuple[int, dict[str, s
 
 
 class Thing(NamedTuple):
-    """
-    A thing of the panel: its name for messages, label and value.
-
-    """
+    """A thing of the panel: its name for messages, label and value."""
 
     uuid: str
     label: str
@@ -186,10 +154,7 @@ class Thing(NamedTuple):
 
 
 def panel_of(view: Served) -> list[Thing]:
-    """
-    Return the things of the panel that have values, as a page that is opened now sees them.
-
-    """
+    """Return the things of the panel that have values, as a page that is opened now sees them."""
     found: dict[str, Thing] = {}
     with own_connection(view) as connection:
         while True:

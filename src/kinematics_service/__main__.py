@@ -1,7 +1,4 @@
-"""
-The way in: `python -m kinematics_service`, installed as `kinematics_service`.
-
-"""
+"""The way in: `python -m kinematics_service`, installed as `kinematics_service`."""
 
 import sys
 from collections.abc import Sequence
@@ -18,7 +15,6 @@ def main(argv: Sequence[str] | None = None) -> int:
     ----------
     argv
         Without the program's name; default: that of this process.
-
     """
     # Imported here: while it loads, Ctrl-C has its default action (`__init__`).
     from .cli.command_line import run

@@ -1,7 +1,4 @@
-"""
-The errors of the package: one base, a few kinds that are also ValueError.
-
-"""
+"""The errors of the package: one base, a few kinds that are also ValueError."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -22,7 +19,6 @@ class Fault:
         The place in the file's own words, `links[2].alpha`; empty for the whole file.
     message
         What is wrong, and what is accepted.
-
     """
 
     file: str
@@ -31,55 +27,34 @@ class Fault:
     message: str
 
     def __str__(self) -> str:
-        """
-        Return `file:line: where: message`, without the parts that are not known.
-
-        """
+        """Return `file:line: where: message`, without the parts that are not known."""
         at = f'{self.file}:{self.line}' if self.line else self.file
         return ': '.join(part for part in (at, self.where, self.message) if part)
 
 
 class KinematicsError(Exception):
-    """
-    Anything this package refuses to do.
-
-    """
+    """Anything this package refuses to do."""
 
 
 class RobotFileError(KinematicsError, ValueError):
-    """
-    A robot file that does not describe a robot; its text is one line a fault.
-
-    """
+    """A robot file that does not describe a robot; its text is one line a fault."""
 
     def __init__(self, faults: Sequence[Fault]) -> None:
         self.faults = tuple(faults)
         super().__init__('\n'.join(map(str, self.faults)))
 
     def __reduce__(self) -> tuple[type['RobotFileError'], tuple[tuple[Fault, ...]]]:
-        """
-        Rebuild from the faults, not from the text: what crosses processes stays whole.
-
-        """
+        """Rebuild from the faults, not from the text: what crosses processes stays whole."""
         return type(self), (self.faults,)
 
 
 class ExpressionError(KinematicsError, ValueError):
-    """
-    A text that is not an accepted expression.
-
-    """
+    """A text that is not an accepted expression."""
 
 
 class RobotNotFoundError(KinematicsError, ValueError):
-    """
-    A name that is neither a file nor a bundled robot.
-
-    """
+    """A name that is neither a file nor a bundled robot."""
 
 
 class JointVectorError(KinematicsError, ValueError):
-    """
-    Joint values of the wrong shape, or not finite.
-
-    """
+    """Joint values of the wrong shape, or not finite."""

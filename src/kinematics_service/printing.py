@@ -1,7 +1,4 @@
-"""
-What ends up on the screen: tables and sentences that fit a terminal, whole when piped.
-
-"""
+"""What ends up on the screen: tables and sentences that fit a terminal, whole when piped."""
 
 import json
 import math
@@ -29,7 +26,6 @@ class Output:
     Standard output: as wide as the terminal, unbroken where there is none.
 
     Text is printed as it is: no markup, no guessed highlights; colours only on a terminal.
-
     """
 
     def __init__(self) -> None:
@@ -38,35 +34,23 @@ class Output:
 
     @property
     def width(self) -> int:
-        """
-        Return the number of characters that fit into a line.
-
-        """
+        """Return the number of characters that fit into a line."""
         return self._console.width
 
     def print(self, *renderables: RenderableType) -> None:
-        """
-        Print things below each other, without the blanks that fill a table's last column.
-
-        """
+        """Print things below each other, without the blanks that fill a table's last column."""
         with self._console.capture() as captured:
             self._console.print(*renderables, sep='\n')
         sys.stdout.write(TRAILING_BLANKS.sub('', captured.get()))
 
 
 def plain(text: str) -> str:
-    """
-    Return a text without characters a terminal would obey.
-
-    """
+    """Return a text without characters a terminal would obey."""
     return ''.join(c if c.isprintable() or c == '\n' else '?' for c in text)
 
 
 def table(*headers: str) -> Table:
-    """
-    Return an empty table: cells fold where the terminal is too narrow, and are never cut.
-
-    """
+    """Return an empty table: cells fold where the terminal is too narrow, and are never cut."""
     result = Table(box=None, padding=GAP, pad_edge=False)
     for header in headers:
         result.add_column(header, header_style='bold', overflow='fold')
@@ -74,10 +58,7 @@ def table(*headers: str) -> Table:
 
 
 def facts() -> Table:
-    """
-    Return an empty list of facts: a label and what there is to say, its lines hanging.
-
-    """
+    """Return an empty list of facts: a label and what there is to say, its lines hanging."""
     result = Table.grid(padding=GAP)
     result.add_column(style='bold', no_wrap=True)
     result.add_column(overflow='fold')
@@ -85,17 +66,13 @@ def facts() -> Table:
 
 
 def heading(text: str, style: str = 'bold') -> Text:
-    """
-    Return a heading.
-
-    """
+    """Return a heading."""
     return Text(plain(text), style=style)
 
 
 def broken_name(name: str, width: int) -> str:
     """
     Return a joint name in lines of at most `width`, broken after its own separators if possible.
-
     """
     lines = ['']
     for part in BREAKS.findall(name):
@@ -108,7 +85,6 @@ def broken_name(name: str, width: int) -> str:
 def number(value: float, decimals: int = 6) -> str:
     """
     Return a number to a fixed place, without a negative zero; large and infinite ones in short.
-
     """
     if not math.isfinite(value) or abs(value) >= 1e4:
         return f'{value:.{decimals}g}'
@@ -116,20 +92,14 @@ def number(value: float, decimals: int = 6) -> str:
 
 
 def numbers(values: Floats, decimals: int = 6) -> str:
-    """
-    Return a row of numbers, each as wide as the widest.
-
-    """
+    """Return a row of numbers, each as wide as the widest."""
     texts = [number(value, decimals) for value in values]
     width = max(map(len, texts))
     return '  '.join(text.rjust(width) for text in texts)
 
 
 def json_text(document: dict[str, Any]) -> str:
-    """
-    Return strict JSON: arrays as lists, and null for what is infinite or not a number.
-
-    """
+    """Return strict JSON: arrays as lists, and null for what is infinite or not a number."""
     return json.dumps(_strict(document), allow_nan=False)
 
 

@@ -1,7 +1,4 @@
-"""
-Rotations and rigid motions as arrays, outside the kernel: one form made into another.
-
-"""
+"""Rotations and rigid motions as arrays, outside the kernel: one form made into another."""
 
 import math
 
@@ -26,10 +23,7 @@ Z_INTO = {
 
 
 def screw_z(theta: float, d: float) -> Floats:
-    """
-    Return Rz(theta) Tz(d), theta in rad, d in m.
-
-    """
+    """Return Rz(theta) Tz(d), theta in rad, d in m."""
     c, s = math.cos(theta), math.sin(theta)
     return np.array(
         [[c, -s, 0.0, 0.0], [s, c, 0.0, 0.0], [0.0, 0.0, 1.0, d], [0.0, 0.0, 0.0, 1.0]]
@@ -37,10 +31,7 @@ def screw_z(theta: float, d: float) -> Floats:
 
 
 def screw_x(alpha: float, a: float) -> Floats:
-    """
-    Return Tx(a) Rx(alpha) = Rx(alpha) Tx(a), alpha in rad, a in m.
-
-    """
+    """Return Tx(a) Rx(alpha) = Rx(alpha) Tx(a), alpha in rad, a in m."""
     c, s = math.cos(alpha), math.sin(alpha)
     return np.array(
         [[1.0, 0.0, 0.0, a], [0.0, c, -s, 0.0], [0.0, s, c, 0.0], [0.0, 0.0, 0.0, 1.0]]
@@ -48,10 +39,7 @@ def screw_x(alpha: float, a: float) -> Floats:
 
 
 def inverse(T: Floats) -> Floats:
-    """
-    Return the inverse of a rigid motion, by its transpose.
-
-    """
+    """Return the inverse of a rigid motion, by its transpose."""
     result = np.eye(4)
     result[:3, :3] = T[:3, :3].T
     result[:3, 3] = -T[:3, :3].T @ T[:3, 3]
@@ -65,7 +53,6 @@ def rotation_of_quaternion(quaternion_xyzw: npt.ArrayLike) -> Floats:
     The Euler-Rodrigues formula, R = I + s (w [v]x + [v]x [v]x) with v = (x, y, z). s = 2 / |q|^2
     stands in for a division of q by its length, and takes no root: quarter turns about the axes
     come out exact. NaN where q is zero or not finite.
-
     """
     q = np.moveaxis(np.asarray(quaternion_xyzw, dtype=np.float64), -1, 0)
     with np.errstate(invalid='ignore'):
@@ -83,10 +70,7 @@ def rotation_of_quaternion(quaternion_xyzw: npt.ArrayLike) -> Floats:
 
 
 def skew_part(R: Floats) -> Floats:
-    """
-    Return 2 sin(angle) axis of rotations (..., 3, 3), shape (..., 3): what R - R^T holds.
-
-    """
+    """Return 2 sin(angle) axis of rotations (..., 3, 3), shape (..., 3): what R - R^T holds."""
     return np.stack(
         [
             R[..., 2, 1] - R[..., 1, 2],
@@ -102,7 +86,6 @@ def rotation_vector(R: Floats) -> Floats:
     Return the rotation vectors (..., 3) of rotations (..., 3, 3), rad: axis times angle, <= pi.
 
     To round-off at every angle; of exactly half a turn either axis is right.
-
     """
     skew = skew_part(R)
     sine = np.sqrt(np.einsum('...i,...i->...', skew, skew))
@@ -130,7 +113,6 @@ def roll_pitch_yaw(R: Floats, level: float = LEVEL) -> Floats:
     angles multiply out to R within round-off, next to pitch = +-pi/2 too: roll is read from
     Rz(-yaw) R, whose second row is (0, cos roll, -sin roll), and so undoes what an
     ill-conditioned yaw does.
-
     """
     yaw = math.atan2(R[1, 0], R[0, 0])
     if math.hypot(R[0, 0], R[1, 0]) < level:
@@ -142,10 +124,7 @@ def roll_pitch_yaw(R: Floats, level: float = LEVEL) -> Floats:
 
 
 def rotation_of_roll_pitch_yaw(rpy: npt.ArrayLike) -> Floats:
-    """
-    Return Rz(yaw) Ry(pitch) Rx(roll), shape (3, 3), of angles (3,) in rad.
-
-    """
+    """Return Rz(yaw) Ry(pitch) Rx(roll), shape (3, 3), of angles (3,) in rad."""
     roll, pitch, yaw = np.asarray(rpy, dtype=np.float64).tolist()
     cr, sr = math.cos(roll), math.sin(roll)
     cp, sp = math.cos(pitch), math.sin(pitch)
@@ -170,7 +149,6 @@ def exact_rpy(R: Floats) -> tuple[float, float, float]:
 
     Unlike those for people to read, the three angles multiply out to R within round-off at every
     R, pitch = +-pi/2 included.
-
     """
     roll, pitch, yaw = roll_pitch_yaw(R, EXACT).tolist()
     return roll, pitch, yaw
@@ -179,7 +157,6 @@ def exact_rpy(R: Floats) -> tuple[float, float, float]:
 def pose_of(xyz: npt.ArrayLike, rpy: tuple[float, float, float]) -> Floats:
     """
     Return the pose (4, 4) of an `<origin>`: xyz in m, rpy in rad, Rz(yaw) Ry(pitch) Rx(roll).
-
     """
     T = np.eye(4)
     T[:3, :3] = rotation_of_roll_pitch_yaw(rpy)
@@ -192,7 +169,6 @@ def turn_about(axis: Floats, angle: npt.ArrayLike) -> Floats:
     Return the rotation by angles (...) about a unit axis (3,), shape (..., 3, 3).
 
     Rodrigues: R = cos I + sin [w]x + (1 - cos) w w^T.
-
     """
     angle = np.asarray(angle, dtype=np.float64)[..., None, None]
     x, y, z = axis
@@ -207,7 +183,6 @@ def turn_about(axis: Floats, angle: npt.ArrayLike) -> Floats:
 def exponential(w: Floats) -> Floats:
     """
     Return the rotations (..., 3, 3) of rotation vectors (..., 3), rad, by Rodrigues' formula.
-
     """
     angle = np.sqrt(np.einsum('...i,...i->...', w, w))[..., None, None]
     K = np.zeros((*w.shape, 3))
@@ -218,10 +193,7 @@ def exponential(w: Floats) -> Floats:
 
 
 def nearest_rotation(M: Floats) -> Floats:
-    """
-    Return the rotations R (..., 3, 3) that maximise trace(R^T M): Procrustes (Kabsch 1976).
-
-    """
+    """Return the rotations R (..., 3, 3) that maximise trace(R^T M): Procrustes (Kabsch 1976)."""
     U, _, Vt = np.linalg.svd(M)
     U = np.array(U)
     U[..., :, 2] *= np.linalg.det(U @ Vt)[..., None]

@@ -1,7 +1,4 @@
-"""
-SIGINT and SIGTERM: the first one asks for the end, a second one, or time, makes it.
-
-"""
+"""SIGINT and SIGTERM: the first one asks for the end, a second one, or time, makes it."""
 
 import contextlib
 import os
@@ -35,7 +32,6 @@ class StopSignal:
         Called when the first one comes, from another thread.
     last_words
         Written to standard output where a second one ends the process: what a terminal needs.
-
     """
 
     def __init__(self) -> None:
@@ -51,7 +47,6 @@ class StopSignal:
         ----------
         signals
             Descriptor of the file.
-
         """
         os.read(signals, 1)
         first = time.monotonic()
@@ -73,7 +68,6 @@ def stop_signals() -> Iterator[StopSignal]:
     signals, so that they are heard also while the main thread is inside a library that does not
     come back to Python. A signal while the interpreter ends must do no harm, so the process is
     deaf to both after the block.
-
     """
     stop = StopSignal()
     signals, told = os.pipe()
@@ -97,7 +91,6 @@ def interruptible() -> Iterator[None]:
 
     Inside a library the exception waits until it comes back, and one that calls Python may lose
     it. A second Ctrl-C does not wait either.
-
     """
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         # A shell starts its background processes so.

@@ -1,7 +1,4 @@
-"""
-What is done to the command line before typer reads it.
-
-"""
+"""What is done to the command line before typer reads it."""
 
 import re
 from collections.abc import Sequence
@@ -12,10 +9,7 @@ TAKES_NUMBERS = ('--q', '--qdot', '--near', '--xyz', '--rpy', '--quaternion')
 
 
 class Arguments(NamedTuple):
-    """
-    A command line in two parts: ours, and ROS's own.
-
-    """
+    """A command line in two parts: ours, and ROS's own."""
 
     ours: list[str]
     ros: list[str]
@@ -24,7 +18,6 @@ class Arguments(NamedTuple):
 def split_ros_arguments(argv: Sequence[str]) -> Arguments:
     """
     Return what is typer's and what is rclpy's: from each `--ros-args` on, up to a `--` or the end.
-
     """
     ours: list[str] = []
     ros: list[str] = []
@@ -45,7 +38,6 @@ def join_numbers(argv: Sequence[str]) -> list[str]:
     Return the arguments with the numbers after --q, --xyz and the like joined into one.
 
     `--q 0.1, -0.2 0.3` becomes `--q`, `0.1, -0.2 0.3`.
-
     """
     joined: list[str] = []
     numbers_may_follow = False

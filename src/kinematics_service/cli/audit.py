@@ -1,7 +1,4 @@
-"""
-The command `audit`: a recording or a planned trajectory, judged as the node would have.
-
-"""
+"""The command `audit`: a recording or a planned trajectory, judged as the node would have."""
 
 import sys
 from datetime import datetime
@@ -67,10 +64,7 @@ wrong, fail too, unless it says never.
 
 
 class VelocitySource(str, Enum):
-    """
-    Where joint velocities come from.
-
-    """
+    """Where joint velocities come from."""
 
     auto = 'auto'
     message = 'message'
@@ -139,10 +133,7 @@ def audit(
         ),
     ] = None,
 ) -> None:
-    """
-    Run the command; `HELP` is what its user reads.
-
-    """
+    """Run the command; `HELP` is what its user reads."""
     failures = _failures(fail_on)
     if not 1e-3 <= timeout <= 3600.0:
         raise WrongUsage(f'--timeout: {timeout:g} is not within 0.001 and 3600 s')

@@ -1,7 +1,4 @@
-"""
-Recordings audited one after the other, by processes of this machine, or by a dask cluster.
-
-"""
+"""Recordings audited one after the other, by processes of this machine, or by a dask cluster."""
 
 import multiprocessing
 import os
@@ -44,7 +41,6 @@ class Run:
         Whether the page, and the document, are wanted.
     out
         The MCAP file to write, if one is wanted.
-
     """
 
     file: Path
@@ -60,10 +56,7 @@ class Run:
 
 
 class Outcome(NamedTuple):
-    """
-    What an audit says, and the sentence that says what it cannot say.
-
-    """
+    """What an audit says, and the sentence that says what it cannot say."""
 
     run: Run
     error: str
@@ -74,10 +67,7 @@ class Outcome(NamedTuple):
 
 
 def outcome_of(run: Run, bar: 'Callable[[int | None], Any] | None' = None) -> Outcome:
-    """
-    Return the outcome of one run; what goes wrong with its file is one.
-
-    """
+    """Return the outcome of one run; what goes wrong with its file is one."""
     from ..diagnosis.audit.report.document import document_of
     from ..diagnosis.audit.report.page import page_of
     from ..diagnosis.audit.report.page_header import origin_of
@@ -146,10 +136,7 @@ def _no_frames(finished: 'Audit', run: Run) -> str:
 
 
 def outcomes(runs: Sequence[Run], jobs: int, workers: str | None) -> Iterator[Outcome]:
-    """
-    Yield the outcome of each run, in their order.
-
-    """
+    """Yield the outcome of each run, in their order."""
     if workers is not None:
         from ..kinematics.sweep import results_of_workers
 

@@ -1,7 +1,4 @@
-"""
-The command `check`: whether robot files describe robots, and which.
-
-"""
+"""The command `check`: whether robot files describe robots, and which."""
 
 import math
 import sys
@@ -47,10 +44,7 @@ Files = Annotated[
 
 
 class Verdict(NamedTuple):
-    """
-    What is wrong with a file, and what is most likely a mistake, each a line.
-
-    """
+    """What is wrong with a file, and what is most likely a mistake, each a line."""
 
     faults: list[str]
     warnings: list[str]
@@ -62,10 +56,7 @@ def check(
         bool, typer.Option('--strict', help='Exit code 1 also where there are only warnings.')
     ] = False,
 ) -> None:
-    """
-    Run the command; `HELP` is what its user reads.
-
-    """
+    """Run the command; `HELP` is what its user reads."""
     out = Output()
     faulty = doubtful = 0
     for file in files:

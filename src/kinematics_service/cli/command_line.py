@@ -1,7 +1,4 @@
-"""
-The command line: its commands, and what becomes of errors.
-
-"""
+"""The command line: its commands, and what becomes of errors."""
 
 import io
 import os
@@ -145,7 +142,6 @@ def run(argv: Sequence[str] | None = None) -> int:
     ----------
     argv
         Without the program's name; default: that of this process.
-
     """
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):

@@ -1,7 +1,4 @@
-"""
-The command `compare`: a person's own formulas against the right ones.
-
-"""
+"""The command `compare`: a person's own formulas against the right ones."""
 
 import sys
 from pathlib import Path
@@ -86,10 +83,7 @@ def compare(
         typer.Option('--verbose', help='Say which causes were tested where none explains it all.'),
     ] = False,
 ) -> None:
-    """
-    Run the command; `HELP` is what its user reads.
-
-    """
+    """Run the command; `HELP` is what its user reads."""
     text = _text_of(file)
     arm = given_robot(robot, '')
     # sympy takes half a second to load: only here.

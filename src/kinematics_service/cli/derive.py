@@ -1,7 +1,4 @@
-"""
-The command `derive`: exact frames, Jacobian, determinant and singular set of an arm.
-
-"""
+"""The command `derive`: exact frames, Jacobian, determinant and singular set of an arm."""
 
 import sys
 from collections.abc import Callable
@@ -37,10 +34,7 @@ puts the factors into the robot file, after checking their product against the d
 
 
 class Format(str, Enum):
-    """
-    What a derivation is written as.
-
-    """
+    """What a derivation is written as."""
 
     text = 'text'
     markdown = 'markdown'
@@ -50,10 +44,7 @@ class Format(str, Enum):
 
 
 class Code(str, Enum):
-    """
-    A language of source code.
-
-    """
+    """A language of source code."""
 
     numpy = 'numpy'
     c = 'c'
@@ -92,10 +83,7 @@ def derive(
         bool, typer.Option('--write', help='Store the factors in the robot file.')
     ] = False,
 ) -> None:
-    """
-    Run the command; `HELP` is what its user reads.
-
-    """
+    """Run the command; `HELP` is what its user reads."""
     refuse_unknown_robot(robot, '')
     if write and lock:
         raise WrongUsage('--write: the factors of a locked arm are not those of the robot file')

@@ -1,7 +1,4 @@
-"""
-The command `export`: a robot in the formats of other programs.
-
-"""
+"""The command `export`: a robot in the formats of other programs."""
 
 import re
 import sys
@@ -35,10 +32,7 @@ def export(
         str, typer.Option('--urdf', metavar='FILE', help="Where to write it; '-': the screen.")
     ],
 ) -> None:
-    """
-    Run the command; `HELP` is what its user reads.
-
-    """
+    """Run the command; `HELP` is what its user reads."""
     arm = given_robot(robot, '')
     from ..formats.urdf.writer import urdf_text
 
@@ -57,7 +51,6 @@ def write_document(file: str, text: str) -> None:
     ------
     KinematicsError
         The file cannot be written.
-
     """
     if file == '-':
         sys.stdout.write(text)

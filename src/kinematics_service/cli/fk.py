@@ -1,7 +1,4 @@
-"""
-The command `fk`: where the tool is at given joint positions.
-
-"""
+"""The command `fk`: where the tool is at given joint positions."""
 
 from textwrap import indent
 
@@ -56,10 +53,7 @@ def fk(
     deg: DegreesOption = False,
     json: JsonOption = False,
 ) -> None:
-    """
-    Run the command; `HELP` is what its user reads.
-
-    """
+    """Run the command; `HELP` is what its user reads."""
     arm = given_robot(robot)
     state = evaluate(arm, given_positions(arm, q, deg))
     singularity = singularity_of(state)

@@ -1,7 +1,4 @@
-"""
-Options of `audit` that concern a second source of the tool's pose.
-
-"""
+"""Options of `audit` that concern a second source of the tool's pose."""
 
 import math
 import re
@@ -51,10 +48,7 @@ WARN, STOP = '4mm,0.5deg', '20mm,2deg'
 
 
 def given_format(text: str | None) -> 'PoseFormat':
-    """
-    Return what --pose-format says.
-
-    """
+    """Return what --pose-format says."""
     from ..formats.recordings.block import AuditError
     from ..formats.recordings.pose_format import PoseFormat, pose_format
 
@@ -65,10 +59,7 @@ def given_format(text: str | None) -> 'PoseFormat':
 
 
 def given_frames(gap: float | None, warn: str, stop: str) -> 'FrameSettings':
-    """
-    Return how poses are matched and judged.
-
-    """
+    """Return how poses are matched and judged."""
     from ..diagnosis.audit.frames import FrameSettings
     from ..diagnosis.frame_check import FrameLimits
 

@@ -1,7 +1,4 @@
-"""
-The command `ik`: which joint positions bring the tool to a pose or a position.
-
-"""
+"""The command `ik`: which joint positions bring the tool to a pose or a position."""
 
 import re
 from typing import Annotated, Any
@@ -121,10 +118,7 @@ def ik(
     deg: DegreesOption = False,
     json: JsonOption = False,
 ) -> None:
-    """
-    Run the command; `HELP` is what its user reads.
-
-    """
+    """Run the command; `HELP` is what its user reads."""
     if rpy is not None and quaternion is not None:
         raise WrongUsage('--rpy and --quaternion both say how the tool is turned: give one')
     if one and everything:
@@ -157,7 +151,6 @@ def target_from(xyz: str, rpy: str | None, quaternion: str | None, degrees: bool
     ------
     WrongUsage
         An option is not as many numbers as it takes, or two of them exclude each other.
-
     """
     position = _given(xyz, '--xyz', 3)
     if rpy is not None:

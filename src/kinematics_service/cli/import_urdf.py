@@ -1,7 +1,4 @@
-"""
-The command `import`: a robot file from the formats of other programs.
-
-"""
+"""The command `import`: a robot file from the formats of other programs."""
 
 import re
 import sys
@@ -30,10 +27,7 @@ is printed and written into the file. xacro files are expanded first: xacro FILE
 
 
 class Convention(str, Enum):
-    """
-    What a table may be written by.
-
-    """
+    """What a table may be written by."""
 
     standard = 'standard'
     modified = 'modified'
@@ -59,10 +53,7 @@ def import_urdf(
         ),
     ] = False,
 ) -> None:
-    """
-    Run the command; `HELP` is what its user reads.
-
-    """
+    """Run the command; `HELP` is what its user reads."""
     if name and not re.fullmatch(r'[A-Za-z0-9_]+', name):
         raise WrongUsage(f'--name: {name!r} is not a name of letters, digits and underscores')
     from ..formats.urdf.importer import import_file

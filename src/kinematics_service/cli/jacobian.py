@@ -1,7 +1,4 @@
-"""
-The command `jacobian`: how joint velocities move the tool at given joint positions.
-
-"""
+"""The command `jacobian`: how joint velocities move the tool at given joint positions."""
 
 from enum import Enum
 from textwrap import indent
@@ -63,10 +60,7 @@ The keys of --json, in m, rad, s; null: infinite, undefined, not asked for:
 
 
 class Axes(str, Enum):
-    """
-    The axes a Jacobian is written in.
-
-    """
+    """The axes a Jacobian is written in."""
 
     base = 'base'
     tool = 'tool'
@@ -83,10 +77,7 @@ def jacobian(
     deg: DegreesOption = False,
     json: JsonOption = False,
 ) -> None:
-    """
-    Run the command; `HELP` is what its user reads.
-
-    """
+    """Run the command; `HELP` is what its user reads."""
     arm = given_robot(robot)
     rates = None if qdot is None else joint_values(arm, qdot, '--qdot', deg)
     state = evaluate(arm, given_positions(arm, q, deg), rates)

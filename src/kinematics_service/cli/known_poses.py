@@ -1,7 +1,4 @@
-"""
-The known poses of a robot file, against what the arm does.
-
-"""
+"""The known poses of a robot file, against what the arm does."""
 
 import math
 from collections.abc import Sequence
@@ -27,7 +24,6 @@ class PoseError:
         Of the pose in the file, from 0.
     distance, angle : m, rad
         Between the tools' origins, and of the rotation between them.
-
     """
 
     index: int
@@ -37,10 +33,7 @@ class PoseError:
 
     @property
     def share(self) -> float:
-        """
-        Return the error as a share of its tolerance: beyond 1 the pose is wrong.
-
-        """
+        """Return the error as a share of its tolerance: beyond 1 the pose is wrong."""
         shares = []
         for error, tolerance in (
             (self.distance, self.known.tolerance_xyz),
@@ -52,7 +45,6 @@ class PoseError:
     def __str__(self) -> str:
         """
         Return the errors and their tolerances; of the position alone where nothing else is known.
-
         """
         position = f'{self.distance:.2g} m (tolerance {self.known.tolerance_xyz:g})'
         if math.isinf(self.known.tolerance_rpy):
@@ -61,10 +53,7 @@ class PoseError:
 
 
 def pose_errors(robot: Robot) -> tuple[PoseError, ...]:
-    """
-    Return the error of each known pose of a robot, in the order of its file.
-
-    """
+    """Return the error of each known pose of a robot, in the order of its file."""
     known = robot.description.known_poses
     if not known:
         return ()
@@ -84,10 +73,7 @@ def pose_errors(robot: Robot) -> tuple[PoseError, ...]:
 
 
 def pose_faults(robot: Robot, errors: Sequence[PoseError]) -> tuple[Fault, ...]:
-    """
-    Return a fault for each known pose that the arm misses by more than its tolerance.
-
-    """
+    """Return a fault for each known pose that the arm misses by more than its tolerance."""
     return tuple(
         Fault(
             robot.description.file,

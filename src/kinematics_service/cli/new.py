@@ -1,7 +1,4 @@
-"""
-The command `new`: a robot file to begin with.
-
-"""
+"""The command `new`: a robot file to begin with."""
 
 import re
 from enum import Enum
@@ -35,10 +32,7 @@ ROBOT_LINE = re.compile(r'^robot:.*$', re.MULTILINE)
 
 
 class Convention(str, Enum):
-    """
-    What a table may be written by.
-
-    """
+    """What a table may be written by."""
 
     standard = 'standard'
     modified = 'modified'
@@ -75,10 +69,7 @@ def new(
     ] = '',
     force: Annotated[bool, typer.Option('--force', help='Overwrite the file.')] = False,
 ) -> None:
-    """
-    Run the command; `HELP` is what its user reads.
-
-    """
+    """Run the command; `HELP` is what its user reads."""
     if not re.fullmatch(r'[A-Za-z0-9_]+', name):
         raise WrongUsage(f'NAME: {name!r} is not a name of letters, digits and underscores')
     if source is not None:

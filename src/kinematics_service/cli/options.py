@@ -1,7 +1,4 @@
-"""
-The options several commands share, and what their values mean.
-
-"""
+"""The options several commands share, and what their values mean."""
 
 import re
 import sys
@@ -36,16 +33,10 @@ JsonOption = Annotated[bool, typer.Option('--json', help='Print one JSON object,
 
 
 class WrongUsage(typer.BadParameter):
-    """
-    A command line that cannot be meant: exit code 2, and its text as the sentence.
-
-    """
+    """A command line that cannot be meant: exit code 2, and its text as the sentence."""
 
     def format_message(self) -> str:
-        """
-        Return the sentence itself, without typer's preface.
-
-        """
+        """Return the sentence itself, without typer's preface."""
         return self.message
 
 
@@ -54,7 +45,6 @@ def refuse_unknown_robot(name: str, where: str = OPTION) -> None:
     Refuse a robot that is neither a file nor a bundled one, as wrong usage.
 
     `where` stands before the sentence: the option, or nothing where the robot has no option.
-
     """
     try:
         path = find_robot_file(name)
@@ -72,7 +62,6 @@ def given_robot(name: str, where: str = OPTION) -> Robot:
     ------
     RobotFileError
         The file is there but not a valid robot.
-
     """
     refuse_unknown_robot(name, where)
     return load_robot(name)
@@ -81,7 +70,6 @@ def given_robot(name: str, where: str = OPTION) -> Robot:
 def given_positions(robot: Robot, text: str, degrees: bool) -> Floats:
     """
     Return the joint positions of `--q`, shape (n,), rad or m; ask where they look like degrees.
-
     """
     q = joint_values(robot, text, '--q', degrees)
     if not degrees and _look_like_degrees(robot, q):
@@ -105,7 +93,6 @@ def joint_values(robot: Robot, text: str, option: str, degrees: bool) -> Floats:
     Return the numbers of `--q` or `--qdot`, shape (n,), rad or m (rad/s or m/s).
 
     Accepted are commas, spaces, and brackets around them all.
-
     """
     words = re.split(r'\s*,\s*|\s+', text.strip().strip('[]()').strip().rstrip(','))
     for word in words:

@@ -1,7 +1,4 @@
-"""
-The command `plot`: pictures of an arm, its paths, its singular sets and its workspace.
-
-"""
+"""The command `plot`: pictures of an arm, its paths, its singular sets and its workspace."""
 
 import re
 from collections.abc import Iterator
@@ -130,10 +127,7 @@ def plot(
     ] = None,
     show: Annotated[bool, typer.Option('--show', help='Open a window instead.')] = False,
 ) -> None:
-    """
-    Run the command; `HELP` is what its user reads.
-
-    """
+    """Run the command; `HELP` is what its user reads."""
     given = {
         '--q': q, '--xyz': xyz, '--rpy': rpy, '--quaternion': quaternion, '--near': near,
         '--path': path, '--joints': joints, '--plane': plane, '--at': at, '--points': points,

@@ -1,7 +1,4 @@
-"""
-The command `robots`: the robots that come with the package.
-
-"""
+"""The command `robots`: the robots that come with the package."""
 
 from ..printing import Output, heading, plain
 from ..robot.bundled import grouped_robots
@@ -25,18 +22,12 @@ LETTERS = {'revolute': 'R', 'prismatic': 'P', 'helical': 'H'}
 
 
 def joint_letters(joints: tuple[JointDescription, ...]) -> str:
-    """
-    Return the joints of an arm as letters, base to tool: RRP.
-
-    """
+    """Return the joints of an arm as letters, base to tool: RRP."""
     return ''.join(LETTERS[joint.type] for joint in joints)
 
 
 def robots() -> None:
-    """
-    Run the command; `HELP` is what its user reads.
-
-    """
+    """Run the command; `HELP` is what its user reads."""
     out = Output()
     groups = {
         title: [_row(name, read_robot_file(path)) for name, path in robots.items()]

@@ -1,7 +1,4 @@
-"""
-The commands that need ROS: the node itself, `demo` and `echo`.
-
-"""
+"""The commands that need ROS: the node itself, `demo` and `echo`."""
 
 import math
 from enum import Enum
@@ -50,20 +47,14 @@ ONCE_TIMEOUT, SHORTEST_TIMEOUT, LONGEST_TIMEOUT = 10.0, 0.1, 86_400.0
 
 
 class Trajectory(str, Enum):
-    """
-    How the demo moves the joints.
-
-    """
+    """How the demo moves the joints."""
 
     sine = 'sine'
     smooth = 'smooth'
 
 
 class Topic(str, Enum):
-    """
-    What `echo` can print.
-
-    """
+    """What `echo` can print."""
 
     jacobian = 'jacobian'
     pose = 'pose'
@@ -72,10 +63,7 @@ class Topic(str, Enum):
 
 
 class RosMissingError(Exception):
-    """
-    ROS cannot be imported; its text says how to get it.
-
-    """
+    """ROS cannot be imported; its text says how to get it."""
 
 
 def _without_ros(error: ImportError) -> Exception:
@@ -94,7 +82,6 @@ def node(
     ------
     RosMissingError
         rclpy or a message package cannot be imported.
-
     """
     refuse_ros_variables()
     try:
@@ -136,10 +123,7 @@ def demo(
         ),
     ] = None,
 ) -> None:
-    """
-    Run the command; `DEMO_HELP` is what its user reads.
-
-    """
+    """Run the command; `DEMO_HELP` is what its user reads."""
     if robot is not None:
         refuse_unknown_robot(robot)
     if duration is not None and not math.isfinite(duration):
@@ -169,10 +153,7 @@ def echo(
         ),
     ] = None,
 ) -> None:
-    """
-    Run the command; `ECHO_HELP` is what its user reads.
-
-    """
+    """Run the command; `ECHO_HELP` is what its user reads."""
     if timeout is not None and not timeout >= SHORTEST_TIMEOUT:
         raise WrongUsage(f'--timeout: {timeout:g} is not at least {SHORTEST_TIMEOUT:g} s')
     if timeout is not None and timeout > LONGEST_TIMEOUT:

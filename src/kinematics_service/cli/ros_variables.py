@@ -21,10 +21,7 @@ CHOOSER = 'rmw_implementation'
 
 
 def refuse_ros_variables() -> None:
-    """
-    End the command with one sentence, and exit code 2, where ROS could not start with them.
-
-    """
+    """End the command with one sentence, and exit code 2, where ROS could not start with them."""
     sentence = _wrong_domain() or _wrong_middleware()
     if sentence is not None:
         print(f'kinematics_service: {sentence}', file=sys.stderr)

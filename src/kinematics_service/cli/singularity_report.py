@@ -1,7 +1,4 @@
-"""
-The singularity measures of one pose, for a person at a robot and for a program.
-
-"""
+"""The singularity measures of one pose, for a person at a robot and for a program."""
 
 import math
 from collections.abc import Iterator
@@ -34,18 +31,12 @@ JSON_KEYS = """\
 
 
 def in_degrees(angle: float) -> str:
-    """
-    Return an angle in rad as degrees in words, to three digits.
-
-    """
+    """Return an angle in rad as degrees in words, to three digits."""
     return f'{angle * DEGREES:.3g} deg'
 
 
 def threshold_words(thresholds: Thresholds) -> str:
-    """
-    Return where WARN and ERROR begin, `distance: WARN below 0.1 rad (5.73 deg), ...`.
-
-    """
+    """Return where WARN and ERROR begin, `distance: WARN below 0.1 rad (5.73 deg), ...`."""
     measure = MEASURES[thresholds.measure]
     side = 'below' if measure.small_is_bad else 'above'
 
@@ -59,19 +50,13 @@ def threshold_words(thresholds: Thresholds) -> str:
 
 
 def beyond_limits(robot: Robot, q: Floats) -> list[str]:
-    """
-    Return the names of the joints whose positions are outside their limits.
-
-    """
+    """Return the names of the joints whose positions are outside their limits."""
     outside = (q < robot.limits[:, 0]) | (q > robot.limits[:, 1])
     return [name for name, out in zip(robot.joint_names, outside) if out]
 
 
 def singularity_json(robot: Robot, singularity: Singularity) -> dict[str, Any]:
-    """
-    Return the measures under the keys of `JSON_KEYS`.
-
-    """
+    """Return the measures under the keys of `JSON_KEYS`."""
     return {
         'level': singularity.level.name,
         'measure': robot.thresholds.measure,
@@ -96,10 +81,7 @@ def singularity_json(robot: Robot, singularity: Singularity) -> dict[str, Any]:
 
 
 def print_singularity(out: Output, state: ToolState, singularity: Singularity) -> None:
-    """
-    Print the measures of a pose, then each joint's part in it.
-
-    """
+    """Print the measures of a pose, then each joint's part in it."""
     robot = state.robot
     out.print(
         '',

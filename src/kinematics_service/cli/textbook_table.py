@@ -1,7 +1,4 @@
-"""
-The table of a robot as a textbook prints it: the expressions as they stand in the file.
-
-"""
+"""The table of a robot as a textbook prints it: the expressions as they stand in the file."""
 
 from collections.abc import Callable
 
@@ -73,18 +70,12 @@ TABLES: dict[str, Callable[[RobotDescription], RenderableType]] = {
 
 
 def textbook_table(description: RobotDescription) -> RenderableType:
-    """
-    Return the table of a robot, rows from base to tool, in the units of its file.
-
-    """
+    """Return the table of a robot, rows from base to tool, in the units of its file."""
     return TABLES[description.convention](description)
 
 
 def motion_text(motion: RigidMotion) -> str:
-    """
-    Return a constant pose as the file writes it: `identity`, `xyz ... rpy ...`, or a matrix.
-
-    """
+    """Return a constant pose as the file writes it: `identity`, `xyz ... rpy ...`, or a matrix."""
     if np.array_equal(motion.matrix, np.eye(4)):
         return 'identity'
     texts = [plain(text) for text in motion.texts]

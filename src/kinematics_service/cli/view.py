@@ -1,7 +1,4 @@
-"""
-The command `view`: a web page that shows the arm live.
-
-"""
+"""The command `view`: a web page that shows the arm live."""
 
 import sys
 from collections.abc import Callable
@@ -41,10 +38,7 @@ joint states: for a node without a robot. Without ROS there are sliders only.
 
 
 class ViewerMissingError(KinematicsError):
-    """
-    viser cannot be imported; its text says how to get it.
-
-    """
+    """viser cannot be imported; its text says how to get it."""
 
 
 def view(
@@ -83,10 +77,7 @@ def view(
         bool, typer.Option('--publish', help='Let the sliders publish joint states.')
     ] = False,
 ) -> None:
-    """
-    Run the command; `HELP` is what its user reads.
-
-    """
+    """Run the command; `HELP` is what its user reads."""
     if sliders and publish:
         raise WrongUsage('--sliders needs no ROS and --publish does: give one of them')
     try:

@@ -1,4 +1,1 @@
-"""
-What a recording says of the arm, and of the robot file.
-
-"""
+"""What a recording says of the arm, and of the robot file."""

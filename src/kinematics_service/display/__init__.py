@@ -1,4 +1,1 @@
-"""
-Kinematics to be looked at: pictures in files, and a page that moves.
-
-"""
+"""Kinematics to be looked at: pictures in files, and a page that moves."""

@@ -1,4 +1,1 @@
-"""
-The one memory: from joint states to states of the tool, and warnings.
-
-"""
+"""The one memory: from joint states to states of the tool, and warnings."""

@@ -1,7 +1,4 @@
-"""
-When a singularity warning is worth saying again.
-
-"""
+"""When a singularity warning is worth saying again."""
 
 import math
 from typing import NamedTuple
@@ -34,7 +31,6 @@ class Alarm(NamedTuple):
         When something was said last, steady clock.
     factor
         Index of the nearest named factor said last; None where there are none.
-
     """
 
     level: Level = Level.OK
@@ -43,10 +39,7 @@ class Alarm(NamedTuple):
     factor: int | None = None
 
     def is_settled(self, level: Level, arrival: int) -> bool:
-        """
-        Return whether `step` would say nothing and change nothing, whatever is lost or near.
-
-        """
+        """Return whether `step` would say nothing and change nothing, whatever is lost or near."""
         if self.said is None or level is not self.level:
             return False
         return level in _QUIET or arrival - self.said < TURNS_APART
@@ -63,7 +56,6 @@ class Alarm(NamedTuple):
 
         Said are the first state, each change of level, each turn of the lost direction and change
         of the nearest factor while not OK, and once a second while it is WARN or ERROR.
-
         """
         if self.said is None or level != self.level:
             say = True

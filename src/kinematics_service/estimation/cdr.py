@@ -24,10 +24,7 @@ STAMP_AT = BODY
 
 
 class CdrError(KinematicsError, ValueError):
-    """
-    Bytes whose encapsulation or lengths cannot be those of a message.
-
-    """
+    """Bytes whose encapsulation or lengths cannot be those of a message."""
 
 
 class Writer:
@@ -40,7 +37,6 @@ class Writer:
         The bytes so far.
     written
         Of each byte whether it says something: 255, or 0 for one skipped for alignment.
-
     """
 
     def __init__(self) -> None:
@@ -48,28 +44,19 @@ class Writer:
         self.written = bytearray(b'\xff\xff\0\0')
 
     def room(self, size: int, count: int = 1) -> int:
-        """
-        Leave room for numbers of `size` bytes each, and return where it begins.
-
-        """
+        """Leave room for numbers of `size` bytes each, and return where it begins."""
         skipped = -(len(self.data) - BODY) % size if count else 0
         self.data += bytes(skipped + count * size)
         self.written += bytes(skipped) + b'\xff' * (count * size)
         return len(self.data) - count * size
 
     def whole(self, number: int) -> None:
-        """
-        Write a uint32.
-
-        """
+        """Write a uint32."""
         at = self.room(WHOLE)
         LITTLE.pack_into(self.data, at, number)
 
     def text(self, text: str) -> None:
-        """
-        Write a text.
-
-        """
+        """Write a text."""
         encoded = text.encode() + b'\0'
         self.whole(len(encoded))
         at = self.room(1, len(encoded))
@@ -96,7 +83,6 @@ class Reader:
     ------
     CdrError
         The encapsulation is none, or a field goes beyond the end.
-
     """
 
     def __init__(self, data: bytes) -> None:
@@ -113,17 +99,11 @@ class Reader:
 
     @property
     def is_at_end(self) -> bool:
-        """
-        Return whether nothing is left.
-
-        """
+        """Return whether nothing is left."""
         return self._at == len(self._data)
 
     def skip(self, size: int) -> slice:
-        """
-        Return where the next bytes are.
-
-        """
+        """Return where the next bytes are."""
         at = self._at
         self._at += size
         if self._at > len(self._data):
@@ -138,29 +118,20 @@ class Reader:
         return int(length)
 
     def text(self) -> slice:
-        """
-        Return where a text is, with the zero at its end.
-
-        """
+        """Return where a text is, with the zero at its end."""
         place = self.skip(self._length())
         self.shape.append(place)
         return place
 
     def count(self) -> int:
-        """
-        Return the length of a sequence; it has no more members than there are bytes left.
-
-        """
+        """Return the length of a sequence; it has no more members than there are bytes left."""
         count = self._length()
         if self._at + count > len(self._data):
             raise CdrError('a sequence beyond the end')
         return count
 
     def doubles(self, count: int) -> slice:
-        """
-        Return where so many doubles are.
-
-        """
+        """Return where so many doubles are."""
         if count:
             self.skip(-(self._at - BODY) % self._aligned[1])
         return self.skip(DOUBLE * count)

@@ -1,6 +1,5 @@
 """
 The estimator: the one object with memory between a JointState message and the state of the tool.
-
 """
 
 import array
@@ -39,7 +38,6 @@ class EstimatorSettings:
         `auto` (the message's velocities, differences where it has none), `message`, `difference`.
     timeout : ns
         A joint unheard for longer is stale; stamps that step back by more are a new start.
-
     """
 
     joint_prefix: str = ''
@@ -61,7 +59,6 @@ class Answer(NamedTuple):
         Of the message that made it; of its receipt where it has none.
     velocity_source
         `message`, `difference`, or `none`.
-
     """
 
     state: ToolState
@@ -84,7 +81,6 @@ class Accepted(NamedTuple):
         Of the message; of its receipt where it has none.
     velocity_source
         `message`, `difference`, or `none`.
-
     """
 
     q: Floats
@@ -103,7 +99,6 @@ class Refusal(NamedTuple):
         Key of the count it was added to.
     sentence
         What to tell the user, empty where there is nothing to tell.
-
     """
 
     reason: str
@@ -163,7 +158,6 @@ class Estimator:
     ----------
     counts
         Number of messages by what became of them.
-
     """
 
     def __init__(self, robot: Robot, settings: EstimatorSettings) -> None:
@@ -175,10 +169,7 @@ class Estimator:
         self._prepare()
 
     def configure(self, robot: Robot, settings: EstimatorSettings) -> None:
-        """
-        Take other settings, keeping what is known unless the joints get other names.
-
-        """
+        """Take other settings, keeping what is known unless the joints get other names."""
         same_names = settings.joint_prefix == self.settings.joint_prefix
         self.robot, self.settings = robot, settings
         if same_names:
@@ -208,10 +199,7 @@ class Estimator:
         )
 
     def reset(self) -> None:
-        """
-        Forget every joint: the clock or the recording started anew.
-
-        """
+        """Forget every joint: the clock or the recording started anew."""
         self.counts[RESETS] += 1
         self._table.forget()
         self._table.forget_tool()
@@ -221,7 +209,6 @@ class Estimator:
         Return whether the ROS clock's step back by `back` to `now` (ns) made a reset necessary.
 
         Where messages of the new time were faster than the clock, they have made it already.
-
         """
         latest = self._table.newest()
         if latest is None or latest <= now + back // 2:
@@ -232,29 +219,19 @@ class Estimator:
     def missing(self, arrival: int) -> tuple[str, ...]:
         """
         Return the names of joints not heard for the timeout before `arrival` (steady clock, ns).
-
         """
         return self._table.missing(arrival, self.settings.timeout)
 
     def age(self, arrival: int) -> float:
-        """
-        Return the seconds since the joint longest unheard, inf where one never was.
-
-        """
+        """Return the seconds since the joint longest unheard, inf where one never was."""
         return self._table.age(arrival)
 
     def beyond_limits(self) -> tuple[str, ...]:
-        """
-        Return the names of known joints that stand outside their limits.
-
-        """
+        """Return the names of known joints that stand outside their limits."""
         return self._table.beyond(self.robot.limits)
 
     def disputed(self, arrival: int) -> tuple[str, ...]:
-        """
-        Return the names of joints about which messages have disagreed lately.
-
-        """
+        """Return the names of joints about which messages have disagreed lately."""
         return self._table.disputed(arrival, JUMPS)
 
     def is_settled(self, state: ToolState, arrival: int) -> bool:
@@ -262,7 +239,6 @@ class Estimator:
         Return whether `judge` would say nothing and change nothing: seen from the kernel's level.
 
         False where that takes a closer look.
-
         """
         alarm, measures = self._alarm, state.measures
         if measures is None or alarm.level is not Level.OK:
@@ -271,10 +247,7 @@ class Estimator:
         return level == 0.0 and alarm.is_settled(Level.OK, arrival)
 
     def judge(self, singularity: Singularity, arrival: int) -> tuple[Level, bool]:
-        """
-        Return the level of a new state, with hysteresis, and whether it is to be said.
-
-        """
+        """Return the level of a new state, with hysteresis, and whether it is to be said."""
         alarm = self._alarm
         if alarm.level is Level.OK or alarm.level is Level.STALE:
             level: Level = singularity.level  # there is nothing to leave
@@ -294,10 +267,7 @@ class Estimator:
         return level, say
 
     def go_stale(self, arrival: int) -> bool:
-        """
-        Return whether it is to be said that the state is stale: once in each silence.
-
-        """
+        """Return whether it is to be said that the state is stale: once in each silence."""
         self._alarm, say = self._alarm.step(Level.STALE, None, arrival)
         return say
 
@@ -311,7 +281,6 @@ class Estimator:
             The message.
         depth
             `kernel.JACOBIAN`, or `kernel.ALL_FRAMES` where the link frames are asked for.
-
         """
         row = np.empty(self.robot.chain.single_widths[depth])
         said = self._observe(sample, row)
@@ -344,7 +313,6 @@ class Estimator:
             As in `take`.
         answers
             Messages to be filled with the answer.
-
         """
         try:
             incoming = self._forms[form]
@@ -393,7 +361,6 @@ class Estimator:
 
         The part of `take` that has a memory of its own; a recording goes through this message by
         message, and through the kernel in one batch.
-
         """
         n = self.robot.dof
         row = np.empty(2 * n + kernel.ROW_TAIL)

@@ -1,7 +1,4 @@
-"""
-What is known of each joint: its position, its velocity, and when it was heard.
-
-"""
+"""What is known of each joint: its position, its velocity, and when it was heard."""
 
 import math
 from collections.abc import Sequence
@@ -35,7 +32,6 @@ class Layout(NamedTuple):
         Names of our joints that stand in it twice.
     ours
         Joints and places as the kernel takes them.
-
     """
 
     joints: tuple[int, ...]
@@ -63,7 +59,6 @@ class JointTable:
     ----------
     memory
         What `kernel.observe` writes.
-
     """
 
     def __init__(self, robot: Robot, prefix: str, source: int, timeout: int) -> None:
@@ -75,34 +70,22 @@ class JointTable:
         self.configure(robot, source, timeout)
 
     def configure(self, robot: Robot, source: int, timeout: int) -> None:
-        """
-        Take other settings; what is known stays.
-
-        """
+        """Take other settings; what is known stays."""
         self.memory.velocity_source = source
         # Stamps are far below 2^62 ns, 146 years; their differences must fit too.
         self.memory.timeout = min(timeout, 2**62)
         self._columns.wraps[:] = robot.continuous
 
     def forget(self) -> None:
-        """
-        Know nothing of any joint.
-
-        """
+        """Know nothing of any joint."""
         kernel.forget(self.memory)
 
     def forget_tool(self) -> None:
-        """
-        Let the sign of the next quaternion be anew.
-
-        """
+        """Let the sign of the next quaternion be anew."""
         self.memory.is_new_tool = True
 
     def layout(self, names: Sequence[str]) -> Layout:
-        """
-        Return where our joints stand in a message with these names.
-
-        """
+        """Return where our joints stand in a message with these names."""
         key = tuple(names)
         layout = self._layouts.get(key)
         if layout is not None:
@@ -127,18 +110,12 @@ class JointTable:
         return layout
 
     def newest(self) -> int | None:
-        """
-        Return the latest time (ns) any joint is known for, None where none is.
-
-        """
+        """Return the latest time (ns) any joint is known for, None where none is."""
         known = self._columns.known != 0
         return int(self._columns.stamp[known].max()) if known.any() else None
 
     def missing(self, arrival: int, timeout: int) -> tuple[str, ...]:
-        """
-        Return the names of joints not heard within `timeout` before `arrival` (ns).
-
-        """
+        """Return the names of joints not heard within `timeout` before `arrival` (ns)."""
         heard = self._columns.arrival.tolist()
         known = self._columns.known.tolist()
         return tuple(
@@ -148,19 +125,13 @@ class JointTable:
         )
 
     def age(self, arrival: int) -> float:
-        """
-        Return the seconds since the joint longest unheard, inf where one never was.
-
-        """
+        """Return the seconds since the joint longest unheard, inf where one never was."""
         if not self._columns.known.all():
             return math.inf
         return (arrival - int(self._columns.arrival.min())) * 1e-9
 
     def beyond(self, limits: Floats) -> tuple[str, ...]:
-        """
-        Return the names of known joints outside limits (n, 2).
-
-        """
+        """Return the names of known joints outside limits (n, 2)."""
         return tuple(
             name
             for name, position, (low, high) in zip(
@@ -170,10 +141,7 @@ class JointTable:
         )
 
     def disputed(self, arrival: int, jumps: int) -> tuple[str, ...]:
-        """
-        Return the names of joints that jumped at least so often within DISPUTE_WINDOW.
-
-        """
+        """Return the names of joints that jumped at least so often within DISPUTE_WINDOW."""
         counts = self._columns.jump_count.tolist()
         times = self._columns.jumps.tolist()
         return tuple(

@@ -1,7 +1,4 @@
-"""
-What one JointState message says, as plain data.
-
-"""
+"""What one JointState message says, as plain data."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -25,7 +22,6 @@ class JointSample(NamedTuple):
         Time of receipt, ROS clock.
     arrival : ns
         Time of receipt, steady clock.
-
     """
 
     names: Sequence[str]

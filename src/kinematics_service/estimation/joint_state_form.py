@@ -36,7 +36,6 @@ class JointStateForm:
         255 for a byte that is the same in all of them, 0 for another.
     same : shape (size,)
         What stands there; 0 elsewhere.
-
     """
 
     names: tuple[str, ...]
@@ -48,10 +47,7 @@ class JointStateForm:
 
     @property
     def counts(self) -> tuple[int, int]:
-        """
-        Return how many positions and velocities there are.
-
-        """
+        """Return how many positions and velocities there are."""
         positions, velocities = self.positions, self.velocities
         return (
             (positions.stop - positions.start) // DOUBLE,
@@ -59,19 +55,13 @@ class JointStateForm:
         )
 
     def fits(self, data: bytes) -> bool:
-        """
-        Return whether a message is of this form.
-
-        """
+        """Return whether a message is of this form."""
         return len(data) == self.size and np.array_equal(
             np.frombuffer(data, np.uint8) & self.fixed, self.same
         )
 
     def for_joints(self, ours: OurJoints) -> IncomingForm:
-        """
-        Return the form as the kernel takes it, for messages with these joints of ours.
-
-        """
+        """Return the form as the kernel takes it, for messages with these joints of ours."""
         table = FormTable(
             self.fixed,
             self.same,
@@ -84,18 +74,12 @@ class JointStateForm:
 
 
 def doubles_of(data: bytes) -> Floats:
-    """
-    Return the doubles that bytes are, as they stand in this machine's memory; read-only.
-
-    """
+    """Return the doubles that bytes are, as they stand in this machine's memory; read-only."""
     return np.frombuffer(data, np.float64) if data else _EMPTY
 
 
 class JointStateFields(NamedTuple):
-    """
-    Where the fields of a serialized JointState are.
-
-    """
+    """Where the fields of a serialized JointState are."""
 
     frame: slice
     names: tuple[slice, ...]
@@ -111,7 +95,6 @@ def fields_of(reader: Reader) -> JointStateFields:
     ------
     CdrError
         The bytes are none.
-
     """
     reader.skip(STAMP.size)
     frame = reader.text()
@@ -128,7 +111,6 @@ def form_of(data: bytes) -> JointStateForm | None:
 
     None where it is no whole JointState in plain CDR, where its texts are not plain, and on a
     machine with another order of bytes: those are left to who reads every message.
-
     """
     try:
         reader = Reader(data)
@@ -140,10 +122,7 @@ def form_of(data: bytes) -> JointStateForm | None:
 
 
 def ros1_form_of(data: bytes) -> JointStateForm | None:
-    """
-    Return what `form_of` returns, of a message of ROS 1.
-
-    """
+    """Return what `form_of` returns, of a message of ROS 1."""
     try:
         reader = Ros1Reader(data)
         form = _form(data, reader, slice(0), bytes.decode)

@@ -1,7 +1,4 @@
-"""
-A singularity warning in words: what a person at the robot reads.
-
-"""
+"""A singularity warning in words: what a person at the robot reads."""
 
 import math
 from collections.abc import Sequence
@@ -23,10 +20,7 @@ SHORT = 24
 
 @dataclass(frozen=True)
 class Notice:
-    """
-    A level, one sentence, and the same as keys and values.
-
-    """
+    """A level, one sentence, and the same as keys and values."""
 
     level: Level
     sentence: str
@@ -34,10 +28,7 @@ class Notice:
 
 
 def direction_in_words(direction: Floats) -> str:
-    """
-    Return a lost direction (6,) as words: the motion along or the rotation about an axis.
-
-    """
+    """Return a lost direction (6,) as words: the motion along or the rotation about an axis."""
     linear, angular = direction[:3], direction[3:]
     parts = []
     strongest = max(float(np.linalg.norm(linear)), float(np.linalg.norm(angular)))
@@ -58,10 +49,7 @@ def _axis_in_words(axis: Floats) -> str:
 
 
 def joints_in_words(names: Sequence[str], motion: Floats) -> str:
-    """
-    Return the joints that take part in a joint motion, with signs: `q2 + q4 - q6`.
-
-    """
+    """Return the joints that take part in a joint motion, with signs: `q2 + q4 - q6`."""
     largest = float(np.max(np.abs(motion)))
     if largest == 0.0:
         return 'no joint'
@@ -103,7 +91,6 @@ def notice_of(
         Name of the frame whose axes the lost direction is in.
     joint_prefix
         Put before the joint names of the robot file.
-
     """
     names = [joint_prefix + name for name in robot.joint_names]
     measure = MEASURES[robot.thresholds.measure]
@@ -194,10 +181,7 @@ def _seconds(time: float | None) -> str:
 
 
 def structure_in_words(robot: Robot) -> str:
-    """
-    Return what is wrong with an arm at every pose, empty where nothing is.
-
-    """
+    """Return what is wrong with an arm at every pose, empty where nothing is."""
     task = robot.task
     if not task.structurally_deficient:
         return ''
@@ -211,8 +195,5 @@ def structure_in_words(robot: Robot) -> str:
 
 
 def stale_notice(robot: Robot, sentence: str) -> Notice:
-    """
-    Return the notice that nothing is known of the arm.
-
-    """
+    """Return the notice that nothing is known of the arm."""
     return Notice(Level.STALE, sentence, (('robot', robot.name),))

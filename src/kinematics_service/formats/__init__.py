@@ -1,4 +1,1 @@
-"""
-Files of other people: robot descriptions, recordings, plans.
-
-"""
+"""Files of other people: robot descriptions, recordings, plans."""

@@ -1,6 +1,5 @@
 """
 The kernel: what is computed of an arm for every message, compiled when the package is installed.
-
 """
 
 from . import compiled

@@ -1,7 +1,4 @@
-"""
-What is aimed at: whether a target is a pose, and how far from one.
-
-"""
+"""What is aimed at: whether a target is a pose, and how far from one."""
 
 import math
 
@@ -27,7 +24,6 @@ def _off(T: Floats) -> float:
 def off_rotation(T: Floats) -> float:
     """
     Return by how much the rotation of a pose (4, 4) is not orthogonal; infinite for a mirror.
-
     """
     return _off(arrays.numbers(T, 12))
 
@@ -42,7 +38,6 @@ def take_aim(target: Floats, pose: Floats) -> int:
         Pose, row by row, or position (m).
     pose : shape (4, 4)
         The identity, which a position leaves as it is but for its own three numbers.
-
     """
     size = arrays.size(target)
     wanted = arrays.numbers(target, 3 if size == 3 else 16)

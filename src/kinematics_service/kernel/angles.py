@@ -1,7 +1,4 @@
-"""
-Angles less their full turns, and their sines and cosines.
-
-"""
+"""Angles less their full turns, and their sines and cosines."""
 
 import math
 
@@ -9,10 +6,7 @@ from . import chain_pass, places
 
 
 def shortest_angle(step: float) -> float:
-    """
-    Return a step of an angle less the full turns in it: math.remainder(step, 2 pi), exactly.
-
-    """
+    """Return a step of an angle less the full turns in it: math.remainder(step, 2 pi), exactly."""
     size = abs(step)
     if not math.isfinite(size):
         return places.NAN
@@ -28,8 +22,5 @@ def shortest_angle(step: float) -> float:
 
 
 def sine_and_cosine(x: float) -> tuple[float, float]:
-    """
-    Return what `chain_pass.sincos` returns.
-
-    """
+    """Return what `chain_pass.sincos` returns."""
     return chain_pass.sincos(x)

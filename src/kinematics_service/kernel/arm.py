@@ -1,7 +1,4 @@
-"""
-Everything the kernel reads of an arm.
-
-"""
+"""Everything the kernel reads of an arm."""
 
 from . import places
 from .chain import Chain
@@ -23,7 +20,6 @@ class Arm:
         Column of the measure that the thresholds are about.
     warn, stop
         The thresholds.
-
     """
 
     def __init__(

@@ -30,103 +30,67 @@ def _flat(array: Any, count: int, kind: type, name: str, written: bool) -> Any:
 
 
 def given(thing: object) -> None:
-    """
-    Raise TypeError where None stands for an object of the kernel.
-
-    """
+    """Raise TypeError where None stands for an object of the kernel."""
     if thing is None:
         raise TypeError('the kernel takes an object of its own here, not None')
 
 
 def size(array: npt.NDArray[Any]) -> int:
-    """
-    Return how many elements an array has.
-
-    """
+    """Return how many elements an array has."""
     if not isinstance(array, np.ndarray):
         raise TypeError('the kernel takes arrays')
     return array.size
 
 
 def extent(array: npt.NDArray[Any], axis: int) -> int:
-    """
-    Return how many elements an array has along an axis.
-
-    """
+    """Return how many elements an array has along an axis."""
     if not isinstance(array, np.ndarray) or array.ndim <= axis:
         raise TypeError(f'the kernel takes an array of at least {axis + 1} dimensions here')
     return array.shape[axis]
 
 
 def numbers(array: Floats, count: int) -> Floats:
-    """
-    Return the numbers of an array that has at least `count`.
-
-    """
+    """Return the numbers of an array that has at least `count`."""
     return _flat(array, count, np.float64, 'float64', False)  # type: ignore[no-any-return]
 
 
 def results(array: Floats, count: int) -> Floats:
-    """
-    Return the numbers of an array that has at least `count`, to be written.
-
-    """
+    """Return the numbers of an array that has at least `count`, to be written."""
     return _flat(array, count, np.float64, 'float64', True)  # type: ignore[no-any-return]
 
 
 def whole(array: Integers, count: int) -> Integers:
-    """
-    Return the whole numbers of an array that has at least `count`.
-
-    """
+    """Return the whole numbers of an array that has at least `count`."""
     return _flat(array, count, np.int64, 'int64', False)  # type: ignore[no-any-return]
 
 
 def whole_results(array: Integers, count: int) -> Integers:
-    """
-    Return the whole numbers of an array that has at least `count`, to be written.
-
-    """
+    """Return the whole numbers of an array that has at least `count`, to be written."""
     return _flat(array, count, np.int64, 'int64', True)  # type: ignore[no-any-return]
 
 
 def octets(array: Bytes, count: int) -> Bytes:
-    """
-    Return the bytes of an array that has at least `count`.
-
-    """
+    """Return the bytes of an array that has at least `count`."""
     return _flat(array, count, np.uint8, 'uint8', False)  # type: ignore[no-any-return]
 
 
 def octets_to_fill(array: Bytes, count: int) -> Bytes:
-    """
-    Return the bytes of an array that has at least `count`, to be written.
-
-    """
+    """Return the bytes of an array that has at least `count`, to be written."""
     return _flat(array, count, np.uint8, 'uint8', True)  # type: ignore[no-any-return]
 
 
 def octets_of(data: bytes) -> Bytes:
-    """
-    Return the bytes of a message.
-
-    """
+    """Return the bytes of a message."""
     return np.frombuffer(data, np.uint8)
 
 
 def scratch(count: int) -> Floats:
-    """
-    Return room for numbers, to be given back.
-
-    """
+    """Return room for numbers, to be given back."""
     return np.zeros(count)
 
 
 def give_back(room: Floats) -> None:
-    """
-    Give back what `scratch` returned.
-
-    """
+    """Give back what `scratch` returned."""
 
 
 def let_go() -> np.errstate:
@@ -135,7 +99,6 @@ def let_go() -> np.errstate:
 
     Nor does numpy warn meanwhile of what the compiled kernel passes over in silence: lanes compute
     what they do not use.
-
     """
     silence = np.errstate(all='ignore')
     silence.__enter__()
@@ -143,72 +106,45 @@ def let_go() -> np.errstate:
 
 
 def take_back(lock: np.errstate) -> None:
-    """
-    Take the interpreter's lock, which `let_go` returned.
-
-    """
+    """Take the interpreter's lock, which `let_go` returned."""
     lock.__exit__(None, None, None)
 
 
 def after(numbers: Floats, place: int) -> Floats:
-    """
-    Return the numbers from a place on.
-
-    """
+    """Return the numbers from a place on."""
     return numbers[place:]
 
 
 def whole_after(integers: Integers, place: int) -> Integers:
-    """
-    Return the whole numbers from a place on.
-
-    """
+    """Return the whole numbers from a place on."""
     return integers[place:]
 
 
 def as_whole(numbers: Floats) -> Integers:
-    """
-    Return the same bits as whole numbers.
-
-    """
+    """Return the same bits as whole numbers."""
     return numbers.view(np.int64)
 
 
 def number_at(data: Bytes, place: int) -> float:
-    """
-    Return the double whose bytes begin at a place.
-
-    """
+    """Return the double whose bytes begin at a place."""
     return float(data[place : place + 8].view(np.float64)[0])
 
 
 def seconds_at(data: Bytes, place: int) -> int:
-    """
-    Return the int32 whose bytes begin at a place.
-
-    """
+    """Return the int32 whose bytes begin at a place."""
     return int(data[place : place + 4].view(np.int32)[0])
 
 
 def nanoseconds_at(data: Bytes, place: int) -> int:
-    """
-    Return the uint32 whose bytes begin at a place.
-
-    """
+    """Return the uint32 whose bytes begin at a place."""
     return int(data[place : place + 4].view(np.uint32)[0])
 
 
 def put_number(data: Bytes, place: int, number: float) -> None:
-    """
-    Write a double's bytes at a place.
-
-    """
+    """Write a double's bytes at a place."""
     data[place : place + 8].view(np.float64)[0] = number
 
 
 def put_half_word(data: Bytes, place: int, number: int) -> None:
-    """
-    Write the lowest 32 bits of a whole number at a place.
-
-    """
+    """Write the lowest 32 bits of a whole number at a place."""
     data[place : place + 4].view(np.uint32)[0] = number & 0xFFFFFFFF

@@ -1,7 +1,4 @@
-"""
-The chain of an arm: constant motions with one screw about z between each two of them.
-
-"""
+"""The chain of an arm: constant motions with one screw about z between each two of them."""
 
 from typing import NamedTuple
 
@@ -36,7 +33,6 @@ class ChainTable(NamedTuple):
         The last element in front of each frame of the table, base to tool; -1 for none.
     frame_offset : shape (frames, 3, 4)
         Each frame in that of its parent.
-
     """
 
     dof: int
@@ -102,7 +98,6 @@ class Chain:
         q, qdot and quaternion at the end.
     at_rest : shape (n,)
         Zero velocities; read-only.
-
     """
 
     def __init__(self, table: ChainTable) -> None:
@@ -139,8 +134,5 @@ class Chain:
         self.frame_offset = arrays.numbers(table.frame_offset, 12 * self.frames)
 
     def __reduce__(self) -> tuple[type, tuple[ChainTable]]:
-        """
-        Rebuild by the constructor.
-
-        """
+        """Rebuild by the constructor."""
         return Chain, (self.table,)

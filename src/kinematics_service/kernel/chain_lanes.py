@@ -76,10 +76,7 @@ def _put_motion(T: Numbers, row: Floats) -> None:
 
 
 def room(chain: Chain) -> int:
-    """
-    Return how many numbers `evaluate_rows` works with.
-
-    """
+    """Return how many numbers `evaluate_rows` works with."""
     return places.LANES * (chain.frames_at + 2 * chain.dof)
 
 
@@ -97,7 +94,6 @@ def evaluate_rows(
     Fill LANES rows, of depth POSE or JACOBIAN, as `chain_pass.evaluate_row` fills each.
 
     Returns False where they have to be filled one by one: a number is not finite or too large.
-
     """
     n, elements, step = chain.dof, chain.elements, chain.entries * places.LANES
     twisted = chain.form == places.TWISTED

@@ -69,10 +69,7 @@ def _sincos_reduced(x: float) -> tuple[float, float]:
 
 
 def sincos(x: float) -> tuple[float, float]:
-    """
-    Return sine and cosine, to two units in the last place.
-
-    """
+    """Return sine and cosine, to two units in the last place."""
     if abs(x) <= places.LARGEST_REDUCED:
         return _sincos_reduced(x)
     if not math.isfinite(x):  # a sum of huge angles; plain Python would raise here
@@ -81,10 +78,7 @@ def sincos(x: float) -> tuple[float, float]:
 
 
 def sines_and_cosines(angles: Numbers, sines: Numbers, cosines: Numbers) -> None:
-    """
-    Write what `sincos` returns of LANES angles up to LARGEST_REDUCED.
-
-    """
+    """Write what `sincos` returns of LANES angles up to LARGEST_REDUCED."""
     # Arrays of its own (LANES numbers): none of the constants is in their place, and the compiler
     # knows, and does several lanes at once.
     s, c = [0.0] * 16, [0.0] * 16
@@ -144,7 +138,6 @@ def write_quaternion(T: Numbers, row: Floats, at: int) -> None:
     Write the unit quaternion x y z w of the rotation in T, w >= 0.
 
     From its largest component (Shepperd, 1978): no cancellation anywhere.
-
     """
     xx, xy, xz = T[0], T[1], T[2]
     yx, yy, yz = T[4], T[5], T[6]
@@ -213,7 +206,6 @@ def _write_frames(chain: Chain, element: int, frame: int, T: Numbers, row: Float
 def evaluate_row(chain: Chain, q: Floats, qdot: Floats, depth: int, row: Floats) -> float:
     """
     Fill a row as `evaluation.evaluate` does; what is returned is finite if all of the row is.
-
     """
     elements, entries = chain.elements, chain.entries
     twisted = chain.form == places.TWISTED

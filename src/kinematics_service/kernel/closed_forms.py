@@ -1,7 +1,4 @@
-"""
-Arms whose joint positions have a closed form: candidates for a target.
-
-"""
+"""Arms whose joint positions have a closed form: candidates for a target."""
 
 from . import arrays, places, roots, three_joints, vectors
 from .arrays import Floats, Numbers, Vector
@@ -194,7 +191,6 @@ class ClosedForm:
         Whether the screws stand from tool to base.
     to_joints, to_screws : shape (n, k), (k, n)
         Joint positions from those of the screws, and back.
-
     """
 
     def __init__(
@@ -220,24 +216,15 @@ class ClosedForm:
         self._arrays = screws, point, home_inverse, to_joints, to_screws
 
     def write_screws(self, q: Floats, psi: Numbers) -> None:
-        """
-        Write the positions of the screws that are those of the joints.
-
-        """
+        """Write the positions of the screws that are those of the joints."""
         _times(self.k, self.n, self.to_screws, q, psi)
 
     def write_joints(self, psi: Floats, q: Floats) -> None:
-        """
-        Write the positions of the joints that are those of the screws.
-
-        """
+        """Write the positions of the joints that are those of the screws."""
         _times(self.n, self.k, self.to_joints, psi, q)
 
     def write_motion(self, pose: Floats, T: Numbers) -> None:
-        """
-        Write the motion (4, 4) from rest to a pose, as the screws have to bring it about.
-
-        """
+        """Write the motion (4, 4) from rest to a pose, as the screws have to bring it about."""
         M = [0.0] * 12
         for i in range(3):
             for j in range(4):
@@ -256,10 +243,7 @@ class ClosedForm:
                     T[4 * i + 3] -= M[4 * j + i] * M[4 * j + 3]
 
     def candidates(self, T: Numbers, free: Numbers, found: Floats) -> int:
-        """
-        Do what `inverse_candidates` does.
-
-        """
+        """Do what `inverse_candidates` does."""
         start = vectors.three(self.point, 0)
         if self.way == places.POSITION_3:
             goal = vectors.times_point(T, start)
@@ -285,7 +269,6 @@ def inverse_candidates(form: ClosedForm, T: Floats, free: Floats, found: Floats)
         Positions of screws that may have any.
     found : shape (MOST_CANDIDATES, k), rad or m
         The candidates.
-
     """
     arrays.given(form)
     return form.candidates(

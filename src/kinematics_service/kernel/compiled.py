@@ -1,7 +1,4 @@
-"""
-Whether the kernel is compiled, and from which source.
-
-"""
+"""Whether the kernel is compiled, and from which source."""
 
 import functools
 import hashlib
@@ -37,7 +34,6 @@ def prefer_source_where_needed() -> None:
 
     Where the environment asks for it, and where the source has changed since it was compiled: then
     modules of different ages would meet.
-
     """
     if os.environ.get(VARIABLE) or is_stale():
         sys.meta_path.insert(0, _SourceOnly())
@@ -45,10 +41,7 @@ def prefer_source_where_needed() -> None:
 
 @functools.cache
 def is_stale() -> bool:
-    """
-    Return whether there is a compiled kernel, but not of the source beside it.
-
-    """
+    """Return whether there is a compiled kernel, but not of the source beside it."""
     try:
         from .origin import source
     except ImportError:  # for another Python, say
@@ -65,7 +58,6 @@ def without_warnings(names: Mapping[str, Any]) -> dict[str, Any]:
     Return the kernel's functions among these names, as quiet as compiled ones.
 
     What overflows, or is no number, is said by what they return; numpy would warn of it, or raise.
-
     """
     return {
         name: _quiet(value)
@@ -86,7 +78,6 @@ def _quiet(function: Callable[..., Any]) -> Callable[..., Any]:
 def hash_of(names: Sequence[str]) -> str:
     """
     Return the hash of the kernel's files of these names as they are now, nothing without them.
-
     """
     try:
         return hashlib.sha256(
@@ -97,10 +88,7 @@ def hash_of(names: Sequence[str]) -> str:
 
 
 def is_compiled() -> bool:
-    """
-    Return whether the kernel runs compiled.
-
-    """
+    """Return whether the kernel runs compiled."""
     from .origin import source
 
     return source() != b''
@@ -111,7 +99,6 @@ def notice() -> str:
     Return what is to be said of the kernel before work begins, with the command that mends it.
 
     Empty where it runs compiled.
-
     """
     slowly = 'runs as plain Python, hundreds of times slower'
     if os.environ.get(VARIABLE):

@@ -1,6 +1,5 @@
 """
 How near to dependent the columns of the rows of J that count are, and the motions they leave free.
-
 """
 
 from . import arrays, places, singular_values
@@ -51,7 +50,6 @@ def free_motions(
         Singular values, descending; those beyond the rows asked for are 0.
     motions : shape (N, n, n)
         Unit joint motions, scaled ones, a row a singular value.
-
     """
     arrays.given(residual)
     n, count = residual.n, arrays.extent(q, 0)
@@ -71,10 +69,7 @@ def free_motions(
 
 
 def share_of_last_pivot(residual: Residual, scales: Floats, q: Floats) -> float:
-    """
-    Return one of the shares of `pivots`.
-
-    """
+    """Return one of the shares of `pivots`."""
     if residual.n > 6:
         return 0.0
     residual.evaluate(q, places.JACOBIAN)
@@ -93,7 +88,6 @@ def pivots(residual: Residual, scales: Floats, q: Floats, shares: Floats) -> Non
     ----------
     residual, scales, q
         As `free_motions` takes them; 0 too where there are more joints than rows.
-
     """
     arrays.given(residual)
     n, count = residual.n, arrays.extent(q, 0)

@@ -1,7 +1,4 @@
-"""
-Evaluation of joint positions, of one or of many, and quaternions of poses.
-
-"""
+"""Evaluation of joint positions, of one or of many, and quaternions of poses."""
 
 import math
 
@@ -31,7 +28,6 @@ def evaluate(chain: Chain, q: Floats, qdot: Floats, depth: int, rows: Floats) ->
         (6, n) at JACOBIAN_AT, twist (6,) after it, the screws of the entries (6, entries) at
         chain.screws_at, frames 4 x 4 each at chain.frames_at. Rows of J and the twist:
         vx vy vz wx wy wz of the tool's origin.
-
     """
     arrays.given(chain)
     count, n = arrays.extent(q, 0), chain.dof
@@ -109,7 +105,6 @@ def evaluate_one(arm: Arm, q: Floats, qdot: Floats, row: Floats) -> int:
     row : shape (width + 2 n + ROW_TAIL,)
         Its length says how much of it is filled: a depth of `evaluate`. Few arguments, because a
         call spends as much on each of them as on a joint.
-
     """
     arrays.given(arm)
     n = arm.chain.dof
@@ -133,7 +128,6 @@ def evaluate_tail(chain: Chain, row: Floats, at: int) -> int:
     Evaluate a row at the q and qdot that stand in it from `at` on, which is its width.
 
     Returns -1, or 0 where a number is not finite or too large.
-
     """
     n = chain.dof
     nothing = 0.0
@@ -151,10 +145,7 @@ def evaluate_tail(chain: Chain, row: Floats, at: int) -> int:
 
 
 def quaternions(poses: Floats, quaternions_xyzw: Floats) -> None:
-    """
-    Fill `quaternions_xyzw` (N, 4) with the unit quaternions, w >= 0, of poses (N, 4, 4).
-
-    """
+    """Fill `quaternions_xyzw` (N, 4) with the unit quaternions, w >= 0, of poses (N, 4, 4)."""
     count = arrays.extent(poses, 0)
     motions = arrays.numbers(poses, 16 * count)
     results = arrays.results(quaternions_xyzw, 4 * count)

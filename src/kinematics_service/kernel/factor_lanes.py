@@ -123,7 +123,6 @@ def judge_factors(tape: Tape, task: TaskRows, q: Floats, judged: Floats, steps: 
     Write the distances of all factors, then value and gradient of each.
 
     Returns False where they have to be judged one by one: an angle is too large.
-
     """
     n = task.joints
     if not _run_tape(tape, n, q, steps):

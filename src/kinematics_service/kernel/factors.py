@@ -1,7 +1,4 @@
-"""
-Values and gradients of an arm's named factors: a tape of operations, run forwards.
-
-"""
+"""Values and gradients of an arm's named factors: a tape of operations, run forwards."""
 
 import math
 
@@ -37,7 +34,6 @@ class Tape:
         How many there are.
     joints
         How many joints there are at least.
-
     """
 
     def __init__(self, operations: Integers, constants: Floats, ends: Integers) -> None:
@@ -54,10 +50,7 @@ class Tape:
 
 
 def run_tape(tape: Tape, n: int, q: Floats, steps: Floats) -> None:
-    """
-    Fill `steps` with gradient and, last, value of each step of a tape at q (n,).
-
-    """
+    """Fill `steps` with gradient and, last, value of each step of a tape at q (n,)."""
     width = n + 1
     for i in range(tape.steps):
         operation, number = tape.operations[3 * i], tape.constants[i]
@@ -79,10 +72,7 @@ def run_tape(tape: Tape, n: int, q: Floats, steps: Floats) -> None:
 
 
 def operate(operation: int, number: float, a: float, b: float) -> tuple[float, float, float]:
-    """
-    Return the value of a step, and its derivatives by its operands.
-
-    """
+    """Return the value of a step, and its derivatives by its operands."""
     if operation == places.SUM:
         return a + b, 1.0, 1.0
     if operation == places.DIFFERENCE:
@@ -112,20 +102,14 @@ def operate(operation: int, number: float, a: float, b: float) -> tuple[float, f
 
 
 def distance_to_zero(value: float, slope: float) -> float:
-    """
-    Return the distance to the zero of a factor by its gradient's length, at most pi.
-
-    """
+    """Return the distance to the zero of a factor by its gradient's length, at most pi."""
     if value == 0.0:
         return 0.0
     return abs(value) / slope if abs(value) < places.PI * slope else places.PI
 
 
 def evaluate_factors(tape: Tape, q: Floats, results: Floats) -> None:
-    """
-    Fill `results` (N, factors, 1 + n) with value and gradient of each factor at q (N, n).
-
-    """
+    """Fill `results` (N, factors, 1 + n) with value and gradient of each factor at q (N, n)."""
     arrays.given(tape)
     count, n, factors = arrays.extent(q, 0), arrays.extent(q, 1), tape.factors
     if n < tape.joints:

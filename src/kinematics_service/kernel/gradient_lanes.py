@@ -1,6 +1,5 @@
 """
 The gradient of the measures of LANES evaluated rows side by side, as `singularity` has it of one.
-
 """
 
 from . import arrays, places
@@ -44,10 +43,7 @@ def _add_along(screw: Floats, step: int, total: Numbers, gradient: Floats) -> No
 
 
 def fill_gradient(chain: Chain, screws: Floats, Y: Floats, gradient: Floats) -> None:
-    """
-    Fill the sums of Y[j] . dJ[:, j]/dq_k for each joint k of LANES poses.
-
-    """
+    """Fill the sums of Y[j] . dJ[:, j]/dq_k for each joint k of LANES poses."""
     step = chain.entries * places.LANES
     before, behind = [0.0] * 48, [0.0] * 48  # three numbers of LANES poses
     for k in range(3 * places.LANES):

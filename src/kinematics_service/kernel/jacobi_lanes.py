@@ -70,7 +70,6 @@ def orthogonalise(W: Floats, count: int, length: int, width: int) -> None:
     Turn the rows of each matrix as `singular_values.orthogonalise` does.
 
     A matrix that is done is not turned any more; sweeps go on while one of them is not.
-
     """
     last = count - 1 if count % 2 == 0 else count
     # LANES numbers each, written out because C arrays are made of them; and three times as many.
@@ -109,10 +108,7 @@ def _swap(numbers: Floats, first: int, second: int, count: int) -> None:
 
 
 def sort_by_norm(W: Floats, sigma: Floats, count: int, length: int, width: int) -> None:
-    """
-    Write norms and sort the rows of each matrix as `singular_values.sort_by_norm` does.
-
-    """
+    """Write norms and sort the rows of each matrix as `singular_values.sort_by_norm` does."""
     squares, largest, best = [0.0] * 16, [0.0] * 16, [0.0] * 16
     for i in range(count):
         row = arrays.after(W, i * width * places.LANES)
@@ -147,10 +143,7 @@ def sort_by_norm(W: Floats, sigma: Floats, count: int, length: int, width: int) 
 
 
 def unit_rows(W: Floats, sigma: Floats, count: int, length: int, width: int) -> None:
-    """
-    Make the rows of each matrix unit vectors, where all of them have a direction.
-
-    """
+    """Make the rows of each matrix unit vectors, where all of them have a direction."""
     scales = [0.0] * 16
     for i in range(count):
         row = arrays.after(W, i * width * places.LANES)
@@ -163,10 +156,7 @@ def unit_rows(W: Floats, sigma: Floats, count: int, length: int, width: int) -> 
 
 
 def determinants(A: Floats, size: int, found: Floats) -> None:
-    """
-    Write the determinant of each matrix as `singular_values.determinant` finds it.
-
-    """
+    """Write the determinant of each matrix as `singular_values.determinant` finds it."""
     largest, pivots, zeros = [0.0] * 16, [0.0] * 16, [0.0] * 16
     factors = [0.0] * 16
     for lane in range(places.LANES):

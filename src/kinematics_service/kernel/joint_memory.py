@@ -1,7 +1,4 @@
-"""
-What is known of each joint, and which of them messages name.
-
-"""
+"""What is known of each joint, and which of them messages name."""
 
 from typing import NamedTuple
 
@@ -30,7 +27,6 @@ class JointColumns(NamedTuple):
         When, steady clock: the last ones, going round.
     last_quaternion : shape (4,)
         Of the last answer.
-
     """
 
     position: Floats
@@ -86,7 +82,6 @@ class JointMemory:
         AUTO, FROM_MESSAGE or FROM_DIFFERENCE.
     is_new_tool
         Whether the next quaternion has any sign.
-
     """
 
     def __init__(self, joints: int) -> None:
@@ -130,7 +125,6 @@ class OurJoints:
         Their number in the arm, and in the message.
     joints_needed, places_needed
         How many the arm, and a message, must have at least.
-
     """
 
     def __init__(self, joints: Integers, places_of: Integers) -> None:
@@ -145,10 +139,7 @@ class OurJoints:
 
 
 def clear(memory: JointMemory) -> None:
-    """
-    Do what `forget` does.
-
-    """
+    """Do what `forget` does."""
     for j in range(memory.joints):
         memory.position[j] = places.NAN
         memory.before[j] = places.NAN
@@ -160,9 +151,6 @@ def clear(memory: JointMemory) -> None:
 
 
 def forget(memory: JointMemory) -> None:
-    """
-    Know nothing of any joint any more.
-
-    """
+    """Know nothing of any joint any more."""
     arrays.given(memory)
     clear(memory)

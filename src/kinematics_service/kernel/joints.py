@@ -1,7 +1,4 @@
-"""
-What positions of the joints mean: full turns, limits, and what each of them counts.
-
-"""
+"""What positions of the joints mean: full turns, limits, and what each of them counts."""
 
 import math
 
@@ -21,7 +18,6 @@ class Joints:
         Turn after which a joint is back, or infinite.
     limits : shape (n, 2), rad or m
         Infinite where there are none.
-
     """
 
     def __init__(self, scales: Floats, periods: Floats, limits: Floats) -> None:
@@ -32,20 +28,14 @@ class Joints:
         self._arrays = scales, periods, limits
 
     def without_turns(self, j: int, away: float) -> float:
-        """
-        Return a way of joint j without the full turns in it.
-
-        """
+        """Return a way of joint j without the full turns in it."""
         period = self.periods[j]
         if not math.isfinite(period):
             return away
         return away - period * math.floor(away / period + 0.5)
 
     def represent(self, near: Floats, q: Floats) -> None:
-        """
-        Turn q (n,) as `representatives` turns a row.
-
-        """
+        """Turn q (n,) as `representatives` turns a row."""
         for j in range(self.n):
             period = self.periods[j]
             if not math.isfinite(period):
@@ -67,10 +57,7 @@ class Joints:
             q[j] = x
 
     def square_to(self, near: Floats, q: Floats) -> float:
-        """
-        Return the square of the distance from q to `near`.
-
-        """
+        """Return the square of the distance from q to `near`."""
         square = 0.0
         for j in range(self.n):
             share = (q[j] - near[j]) / self.scales[j]
@@ -78,27 +65,18 @@ class Joints:
         return square
 
     def space(self, j: int, q: Floats) -> float:
-        """
-        Return how far joint j is from its nearest limit, rad or m; negative beyond it.
-
-        """
+        """Return how far joint j is from its nearest limit, rad or m; negative beyond it."""
         return min(q[j] - self.limits[2 * j], self.limits[2 * j + 1] - q[j])
 
     def margin(self, q: Floats) -> float:
-        """
-        Return the least space of a joint.
-
-        """
+        """Return the least space of a joint."""
         margin = places.INFINITY
         for j in range(self.n):
             margin = min(margin, self.space(j, q))
         return margin
 
     def are_inside(self, q: Floats) -> bool:
-        """
-        Return whether no joint is beyond its limits.
-
-        """
+        """Return whether no joint is beyond its limits."""
         return self.margin(q) >= -places.AT_LIMIT
 
 
@@ -114,7 +92,6 @@ def representatives(joints: Joints, near: Floats, q: Floats) -> None:
         Half a turn from it, the upper one is taken.
     q : shape (N, n), rad or m
         Overwritten.
-
     """
     arrays.given(joints)
     count, n = arrays.extent(q, 0), joints.n

@@ -1,7 +1,4 @@
-"""
-The measures of evaluated rows with the factors there, and the level they come to.
-
-"""
+"""The measures of evaluated rows with the factors there, and the level they come to."""
 
 import math
 
@@ -68,7 +65,6 @@ def judge_row(arm: Arm, row: Floats, q: Floats, measures: Floats, work: Floats) 
     Fill the measures of a row, the factors there, and the level without hysteresis.
 
     `work` has room for `room` numbers.
-
     """
     singularity.measure_row(arm.chain, arm.task, row, measures, work)
     if arm.tape.factors > 0:
@@ -134,19 +130,13 @@ def _judged_at(arm: Arm) -> int:
 
 
 def room(arm: Arm) -> int:
-    """
-    Return how many numbers `judge_row` needs room for.
-
-    """
+    """Return how many numbers `judge_row` needs room for."""
     n, m = arm.chain.dof, arm.task.count
     return max(min(m, n) * (m + n) + 6 * n + n * n, arm.tape.steps * (n + 1))
 
 
 def width(arm: Arm) -> int:
-    """
-    Return the length of a row of measures.
-
-    """
+    """Return the length of a row of measures."""
     return _judged_at(arm) + places.JUDGED + arm.tape.factors * (2 + arm.chain.dof)
 
 
@@ -172,7 +162,6 @@ def measure(arm: Arm, rows: Floats, q: Floats, measures: Floats) -> None:
         Scalars DETERMINANT (NaN where J_t is not square) to RANK, the lost direction (6,) in base
         axes, the joint motion (n,) and the way out (n,) in rad or m, the singular values; WATCHED
         to NEAREST, the distances to the zeros of the F factors, value and gradient of each.
-
     """
     arrays.given(arm)
     count, row_width = arrays.extent(rows, 0), arrays.extent(rows, 1)
@@ -189,10 +178,7 @@ def measure(arm: Arm, rows: Floats, q: Floats, measures: Floats) -> None:
 
 
 def measure_one(arm: Arm, row: Floats, measures: Floats) -> None:
-    """
-    Fill `measures` for one row, after which its q stands: as `evaluate_one` filled it.
-
-    """
+    """Fill `measures` for one row, after which its q stands: as `evaluate_one` filled it."""
     arrays.given(arm)
     tail = 2 * arm.chain.dof + places.ROW_TAIL
     evaluated = arrays.numbers(row, arm.chain.frames_at + tail)
@@ -206,10 +192,7 @@ def measure_one(arm: Arm, row: Floats, measures: Floats) -> None:
 def evaluate_and_measure_one(
     arm: Arm, q: Floats, qdot: Floats, row: Floats, measures: Floats
 ) -> int:
-    """
-    `evaluate_one`, then `measure_one`, in one call; returns what the first returns.
-
-    """
+    """`evaluate_one`, then `measure_one`, in one call; returns what the first returns."""
     bad = evaluation.evaluate_one(arm, q, qdot, row)
     if bad == -1:
         measure_one(arm, row, measures)

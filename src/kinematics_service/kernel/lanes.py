@@ -9,10 +9,7 @@ from .arrays import Floats, Numbers
 
 
 def put_side_by_side(rows: Floats, width: int, count: int, lanes: Floats) -> None:
-    """
-    Write the first `count` numbers of LANES rows, `width` numbers apart, side by side.
-
-    """
+    """Write the first `count` numbers of LANES rows, `width` numbers apart, side by side."""
     for k in range(count):
         for lane in range(places.LANES):
             lanes[k * places.LANES + lane] = rows[lane * width + k]
@@ -21,7 +18,6 @@ def put_side_by_side(rows: Floats, width: int, count: int, lanes: Floats) -> Non
 def put_one_by_one(lanes: Floats, count: int, rows: Floats, width: int) -> None:
     """
     Write the first `count` numbers of LANES rows, `width` numbers apart, one row after the other.
-
     """
     for lane in range(places.LANES):
         row, of_lane = arrays.after(rows, lane * width), arrays.after(lanes, lane)
@@ -36,7 +32,6 @@ def put_one_by_one(lanes: Floats, count: int, rows: Floats, width: int) -> None:
 def all_within(numbers: Numbers, count: int, limit: float) -> bool:
     """
     Return whether the first `count` numbers of all lanes are within a limit, and are numbers.
-
     """
     beyond = 0
     for k in range(count * places.LANES):

@@ -220,7 +220,6 @@ def measure_rows(
 
     Returns a bit for each lane that has to be measured by itself. The arm's generic rank is full;
     `work` has room for LANES (min(m, n) (m + n) + 6 n) numbers.
-
     """
     n = chain.dof
     m = task.count

@@ -1,7 +1,4 @@
-"""
-Serialized messages: joint states taken from their bytes, and answered.
-
-"""
+"""Serialized messages: joint states taken from their bytes, and answered."""
 
 from typing import NamedTuple
 
@@ -25,7 +22,6 @@ class FormTable(NamedTuple):
         memory.
     position_count, velocity_count
         How many there are.
-
     """
 
     fixed: Bytes
@@ -51,7 +47,6 @@ class IncomingForm:
         Bytes of a message.
     stamp : ns
         Of the message that was last taken.
-
     """
 
     def __init__(self, table: FormTable, ours: OurJoints) -> None:
@@ -117,7 +112,6 @@ def observe_bytes(
         As in `measure_one`.
     answers
         What is filled with the state, as `fill_messages` does it.
-
     """
     arrays.given(arm)
     arrays.given(memory)

@@ -1,7 +1,4 @@
-"""
-How a message changes what is known of the joints, and the state that it makes.
-
-"""
+"""How a message changes what is known of the joints, and the state that it makes."""
 
 import math
 
@@ -169,10 +166,7 @@ def take(
     row: Floats,
     at: int,
 ) -> int:
-    """
-    Do what `observe` does; `at` is the width of the row.
-
-    """
+    """Do what `observe` does; `at` is the width of the row."""
     said = _merge(memory, ours, positions, velocities, has_velocities, stamp, received, arrival)
     if said % places.STARTED_ANEW > places.SAID_WITH_DIFFERENCES:
         return said
@@ -192,7 +186,6 @@ def take(
 def check_fit(arm: Arm, memory: JointMemory, ours: OurJoints, count: int, at: int) -> None:
     """
     Raise TypeError where they do not go together: a message of `count` positions, a row `at` wide.
-
     """
     if (
         memory.joints != arm.chain.dof
@@ -233,7 +226,6 @@ def observe(
     row : shape (width + 2 n + ROW_TAIL,)
         As `evaluate_one` fills it, but the quaternion at its end with its sign continuous over
         time. Where the width is 0, q and qdot only.
-
     """
     arrays.given(arm)
     arrays.given(memory)

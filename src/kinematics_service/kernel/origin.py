@@ -1,14 +1,10 @@
 """
 What the compiled kernel was made from: the only module that is compiled anew with every change.
-
 """
 
 from . import places
 
 
 def source() -> bytes:
-    """
-    Return the hash of the source this was compiled from and the files it is of, or nothing.
-
-    """
+    """Return the hash of the source this was compiled from and the files it is of, or nothing."""
     return places.SOURCE

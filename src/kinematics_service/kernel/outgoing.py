@@ -1,7 +1,4 @@
-"""
-Serialized messages that go out, and the numbers of a state that are written into them.
-
-"""
+"""Serialized messages that go out, and the numbers of a state that are written into them."""
 
 from typing import NamedTuple
 
@@ -23,7 +20,6 @@ class OutgoingTable(NamedTuple):
         Where numbers begin: doubles.
     sources : shape of targets
         Where in a row each number comes from; beyond the row's end, in its measures.
-
     """
 
     data: Bytes
@@ -45,7 +41,6 @@ class OutgoingMessages:
         How many stamps and numbers there are.
     needed
         How long a row and its measures must be together.
-
     """
 
     def __init__(self, table: OutgoingTable) -> None:
@@ -77,7 +72,6 @@ def fill_messages(messages: OutgoingMessages, stamp: int, row: Floats, measures:
         Beyond what a message can hold, the nearest it can.
     row, measures
         Together at least `messages.needed` numbers.
-
     """
     arrays.given(messages)
     size = arrays.size(row)
@@ -86,19 +80,13 @@ def fill_messages(messages: OutgoingMessages, stamp: int, row: Floats, measures:
 
 
 def check_fit(messages: OutgoingMessages, numbers: int) -> None:
-    """
-    Raise TypeError where a row and its measures have too few numbers together.
-
-    """
+    """Raise TypeError where a row and its measures have too few numbers together."""
     if numbers < messages.needed:
         raise TypeError('a state has fewer numbers than the messages take')
 
 
 def fill(messages: OutgoingMessages, stamp: int, row: Floats, size: int, measures: Floats) -> None:
-    """
-    Do what `fill_messages` does; `size` is that of the row.
-
-    """
+    """Do what `fill_messages` does; `size` is that of the row."""
     seconds = stamp // 1_000_000_000
     if seconds * 1_000_000_000 > stamp:  # C rounds towards zero
         seconds -= 1

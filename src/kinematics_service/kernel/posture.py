@@ -1,7 +1,4 @@
-"""
-Postures of arms with a closed form: shoulder, elbow, wrist.
-
-"""
+"""Postures of arms with a closed form: shoulder, elbow, wrist."""
 
 import math
 
@@ -48,10 +45,7 @@ def _wrist(screws: Floats, fifth: float) -> int:
 
 
 def write_posture(form: ClosedForm, q: Floats, signs: Integers) -> None:
-    """
-    Write the posture of one row of `postures`.
-
-    """
+    """Write the posture of one row of `postures`."""
     signs[0], signs[1], signs[2] = 0, 0, 0
     if form.backwards:
         return
@@ -92,7 +86,6 @@ def postures(form: ClosedForm, q: Floats, signs: Integers) -> None:
         Joint positions.
     signs : shape (N, 3)
         The postures.
-
     """
     arrays.given(form)
     count = arrays.extent(q, 0)

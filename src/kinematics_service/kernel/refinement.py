@@ -1,7 +1,4 @@
-"""
-Refinement: joint positions moved to where the tool misses its target least.
-
-"""
+"""Refinement: joint positions moved to where the tool misses its target least."""
 
 import math
 
@@ -62,7 +59,6 @@ class Refinement:
         At first, as a share of the largest column of J squared: 1e-3 from afar, 0 at a solution.
     steps
         Steps at most.
-
     """
 
     def __init__(
@@ -89,17 +85,11 @@ class Refinement:
         self._arrays = scales, limits
 
     def __dealloc__(self) -> None:
-        """
-        Give the room back.
-
-        """
+        """Give the room back."""
         arrays.give_back(self.room)
 
     def refine_one(self, q: Floats) -> float:
-        """
-        Refine joint positions (n,) where they are, and return what is left: see `refine`.
-
-        """
+        """Refine joint positions (n,) where they are, and return what is left: see `refine`."""
         square = self.residual.square(q, places.JACOBIAN)
         length = max(self.residual.length(), LEAST_LENGTH)
         enough = (ROUND_OFF * length) * (ROUND_OFF * length)
@@ -193,7 +183,6 @@ def refine(refinement: Refinement, q: Floats, errors: Floats) -> None:
         Starts, overwritten.
     errors : shape (N,), m
         What is left: the norm of the weighted rows.
-
     """
     arrays.given(refinement)
     count = arrays.extent(q, 0)

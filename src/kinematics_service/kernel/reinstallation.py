@@ -1,6 +1,5 @@
 """
 How the kernel is compiled again: the command that does what installed this copy of the package.
-
 """
 
 import json
@@ -16,10 +15,7 @@ _PACKAGE = __name__.partition('.')[0]
 
 
 def command() -> str:
-    """
-    Return the command line that compiles the kernel of this copy of the package.
-
-    """
+    """Return the command line that compiles the kernel of this copy of the package."""
     root = _FOLDER.parents[2]
     if (root / 'setup.py').is_symlink():
         return _by_colcon(root, '--symlink-install ')

@@ -1,7 +1,4 @@
-"""
-What a pose lacks of a target in the rows that count, and how the joints change that.
-
-"""
+"""What a pose lacks of a target in the rows that count, and how the joints change that."""
 
 import math
 
@@ -65,7 +62,6 @@ class Residual:
         The rotation of the axes the rows are in.
     weights : shape (6,)
         Of the rows x y z rx ry rz: 1, the length (m) for angular ones, 0 for those not asked for.
-
     """
 
     def __init__(
@@ -89,24 +85,17 @@ class Residual:
         self._arrays = pose, axes, weights
 
     def __dealloc__(self) -> None:
-        """
-        Give the room back.
-
-        """
+        """Give the room back."""
         arrays.give_back(self.room)
 
     def evaluate(self, q: Floats, depth: int) -> None:
         """
         Fill `row` with the pose at q (n,), and with more of it where the depth asks for that.
-
         """
         chain_pass.evaluate_row(self.chain, q, self.still, depth, self.row)
 
     def square(self, q: Floats, depth: int) -> float:
-        """
-        Fill `error` (6,) with what the pose at q lacks, weighted, and return its square.
-
-        """
+        """Fill `error` (6,) with what the pose at q lacks, weighted, and return its square."""
         self.evaluate(q, depth)
         goal, row, error = self.pose, self.row, self.error
         linear = _turned_back(self.axes, (goal[3] - row[3], goal[7] - row[7], goal[11] - row[11]))
@@ -132,7 +121,6 @@ class Residual:
         Fill `columns` (n, 6) with those of J in the axes of the rows, weighted like the error.
 
         A unit of each joint counts scales[j] (0: the joint is held).
-
         """
         n = self.n
         for j in range(n):
@@ -144,18 +132,12 @@ class Residual:
             )
 
     def length(self) -> float:
-        """
-        Return the length by which angles count; 0 where none does.
-
-        """
+        """Return the length by which angles count; 0 where none does."""
         return max(self.weights[3], self.weights[4], self.weights[5])
 
 
 def parts_of_error(residual: Residual, q: Floats) -> tuple[float, float]:
-    """
-    Return by how much q (n,) misses its target in the rows that count: m, rad.
-
-    """
+    """Return by how much q (n,) misses its target in the rows that count: m, rad."""
     arrays.given(residual)
     residual.square(arrays.numbers(q, residual.n), places.POSE)
     error, length = residual.error, residual.length()

@@ -1,7 +1,4 @@
-"""
-Roots of the equations that closed forms lead to.
-
-"""
+"""Roots of the equations that closed forms lead to."""
 
 import math
 
@@ -21,7 +18,6 @@ def circle_roots(A: float, B: float, C: float, roots: Numbers) -> int:
     Write the angles with A cos + B sin = C; return their number, up to 2.
 
     -1 where every angle does.
-
     """
     radius = math.sqrt(A * A + B * B)
     if radius == 0.0 or radius <= 1e-14 * abs(C):
@@ -42,7 +38,6 @@ def square_root_apart(square: float, size: float) -> float:
     Return the root of a number with terms of a size, never so near to zero that two roots meet.
 
     -1 where it has none.
-
     """
     if square < -BORDER * size:
         return -1.0
@@ -50,10 +45,7 @@ def square_root_apart(square: float, size: float) -> float:
 
 
 def absolute(x: float, y: float) -> float:
-    """
-    Return the absolute value of a complex number.
-
-    """
+    """Return the absolute value of a complex number."""
     return math.sqrt(x * x + y * y)
 
 
@@ -63,7 +55,6 @@ def polynomial_roots(c: Numbers, degree: int, z: Numbers) -> None:
 
     By the iteration of Aberth (1973) and Ehrlich (1967). Complex numbers are pairs of real and
     imaginary part: languages divide them differently.
-
     """
     radius = 0.0
     last = absolute(c[2 * degree], c[2 * degree + 1])

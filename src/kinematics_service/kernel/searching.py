@@ -1,7 +1,4 @@
-"""
-The first solution that refinement meets, in one call.
-
-"""
+"""The first solution that refinement meets, in one call."""
 
 from . import arrays, dependence, solutions
 from .arrays import Floats
@@ -68,7 +65,6 @@ def first_solution(
         Where to start from.
     solution
         Room for one.
-
     """
     arrays.given(refinement)
     solutions.require_fit(refinement.residual, joints, solution, 1)

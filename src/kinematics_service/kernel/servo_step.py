@@ -1,7 +1,4 @@
-"""
-What a servo is of an arm, and a step of it: its results, and room for the work.
-
-"""
+"""What a servo is of an arm, and a step of it: its results, and room for the work."""
 
 import math
 
@@ -29,7 +26,6 @@ class Servo:
         No joint nears its limit faster than what is left of the way over this time, s.
     limits, fastest : shape (n, 2), (n,), rad or m, rad/s or m/s
         Of positions, infinite where there are none; of velocities, finite.
-
     """
 
     def __init__(
@@ -54,17 +50,11 @@ class Servo:
         self._arrays = limits, fastest
 
     def upper(self, q: Floats, j: int) -> float:
-        """
-        Return the fastest that joint j may near its upper limit.
-
-        """
+        """Return the fastest that joint j may near its upper limit."""
         return max((self.limits[2 * j + 1] - q[j]) / self.horizon, 0.0)
 
     def lower(self, q: Floats, j: int) -> float:
-        """
-        Return the velocity, not above 0, at which it may near its lower limit fastest.
-
-        """
+        """Return the velocity, not above 0, at which it may near its lower limit fastest."""
         return min((self.limits[2 * j] - q[j]) / self.horizon, 0.0)
 
 
@@ -89,7 +79,6 @@ class ServoStep:
         To which share all velocities were, for their limits.
     slowest
         The joint whose velocity limit asked for that, or -1.
-
     """
 
     def __init__(self, servo: Servo, qdot: Floats) -> None:
@@ -112,27 +101,18 @@ class ServoStep:
         self.held = arrays.whole_after(self.free, n)
 
     def __dealloc__(self) -> None:
-        """
-        Give the room back.
-
-        """
+        """Give the room back."""
         arrays.give_back(self.room)
 
     def begin(self) -> None:
-        """
-        Forget what an earlier step left: all joints are free, and none moves.
-
-        """
+        """Forget what an earlier step left: all joints are free, and none moves."""
         self.damping, self.least_singular_value, self.largest = 0.0, -1.0, 0.0
         self.shortened, self.slowest, self.count = 1.0, -1, self.servo.n
         for j in range(self.servo.n):
             self.rates[j], self.held[j], self.u[j], self.free[j] = 0.0, 0, 0.0, j
 
     def is_held(self, j: int) -> bool:
-        """
-        Return whether a limit of its position decides the velocity of joint j.
-
-        """
+        """Return whether a limit of its position decides the velocity of joint j."""
         return 0 <= j < self.servo.n and self.held[j] != 0
 
     def write_task(self, row: Floats, twist: Floats, size: float) -> None:
@@ -140,7 +120,6 @@ class ServoStep:
         Fill J with the rows that count, and v with the twist by them, as a share of `size`.
 
         Everything is divided by the largest entry of J, so that no square overflows.
-
         """
         n, axes = self.servo.n, self.servo.task.rotation
         for i in range(self.servo.m):
@@ -169,7 +148,6 @@ class ServoStep:
         Each singular value s below `below` has a damping of its own, damping^2 (1 - (s /
         below)^2) (Nakamura and Hanafusa 1986; Maciejewski and Klein 1988: directions that are not
         lost are not damped).
-
         """
         m, count, W, free = self.servo.m, self.count, self.W, self.free
         damping = self.servo.damping * self.servo.length / self.largest
@@ -218,10 +196,7 @@ class ServoStep:
             self.W[i * width + length + i] = 1.0
 
     def worst(self, q: Floats) -> int:
-        """
-        Return which of the free joints would run into a limit most, -1 where none does.
-
-        """
+        """Return which of the free joints would run into a limit most, -1 where none does."""
         worst, over = -1, AT_REST
         for k in range(self.count):
             j = self.free[k]
@@ -236,7 +211,6 @@ class ServoStep:
     def hold(self, k: int, q: Floats) -> None:
         """
         Let the k-th of the free joints near its limit as fast as it may, and take it from them.
-
         """
         n, j = self.servo.n, self.free[k]
         upwards = self.rates[j] > 0.0

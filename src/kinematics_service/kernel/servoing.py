@@ -1,7 +1,4 @@
-"""
-A step of the servo: joint velocities for a wanted twist of the tool.
-
-"""
+"""A step of the servo: joint velocities for a wanted twist of the tool."""
 
 from . import arrays, places
 from .arrays import Floats
@@ -80,7 +77,6 @@ def servo(step: ServoStep, q: Floats, row: Floats, twist: Floats) -> None:
         Joint positions, and the row `evaluate` filled of them.
     twist : shape (6,), m/s and rad/s
         In base axes, at the tool's origin.
-
     """
     arrays.given(step)
     n = step.servo.n

@@ -54,7 +54,6 @@ def orthogonalise(W: Floats, count: int, length: int, width: int) -> None:
     One-sided Jacobi (Hestenes, 1958). Small singular values keep all their digits, which
     eigenvalues of A A^T do not. V stands beside A so that one loop without a rest turns both;
     where nobody asks for it, the width of a row is its length.
-
     """
     # The pairs of a sweep in the order of a tournament (Brent and Luk, 1985): neighbours in it
     # share no row, so that the processor works on several at once.
@@ -79,7 +78,6 @@ def orthogonalise(W: Floats, count: int, length: int, width: int) -> None:
 def sort_by_norm(W: Floats, sigma: Floats, count: int, length: int, width: int) -> None:
     """
     Write the norms of the rows of A, descending, and bring the rows of A and V in that order.
-
     """
     for i in range(count):
         squares = 0.0
@@ -103,7 +101,6 @@ def unit_rows(W: Floats, sigma: Floats, count: int, length: int) -> None:
 
     A row that is round-off has lost its direction: it is replaced by one orthogonal to the rows
     above it, made from the axis they use least.
-
     """
     width = length + count
     for i in range(count):
@@ -140,10 +137,7 @@ def unit_rows(W: Floats, sigma: Floats, count: int, length: int) -> None:
 
 
 def determinant(A: Floats, size: int) -> float:
-    """
-    Return the determinant by elimination with partial pivoting; A is overwritten.
-
-    """
+    """Return the determinant by elimination with partial pivoting; A is overwritten."""
     product = 1.0
     for i in range(size):
         pivot = i
@@ -171,7 +165,6 @@ def least_pivot(A: Floats, count: int, length: int) -> float:
     Return the last pivot by elimination with complete pivoting, as a share of the first.
 
     A, `count` rows of `length` numbers, is overwritten.
-
     """
     first, last = 0.0, 0.0
     for k in range(min(count, length)):
@@ -212,7 +205,6 @@ def decompose(work: Floats, sigma: Floats) -> None:
         A, and the identity beside it; then orthonormal rows, and the turns, orthogonal.
     sigma : shape (count,)
         Singular values, descending.
-
     """
     count = arrays.extent(work, 0)
     length = arrays.extent(work, 1) - count
@@ -223,9 +215,6 @@ def decompose(work: Floats, sigma: Floats) -> None:
 
 
 def determinant_of(A: Floats) -> float:
-    """
-    Return the determinant of A (size, size), which is overwritten.
-
-    """
+    """Return the determinant of A (size, size), which is overwritten."""
     size = arrays.extent(A, 0)
     return determinant(arrays.results(A, size * size), size)

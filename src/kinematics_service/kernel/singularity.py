@@ -188,10 +188,7 @@ def measure_row(
     measures: Floats,
     work: Floats,
 ) -> None:
-    """
-    Fill the measures of a row, the factors and the level excepted.
-
-    """
+    """Fill the measures of a row, the factors and the level excepted."""
     n = chain.dof
     m = task.count
     generic_rank = task.generic_rank

@@ -1,7 +1,4 @@
-"""
-Solutions: told apart, sorted, and how each stands to the limits and the target.
-
-"""
+"""Solutions: told apart, sorted, and how each stands to the limits and the target."""
 
 import math
 
@@ -29,7 +26,6 @@ class Solutions:
     ----------
     count
         How many there are.
-
     """
 
     def __init__(self, q: Floats) -> None:
@@ -44,17 +40,11 @@ class Solutions:
         self.beyond = arrays.whole_after(self.postures, 3 * self.most)
 
     def __dealloc__(self) -> None:
-        """
-        Give the room back.
-
-        """
+        """Give the room back."""
         arrays.give_back(self.room)
 
     def take(self, k: int, joints: Joints, q: Floats, misses: float) -> None:
-        """
-        Take q (n,) as solution k, with how it stands to the limits.
-
-        """
+        """Take q (n,) as solution k, with how it stands to the limits."""
         n = self.n
         for j in range(n):
             self.rows[k * n + j] = q[j]
@@ -65,50 +55,34 @@ class Solutions:
             self.postures[3 * k + i] = 0
 
     def require(self, k: int) -> None:
-        """
-        Raise IndexError where there is no solution k.
-
-        """
+        """Raise IndexError where there is no solution k."""
         if not 0 <= k < self.count:
             raise IndexError('there are fewer solutions')
 
     def miss(self, k: int) -> float:
-        """
-        Return what solution k misses the target by, m.
-
-        """
+        """Return what solution k misses the target by, m."""
         self.require(k)
         return self.misses[k]
 
     def margin(self, k: int) -> float:
         """
         Return the distance of solution k to the nearest limit, rad or m; negative beyond one.
-
         """
         self.require(k)
         return self.margins[k]
 
     def share(self, k: int) -> float:
-        """
-        Return how near to dependent the columns of J are at solution k: see `pivots`.
-
-        """
+        """Return how near to dependent the columns of J are at solution k: see `pivots`."""
         self.require(k)
         return self.shares[k]
 
     def is_beyond(self, k: int, j: int) -> bool:
-        """
-        Return whether joint j of solution k is beyond its limits.
-
-        """
+        """Return whether joint j of solution k is beyond its limits."""
         self.require(k)
         return 0 <= j < self.n and self.beyond[k * self.n + j] == 1
 
     def posture(self, k: int) -> tuple[int, int, int]:
-        """
-        Return the signs of solution k: see `postures`; 0 where there are none.
-
-        """
+        """Return the signs of solution k: see `postures`; 0 where there are none."""
         self.require(k)
         signs = arrays.whole_after(self.postures, 3 * k)
         return int(signs[0]), int(signs[1]), int(signs[2])
@@ -122,7 +96,6 @@ class Found:
     ----------
     most, n
         How many there can be, and of how many joints.
-
     """
 
     def __init__(self, most: int, n: int) -> None:
@@ -136,17 +109,11 @@ class Found:
         self.met = arrays.whole_after(self.which, most)
 
     def __dealloc__(self) -> None:
-        """
-        Give the room back.
-
-        """
+        """Give the room back."""
         arrays.give_back(self.room)
 
     def sort_by_error(self, count: int) -> None:
-        """
-        Sort the first rows by their errors; rows that miss by as much keep their order.
-
-        """
+        """Sort the first rows by their errors; rows that miss by as much keep their order."""
         n, q, errors = self.n, self.q, self.errors
         for i in range(1, count):
             k = i
@@ -161,10 +128,7 @@ class Found:
                 k -= 1
 
     def keep_distinct(self, count: int, residual: Residual, joints: Joints, proved: float) -> int:
-        """
-        Do what `distinct` does with the first rows, sorted by their errors.
-
-        """
+        """Do what `distinct` does with the first rows, sorted by their errors."""
         kept = 0
         for k in range(count):
             if not self.errors[k] < proved:
@@ -199,10 +163,7 @@ class Found:
 
 
 def require_fit(residual: Residual, joints: Joints, solution: Solutions, most: int) -> None:
-    """
-    Refuse what is of arms with different joints, and room for too few solutions.
-
-    """
+    """Refuse what is of arms with different joints, and room for too few solutions."""
     arrays.given(joints)
     arrays.given(residual)
     arrays.given(solution)
@@ -236,7 +197,6 @@ def distinct(
         Joint positions and by how much they miss, the least first.
     which, met : shape (N,)
         Rows kept, and how many rows each stands for.
-
     """
     arrays.given(residual)
     arrays.given(joints)
@@ -255,10 +215,7 @@ def distinct(
 
 
 def least(numbers: Floats, count: int) -> int:
-    """
-    Return where the least of so many numbers stands.
-
-    """
+    """Return where the least of so many numbers stands."""
     at = 0
     for i in range(1, count):
         if numbers[i] < numbers[at]:

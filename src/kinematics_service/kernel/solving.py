@@ -1,7 +1,4 @@
-"""
-All solutions of an arm that has a closed form, or the nearest of them, in one call.
-
-"""
+"""All solutions of an arm that has a closed form, or the nearest of them, in one call."""
 
 from . import arrays, dependence, places, posture, solutions
 from .arrays import Floats
@@ -114,7 +111,6 @@ def closed_solutions(
         Whether the nearest solution inside the limits is enough.
     kept
         Room for MOST_CANDIDATES solutions, or for one if that is enough.
-
     """
     arrays.given(form)
     arrays.given(refinement)

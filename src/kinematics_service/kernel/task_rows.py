@@ -1,7 +1,4 @@
-"""
-The rows of the Jacobian that an arm is judged by, and what each of them counts.
-
-"""
+"""The rows of the Jacobian that an arm is judged by, and what each of them counts."""
 
 import numpy as np
 
@@ -27,7 +24,6 @@ class TaskRows:
         Of frame 0 in the base frame, row by row.
     row_scale : shape (m,), column_scale : shape (n,)
         What a unit of each row and of each joint counts.
-
     """
 
     def __init__(

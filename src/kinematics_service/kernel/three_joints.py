@@ -205,7 +205,6 @@ def _second_joint(
 def first_three(screws: Numbers, point: Vector, p: Vector, free: Numbers, found: Numbers) -> int:
     """
     Fill `found` (8, 3) with positions of three joints that bring a point to p; return how many.
-
     """
     # The points of axes 1 and 2 are the feet of their common perpendicular, so the two guides are
     # orthogonal.

@@ -1,6 +1,5 @@
 """
 What follows from the pose of the tool, of LANES rows side by side, as `chain_pass` has it of one.
-
 """
 
 import math
@@ -121,7 +120,6 @@ def finish_rows(chain: Chain, rates: Floats, depth: int, row: Floats) -> bool:
     Fill LANES rows once their poses are known, and points and axes stand in place of the screws.
 
     Returns False where a number is not finite or too large.
-
     """
     _write_quaternions(row, arrays.after(row, places.QUATERNION_AT * places.LANES))
     for i in range(3):

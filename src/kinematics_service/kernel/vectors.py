@@ -11,18 +11,12 @@ from .arrays import Numbers, Vector
 
 
 def dot(a: Vector, b: Vector) -> float:
-    """
-    Return a . b.
-
-    """
+    """Return a . b."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 def cross(a: Vector, b: Vector) -> Vector:
-    """
-    Return a x b.
-
-    """
+    """Return a x b."""
     return (
         a[1] * b[2] - a[2] * b[1],
         a[2] * b[0] - a[0] * b[2],
@@ -31,50 +25,32 @@ def cross(a: Vector, b: Vector) -> Vector:
 
 
 def plus(a: Vector, factor: float, b: Vector) -> Vector:
-    """
-    Return a + factor b.
-
-    """
+    """Return a + factor b."""
     return (a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2])
 
 
 def three(numbers: Numbers, at: int) -> Vector:
-    """
-    Return the vector at a place.
-
-    """
+    """Return the vector at a place."""
     return (numbers[at], numbers[at + 1], numbers[at + 2])
 
 
 def axis_of(screws: Numbers, k: int) -> Vector:
-    """
-    Return the axis of screw k.
-
-    """
+    """Return the axis of screw k."""
     return three(screws, 7 * k)
 
 
 def point_of(screws: Numbers, k: int) -> Vector:
-    """
-    Return the point on the axis of screw k.
-
-    """
+    """Return the point on the axis of screw k."""
     return three(screws, 7 * k + 3)
 
 
 def slides(screws: Numbers, k: int) -> bool:
-    """
-    Return whether screw k slides.
-
-    """
+    """Return whether screw k slides."""
     return screws[7 * k + 6] > 0.5
 
 
 def turned(axis: Vector, angle: float, v: Vector) -> Vector:
-    """
-    Return v turned about an axis through the origin (Rodrigues).
-
-    """
+    """Return v turned about an axis through the origin (Rodrigues)."""
     s, c = chain_pass.sincos(angle)
     along = dot(axis, v) * (1.0 - c)
     w = cross(axis, v)
@@ -86,10 +62,7 @@ def turned(axis: Vector, angle: float, v: Vector) -> Vector:
 
 
 def moved(screws: Numbers, k: int, value: float, point: Vector) -> Vector:
-    """
-    Return a point carried along by screw k.
-
-    """
+    """Return a point carried along by screw k."""
     axis = axis_of(screws, k)
     if slides(screws, k):
         return plus(point, value, axis)
@@ -102,7 +75,6 @@ def angle(axis: Vector, a: Vector, b: Vector, otherwise: float) -> float:
     Return by how much to turn a about the axis until it points where b does.
 
     `otherwise` if it is on the axis, and any angle does.
-
     """
     # First what is across the axis: near it, differences of products would be round-off alone.
     size = dot(a, a)
@@ -115,20 +87,14 @@ def angle(axis: Vector, a: Vector, b: Vector, otherwise: float) -> float:
 
 
 def across(axis: Vector) -> Vector:
-    """
-    Return a unit vector across an axis.
-
-    """
+    """Return a unit vector across an axis."""
     v = cross(axis, (1.0, 0.0, 0.0) if abs(axis[0]) < 0.6 else (0.0, 1.0, 0.0))
     length = math.sqrt(dot(v, v))
     return (v[0] / length, v[1] / length, v[2] / length)
 
 
 def times_vector(T: Numbers, v: Vector) -> Vector:
-    """
-    Return a direction turned by a motion (4 x 4).
-
-    """
+    """Return a direction turned by a motion (4 x 4)."""
     return (
         T[0] * v[0] + T[1] * v[1] + T[2] * v[2],
         T[4] * v[0] + T[5] * v[1] + T[6] * v[2],
@@ -137,8 +103,5 @@ def times_vector(T: Numbers, v: Vector) -> Vector:
 
 
 def times_point(T: Numbers, v: Vector) -> Vector:
-    """
-    Return a point moved by a motion (4 x 4).
-
-    """
+    """Return a point moved by a motion (4 x 4)."""
     return plus(times_vector(T, v), 1.0, (T[3], T[7], T[11]))

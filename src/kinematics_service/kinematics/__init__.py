@@ -1,4 +1,1 @@
-"""
-What follows from joint positions: pose, Jacobian, twist, singularity.
-
-"""
+"""What follows from joint positions: pose, Jacobian, twist, singularity."""

@@ -1,7 +1,4 @@
-"""
-The named factors of a robot file at a pose.
-
-"""
+"""The named factors of a robot file at a pose."""
 
 from dataclasses import dataclass
 
@@ -26,7 +23,6 @@ class FactorMeasures:
         Value and gradient of each factor.
     column_scales : shape (..., n)
         What a unit of each joint counts in rad.
-
     """
 
     names: tuple[str, ...]
@@ -36,24 +32,17 @@ class FactorMeasures:
 
     @property
     def values(self) -> Floats:
-        """
-        Return the value of each factor, shape (..., F).
-
-        """
+        """Return the value of each factor, shape (..., F)."""
         return self.results[..., 0]
 
     @property
     def motions(self) -> Floats:
         """
         Return the joint motion to each factor's zero by first order, shape (..., F, n), rad or m.
-
         """
         return motions_to_zeros(self.results, self.column_scales[..., None, :])
 
     @property
     def nearest(self) -> int:
-        """
-        Return the index of the factor nearest to its zero, for one pose.
-
-        """
+        """Return the index of the factor nearest to its zero, for one pose."""
         return int(np.argmin(self.distances))

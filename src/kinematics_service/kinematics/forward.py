@@ -34,7 +34,6 @@ def forward_kinematics(robot: Robot, q: npt.ArrayLike) -> Floats:
     ------
     JointVectorError
         The last dimension of `q` is not n, or a number is not finite.
-
     """
     return evaluate(robot, q, depth=kernel.POSE).pose
 
@@ -56,7 +55,6 @@ def link_frames(robot: Robot, q: npt.ArrayLike) -> Floats:
     ------
     JointVectorError
         The last dimension of `q` is not n, or a number is not finite.
-
     """
     return evaluate(robot, q, depth=kernel.ALL_FRAMES).link_frames
 
@@ -71,7 +69,6 @@ def in_axes(state: ToolState, six_rows: Floats, axes: str) -> Floats:
     ------
     KinematicsError
         `axes` is neither of them.
-
     """
     if axes == 'base':
         return six_rows
@@ -102,7 +99,6 @@ def jacobian(robot: Robot, q: npt.ArrayLike, frame: Axes = 'base') -> Floats:
         The last dimension of `q` is not n, or a number is not finite.
     KinematicsError
         `frame` is neither `base` nor `tool`.
-
     """
     state = evaluate(robot, q)
     return in_axes(state, state.jacobian, frame)
@@ -127,7 +123,6 @@ def twist(robot: Robot, q: npt.ArrayLike, qdot: npt.ArrayLike, frame: Axes = 'ba
         The last dimension of `q` or `qdot` is not n, or a number is not finite.
     KinematicsError
         `frame` is neither `base` nor `tool`.
-
     """
     state = evaluate(robot, q, qdot)
     return in_axes(state, state.twist[..., None], frame)[..., 0]

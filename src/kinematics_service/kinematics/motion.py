@@ -1,7 +1,4 @@
-"""
-Joint motions for an arm that is not there: what they are, and what they keep to.
-
-"""
+"""Joint motions for an arm that is not there: what they are, and what they keep to."""
 
 from typing import NamedTuple, Protocol
 
@@ -18,55 +15,34 @@ SPEED_SHARE = 0.5
 
 
 class JointMotion(NamedTuple):
-    """
-    Joint positions (..., n) in rad or m, and velocities (..., n) in rad/s or m/s.
-
-    """
+    """Joint positions (..., n) in rad or m, and velocities (..., n) in rad/s or m/s."""
 
     q: Floats
     qdot: Floats
 
 
 class Trajectory(Protocol):
-    """
-    A motion that repeats itself after `period` seconds.
-
-    """
+    """A motion that repeats itself after `period` seconds."""
 
     @property
     def centre(self) -> Floats:
-        """
-        Return the pose in the middle, shape (n,), rad or m.
-
-        """
+        """Return the pose in the middle, shape (n,), rad or m."""
 
     @property
     def period(self) -> float:
-        """
-        Return the time after which the motion repeats itself, s.
-
-        """
+        """Return the time after which the motion repeats itself, s."""
 
     def at(self, t: npt.ArrayLike) -> JointMotion:
-        """
-        Return positions and velocities at times t (...,) in s.
-
-        """
+        """Return positions and velocities at times t (...,) in s."""
 
 
 def slides(robot: Robot) -> npt.NDArray[np.bool_]:
-    """
-    Return for each joint whether it slides, shape (n,).
-
-    """
+    """Return for each joint whether it slides, shape (n,)."""
     return np.array([kind == 'prismatic' for kind in robot.joint_types])
 
 
 def inside_limits(robot: Robot) -> Floats:
-    """
-    Return the limits, a little narrower, shape (n, 2), rad or m.
-
-    """
+    """Return the limits, a little narrower, shape (n, 2), rad or m."""
     low, high = np.array(robot.limits[:, 0]), np.array(robot.limits[:, 1])
     both = np.isfinite(high - low)
     margin = np.where(both, MARGIN * np.where(both, high - low, 0.0), ONE_SIDED_MARGIN)
@@ -76,7 +52,6 @@ def inside_limits(robot: Robot) -> Floats:
 def allowed_speeds(robot: Robot, turning: float, sliding: float) -> Floats:
     """
     Return the speeds a path may use, shape (n,), rad/s or m/s: the last two where no limit is.
-
     """
     limits = robot.velocity_limits
     free = np.where(slides(robot), sliding, turning)

@@ -1,7 +1,4 @@
-"""
-A path through a singular pose: the tool keeps its speed until damping bounds the joints.
-
-"""
+"""A path through a singular pose: the tool keeps its speed until damping bounds the joints."""
 
 import math
 from dataclasses import dataclass
@@ -68,7 +65,6 @@ class Passage:
         The time at which u = 2 pi k / PLACES; the first is 0, the last one the period.
     pace : shape (PLACES + 1,), 1/s
         du/dt there.
-
     """
 
     centre: Floats
@@ -79,17 +75,11 @@ class Passage:
 
     @property
     def period(self) -> float:
-        """
-        Return the time after which the motion repeats itself, s.
-
-        """
+        """Return the time after which the motion repeats itself, s."""
         return float(self.clock[-1])
 
     def at(self, t: npt.ArrayLike) -> JointMotion:
-        """
-        Return positions and velocities at times t (...,) in s.
-
-        """
+        """Return positions and velocities at times t (...,) in s."""
         u, rate = self._turned(np.remainder(np.asarray(t, dtype=np.float64), self.period))
         x = np.cos(u)[..., None]
         slope = -(np.sin(u) * rate)[..., None]
@@ -118,7 +108,6 @@ def smooth_trajectory(robot: Robot) -> Passage:
     joints speed up towards the singular pose, until the damping bounds them. At its ends it
     stands still. Where the limits keep singular poses out, or leave no room around them, its
     middle is a regular pose.
-
     """
     inside = inside_limits(robot)
     path = _clearest_way(robot, singular_poses(robot, inside), inside)

@@ -1,7 +1,4 @@
-"""
-Singular poses of an arm: Newton's method on its distance, from seeded poses.
-
-"""
+"""Singular poses of an arm: Newton's method on its distance, from seeded poses."""
 
 import numpy as np
 
@@ -30,7 +27,6 @@ def singular_poses(robot: Robot, inside: Floats) -> Floats:
         The arm; its task says what is singular.
     inside : shape (n, 2), rad or m
         Limits the poses stay inside; infinite where there are none.
-
     """
     slides = [kind == 'prismatic' for kind in robot.joint_types]
     q = seeded_poses(inside, slides)[:STARTS]

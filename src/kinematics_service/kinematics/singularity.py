@@ -1,7 +1,4 @@
-"""
-How near a pose is to a singular one, which motion is lost there, and which way leads out.
-
-"""
+"""How near a pose is to a singular one, which motion is lost there, and which way leads out."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -59,7 +56,6 @@ class Singularity:
         OK, WARN or ERROR by the robot's thresholds, without hysteresis.
     factors
         The named factors, where the robot file lists some; otherwise None.
-
     """
 
     determinant: Any
@@ -80,20 +76,14 @@ class Singularity:
 
 
 class _OnePose(Singularity):
-    """
-    The measures of one pose, each taken out of the kernel's row when it is first asked for.
-
-    """
+    """The measures of one pose, each taken out of the kernel's row when it is first asked for."""
 
     _state: ToolState
     _row: Floats
 
 
 class _Field:
-    """
-    A field of _OnePose: taken once, and then kept in its place.
-
-    """
+    """A field of _OnePose: taken once, and then kept in its place."""
 
     def __init__(self, name: str, take: Callable[[ToolState, Floats], Any]) -> None:
         self.name, self.take = name, take
@@ -104,10 +94,7 @@ class _Field:
 
 
 def watched_value(robot: Robot, singularity: Singularity) -> float:
-    """
-    Return the watched measure of one pose: |det| for the determinant.
-
-    """
+    """Return the watched measure of one pose: |det| for the determinant."""
     return abs(float(getattr(singularity, robot.thresholds.measure)))
 
 
@@ -193,10 +180,7 @@ for _name, _take in _FIELDS.items():
 
 
 def measured(state: ToolState) -> ToolState:
-    """
-    Return the state of one pose with its measures there.
-
-    """
+    """Return the state of one pose with its measures there."""
     if state.measures is not None:
         return state
     row = np.empty(state.robot.measure_places.width)
@@ -205,10 +189,7 @@ def measured(state: ToolState) -> ToolState:
 
 
 def singularity_of(state: ToolState) -> Singularity:
-    """
-    Return the measures of an evaluated state (depth JACOBIAN or more).
-
-    """
+    """Return the measures of an evaluated state (depth JACOBIAN or more)."""
     if state.joints is not None:
         return _of_batch(state)
     if state.measures is None:
@@ -277,7 +258,6 @@ def singularity(robot: Robot, q: npt.ArrayLike, qdot: npt.ArrayLike | None = Non
     ------
     JointVectorError
         The last dimension of `q` or `qdot` is not n, or a number is not finite.
-
     """
     return singularity_of(evaluate(robot, q, qdot, measured=True))
 

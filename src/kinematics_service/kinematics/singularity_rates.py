@@ -1,6 +1,5 @@
 """
 How the watched measure changes along the joint velocities, and when it will be at its threshold.
-
 """
 
 import numpy as np
@@ -23,7 +22,6 @@ AT_REST = 1e-9
 def measures_of(state: ToolState) -> Floats:
     """
     Return the measures of every pose of a state, one row each, as `kernel.measure` lays them out.
-
     """
     robot = state.robot
     numbers = state.numbers
@@ -42,7 +40,6 @@ def measures_of(state: ToolState) -> Floats:
 def watched(robot: Robot, measures: Floats) -> Floats:
     """
     Return the measure the robot's thresholds are about, shape (N,): |det| for the determinant.
-
     """
     return measures[:, robot.measure_places.judged + kernel.WATCHED]
 
@@ -50,7 +47,6 @@ def watched(robot: Robot, measures: Floats) -> Floats:
 def rates(state: ToolState, measures: Floats) -> Floats:
     """
     Return the change of the watched measure along qdot, shape (N,), 1/s: a forward difference.
-
     """
     robot, n = state.robot, state.robot.dof
     q = np.ascontiguousarray(state.q).reshape(-1, n)
@@ -68,7 +64,6 @@ def rates(state: ToolState, measures: Floats) -> Floats:
 def times_to_warning(robot: Robot, values: Floats, rates: Floats) -> Floats:
     """
     Return the seconds to the threshold `warn`, shape (N,): 0 beyond it, inf where it never comes.
-
     """
     thresholds = robot.thresholds
     worsening = np.sign(thresholds.stop - thresholds.warn) * rates

@@ -33,10 +33,7 @@ INSTALL = "pip install '.[dask]' in its checkout, or pip install 'dask[distribut
 
 
 class SweepError(KinematicsError):
-    """
-    Workers that cannot be used.
-
-    """
+    """Workers that cannot be used."""
 
 
 def cluster_address(workers: str) -> str:
@@ -47,7 +44,6 @@ def cluster_address(workers: str) -> str:
     ------
     SweepError
         The text is not such an address.
-
     """
     found = ADDRESS.fullmatch(workers)
     if not found or not 0 < int(found[2]) < 65536:
@@ -84,7 +80,6 @@ def map_batches(
     ------
     SweepError
         No dask, no scheduler or no worker there, or workers that cannot run the function.
-
     """
     starts = range(0, max(len(array), 1), rows)
     pieces = (array[start : start + rows] for start in starts)
@@ -121,7 +116,6 @@ def results_of_workers(
     ------
     SweepError
         As `map_batches`.
-
     """
     with _client(workers) as client:
         futures = [client.submit(function, item, pure=False) for item in items]

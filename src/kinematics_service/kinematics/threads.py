@@ -1,7 +1,4 @@
-"""
-A batch on all cores: the compiled functions release the interpreter, so plain threads do it.
-
-"""
+"""A batch on all cores: the compiled functions release the interpreter, so plain threads do it."""
 
 import os
 import threading
@@ -12,10 +9,7 @@ LEAST_PART = 10_000
 
 
 def cores() -> int:
-    """
-    Return how many cores this process may use.
-
-    """
+    """Return how many cores this process may use."""
     try:
         return len(os.sched_getaffinity(0))
     except AttributeError:  # not on Linux
@@ -34,7 +28,6 @@ def in_parts(count: int, work: Callable[[int, int], int]) -> int:
         Number of rows; each one's result must not depend on the others.
     work
         Does rows begin to end and returns -1, or the row where it stopped.
-
     """
     parts = count // LEAST_PART
     workers = min(cores(), parts)

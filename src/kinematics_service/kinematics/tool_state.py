@@ -1,7 +1,4 @@
-"""
-The state of the tool: what one pass of the kernel says of joint positions and velocities.
-
-"""
+"""The state of the tool: what one pass of the kernel says of joint positions and velocities."""
 
 from typing import NamedTuple, TypeGuard
 
@@ -32,7 +29,6 @@ class ToolState(NamedTuple):
         q and qdot of a batch; None for one pose.
     measures
         The row of measures of one pose, where the same call has computed it.
-
     """
 
     robot: Robot
@@ -43,10 +39,7 @@ class ToolState(NamedTuple):
 
     @property
     def q(self) -> Floats:
-        """
-        Return the joint positions, shape (..., n), rad or m.
-
-        """
+        """Return the joint positions, shape (..., n), rad or m."""
         if self.joints is not None:
             return self.joints[0]
         return self.row[-2 * self.robot.chain.dof - kernel.ROW_TAIL :][: self.robot.chain.dof]
@@ -55,7 +48,6 @@ class ToolState(NamedTuple):
     def qdot(self) -> Floats | None:
         """
         Return the joint velocities, shape (..., n), rad/s or m/s; None where they are not known.
-
         """
         if self.joints is not None:
             return self.joints[1]
@@ -65,35 +57,25 @@ class ToolState(NamedTuple):
 
     @property
     def numbers(self) -> Floats:
-        """
-        Return all results of the kernel, shape (..., width).
-
-        """
+        """Return all results of the kernel, shape (..., width)."""
         if self.joints is not None:
             return self.row
         return self.row[: -2 * self.robot.chain.dof - kernel.ROW_TAIL]
 
     @property
     def pose(self) -> Floats:
-        """
-        Return the tool in the base frame, shape (..., 4, 4).
-
-        """
+        """Return the tool in the base frame, shape (..., 4, 4)."""
         return self.row[..., :16].reshape(*self.row.shape[:-1], 4, 4)
 
     @property
     def position(self) -> Floats:
-        """
-        Return the tool's origin in the base frame, shape (..., 3), m.
-
-        """
+        """Return the tool's origin in the base frame, shape (..., 3), m."""
         return self.row[..., 3:12:4]
 
     @property
     def quaternion_xyzw(self) -> Floats:
         """
         Return the tool's orientation in the base frame as unit quaternion, w >= 0, shape (..., 4).
-
         """
         return self.row[..., kernel.QUATERNION_AT : kernel.QUATERNION_AT + 4]
 
@@ -103,7 +85,6 @@ class ToolState(NamedTuple):
         Return J in base axes, reference point the tool's origin, shape (..., 6, n).
 
         Rows vx vy vz wx wy wz.
-
         """
         n = self.robot.chain.dof
         J = self.row[..., kernel.JACOBIAN_AT : kernel.JACOBIAN_AT + 6 * n]
@@ -115,7 +96,6 @@ class ToolState(NamedTuple):
         Return J qdot in base axes, shape (..., 6): vx vy vz (m/s) wx wy wz (rad/s).
 
         Zero where `qdot` is None.
-
         """
         at = kernel.JACOBIAN_AT + 6 * self.robot.chain.dof
         return self.row[..., at : at + 6]
@@ -126,7 +106,6 @@ class ToolState(NamedTuple):
         Return frame 0 and the frame after each row in the base frame, shape (..., rows + 1, 4, 4).
 
         There only where the state was evaluated with them.
-
         """
         chain = self.robot.chain
         at, end = chain.widths[kernel.JACOBIAN], chain.widths[kernel.ALL_FRAMES]
@@ -140,10 +119,7 @@ _new = tuple.__new__
 
 
 def as_the_kernel_takes_it(vector: object) -> TypeGuard[Floats]:
-    """
-    Return whether it is one vector of doubles in C order, aligned.
-
-    """
+    """Return whether it is one vector of doubles in C order, aligned."""
     return (
         type(vector) is np.ndarray
         and vector.dtype is _DOUBLE
@@ -194,7 +170,6 @@ def evaluate(
     ------
     JointVectorError
         The last dimension is not n, or a number is not finite.
-
     """
     chain = robot.chain
     # as_the_kernel_takes_it twice, written out: a call costs more than what it asks.

@@ -1,7 +1,4 @@
-"""
-The motions of the demo by name: through a singular pose, and sines.
-
-"""
+"""The motions of the demo by name: through a singular pose, and sines."""
 
 import math
 from collections.abc import Callable
@@ -28,7 +25,6 @@ class Sines:
     phase : shape (n,), rad
     period
         Time after which the motion repeats itself, s.
-
     """
 
     centre: Floats
@@ -38,10 +34,7 @@ class Sines:
     period: float
 
     def at(self, t: npt.ArrayLike) -> JointMotion:
-        """
-        Return positions and velocities at times t (...,) in s.
-
-        """
+        """Return positions and velocities at times t (...,) in s."""
         angle = self.frequency * np.asarray(t, dtype=np.float64)[..., None] + self.phase
         return JointMotion(
             self.centre + self.amplitude * np.sin(angle),
@@ -54,7 +47,6 @@ def sine_trajectory(robot: Robot) -> Sines:
     Return q_1 = sin t, q_2 = cos 2t, q_3 = sin 3t and so on, moved and shrunk into the limits.
 
     The motion of document 002; the clock runs slower for arms whose velocity limits ask for it.
-
     """
     n = robot.dof
     inside = inside_limits(robot)

@@ -1,7 +1,4 @@
-"""
-The bundled robots, and how a robot is found by name or by path.
-
-"""
+"""The bundled robots, and how a robot is found by name or by path."""
 
 import difflib
 import os
@@ -53,18 +50,12 @@ def _folder() -> Path:
 
 
 def bundled_robots() -> Mapping[str, Path]:
-    """
-    Return the files of the bundled robots by name, in alphabetical order.
-
-    """
+    """Return the files of the bundled robots by name, in alphabetical order."""
     return {path.stem: path for path in sorted(_folder().glob('*.yaml'))}
 
 
 def grouped_robots() -> Mapping[str, Mapping[str, Path]]:
-    """
-    Return the files of the bundled robots by group and name, as a person looks for them.
-
-    """
+    """Return the files of the bundled robots by group and name, as a person looks for them."""
     bundled = bundled_robots()
     groups = {
         title: {name: bundled[name] for name in names if name in bundled}
@@ -83,7 +74,6 @@ def find_robot_file(name: str | os.PathLike[str]) -> Path:
     ------
     RobotNotFoundError
         Neither a file nor a bundled robot; the message lists the names.
-
     """
     text = os.fspath(name)
     bundled = bundled_robots()

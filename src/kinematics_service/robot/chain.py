@@ -23,24 +23,17 @@ class FrozenArrays:
 
     Copies and unpickled ones are rebuilt by the constructor: otherwise their arrays would be
     writable.
-
     """
 
     READ_ONLY: ClassVar[tuple[str, ...]]
 
     def __post_init__(self) -> None:
-        """
-        Freeze the arrays.
-
-        """
+        """Freeze the arrays."""
         for name in self.READ_ONLY:
             getattr(self, name).setflags(write=False)
 
     def __reduce__(self) -> tuple[type, tuple[Any, ...]]:
-        """
-        Rebuild by the constructor.
-
-        """
+        """Rebuild by the constructor."""
         values = (getattr(self, field.name) for field in fields(self))  # type: ignore[arg-type]
         return type(self), tuple(values)
 
@@ -74,7 +67,6 @@ def fold(rows: Sequence[Row], variables: Sequence[str], base: Floats, tool: Floa
         The joint variables, in the order of the Jacobian's columns.
     base, tool : shape (4, 4)
         Frame 0 in the base frame; the tool in the frame after the last row.
-
     """
     constants: list[Floats] = []
     elements: list[_Element] = []

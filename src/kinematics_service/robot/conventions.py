@@ -19,7 +19,6 @@ ZERO = Affine(0.0, ())
 class Row:
     """
     One row of a table: T = before @ Rz(theta) Tz(d) @ after, theta and d affine in the variables.
-
     """
 
     before: Floats
@@ -67,9 +66,6 @@ ROWS_OF: dict[str, Callable[..., Row]] = {
 
 
 def table_rows(description: RobotDescription) -> tuple[Row, ...]:
-    """
-    Return the rows of a robot's table, base and tool not included.
-
-    """
+    """Return the rows of a robot's table, base and tool not included."""
     row_of = ROWS_OF[description.convention]
     return tuple(row_of(link) for link in description.links)

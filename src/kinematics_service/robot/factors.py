@@ -49,7 +49,6 @@ class Factors(FrozenArrays):
         Operation and operands of each step of the tape; its constant, or its scale.
     ends : shape (factors,)
         The step that holds each factor's value.
-
     """
 
     READ_ONLY = ('operations', 'constants', 'ends')
@@ -63,10 +62,7 @@ class Factors(FrozenArrays):
 
     @cached_property
     def tape(self) -> kernel.Tape:
-        """
-        Return the tape as the kernel reads it.
-
-        """
+        """Return the tape as the kernel reads it."""
         return kernel.Tape(self.operations, self.constants, self.ends)
 
     def __bool__(self) -> bool:
@@ -77,7 +73,6 @@ class Factors(FrozenArrays):
         Return value and gradient of each factor, shape (N, factors, 1 + n), of q (N, n).
 
         Gradients are by rad and m.
-
         """
         results = np.empty((len(q), len(self.names), 1 + q.shape[1]))
         kernel.evaluate_factors(self.tape, q, results)
@@ -96,7 +91,6 @@ def motions_to_zeros(results: Floats, column_scales: Floats) -> Floats:
         As `Factors.evaluate` returns them.
     column_scales : shape (n,)
         What a unit of each joint counts in rad: the characteristic length for prismatic ones.
-
     """
     scaled = results[..., 1:] * column_scales
     squares = np.sum(scaled**2, axis=-1)
@@ -105,10 +99,7 @@ def motions_to_zeros(results: Floats, column_scales: Floats) -> Floats:
 
 
 class _Tape:
-    """
-    Collects the steps of several expressions.
-
-    """
+    """Collects the steps of several expressions."""
 
     def __init__(self, description: RobotDescription) -> None:
         self.steps: list[tuple[int, int, int]] = []
@@ -124,10 +115,7 @@ class _Tape:
         }
 
     def add(self, text: str) -> int:
-        """
-        Add an expression that the reader has accepted; return the step of its value.
-
-        """
+        """Add an expression that the reader has accepted; return the step of its value."""
         values: list[int] = []
         for node in postorder(syntax_tree(text, lambda name: None)):
             count = len(operands_of(node))
@@ -194,7 +182,6 @@ def read_factors(description: RobotDescription, chain: Chain, task: Task, q: Flo
     ------
     KinematicsError
         A zero of a factor is no singular pose; the message names it and the pose.
-
     """
     tape = _Tape(description)
     ends = [tape.add(factor.text) for factor in description.singularity.factors]

@@ -1,7 +1,4 @@
-"""
-Measures of many poses at once, row by row as `kernel.measure` lays them out.
-
-"""
+"""Measures of many poses at once, row by row as `kernel.measure` lays them out."""
 
 import numpy as np
 
@@ -14,10 +11,7 @@ NO_FACTORS = kernel.Tape(np.empty(0, dtype=np.int64), np.empty(0), np.empty(0, d
 
 
 def measure_table(chain: Chain, task: Task, q: Floats) -> Floats:
-    """
-    Return the measures at joint positions q (N, n), one row each; no factors, no thresholds.
-
-    """
+    """Return the measures at joint positions q (N, n), one row each; no factors, no thresholds."""
     rows = np.empty((len(q), chain.widths[kernel.JACOBIAN]))
     kernel.evaluate(chain, q, chain.at_rest.reshape(1, -1), kernel.JACOBIAN, rows)
     arm = kernel.Arm(chain, task.kernel_rows, NO_FACTORS, False, kernel.DISTANCE, 0.0, 0.0)

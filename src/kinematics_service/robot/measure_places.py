@@ -1,7 +1,4 @@
-"""
-Where things stand in a row of measures.
-
-"""
+"""Where things stand in a row of measures."""
 
 from typing import NamedTuple
 
@@ -22,7 +19,6 @@ class MeasurePlaces(NamedTuple):
         First column of the factors' distances, and of their values and gradients.
     width
         Number of columns.
-
     """
 
     lost: int
@@ -36,10 +32,7 @@ class MeasurePlaces(NamedTuple):
 
 
 def measure_places(dof: int, rows: int, factors: int = 0) -> MeasurePlaces:
-    """
-    Return the places of an arm with so many joints, rows of the task, and factors.
-
-    """
+    """Return the places of an arm with so many joints, rows of the task, and factors."""
     motion = kernel.LOST_AT + 6
     way = motion + dof
     sigma = way + dof

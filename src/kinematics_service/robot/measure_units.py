@@ -1,7 +1,4 @@
-"""
-The units of determinant and manipulability, which depend on the arm and its task.
-
-"""
+"""The units of determinant and manipulability, which depend on the arm and its task."""
 
 from .robot import Robot
 
@@ -12,7 +9,6 @@ def volume_power(robot: Robot) -> int | None:
 
     They count in m for rows of translation, and columns of sliding joints take that back. None
     where the minors of a J_t that is not square differ.
-
     """
     rows, n = robot.task.rows, robot.dof
     linear = sum(row in ('x', 'y', 'z') for row in rows)
@@ -23,9 +19,6 @@ def volume_power(robot: Robot) -> int | None:
 
 
 def volume_unit(robot: Robot) -> str:
-    """
-    Return the unit in plain letters: `m^3`, and nothing where it is 1.
-
-    """
+    """Return the unit in plain letters: `m^3`, and nothing where it is 1."""
     power = volume_power(robot)
     return {None: 'mixed', 0: '', 1: 'm'}.get(power, f'm^{power}')

@@ -1,7 +1,4 @@
-"""
-The measures of singularity and their thresholds: a new measure is one row of `MEASURES`.
-
-"""
+"""The measures of singularity and their thresholds: a new measure is one row of `MEASURES`."""
 
 import enum
 import math
@@ -17,10 +14,7 @@ from .task import Task
 
 
 class Level(enum.IntEnum):
-    """
-    How bad a pose is; the numbers are those of diagnostic_msgs/DiagnosticStatus.
-
-    """
+    """How bad a pose is; the numbers are those of diagnostic_msgs/DiagnosticStatus."""
 
     OK = 0
     WARN = 1
@@ -30,10 +24,7 @@ class Level(enum.IntEnum):
 
 @dataclass(frozen=True)
 class Measure:
-    """
-    One measure: its unit, on which side it is bad, its default thresholds, and its column.
-
-    """
+    """One measure: its unit, on which side it is bad, its default thresholds, and its column."""
 
     name: str
     unit: str
@@ -64,7 +55,6 @@ HYSTERESIS = 1.5
 class Thresholds:
     """
     Which measure is watched, and where WARN and ERROR begin (`warn` and `stop`, in its unit).
-
     """
 
     measure: str
@@ -77,7 +67,6 @@ class Thresholds:
 
         `previous` is the level before it: WARN and ERROR are left at HYSTERESIS times their value.
         A value that is not a number is an ERROR.
-
         """
         small_is_bad = MEASURES[self.measure].small_is_bad
         for level, threshold in ((Level.ERROR, self.stop), (Level.WARN, self.warn)):
@@ -89,10 +78,7 @@ class Thresholds:
         return Level.OK
 
     def levels(self, values: Floats) -> npt.NDArray[np.int64]:
-        """
-        Return the level of each value, without hysteresis; shape (N,).
-
-        """
+        """Return the level of each value, without hysteresis; shape (N,)."""
         sign = 1.0 if MEASURES[self.measure].small_is_bad else -1.0
         beyond = [~(sign * values > sign * threshold) for threshold in (self.stop, self.warn)]
         return np.select(beyond, [int(Level.ERROR), int(Level.WARN)], int(Level.OK))
@@ -109,7 +95,6 @@ def thresholds_for(
     KinematicsError
         Unknown measure; a determinant that is not there or always zero; missing thresholds, or in
         the wrong order.
-
     """
     if measure not in MEASURES:
         raise KinematicsError(

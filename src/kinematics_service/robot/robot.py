@@ -1,7 +1,4 @@
-"""
-A robot: one arm as its file describes it, with everything that can be known before it moves.
-
-"""
+"""A robot: one arm as its file describes it, with everything that can be known before it moves."""
 
 import os
 from dataclasses import dataclass, replace
@@ -48,7 +45,6 @@ class Robot(FrozenArrays):
         functions whose zeros are singular poses.
     description
         The robot file itself, in SI units.
-
     """
 
     READ_ONLY = ('limits', 'velocity_limits')
@@ -72,18 +68,12 @@ class Robot(FrozenArrays):
 
     @property
     def dof(self) -> int:
-        """
-        Return the number of joints n.
-
-        """
+        """Return the number of joints n."""
         return len(self.joint_names)
 
     @property
     def continuous(self) -> tuple[bool, ...]:
-        """
-        Return for each joint whether it turns without limits, so that its angle may wrap.
-
-        """
+        """Return for each joint whether it turns without limits, so that its angle may wrap."""
         return tuple(
             kind == 'revolute' and bool(np.all(np.isinf(limits)))
             for kind, limits in zip(self.joint_types, self.limits)
@@ -91,10 +81,7 @@ class Robot(FrozenArrays):
 
     @cached_property
     def arm(self) -> Arm:
-        """
-        Return chain, task, factors and thresholds as the kernel reads them.
-
-        """
+        """Return chain, task, factors and thresholds as the kernel reads them."""
         return Arm(
             self.chain,
             self.task.kernel_rows,
@@ -107,10 +94,7 @@ class Robot(FrozenArrays):
 
     @cached_property
     def measure_places(self) -> MeasurePlaces:
-        """
-        Return where the measures stand in a row of them.
-
-        """
+        """Return where the measures stand in a row of them."""
         return measure_places(self.dof, len(self.task.rows), len(self.factors.names))
 
     def __repr__(self) -> str:
@@ -125,7 +109,6 @@ def build_robot(description: RobotDescription) -> Robot:
     ------
     RobotFileError
         No joint moves the tool, or the thresholds do not fit the arm.
-
     """
     joints = description.joints
     variables = tuple(joint.variable for joint in joints)
@@ -169,10 +152,7 @@ def build_robot(description: RobotDescription) -> Robot:
 def with_singularity(
     robot: Robot, length: float | None = None, thresholds: Thresholds | None = None
 ) -> Robot:
-    """
-    Return the same robot judged with another characteristic length (m) or other thresholds.
-
-    """
+    """Return the same robot judged with another characteristic length (m) or other thresholds."""
     task = robot.task
     if length is not None and length != task.length:
         prismatic = [kind == 'prismatic' for kind in robot.joint_types]
@@ -197,7 +177,6 @@ def load_robot(name: str | os.PathLike[str]) -> Robot:
         Neither a file nor a bundled robot.
     RobotFileError
         The file is not a valid robot; the message has a line for each fault.
-
     """
     return build_robot(read_robot_file(find_robot_file(name)))
 
@@ -210,6 +189,5 @@ def robot_from_text(text: str, file: str = '<text>') -> Robot:
     ------
     RobotFileError
         The text is not a valid robot.
-
     """
     return build_robot(parse_robot(text, file))

@@ -1,7 +1,4 @@
-"""
-The task: which rows of the Jacobian singularities are judged by, and how the arm moves them.
-
-"""
+"""The task: which rows of the Jacobian singularities are judged by, and how the arm moves them."""
 
 import math
 from collections.abc import Sequence
@@ -50,7 +47,6 @@ class Task(FrozenArrays):
     row_scales : shape (m,), column_scales : shape (n,)
         What a unit of each row, in m, and of each joint, in rad, counts: the length for angular
         rows and for prismatic joints.
-
     """
 
     READ_ONLY = ('axes', 'rotation', 'row_scales', 'column_scales')
@@ -67,28 +63,19 @@ class Task(FrozenArrays):
 
     @cached_property
     def kernel_rows(self) -> TaskRows:
-        """
-        Return the rows as the kernel reads them.
-
-        """
+        """Return the rows as the kernel reads them."""
         return TaskRows(
             self.generic_rank, self.axes, self.rotation, self.row_scales, self.column_scales
         )
 
     @property
     def square(self) -> bool:
-        """
-        Return whether J_t is square, so that it has a determinant.
-
-        """
+        """Return whether J_t is square, so that it has a determinant."""
         return len(self.rows) == len(self.column_scales)
 
     @property
     def structurally_deficient(self) -> bool:
-        """
-        Return whether J_t has full rank at no pose at all.
-
-        """
+        """Return whether J_t has full rank at no pose at all."""
         return self.generic_rank < min(len(self.rows), len(self.column_scales))
 
 
@@ -107,7 +94,6 @@ def seeded_poses(limits: Floats, prismatic: Sequence[bool]) -> Floats:
     Returns
     -------
     shape (SEEDED_POSES, n), rad or m
-
     """
     low, high = np.array(limits[:, 0]), np.array(limits[:, 1])
     for j, slides in enumerate(prismatic):
@@ -169,7 +155,6 @@ def find_task(
     ------
     KinematicsError
         No joint moves the tool, or none moves the rows asked for.
-
     """
     q = seeded_poses(limits, prismatic)
     results = np.empty((len(q), chain.widths[kernel.JACOBIAN]))

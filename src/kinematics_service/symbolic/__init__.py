@@ -1,4 +1,3 @@
 """
 Exact derivations: frames, Jacobian, determinant, singular set; the only place that knows sympy.
-
 """

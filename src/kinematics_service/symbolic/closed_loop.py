@@ -1,7 +1,4 @@
-"""
-Coupling of a closed loop by implicit differentiation, for loops that are no parallelogram.
-
-"""
+"""Coupling of a closed loop by implicit differentiation, for loops that are no parallelogram."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -21,7 +18,6 @@ class LoopCoupling:
         d psi / d q, one row a passive joint.
     determinant
         Of d Phi / d psi: where it is 0 the loop is flat and may change its branch.
-
     """
 
     passive: Any
@@ -43,7 +39,6 @@ def loop_coupling(
         Phi, as many expressions as there are passive joints.
     actuated, passive
         Symbols q and psi.
-
     """
     phi = sympy.Matrix(constraint)
     by_passive = phi.jacobian(list(passive))

@@ -1,7 +1,4 @@
-"""
-The exact derivation of an arm: what a textbook does by hand, for every robot file.
-
-"""
+"""The exact derivation of an arm: what a textbook does by hand, for every robot file."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -58,7 +55,6 @@ class Derivation:
         C with (rows' theta and d) = C q + constants where a joint moves several rows; else None.
     singular_set
         Determinant, factors, sheets, ranks.
-
     """
 
     robot: Robot
@@ -76,42 +72,29 @@ class Derivation:
 
     @property
     def rotation(self) -> Any:
-        """
-        Return the rotation of the tool, 3 x 3.
-
-        """
+        """Return the rotation of the tool, 3 x 3."""
         return self.T[:3, :3]
 
     @property
     def position(self) -> Any:
-        """
-        Return the position of the tool, 3 x 1.
-
-        """
+        """Return the position of the tool, 3 x 1."""
         return self.T[:3, 3]
 
     @property
     def variables(self) -> tuple[Any, ...]:
-        """
-        Return the joint variables, in the order of the columns.
-
-        """
+        """Return the joint variables, in the order of the columns."""
         return self.names.variables
 
     @property
     def determinant(self) -> Any:
         """
         Return the determinant of the task rows as a product, or the product of singular values.
-
         """
         return self.singular_set.determinant.expression
 
     @property
     def factors(self) -> dict[str, Any]:
-        """
-        Return the factors of the determinant by name.
-
-        """
+        """Return the factors of the determinant by name."""
         return {factor.name: factor.expression for factor in self.singular_set.factors}
 
     def jacobian_in(self, frame: str | int = 'base', angular_first: bool = False) -> Any:
@@ -129,26 +112,19 @@ class Derivation:
         ------
         DerivationError
             There is no such frame.
-
         """
         J = self.exact.jacobian_in(frame)
         return self.exact.writer.matrix((*J[3:], *J[:3]) if angular_first else J)
 
     @cached_property
     def central_difference(self) -> float:
-        """
-        Return how far J is from central differences of T at a seeded pose, m and rad.
-
-        """
+        """Return how far J is from central differences of T at a seeded pose, m and rad."""
         return self.exact.bench.central_difference()
 
 
 @dataclass(frozen=True, eq=False)
 class Exact:
-    """
-    The arithmetic behind a derivation.
-
-    """
+    """The arithmetic behind a derivation."""
 
     arithmetic: Arithmetic
     frames: Frames
@@ -157,10 +133,7 @@ class Exact:
     J: Matrix
 
     def jacobian_in(self, frame: str | int) -> Matrix:
-        """
-        Return J in the axes of a frame.
-
-        """
+        """Return J in the axes of a frame."""
         if frame == 'base':
             return self.J
         if frame == 'tool':
@@ -193,7 +166,6 @@ def derive(
     ------
     DerivationError
         A name to lock is unknown, an angle is no fraction of a joint's, or the pose is too long.
-
     """
     tell = progress or (lambda _: None)
     tell('frames')

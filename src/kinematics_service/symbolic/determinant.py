@@ -29,7 +29,6 @@ class View:
         Six rows, or the task's rows.
     axes, point
         In words: whose axes the rows are in, and what their reference point is.
-
     """
 
     J: Matrix
@@ -55,7 +54,6 @@ class Minors:
         of `parts`.
     parts
         The rows and columns of each.
-
     """
 
     view: View
@@ -66,10 +64,7 @@ class Minors:
 
     @property
     def square(self) -> bool:
-        """
-        Return whether there is one determinant.
-
-        """
+        """Return whether there is one determinant."""
         return len(self.values) == 1
 
 
@@ -83,7 +78,6 @@ def simplest_view(frames: Frames, arithmetic: Arithmetic, rows: Sequence[int]) -
 
     Without all three rows of a kind the axes stay those of frame 0, and unless all six rows are
     asked for the point stays the tool.
-
     """
     whole = [set(part) <= set(rows) or not set(part) & set(rows) for part in (LINEAR, ANGULAR)]
     if not all(whole):
@@ -147,7 +141,6 @@ def minors_of(
         Number of joints.
     rank
         The generic rank of the task rows: the size of the minors.
-
     """
     values, parts = [], []
     for chosen_rows in combinations(rows, rank):
@@ -159,10 +152,7 @@ def minors_of(
 
 
 def determinant_of(matrix: Sequence[Sequence[Laurent]]) -> Laurent:
-    """
-    Return a determinant by minors along the rows, each minor once; zeros are skipped.
-
-    """
+    """Return a determinant by minors along the rows, each minor once; zeros are skipped."""
     ring = matrix[0][0].ring
     # Rows with the fewest terms last: the small minors, which are used most often, stay short.
     order = sorted(range(len(matrix)), key=lambda i: -sum(len(e) for e in matrix[i]))

@@ -1,7 +1,4 @@
-"""
-The zeros of a factor, solved for one joint, with the condition for them to exist.
-
-"""
+"""The zeros of a factor, solved for one joint, with the condition for them to exist."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -33,7 +30,6 @@ class Family:
         Where all of these are 0 every value of that joint is a solution; empty: nowhere.
     equation
         The factor, which is 0 there.
-
     """
 
     variable: Any
@@ -58,10 +54,7 @@ class _Solved:
 
 
 def family_of(value: Laurent, arithmetic: Arithmetic, writer: Writer) -> Family:
-    """
-    Return where a factor vanishes.
-
-    """
+    """Return where a factor vanishes."""
     equation = writer.expression(value)
     found = [
         solved

@@ -1,7 +1,4 @@
-"""
-Factors as texts of a robot file, and the check that they are the determinant's.
-
-"""
+"""Factors as texts of a robot file, and the check that they are the determinant's."""
 
 from typing import Any
 
@@ -22,10 +19,7 @@ POSES = 1000
 
 
 class FilePrinter(StrPrinter):  # type: ignore[misc]
-    """
-    Sympy expressions as a robot file writes them: no powers, decimals as decimals.
-
-    """
+    """Sympy expressions as a robot file writes them: no powers, decimals as decimals."""
 
     def _print_Pow(self, expr: Any, rational: bool = False) -> str:
         base, exponent = expr.as_base_exp()
@@ -44,10 +38,7 @@ class FilePrinter(StrPrinter):  # type: ignore[misc]
 
 
 def decimal(number: Any) -> str | None:
-    """
-    Return an exact decimal of a fraction, or None where there is none that is short.
-
-    """
+    """Return an exact decimal of a fraction, or None where there is none that is short."""
     q = int(number.q)
     for prime in (2, 5):
         while q % prime == 0:
@@ -65,7 +56,6 @@ def file_text(expression: Any, degrees: bool) -> str:
     ------
     DerivationError
         It has no such form, or is too long.
-
     """
     text = str(FilePrinter().doprint(expression))
     if degrees and expression.has(sympy.pi):
@@ -84,7 +74,6 @@ def factors_to_write(derivation: Derivation) -> dict[str, str]:
 
     Names are those of the file where it lists the factor already; a factor without one is called
     `singular`, or by its number.
-
     """
     degrees = derivation.robot.description.angle_unit == 'deg'
     texts: dict[str, str] = {}
@@ -105,7 +94,6 @@ def disagreement(derivation: Derivation, robot: Robot) -> float:
 
     The product, each factor to its power, is compared up to one constant at 1000 seeded poses
     inside the limits; without a determinant, with the common factors of its minors.
-
     """
     exact = derivation.exact
     q = exact.bench.random(POSES, within=True)
@@ -149,7 +137,6 @@ def checked_text(derivation: Derivation, text: str) -> None:
         It is not a valid robot file.
     DerivationError
         Its factors are not those of the determinant.
-
     """
     robot = robot_from_text(text, derivation.robot.description.file)
     error = disagreement(derivation, robot)

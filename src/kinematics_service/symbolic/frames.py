@@ -1,7 +1,4 @@
-"""
-The exact frames of an arm: each row's T, each T_0i, and the whole from base to tool.
-
-"""
+"""The exact frames of an arm: each row's T, each T_0i, and the whole from base to tool."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -35,7 +32,6 @@ class ExactRow:
     before, after : 4 x 4, constant
     theta, d
         A constant part and the factor of each joint variable; rad, the file's length unit.
-
     """
 
     before: Matrix
@@ -45,10 +41,7 @@ class ExactRow:
 
     @property
     def moves(self) -> bool:
-        """
-        Return whether a joint moves this row.
-
-        """
+        """Return whether a joint moves this row."""
         return bool(self.theta[1] or self.d[1])
 
 
@@ -69,7 +62,6 @@ class Frames:
         Frame 0, then the frame after each row, in the base frame.
     T_base_tool
         The whole.
-
     """
 
     rows: tuple[ExactRow, ...]
@@ -88,7 +80,6 @@ def frames_of(description: RobotDescription, arithmetic: Arithmetic) -> Frames:
     ------
     DerivationError
         The pose is too long to be worth writing out.
-
     """
     rows = tuple(_row(link, description, arithmetic) for link in description.links)
     transforms = tuple(

@@ -18,10 +18,7 @@ from .frames import ExactRow, Frames
 
 @dataclass(frozen=True)
 class Axis:
-    """
-    The axis one row of the table moves along: its direction z and a point o on it.
-
-    """
+    """The axis one row of the table moves along: its direction z and a point o on it."""
 
     row: int
     z: Vector
@@ -42,7 +39,6 @@ def axes_seen_from(frames: Frames, frame: int) -> tuple[Axis, ...]:
         The arm.
     frame
         0 for frame 0, i for the frame after row i, -1 for the base frame.
-
     """
     axes: list[Axis] = []
     for row, T in _row_starts(frames, frame):
@@ -76,7 +72,6 @@ def coupling(frames: Frames, arithmetic: Arithmetic) -> Any:
     Return C with (theta, d of each moving row) = C q + constants, a sympy matrix.
 
     Rows are theta of each moving row, then d where that moves too.
-
     """
     rows = []
     for row in frames.rows:
@@ -117,10 +112,7 @@ def _add_scaled(
 
 
 def geometric(frames: Frames, arithmetic: Arithmetic) -> Matrix:
-    """
-    Return J by z x (p - o) and z; of a prismatic joint [z; 0].
-
-    """
+    """Return J by z x (p - o) and z; of a prismatic joint [z; 0]."""
     p = tuple(frames.T_base_tool[i][3] for i in range(3))
 
     def column(axis: Axis) -> tuple[Vector, Vector]:
@@ -136,7 +128,6 @@ def screw_based(frames: Frames, arithmetic: Arithmetic) -> Matrix:
 
     s_o is added up link by link from the tool backwards, s_o(i) = s_o(i + 1) - R_i step_i, as in
     "000_823ec4230178d515.txt", lines 40-58; the rows are put linear first here.
-
     """
     ring = arithmetic.ring
     steps: dict[int, Vector] = {}
@@ -162,10 +153,7 @@ def _rotated(T: Matrix, column: Matrix) -> Vector:
 
 
 def analytic(frames: Frames, arithmetic: Arithmetic) -> Matrix:
-    """
-    Return J by dp/dq and vee(dR/dq R^T), with no axis and no vector product.
-
-    """
+    """Return J by dp/dq and vee(dR/dq R^T), with no axis and no vector product."""
     T = frames.T_base_tool
     R_t = tuple(tuple(T[j][i] for j in range(3)) for i in range(3))
     columns = []
@@ -187,7 +175,6 @@ def rotation_taken_out(frames: Frames, arithmetic: Arithmetic) -> Matrix:
     T = before screw(q) after, so that T' T^-1 = before screw' screw^-1 before^-1: each factor is
     differentiated alone and carried to the base. What is left is the velocity of the base's own
     origin; the tool's is that plus w x p, because T' diag(R^-1, 1) keeps the tool's position.
-
     """
     ring = arithmetic.ring
     p = tuple(frames.T_base_tool[i][3] for i in range(3))
@@ -216,10 +203,7 @@ def _carried(
 
 
 def derivative(matrix: Matrix, arithmetic: Arithmetic, variable: Any) -> Matrix:
-    """
-    Return the derivative of every entry by a joint variable.
-
-    """
+    """Return the derivative of every entry by a joint variable."""
     return tuple(tuple(arithmetic.derivative(entry, variable) for entry in row) for row in matrix)
 
 
@@ -232,17 +216,13 @@ METHODS: dict[str, Callable[[Frames, Arithmetic], Matrix]] = {
 
 
 def differences(one: Matrix, other: Matrix) -> int:
-    """
-    Return how many terms are left of the difference of two matrices: 0 where they are equal.
-
-    """
+    """Return how many terms are left of the difference of two matrices: 0 where they are equal."""
     return sum(len(a - b) for row, row_2 in zip(one, other) for a, b in zip(row, row_2))
 
 
 def in_axes_of(J: Matrix, T: Matrix) -> Matrix:
     """
     Return J in the axes of a frame whose pose in the base frame is T; the point stays the tool.
-
     """
     R_t = tuple(tuple(T[j][i] for j in range(3)) for i in range(3))
     return (*product(R_t, J[:3]), *product(R_t, J[3:]))

@@ -1,7 +1,4 @@
-"""
-What all minors of the task rows have in common, and what is left of them.
-
-"""
+"""What all minors of the task rows have in common, and what is left of them."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -29,7 +26,6 @@ def product_of(minors: Minors, arithmetic: Arithmetic) -> tuple[Factored, list[L
 
     Only the shortest minor is factored: what all have in common is among its factors, and whether
     one of them divides another minor is found by dividing.
-
     """
     values = sorted((value for value in minors.values if value), key=len)
     if not values:
@@ -54,7 +50,6 @@ def product_of(minors: Minors, arithmetic: Arithmetic) -> tuple[Factored, list[L
 def remainder_of(rests: Sequence[Laurent], writer: Writer, arithmetic: Arithmetic) -> Any:
     """
     Return sqrt of the sum of squares of what is left of the minors, its constant part outside.
-
     """
     if not rests:
         return sympy.Integer(1)
@@ -73,10 +68,7 @@ def remainder_of(rests: Sequence[Laurent], writer: Writer, arithmetic: Arithmeti
 
 
 def independent_columns(bench: Bench) -> tuple[int, ...]:
-    """
-    Return the joints left when those that only repeat others are left out, first ones first.
-
-    """
+    """Return the joints left when those that only repeat others are left out, first ones first."""
     J_t = bench.arm(bench.random(200)).J_t
     stacked = J_t.reshape(-1, J_t.shape[2])
     full = _column_rank(stacked)
@@ -94,8 +86,5 @@ def _column_rank(stacked: Floats) -> int:
 
 
 def generic_rank(bench: Bench) -> int:
-    """
-    Return the rank of the task rows at most poses.
-
-    """
+    """Return the rank of the task rows at most poses."""
     return rank_at(bench.arm(bench.random(200)).J_t)

@@ -1,7 +1,4 @@
-"""
-Velocity of the tool along a path q(t), and when the path crosses the singular set.
-
-"""
+"""Velocity of the tool along a path q(t), and when the path crosses the singular set."""
 
 import re
 from collections.abc import Mapping
@@ -24,10 +21,7 @@ BISECTIONS = 80
 
 @dataclass(frozen=True)
 class Crossing:
-    """
-    A time at which a factor vanishes.
-
-    """
+    """A time at which a factor vanishes."""
 
     time: float
     name: str
@@ -45,7 +39,6 @@ class Path:
         By t, rad and the file's length unit, per second.
     p, v, omega
         Position and velocities of the tool by t, base axes.
-
     """
 
     derivation: Derivation
@@ -56,10 +49,7 @@ class Path:
     omega: Any
 
     def sampled(self, expression: Any, times: Floats) -> Floats:
-        """
-        Return the values of an expression of t, with the lengths of the file.
-
-        """
+        """Return the values of an expression of t, with the lengths of the file."""
         numbers = expression.subs(dict(self.derivation.names.values))
         function = sympy.lambdify(TIME, numbers, 'numpy')
         return np.broadcast_to(function(times), times.shape).astype(float)
@@ -70,7 +60,6 @@ class Path:
 
         A factor that changes its sign is followed by halving; one that only touches zero is found
         at the smallest of its samples and marked.
-
         """
         found = []
         along = dict(zip(self.derivation.variables, self.q))
@@ -117,7 +106,6 @@ def parse_path(text: str, derivation: Derivation) -> dict[Any, Any]:
         A joint is missing, unknown, given twice, or its expression has other names than t.
     ExpressionError
         An expression cannot be read.
-
     """
     variables = {symbol.name: symbol for symbol in derivation.variables}
     known = ', '.join(variables)
@@ -143,10 +131,7 @@ def parse_path(text: str, derivation: Derivation) -> dict[Any, Any]:
 
 
 def along(derivation: Derivation, path: Mapping[Any, Any]) -> Path:
-    """
-    Return position and velocity of the tool along q(t).
-
-    """
+    """Return position and velocity of the tool along q(t)."""
     q = sympy.ImmutableMatrix([path[variable] for variable in derivation.variables])
     qdot = q.diff(TIME)
     values = dict(zip(derivation.variables, q))

@@ -1,7 +1,4 @@
-"""
-An arm's numbers at poses given in the file's units, for what is found by looking at poses.
-
-"""
+"""An arm's numbers at poses given in the file's units, for what is found by looking at poses."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -39,7 +36,6 @@ class Bench:
         Multiplies a joint position of the file's length unit; 1 for angles.
     rows
         Indices of the task rows.
-
     """
 
     robot: Robot
@@ -51,7 +47,6 @@ class Bench:
     def whole(self, q: Floats) -> Floats:
         """
         Return all joints in rad and m, shape (N, n), for the moving ones in the file's units.
-
         """
         result = np.tile(self.still, (len(q), 1))
         result[:, list(self.moving)] = q * self.to_si
@@ -67,7 +62,6 @@ class Bench:
             At most 1000.
         within
             Inside the joint limits; otherwise anywhere near them, full turns for angles.
-
         """
         robot = self.robot
         prismatic = [kind == 'prismatic' for kind in robot.joint_types]
@@ -80,7 +74,6 @@ class Bench:
     def inside(self, q: Floats) -> Floats:
         """
         Return whether poses are inside the joint limits, angles modulo full turns, shape (N,).
-
         """
         limits = self.robot.limits[list(self.moving)]
         si = q * self.to_si
@@ -95,10 +88,7 @@ class Bench:
         return good
 
     def arm(self, q: Floats) -> Arm:
-        """
-        Return the arm's numbers at poses in the file's units.
-
-        """
+        """Return the arm's numbers at poses in the file's units."""
         robot, moving = self.robot, list(self.moving)
         si = self.whole(q)
         J = jacobian(robot, si)[:, :, moving]
@@ -124,10 +114,7 @@ class Bench:
         )
 
     def central_difference(self) -> float:
-        """
-        Return how far J is from central differences of T at a seeded pose, m and rad.
-
-        """
+        """Return how far J is from central differences of T at a seeded pose, m and rad."""
         robot = self.robot
         q = self.whole(self.random(1))[0]
         J, R = jacobian(robot, q), forward_kinematics(robot, q)[:3, :3]
@@ -144,17 +131,11 @@ class Bench:
 
     @property
     def row_scales(self) -> Floats:
-        """
-        Return the factor of each task row: the characteristic length of angular ones.
-
-        """
+        """Return the factor of each task row: the characteristic length of angular ones."""
         return np.array([self.robot.task.length if i >= 3 else 1.0 for i in self.rows])
 
     def task_block(self, J: Floats, frames: Floats) -> Floats:
-        """
-        Return the scaled task rows, axes of frame 0, shape (N, m, moving).
-
-        """
+        """Return the scaled task rows, axes of frame 0, shape (N, m, moving)."""
         R_t = np.swapaxes(frames[:, 0, :3, :3], 1, 2)
         turned = np.concatenate([R_t @ J[:, :3], R_t @ J[:, 3:]], axis=1)
         slides = [self.robot.joint_types[j] == 'prismatic' for j in self.moving]
@@ -163,10 +144,7 @@ class Bench:
 
 
 def bench_of(robot: Robot, arithmetic: Arithmetic, rows: Sequence[int]) -> Bench:
-    """
-    Return the bench of a derivation.
-
-    """
+    """Return the bench of a derivation."""
     names = arithmetic.names
     unit = 0.001 if robot.description.length_unit == 'mm' else 1.0
     symbols = {symbol.name for symbol in names.variables}
@@ -185,8 +163,5 @@ def bench_of(robot: Robot, arithmetic: Arithmetic, rows: Sequence[int]) -> Bench
 
 
 def row_indices(robot: Robot) -> tuple[int, ...]:
-    """
-    Return the task rows as indices among x y z rx ry rz.
-
-    """
+    """Return the task rows as indices among x y z rx ry rz."""
     return tuple(ROW_NAMES.index(name) for name in robot.task.rows)

@@ -36,7 +36,6 @@ class Arm:
         Whether each joint turns.
     names
         Of the joint variables.
-
     """
 
     J: Floats
@@ -50,18 +49,12 @@ class Arm:
 
     @property
     def poses(self) -> int:
-        """
-        Return N.
-
-        """
+        """Return N."""
         return len(self.J)
 
 
 def parallel(one: Floats, other: Floats) -> bool:
-    """
-    Return whether directions (N, 3) are parallel at every pose.
-
-    """
+    """Return whether directions (N, 3) are parallel at every pose."""
     return bool(np.all(np.linalg.norm(np.cross(one, other), axis=-1) < ZERO))
 
 
@@ -71,7 +64,6 @@ def wrist_point(arm: Arm, angular: bool) -> Floats:
 
     Where the task has angular rows: the one in which the last three axes meet, else the last two;
     the tool otherwise.
-
     """
     turning = [j for j, turns in enumerate(arm.turns) if turns]
     if not angular or len(turning) < 3:
@@ -112,7 +104,6 @@ def name_of(arm: Arm, elsewhere: Arm, joints: Sequence[int], angular: bool) -> s
         Indices of the joints in the factor.
     angular
         Whether the task has angular rows.
-
     """
     if all(not arm.turns[j] for j in joints):
         return 'boom_length'
@@ -173,10 +164,7 @@ def _is_shoulder(arm: Arm, point: Floats) -> bool:
 
 
 def rank_at(J_t: Floats) -> int:
-    """
-    Return the rank most of the poses have.
-
-    """
+    """Return the rank most of the poses have."""
     sigma = np.linalg.svd(J_t, compute_uv=False)
     ranks = np.sum(sigma > ZERO * np.max(sigma), axis=1)
     return int(np.bincount(ranks).argmax())
@@ -200,7 +188,6 @@ def lost_motion(
         The rank at most poses; where that is not full, some motion is lost everywhere.
     scales : shape (m,)
         What the task rows of `J_t` are multiplied by.
-
     """
     U, sigma, _ = np.linalg.svd(arm.J_t)
     good = np.sum(sigma > ZERO * np.max(sigma), axis=1) == rank
@@ -269,7 +256,6 @@ def _direction(vectors: Floats, frames: Floats) -> str | None:
 def idle_motion(arm: Arm, rank: int) -> str | None:
     """
     Return in words the joint motion that does not move the task, if it is the same everywhere.
-
     """
     n = arm.J_t.shape[2]
     sigma, right = np.linalg.svd(arm.J_t)[1:]

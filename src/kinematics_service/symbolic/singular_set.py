@@ -1,6 +1,5 @@
 """
 The singular set of an arm: factors with names, sheets, ranks, what is lost, where sheets cross.
-
 """
 
 from collections.abc import Sequence
@@ -47,7 +46,6 @@ class SingularFactor:
         In words: the motion that cannot be made, and the joint motion that makes none.
     within_limits
         Whether poses of the sheet are inside the joint limits, with the lengths of the file.
-
     """
 
     name: str
@@ -63,10 +61,7 @@ class SingularFactor:
 
 @dataclass(frozen=True)
 class Crossing:
-    """
-    Where several sheets meet.
-
-    """
+    """Where several sheets meet."""
 
     names: tuple[str, ...]
     rank: int
@@ -96,7 +91,6 @@ class Determinant:
         How many there are.
     identically_zero
         Whether it is 0 at every pose.
-
     """
 
     square: bool
@@ -130,7 +124,6 @@ class SingularSet:
     complete
         Whether the sheets are all there is; False where a remainder may vanish too, or where the
         product was not fully split.
-
     """
 
     determinant: Determinant
@@ -144,10 +137,7 @@ class SingularSet:
 def singular_factors(
     product: Factored, bench: Bench, arithmetic: Arithmetic, writer: Writer, names: Names
 ) -> tuple[SingularFactor, ...]:
-    """
-    Return the factors with their names and what their sheets mean.
-
-    """
+    """Return the factors with their names and what their sheets mean."""
     robot = bench.robot
     listed = file_factors(robot, names)
     elsewhere = bench.arm(bench.random(200))
@@ -190,10 +180,7 @@ def singular_factors(
 
 
 def file_factors(robot: Robot, names: Names) -> dict[str, Any]:
-    """
-    Return the factors a robot file lists, as sympy expressions with joint angles in rad.
-
-    """
+    """Return the factors a robot file lists, as sympy expressions with joint angles in rad."""
     in_file: dict[Any, Any] = {}
     if robot.description.angle_unit == 'deg':
         kinds = dict(zip(robot.variables, robot.joint_types))
@@ -219,10 +206,7 @@ def _listed_name(
 
 
 def evaluated(expression: Any, names: Names, q: Floats) -> Floats:
-    """
-    Return the values of a sympy expression at poses (..., n), with the lengths of the file.
-
-    """
+    """Return the values of a sympy expression at poses (..., n), with the lengths of the file."""
     function = sympy.lambdify(names.variables, expression.subs(dict(names.values)), 'numpy')
     return np.broadcast_to(function(*np.moveaxis(q, -1, 0)), q.shape[:-1]).astype(float)
 
@@ -230,7 +214,6 @@ def evaluated(expression: Any, names: Names, q: Floats) -> Floats:
 def sheet_poses(bench: Bench, functions: Sequence[Numbers]) -> Floats:
     """
     Return seeded poses where all functions vanish; few or none where they have no common zero.
-
     """
     starts = bench.random()
     scaled = [
@@ -245,10 +228,7 @@ def sheet_poses(bench: Bench, functions: Sequence[Numbers]) -> Floats:
 def crossings_of(
     product: Factored, factors: Sequence[SingularFactor], bench: Bench, arithmetic: Arithmetic
 ) -> tuple[Crossing, ...]:
-    """
-    Return where two sheets meet, and all of them where there are more.
-
-    """
+    """Return where two sheets meet, and all of them where there are more."""
     count = len(factors)
     groups: list[tuple[int, ...]] = [*combinations(range(count), 2)]
     if count > 2:
@@ -266,8 +246,5 @@ def crossings_of(
 
 
 def row_names(rows: Sequence[int]) -> tuple[str, ...]:
-    """
-    Return names of task rows.
-
-    """
+    """Return names of task rows."""
     return tuple(ROW_NAMES[i] for i in rows)

@@ -1,6 +1,5 @@
 """
 Polynomials in exp(i q) written as people write them: sines and cosines of the arm's own angles.
-
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -39,7 +38,6 @@ class Basis:
         Sympy expressions, one an angle generator.
     to_angles
         Integers: row k holds the exponents that angle generator k contributes to each angle.
-
     """
 
     angles: tuple[Any, ...]
@@ -57,7 +55,6 @@ class Writer:
         Angles summed along parallel joints, and the joint angles themselves.
     divisor
         Of a polynomial that is written as it is, without tidying; None: tidied.
-
     """
 
     arithmetic: Arithmetic
@@ -68,10 +65,7 @@ class Writer:
     _written: dict[Any, Any] = field(default_factory=dict)
 
     def expression(self, value: Laurent) -> Any:
-        """
-        Return a sympy expression of a real polynomial, in the shortest of a few forms.
-
-        """
+        """Return a sympy expression of a real polynomial, in the shortest of a few forms."""
         if not value:
             return sympy.Integer(0)
         key = (frozenset(value.real.items()), frozenset(value.imaginary.items()), value.divisor)
@@ -95,10 +89,7 @@ class Writer:
         return expression.xreplace({symbol: number for number, symbol in self._numbers.items()})
 
     def matrix(self, rows: Matrix) -> Any:
-        """
-        Return a sympy matrix, immutable.
-
-        """
+        """Return a sympy matrix, immutable."""
         return sympy.ImmutableMatrix([[self.expression(entry) for entry in row] for row in rows])
 
     def _split(self, value: Laurent) -> dict[Exponents, Terms]:
@@ -224,7 +215,6 @@ def _times_i(groups: Mapping[Exponents, Terms]) -> dict[Exponents, Terms]:
 def writer_of(frames: Frames, arithmetic: Arithmetic) -> Writer:
     """
     Return the writer of an arm: its angles are sums along parallel joints where there are such.
-
     """
     variables = arithmetic.names.variables
     singles = _basis(arithmetic, [_unit_vector(k, len(variables)) for k in range(len(variables))])

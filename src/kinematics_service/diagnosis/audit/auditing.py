@@ -1,7 +1,4 @@
-"""
-One audit from the open file to the finished findings.
-
-"""
+"""One audit from the open file to the finished findings."""
 
 import math
 import time
@@ -39,10 +36,7 @@ MOST_NAMES = 12
 
 
 class Moment(NamedTuple):
-    """
-    A worst moment: what was extreme, the row of the timeline, and the value in words.
-
-    """
+    """A worst moment: what was extreme, the row of the timeline, and the value in words."""
 
     what: str
     row: int
@@ -66,7 +60,6 @@ class Audit:
         The second source of poses, or why it is not compared; None where there is none.
     phases : s
         Time each part of the work took.
-
     """
 
     robot: Robot
@@ -89,27 +82,18 @@ class Audit:
 
     @property
     def refused(self) -> dict[str, int]:
-        """
-        Return the number of messages without a state of their own, by reason.
-
-        """
+        """Return the number of messages without a state of their own, by reason."""
         other = (ACCEPTED, NOT_STAMPED, RESETS, NOT_OURS)
         return {reason: n for reason, n in self.counts.items() if n and reason not in other}
 
     @property
     def damaged(self) -> bool:
-        """
-        Return whether the file does not have the checksums it was written with.
-
-        """
+        """Return whether the file does not have the checksums it was written with."""
         return any(remark.level == Level.ERROR for remark in self.remarks)
 
 
 class Listener(NamedTuple):
-    """
-    Who is told of the work while it goes on: number of messages; each batch with its block.
-
-    """
+    """Who is told of the work while it goes on: number of messages; each batch with its block."""
 
     progress: Callable[[int], None] = lambda messages: None
     part: Callable[[Part], None] = lambda part: None
@@ -130,7 +114,6 @@ def audit(
     ------
     AuditError
         No message makes a state of the arm, or the file is damaged.
-
     """
     settings = settings or EstimatorSettings()
     listener = listener or Listener()

@@ -1,7 +1,4 @@
-"""
-From blocks of messages to a timeline: the kernel in batches, the judging message by message.
-
-"""
+"""From blocks of messages to a timeline: the kernel in batches, the judging message by message."""
 
 import dataclasses
 from collections.abc import Callable, Iterable
@@ -27,10 +24,7 @@ MOST_SAID = 10_000
 
 
 def part_singularity(singularity: Singularity, k: int, moving: bool) -> Singularity:
-    """
-    Return the measures of one pose of a batch; `moving`: its velocities are known.
-
-    """
+    """Return the measures of one pose of a batch; `moving`: its velocities are known."""
     values: dict[str, Any] = {}
     for field in dataclasses.fields(Singularity):
         value = getattr(singularity, field.name)
@@ -59,7 +53,6 @@ class Computer:
         The arm; where its messages go in.
     base_frame, joint_prefix
         As the node's parameters, for the words of a warning.
-
     """
 
     def __init__(self, robot: Robot, ingest: Ingest, base_frame: str, joint_prefix: str) -> None:
@@ -74,10 +67,7 @@ class Computer:
         blocks: Iterable[Block | Unreadable],
         each: Callable[[Block | Unreadable, Part | None], None],
     ) -> Timeline:
-        """
-        Return the timeline of all blocks; `each` is called with every one and what it made.
-
-        """
+        """Return the timeline of all blocks; `each` is called with every one and what it made."""
         for block in blocks:
             if isinstance(block, Unreadable):
                 self._ingest.refuse(block)
@@ -167,7 +157,4 @@ class Computer:
 
 
 class NoStateError(Exception):
-    """
-    No message made a state; why is for the caller to say.
-
-    """
+    """No message made a state; why is for the caller to say."""

@@ -1,7 +1,4 @@
-"""
-Curves over time, read in pieces and thinned so that no spike is lost.
-
-"""
+"""Curves over time, read in pieces and thinned so that no spike is lost."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -30,7 +27,6 @@ class Curve:
         The points; all values are finite.
     begins : shape (M,)
         Whether the line begins anew at a point.
-
     """
 
     name: str
@@ -41,10 +37,7 @@ class Curve:
 
 
 def across(t: Floats, end: float) -> Floats:
-    """
-    Return where times stand in the drawing.
-
-    """
+    """Return where times stand in the drawing."""
     return t * (WIDTH / end) if end else np.full(len(t), 0.5 * WIDTH)
 
 
@@ -62,7 +55,6 @@ def curve_of(
         Of the time axis.
     pieces
         Times, values, and whether the curve is interrupted before a row.
-
     """
     drawn: list[tuple[Floats, Floats, np.ndarray]] = []  # type: ignore[type-arg]
     count = held = groups = 0

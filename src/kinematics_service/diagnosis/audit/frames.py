@@ -1,6 +1,5 @@
 """
 The poses of a second source beside those of the recording: the frame doctor's part of an audit.
-
 """
 
 from dataclasses import dataclass
@@ -37,7 +36,6 @@ class FrameSettings(NamedTuple):
         Joint states around a pose may be so far apart; None: three usual intervals.
     limits
         From where on what remains is worth a warning, and bad.
-
     """
 
     gap: float | None = None
@@ -70,7 +68,6 @@ class FrameReport:
         Time in the recording of each compared pose.
     position, rotation : shape (M,), m and rad
         What remains with the constant offsets.
-
     """
 
     name: str
@@ -90,18 +87,12 @@ class FrameReport:
 
     @property
     def failed(self) -> bool:
-        """
-        Return whether a gate that asks for agreement is to fail.
-
-        """
+        """Return whether a gate that asks for agreement is to fail."""
         return self.level == Level.ERROR
 
 
 class NotCompared(NamedTuple):
-    """
-    Poses of a second source that cannot be compared; `reason` is a sentence.
-
-    """
+    """Poses of a second source that cannot be compared; `reason` is a sentence."""
 
     name: str
     frame: str
@@ -110,20 +101,14 @@ class NotCompared(NamedTuple):
 
     @property
     def failed(self) -> bool:
-        """
-        Return whether a gate that asks for agreement is to fail: nothing is known of any.
-
-        """
+        """Return whether a gate that asks for agreement is to fail: nothing is known of any."""
         return True
 
 
 def frames_of(
     robot: Robot, track: PoseTrack, timeline: Timeline, settings: FrameSettings
 ) -> FrameReport | NotCompared:
-    """
-    Return how the poses of a second source compare with the recording's, or why they cannot.
-
-    """
+    """Return how the poses of a second source compare with the recording's, or why they cannot."""
     none = NotCompared(track.name, track.frame, track.total or len(track.stamps), track.refused)
     if track.refused:
         return none

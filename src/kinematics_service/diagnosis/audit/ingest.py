@@ -25,7 +25,6 @@ SHORTEST_RUN = 8
 class Silence(NamedTuple):
     """
     A joint was not heard for the timeout: the node says STALE at `moment` (ns, of the recording).
-
     """
 
     moment: int
@@ -51,7 +50,6 @@ class Known:
         Whether the estimator forgot everything just before.
     silences : by row
         What was silent before a row.
-
     """
 
     messages: Times
@@ -68,10 +66,7 @@ class Known:
 
 
 class Example(NamedTuple):
-    """
-    The first message refused for a reason.
-
-    """
+    """The first message refused for a reason."""
 
     message: int
     stamp: int
@@ -88,7 +83,6 @@ class Ingest:
         Messages by what became of them, as the node counts them.
     examples
         The first message of each reason.
-
     """
 
     def __init__(self, robot: Robot, estimator: Estimator) -> None:
@@ -105,17 +99,11 @@ class Ingest:
 
     @property
     def counts(self) -> Counter[str]:
-        """
-        Return the estimator's own counts.
-
-        """
+        """Return the estimator's own counts."""
         return self._estimator.counts
 
     def take(self, block: Block) -> Known:
-        """
-        Return what is known after each message of the next block that makes a state.
-
-        """
+        """Return what is known after each message of the next block that makes a state."""
         rows = _Rows(*self._pending)
         for begin, end in self._runs(block):
             k = begin
@@ -132,10 +120,7 @@ class Ingest:
         return rows.known(self._robot.dof)
 
     def refuse(self, message: Unreadable) -> None:
-        """
-        Count a message that cannot be read, as the node does.
-
-        """
+        """Count a message that cannot be read, as the node does."""
         self.counts[UNREADABLE] += 1
         if UNREADABLE not in self.examples:
             self.examples[UNREADABLE] = Example(self._message, 0, message.reason)

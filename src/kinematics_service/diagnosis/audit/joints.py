@@ -1,7 +1,4 @@
-"""
-What each joint did: range, limits, jumps, and its reported velocity against its positions.
-
-"""
+"""What each joint did: range, limits, jumps, and its reported velocity against its positions."""
 
 import math
 from collections.abc import Iterator
@@ -32,7 +29,6 @@ MOST_JUMPS = 100
 class Jump(NamedTuple):
     """
     A step of a joint (rad or m) that its speed does not explain; `row` is the state after it.
-
     """
 
     row: int
@@ -60,7 +56,6 @@ class JointReport(NamedTuple):
     check
         None where the messages report no velocity, or the joint stands still as far as the noise
         of its positions lets one tell.
-
     """
 
     name: str
@@ -80,10 +75,7 @@ class JointReport(NamedTuple):
 
 
 def joint_reports(robot: Robot, timeline: Timeline) -> tuple[JointReport, ...]:
-    """
-    Return what each joint did, in the order of the arm.
-
-    """
+    """Return what each joint did, in the order of the arm."""
     return tuple(_report(robot, timeline, j) for j in range(robot.dof))
 
 
@@ -128,10 +120,7 @@ def _report(robot: Robot, timeline: Timeline, j: int) -> JointReport:
 
 
 def look_like_degrees(reports: tuple[JointReport, ...]) -> bool:
-    """
-    Return whether positions are so far beyond the limits that they may be degrees.
-
-    """
+    """Return whether positions are so far beyond the limits that they may be degrees."""
     turning = [report for report in reports if not report.sliding]
     far = [report for report in turning if report.worst_beyond > DEGREES_BEYOND]
     wild = [r for r in turning if math.isinf(r.upper) and r.greatest - r.least > 10 * math.tau]
@@ -139,10 +128,7 @@ def look_like_degrees(reports: tuple[JointReport, ...]) -> bool:
 
 
 def jumps_of(robot: Robot, timeline: Timeline) -> tuple[int, tuple[Jump, ...]]:
-    """
-    Return how many jumps there are, and the first of them.
-
-    """
+    """Return how many jumps there are, and the first of them."""
     longest = longest_interval(median(lambda: _forwards(timeline)))
     joints = [Unwrapped(bool(wraps)) for wraps in robot.continuous]
     before: list[Floats] = [np.zeros(0)] * robot.dof

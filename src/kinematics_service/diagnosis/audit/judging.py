@@ -1,7 +1,4 @@
-"""
-The level of each state and what the node would have said, from the measures of a batch.
-
-"""
+"""The level of each state and what the node would have said, from the measures of a batch."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -23,7 +20,6 @@ class Judged(NamedTuple):
     Levels (N,) with hysteresis, and the rows at which something is said.
 
     `silences` are those that are said, with the row they come before.
-
     """
 
     levels: Levels
@@ -48,10 +44,7 @@ def _levels_after(thresholds: Thresholds, values: Floats) -> npt.NDArray[np.int8
 
 @dataclass
 class Judge:
-    """
-    Judges states in their order; its memory is the node's alarm.
-
-    """
+    """Judges states in their order; its memory is the node's alarm."""
 
     thresholds: Thresholds
     alarm: Alarm = Alarm()
@@ -79,7 +72,6 @@ class Judge:
             Steady clock.
         silences
             What was silent before a row.
-
         """
         levels = self._levels(values, silences)
         before = np.concatenate([[self.alarm.level], levels[:-1]])

@@ -38,7 +38,6 @@ class Track(NamedTuple):
         The usual one of the states, NaN where there are fewer than two.
     states_at, states : shapes (K,), ns, and (K, n), rad or m
         The states around the poses, by rising stamp.
-
     """
 
     poses: Times
@@ -53,10 +52,7 @@ class Track(NamedTuple):
 
 
 def joined(robot: Robot, track: PoseTrack, timeline: Timeline) -> Track:
-    """
-    Return the poses of a second source with the joint positions of a recording.
-
-    """
+    """Return the poses of a second source with the joint positions of a recording."""
     around = Neighbourhoods(robot, track)
     for begin in range(0, len(timeline), LARGEST_BLOCK):
         rows = slice(begin, begin + LARGEST_BLOCK)
@@ -71,7 +67,6 @@ class Neighbourhoods:
     Poses that bring their joint positions along are followed at even steps. Of others it is not
     known which are within the recording: all are followed, and every second one is given up each
     time that there are twice as many as are wanted.
-
     """
 
     def __init__(self, robot: Robot, track: PoseTrack) -> None:
@@ -88,10 +83,7 @@ class Neighbourhoods:
         self._waiting = 0
 
     def take(self, stamps: Times, t: Floats, q: Floats) -> None:
-        """
-        Keep those of the next states that are around a pose.
-
-        """
+        """Keep those of the next states that are around a pose."""
         if not len(self._order):
             return
         # Where stamps step back, only what goes beyond all before is used.
@@ -137,10 +129,7 @@ class Neighbourhoods:
         return keep
 
     def track(self) -> Track:
-        """
-        Return the poses followed, with the joint positions at their times.
-
-        """
+        """Return the poses followed, with the joint positions at their times."""
         if self._parts:
             self._gather()
         order, at, stamps = (

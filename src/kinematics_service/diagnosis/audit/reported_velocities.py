@@ -1,7 +1,4 @@
-"""
-Reported velocities of a joint against differences of its positions.
-
-"""
+"""Reported velocities of a joint against differences of its positions."""
 
 import math
 from collections.abc import Iterator
@@ -45,7 +42,6 @@ class VelocityCheck(NamedTuple):
         By which the velocities come late, 0 where none is believable.
     scale
         Reported over differentiated: -1 a wrong sign, 57.3 degrees; 1 where none is believable.
-
     """
 
     rms: float
@@ -60,20 +56,14 @@ class VelocityCheck(NamedTuple):
 
 @dataclass
 class Unwrapped:
-    """
-    Positions of a joint without the jumps of a full turn, as `numpy.unwrap` takes them all.
-
-    """
+    """Positions of a joint without the jumps of a full turn, as `numpy.unwrap` takes them all."""
 
     wraps: bool
     _last: Floats = field(default_factory=lambda: np.zeros(0))
     _turns: float = 0.0
 
     def take(self, q: Floats) -> Floats:
-        """
-        Return the next positions, shape (N,), N > 0.
-
-        """
+        """Return the next positions, shape (N,), N > 0."""
         if not self.wraps:
             return q
         last = self._last if len(self._last) else q[:1]
@@ -88,18 +78,12 @@ class Unwrapped:
 
 
 def longest_interval(forwards: float) -> float:
-    """
-    Return up to which interval (ns) a state follows the one before it, from their median.
-
-    """
+    """Return up to which interval (ns) a state follows the one before it, from their median."""
     return LONGEST * forwards
 
 
 class _Piece(NamedTuple):
-    """
-    Messages with news of a joint, after the one that came before them.
-
-    """
+    """Messages with news of a joint, after the one that came before them."""
 
     q: Floats
     reported: Floats
@@ -109,10 +93,7 @@ class _Piece(NamedTuple):
 
 
 class _Intervals(NamedTuple):
-    """
-    Between them: mean velocity, mean of the reported ones at the ends, and which to use.
-
-    """
+    """Between them: mean velocity, mean of the reported ones at the ends, and which to use."""
 
     mean: Floats
     ends: Floats
@@ -121,10 +102,7 @@ class _Intervals(NamedTuple):
 
 @dataclass
 class _Joint:
-    """
-    One joint of a recording, to be read several times.
-
-    """
+    """One joint of a recording, to be read several times."""
 
     timeline: Timeline
     j: int
@@ -179,7 +157,6 @@ class _Joint:
 def velocity_check(timeline: Timeline, j: int, wraps: bool) -> VelocityCheck | None:
     """
     Return how the reported velocities of joint j agree; None where there is nothing to compare.
-
     """
     joint = _Joint(timeline, j, wraps)
     joint.longest = longest_interval(median(joint.forwards))
@@ -252,10 +229,7 @@ def _lag(joint: _Joint, count: int, rms: float) -> float:
 
 
 class _Trial:
-    """
-    Velocities looked up at shifted times, as soon as what comes after them is known.
-
-    """
+    """Velocities looked up at shifted times, as soon as what comes after them is known."""
 
     def __init__(self, shifts: Floats) -> None:
         self._shifts = shifts

@@ -1,7 +1,4 @@
-"""
-How the messages of a recording came: rate, gaps, repeated stamps, names that change order.
-
-"""
+"""How the messages of a recording came: rate, gaps, repeated stamps, names that change order."""
 
 from collections import Counter
 from collections.abc import Iterator
@@ -22,7 +19,6 @@ MOST_LISTED = 100
 class Gap(NamedTuple):
     """
     Nothing was measured from the stamp `after` (ns) for `seconds`; `message` is the next one.
-
     """
 
     message: int
@@ -31,10 +27,7 @@ class Gap(NamedTuple):
 
 
 class NameOrder(NamedTuple):
-    """
-    The joints of the arm in the order one kind of message names them.
-
-    """
+    """The joints of the arm in the order one kind of message names them."""
 
     joints: tuple[str, ...]
     others: int
@@ -71,7 +64,6 @@ class Stream:
         How often two messages in a row name them differently.
     delay_median, delay_longest : s
         From stamp to receipt; 0 where there are no stamps.
-
     """
 
     messages: int
@@ -94,18 +86,12 @@ class Stream:
 
     @property
     def rate(self) -> float:
-        """
-        Return messages per second by the median interval, 0 where there are no stamps.
-
-        """
+        """Return messages per second by the median interval, 0 where there are no stamps."""
         return 1.0 / self.median_interval if self.median_interval > 0.0 else 0.0
 
 
 class StreamWatch:
-    """
-    Collects what a `Stream` says while blocks go by.
-
-    """
+    """Collects what a `Stream` says while blocks go by."""
 
     def __init__(self, joint_names: tuple[str, ...]) -> None:
         self._ours = set(joint_names)
@@ -121,10 +107,7 @@ class StreamWatch:
         self._count = 0
 
     def take(self, block: Block | Unreadable) -> None:
-        """
-        Look at the next block.
-
-        """
+        """Look at the next block."""
         if isinstance(block, Unreadable):
             self._count += 1
             return
@@ -146,10 +129,7 @@ class StreamWatch:
         self._count += len(block)
 
     def stream(self) -> Stream:
-        """
-        Return what there was.
-
-        """
+        """Return what there was."""
         stamps, delays = self._stamps, self._delays
         forwards = median(lambda: (steps[steps > 0] for _, steps in self._steps()))
         longest = max(GAP * forwards, SHORTEST_GAP)

@@ -1,7 +1,4 @@
-"""
-Stretches of a recording near a singularity, each with its name, duration and worst moment.
-
-"""
+"""Stretches of a recording near a singularity, each with its name, duration and worst moment."""
 
 import math
 from collections.abc import Iterator
@@ -19,10 +16,7 @@ from .timeline import Timeline
 
 
 class Passed(NamedTuple):
-    """
-    A named factor near its zero: its least distance (rad) and the row of the timeline.
-
-    """
+    """A named factor near its zero: its least distance (rad) and the row of the timeline."""
 
     name: str
     distance: float
@@ -53,7 +47,6 @@ class Stretch(NamedTuple):
         At the worst moment, in words: the tool's lost motion, the joints against each other.
     q : shape (n,), rad or m
         Joint positions at the worst moment.
-
     """
 
     first: int
@@ -72,37 +65,25 @@ class Stretch(NamedTuple):
 
     @property
     def seconds(self) -> float:
-        """
-        Return how long it lasts, s.
-
-        """
+        """Return how long it lasts, s."""
         return self.end - self.begin
 
 
 def watched_values(robot: Robot, timeline: Timeline, rows: slice) -> Floats:
-    """
-    Return the watched measure of some states, |det| for the determinant, shape (N,).
-
-    """
+    """Return the watched measure of some states, |det| for the determinant, shape (N,)."""
     values: Floats = np.abs(timeline.measures[robot.thresholds.measure][rows])
     return values
 
 
 def badness(robot: Robot, values: Floats) -> Floats:
-    """
-    Return values of the watched measure with the sign that makes the larger one the worse.
-
-    """
+    """Return values of the watched measure with the sign that makes the larger one the worse."""
     sign = -1.0 if MEASURES[robot.thresholds.measure].small_is_bad else 1.0
     worse: Floats = np.where(np.isnan(values), np.inf, sign * values)
     return worse
 
 
 def stretches_of(robot: Robot, timeline: Timeline) -> tuple[Stretch, ...]:
-    """
-    Return the stretches near a singularity, in their order.
-
-    """
+    """Return the stretches near a singularity, in their order."""
     return tuple(_stretch(robot, timeline, first, last) for first, last in _runs(timeline))
 
 

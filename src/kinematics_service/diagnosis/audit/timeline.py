@@ -1,7 +1,4 @@
-"""
-What is known of an arm at every message of a recording, in columns.
-
-"""
+"""What is known of an arm at every message of a recording, in columns."""
 
 from typing import NamedTuple
 
@@ -29,7 +26,6 @@ MEASURE_NAMES = (
 class Said(NamedTuple):
     """
     A warning as the node would have published it; `row` is the state it belongs to or precedes.
-
     """
 
     row: int
@@ -70,7 +66,6 @@ class Timeline:
         Whether the state was stale just before.
     said
         What the node would have said.
-
     """
 
     def __init__(self, robot: Robot) -> None:
@@ -91,10 +86,7 @@ class Timeline:
 
     @property
     def end(self) -> float:
-        """
-        Return the time of the last state, s.
-
-        """
+        """Return the time of the last state, s."""
         return float(self.t[-1])
 
     def append(
@@ -105,10 +97,7 @@ class Timeline:
         levels: Levels,
         turned: Flags,
     ) -> None:
-        """
-        Add the next batch of states.
-
-        """
+        """Add the next batch of states."""
         moving = ~np.any(np.isnan(known.qdot), axis=1)
         twist = np.where(moving[:, None], state.twist, np.nan)
         silent = np.zeros(len(known), dtype=bool)
@@ -145,7 +134,6 @@ class Part(NamedTuple):
     A batch of states with everything the node would publish of them.
 
     `first` is the number of its first state, and `said` what is said at its states.
-
     """
 
     first: int

@@ -1,7 +1,4 @@
-"""
-What a tired person needs to know first: the verdict in sentences, worst first.
-
-"""
+"""What a tired person needs to know first: the verdict in sentences, worst first."""
 
 import math
 from typing import NamedTuple
@@ -21,37 +18,25 @@ VELOCITY_SHARE = 0.2
 
 
 class Sentence(NamedTuple):
-    """
-    One finding: `level` OK, WARN or ERROR.
-
-    """
+    """One finding: `level` OK, WARN or ERROR."""
 
     level: Level
     text: str
 
 
 class Verdict(NamedTuple):
-    """
-    The findings in the order to read them; the first says it all.
-
-    """
+    """The findings in the order to read them; the first says it all."""
 
     sentences: tuple[Sentence, ...]
 
     @property
     def level(self) -> Level:
-        """
-        Return the worst level.
-
-        """
+        """Return the worst level."""
         return max(sentence.level for sentence in self.sentences)
 
 
 def seconds(time: float) -> str:
-    """
-    Return a duration a person reads: 0.04 s, 3.2 s, 2 min 5 s, 1 h 3 min.
-
-    """
+    """Return a duration a person reads: 0.04 s, 3.2 s, 2 min 5 s, 1 h 3 min."""
     if time < 60.0:
         return f'{time:.3g} s'
     if time < 3600.0:
@@ -60,18 +45,12 @@ def seconds(time: float) -> str:
 
 
 def count(number: int, noun: str) -> str:
-    """
-    Return a number with its noun: `1 message`, `2 messages`.
-
-    """
+    """Return a number with its noun: `1 message`, `2 messages`."""
     return f'{number:,} {noun}' + ('' if number == 1 else 's')
 
 
 def verdict_of(audit: Audit) -> Verdict:
-    """
-    Return the findings in words.
-
-    """
+    """Return the findings in words."""
     sentences = [*_not_judged(audit), _singular(audit), *_limits(audit), *_frames(audit)]
     if not audit.planned:
         sentences += [*_messages(audit), *_stream(audit), *_velocities(audit)]

@@ -1,6 +1,5 @@
 """
 Compares the tool poses of a robot file with those of a second source, and says what is wrong.
-
 """
 
 from .causes import Cause as Cause

@@ -1,6 +1,5 @@
 """
 Causes of what remains between two sources of poses: each is undone, and what is left compared.
-
 """
 
 from dataclasses import dataclass
@@ -61,7 +60,6 @@ class Cause:
         What remains then.
     base_offset, tool_offset : shape (4, 4)
         The offsets then; see `FrameDiagnosis`.
-
     """
 
     key: str
@@ -83,7 +81,6 @@ class Causes(NamedTuple):
         Those that explain at least two thirds.
     likely
         Those that explain most of it, but not two thirds; empty where some are named.
-
     """
 
     named: tuple[Cause, ...] = ()
@@ -91,10 +88,7 @@ class Causes(NamedTuple):
 
 
 def causes_of(given: Given, A: Floats, fit: Fit) -> Causes:
-    """
-    Return the causes that explain what `fit` leaves between A (N, 4, 4) and the poses.
-
-    """
+    """Return the causes that explain what `fit` leaves between A (N, 4, 4) and the poses."""
     tried = [*_whole(given, fit), *_numbers(given, A, fit), *_lag(given, A, fit)]
     best = max((cause.ratio for cause in tried), default=0.0)
 

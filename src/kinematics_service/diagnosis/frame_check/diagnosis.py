@@ -1,7 +1,4 @@
-"""
-The diagnosis: constant offsets, what remains, and the cause that was tested to explain it.
-
-"""
+"""The diagnosis: constant offsets, what remains, and the cause that was tested to explain it."""
 
 from dataclasses import dataclass
 
@@ -32,10 +29,7 @@ LEAST, LEAST_FOR_CAUSE = 3, 8
 
 
 class FramesError(KinematicsError, ValueError):
-    """
-    Poses or joint positions that cannot be compared.
-
-    """
+    """Poses or joint positions that cannot be compared."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +58,6 @@ class FrameDiagnosis:
         All that explain about as much, the likely one first.
     likely
         Where no cause is decisive: those that explain most of it, though not two thirds.
-
     """
 
     sentence: str
@@ -111,7 +104,6 @@ def diagnose_frames(
     FramesError
         Shapes do not fit, a number is not finite, an orientation is no rotation, or there are
         fewer than three poses.
-
     """
     given = _given(robot, q, poses, stamps, rates, motion)
     A = evaluate(robot, given.q).pose

@@ -1,7 +1,4 @@
-"""
-How far poses are apart, and lengths, angles and times in words.
-
-"""
+"""How far poses are apart, and lengths, angles and times in words."""
 
 import math
 from typing import NamedTuple
@@ -21,10 +18,7 @@ def _number(value: float) -> str:
 
 
 def length_in_words(length: float) -> str:
-    """
-    Return a length (m) in mm, from 1 m in m, and 0 for round-off.
-
-    """
+    """Return a length (m) in mm, from 1 m in m, and 0 for round-off."""
     mm = 1e3 * length
     if abs(mm) <= NOTHING:
         return '0 mm'
@@ -32,19 +26,13 @@ def length_in_words(length: float) -> str:
 
 
 def angle_in_words(angle: float) -> str:
-    """
-    Return an angle (rad) in deg, and 0 for round-off.
-
-    """
+    """Return an angle (rad) in deg, and 0 for round-off."""
     degrees = math.degrees(angle)
     return f'{_number(degrees)} deg' if abs(degrees) > NOTHING else '0 deg'
 
 
 def time_in_words(time: float) -> str:
-    """
-    Return a time (s) in ms, and 0 for round-off.
-
-    """
+    """Return a time (s) in ms, and 0 for round-off."""
     ms = 1e3 * time
     if abs(ms) <= NOTHING:
         return '0 ms'
@@ -52,10 +40,7 @@ def time_in_words(time: float) -> str:
 
 
 class Errors(NamedTuple):
-    """
-    How far poses are apart: RMS and largest, position in m, orientation in rad.
-
-    """
+    """How far poses are apart: RMS and largest, position in m, orientation in rad."""
 
     position_rms: float
     position_max: float
@@ -63,18 +48,12 @@ class Errors(NamedTuple):
     rotation_max: float
 
     def in_words(self) -> str:
-        """
-        Return both RMS values, in mm or m and in deg.
-
-        """
+        """Return both RMS values, in mm or m and in deg."""
         return f'{length_in_words(self.position_rms)}, {angle_in_words(self.rotation_rms)}'
 
 
 def errors_of(position: Floats, rotation: Floats) -> Errors:
-    """
-    Return the errors of what remains, position (N, 3) in m and rotation (N, 3) in rad.
-
-    """
+    """Return the errors of what remains, position (N, 3) in m and rotation (N, 3) in rad."""
     p, r = np.linalg.norm(position, axis=1), np.linalg.norm(rotation, axis=1)
     return Errors(
         float(np.sqrt(np.mean(p**2))),

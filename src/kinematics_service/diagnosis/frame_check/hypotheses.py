@@ -1,7 +1,4 @@
-"""
-What may be wrong between a robot file and a second source of poses: each a change to undo.
-
-"""
+"""What may be wrong between a robot file and a second source of poses: each a change to undo."""
 
 import itertools
 from collections.abc import Callable, Iterator
@@ -43,7 +40,6 @@ class Change:
         The table as it would be meant; None: as given.
     poses : shape (N, 4, 4)
         Poses as they would be meant; None: as given.
-
     """
 
     key: str
@@ -54,10 +50,7 @@ class Change:
 
 
 class Slide(NamedTuple):
-    """
-    A number that may be wrong: how the poses change with it, and the poses once it is known.
-
-    """
+    """A number that may be wrong: how the poses change with it, and the poses once it is known."""
 
     key: str
     name: str
@@ -78,7 +71,6 @@ class Given(NamedTuple):
         Of the second source.
     later
         The joints at another time; None where no time is known.
-
     """
 
     robot: Robot
@@ -88,10 +80,7 @@ class Given(NamedTuple):
 
 
 def changes_of(given: Given) -> Iterator[Change]:
-    """
-    Yield everything whole that may be wrong.
-
-    """
+    """Yield everything whole that may be wrong."""
     yield from _of_joints(given)
     yield from _of_table(given)
     yield from _of_poses(given.poses)
@@ -156,10 +145,7 @@ def _of_table(given: Given) -> Iterator[Change]:
 
 
 def read_as(robot: Robot, convention: str) -> Robot:
-    """
-    Return the robot whose table of a, alpha, d, theta is read by another convention.
-
-    """
+    """Return the robot whose table of a, alpha, d, theta is read by another convention."""
     description = robot.description
     rows = tuple(ROWS_OF[convention](link) for link in description.links)
     chain = fold(
@@ -215,20 +201,14 @@ def _of_poses(poses: Floats) -> Iterator[Change]:
 
 
 def quaternions_of(poses: Floats) -> Floats:
-    """
-    Return the unit quaternions x y z w (N, 4) of poses (N, 4, 4).
-
-    """
+    """Return the unit quaternions x y z w (N, 4) of poses (N, 4, 4)."""
     quaternions_xyzw = np.empty((len(poses), 4))
     kernel.quaternions(np.ascontiguousarray(poses), quaternions_xyzw)
     return quaternions_xyzw
 
 
 def slides_of(given: Given) -> Iterator[Slide]:
-    """
-    Yield every number of the robot that may be wrong: zero positions, lengths of the table.
-
-    """
+    """Yield every number of the robot that may be wrong: zero positions, lengths of the table."""
     robot, q = given.robot, given.q
     state = evaluate(robot, q, depth=kernel.ALL_FRAMES)
     J, A = state.jacobian, state.pose

@@ -1,7 +1,4 @@
-"""
-Joint positions over time, looked up at any time between the samples.
-
-"""
+"""Joint positions over time, looked up at any time between the samples."""
 
 from typing import NamedTuple
 
@@ -24,7 +21,6 @@ LONGEST_GAP = 0.5
 class Lookup(NamedTuple):
     """
     Joint positions q (N, n), rad or m, their rates (N, n) per s, and whether each row is known.
-
     """
 
     q: Floats
@@ -46,7 +42,6 @@ class JointMotion:
         Joints whose positions may jump by a turn.
     longest_gap : s
         Between samples further apart nothing is known.
-
     """
 
     def __init__(
@@ -67,16 +62,12 @@ class JointMotion:
 
     @property
     def duration(self) -> float:
-        """
-        Return the time from the first to the last sample, s.
-
-        """
+        """Return the time from the first to the last sample, s."""
         return float(self._times[-1] - self._times[0])
 
     def at(self, times: Floats) -> Lookup:
         """
         Return the joint positions at times (N,): of the best straight line through those around.
-
         """
         stamps, count = self._times, self._count
         first = np.searchsorted(stamps, times, side='right') - count // 2

@@ -1,7 +1,4 @@
-"""
-How bad it is when two sources of poses disagree: the remainder against two limits.
-
-"""
+"""How bad it is when two sources of poses disagree: the remainder against two limits."""
 
 import math
 from typing import NamedTuple
@@ -12,19 +9,13 @@ from .errors import angle_in_words, length_in_words
 
 
 class PoseLimit(NamedTuple):
-    """
-    What may remain (RMS, with constant offsets of base and tool): m and rad.
-
-    """
+    """What may remain (RMS, with constant offsets of base and tool): m and rad."""
 
     position: float
     angle: float
 
     def in_words(self) -> str:
-        """
-        Return both.
-
-        """
+        """Return both."""
         return f'{length_in_words(self.position)} or {angle_in_words(self.angle)}'
 
 
@@ -34,7 +25,6 @@ class FrameLimits(NamedTuple):
 
     An arm with the nominal table of its type, not the calibrated one of the unit, is 1 to 3 mm and
     up to 0.4 deg away from itself: that warns nobody. No calibration leaves 20 mm or 2 deg.
-
     """
 
     warn: PoseLimit = PoseLimit(4e-3, math.radians(0.5))
@@ -43,7 +33,6 @@ class FrameLimits(NamedTuple):
     def level(self, diagnosis: FrameDiagnosis) -> Level:
         """
         Return ERROR where a cause is named or the remainder is bad, WARN where it is worth one.
-
         """
         p, r = diagnosis.errors.position_rms, diagnosis.errors.rotation_rms
         if diagnosis.cause is not None or p >= self.bad.position or r >= self.bad.angle:
@@ -51,10 +40,7 @@ class FrameLimits(NamedTuple):
         return Level.WARN if p >= self.warn.position or r >= self.warn.angle else Level.OK
 
     def sentence(self, diagnosis: FrameDiagnosis) -> str:
-        """
-        Return what is found, with the limit it exceeds where no cause says more.
-
-        """
+        """Return what is found, with the limit it exceeds where no cause says more."""
         level = self.level(diagnosis)
         if diagnosis.cause is not None or level == Level.OK:
             return diagnosis.sentence

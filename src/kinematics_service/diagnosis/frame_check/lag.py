@@ -1,6 +1,5 @@
 """
 The lag between two sources: the joints are looked up at another time, and what remains compared.
-
 """
 
 from typing import NamedTuple, Protocol
@@ -28,26 +27,17 @@ LEAST = 8
 
 
 class Later(Protocol):
-    """
-    Joint positions at the times of the poses, and a lag later.
-
-    """
+    """Joint positions at the times of the poses, and a lag later."""
 
     unit: str
     reach: float
 
     def at(self, lag: float) -> Lookup:
-        """
-        Return the joint positions `lag` after the poses.
-
-        """
+        """Return the joint positions `lag` after the poses."""
 
 
 class Extrapolated:
-    """
-    Joints known at the poses alone, with their rates (N, n) per s.
-
-    """
+    """Joints known at the poses alone, with their rates (N, n) per s."""
 
     unit, reach = 's', REACH
 
@@ -55,18 +45,12 @@ class Extrapolated:
         self._q, self._rates = q, rates
 
     def at(self, lag: float) -> Lookup:
-        """
-        Return the joint positions a lag later, at constant speed.
-
-        """
+        """Return the joint positions a lag later, at constant speed."""
         return Lookup(self._q + lag * self._rates, self._rates, np.ones(len(self._q), dtype=bool))
 
 
 class LookedUp:
-    """
-    Joints looked up in a motion; `stamps` (N,) are those of the poses, `unit` s or samples.
-
-    """
+    """Joints looked up in a motion; `stamps` (N,) are those of the poses, `unit` s or samples."""
 
     def __init__(self, motion: JointMotion, stamps: Floats, unit: str = 's') -> None:
         reach = REACH if unit == 's' else REACH_IN_SAMPLES
@@ -74,17 +58,13 @@ class LookedUp:
         self._motion, self._stamps = motion, stamps
 
     def at(self, lag: float) -> Lookup:
-        """
-        Return the joint positions a lag later.
-
-        """
+        """Return the joint positions a lag later."""
         return self._motion.at(self._stamps + lag)
 
 
 class Lagged(NamedTuple):
     """
     A lag: the poses are those of the joints `value` later; `before` and `fit` of the same poses.
-
     """
 
     value: float
@@ -102,7 +82,6 @@ def lagged(robot: Robot, later: Later, poses: Floats, A: Floats, fit: Fit) -> La
         Of the second source and of the robot file.
     fit
         Of them without a lag.
-
     """
     lags = np.linspace(-later.reach, later.reach, TRIED)
     tried = [later.at(lag) for lag in lags.tolist()]

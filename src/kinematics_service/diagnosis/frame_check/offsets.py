@@ -37,7 +37,6 @@ class Fit(NamedTuple):
         What remains, m and rad (rotation vector), in the axes of the second source's base.
     score : shape (H,)
         RMS of both together, positions divided by the scale.
-
     """
 
     X: Floats
@@ -47,25 +46,18 @@ class Fit(NamedTuple):
     score: Floats
 
     def one(self, k: int) -> 'Fit':
-        """
-        Return problem k alone, without the leading dimension.
-
-        """
+        """Return problem k alone, without the leading dimension."""
         return Fit(*(values[k] for values in self))
 
 
 def lifted(fit: Fit) -> Fit:
-    """
-    Return one problem with a leading dimension of 1.
-
-    """
+    """Return one problem with a leading dimension of 1."""
     return Fit(*(np.asarray(values)[None] for values in fit))
 
 
 class Columns(NamedTuple):
     """
     How A changes with a parameter: linear and angular velocity (N, 3) of its tool, base axes.
-
     """
 
     linear: Floats
@@ -73,10 +65,7 @@ class Columns(NamedTuple):
 
 
 def spread(positions: Floats) -> Floats:
-    """
-    Return the RMS distance of points (..., N, 3) from their mean, shape (...,).
-
-    """
+    """Return the RMS distance of points (..., N, 3) from their mean, shape (...,)."""
     away = positions - positions.mean(axis=-2, keepdims=True)
     return np.asarray(np.sqrt(np.mean(np.sum(away**2, axis=-1), axis=-1)))
 
@@ -86,7 +75,6 @@ def scale_of(poses: Floats) -> Floats:
     Return what a length counts in rad, shape (...,): how far the positions spread.
 
     So the unit of length makes no difference. Poses that hardly move count by how far they are.
-
     """
     p = poses[..., :3, 3]
     far = np.sqrt(np.mean(np.sum(p**2, axis=-1), axis=-1))
@@ -105,7 +93,6 @@ def fit_offsets(A: Floats, B: Floats, begin: Fit | None = None, steps: int = STE
         Where to begin; default: from a closed form.
     steps
         Gauss-Newton steps at most.
-
     """
     scale = scale_of(B)[:, None, None]
     X, Y = _closed_form(A, B, scale) if begin is None else (begin.X, begin.Y)
@@ -135,10 +122,7 @@ def _fit(A: Floats, B: Floats, X: Floats, Y: Floats, scale: Floats) -> Fit:
 
 
 def residual(fit: Fit, scale: Floats) -> Floats:
-    """
-    Return what remains in one column, shape (H, 6 N): positions over the scale, rotations.
-
-    """
+    """Return what remains in one column, shape (H, 6 N): positions over the scale, rotations."""
     rows = np.concatenate([fit.position / scale, fit.rotation], axis=-1)
     return rows.reshape(len(rows), -1)
 
@@ -149,7 +133,6 @@ def jacobian(A: Floats, fit: Fit, scale: Floats) -> Floats:
 
     Columns: linear (over the scale) and angular of the base, of the tool. X moves from the left,
     dp = v + w x p, dR = w; Y from the right, dp = R v, dR = R w; both of M = X A Y.
-
     """
     M = fit.X[:, None] @ A @ fit.Y[:, None]
     R, p = M[..., :3, :3], M[..., :3, 3] / scale
@@ -165,7 +148,6 @@ def jacobian(A: Floats, fit: Fit, scale: Floats) -> Floats:
 def parameter_columns(A: Floats, fit: Fit, columns: Columns, scale: Floats) -> Floats:
     """
     Return how X A Y moves with a parameter of A, shape (6 N,); A (N, 4, 4) and fit of one problem.
-
     """
     RX = fit.X[:3, :3]
     linear = columns.linear + np.cross(columns.angular, A[:, :3, :3] @ fit.Y[:3, 3])
@@ -174,10 +156,7 @@ def parameter_columns(A: Floats, fit: Fit, columns: Columns, scale: Floats) -> F
 
 
 def equations_of(A: Floats, fit: Fit, scale: Floats) -> tuple[Floats, Floats]:
-    """
-    Return Jacobian (6 N, 12) and remainder (6 N,) of one problem, A of shape (N, 4, 4).
-
-    """
+    """Return Jacobian (6 N, 12) and remainder (6 N,) of one problem, A of shape (N, 4, 4)."""
     scales = np.reshape(scale, (1, 1, 1))
     return jacobian(A[None], lifted(fit), scales)[0], residual(lifted(fit), scales)[0]
 
@@ -185,7 +164,6 @@ def equations_of(A: Floats, fit: Fit, scale: Floats) -> tuple[Floats, Floats]:
 def parameter_step(A: Floats, fit: Fit, columns: Columns, scale: Floats) -> float:
     """
     Return the step of a parameter of A that brings X A Y nearer, the offsets stepping with it.
-
     """
     J, r = equations_of(A, fit, scale)
     column = parameter_columns(A, fit, columns, scale)
@@ -195,7 +173,6 @@ def parameter_step(A: Floats, fit: Fit, columns: Columns, scale: Floats) -> floa
 def solved(J: Floats, r: Floats) -> Floats:
     """
     Return the least step s of J s = r by least squares, shape (H, k); what J ignores stays 0.
-
     """
     # Normal equations, scaled alike: of a dozen unknowns, and the next step makes up for them.
     Jt = np.swapaxes(J, 1, 2)
@@ -207,10 +184,7 @@ def solved(J: Floats, r: Floats) -> Floats:
 
 
 def span_of(J: Floats) -> Floats:
-    """
-    Return an orthonormal basis (6 N, k) of what J (6 N, 12) of one problem can do.
-
-    """
+    """Return an orthonormal basis (6 N, k) of what J (6 N, 12) of one problem can do."""
     # Ten times faster than a QR where threads of the linear algebra wait for each other.
     values, vectors = np.linalg.eigh(J.T @ J)
     strong = values > LEFT_ALONE**2 * values[-1]
@@ -220,7 +194,6 @@ def span_of(J: Floats) -> Floats:
 def free_directions(J: Floats) -> Floats:
     """
     Return the directions (f, 12) of the offsets that the poses do not determine; J of one problem.
-
     """
     values, vectors = np.linalg.eigh(J.T @ J)
     return np.asarray(vectors[:, ~(values > LEFT_ALONE**2 * values[-1])].T)

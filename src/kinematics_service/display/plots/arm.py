@@ -1,7 +1,4 @@
-"""
-The picture of an arm in a pose: links, joint axes and frames from its table alone.
-
-"""
+"""The picture of an arm in a pose: links, joint axes and frames from its table alone."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -38,7 +35,6 @@ def arm_picture(robot: Robot, q: Floats) -> Draw:
     ------
     JointVectorError
         `q` has not n finite numbers.
-
     """
     skeleton, near = skeleton_of(robot, q), singularity(robot, q)
 
@@ -62,10 +58,7 @@ def arm_picture(robot: Robot, q: Floats) -> Draw:
 
 
 def cube_around(skeletons: Sequence[Skeleton], *others: Floats) -> Floats:
-    """
-    Return the cube that holds arms, their base and other points (3,), shape (3, 2), m.
-
-    """
+    """Return the cube that holds arms, their base and other points (3,), shape (3, 2), m."""
     points = np.vstack([*(skeleton.points for skeleton in skeletons), *others])
     low, high = points.min(axis=0), points.max(axis=0)
     half = (0.5 + MARGIN) * max(float(np.max(high - low)), 1e-3)
@@ -74,10 +67,7 @@ def cube_around(skeletons: Sequence[Skeleton], *others: Floats) -> Floats:
 
 
 def edge_of(cube: Floats) -> float:
-    """
-    Return the length of a cube's edge, m.
-
-    """
+    """Return the length of a cube's edge, m."""
     return float(cube[0, 1] - cube[0, 0])
 
 
@@ -87,7 +77,6 @@ def azimuth_of(skeleton: Skeleton) -> float:
 
     Largest is the area over which its links spread on paper: the product of the spreads along the
     principal directions there.
-
     """
     segments = skeleton.segments
     if not segments:
@@ -112,10 +101,7 @@ def _size_on_paper(moments: Floats, azimuth: float) -> float:
 
 
 def set_space(axes: Any, cube: Floats, azimuth: float, small: bool = False) -> None:
-    """
-    Give axes in space equal scales, units and a view; `small` for one of many panels.
-
-    """
+    """Give axes in space equal scales, units and a view; `small` for one of many panels."""
     size = 8.0 if small else 10.0
     axes.set(xlim=cube[0], ylim=cube[1], zlim=cube[2])
     axes.set_box_aspect((1.0, 1.0, 1.0), zoom=1.0 if small else 1.0)
@@ -132,7 +118,6 @@ def set_space(axes: Any, cube: Floats, azimuth: float, small: bool = False) -> N
 def draw_skeleton(axes: Any, skeleton: Skeleton, cube: Floats, label_size: float | None) -> None:
     """
     Draw an arm into axes in space; labels of joints and tool where a size of letters is given.
-
     """
     edge, floor = edge_of(cube), cube[2, 0]
     thick = 1.0 if label_size else 0.7

@@ -1,6 +1,5 @@
 """
 What pictures say in words: joint positions with their units, the distance to a singular pose.
-
 """
 
 import math
@@ -21,18 +20,12 @@ LONGEST_NAME = 16
 
 
 def short(name: str) -> str:
-    """
-    Return a name as pictures show it.
-
-    """
+    """Return a name as pictures show it."""
     return words(name if len(name) <= LONGEST_NAME else name[: LONGEST_NAME - 1] + '…')
 
 
 def signed(value: float, digits: int = 2) -> str:
-    """
-    Return a number with a true minus sign and without a negative zero.
-
-    """
+    """Return a number with a true minus sign and without a negative zero."""
     return f'{round(float(value), digits) + 0.0:.{digits}f}'.replace('-', '\N{MINUS SIGN}')
 
 
@@ -41,7 +34,6 @@ def positions(robot: Robot, q: Floats, width: int, skip: Sequence[int] = ()) -> 
     Return joint positions by variable, in lines of at most `width` letters.
 
     `q1 0.10, q2 −1.57 rad; d3 0.20 m`; without the joints of the indices `skip`.
-
     """
     slides = sliding(robot)
     groups = []
@@ -55,10 +47,7 @@ def positions(robot: Robot, q: Floats, width: int, skip: Sequence[int] = ()) -> 
 
 
 def nearness(robot: Robot, singularity: Singularity) -> str:
-    """
-    Return how far one pose is from a singular one, and by which factor it is judged.
-
-    """
+    """Return how far one pose is from a singular one, and by which factor it is judged."""
     distance = float(singularity.distance)
     if singularity.rank < singularity.generic_rank:
         text = 'singular pose'
@@ -75,8 +64,5 @@ def nearness(robot: Robot, singularity: Singularity) -> str:
 
 
 def joint_label(robot: Robot, j: int) -> str:
-    """
-    Return the label of an axis along which a joint moves, with its unit.
-
-    """
+    """Return the label of an axis along which a joint moves, with its unit."""
     return with_unit(short(robot.variables[j]), 'm' if sliding(robot)[j] else 'rad')

@@ -1,7 +1,4 @@
-"""
-Where in a plane the tool's position is stuck in one direction, whatever the joints do.
-
-"""
+"""Where in a plane the tool's position is stuck in one direction, whatever the joints do."""
 
 from dataclasses import dataclass
 
@@ -34,7 +31,6 @@ class Critical:
         Coordinates in the plane.
     names : k
         The named factors that are zero there, joined by ` + `; empty where none is.
-
     """
 
     points: Floats
@@ -48,7 +44,6 @@ def critical_points(robot: Robot, plane: Plane, starts: int = STARTS) -> Critica
     There a combination c of the gradients of the coordinates is across all columns of J: the
     system A(q)^T c = 0, |c| = 1 (and the tool in the plane), solved from random poses by damped
     Newton steps. Poses at joint limits end the workspace too, but are not among them.
-
     """
     ranges = finite_ranges(robot)
     random = np.random.default_rng(SEED)

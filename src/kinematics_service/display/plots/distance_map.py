@@ -1,7 +1,4 @@
-"""
-The distance to a singular pose over two joints, the others held: the numbers of the map.
-
-"""
+"""The distance to a singular pose over two joints, the others held: the numbers of the map."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -43,7 +40,6 @@ class DistanceMap:
         the determinant where they do not account for all of it.
     everywhere
         Names of the factors that the joints held make zero all over the map.
-
     """
 
     joints: tuple[int, int]
@@ -58,7 +54,6 @@ class DistanceMap:
 def singular_table(robot: Robot, q: Floats) -> Floats:
     """
     Return distance, determinant (nan without one) and factors of poses (N, n), shape (N, 2 + F).
-
     """
     near = singularity(robot, q)
     determinant = np.full(len(q), np.nan) if near.determinant is None else near.determinant
@@ -76,7 +71,6 @@ def distance_map(
     ------
     SweepError
         The workers cannot be used.
-
     """
     ranges = finite_ranges(robot)
     across, up = joints
@@ -104,7 +98,6 @@ def joint_pair(robot: Robot, names: Sequence[str] | None) -> tuple[int, int]:
     ------
     PlotError
         Not two different joints of the arm.
-
     """
     choices = ', '.join(_either(robot, j) for j in range(robot.dof))
     if robot.dof < 2:

@@ -1,7 +1,4 @@
-"""
-Labels in a drawing in space, placed where they cover neither the arm nor each other.
-
-"""
+"""Labels in a drawing in space, placed where they cover neither the arm nor each other."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -23,10 +20,7 @@ COVERS_LABEL, COVERS_ARM, OUTSIDE, FARTHER = 40.0, 1.0, 60.0, 0.05
 
 @dataclass(frozen=True, eq=False)
 class Label:
-    """
-    A text that belongs to a point (3,) in space, m.
-
-    """
+    """A text that belongs to a point (3,) in space, m."""
 
     point: Floats
     text: str
@@ -50,7 +44,6 @@ def place_labels(
         Pairs of points (3,) in m, that should stay visible.
     size
         Of the letters, in points.
-
     """
     axes.apply_aspect()
     scale = 72.0 / axes.figure.dpi

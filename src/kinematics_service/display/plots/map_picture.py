@@ -1,7 +1,4 @@
-"""
-The picture of the distance to a singular pose over two joints, the singular sets drawn in.
-
-"""
+"""The picture of the distance to a singular pose over two joints, the singular sets drawn in."""
 
 import math
 import textwrap
@@ -25,10 +22,7 @@ FAR = 1.0
 
 
 def map_picture(robot: Robot, numbers: DistanceMap) -> Draw:
-    """
-    Return the picture of a map of distances.
-
-    """
+    """Return the picture of a map of distances."""
 
     def draw(figure: Any) -> None:
         figure.set_size_inches(7.6, 7.4)
@@ -101,7 +95,6 @@ def with_border_crossed(values: Floats) -> Floats:
 
     A factor that is zero along the border itself, as sin(q) is at pi, has round-off of either sign
     there, and a curve is drawn only between values of different signs.
-
     """
     crossed = np.array(values)
     for turned in (crossed, crossed[::-1], crossed.T, crossed.T[::-1]):

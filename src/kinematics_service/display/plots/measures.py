@@ -1,7 +1,4 @@
-"""
-The picture of the measures of singularity along a path, with the thresholds of the warning.
-
-"""
+"""The picture of the measures of singularity along a path, with the thresholds of the warning."""
 
 import math
 from typing import Any
@@ -38,7 +35,6 @@ def measures_picture(robot: Robot, motion: Motion) -> Draw:
 
     The thresholds of the measure that is watched are drawn in its panel, and the stretches beyond
     them are shaded in all.
-
     """
     near = singularity(robot, motion.q)
     units = measure_units(robot)
@@ -80,7 +76,6 @@ def measure_units(robot: Robot) -> dict[str, str]:
     Return the unit of each measure: those of determinant and manipulability depend on the task.
 
     `mixed` where the minors of a J_t that is not square differ.
-
     """
     power = volume_power(robot)
     product = {None: 'mixed', 0: '', 1: 'm'}.get(power, f'm$^{{{power}}}$')

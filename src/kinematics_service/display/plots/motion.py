@@ -1,7 +1,4 @@
-"""
-A motion along which something is drawn: a recording, or one of the built-in trajectories.
-
-"""
+"""A motion along which something is drawn: a recording, or one of the built-in trajectories."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -35,7 +32,6 @@ class Motion:
         Where it comes from, in words.
     differentiated
         Whether qdot is a difference of positions, for want of velocities.
-
     """
 
     times: Floats
@@ -46,17 +42,11 @@ class Motion:
 
     @property
     def gaps(self) -> Integers:
-        """
-        Return the indices of rows after a gap: no line is drawn to them.
-
-        """
+        """Return the indices of rows after a gap: no line is drawn to them."""
         return _gaps(self.times)
 
     def broken(self, values: Floats) -> tuple[Floats, Floats]:
-        """
-        Return times and values (N, ...) with a row of nan in every gap.
-
-        """
+        """Return times and values (N, ...) with a row of nan in every gap."""
         at = self.gaps
         middles = (self.times[at - 1] + self.times[at]) / 2.0
         return np.insert(self.times, at, middles), np.insert(values, at, np.nan, axis=0)
@@ -72,7 +62,6 @@ def motion_of(robot: Robot, path: str) -> Motion:
         The file is not a recording of this arm.
     PlotError
         Neither a file nor a name, or a recording without two different times.
-
     """
     if path in TRAJECTORIES:
         trajectory = TRAJECTORIES[path](robot)
@@ -120,10 +109,7 @@ def _differentiated(times: Floats, q: Floats, name: str) -> Motion:
 
 @dataclass(frozen=True)
 class Stretch:
-    """
-    A time from `start` to `end`, s, in which the level is not OK.
-
-    """
+    """A time from `start` to `end`, s, in which the level is not OK."""
 
     start: float
     end: float
@@ -139,7 +125,6 @@ def stretches(times: Floats, levels: Floats) -> tuple[Stretch, ...]:
     times : shape (N,), s
     levels : shape (N,)
         As `Singularity.level` of a batch.
-
     """
     changes = np.flatnonzero(np.diff(levels)) + 1
     starts = np.concatenate([[0], changes]).astype(int)

@@ -1,7 +1,4 @@
-"""
-Panels below each other over one time axis, with the stretches near singular poses shaded.
-
-"""
+"""Panels below each other over one time axis, with the stretches near singular poses shaded."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -31,7 +28,6 @@ def panels(figure: Any, heights: Sequence[float], title: str) -> list[Any]:
         Of the panels, inches.
     title
         Of the whole picture.
-
     """
     figure.set_size_inches(WIDTH, sum(heights) + HEAD)
     figure.set_layout_engine('constrained', h_pad=0.06)
@@ -50,10 +46,7 @@ def draw_curves(
     names: Sequence[str],
     colors: Sequence[str] = SERIES,
 ) -> None:
-    """
-    Draw columns of values (N, k) over time; told apart by colour and by dashes.
-
-    """
+    """Draw columns of values (N, k) over time; told apart by colour and by dashes."""
     times, broken = motion.broken(values)
     for k, name in enumerate(names):
         axes.plot(
@@ -68,17 +61,13 @@ def draw_curves(
 
 
 def draw_legend(axes: Any) -> None:
-    """
-    Put the legend beside the axes, where it covers no curve.
-
-    """
+    """Put the legend beside the axes, where it covers no curve."""
     axes.legend(loc='upper left', bbox_to_anchor=(1.005, 1.02), frameon=False, borderaxespad=0.2)
 
 
 def shade(rows: Sequence[Any], motion: Motion, levels: Floats) -> list[Any]:
     """
     Shade the stretches of WARN and ERROR in all panels; return the entries of a legend for them.
-
     """
     from matplotlib.patches import Patch
 
@@ -100,7 +89,6 @@ def shade(rows: Sequence[Any], motion: Motion, levels: Floats) -> list[Any]:
 def finite_range(axes: Any, values: Floats) -> None:
     """
     Set the vertical limits by the finite values, so that an infinite one does not hide the rest.
-
     """
     finite = values[np.isfinite(values)]
     if finite.size and np.ptp(finite) > 0.0:

@@ -1,7 +1,4 @@
-"""
-A picture: how it looks, how it becomes a file, and how it is shown in a window.
-
-"""
+"""A picture: how it looks, how it becomes a file, and how it is shown in a window."""
 
 import io
 import os
@@ -57,10 +54,7 @@ Draw = Callable[[Any], None]
 
 
 class PlotError(KinematicsError, ValueError):
-    """
-    A picture that cannot be made.
-
-    """
+    """A picture that cannot be made."""
 
 
 def suffix_of(file: Path) -> str:
@@ -71,7 +65,6 @@ def suffix_of(file: Path) -> str:
     ------
     PlotError
         None of `.png`, `.svg` and `.pdf`.
-
     """
     suffix = file.suffix.lower()
     if suffix not in METADATA:
@@ -88,7 +81,6 @@ def refuse_without_matplotlib() -> None:
     ------
     PlotError
         It cannot be imported.
-
     """
     try:
         import matplotlib.figure  # noqa: F401
@@ -98,10 +90,7 @@ def refuse_without_matplotlib() -> None:
 
 @contextmanager
 def drawing() -> Iterator[None]:
-    """
-    Draw in this style, whatever the user's settings of matplotlib are.
-
-    """
+    """Draw in this style, whatever the user's settings of matplotlib are."""
     import matplotlib
 
     with matplotlib.rc_context():
@@ -112,10 +101,7 @@ def drawing() -> Iterator[None]:
 
 
 def drawn(draw: Draw) -> Any:
-    """
-    Return a figure of its own, drawn without a window.
-
-    """
+    """Return a figure of its own, drawn without a window."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -141,7 +127,6 @@ def save_picture(draw: Draw, file: Path) -> None:
     ------
     PlotError
         No matplotlib, an unknown suffix, or the file cannot be written.
-
     """
     suffix = suffix_of(file)
     refuse_without_matplotlib()
@@ -179,7 +164,6 @@ def show_picture(draw: Draw, title: str) -> None:
     ------
     PlotError
         No matplotlib, or no display it could open a window on.
-
     """
     refuse_without_matplotlib()
     import matplotlib
@@ -203,16 +187,12 @@ def show_picture(draw: Draw, title: str) -> None:
 
 
 def with_unit(quantity: str, unit: str) -> str:
-    """
-    Return the label of a quantity: `time (s)`, and `condition number` of one without a unit.
-
-    """
+    """Return the label of a quantity: `time (s)`, and `condition number` of one without a unit."""
     return f'{quantity} ({unit})' if unit else quantity
 
 
 def words(text: str) -> str:
     """
     Return a text of the user's as matplotlib shows it letter by letter: no formulas, no control.
-
     """
     return plain(text).replace('$', r'\$')

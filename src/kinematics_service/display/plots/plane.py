@@ -1,6 +1,5 @@
 """
 The plane a workspace is cut by: the half plane of joint 1's axis, or one along two base axes.
-
 """
 
 import math
@@ -44,7 +43,6 @@ class Plane(FrozenArrays):
         Of both coordinates, with units.
     title
         The plane in words.
-
     """
 
     READ_ONLY = ('origin', 'across', 'up')
@@ -59,25 +57,16 @@ class Plane(FrozenArrays):
 
     @property
     def half(self) -> bool:
-        """
-        Return whether it is the half plane of radius and height.
-
-        """
+        """Return whether it is the half plane of radius and height."""
         return self.name == 'rz'
 
     @property
     def normal(self) -> Floats:
-        """
-        Return the unit vector across the plane, shape (3,).
-
-        """
+        """Return the unit vector across the plane, shape (3,)."""
         return np.cross(self.across, self.up)
 
     def coordinates(self, points: Floats) -> Floats:
-        """
-        Return both coordinates of points (..., 3), shape (..., 2), m.
-
-        """
+        """Return both coordinates of points (..., 3), shape (..., 2), m."""
         if not self.half:
             return np.stack([points @ self.across, points @ self.up], axis=-1)
         away = points - self.origin
@@ -89,7 +78,6 @@ class Plane(FrozenArrays):
         Return unit vectors (..., k, 3) along which the coordinates grow: both, then the normal.
 
         k is 2 for the half plane, whose normal the first joint takes care of.
-
         """
         up = np.broadcast_to(self.up, points.shape)
         if not self.half:
@@ -121,7 +109,6 @@ def plane_of(robot: Robot, name: str | None = None, at: float | None = None) -> 
     ------
     PlotError
         No such plane, or not for this arm.
-
     """
     if name is not None and name not in PLANES:
         raise PlotError(f'--plane: no plane {name!r}; choose of {", ".join(PLANES)}')

@@ -1,6 +1,5 @@
 """
 Where each joint is looked at: finite ranges, and a pose to start from that is worth looking at.
-
 """
 
 import math
@@ -22,10 +21,7 @@ CANDIDATES, FAR, TIDINESS = 4000, 0.9, 0.06
 
 
 def sliding(robot: Robot) -> list[bool]:
-    """
-    Return for each joint whether it slides.
-
-    """
+    """Return for each joint whether it slides."""
     return [kind == 'prismatic' for kind in robot.joint_types]
 
 
@@ -34,7 +30,6 @@ def finite_ranges(robot: Robot) -> Floats:
     Return where each joint is looked at, shape (n, 2), rad or m.
 
     Its limits; a full turn of one that turns farther, and 1 m of one that slides without an end.
-
     """
     ranges = np.array(robot.limits)
     for j, slides in enumerate(sliding(robot)):
@@ -57,10 +52,7 @@ def finite_ranges(robot: Robot) -> Floats:
 
 
 def random_positions(robot: Robot, random: np.random.Generator, count: int) -> Floats:
-    """
-    Return joint positions spread evenly over the finite ranges, shape (count, n), rad or m.
-
-    """
+    """Return joint positions spread evenly over the finite ranges, shape (count, n), rad or m."""
     low, high = finite_ranges(robot).T
     return np.asarray(low + (high - low) * random.uniform(size=(count, robot.dof)))
 
@@ -70,7 +62,6 @@ def clear_pose(robot: Robot) -> Floats:
     Return joint positions worth looking at, shape (n,): far from singular, bent, above the base.
 
     The same each time, and inside the limits; rounded to 0.1 where there is room.
-
     """
     ranges = finite_ranges(robot)
     # A tenth of the range stays free at either end, and no joint bends by more than two thirds of

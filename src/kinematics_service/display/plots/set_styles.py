@@ -1,7 +1,4 @@
-"""
-Colours and dashes of singular sets: the same factor looks the same in every picture.
-
-"""
+"""Colours and dashes of singular sets: the same factor looks the same in every picture."""
 
 import zlib
 from collections.abc import Sequence
@@ -21,7 +18,6 @@ def set_styles(names: Sequence[str]) -> dict[str, tuple[str, Any]]:
 
     A name that is not known has a place by its letters; where two of one picture fall together,
     the later one takes the next free place.
-
     """
     places: dict[str, int] = {name: KNOWN.index(name) for name in names if name in KNOWN}
     for name in names:

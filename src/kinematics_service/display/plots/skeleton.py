@@ -1,6 +1,5 @@
 """
 The skeleton of an arm in a pose: what can be drawn of it from its table alone, without a mesh.
-
 """
 
 from dataclasses import dataclass
@@ -30,7 +29,6 @@ class JointAxis:
         The joint variables that move the row.
     slides
         Whether it slides only.
-
     """
 
     point: Floats
@@ -43,7 +41,6 @@ class JointAxis:
 class Segment:
     """
     A straight piece of the arm between two points (3,), m; `slides` where its length changes.
-
     """
 
     start: Floats
@@ -63,7 +60,6 @@ class Skeleton:
     tool : shape (4, 4)
     segments, axes
         From the base's origin to the tool's; of every row that moves.
-
     """
 
     frames: Floats
@@ -73,10 +69,7 @@ class Skeleton:
 
     @property
     def points(self) -> Floats:
-        """
-        Return the ends of all segments, shape (k, 3), m.
-
-        """
+        """Return the ends of all segments, shape (k, 3), m."""
         ends = [segment.end for segment in self.segments]
         return np.array([np.zeros(3), *ends, self.tool[:3, 3]])
 
@@ -93,7 +86,6 @@ def skeleton_of(robot: Robot, q: Floats) -> Skeleton:
     ------
     JointVectorError
         `q` has not n finite numbers.
-
     """
     state = evaluate(robot, q, depth=kernel.ALL_FRAMES)
     frames, tool = state.link_frames, state.pose

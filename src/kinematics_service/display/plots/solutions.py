@@ -1,7 +1,4 @@
-"""
-The picture of inverse kinematics: every way an arm reaches the target, side by side.
-
-"""
+"""The picture of inverse kinematics: every way an arm reaches the target, side by side."""
 
 import math
 import textwrap
@@ -32,10 +29,7 @@ COLUMNS = {1: 1, 2: 2, 3: 3, 4: 4, 5: 3, 6: 3, 7: 4, 8: 4, 9: 3}
 
 @dataclass(frozen=True, eq=False)
 class Pose:
-    """
-    Joint positions (n,) that a panel shows, its heading, and whether the arm may be there.
-
-    """
+    """Joint positions (n,) that a panel shows, its heading, and whether the arm may be there."""
 
     q: Floats
     heading: str
@@ -43,10 +37,7 @@ class Pose:
 
 
 def poses_of(result: IkResult) -> tuple[Pose, ...]:
-    """
-    Return what there is to show: solutions, then families, or else the nearest pose.
-
-    """
+    """Return what there is to show: solutions, then families, or else the nearest pose."""
     poses = []
     for k, solution in enumerate(result.solutions):
         beyond = _beyond(solution.beyond)
@@ -72,10 +63,7 @@ def _beyond(names: Sequence[str]) -> str:
 
 
 def solutions_picture(robot: Robot, target: Floats, result: IkResult) -> Draw:
-    """
-    Return the picture of what inverse kinematics answered for a target (4, 4) or (3,).
-
-    """
+    """Return the picture of what inverse kinematics answered for a target (4, 4) or (3,)."""
     poses = poses_of(result)
     point = target[:3, 3] if target.ndim == 2 else target
     shown = poses[:MOST]

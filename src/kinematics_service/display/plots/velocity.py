@@ -1,7 +1,4 @@
-"""
-The picture of the tool's velocity along a path: components and norm over time.
-
-"""
+"""The picture of the tool's velocity along a path: components and norm over time."""
 
 from typing import Any
 
@@ -19,10 +16,7 @@ from .ranges import sliding
 
 
 def velocity_picture(robot: Robot, motion: Motion) -> Draw:
-    """
-    Return the picture of J qdot along a motion, in base axes, above the joints' velocities.
-
-    """
+    """Return the picture of J qdot along a motion, in base axes, above the joints' velocities."""
     tool = twist(robot, motion.q, motion.qdot)
     levels = singularity(robot, motion.q).level
     slides = np.array(sliding(robot))

@@ -1,6 +1,5 @@
 """
 The reachable workspace in a plane: where the tool gets, and how far from singular it can be there.
-
 """
 
 from dataclasses import dataclass
@@ -47,7 +46,6 @@ class Workspace:
         The largest distance to singularity found with the tool in each cell; nan outside.
     poses
         Number of joint positions that were tried.
-
     """
 
     plane: Plane
@@ -63,7 +61,6 @@ def section_rows(robot: Robot, q: Floats, plane: Plane) -> Floats:
 
     Of a plane along base axes each pose is moved into it by its least joint motion first; rows of
     those that do not get there inside their limits are nan.
-
     """
     rows = np.full((len(q), 3 + robot.dof), np.nan)
     there = np.full(len(q), True)
@@ -124,7 +121,6 @@ def workspace(robot: Robot, plane: Plane, points: int, workers: str | None = Non
         The workers cannot be used.
     PlotError
         The tool does not get into the plane.
-
     """
     random = np.random.default_rng(SEED)
     ranges = finite_ranges(robot)

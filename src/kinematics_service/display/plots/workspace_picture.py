@@ -1,7 +1,4 @@
-"""
-The picture of the reachable workspace in a plane, with its border and its singular curves.
-
-"""
+"""The picture of the reachable workspace in a plane, with its border and its singular curves."""
 
 import collections
 from typing import Any
@@ -24,10 +21,7 @@ HIGH, LEAST = 98.0, 1e-3
 
 
 def workspace_picture(robot: Robot, space: Workspace, critical: Critical) -> Draw:
-    """
-    Return the picture of a workspace.
-
-    """
+    """Return the picture of a workspace."""
 
     def draw(figure: Any) -> None:
         rows, columns = space.best.shape
@@ -79,7 +73,6 @@ def scale_of(values: Floats) -> tuple[float, float]:
     Return the ends of a scale for distances, rad; values may be nan.
 
     It begins at 0, unless all of them are so far from it that they would look the same.
-
     """
     finite = values[np.isfinite(values)]
     low, high = float(np.min(finite)), float(np.percentile(finite, HIGH))

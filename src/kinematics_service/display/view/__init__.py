@@ -1,4 +1,3 @@
 """
 The arm as a picture: what is to be seen of a pose as plain data, and a web page that shows it.
-
 """

@@ -1,7 +1,4 @@
-"""
-The host and the port that the page is served at.
-
-"""
+"""The host and the port that the page is served at."""
 
 import errno
 import socket
@@ -20,7 +17,6 @@ class Address(NamedTuple):
         As a server takes them; port 0 means any free one.
     more_names
         Names under which it is reached besides.
-
     """
 
     host: str
@@ -29,10 +25,7 @@ class Address(NamedTuple):
 
 
 class ServerAddressError(KinematicsError, ValueError):
-    """
-    The page cannot be served at this host and port; the message says why and what to change.
-
-    """
+    """The page cannot be served at this host and port; the message says why and what to change."""
 
 
 def check_address(host: str, port: int) -> None:
@@ -43,7 +36,6 @@ def check_address(host: str, port: int) -> None:
     ------
     ServerAddressError
         The port is taken, or the host is no address of this computer.
-
     """
     try:
         family, kind, protocol, _, address = socket.getaddrinfo(

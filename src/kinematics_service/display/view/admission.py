@@ -25,23 +25,14 @@ TOKEN_BYTES = 24
 
 
 class Headers(Protocol):
-    """
-    Headers of a request, of which a name may stand there several times.
-
-    """
+    """Headers of a request, of which a name may stand there several times."""
 
     def get_all(self, key: str) -> list[str]:
-        """
-        Return all values of a header.
-
-        """
+        """Return all values of a header."""
 
 
 class Refusal(NamedTuple):
-    """
-    A status of HTTP, and a sentence for whoever asked.
-
-    """
+    """A status of HTTP, and a sentence for whoever asked."""
 
     status: int
     sentence: str
@@ -57,7 +48,6 @@ class Admission(NamedTuple):
         Host names under which it is served, in lower case, besides `localhost` and addresses.
     token
         What the address or a cookie must hold; empty where whoever uses this computer may look.
-
     """
 
     names: frozenset[str]
@@ -79,7 +69,6 @@ class Admission(NamedTuple):
             The address and the port of this computer at which the request came in.
         protocol
             The websocket protocol of the page's own client.
-
         """
         hosts, origins = headers.get_all('Host'), headers.get_all('Origin')
         if len(hosts) != 1 or len(origins) > 1:
@@ -107,18 +96,12 @@ class Admission(NamedTuple):
         return None
 
     def is_shown_by(self, path: str) -> bool:
-        """
-        Return whether an address holds the token, or none is needed.
-
-        """
+        """Return whether an address holds the token, or none is needed."""
         shown = (value for name, value in _query(path) if name == TOKEN)
         return not self.token or any(map(self._is_token, shown))
 
     def address(self, host: str, port: int) -> str:
-        """
-        Return the address to open in a browser.
-
-        """
+        """Return the address to open in a browser."""
         shown = 'localhost' if host in ANYWHERE else host
         name = f'[{shown}]' if ':' in shown else shown
         return f'http://{name}:{port}' + (f'/?{TOKEN}={self.token}' if self.token else '')
@@ -126,7 +109,6 @@ class Admission(NamedTuple):
     def cookie(self, port: int) -> str:
         """
         Return the cookie by which a browser remembers the token, for no page of anybody else.
-
         """
         return f'{COOKIE.format(port=port)}={self.token}; Path=/; HttpOnly; SameSite=Strict'
 
@@ -161,7 +143,6 @@ def admission_to(host: str, more_names: Sequence[str]) -> Admission:
         Where it is served. Anything but this computer's own address makes the token.
     more_names
         Names under which it is reached besides, through a proxy for instance; they do so too.
-
     """
     if is_loopback(host) and not more_names:
         return Admission(frozenset(), '')
@@ -174,10 +155,7 @@ def admission_to(host: str, more_names: Sequence[str]) -> Admission:
 
 
 def is_loopback(host: str) -> bool:
-    """
-    Return whether a host name or address is that of the computer itself.
-
-    """
+    """Return whether a host name or address is that of the computer itself."""
     if host == 'localhost':
         return True
     try:

@@ -28,7 +28,6 @@ class Axis(NamedTuple):
         Whether the row slides along it and does not turn.
     joints
         Indices of the joints that move the row: one, or several where joints are coupled.
-
     """
 
     point: Floats
@@ -38,10 +37,7 @@ class Axis(NamedTuple):
 
 
 def axes_of(state: ToolState) -> tuple[Axis, ...]:
-    """
-    Return the axes of the moving rows, base to tool, of one pose evaluated with all frames.
-
-    """
+    """Return the axes of the moving rows, base to tool, of one pose evaluated with all frames."""
     chain = state.robot.chain
     first, joints = chain.table.first_entry, chain.table.joint
     parents = chain.table.frame_parent.tolist()

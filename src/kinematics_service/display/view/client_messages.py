@@ -25,10 +25,7 @@ class Camera(
     forbid_unknown_fields=True,
     frozen=True,
 ):
-    """
-    Where a page looks from, as viser's `ViewerCameraMessage`.
-
-    """
+    """Where a page looks from, as viser's `ViewerCameraMessage`."""
 
     wxyz: Four
     position: Three
@@ -42,10 +39,7 @@ class Camera(
 
 
 class Value(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
-    """
-    The one attribute of a thing of the panel that a page may change.
-
-    """
+    """The one attribute of a thing of the panel that a page may change."""
 
     value: bool | float | str
 
@@ -57,10 +51,7 @@ class Change(
     forbid_unknown_fields=True,
     frozen=True,
 ):
-    """
-    A new value of a thing of the panel, as viser's `GuiUpdateMessage`.
-
-    """
+    """A new value of a thing of the panel, as viser's `GuiUpdateMessage`."""
 
     uuid: str
     updates: Value
@@ -70,10 +61,7 @@ DECODER = msgspec.msgpack.Decoder(Camera | Change)
 
 
 class MessageError(ValueError):
-    """
-    A message that no page of ours sends.
-
-    """
+    """A message that no page of ours sends."""
 
 
 def is_taken(data: object, panel: Mapping[str, Any]) -> bool:
@@ -91,7 +79,6 @@ def is_taken(data: object, panel: Mapping[str, Any]) -> bool:
     ------
     MessageError
         No page of ours says so.
-
     """
     if not isinstance(data, bytes):
         raise MessageError('messages are binary')

@@ -1,7 +1,4 @@
-"""
-A scene drawn with viser: every object is made once, and only what has changed is sent again.
-
-"""
+"""A scene drawn with viser: every object is made once, and only what has changed is sent again."""
 
 from collections import deque
 from typing import Any
@@ -38,7 +35,6 @@ class Drawing:
     ----------
     shown
         Which groups are switched on: linear, angular, frames, axes, trail, velocity.
-
     """
 
     def __init__(self, server: viser.ViserServer, scene: Scene) -> None:
@@ -129,17 +125,11 @@ class Drawing:
         )
 
     def clear_trail(self) -> None:
-        """
-        Forget where the tool was.
-
-        """
+        """Forget where the tool was."""
         self._trail.clear()
 
     def draw(self, scene: Scene) -> None:
-        """
-        Show a scene.
-
-        """
+        """Show a scene."""
         shown = self.shown
         for link, ball, ends in zip(self._links, self._balls, scene.links):
             self._stretch(link, ends, look.LINK_RADIUS * scene.size, scene.size)

@@ -31,7 +31,6 @@ class Ellipsoid(NamedTuple):
         Columns are unit vectors in the base frame, right-handed: left singular vectors.
     radii : shape (3,), m/s or rad/s by rad/s or m/s
         Singular values, descending; 0 for directions that are lost.
-
     """
 
     axes: Floats
@@ -39,20 +38,14 @@ class Ellipsoid(NamedTuple):
 
 
 class EllipsoidScales(NamedTuple):
-    """
-    The length in m that a radius of 1 is drawn with, for each block of the Jacobian.
-
-    """
+    """The length in m that a radius of 1 is drawn with, for each block of the Jacobian."""
 
     linear: float
     angular: float
 
 
 def ellipsoid_of(block: Floats) -> Ellipsoid:
-    """
-    Return the ellipsoid of three rows of a Jacobian, shape (3, n).
-
-    """
+    """Return the ellipsoid of three rows of a Jacobian, shape (3, n)."""
     U, sigma, _ = np.linalg.svd(block)
     if np.linalg.det(U) < 0.0:
         U[:, 2] = -U[:, 2]  # an axis is a line, but a rotation must not mirror
@@ -63,10 +56,7 @@ def ellipsoid_of(block: Floats) -> Ellipsoid:
 
 @lru_cache(maxsize=8)
 def ellipsoid_scales(robot: Robot, size: float) -> EllipsoidScales:
-    """
-    Return the scales that suit an arm of a size (m): constant, so that growing can be seen.
-
-    """
+    """Return the scales that suit an arm of a size (m): constant, so that growing can be seen."""
     slides = [kind == 'prismatic' for kind in robot.joint_types]
     J = evaluate(robot, seeded_poses(robot.limits, slides)[:POSES]).jacobian
 

@@ -1,6 +1,5 @@
 """
 What gauges show: how near a singular pose is, how soon, and how near each joint is to its limits.
-
 """
 
 import math
@@ -41,7 +40,6 @@ class Gauge(NamedTuple):
         Places on it with their values: where ERROR and WARN begin.
     level
         Its colour.
-
     """
 
     name: str
@@ -66,7 +64,6 @@ class JointReading(NamedTuple):
         `near lower limit`, `beyond upper limit`, or empty.
     level
         OK, WARN near a limit, ERROR beyond it.
-
     """
 
     name: str
@@ -77,10 +74,7 @@ class JointReading(NamedTuple):
 
 
 def headline(seen: Observation) -> str:
-    """
-    Return the level in words, with the name of the factor that is zero.
-
-    """
+    """Return the level in words, with the name of the factor that is zero."""
     words = LEVEL_WORDS[seen.level]
     name = factor_name(seen) if seen.level in (Level.WARN, Level.ERROR) else ''
     return f'{words}: {name}' if name else words
@@ -89,7 +83,6 @@ def headline(seen: Observation) -> str:
 def gauges_of(seen: Observation) -> tuple[Gauge, ...]:
     """
     Return the gauges of the watched measure, of the distance, and of the time to the threshold.
-
     """
     thresholds = seen.robot.thresholds
     measure = MEASURES[thresholds.measure]
@@ -151,10 +144,7 @@ def _time_gauge(seen: Observation) -> Gauge:
 
 
 def joint_readings(seen: Observation) -> tuple[JointReading, ...]:
-    """
-    Return each joint's position between its limits.
-
-    """
+    """Return each joint's position between its limits."""
     robot = seen.robot
     readings = []
     for name, kind, q, (lower, upper) in zip(

@@ -42,10 +42,7 @@ HEADERS = {
 
 
 class UnknownViserError(KinematicsError):
-    """
-    This viser does not let connections be refused as the page needs it.
-
-    """
+    """This viser does not let connections be refused as the page needs it."""
 
 
 @contextmanager
@@ -59,7 +56,6 @@ def guarded_server(
     ------
     UnknownViserError
         Somebody else could talk to it.
-
     """
     panel: dict[str, Any] = {}
     silence = io.StringIO()  # what viser prints on its own

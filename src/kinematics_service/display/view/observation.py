@@ -1,7 +1,4 @@
-"""
-What is known of an arm at one moment: all that a picture of it is made from.
-
-"""
+"""What is known of an arm at one moment: all that a picture of it is made from."""
 
 from dataclasses import dataclass
 
@@ -42,7 +39,6 @@ class Observation:
         The measures.
     level
         OK, WARN, ERROR, or STALE where nothing new is heard.
-
     """
 
     robot: Robot
@@ -61,7 +57,6 @@ def observation_of(
 ) -> Observation:
     """
     Return what is known of a state evaluated with all frames; its own level unless one is given.
-
     """
     return Observation(
         robot=state.robot,
@@ -86,7 +81,6 @@ def observe(
     ------
     JointVectorError
         `q` or `qdot` has not n numbers, or one is not finite.
-
     """
     state = evaluate(robot, q, qdot, depth=kernel.ALL_FRAMES)
     return observation_of(state, singularity_of(state), level)

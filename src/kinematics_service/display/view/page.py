@@ -1,7 +1,4 @@
-"""
-The web page: the picture, the panel beside it, and what people can switch.
-
-"""
+"""The web page: the picture, the panel beside it, and what people can switch."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -51,7 +48,6 @@ class Page:
         The arm.
     sliders
         The joints' sliders.
-
     """
 
     def __init__(
@@ -108,7 +104,6 @@ class Page:
             Full names of the nodes there are.
         node
             The one whose arm is shown.
-
         """
         options = nodes if node in nodes else (node, *nodes)
         if self._nodes.options != options:
@@ -129,25 +124,16 @@ class Page:
 
     @property
     def wants_to_publish(self) -> bool:
-        """
-        Return whether the sliders are to be published.
-
-        """
+        """Return whether the sliders are to be published."""
         return bool(self._publish.visible and self._publish.value)
 
     def follow(self, q: Floats) -> None:
-        """
-        Show joint positions on the sliders, which nobody can move then.
-
-        """
+        """Show joint positions on the sliders, which nobody can move then."""
         self._change_hands(False)
         self.sliders.jump(q)
 
     def lead(self) -> tuple[Floats, Floats | None]:
-        """
-        Return what the sliders say, q and qdot, and let people move them.
-
-        """
+        """Return what the sliders say, q and qdot, and let people move them."""
         self._change_hands(True)
         wish, self._wish = self._wish, None
         if wish is not None:
@@ -168,7 +154,6 @@ class Page:
     def show(self, seen: Observation, title: str, status: str) -> None:
         """
         Show an observation, whose it is and where it comes from; nothing is sent that is known.
-
         """
         for name, switch in self._switches.items():
             self._drawing.shown[name] = bool(switch.value)
@@ -196,7 +181,6 @@ def serve(address: Address, label: str) -> Iterator[tuple[viser.ViserServer, str
         The port is taken, or the host is no address of this computer.
     UnknownViserError
         Pages of others could talk to this one.
-
     """
     host, port, more_names = address
     check_address(host, port)

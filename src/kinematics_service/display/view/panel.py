@@ -49,10 +49,7 @@ white-space:nowrap}
 
 
 def colour(level: Level) -> str:
-    """
-    Return a level's colour for CSS.
-
-    """
+    """Return a level's colour for CSS."""
     return '#{:02x}{:02x}{:02x}'.format(*LEVEL_COLOURS[level])
 
 
@@ -61,10 +58,7 @@ def _box(name: str, content: str) -> str:
 
 
 def gauges_html(seen: Observation, title: str, status: str) -> str:
-    """
-    Return whose arm it is, the headline, where the numbers come from, and the gauges.
-
-    """
+    """Return whose arm it is, the headline, where the numbers come from, and the gauges."""
     level = seen.level
     head = (
         f'<div id="kin-title">{escape(title)}</div>'
@@ -92,10 +86,7 @@ def _gauge(gauge: Gauge) -> str:
 
 
 def facts_html(seen: Observation, scene: Scene) -> str:
-    """
-    Return the tool's pose and velocity, and the measures.
-
-    """
+    """Return the tool's pose and velocity, and the measures."""
     robot, s = seen.robot, seen.singularity
     position = seen.pose[:3, 3]
     angles = np.degrees(roll_pitch_yaw(seen.pose[:3, :3]))
@@ -136,10 +127,7 @@ def _condition(value: float) -> str:
 
 
 def jacobian_html(seen: Observation) -> str:
-    """
-    Return J as a table: rows vx to wz, columns the joints.
-
-    """
+    """Return J as a table: rows vx to wz, columns the joints."""
     slides = [kind == 'prismatic' for kind in seen.robot.joint_types]
     names = short_names(seen.robot.joint_names)
     head = ''.join(f'<th>{_breakable(name)}</th>' for name in names)
@@ -158,10 +146,7 @@ def jacobian_html(seen: Observation) -> str:
 
 
 def joints_html(seen: Observation) -> str:
-    """
-    Return each joint between its limits.
-
-    """
+    """Return each joint between its limits."""
     return _box('joints', ''.join(map(_joint, joint_readings(seen))))
 
 

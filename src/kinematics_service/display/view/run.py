@@ -1,7 +1,4 @@
-"""
-The loop behind the page: hear or read the sliders, look, show; some thirty times a second.
-
-"""
+"""The loop behind the page: hear or read the sliders, look, show; some thirty times a second."""
 
 import sys
 import time
@@ -20,76 +17,45 @@ PERIOD = 1.0 / 30.0
 
 
 class Source(Protocol):
-    """
-    Whose arm is shown, and where its joint states come from; `ros.view_session` has one.
-
-    """
+    """Whose arm is shown, and where its joint states come from; `ros.view_session` has one."""
 
     @property
     def robot(self) -> Robot:
-        """
-        Return the arm to show now: another object where it has changed.
-
-        """
+        """Return the arm to show now: another object where it has changed."""
 
     @property
     def title(self) -> str:
-        """
-        Return whose arm it is.
-
-        """
+        """Return whose arm it is."""
 
     @property
     def node(self) -> str:
-        """
-        Return the node whose arm it is; empty without ROS.
-
-        """
+        """Return the node whose arm it is; empty without ROS."""
 
     @property
     def nodes(self) -> tuple[str, ...]:
-        """
-        Return the nodes whose arms can be shown.
-
-        """
+        """Return the nodes whose arms can be shown."""
 
     def choose(self, node: str) -> None:
-        """
-        Show the arm of another node.
-
-        """
+        """Show the arm of another node."""
 
     def listen(self, seconds: float) -> None:
-        """
-        Hear what comes for so long.
-
-        """
+        """Hear what comes for so long."""
 
     def observation(self) -> Observation | None:
-        """
-        Return the newest observation; None while no joint states come.
-
-        """
+        """Return the newest observation; None while no joint states come."""
 
     @property
     def status(self) -> str:
-        """
-        Return in a line where the observation comes from, or why there is none.
-
-        """
+        """Return in a line where the observation comes from, or why there is none."""
 
     def publish(self, q: Floats) -> str:
         """
         Publish joint positions; return a reason where that is refused, empty where it is done.
-
         """
 
 
 class Silence:
-    """
-    The source of a page without ROS: an arm that is moved by sliders alone.
-
-    """
+    """The source of a page without ROS: an arm that is moved by sliders alone."""
 
     node = ''
     nodes: tuple[str, ...] = ()
@@ -98,30 +64,18 @@ class Silence:
         self.robot, self.title, self.status = robot, robot.name, status
 
     def choose(self, node: str) -> None:
-        """
-        Do nothing: there is one arm.
-
-        """
+        """Do nothing: there is one arm."""
 
     def listen(self, seconds: float) -> None:
-        """
-        Let the time pass.
-
-        """
+        """Let the time pass."""
         time.sleep(seconds)
 
     def observation(self) -> Observation | None:
-        """
-        Return nothing.
-
-        """
+        """Return nothing."""
         return None
 
     def publish(self, q: Floats) -> str:
-        """
-        Refuse.
-
-        """
+        """Refuse."""
         return 'there is no ROS here'
 
 
@@ -148,7 +102,6 @@ def run_page(
         The port is taken, or the host is no address of this computer.
     UnknownViserError
         Pages of others could talk to this one.
-
     """
     with serve(address, source.robot.name) as (server, url):
         viewpoint = Viewpoint(server)
@@ -171,10 +124,7 @@ def run_page(
 
 
 def turn(page: Page, source: Source) -> None:
-    """
-    Show what is to be seen now, or go to the node that somebody has chosen.
-
-    """
+    """Show what is to be seen now, or go to the node that somebody has chosen."""
     chosen = page.offer(source.nodes, source.node)
     if chosen != source.node:
         source.choose(chosen)

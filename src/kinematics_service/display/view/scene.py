@@ -68,7 +68,6 @@ class Lost(NamedTuple):
         Of the factor that is zero, where the robot file has one; otherwise empty.
     words
         Both in words.
-
     """
 
     linear: Floats | None
@@ -104,7 +103,6 @@ class Scene:
         None where the level is OK.
     level
         OK, WARN, ERROR, STALE.
-
     """
 
     size: float
@@ -122,28 +120,19 @@ class Scene:
     level: Level
 
     def drawn_radii(self, ellipsoid: Ellipsoid, scale: float) -> Floats:
-        """
-        Return the radii to draw, shape (3,), m.
-
-        """
+        """Return the radii to draw, shape (3,), m."""
         return np.maximum(ellipsoid.radii * scale, THINNEST * self.size)
 
 
 @lru_cache(maxsize=8)
 def size_of(robot: Robot) -> float:
-    """
-    Return an arm's size in m: its reach, or 1 where the tool does not leave frame 0.
-
-    """
+    """Return an arm's size in m: its reach, or 1 where the tool does not leave frame 0."""
     reach = float(robot.task.reach)
     return reach if reach > 1e-6 else 1.0
 
 
 def scene_of(seen: Observation) -> Scene:
-    """
-    Return the picture of an observation.
-
-    """
+    """Return the picture of an observation."""
     robot = seen.robot
     size, names = size_of(robot), short_names(robot.joint_names)
     points = np.concatenate([np.zeros((1, 3)), seen.frames[:, :3, 3], seen.pose[None, :3, 3]])
@@ -195,7 +184,6 @@ def _lost(seen: Observation, size: float) -> Lost:
 def short_names(names: Sequence[str]) -> tuple[str, ...]:
     """
     Return joint names without `_joint` at the end, where all of them end so and differ without.
-
     """
     short = tuple(name.removesuffix('_joint') for name in names)
     fit = all(s and s != name for s, name in zip(short, names)) and len(set(short)) == len(short)
@@ -203,10 +191,7 @@ def short_names(names: Sequence[str]) -> tuple[str, ...]:
 
 
 def quaternion_along(direction: Floats) -> tuple[float, float, float, float]:
-    """
-    Return the shortest rotation that turns the z axis into a unit vector, as x y z w.
-
-    """
+    """Return the shortest rotation that turns the z axis into a unit vector, as x y z w."""
     x, y, z = direction.tolist()
     if z < -1.0 + 1e-12:
         return 1.0, 0.0, 0.0, 0.0
@@ -216,10 +201,7 @@ def quaternion_along(direction: Floats) -> tuple[float, float, float, float]:
 
 
 def across(direction: Floats) -> tuple[Floats, Floats]:
-    """
-    Return two unit vectors (3,) that make a right-handed basis with a unit vector.
-
-    """
+    """Return two unit vectors (3,) that make a right-handed basis with a unit vector."""
     helper = np.zeros(3)
     helper[int(np.argmin(np.abs(direction)))] = 1.0
     x = np.cross(helper, direction)
@@ -230,7 +212,6 @@ def across(direction: Floats) -> tuple[Floats, Floats]:
 def ring(ends: Floats, size: float) -> Floats:
     """
     Return a circle about the middle of a line, shape (RING_SIDES, 2, 3), m: it shows a rotation.
-
     """
     line = ends[1] - ends[0]
     x, y = across(line / np.linalg.norm(line))
@@ -242,7 +223,6 @@ def ring(ends: Floats, size: float) -> Floats:
 def factor_name(seen: Observation) -> str:
     """
     Return the name of the singular factor that is nearest to zero, empty where there is none.
-
     """
     factors = seen.singularity.factors
     if factors is None:

@@ -1,7 +1,4 @@
-"""
-A slider for each joint, and where they begin.
-
-"""
+"""A slider for each joint, and where they begin."""
 
 import math
 import time
@@ -28,7 +25,6 @@ POSES = 200
 def slider_ranges(robot: Robot) -> Floats:
     """
     Return the ends of the sliders, shape (n, 2), rad or m: the limits, or a turn, or a metre.
-
     """
     ranges = np.array(robot.limits)
     for j, kind in enumerate(robot.joint_types):
@@ -44,10 +40,7 @@ def slider_ranges(robot: Robot) -> Floats:
 
 
 def regular_pose(robot: Robot, inside: Floats) -> Floats:
-    """
-    Return joint positions (n,) that are not near a singular pose, near zero where possible.
-
-    """
+    """Return joint positions (n,) that are not near a singular pose, near zero where possible."""
     slides = [kind == 'prismatic' for kind in robot.joint_types]
     zero = np.clip(np.zeros(robot.dof), inside[:, 0], inside[:, 1])
     poses = np.vstack([zero, inside.mean(axis=1), seeded_poses(inside, slides)[:POSES]])
@@ -63,7 +56,6 @@ def regular_pose(robot: Robot, inside: Floats) -> Floats:
 def singular_pose(robot: Robot, inside: Floats, near: Floats) -> Floats | None:
     """
     Return the singular pose (n,) inside a range that is nearest to one; None where none was found.
-
     """
     found = singular_poses(robot, inside)
     if not len(found):
@@ -86,7 +78,6 @@ class Sliders:
     ----------
     ranges : shape (n, 2), rad or m
         Their ends.
-
     """
 
     def __init__(self, server: viser.ViserServer, robot: Robot) -> None:
@@ -115,19 +106,13 @@ class Sliders:
 
     @property
     def positions(self) -> Floats:
-        """
-        Return where they stand, shape (n,), rad or m, inside their ranges.
-
-        """
+        """Return where they stand, shape (n,), rad or m, inside their ranges."""
         q = np.array([float(handle.value) for handle in self._handles])
         inside: Floats = np.clip(np.nan_to_num(q), self.ranges[:, 0], self.ranges[:, 1])
         return inside
 
     def velocities(self, q: Floats) -> Floats | None:
-        """
-        Return how fast they are being moved, shape (n,); None while they stand still.
-
-        """
+        """Return how fast they are being moved, shape (n,); None while they stand still."""
         now = time.monotonic()
         self._history.append((now, q))
         while now - self._history[0][0] > MEMORY:
@@ -140,7 +125,6 @@ class Sliders:
     def move(self, q: Floats) -> None:
         """
         Put them where the joints are; angles without limits go to the same angle within a turn.
-
         """
         for handle, value, continuous in zip(self._handles, q.tolist(), self._continuous):
             if continuous:
@@ -149,18 +133,12 @@ class Sliders:
                 handle.value = value
 
     def jump(self, q: Floats) -> None:
-        """
-        Put them somewhere at once: no velocity comes of it.
-
-        """
+        """Put them somewhere at once: no velocity comes of it."""
         self._history.clear()
         self.move(q)
 
     def enable(self, enabled: bool) -> None:
-        """
-        Let people move them, or show only.
-
-        """
+        """Let people move them, or show only."""
         for handle in self._handles:
             if handle.disabled == enabled:
                 handle.disabled = not enabled

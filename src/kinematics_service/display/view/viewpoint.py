@@ -1,7 +1,4 @@
-"""
-Where pages look from: at the middle of the arm, the whole of it in the picture.
-
-"""
+"""Where pages look from: at the middle of the arm, the whole of it in the picture."""
 
 import numpy as np
 import viser
@@ -18,7 +15,6 @@ SQUARE = 1.0
 class Viewpoint:
     """
     Where the pages of a server look from when they are opened, and when another arm is shown.
-
     """
 
     def __init__(self, server: viser.ViserServer) -> None:
@@ -27,10 +23,7 @@ class Viewpoint:
         server.on_client_connect(self._aim)
 
     def look_at(self, scene: Scene) -> None:
-        """
-        Show an arm in the middle of the picture from now on.
-
-        """
+        """Show an arm in the middle of the picture from now on."""
         self._middle = scene.links.reshape(-1, 3).mean(axis=0)
         self._offset = scene.size * OFFSET
         camera = self._server.initial_camera

@@ -28,10 +28,7 @@ AT_ONCE = 1 << 20
 
 
 def checked(path: Path) -> Iterator[Remark]:
-    """
-    Yield what is to be said of a bag, a file or a directory, that could be read.
-
-    """
+    """Yield what is to be said of a bag, a file or a directory, that could be read."""
     files = sorted(path.iterdir()) if path.is_dir() else [path]
     for file in files:
         if file.suffix == '.mcap':
@@ -44,10 +41,7 @@ def checked(path: Path) -> Iterator[Remark]:
 
 
 def missing(where: str, topic: str, promised: int, read: int) -> Iterator[Remark]:
-    """
-    Yield a remark where an index promises other than what was read.
-
-    """
+    """Yield a remark where an index promises other than what was read."""
     if promised != read:
         yield Remark(
             Level.WARN, f'{where} counts {promised:,} messages on {topic}, but holds {read:,}'

@@ -1,7 +1,4 @@
-"""
-A topic with poses of the tool in a bag: of a long one as many as the frame check can use.
-
-"""
+"""A topic with poses of the tool in a bag: of a long one as many as the frame check can use."""
 
 from collections.abc import Callable, Iterable
 from typing import Any
@@ -37,7 +34,6 @@ def track_of_messages(
         Their type, one of `POSES`.
     read
         Makes a message of its bytes, or raises anything at all.
-
     """
     rows, stamps = np.empty((HELD, 7)), np.empty(HELD, dtype=np.int64)
     stride, kept, count, looked_at, frame = 1, 0, 0, 0, ''

@@ -1,7 +1,6 @@
 """
 Bags of ROS 2 (MCAP, sqlite3) and ROS 1, read without ROS; with the writer the only users of
 rosbags.
-
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -40,7 +39,6 @@ def open_bag(path: Path, wanted: Wanted) -> Iterator[Source]:
     ------
     AuditError
         It cannot be read, or has no such topic.
-
     """
     try:
         from rosbags.highlevel import AnyReader

@@ -1,7 +1,4 @@
-"""
-The motion a controller makes of a planned trajectory: what happens between its points.
-
-"""
+"""The motion a controller makes of a planned trajectory: what happens between its points."""
 
 import math
 from typing import NamedTuple
@@ -29,7 +26,6 @@ class Planned(NamedTuple):
     positions : shape (N, k), rad or m
     velocities, accelerations
         Likewise; None where the points have none.
-
     """
 
     names: tuple[str, ...]
@@ -40,10 +36,7 @@ class Planned(NamedTuple):
 
 
 class Samples(NamedTuple):
-    """
-    A motion in steps: times (N,) in s, positions (N, k), velocities (N, k).
-
-    """
+    """A motion in steps: times (N,) in s, positions (N, k), velocities (N, k)."""
 
     times: Floats
     positions: Floats
@@ -51,10 +44,7 @@ class Samples(NamedTuple):
 
 
 def sampled(planned: Planned) -> Samples:
-    """
-    Return the motion along a trajectory, its points included.
-
-    """
+    """Return the motion along a trajectory, its points included."""
     times, q = planned.times, planned.positions
     if len(times) == 1:
         return Samples(times, q, np.zeros_like(q))

@@ -1,7 +1,4 @@
-"""
-Joint states of a recording in columns: messages in a row that look alike.
-
-"""
+"""Joint states of a recording in columns: messages in a row that look alike."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -22,10 +19,7 @@ LARGEST_BLOCK = 16_384
 
 
 class AuditError(KinematicsError, ValueError):
-    """
-    A recording that cannot be judged; one sentence says why and what is accepted.
-
-    """
+    """A recording that cannot be judged; one sentence says why and what is accepted."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +35,6 @@ class Block:
         Of the header, 0 where there is none; and of the recording.
     positions, velocities : shape (N, k), rad or m, rad/s or m/s
         As in the messages; k is mostly the number of names, and 0 where a message has none.
-
     """
 
     names: tuple[str, ...]
@@ -56,7 +49,6 @@ class Block:
     def sample(self, k: int) -> JointSample:
         """
         Return message k as the estimator takes it; the steady clock is that of the recording.
-
         """
         received = int(self.received[k])
         return JointSample(
@@ -71,10 +63,7 @@ class Block:
 
 @dataclass(frozen=True)
 class Unreadable:
-    """
-    A message among the blocks that is no JointState; why, in words.
-
-    """
+    """A message among the blocks that is no JointState; why, in words."""
 
     received: int
     reason: str
@@ -84,10 +73,7 @@ class Unreadable:
 
 
 def blocks_of(samples: Iterable[JointSample]) -> Iterator[Block]:
-    """
-    Yield samples in blocks, in their order.
-
-    """
+    """Yield samples in blocks, in their order."""
     alike: list[JointSample] = []
     key: tuple[tuple[str, ...], int, int] | None = None
     for sample in samples:

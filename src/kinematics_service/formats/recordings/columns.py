@@ -1,6 +1,5 @@
 """
 Numbers of every state of a recording, read again piece by piece: in memory while they are few.
-
 """
 
 import os
@@ -25,10 +24,7 @@ DIGITS = 16
 
 
 class Column:
-    """
-    One number for each state, to be appended to, and then read like an array.
-
-    """
+    """One number for each state, to be appended to, and then read like an array."""
 
     def __init__(self, kind: Any) -> None:
         self._kind = np.dtype(kind)
@@ -40,10 +36,7 @@ class Column:
         return self._written + self._held_count
 
     def append(self, numbers: npt.ArrayLike) -> None:
-        """
-        Add the numbers of the next states.
-
-        """
+        """Add the numbers of the next states."""
         own = np.array(numbers, dtype=self._kind)
         self._held.append(own)
         self._held_count += len(own)
@@ -99,10 +92,7 @@ class Column:
 
 
 class Table:
-    """
-    Some numbers for each state: columns side by side, read like an array (N, k).
-
-    """
+    """Some numbers for each state: columns side by side, read like an array (N, k)."""
 
     def __init__(self, columns: int) -> None:
         self.columns = tuple(Column(np.float64) for _ in range(columns))
@@ -112,10 +102,7 @@ class Table:
         return self._count
 
     def append(self, rows: Floats) -> None:
-        """
-        Add the rows of the next states.
-
-        """
+        """Add the rows of the next states."""
         self._count += len(rows)
         for k, column in enumerate(self.columns):
             column.append(rows[:, k])
@@ -130,10 +117,7 @@ class Table:
 
 
 def spans(count: int) -> Iterator[slice]:
-    """
-    Yield the rows of `count` in pieces that findings look at at once.
-
-    """
+    """Yield the rows of `count` in pieces that findings look at at once."""
     for begin in range(0, count, AT_ONCE):
         yield slice(begin, min(begin + AT_ONCE, count))
 
@@ -149,7 +133,6 @@ def median(pieces: Callable[[], Iterator[npt.NDArray[Any]]]) -> float:
     ----------
     pieces
         Yields the numbers, the same each time; none is NaN.
-
     """
     count, prefix, known = 0, 0, 0
     rank = (0, 0)

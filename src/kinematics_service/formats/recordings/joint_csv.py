@@ -1,7 +1,4 @@
-"""
-Recorded joint motions, read from a CSV file.
-
-"""
+"""Recorded joint motions, read from a CSV file."""
 
 import csv
 import math
@@ -29,10 +26,7 @@ NUMBER = re.compile(r'[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?|[-+]?(nan|inf(inity)?)'
 
 
 class RecordingError(KinematicsError, ValueError):
-    """
-    A recording that cannot be replayed; the message names file, line and column.
-
-    """
+    """A recording that cannot be replayed; the message names file, line and column."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +42,6 @@ class Recording:
         In the order of the arm's joints.
     velocities : shape (N, n), rad/s or m/s
         None where the file has none.
-
     """
 
     stamps: npt.NDArray[np.int64]
@@ -59,7 +52,6 @@ class Recording:
     def due(self) -> Floats:
         """
         Return when each row is due after the first, shape (N,), s; a step back takes no time.
-
         """
         steps = np.maximum(np.diff(self.stamps, prepend=self.stamps[:1]), 0)
         return np.cumsum(steps) * 1e-9
@@ -76,7 +68,6 @@ def read_recording(file: Path, robot: Robot) -> Recording:
     ------
     RecordingError
         The file cannot be read, or is not such a recording of this arm.
-
     """
     try:
         with file.open(encoding='utf-8-sig', newline='') as text:
@@ -174,20 +165,14 @@ class _Reader:
 
 
 def number_of(text: str) -> float:
-    """
-    Return the number a cell holds; ValueError where it holds none.
-
-    """
+    """Return the number a cell holds; ValueError where it holds none."""
     if not NUMBER.fullmatch(text.strip()):
         raise ValueError(text)
     return float(text)
 
 
 def nanoseconds_of(text: str) -> int:
-    """
-    Return the nanoseconds of a time in seconds, 0 to 2^31; ValueError where it is none.
-
-    """
+    """Return the nanoseconds of a time in seconds, 0 to 2^31; ValueError where it is none."""
     # Without a double in between: nanoseconds of a day in this century do not fit one.
     text = text.strip()
     whole, _, fraction = text.partition('.')

@@ -18,10 +18,7 @@ SECOND = 1_000_000_000
 
 
 class Columns(NamedTuple):
-    """
-    Messages in columns; `alike` tells which rows mean something.
-
-    """
+    """Messages in columns; `alike` tells which rows mean something."""
 
     alike: Flags
     names: tuple[str, ...]
@@ -31,10 +28,7 @@ class Columns(NamedTuple):
 
 
 def columns_of(raws: Sequence[bytes], ros1: bool = False) -> Columns | None:
-    """
-    Return messages of equal length in columns; None where the first has no form.
-
-    """
+    """Return messages of equal length in columns; None where the first has no form."""
     form = ros1_form_of(raws[0]) if ros1 else form_of(raws[0])
     if form is None:
         return None

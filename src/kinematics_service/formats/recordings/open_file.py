@@ -1,7 +1,4 @@
-"""
-Where joint states come from: one entry for every kind of file, found by what the file is.
-
-"""
+"""Where joint states come from: one entry for every kind of file, found by what the file is."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -32,7 +29,6 @@ def open_source(file: Path, wanted: Wanted) -> Iterator[Source]:
     ------
     AuditError
         It cannot be read; one sentence.
-
     """
     if not file.exists():
         raise AuditError(f'{file}: there is no such file')

@@ -1,7 +1,4 @@
-"""
-Planned joint trajectories, read from text or messages.
-
-"""
+"""Planned joint trajectories, read from text or messages."""
 
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -32,7 +29,6 @@ def open_planned(file: Path, wanted: Wanted) -> Source:
     ------
     AuditError
         It is none; one sentence.
-
     """
     try:
         data = file.read_bytes()
@@ -133,10 +129,7 @@ def _planned(data: Mapping[str, Any], where: str) -> Planned:
 
 
 def trajectory_of_message(message: Any) -> Planned:
-    """
-    Return the trajectory of a JointTrajectory message.
-
-    """
+    """Return the trajectory of a JointTrajectory message."""
     names = tuple(map(str, message.joint_names))
 
     def column(key: str) -> Floats | None:
@@ -222,7 +215,6 @@ def blocks_of_trajectories(
     ------
     AuditError
         A joint of the arm is not among those of a trajectory.
-
     """
     begin = BEGIN
     ours = [wanted.joint_prefix + name for name in wanted.robot.joint_names]

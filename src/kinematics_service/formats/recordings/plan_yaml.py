@@ -27,10 +27,7 @@ LOADER: Any = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)
 
 
 class PlanYamlError(Exception):
-    """
-    A text that is not accepted; its text is `line: reason`.
-
-    """
+    """A text that is not accepted; its text is `line: reason`."""
 
 
 def read_documents(text: str) -> list[Any]:
@@ -42,7 +39,6 @@ def read_documents(text: str) -> list[Any]:
     PlanYamlError
         It is not YAML, or something that is refused: anchors, aliases, tags, directives, a key
         that is there twice, too many values, nested too deeply.
-
     """
     builder = _Builder()
     try:
@@ -62,10 +58,7 @@ def read_documents(text: str) -> list[Any]:
 
 
 class _Builder:
-    """
-    The documents under construction: open lists and mappings, innermost last.
-
-    """
+    """The documents under construction: open lists and mappings, innermost last."""
 
     def __init__(self) -> None:
         self.documents: list[Any] = []

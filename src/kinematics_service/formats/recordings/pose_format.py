@@ -1,7 +1,4 @@
-"""
-How the columns of a table say a pose: the kind of its orientation, and the units.
-
-"""
+"""How the columns of a table say a pose: the kind of its orientation, and the units."""
 
 from typing import NamedTuple
 
@@ -50,7 +47,6 @@ class PoseFormat(NamedTuple):
         matrix (rows of four).
     length, angle
         m or mm; rad or deg.
-
     """
 
     kind: str = ''
@@ -66,7 +62,6 @@ def pose_format(text: str) -> PoseFormat:
     ------
     AuditError
         A word is none, or there are two of a sort.
-
     """
     fields = {'kind': KINDS, 'length': LENGTHS, 'angle': ANGLES}
     found: dict[str, str] = {}
@@ -86,7 +81,6 @@ def pose_columns(
 ) -> tuple[list[str], PoseFormat] | None:
     """
     Return the columns of a pose that begin with `prefix`, and what they are; None without any.
-
     """
     for ends, kind in ENDS:
         columns = [prefix + end for end in ends]

@@ -17,19 +17,13 @@ from .columns import Column
 
 
 class LongBag(Reader):  # type: ignore[misc]
-    """
-    A ROS 1 bag of any length.
-
-    """
+    """A ROS 1 bag of any length."""
 
     connections: list[Any]
     indexes: dict[int, Any]
 
     def open(self) -> None:
-        """
-        Open the bag.
-
-        """
+        """Open the bag."""
         self._entries: defaultdict[int, _Entries] = defaultdict(_Entries)
         super().open()
         self.indexes = {one.id: self._entries[one.id] for one in self.connections}
@@ -38,10 +32,7 @@ class LongBag(Reader):  # type: ignore[misc]
         ]
 
     def read_index_data(self, pos: int, indexes: dict[int, list[IndexData]]) -> None:
-        """
-        Read the index of one connection in the chunk at a position.
-
-        """
+        """Read the index of one connection in the chunk at a position."""
         found: defaultdict[int, list[IndexData]] = defaultdict(list)
         super().read_index_data(pos, found)
         for connection, entries in found.items():

@@ -1,7 +1,4 @@
-"""
-What is read of a recording or a planned trajectory, whatever kind of file it is.
-
-"""
+"""What is read of a recording or a planned trajectory, whatever kind of file it is."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -38,7 +35,6 @@ class PoseTrack(NamedTuple):
         Numbers beyond what a pose can have, each a sentence.
     total
         How many poses the source has; these may be some of them, evenly spread. 0: just these.
-
     """
 
     name: str
@@ -52,10 +48,7 @@ class PoseTrack(NamedTuple):
 
 
 class Wanted(NamedTuple):
-    """
-    What to read of a file: topics by name, or columns by what they begin with.
-
-    """
+    """What to read of a file: topics by name, or columns by what they begin with."""
 
     robot: Robot
     topic: str | None = None
@@ -66,10 +59,7 @@ class Wanted(NamedTuple):
 
 
 class Remark(NamedTuple):
-    """
-    What is to be said of a file itself: `level` OK, WARN, or ERROR where it is damaged.
-
-    """
+    """What is to be said of a file itself: `level` OK, WARN, or ERROR where it is damaged."""
 
     level: Level
     text: str
@@ -96,7 +86,6 @@ class Source:
         Returns the second source of the tool pose when the blocks are read; None without any.
     remarks
         What is to be said of the file itself, complete when the blocks are read.
-
     """
 
     what: str

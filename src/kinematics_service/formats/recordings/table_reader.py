@@ -1,7 +1,4 @@
-"""
-Joint states in a table: a CSV file with a header, of any of the known layouts.
-
-"""
+"""Joint states in a table: a CSV file with a header, of any of the known layouts."""
 
 import csv
 from collections.abc import Iterator
@@ -24,10 +21,7 @@ HOW = '--columns stamp=...,position=...,velocity=...,pose=... says what columns 
 
 
 class Names(NamedTuple):
-    """
-    What the columns of a layout begin with; the stamp's whole name.
-
-    """
+    """What the columns of a layout begin with; the stamp's whole name."""
 
     stamp: str
     position: str
@@ -50,7 +44,6 @@ def open_table(file: Path, wanted: Wanted) -> Source:
     ------
     AuditError
         It cannot be read, or columns are missing; the message names line and column.
-
     """
     table = _Table(file, wanted)
     return table.source()

@@ -1,7 +1,4 @@
-"""
-Rows of a table, read in pieces: quickly while nothing is wrong, else line by line.
-
-"""
+"""Rows of a table, read in pieces: quickly while nothing is wrong, else line by line."""
 
 import csv
 import warnings
@@ -25,7 +22,6 @@ NO_TEXT = 'is not UTF-8 text, so not a table'
 class Rows(NamedTuple):
     """
     Consecutive rows: stamps (N,), ns, and the wanted numbers (N, k), NaN where a cell is empty.
-
     """
 
     stamps: Times
@@ -45,7 +41,6 @@ class RowReader:
     ----------
     remarks
         What is to be said of the file, complete when the rows are read.
-
     """
 
     def __init__(
@@ -64,7 +59,6 @@ class RowReader:
         ------
         AuditError
             A line is no row of the table; the message names line and column.
-
         """
         count = 0
         try:

@@ -1,7 +1,4 @@
-"""
-Poses of a second source as matrices.
-
-"""
+"""Poses of a second source as matrices."""
 
 import math
 from collections.abc import Callable, Iterator
@@ -48,7 +45,6 @@ class PoseRows:
     ----------
     count
         Number of rows taken.
-
     """
 
     def __init__(self, form: PoseFormat, columns: int, dof: int = 0) -> None:
@@ -63,10 +59,7 @@ class PoseRows:
         self._upright = self._turned = True
 
     def take(self, stamps: Times, rows: Floats, q: Floats | None = None) -> None:
-        """
-        Look at the next rows (N, k) with their stamps (N,) and joint positions (N, n).
-
-        """
+        """Look at the next rows (N, k) with their stamps (N,) and joint positions (N, n)."""
         finite = np.all(np.isfinite(rows), axis=1)
         self.count += len(rows)
         self._finite &= bool(np.all(finite))
@@ -106,7 +99,6 @@ class PoseRows:
     def track(self, name: str, frame: str, most: int | None = None) -> PoseTrack:
         """
         Return the poses, or of more than `most` so many, at even steps in the order of stamps.
-
         """
         total = len(self._stamps)
         many = (self.count - total) / self.count > FEW

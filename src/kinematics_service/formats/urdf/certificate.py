@@ -1,7 +1,4 @@
-"""
-How exactly a robot file says what a URDF says, measured over random configurations.
-
-"""
+"""How exactly a robot file says what a URDF says, measured over random configurations."""
 
 import math
 from dataclasses import dataclass
@@ -31,7 +28,6 @@ class Certificate:
         Random joint positions inside the limits.
     position_error, rotation_error : m, rad
         The largest, not necessarily of one pose.
-
     """
 
     configurations: int
@@ -39,10 +35,7 @@ class Certificate:
     rotation_error: float
 
     def __str__(self) -> str:
-        """
-        Return it as a sentence.
-
-        """
+        """Return it as a sentence."""
         return (
             f'worst pose error over {self.configurations} random configurations inside the '
             f'limits: {self.position_error:.1e} m, {self.rotation_error:.1e} rad'
@@ -54,7 +47,6 @@ def configurations(chain: UrdfChain, count: int = CONFIGURATIONS) -> Floats:
     Return random joint positions inside the limits, the same each time, shape (count, n).
 
     Joints without limits take a full turn, slides without limits one metre.
-
     """
     low, high = [], []
     for joint in chain.variables:
@@ -68,10 +60,7 @@ def configurations(chain: UrdfChain, count: int = CONFIGURATIONS) -> Floats:
 
 
 def certify(chain: UrdfChain, robot: Robot) -> Certificate:
-    """
-    Return how far the robot is from the chain it was made from.
-
-    """
+    """Return how far the robot is from the chain it was made from."""
     q = configurations(chain)
     expected, found = chain.poses(q), forward_kinematics(robot, q)
     position = np.linalg.norm(found[:, :3, 3] - expected[:, :3, 3], axis=1)

@@ -28,7 +28,6 @@ class Variable:
         `revolute`, `prismatic`, or `helical` where joints that mimic it slide too.
     lower, upper, velocity
         rad or m, infinite where there is none.
-
     """
 
     name: str
@@ -55,7 +54,6 @@ class Motion:
         The joint's position is factor times that variable (its index) plus offset, in rad or m.
     follows
         Whether the joint mimics another.
-
     """
 
     turns: bool
@@ -78,7 +76,6 @@ class UrdfChain:
         The name in the URDF.
     end : shape (4, 4)
         What stands still after the last motion.
-
     """
 
     robot: str
@@ -89,10 +86,7 @@ class UrdfChain:
     end: Floats
 
     def poses(self, q: Floats) -> Floats:
-        """
-        Return the tip in the base, shape (k, 4, 4), at positions q, shape (k, n), rad or m.
-
-        """
+        """Return the tip in the base, shape (k, 4, 4), at positions q, shape (k, n), rad or m."""
         T = np.broadcast_to(np.eye(4), (len(q), 4, 4))
         for motion in self.motions:
             position = motion.factor * q[:, motion.variable] + motion.offset
@@ -101,10 +95,7 @@ class UrdfChain:
 
 
 def moved(turns: bool, axis: Floats, position: Floats) -> Floats:
-    """
-    Return what joints at positions (k,) do, about or along an axis: shape (k, 4, 4).
-
-    """
+    """Return what joints at positions (k,) do, about or along an axis: shape (k, 4, 4)."""
     T = np.tile(np.eye(4), (len(position), 1, 1))
     if turns:
         T[:, :3, :3] = turn_about(axis, position)
@@ -121,7 +112,6 @@ def read_chain(tree: UrdfTree, base: str, tip: str, angle: Angle = float) -> Urd
     ------
     UrdfError
         There is none, no joint moves it, or a robot file cannot say what one of its joints does.
-
     """
     way = [read_joint(element, angle) for element in tree.chain(base, tip)]
     leaders = {joint.name: _followed(tree, joint) for joint in way if joint.type in MOVING}

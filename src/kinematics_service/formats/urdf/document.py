@@ -21,10 +21,7 @@ MOST_LISTED = 30  # names in a message
 
 
 class UrdfError(KinematicsError, ValueError):
-    """
-    A URDF that cannot be read, or a chain in it that no robot file can say.
-
-    """
+    """A URDF that cannot be read, or a chain in it that no robot file can say."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +35,6 @@ class Element:
         Text between elements is not kept: URDF has none.
     file, line
         Where it begins; lines are counted from 1.
-
     """
 
     tag: str
@@ -48,17 +44,11 @@ class Element:
     line: int
 
     def all(self, tag: str) -> Iterator['Element']:
-        """
-        Yield the children of a tag.
-
-        """
+        """Yield the children of a tag."""
         return (child for child in self.children if child.tag == tag)
 
     def first(self, tag: str) -> 'Element | None':
-        """
-        Return the first child of a tag, or None.
-
-        """
+        """Return the first child of a tag, or None."""
         return next(self.all(tag), None)
 
     def refuse(self, message: str) -> NoReturn:
@@ -69,16 +59,12 @@ class Element:
         ------
         UrdfError
             Always.
-
         """
         raise UrdfError(str(Fault(self.file, self.line, self.title, message)))
 
     @property
     def title(self) -> str:
-        """
-        Return the element as messages call it: `<joint name='elbow'>`.
-
-        """
+        """Return the element as messages call it: `<joint name='elbow'>`."""
         name = self.attributes.get('name')
         return f'<{self.tag}>' if name is None else f'<{self.tag} name={shown(name)}>'
 
@@ -86,16 +72,12 @@ class Element:
 def shown(text: str) -> str:
     """
     Return a text of the file in quotes, cut to 60 characters, control characters spelled out.
-
     """
     return repr(text if len(text) <= 60 else f'{text[:57]}...')
 
 
 def listed(names: tuple[str, ...]) -> str:
-    """
-    Return names for a message, the first thirty of them.
-
-    """
+    """Return names for a message, the first thirty of them."""
     more = f' and {len(names) - MOST_LISTED} more' if len(names) > MOST_LISTED else ''
     return ', '.join(shown(name)[1:-1] for name in names[:MOST_LISTED]) + more or 'none'
 
@@ -108,7 +90,6 @@ def read_urdf(path: Path) -> Element:
     ------
     UrdfError
         It cannot be read, is too large, or is not a URDF.
-
     """
     try:
         with path.open('rb') as stream:
@@ -127,7 +108,6 @@ def parse_urdf(content: bytes, file: str) -> Element:
     UrdfError
         Not XML, a DOCTYPE, xacro that has not been expanded, something other than a `<robot>`, or
         too large.
-
     """
     if len(content) > MAX_BYTES:
         raise UrdfError(f'{file}: larger than {MAX_BYTES // 2**20} MiB: not a URDF')

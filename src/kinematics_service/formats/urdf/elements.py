@@ -1,7 +1,4 @@
-"""
-The links and joints a URDF is to have, as frozen data.
-
-"""
+"""The links and joints a URDF is to have, as frozen data."""
 
 from dataclasses import dataclass
 
@@ -25,7 +22,6 @@ class Limit:
     lower, upper : rad or m
         None for a continuous joint.
     velocity : rad/s or m/s
-
     """
 
     lower: float | None
@@ -35,10 +31,7 @@ class Limit:
 
 @dataclass(frozen=True)
 class Mimic:
-    """
-    This joint's position is `multiplier` times another's.
-
-    """
+    """This joint's position is `multiplier` times another's."""
 
     joint: str
     multiplier: float
@@ -61,7 +54,6 @@ class PlannedJoint:
         None where there is none.
     hub
         Whether it is drawn: of several joints on one axis only the first is.
-
     """
 
     name: str
@@ -88,7 +80,6 @@ class Plan:
         The link that is the tool frame.
     joint_order
         The names of the actuated joints where the chain's order is another; else empty.
-
     """
 
     links: tuple[str, ...]
@@ -109,7 +100,6 @@ class FrameNames:
         Names instead of the file's; empty: the file's.
     frame_prefix, joint_prefix
         Put before every frame, and before every joint.
-
     """
 
     base: str = ''

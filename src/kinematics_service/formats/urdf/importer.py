@@ -1,7 +1,4 @@
-"""
-A chain of a URDF made into a robot file, and the proof that it is the same arm.
-
-"""
+"""A chain of a URDF made into a robot file, and the proof that it is the same arm."""
 
 import os
 import re
@@ -39,7 +36,6 @@ class UrdfImport:
         The robot of that text.
     certificate
         How exact it is.
-
     """
 
     text: str
@@ -79,7 +75,6 @@ def import_urdf(
     ------
     UrdfError
         The text is no URDF, has no such chain, or holds a joint that no robot file can say.
-
     """
     root = parse_urdf(urdf.encode('utf-8'), '<text>')
     return _imported(root, 'URDF', base, tip, name, convention, round_angles)
@@ -100,7 +95,6 @@ def import_file(
     ------
     UrdfError
         The file cannot be read, or as `import_urdf`.
-
     """
     path = Path(path)
     source = f'URDF {path.name}'

@@ -1,7 +1,4 @@
-"""
-A joint of a URDF: its type, origin, axis, limits, and what it mimics.
-
-"""
+"""A joint of a URDF: its type, origin, axis, limits, and what it mimics."""
 
 import math
 import re
@@ -45,7 +42,6 @@ class UrdfJoint:
         Infinite where there is none.
     mimics
         The joint it follows, or empty: its position is multiplier times that one's plus offset.
-
     """
 
     element: Element
@@ -76,7 +72,6 @@ def read_joint(element: Element, angle: Angle = float) -> UrdfJoint:
     ------
     UrdfError
         Of a type that is no joint of an arm, or with an attribute that is no number.
-
     """
     kind = element.attributes.get('type', '')
     if kind not in (*MOVING, 'fixed'):

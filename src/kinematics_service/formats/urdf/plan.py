@@ -178,6 +178,5 @@ def _number(value: float) -> float:
 def plan_of(robot: Robot, names: FrameNames = AS_IN_THE_FILE) -> Plan:
     """
     Return the links and joints of a robot, its base frame the root, its tool frame the last leaf.
-
     """
     return _Planner(robot, names).plan()

@@ -1,7 +1,4 @@
-"""
-Numbers of a table as they will be written: text and value are one and the same.
-
-"""
+"""Numbers of a table as they will be written: text and value are one and the same."""
 
 import math
 from dataclasses import dataclass
@@ -17,20 +14,14 @@ LAST_DIGITS, ROUNDED = 2.5, 1e-3
 
 @dataclass(frozen=True)
 class Quantity:
-    """
-    A number and its text in a robot file, in rad or m.
-
-    """
+    """A number and its text in a robot file, in rad or m."""
 
     text: str
     value: float
 
 
 def length_of(value: float) -> Quantity:
-    """
-    Return a length without the last digits that are round-off, 0.4 for 0.40000000000000013.
-
-    """
+    """Return a length without the last digits that are round-off, 0.4 for 0.40000000000000013."""
     value = float(value)  # repr of a numpy number is no number
     near = round(value, DECIMALS)
     value = (near if abs(value - near) <= ROUND_OFF * max(1.0, abs(value)) else value) + 0.0
@@ -38,10 +29,7 @@ def length_of(value: float) -> Quantity:
 
 
 def angle_of(value: float) -> Quantity:
-    """
-    Return an angle likewise, and parts of pi by their name, -pi/2 for -1.5707963267948966.
-
-    """
+    """Return an angle likewise, and parts of pi by their name, -pi/2 for -1.5707963267948966."""
     part = Fraction(round(value / math.pi * PARTS), PARTS)
     over, under = part.numerator, part.denominator
     exact = over * math.pi / under
@@ -57,7 +45,6 @@ def as_rounded_part_of_pi(text: str) -> float:
 
     `1.57`, `1.5707` (cut off) and `1.570796325` (half of a rounded pi) are pi/2; an angle with as
     many digits that differs earlier, such as a calibrated one, stays what it is.
-
     """
     value = float(text)
     decimals = len(text.partition('.')[2])

@@ -1,7 +1,4 @@
-"""
-A table written as a robot file.
-
-"""
+"""A table written as a robot file."""
 
 import json
 import math
@@ -48,7 +45,6 @@ def robot_file_text(
     ------
     UrdfError
         A name that no robot file may hold.
-
     """
     names = _variables(chain.variables)
     moving = {term.variable for row in table.rows for term in row.terms}

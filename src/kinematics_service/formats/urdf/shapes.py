@@ -36,7 +36,6 @@ class Shape:
         In the link's frame.
     colour
         `rod`, `turning`, `sliding` or `tool`.
-
     """
 
     kind: str
@@ -46,10 +45,7 @@ class Shape:
 
 
 def shapes_of(plan: Plan, length: float) -> dict[str, tuple[Shape, ...]]:
-    """
-    Return the shapes of each link, for an arm of the characteristic length (m).
-
-    """
+    """Return the shapes of each link, for an arm of the characteristic length (m)."""
     shapes: dict[str, list[Shape]] = {link: [] for link in plan.links}
     for joint in plan.joints:
         shapes[joint.parent] += _rod(joint.origin[:3, 3], length)

@@ -30,10 +30,7 @@ RIGHT_ANGLE = math.pi / 2.0 + 1e-9
 
 @dataclass(frozen=True)
 class Term:
-    """
-    What moves in a row: a variable (its index) times a factor, in theta or in d.
-
-    """
+    """What moves in a row: a variable (its index) times a factor, in theta or in d."""
 
     turns: bool
     variable: int
@@ -49,7 +46,6 @@ class TableRow:
     ----------
     follows
         Whether the joint it is made from mimics another.
-
     """
 
     theta: Quantity
@@ -62,30 +58,21 @@ class TableRow:
 
 @dataclass(frozen=True)
 class Pose:
-    """
-    A constant pose R = Rz(yaw) Ry(pitch) Rx(roll), as it will be written.
-
-    """
+    """A constant pose R = Rz(yaw) Ry(pitch) Rx(roll), as it will be written."""
 
     xyz: tuple[Quantity, ...]
     rpy: tuple[Quantity, ...]
 
     @property
     def matrix(self) -> Floats:
-        """
-        Return it as (4, 4), translation in m.
-
-        """
+        """Return it as (4, 4), translation in m."""
         roll, pitch, yaw = (angle.value for angle in self.rpy)
         return pose_of([length.value for length in self.xyz], (roll, pitch, yaw))
 
 
 @dataclass(frozen=True)
 class Table:
-    """
-    The rows, frame 0 in the base link, and the tip link in the last row's frame.
-
-    """
+    """The rows, frame 0 in the base link, and the tip link in the last row's frame."""
 
     rows: tuple[TableRow, ...]
     base: Pose
@@ -104,10 +91,7 @@ class _Line:
 
 
 def table_of(chain: UrdfChain) -> Table:
-    """
-    Return the standard table of a chain.
-
-    """
+    """Return the standard table of a chain."""
     lines, tip = _lines(chain)
     size = sum(float(np.linalg.norm(motion.before[:3, 3])) for motion in chain.motions)
     size += float(np.linalg.norm(chain.end[:3, 3]))
@@ -138,7 +122,6 @@ def modified(table: Table) -> Table:
     Return the same table by Craig's convention: a and alpha stand one row further down.
 
     The last a and alpha become part of the tool.
-
     """
     rows, zero = [], length_of(0.0)
     a, alpha = zero, zero

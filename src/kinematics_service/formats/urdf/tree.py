@@ -1,7 +1,4 @@
-"""
-The links and joints of a URDF, and the way from one link down to another.
-
-"""
+"""The links and joints of a URDF, and the way from one link down to another."""
 
 import difflib
 from collections.abc import Mapping, Sequence
@@ -23,7 +20,6 @@ class UrdfTree:
         Elements by name, in the order of the file.
     above
         The joints whose child a link is; in a tree one or none.
-
     """
 
     root: Element
@@ -39,7 +35,6 @@ class UrdfTree:
         ------
         UrdfError
             A link is not there, the tip does not hang on the base, or the way is a loop.
-
         """
         for link, option in ((base, 'base'), (tip, 'tip')):
             if link not in self.links:
@@ -77,7 +72,6 @@ def end_of(joint: Element, end: str) -> str:
     ------
     UrdfError
         It is not said.
-
     """
     element = joint.first(end)
     link = None if element is None else element.attributes.get('link')
@@ -94,7 +88,6 @@ def read_tree(root: Element) -> UrdfTree:
     ------
     UrdfError
         One has no name, the name of another, or hangs on nothing.
-
     """
     links, joints = _named(root, 'link'), _named(root, 'joint')
     if not links:

@@ -1,7 +1,4 @@
-"""
-A robot written as URDF, exact: every frame of the table is a link.
-
-"""
+"""A robot written as URDF, exact: every frame of the table is a link."""
 
 import math
 from collections.abc import Iterable
@@ -42,7 +39,6 @@ def urdf_text(robot: Robot, names: FrameNames = AS_IN_THE_FILE) -> str:
         The arm.
     names
         Other names of base and tool, prefixes of frames and joints.
-
     """
     plan = plan_of(robot, names)
     root = ElementTree.Element('robot', name=robot.name)

@@ -1,4 +1,1 @@
-"""
-Inverse kinematics: all joint positions that bring the tool to a target, each of them proved.
-
-"""
+"""Inverse kinematics: all joint positions that bring the tool to a target, each of them proved."""

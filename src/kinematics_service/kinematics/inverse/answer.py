@@ -1,6 +1,5 @@
 """
 The answer: what was found as the result a user reads, and the nearest pose where that is none.
-
 """
 
 import numpy as np
@@ -26,10 +25,7 @@ LEFT_FREE = 'the target leaves joints free to move: '
 def answer(
     question: Question, found: Found, method: Method, best: Best, respect_limits: bool
 ) -> IkResult:
-    """
-    Return the result of proved solutions, told apart from families.
-
-    """
+    """Return the result of proved solutions, told apart from families."""
     robot, aim, plan = question.robot, question.aim, question.plan
     families: tuple[Family, ...] = ()
     isolated = found
@@ -54,10 +50,7 @@ def result_of(
     best: Best,
     respect_limits: bool,
 ) -> IkResult:
-    """
-    Return the result of isolated solutions and families.
-
-    """
+    """Return the result of isolated solutions and families."""
     solutions = _solutions(question, found)
     continua = tuple(family_of(question, family) for family in families)
     inside = tuple(solution for solution in solutions if solution.feasible)
@@ -72,10 +65,7 @@ def result_of(
 
 
 def inside_limits(solutions: int, families: int) -> str:
-    """
-    Return the sentence of a result that has solutions.
-
-    """
+    """Return the sentence of a result that has solutions."""
     sentence = f'{solutions} {"solution" if solutions == 1 else "solutions"} inside the limits'
     if not families:
         return sentence
@@ -127,10 +117,7 @@ def _solutions(question: Question, found: Found) -> tuple[IkSolution, ...]:
 
 
 def moving_joints(robot: Robot, motions: Floats) -> tuple[str, ...]:
-    """
-    Return the names of the joints that motions (k, n) move.
-
-    """
+    """Return the names of the joints that motions (k, n) move."""
     columns = zip(robot.joint_names, *motions.tolist())
     return tuple(name for name, *moves in columns if any(abs(move) > MOVES for move in moves))
 
@@ -140,10 +127,7 @@ def _named(robot: Robot, which: npt.NDArray[np.bool_]) -> tuple[str, ...]:
 
 
 def family_of(question: Question, family: Family) -> IkFamily:
-    """
-    Return a family as the result has it, at a pose near to where it was asked to be.
-
-    """
+    """Return a family as the result has it, at a pose near to where it was asked to be."""
     robot, plan = question.robot, question.plan
     if not plan.redundant:
         q = representatives(robot, plan, family.q[None], question.near).q[0]
@@ -199,9 +183,6 @@ def _nearest(
 
 
 def nearest_pose(question: Question, q: Floats, error: float) -> NearestPose:
-    """
-    Return how near to the target the tool is at joint positions (n,).
-
-    """
+    """Return how near to the target the tool is at joint positions (n,)."""
     linear, angular = kernel.parts_of_error(question.aim.residual, np.array(q))
     return NearestPose(q.copy(), error, linear, angular)

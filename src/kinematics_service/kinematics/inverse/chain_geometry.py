@@ -1,6 +1,5 @@
 """
 What can be recognised in the screws of an arm: parallel axes, axes that meet, links in a plane.
-
 """
 
 from collections.abc import Sequence
@@ -17,19 +16,13 @@ SAME = 1e-9
 
 
 def size_of(screws: Screws) -> float:
-    """
-    Return the largest distance between the points of the arm, in m.
-
-    """
+    """Return the largest distance between the points of the arm, in m."""
     points = np.vstack([screws.points, screws.tool])
     return max(float(np.max(np.linalg.norm(points - points[0], axis=1))), 1e-12)
 
 
 def parallel(a: Floats, b: Floats) -> bool:
-    """
-    Return whether two unit vectors are parallel or opposite.
-
-    """
+    """Return whether two unit vectors are parallel or opposite."""
     return float(np.linalg.norm(np.cross(a, b))) < SAME
 
 
@@ -38,7 +31,6 @@ def meeting_point(screws: Screws, which: Sequence[int]) -> Floats | None:
     Return the point (3,) in which rotation axes meet at rest, m; None where they do not.
 
     Neighbours among them must not be parallel: they would share an axis, or miss each other.
-
     """
     if any(screws.slides[k] for k in which):
         return None
@@ -54,10 +46,7 @@ def meeting_point(screws: Screws, which: Sequence[int]) -> Floats | None:
 
 
 def all_parallel(screws: Screws, which: Sequence[int]) -> bool:
-    """
-    Return whether these are rotations about parallel axes.
-
-    """
+    """Return whether these are rotations about parallel axes."""
     first = screws.axes[which[0]]
     return all(not screws.slides[k] and parallel(first, screws.axes[k]) for k in which)
 
@@ -67,7 +56,6 @@ def with_feet(screws: Screws) -> Screws:
     Return the screws with the points of axes 1 and 2 at the feet of their common perpendicular.
 
     What is parallel, or meets, to the last digits does so exactly then.
-
     """
     axes, points = screws.axes.copy(), screws.points.copy()
     coupling = screws.coupling.copy()
@@ -90,10 +78,7 @@ def with_feet(screws: Screws) -> Screws:
 
 
 def reversed_screws(screws: Screws) -> Screws:
-    """
-    Return the screws from tool to base: the inverse of a product is that of the inverses.
-
-    """
+    """Return the screws from tool to base: the inverse of a product is that of the inverses."""
     return replace(
         screws,
         axes=screws.axes[::-1].copy(),
@@ -110,7 +95,6 @@ def with_links_merged(screws: Screws) -> Screws:
     In a plane each link is a vector turned by the sum of the angles before it. Links that turn
     together, as in a parallelogram, are one link; links that do not turn stand before the others.
     Where that does not leave two, the screws are returned as they are.
-
     """
     k = len(screws.axes)
     start = k

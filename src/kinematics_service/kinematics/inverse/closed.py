@@ -1,7 +1,4 @@
-"""
-Solutions in closed form: one call of the kernel finds, proves and sorts them.
-
-"""
+"""Solutions in closed form: one call of the kernel finds, proves and sorts them."""
 
 import numpy as np
 
@@ -21,20 +18,14 @@ NO_POSTURE = Posture()
 
 
 def room_for(count: int, question: Question) -> kernel.Solutions:
-    """
-    Return room for so many solutions.
-
-    """
+    """Return room for so many solutions."""
     return kernel.Solutions(np.empty((count, question.robot.chain.dof)))
 
 
 def closed_solutions(
     question: Question, form: kernel.ClosedForm, only_one: bool
 ) -> kernel.Solutions:
-    """
-    Return all solutions of an arm with a closed form, or the nearest one inside the limits.
-
-    """
+    """Return all solutions of an arm with a closed form, or the nearest one inside the limits."""
     solutions = room_for(1 if only_one else kernel.MOST_CANDIDATES, question)
     kernel.closed_solutions(
         form,
@@ -49,10 +40,7 @@ def closed_solutions(
 
 
 def solutions_of(question: Question, proved: kernel.Solutions) -> tuple[IkSolution, ...]:
-    """
-    Return proved solutions as the result has them, in their order.
-
-    """
+    """Return proved solutions as the result has them, in their order."""
     names = question.robot.joint_names
     solutions = []
     for k, q in enumerate(proved.q[: proved.count].copy()):

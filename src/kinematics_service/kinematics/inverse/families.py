@@ -1,7 +1,4 @@
-"""
-Families: whether a solution is isolated, or one of a continuum, and how the continuum runs.
-
-"""
+"""Families: whether a solution is isolated, or one of a continuum, and how the continuum runs."""
 
 from typing import NamedTuple
 
@@ -43,7 +40,6 @@ class Family(NamedTuple):
         Orthonormal, scaled.
     straight
         Whether every multiple of the motions is in the family.
-
     """
 
     q: Floats
@@ -55,10 +51,7 @@ class Family(NamedTuple):
 def isolated_or_not(
     robot: Robot, aim: Aim, plan: Plan, found: Found
 ) -> tuple[Found, tuple[Family, ...]]:
-    """
-    Return the isolated ones of proved solutions, and the families of the others.
-
-    """
+    """Return the isolated ones of proved solutions, and the families of the others."""
     n = robot.dof
     shares = np.empty(len(found.q))
     kernel.pivots(aim.residual, plan.scales, found.q, shares)
@@ -124,7 +117,6 @@ def _merged(plan: Plan, families: list[Family]) -> list[Family]:
 def away_from_line(plan: Plan, away: Floats, motions: Floats) -> Floats:
     """
     Return what of a scaled way (n,) does not run along straight motions, full turns left out.
-
     """
     for motion in motions:
         j = int(np.argmax(np.abs(motion)))
@@ -135,10 +127,7 @@ def away_from_line(plan: Plan, away: Floats, motions: Floats) -> Floats:
 def nearer(
     robot: Robot, aim: Aim, plan: Plan, family: Family, near: Floats, limits: Floats
 ) -> Family:
-    """
-    Return the family at the pose nearest to `near` that some steps along it lead to.
-
-    """
+    """Return the family at the pose nearest to `near` that some steps along it lead to."""
     q, error = family.q, family.error
     motions = family.motions
     for _ in range(TIMES):
@@ -159,10 +148,7 @@ def nearer(
 
 
 def tangent(robot: Robot, aim: Aim, plan: Plan, q: Floats, dimension: int) -> Floats:
-    """
-    Return the joint motions (k, n), scaled and orthonormal, that J maps to least.
-
-    """
+    """Return the joint motions (k, n), scaled and orthonormal, that J maps to least."""
     n = robot.dof
     sigma, motions = np.zeros((1, n)), np.zeros((1, n, n))
     kernel.free_motions(aim.residual, plan.scales, q[None].copy(), sigma, motions)

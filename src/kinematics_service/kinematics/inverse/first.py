@@ -1,7 +1,4 @@
-"""
-One solution: the first that is proved inside the limits, found from where the arm is.
-
-"""
+"""One solution: the first that is proved inside the limits, found from where the arm is."""
 
 import functools
 
@@ -26,7 +23,6 @@ def first_solution(question: Question) -> kernel.Solutions:
 
     In closed form it is the nearest to `near`; by refinement from there, or from seeded starts if
     that leads nowhere, it is one near by.
-
     """
     plan = question.plan
     if plan.closed is not None:

@@ -1,6 +1,5 @@
 """
 How an arm's inverse is found: recognised once from its screws, then the same for every target.
-
 """
 
 import functools
@@ -58,7 +57,6 @@ class Plan(FrozenArrays):
         The middle of the limits, 0 where there are none.
     limits, unlimited : shape (n, 2), rad or m
         The limits, and none.
-
     """
 
     READ_ONLY: ClassVar = ('scales', 'held', 'idle', 'periods', 'middle', 'limits', 'unlimited')
@@ -77,10 +75,7 @@ class Plan(FrozenArrays):
 
 @functools.lru_cache(maxsize=128)
 def plan_for(robot: Robot, rows: tuple[str, ...]) -> Plan:
-    """
-    Return the plan of an arm, for the rows asked for.
-
-    """
+    """Return the plan of an arm, for the rows asked for."""
     screws = screws_of(robot.chain)
     scales = np.array(robot.task.column_scales)
     idle, rank = _idle_motions(robot, rows, scales)
@@ -131,7 +126,6 @@ def signed(motions: Floats) -> Floats:
     Return unit motions (k, n) with the first large number of each positive, and no negative zero.
 
     So they are the same on each machine.
-
     """
     signs = np.sign(motions[np.arange(len(motions)), np.argmax(np.abs(motions) > 0.1, axis=1)])
     return np.asarray(np.where(np.abs(motions) < 1e-9, 0.0, motions) * signs[:, None])

@@ -1,6 +1,5 @@
 """
 A question to an arm: a target, the plan to find what leads there, and where it should be near.
-
 """
 
 from typing import NamedTuple
@@ -27,7 +26,6 @@ class Question(NamedTuple):
         Where solutions should be near.
     seed
         Of the starts of a search.
-
     """
 
     robot: Robot
@@ -37,10 +35,7 @@ class Question(NamedTuple):
     seed: int
 
     def random(self) -> np.random.Generator:
-        """
-        Return the generator of the seed, from its beginning.
-
-        """
+        """Return the generator of the seed, from its beginning."""
         return np.random.default_rng(self.seed)
 
 
@@ -52,7 +47,6 @@ def near_or_middle(robot: Robot, plan: Plan, near: npt.ArrayLike | None) -> Floa
     ------
     JointVectorError
         It is something else.
-
     """
     if near is None:
         return plan.middle.copy()

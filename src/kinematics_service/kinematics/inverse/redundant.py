@@ -1,6 +1,5 @@
 """
 Arms with more joints than the target has rows: a continuum for every target, and one pose of it.
-
 """
 
 import numpy as np
@@ -20,10 +19,7 @@ FEW, MANY = 24, 240
 def redundant_family(
     robot: Robot, aim: Aim, plan: Plan, near: Floats, random: np.random.Generator
 ) -> tuple[Family | None, Best]:
-    """
-    Return the family of a target at a pose near `near`, inside the limits if any is.
-
-    """
+    """Return the family of a target at a pose near `near`, inside the limits if any is."""
     limits = np.array(robot.limits)
     best = Best(near, np.inf)
     for count, bounded in ((FEW, True), (MANY, True), (FEW, False)):
@@ -51,17 +47,13 @@ def redundant_family(
 
 
 def dimension(robot: Robot, aim: Aim) -> int:
-    """
-    Return the dimension of the families of a redundant arm.
-
-    """
+    """Return the dimension of the families of a redundant arm."""
     return max(robot.chain.dof - len(aim.rows), 1)
 
 
 def into_limits(robot: Robot, q: Floats, random: np.random.Generator) -> Floats:
     """
     Return starts (m, n) on full turns, those outside narrower limits drawn again inside them.
-
     """
     low, high = robot.limits.T
     bounded = np.isfinite(low) & np.isfinite(high)

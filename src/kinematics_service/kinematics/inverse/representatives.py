@@ -1,6 +1,5 @@
 """
 Which of the joint positions that differ by full turns are meant, and how they stand to limits.
-
 """
 
 from typing import NamedTuple
@@ -26,7 +25,6 @@ class Representatives(NamedTuple):
         Which joints are beyond their limits.
     margin : shape (m,)
         Distance to the nearest limit, rad or m; negative beyond one.
-
     """
 
     q: Floats
@@ -35,10 +33,7 @@ class Representatives(NamedTuple):
 
 
 def representatives(robot: Robot, plan: Plan, q: Floats, near: Floats) -> Representatives:
-    """
-    Return the representatives of joint positions (m, n) nearest to `near` (n,).
-
-    """
+    """Return the representatives of joint positions (m, n) nearest to `near` (n,)."""
     q = np.array(q, dtype=np.float64, order='C')
     kernel.representatives(plan.joints, near, q)
     room = np.minimum(q - plan.limits[:, 0], plan.limits[:, 1] - q)

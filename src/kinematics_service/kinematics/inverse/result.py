@@ -1,7 +1,4 @@
-"""
-What inverse kinematics answers: solutions, families of them, or the nearest pose.
-
-"""
+"""What inverse kinematics answers: solutions, families of them, or the nearest pose."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -32,7 +29,6 @@ class Posture:
         `up` where axis 3 is above the line from axis 2 to the wrist (z1 is up), else `down`.
     wrist
         `flip` where (z4 x z5) . z6 is negative, else `no_flip`.
-
     """
 
     shoulder: str = ''
@@ -40,10 +36,7 @@ class Posture:
     wrist: str = ''
 
     def __str__(self) -> str:
-        """
-        Return the words that are not empty, as `shoulder left, elbow up, wrist flip`.
-
-        """
+        """Return the words that are not empty, as `shoulder left, elbow up, wrist flip`."""
         parts = (('shoulder', self.shoulder), ('elbow', self.elbow), ('wrist', self.wrist))
         return ', '.join(f'{name} {word.replace("_", " ")}' for name, word in parts if word)
 
@@ -68,7 +61,6 @@ class IkSolution(FrozenArrays):
         Distance to the nearest limit, rad or m; negative beyond one; infinite without any.
     posture
         Which of the arm's postures it is.
-
     """
 
     READ_ONLY: ClassVar = ('q',)
@@ -100,7 +92,6 @@ class IkFamily(FrozenArrays):
         Names of the joints that move along it.
     residual, feasible, beyond, margin, posture
         Of `q`, as in `IkSolution`.
-
     """
 
     READ_ONLY: ClassVar = ('q', 'motions', 'scales', 'periods')
@@ -122,15 +113,11 @@ class IkFamily(FrozenArrays):
         Return whether joint positions (n,) lie on a straight family, modulo full turns.
 
         A curved family is known at its representative only: there this is whether q is that one.
-
         """
         return self.distance(q) < ON_FAMILY
 
     def distance(self, q: Floats) -> float:
-        """
-        Return how far joint positions (n,) are from the family, in rad; see `contains`.
-
-        """
+        """Return how far joint positions (n,) are from the family, in rad; see `contains`."""
         away = np.asarray(q) - self.q
         if self.straight:
             # A turn of a joint that moves changes nothing; the others are compared after it.
@@ -158,7 +145,6 @@ class NearestPose(FrozenArrays):
         As in `IkSolution`.
     position_error, rotation_error
         Its parts, over the rows asked for: m, rad.
-
     """
 
     READ_ONLY: ClassVar = ('q',)
@@ -190,7 +176,6 @@ class IkResult(Sequence[IkSolution]):
         `closed form`: all there are. `search`: all that many starts found.
     nearest
         The nearest pose, where no solution is inside the limits; of a family its representative.
-
     """
 
     solutions: tuple[IkSolution, ...]

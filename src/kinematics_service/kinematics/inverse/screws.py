@@ -30,7 +30,6 @@ class Screws(FrozenArrays):
         How each moves with the joints.
     home : shape (4, 4)
         The tool where every joint is zero.
-
     """
 
     READ_ONLY: ClassVar = ('axes', 'points', 'coupling', 'home')
@@ -43,10 +42,7 @@ class Screws(FrozenArrays):
 
     @property
     def tool(self) -> Floats:
-        """
-        Return the tool's origin where every joint is zero, shape (3,), m.
-
-        """
+        """Return the tool's origin where every joint is zero, shape (3,), m."""
         return self.home[:3, 3]
 
 
@@ -55,7 +51,6 @@ def screws_of(chain: Chain) -> Screws:
     Return the screws of a chain.
 
     An element that turns and slides is two of them, one after the other on the same axis.
-
     """
     table = chain.table
     axes, points, slides, coupling = [], [], [], []

@@ -1,7 +1,4 @@
-"""
-Solutions by search: many starts, each refined by the kernel, until all have been seen often.
-
-"""
+"""Solutions by search: many starts, each refined by the kernel, until all have been seen often."""
 
 from typing import NamedTuple
 
@@ -31,7 +28,6 @@ class Found(NamedTuple):
         Joint positions, each a solution.
     errors : shape (m,), m
         What is left of each.
-
     """
 
     q: Floats
@@ -39,10 +35,7 @@ class Found(NamedTuple):
 
 
 class Best(NamedTuple):
-    """
-    The least error of a search, and where: shape (n,), rad or m.
-
-    """
+    """The least error of a search, and where: shape (n,), rad or m."""
 
     q: Floats
     error: float
@@ -51,10 +44,7 @@ class Best(NamedTuple):
 def refinement(
     aim: Aim, plan: Plan, far: bool = False, limits: Floats | None = None, held: bool = False
 ) -> kernel.Refinement:
-    """
-    Return the refinement that leads to a target: see `refined`.
-
-    """
+    """Return the refinement that leads to a target: see `refined`."""
     damping, steps = (kernel.FAR_DAMPING, kernel.FAR_STEPS) if far else (0.0, kernel.NEAR_STEPS)
     return kernel.Refinement(
         aim.residual,
@@ -88,16 +78,12 @@ def refined(
         Where the joints must stay; default: nowhere in particular.
     held
         Whether the joints that the plan holds stay where they are.
-
     """
     return _refined(refinement(aim, plan, far, limits, held), q)
 
 
 def errors_at(aim: Aim, plan: Plan, q: Floats) -> Floats:
-    """
-    Return by how much the tool misses the target at joint positions (m, n), shape (m,), m.
-
-    """
+    """Return by how much the tool misses the target at joint positions (m, n), shape (m,), m."""
     still = kernel.Refinement(aim.residual, plan.scales, plan.unlimited, 0.0, 0)
     return _refined(still, q).errors
 
@@ -110,10 +96,7 @@ def _refined(refinement: kernel.Refinement, q: Floats) -> Found:
 
 
 def apart(plan: Plan, a: Floats, b: Floats) -> Floats:
-    """
-    Return b - a (..., n), full turns left out.
-
-    """
+    """Return b - a (..., n), full turns left out."""
     away = b - a
     turning = np.isfinite(plan.periods)
     if np.any(turning):
@@ -123,10 +106,7 @@ def apart(plan: Plan, a: Floats, b: Floats) -> Floats:
 
 
 def distinct(aim: Aim, plan: Plan, found: Found) -> tuple[Found, Integers]:
-    """
-    Return the proved ones of what was found, each once, and how often each was met.
-
-    """
+    """Return the proved ones of what was found, each once, and how often each was met."""
     order = np.argsort(found.errors, kind='stable')
     q, errors = found.q[order], found.errors[order]
     which, met = np.empty(len(q), dtype=np.int64), np.empty(len(q), dtype=np.int64)
@@ -140,7 +120,6 @@ def starts(robot: Robot, plan: Plan, random: np.random.Generator, count: int) ->
     Return random joint positions (count, n): full turns, and where a joint has no turn its limits.
 
     A joint that slides without limits starts within twice the arm's reach.
-
     """
     low, high = np.array(robot.limits.T)
     far = 2.0 * max(robot.task.reach, 1e-6)
@@ -161,10 +140,7 @@ def starts(robot: Robot, plan: Plan, random: np.random.Generator, count: int) ->
 def search(
     robot: Robot, aim: Aim, plan: Plan, near: Floats, random: np.random.Generator
 ) -> tuple[Found, Best]:
-    """
-    Return all solutions met, limits left aside, and the least error.
-
-    """
+    """Return all solutions met, limits left aside, and the least error."""
     everything = Found(np.empty((0, robot.dof)), np.empty(0))
     all_met: list[int] = []
     best = Best(near, np.inf)

@@ -28,17 +28,11 @@ from ..tool_state import ToolState, evaluate
 
 
 class TwistError(KinematicsError, ValueError):
-    """
-    A twist that is not six finite numbers, or in axes that do not exist.
-
-    """
+    """A twist that is not six finite numbers, or in axes that do not exist."""
 
 
 class ServoSettingsError(KinematicsError, ValueError):
-    """
-    Settings of the servo that mean nothing.
-
-    """
+    """Settings of the servo that mean nothing."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +59,6 @@ class ServoSettings:
     ------
     ServoSettingsError
         A number is not positive and finite, or a row does not exist.
-
     """
 
     damping: float = 0.025
@@ -76,10 +69,7 @@ class ServoSettings:
     rows: tuple[str, ...] | None = None
 
     def __post_init__(self) -> None:
-        """
-        Refuse what means nothing.
-
-        """
+        """Refuse what means nothing."""
         for name in ('damping', 'damped_below', 'horizon', 'default_rate', 'default_speed'):
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0.0):
@@ -111,7 +101,6 @@ class ServoStep(FrozenArrays):
         Of the largest damping the share in use: 0 away from singular poses, 1 at one.
     smallest_singular_value
         Of the scaled J_t, as a share of the length.
-
     """
 
     READ_ONLY: ClassVar = ('qdot', 'twist')
@@ -126,10 +115,7 @@ class ServoStep(FrozenArrays):
 
     @property
     def limited_by(self) -> tuple[str, ...]:
-        """
-        Return what limited the step, some of `singularity`, `velocity`, `position`.
-
-        """
+        """Return what limited the step, some of `singularity`, `velocity`, `position`."""
         causes = (
             ('singularity', self.damping > 0.0),
             ('velocity', bool(self.slowest)),
@@ -193,7 +179,6 @@ def joint_velocity(
         `twist` is not six finite numbers, or `frame` neither `base` nor `tool`.
     JointVectorError
         The positions are not n finite numbers.
-
     """
     servo = _servo_of(robot, settings)
     if not isinstance(state, ToolState):

@@ -1,7 +1,4 @@
-"""
-Inverse kinematics: candidates, each proved by forward kinematics, sorted by what they are.
-
-"""
+"""Inverse kinematics: candidates, each proved by forward kinematics, sorted by what they are."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -67,7 +64,6 @@ def inverse_kinematics(
         The target is neither a pose nor a position, or not finite.
     JointVectorError
         `near` is not n finite numbers.
-
     """
     aim = aim_at(robot, target, rows)
     plan = plan_for(robot, aim.rows)

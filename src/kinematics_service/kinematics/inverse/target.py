@@ -1,7 +1,4 @@
-"""
-What is aimed at: a target and the rows of it that count, checked.
-
-"""
+"""What is aimed at: a target and the rows of it that count, checked."""
 
 import functools
 from collections.abc import Sequence
@@ -20,10 +17,7 @@ IDENTITY = np.eye(4)
 
 
 class TargetError(KinematicsError, ValueError):
-    """
-    A target that is neither a pose nor a position, or not finite; rows that do not exist.
-
-    """
+    """A target that is neither a pose nor a position, or not finite; rows that do not exist."""
 
 
 class Aim(NamedTuple):
@@ -38,7 +32,6 @@ class Aim(NamedTuple):
         The tool in the base frame; for a position its rotation is the identity.
     residual
         What the tool lacks of it.
-
     """
 
     rows: tuple[str, ...]
@@ -63,7 +56,6 @@ def aim_at(robot: Robot, target: npt.ArrayLike, rows: Sequence[str] | None = Non
     ------
     TargetError
         The target is of another shape, not finite or no rigid motion; a row does not exist.
-
     """
     try:
         given = np.array(target, dtype=np.float64, order='C')
@@ -95,10 +87,7 @@ def aim_at(robot: Robot, target: npt.ArrayLike, rows: Sequence[str] | None = Non
 
 
 def residual_of(robot: Robot, pose: Floats, rows: tuple[str, ...]) -> kernel.Residual:
-    """
-    Return what the tool lacks of a pose (4, 4), in the rows that count.
-
-    """
+    """Return what the tool lacks of a pose (4, 4), in the rows that count."""
     weights = _weights(robot.task.length, rows)
     return kernel.Residual(robot.chain, pose, robot.task.rotation, weights)
 

@@ -1,4 +1,1 @@
-"""
-The robot file: read, checked and written.
-
-"""
+"""The robot file: read, checked and written."""

@@ -1,7 +1,4 @@
-"""
-The constants of a robot file: names for numbers, each may use those above it.
-
-"""
+"""The constants of a robot file: names for numbers, each may use those above it."""
 
 from collections.abc import Iterable
 from typing import Any, NamedTuple
@@ -20,10 +17,7 @@ PATH: Path = ('constants',)
 
 
 class Constants(NamedTuple):
-    """
-    The constants, the names of those that have faults, and every name they use.
-
-    """
+    """The constants, the names of those that have faults, and every name they use."""
 
     constants: tuple[Constant, ...]
     unreadable: frozenset[str]
@@ -37,10 +31,7 @@ NO_CONSTANTS = Constants((), frozenset(), frozenset())
 def read_constants(
     data: Any, units: Units, variables: Iterable[str], report: FaultReport
 ) -> Constants:
-    """
-    Return the constants of a file in its order.
-
-    """
+    """Return the constants of a file in its order."""
     if data is None:
         return NO_CONSTANTS
     if not isinstance(data, dict):

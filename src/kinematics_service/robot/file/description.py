@@ -1,7 +1,4 @@
-"""
-What a valid robot file says, as frozen data: angles in rad, lengths in m.
-
-"""
+"""What a valid robot file says, as frozen data: angles in rad, lengths in m."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -33,7 +30,6 @@ class Constant:
 
     Its value is in the file's units, unlike everything else here: whether a constant is a
     length, an angle, or a ratio shows only where it is used.
-
     """
 
     name: str
@@ -60,7 +56,6 @@ class JointDescription:
         The largest speed; inf where none is given.
     unused
         It stands in no row of the table, and the file says so: it moves nothing.
-
     """
 
     name: str
@@ -83,35 +78,25 @@ class RigidMotion:
         Kept as a read-only copy.
     texts : 6 or 16 expressions in the file's units
         x y z roll pitch yaw with R = Rz(yaw) Ry(pitch) Rx(roll), or the matrix row by row.
-
     """
 
     matrix: npt.NDArray[np.float64]
     texts: tuple[str, ...]
 
     def __post_init__(self) -> None:
-        """
-        Freeze a copy of the matrix.
-
-        """
+        """Freeze a copy of the matrix."""
         matrix = np.array(self.matrix, dtype=np.float64)
         matrix.setflags(write=False)
         object.__setattr__(self, 'matrix', matrix)
 
     def __eq__(self, other: object) -> bool:
-        """
-        Compare numbers and texts exactly.
-
-        """
+        """Compare numbers and texts exactly."""
         if not isinstance(other, RigidMotion):
             return NotImplemented
         return self.texts == other.texts and np.array_equal(self.matrix, other.matrix)
 
     def __hash__(self) -> int:
-        """
-        Hash the texts alone: equal motions have equal texts.
-
-        """
+        """Hash the texts alone: equal motions have equal texts."""
         return hash(self.texts)
 
 
@@ -120,10 +105,7 @@ IDENTITY = RigidMotion(np.eye(4), ('0',) * 6)
 
 @dataclass(frozen=True)
 class DhRow:
-    """
-    A row of a Denavit-Hartenberg table; a and alpha are constant.
-
-    """
+    """A row of a Denavit-Hartenberg table; a and alpha are constant."""
 
     a: Expression
     alpha: Expression
@@ -133,10 +115,7 @@ class DhRow:
 
 @dataclass(frozen=True)
 class ElementaryMotion:
-    """
-    A rotation about, or a translation along, one axis.
-
-    """
+    """A rotation about, or a translation along, one axis."""
 
     axis: Axis
     argument: Expression
@@ -144,10 +123,7 @@ class ElementaryMotion:
 
 @dataclass(frozen=True)
 class ShapeRow:
-    """
-    A Sheth-Uicker row, T = inner * joint * inverse(outer); no joint: a fixed row.
-
-    """
+    """A Sheth-Uicker row, T = inner * joint * inverse(outer); no joint: a fixed row."""
 
     inner: RigidMotion
     joint: ElementaryMotion | None
@@ -156,10 +132,7 @@ class ShapeRow:
 
 @dataclass(frozen=True)
 class Placement:
-    """
-    A named frame: the table's frame 0 in it (base), or it in the last row's frame (tool).
-
-    """
+    """A named frame: the table's frame 0 in it (base), or it in the last row's frame (tool)."""
 
     frame: str
     motion: RigidMotion
@@ -175,7 +148,6 @@ class KnownPose:
     q : n values, rad or m
     tolerance_xyz, tolerance_rpy : m, rad
         The latter is inf where the source gives no orientation; that of `motion` is then none.
-
     """
 
     q: tuple[float, ...]
@@ -186,10 +158,7 @@ class KnownPose:
 
 @dataclass(frozen=True)
 class Factor:
-    """
-    A named function of the joints whose zeros are singular poses, in the file's units.
-
-    """
+    """A named function of the joints whose zeros are singular poses, in the file's units."""
 
     name: str
     text: str
@@ -212,7 +181,6 @@ class SingularityDescription:
         Thresholds: rad for `distance`, else plain numbers in SI units.
     factors
         In the order of the file.
-
     """
 
     task: tuple[str, ...] | None
@@ -240,7 +208,6 @@ class RobotDescription:
         Sentences for `check`: what is worth knowing.
     file
         The path as the user gave it.
-
     """
 
     name: str

@@ -23,10 +23,7 @@ Check = Callable[[Any], Any]
 
 
 class WrongValue(Exception):
-    """
-    A value is refused: why, and the word that was most likely meant.
-
-    """
+    """A value is refused: why, and the word that was most likely meant."""
 
     def __init__(self, message: str, meant: str | None = None) -> None:
         super().__init__(message)
@@ -90,7 +87,6 @@ def _listed(length: int | None, wanted: str) -> Check:
 def one_of(*accepted: str, also: Mapping[str, str] | None = None) -> Check:
     """
     Accept one of a few words; `also` has other words people use for them, to suggest the right.
-
     """
 
     def check(value: Any) -> str:
@@ -108,10 +104,7 @@ def one_of(*accepted: str, also: Mapping[str, str] | None = None) -> Check:
 def meant_by(
     text: str, accepted: tuple[str, ...], also: Mapping[str, str] | None = None
 ) -> str | None:
-    """
-    Return the accepted word that a text most likely means, or None.
-
-    """
+    """Return the accepted word that a text most likely means, or None."""
     folded = text[:60].lower().replace('-', '_').replace(' ', '_')
     if folded in accepted:
         return folded
@@ -124,18 +117,12 @@ def meant_by(
 
 
 def did_you_mean(meant: str | None) -> str:
-    """
-    Return `, did you mean 'alpha'?`, or nothing where no word comes near.
-
-    """
+    """Return `, did you mean 'alpha'?`, or nothing where no word comes near."""
     return f', did you mean {meant!r}?' if meant else ''
 
 
 def choice(accepted: tuple[str, ...]) -> str:
-    """
-    Return the accepted words in brackets.
-
-    """
+    """Return the accepted words in brackets."""
     return f' (accepted: {", ".join(accepted)})'
 
 
@@ -154,7 +141,6 @@ Words = Annotated[list[str | None] | None, _listed(None, 'a list of words'), _wo
 class Entry:
     """
     A mapping of the file: the attributes are its keys, an underscore behind a word of Python's.
-
     """
 
     noun: ClassVar[str] = 'an entry'
@@ -163,10 +149,7 @@ class Entry:
 
     @classmethod
     def keys(cls) -> tuple[str, ...]:
-        """
-        Return the accepted keys as the file writes them.
-
-        """
+        """Return the accepted keys as the file writes them."""
         return tuple(_checks(cls))
 
 
@@ -220,7 +203,6 @@ def checked(kind: type[EntryType], data: Any, path: Path, report: FaultReport) -
 
     Where a key or a word has been refused and another one was most likely meant, the entry is
     as if that stood there: one slip is one fault, and what it stands for is judged too.
-
     """
     checks, keys = _checks(kind), kind.keys()
     if not isinstance(data, dict):
@@ -262,19 +244,13 @@ def _renamed(
 
 
 def checked_number(data: Any, path: Path, report: FaultReport) -> str | None:
-    """
-    Return the text of a number or an expression, or None with its fault reported.
-
-    """
+    """Return the text of a number or an expression, or None with its fault reported."""
     text: str | None = _reported(_number, data, path, report)
     return text
 
 
 def checked_word(data: Any, path: Path, report: FaultReport) -> str | None:
-    """
-    Return a printable text, or None with its fault reported.
-
-    """
+    """Return a printable text, or None with its fault reported."""
     text: str | None = _reported(_word, data, path, report)
     return text
 
@@ -282,10 +258,7 @@ def checked_word(data: Any, path: Path, report: FaultReport) -> str | None:
 def checked_list(
     data: Any, path: Path, report: FaultReport, noun: str, length: int | None = None
 ) -> list[Any]:
-    """
-    Return the items of a list, or none with the fault reported.
-
-    """
+    """Return the items of a list, or none with the fault reported."""
     result = _reported(_listed(length, noun), data, path, report)
     return result if isinstance(result, list) else []
 

@@ -35,10 +35,7 @@ _ONE_AT_A_TIME = threading.Lock()
 
 @dataclass(frozen=True)
 class Token:
-    """
-    A number, a name, or an operator, and where its text begins and ends.
-
-    """
+    """A number, a name, or an operator, and where its text begins and ends."""
 
     kind: str
     text: str
@@ -47,10 +44,7 @@ class Token:
 
 
 def why_no_name(name: str) -> str | None:
-    """
-    Return why a text cannot name a constant or a joint variable, or None.
-
-    """
+    """Return why a text cannot name a constant or a joint variable, or None."""
     if not IDENTIFIER.fullmatch(name):
         return 'is not an identifier (letters a-z, digits, underscore; no digit first)'
     if name == 'pi' or name in ARGUMENTS_OF:
@@ -61,10 +55,7 @@ def why_no_name(name: str) -> str | None:
 
 
 def names_in(text: str) -> frozenset[str]:
-    """
-    Return the names in a text, functions aside, whether or not it is a right expression.
-
-    """
+    """Return the names in a text, functions aside, whether or not it is a right expression."""
     return frozenset(IDENTIFIER.findall(text)).difference(ARGUMENTS_OF)
 
 
@@ -87,7 +78,6 @@ def syntax_tree(text: str, why_not: WhyNot) -> ast.expr:
     Notes
     -----
     The positions of the nodes are those of the text.
-
     """
     tokens = _tokens(text, why_not)
     _check_names(tokens, why_not)
@@ -126,10 +116,7 @@ def _places(tokens: list[Token], words: list[str]) -> tuple[dict[int, int], dict
 
 
 def operands_of(node: ast.expr) -> tuple[ast.expr, ...]:
-    """
-    Return the parts of a node that have a value, left to right.
-
-    """
+    """Return the parts of a node that have a value, left to right."""
     match node:
         case ast.UnaryOp():
             return (node.operand,)
@@ -141,10 +128,7 @@ def operands_of(node: ast.expr) -> tuple[ast.expr, ...]:
 
 
 def postorder(tree: ast.expr) -> Iterator[ast.expr]:
-    """
-    Yield every node of a tree after its operands, without recursion.
-
-    """
+    """Yield every node of a tree after its operands, without recursion."""
     stack = [(tree, False)]
     while stack:
         node, operands_done = stack.pop()

@@ -27,7 +27,6 @@ class Affine:
     constant
     coefficients : pairs (variable, factor)
         In the order of the joints; no factor is 0.
-
     """
 
     constant: float
@@ -36,10 +35,7 @@ class Affine:
 
 @dataclass(frozen=True)
 class Expression:
-    """
-    An expression as the file writes it, and what it says in rad and m.
-
-    """
+    """An expression as the file writes it, and what it says in rad and m."""
 
     text: str
     affine: Affine
@@ -64,7 +60,6 @@ class Scope:
         Those of the variables that are angles.
     wanted
         1 where an angle is expected, 0 for a length or a ratio, None where either may stand.
-
     """
 
     angle_unit: str = 'rad'
@@ -76,18 +71,12 @@ class Scope:
 
     @property
     def known(self) -> tuple[str, ...]:
-        """
-        Return every accepted name, functions aside.
-
-        """
+        """Return every accepted name, functions aside."""
         pi = ('pi',) if self.angle_unit == 'rad' else ()
         return (*pi, *self.constants, *self.variables)
 
     def why_not(self, name: str) -> str | None:
-        """
-        Return why a name may not stand here, or None where it may.
-
-        """
+        """Return why a name may not stand here, or None where it may."""
         if name in self.known or name == 'pi':
             return None  # where pi is not accepted, the whole expression tells what to write
         return self.refused.get(name) or (
@@ -116,7 +105,6 @@ def parse_affine(text: str, scope: Scope) -> Affine:
     ------
     ExpressionError
         With the reason: syntax, unknown name, not linear in the joint variables, not finite.
-
     """
     value = _value(text, scope, must_be_linear=True)
     assert value is not None  # only a nonlinear expression has no value
@@ -131,7 +119,6 @@ def check_function(text: str, scope: Scope) -> None:
     ------
     ExpressionError
         With the reason: syntax, unknown name, or a constant part that is not finite.
-
     """
     _value(text, scope, must_be_linear=False)
 

@@ -1,7 +1,4 @@
-"""
-What is wrong, and what is remarkable, in one robot file, gathered while it is read.
-
-"""
+"""What is wrong, and what is remarkable, in one robot file, gathered while it is read."""
 
 import math
 from typing import Any
@@ -14,10 +11,7 @@ MAX_FAULTS = 100  # more are noise, and a hostile file could have thousands
 
 
 def dotted(path: Path) -> str:
-    """
-    Return a path as the messages print it: `links[2].alpha`.
-
-    """
+    """Return a path as the messages print it: `links[2].alpha`."""
     text = ''
     for step in path:
         if isinstance(step, int):
@@ -32,16 +26,12 @@ def dotted(path: Path) -> str:
 def quoted(text: str) -> str:
     """
     Return a text of the file in quotes, cut to 60 characters, control characters spelled out.
-
     """
     return repr(text if len(text) <= 60 else f'{text[:57]}...')
 
 
 def shown(value: Any) -> str:
-    """
-    Return what stands at some place of the file, for messages.
-
-    """
+    """Return what stands at some place of the file, for messages."""
     if isinstance(value, dict):
         return 'a mapping'
     if isinstance(value, (list, ListNode)):
@@ -52,18 +42,12 @@ def shown(value: Any) -> str:
 
 
 def number(value: float) -> str:
-    """
-    Return a number as a person would write it.
-
-    """
+    """Return a number as a person would write it."""
     return f'{value:.6g}' if math.isfinite(value) else str(value)
 
 
 class FaultReport:
-    """
-    The faults, warnings and remarks of one document; it only ever grows.
-
-    """
+    """The faults, warnings and remarks of one document; it only ever grows."""
 
     def __init__(self, document: Document) -> None:
         self._document = document
@@ -76,57 +60,36 @@ class FaultReport:
 
     @property
     def fault_count(self) -> int:
-        """
-        Return the number of faults so far: a part that added none has been read whole.
-
-        """
+        """Return the number of faults so far: a part that added none has been read whole."""
         return self._count
 
     @property
     def full(self) -> bool:
-        """
-        Return whether no further fault will be listed.
-
-        """
+        """Return whether no further fault will be listed."""
         return self._count >= MAX_FAULTS
 
     def fault(self, path: Path, message: str) -> None:
-        """
-        Add what is wrong at a path.
-
-        """
+        """Add what is wrong at a path."""
         # Finding a line takes time, which a file with thousands of faults could multiply.
         self._add(path, 0 if self.full else self._document.line(path), message)
 
     def warn(self, path: Path, message: str) -> None:
-        """
-        Add what is allowed at a path but is most likely a mistake.
-
-        """
+        """Add what is allowed at a path but is most likely a mistake."""
         if len(self._warnings) < MAX_FAULTS:
             line = self._document.line(path)
             self._warnings.append(Fault(self._document.file, line, dotted(path), message))
 
     def warnings(self) -> tuple[Fault, ...]:
-        """
-        Return the warnings in the order of the file.
-
-        """
+        """Return the warnings in the order of the file."""
         return tuple(sorted(self._warnings, key=lambda warning: warning.line))
 
     def remark(self, path: Path, sentence: str) -> None:
-        """
-        Add what is worth knowing of a path.
-
-        """
+        """Add what is worth knowing of a path."""
         line = self._document.line(path)
         self._remarks.append((line, f'line {line}: {dotted(path)}: {sentence}'))
 
     def remarks(self) -> tuple[str, ...]:
-        """
-        Return the remarks in the order of the file.
-
-        """
+        """Return the remarks in the order of the file."""
         return tuple(sentence for _, sentence in sorted(self._remarks, key=lambda pair: pair[0]))
 
     def raise_faults(self) -> None:
@@ -137,7 +100,6 @@ class FaultReport:
         ------
         RobotFileError
             With one line a fault.
-
         """
         if not self._faults:
             return

@@ -1,7 +1,4 @@
-"""
-The joints of a robot file: names, variables, types, limits.
-
-"""
+"""The joints of a robot file: names, variables, types, limits."""
 
 import math
 from collections.abc import Sequence
@@ -21,10 +18,7 @@ NOUN = 'a list of joints, {name, type, limits}'
 
 
 def read_joint_entries(data: Any, report: FaultReport) -> list[JointEntry]:
-    """
-    Return the entries of the list, each with its own faults reported.
-
-    """
+    """Return the entries of the list, each with its own faults reported."""
     items = checked_list(data, PATH, report, NOUN)
     if data == []:
         report.fault(PATH, 'at least one joint is needed')
@@ -39,10 +33,7 @@ def read_joint_entries(data: Any, report: FaultReport) -> list[JointEntry]:
 
 
 def names_given(data: Any) -> frozenset[str]:
-    """
-    Return what a joint with faults may be called in expressions: the words under its keys.
-
-    """
+    """Return what a joint with faults may be called in expressions: the words under its keys."""
     values = data.items() if isinstance(data, dict) else ()
     return frozenset(
         value.text
@@ -54,10 +45,7 @@ def names_given(data: Any) -> frozenset[str]:
 def read_variables(
     entries: Sequence[JointEntry], constants: Sequence[str], report: FaultReport
 ) -> list[str | None]:
-    """
-    Return each joint's name in expressions; None where it has none that could stand there.
-
-    """
+    """Return each joint's name in expressions; None where it has none that could stand there."""
     variables: list[str | None] = []
     seen_names: dict[str, int] = {}
     for index, entry in enumerate(entries):
@@ -75,10 +63,7 @@ def read_variables(
 def read_joint(
     entry: JointEntry, variable: str | None, index: int, quantities: Quantities
 ) -> JointDescription | None:
-    """
-    Return a joint in SI units, or None where its entry has faults.
-
-    """
+    """Return a joint in SI units, or None where its entry has faults."""
     report, before = quantities.report, quantities.report.fault_count
     joint_type = joint_type_of(entry)
     path = (*PATH, index)
@@ -94,10 +79,7 @@ def read_joint(
 
 
 def joint_type_of(entry: JointEntry) -> JointType | None:
-    """
-    Return the type of an entry, or None where it has been refused.
-
-    """
+    """Return the type of an entry, or None where it has been refused."""
     return next((name for name in get_args(JointType) if name == entry.type), None)
 
 

@@ -1,7 +1,4 @@
-"""
-The known poses of a robot file: where the tool is, by the file's own source.
-
-"""
+"""The known poses of a robot file: where the tool is, by the file's own source."""
 
 import math
 from collections.abc import Sequence
@@ -38,7 +35,6 @@ def read_known_poses(
         Their descriptions; fewer where some have faults, and then no q is compared with limits.
     quantities
         What the names in expressions mean.
-
     """
     if data is None:
         return ()

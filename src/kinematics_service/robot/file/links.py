@@ -28,10 +28,7 @@ Row: TypeAlias = DhRow | ElementaryMotion | ShapeRow
 
 
 def read_links(data: Any, convention: str, quantities: Quantities) -> tuple[Row, ...] | None:
-    """
-    Return the rows base to tool, or None with their faults reported.
-
-    """
+    """Return the rows base to tool, or None with their faults reported."""
     report = quantities.report
     before = report.fault_count
     items = checked_list(data, PATH, report, 'a list of the rows of the table')
@@ -48,10 +45,7 @@ def read_links(data: Any, convention: str, quantities: Quantities) -> tuple[Row,
 
 
 def likely_convention(data: Any) -> str:
-    """
-    Return the convention whose rows look like those of a list.
-
-    """
+    """Return the convention whose rows look like those of a list."""
     first = data[0] if isinstance(data, list) and data else None
     if isinstance(first, ScalarNode):
         return 'elementary'
@@ -61,10 +55,7 @@ def likely_convention(data: Any) -> str:
 
 
 def moving_parts(row: Row) -> Iterator[tuple[Kind, str, Expression]]:
-    """
-    Yield what may move in a row: angle or length, its place in words, its expression.
-
-    """
+    """Yield what may move in a row: angle or length, its place in words, its expression."""
     match row:
         case DhRow():
             yield 'angle', 'theta', row.theta
@@ -76,10 +67,7 @@ def moving_parts(row: Row) -> Iterator[tuple[Kind, str, Expression]]:
 
 
 def variables_of(row: Row) -> frozenset[str]:
-    """
-    Return the joint variables that move a row.
-
-    """
+    """Return the joint variables that move a row."""
     return frozenset(
         variable
         for _, _, expression in moving_parts(row)
@@ -88,10 +76,7 @@ def variables_of(row: Row) -> frozenset[str]:
 
 
 def warn_of_size(rows: Sequence[Row], quantities: Quantities) -> None:
-    """
-    Warn where the lengths of a table together are hardly meant in the file's unit.
-
-    """
+    """Warn where the lengths of a table together are hardly meant in the file's unit."""
     lengths = [length for row in rows for length in _lengths(row)]
     total, report = sum(lengths), quantities.report
     if quantities.units.length == 'm' and total > LONG and max(lengths) <= LONG:
@@ -114,10 +99,7 @@ def _lengths(row: Row) -> Iterator[float]:
 
 
 def check_helical(rows: Sequence[Row], quantities: Quantities) -> None:
-    """
-    Report helical joints that only turn, or only slide.
-
-    """
+    """Report helical joints that only turn, or only slide."""
     places: dict[str, dict[Kind, str]] = {}
     for index, row in enumerate(rows):
         for kind, place, expression in moving_parts(row):

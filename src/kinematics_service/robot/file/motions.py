@@ -1,7 +1,4 @@
-"""
-Constant poses of a robot file: {xyz, rpy}, matrices, the base and the tool.
-
-"""
+"""Constant poses of a robot file: {xyz, rpy}, matrices, the base and the tool."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -25,10 +22,7 @@ PRINTED = 1e-6  # six printed digits are this good: the nearest rotation is take
 def read_placement(
     data: Any, path: Path, default_frame: str, quantities: Quantities
 ) -> Placement | None:
-    """
-    Return the base or the tool, or None with its faults reported.
-
-    """
+    """Return the base or the tool, or None with its faults reported."""
     if data is None:
         return Placement(default_frame, IDENTITY)
     report = quantities.report
@@ -51,7 +45,6 @@ def pose_motion(
 ) -> RigidMotion | None:
     """
     Return the pose of xyz and rpy, R = Rz(yaw) Ry(pitch) Rx(roll); what is not given is zero.
-
     """
     lengths, angles = tuple(xyz or ZEROS), tuple(rpy or ZEROS)
     position = [
@@ -69,10 +62,7 @@ def pose_motion(
 
 
 def read_motion(data: Any, path: Path, quantities: Quantities) -> RigidMotion | None:
-    """
-    Return a matrix of 3 or 4 rows, or {xyz, rpy}; identity where nothing is given.
-
-    """
+    """Return a matrix of 3 or 4 rows, or {xyz, rpy}; identity where nothing is given."""
     if data is None:
         return IDENTITY
     if isinstance(data, dict):

@@ -1,6 +1,5 @@
 """
 The text of a new robot file: an arm to begin with, and comments that say what each part means.
-
 """
 
 import math
@@ -39,10 +38,7 @@ SMALL: dict[int, tuple[_Link, ...]] = {
 
 
 class Units(NamedTuple):
-    """
-    What the numbers of the file are written in.
-
-    """
+    """What the numbers of the file are written in."""
 
     angle: AngleUnit = 'rad'
     length: LengthUnit = 'm'
@@ -62,7 +58,6 @@ def new_robot_text(name: str, dof: int, convention: Convention, units: Units) ->
         How its table is written; the arm is the same in each.
     units
         Of its numbers.
-
     """
     links = _links(dof)
     rows = '\n'.join(f'  - {row}' for row in ROWS_OF[convention](links, units))

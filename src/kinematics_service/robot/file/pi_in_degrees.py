@@ -49,7 +49,6 @@ def advice_on_pi(text: str, tree: ast.expr, angles: Collection[str], wanted: int
         Names of the variables that are angles.
     wanted
         1 where an angle is expected, 0 for a length or a ratio, None where either may stand.
-
     """
     whole, pieces = _read(tree, angles)
     if pieces and whole.power in ((0, 1) if wanted is None else (wanted,)):

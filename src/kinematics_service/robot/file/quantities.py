@@ -1,7 +1,4 @@
-"""
-Numbers and expressions of a robot file, turned into rad and m.
-
-"""
+"""Numbers and expressions of a robot file, turned into rad and m."""
 
 import math
 import re
@@ -41,10 +38,7 @@ KIND_OF: Mapping[JointType, Kind] = {
 
 
 def why_not_finite(text: str) -> str | None:
-    """
-    Return why YAML's words for infinity and not-a-number may not stand here, or None.
-
-    """
+    """Return why YAML's words for infinity and not-a-number may not stand here, or None."""
     if INFINITE.fullmatch(text):
         return f"'{text}' is accepted only in limits"
     return f"'{text}' is not a finite number" if NOT_A_NUMBER.fullmatch(text) else None
@@ -52,19 +46,13 @@ def why_not_finite(text: str) -> str | None:
 
 @dataclass(frozen=True)
 class Units:
-    """
-    What the numbers of a file are written in.
-
-    """
+    """What the numbers of a file are written in."""
 
     angle: AngleUnit = 'rad'
     length: LengthUnit = 'm'
 
     def to_si(self, value: float, kind: Kind) -> float:
-        """
-        Return a value of the file in rad, m, or as it is.
-
-        """
+        """Return a value of the file in rad, m, or as it is."""
         if kind == 'angle' and self.angle == 'deg':
             return math.radians(value)
         if kind == 'length' and self.length == 'mm':
@@ -94,7 +82,6 @@ class Quantities:
         Names met so far.
     strange
         Names met so far that nothing in the file explains.
-
     """
 
     report: FaultReport
@@ -164,7 +151,6 @@ class Quantities:
     def function(self, text: str | None, path: Path) -> str | None:
         """
         Return the text of an expression that may be nonlinear, or None with its fault reported.
-
         """
         scope = self._scope(tuple(self.joint_types), {})
         if text is None or not self._judged(text, scope, path):

@@ -1,7 +1,4 @@
-"""
-Reads a robot file: one YAML file, one robot; see `description` for what comes out.
-
-"""
+"""Reads a robot file: one YAML file, one robot; see `description` for what comes out."""
 
 import os
 import re
@@ -43,7 +40,6 @@ def read_robot_file(path: str | os.PathLike[str]) -> RobotDescription:
     ------
     RobotFileError
         With all faults of the file, one a line; also where it cannot be read at all.
-
     """
     file = os.fspath(path)
     try:
@@ -85,7 +81,6 @@ def parse_robot(text: str, file: str) -> RobotDescription:
     ------
     RobotFileError
         With all faults of the text, one a line.
-
     """
     document = read_document(text, file)
     report = FaultReport(document)

@@ -46,10 +46,7 @@ POSE_KEYS = {
 
 @dataclass(frozen=True)
 class RobotEntry(Entry):
-    """
-    The file itself; what lies deeper is looked at part by part.
-
-    """
+    """The file itself; what lies deeper is looked at part by part."""
 
     noun = 'a robot file'
     required = ('robot', 'convention', 'joints', 'links')
@@ -78,10 +75,7 @@ class RobotEntry(Entry):
 
 @dataclass(frozen=True)
 class UnitsEntry(Entry):
-    """
-    The units of every number in the file.
-
-    """
+    """The units of every number in the file."""
 
     noun = 'units'
 
@@ -91,10 +85,7 @@ class UnitsEntry(Entry):
 
 @dataclass(frozen=True)
 class JointEntry(Entry):
-    """
-    One actuated joint.
-
-    """
+    """One actuated joint."""
 
     noun = 'a joint'
     required = ('name', 'type')
@@ -121,10 +112,7 @@ class JointEntry(Entry):
 
 @dataclass(frozen=True)
 class DhRowEntry(Entry):
-    """
-    One row of a Denavit-Hartenberg table, standard or modified.
-
-    """
+    """One row of a Denavit-Hartenberg table, standard or modified."""
 
     noun = 'a row of the table'
     required = ('a', 'alpha', 'd', 'theta')
@@ -138,10 +126,7 @@ class DhRowEntry(Entry):
 
 @dataclass(frozen=True)
 class ShapeRowEntry(Entry):
-    """
-    One row of a Sheth-Uicker table.
-
-    """
+    """One row of a Sheth-Uicker table."""
 
     noun = 'a row of the table'
     also = {'input': 'in', 'output': 'out'}
@@ -153,10 +138,7 @@ class ShapeRowEntry(Entry):
 
 @dataclass(frozen=True)
 class PoseEntry(Entry):
-    """
-    A pose instead of a matrix.
-
-    """
+    """A pose instead of a matrix."""
 
     noun = 'a pose'
     also = POSE_KEYS
@@ -167,10 +149,7 @@ class PoseEntry(Entry):
 
 @dataclass(frozen=True)
 class PlacementEntry(PoseEntry):
-    """
-    The base or the tool.
-
-    """
+    """The base or the tool."""
 
     noun = 'a placement'
     also = {**POSE_KEYS, 'name': 'frame', 'link': 'frame'}
@@ -180,10 +159,7 @@ class PlacementEntry(PoseEntry):
 
 @dataclass(frozen=True)
 class ToleranceEntry(Entry):
-    """
-    How exact a known pose is.
-
-    """
+    """How exact a known pose is."""
 
     noun = 'a tolerance'
 
@@ -193,10 +169,7 @@ class ToleranceEntry(Entry):
 
 @dataclass(frozen=True)
 class KnownPoseEntry(PoseEntry):
-    """
-    A joint vector and where the tool then is.
-
-    """
+    """A joint vector and where the tool then is."""
 
     noun = 'a known pose'
     required = ('q', 'xyz')
@@ -208,10 +181,7 @@ class KnownPoseEntry(PoseEntry):
 
 @dataclass(frozen=True)
 class FactorEntry(Entry):
-    """
-    A named function of the joints whose zeros are singular poses.
-
-    """
+    """A named function of the joints whose zeros are singular poses."""
 
     noun = 'a singular factor'
     required = ('name', 'expression')
@@ -222,10 +192,7 @@ class FactorEntry(Entry):
 
 @dataclass(frozen=True)
 class SingularityEntry(Entry):
-    """
-    What is called singular, and when to warn.
-
-    """
+    """What is called singular, and when to warn."""
 
     noun = 'singularity'
 

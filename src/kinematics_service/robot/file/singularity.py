@@ -1,7 +1,4 @@
-"""
-The singularity section of a robot file: task, thresholds, factors.
-
-"""
+"""The singularity section of a robot file: task, thresholds, factors."""
 
 import math
 from collections.abc import Sequence
@@ -26,10 +23,7 @@ PATH: Path = ('singularity',)
 
 
 def read_singularity(data: Any, quantities: Quantities) -> SingularityDescription | None:
-    """
-    Return the section with its defaults, or None with its faults reported.
-
-    """
+    """Return the section with its defaults, or None with its faults reported."""
     if data is None:
         return SingularityDescription(None, None, 'distance', *DEFAULTS['distance'], ())
     report = quantities.report

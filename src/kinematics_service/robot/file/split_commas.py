@@ -14,10 +14,7 @@ MAX_PIECES = 8  # no expression has more commas; a bound keeps the search linear
 
 
 def rejoined_items(items: Sequence[Node]) -> list[Node]:
-    """
-    Return the items of a flow sequence: `[atan2(1, 2), 0]` has two, not three.
-
-    """
+    """Return the items of a flow sequence: `[atan2(1, 2), 0]` has two, not three."""
     result: list[Node] = []
     position = 0
     while position < len(items):
@@ -28,10 +25,7 @@ def rejoined_items(items: Sequence[Node]) -> list[Node]:
 
 
 def rejoined_values(entries: Sequence[tuple[ScalarNode, Node]]) -> list[tuple[ScalarNode, Node]]:
-    """
-    Return the entries of a flow mapping: `{a: atan2(1, 2)}` has one, and no key `2)`.
-
-    """
+    """Return the entries of a flow mapping: `{a: atan2(1, 2)}` has one, and no key `2)`."""
     result: list[tuple[ScalarNode, Node]] = []
     position = 0
     while position < len(entries):

@@ -21,10 +21,7 @@ Check = Callable[[str], None]
 
 
 class RobotFileWriteError(KinematicsError):
-    """
-    A robot file that cannot be changed without touching what is not ours.
-
-    """
+    """A robot file that cannot be changed without touching what is not ours."""
 
 
 def with_factors(text: str, factors: Mapping[str, str]) -> str:
@@ -42,7 +39,6 @@ def with_factors(text: str, factors: Mapping[str, str]) -> str:
     ------
     RobotFileWriteError
         The section is written in braces that hold more than the factors.
-
     """
     root = YAML(typ='rt', pure=True).compose(text)
     assert isinstance(root, MappingNode)  # valid robot files are mappings
@@ -132,7 +128,6 @@ def _scalar(text: str) -> str:
 def replace_file(path: Path, text: str) -> None:
     """
     Put a text in the place of a file, all or nothing: an interruption leaves the old one whole.
-
     """
     handle, name = tempfile.mkstemp(dir=path.resolve().parent, prefix=f'.{path.name}.')
     try:
@@ -164,7 +159,6 @@ def write_factors(path: Path, factors: Mapping[str, str], check: Check) -> None:
         Expressions by name, in the file's units.
     check
         Raises where the new text is not as it should be; the file is then left alone.
-
     """
     text = path.read_bytes().decode('utf-8')
     changed = with_factors(text, factors)

@@ -1,7 +1,4 @@
-"""
-A YAML document as a tree of texts with line numbers; nothing in it is resolved to a number.
-
-"""
+"""A YAML document as a tree of texts with line numbers; nothing in it is resolved to a number."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -10,10 +7,7 @@ from typing import Any, TypeAlias
 
 @dataclass(frozen=True)
 class ScalarNode:
-    """
-    A text; `rejoined` when YAML had split it at a comma inside parentheses.
-
-    """
+    """A text; `rejoined` when YAML had split it at a comma inside parentheses."""
 
     text: str
     line: int
@@ -23,10 +17,7 @@ class ScalarNode:
 
 @dataclass(frozen=True)
 class ListNode:
-    """
-    A sequence.
-
-    """
+    """A sequence."""
 
     items: tuple['Node', ...]
     line: int
@@ -34,19 +25,13 @@ class ListNode:
 
 @dataclass(frozen=True)
 class MappingNode:
-    """
-    Pairs in the order of the file; the first of two equal keys is the one that counts.
-
-    """
+    """Pairs in the order of the file; the first of two equal keys is the one that counts."""
 
     entries: tuple[tuple[ScalarNode, 'Node'], ...]
     line: int
 
     def find(self, key: str) -> tuple[ScalarNode, 'Node'] | None:
-        """
-        Return the first entry with a key.
-
-        """
+        """Return the first entry with a key."""
         return next((entry for entry in self.entries if entry[0].text == key), None)
 
 
@@ -56,27 +41,18 @@ Path: TypeAlias = tuple[str | int, ...]
 
 @dataclass(frozen=True)
 class Document:
-    """
-    One YAML document and the file it came from.
-
-    """
+    """One YAML document and the file it came from."""
 
     file: str
     root: Node
 
     @property
     def data(self) -> Any:
-        """
-        Return dicts and lists with `ScalarNode` at the leaves.
-
-        """
+        """Return dicts and lists with `ScalarNode` at the leaves."""
         return _plain(self.root)
 
     def line(self, path: Path) -> int:
-        """
-        Return the line of the key or item at a path, or of the nearest thing around it.
-
-        """
+        """Return the line of the key or item at a path, or of the nearest thing around it."""
         node, line = self.root, self.root.line
         for step in path:
             if isinstance(node, MappingNode) and (entry := node.find(str(step))):
@@ -89,18 +65,12 @@ class Document:
         return line
 
     def faults(self) -> Iterator[tuple[Path, int, str]]:
-        """
-        Yield path, line and message of equal keys and of expressions split at a comma.
-
-        """
+        """Yield path, line and message of equal keys and of expressions split at a comma."""
         yield from _faults(self.root, ())
 
 
 def texts_in(data: Any) -> Iterator[str]:
-    """
-    Yield every text in what `Document.data` holds, keys aside.
-
-    """
+    """Yield every text in what `Document.data` holds, keys aside."""
     if isinstance(data, ScalarNode):
         yield data.text
     elif isinstance(data, (list, dict)):

@@ -40,7 +40,6 @@ def read_document(text: str, file: str) -> Document:
     RobotFileError
         Not YAML, empty, several documents, or something that is refused: anchors, aliases,
         tags, directives, too large, nested too deeply.
-
     """
     if len(text.encode('utf-8', 'surrogatepass')) > MAX_BYTES:
         raise _refusal(file, 0, f'larger than {MAX_BYTES // 1024} KiB: not a robot file')
@@ -74,10 +73,7 @@ def _refusal(file: str, line: int, message: str) -> RobotFileError:
 
 
 class _Builder:
-    """
-    The tree under construction: open sequences and mappings, innermost last.
-
-    """
+    """The tree under construction: open sequences and mappings, innermost last."""
 
     def __init__(self, file: str) -> None:
         self.file = file

@@ -1,4 +1,1 @@
-"""
-The messages the node hears and speaks, and how they are made.
-
-"""
+"""The messages the node hears and speaks, and how they are made."""

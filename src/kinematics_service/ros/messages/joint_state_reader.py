@@ -1,7 +1,4 @@
-"""
-JointState messages read straight from their bytes where they are plain CDR, else officially.
-
-"""
+"""JointState messages read straight from their bytes where they are plain CDR, else officially."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -31,7 +28,6 @@ class WireJointState(NamedTuple):
         As in the message: of any length, with any number in them; read-only.
     stamp : ns
         0 where the message has none.
-
     """
 
     names: tuple[str, ...]
@@ -58,7 +54,6 @@ class JointStateReader:
         ------
         WireError
             The official deserializer refuses the bytes.
-
         """
         form = self._form(data)
         if form is None:
@@ -72,10 +67,7 @@ class JointStateReader:
         )
 
     def forms(self, size: int) -> Iterator[JointStateForm]:
-        """
-        Yield the forms known of messages of so many bytes, the one heard last first.
-
-        """
+        """Yield the forms known of messages of so many bytes, the one heard last first."""
         for form in self._forms:
             if form.size == size:
                 yield form

@@ -37,7 +37,6 @@ ELLIPSOID, TWIST, LOST = 'ellipsoid', 'twist', 'lost_direction'
 def markers_message(report: Report) -> MarkerArray:
     """
     Return links, joints, axes, velocity ellipsoid, twist and lost direction, in the base frame.
-
     """
     # The level is that of the pose alone, without hysteresis: nothing is remembered here.
     scene = scene_of(observation_of(report.answer.state, report.singularity))
@@ -58,10 +57,7 @@ class _Maker:
         self._next: dict[str, int] = {}
 
     def add(self, namespace: str, there: bool) -> Any:
-        """
-        Return one more marker: to be drawn, or to be deleted.
-
-        """
+        """Return one more marker: to be drawn, or to be deleted."""
         marker = Marker()
         marker.header.stamp = self._stamp
         marker.header.frame_id = self._frame
@@ -74,10 +70,7 @@ class _Maker:
         return marker
 
     def shape(self, namespace: str, kind: int, scale: Floats, colour: Colour, alpha: float) -> Any:
-        """
-        Return one more solid, its scale (3,) in m; its pose is to be set.
-
-        """
+        """Return one more solid, its scale (3,) in m; its pose is to be set."""
         marker = self.add(namespace, True)
         marker.type = kind
         _set_vector(marker.scale, scale)
@@ -87,10 +80,7 @@ class _Maker:
     def cylinder(
         self, namespace: str, ends: Floats, radius: float, colour: Colour, shortest: float
     ) -> None:
-        """
-        Add a cylinder from end to end (2, 3), or delete it where it is too short.
-
-        """
+        """Add a cylinder from end to end (2, 3), or delete it where it is too short."""
         line = ends[1] - ends[0]
         length = math.sqrt(float(line @ line))
         if length < shortest:
@@ -111,7 +101,6 @@ class _Maker:
     ) -> None:
         """
         Add an arrow or a list of lines through points (k, 3), or delete it where there are none.
-
         """
         marker = self.add(namespace, points is not None)
         marker.type = kind
@@ -124,10 +113,7 @@ class _Maker:
     def text(
         self, namespace: str, at: Floats | None, words: str, height: float, colour: Colour
     ) -> None:
-        """
-        Add words at a point (3,), or delete them.
-
-        """
+        """Add words at a point (3,), or delete them."""
         marker = self.add(namespace, at is not None)
         marker.type = Marker.TEXT_VIEW_FACING
         if at is None:

@@ -35,10 +35,7 @@ WALKS: dict[Any, Callable[[Reader], object]] = {
 
 
 class WireError(KinematicsError, ValueError):
-    """
-    Bytes that are no message of their type: the official deserializer refuses them too.
-
-    """
+    """Bytes that are no message of their type: the official deserializer refuses them too."""
 
 
 def read_message(data: bytes, kind: Any) -> Any:
@@ -49,7 +46,6 @@ def read_message(data: bytes, kind: Any) -> Any:
     ------
     WireError
         The bytes are none.
-
     """
     if is_whole(data, kind):
         try:
@@ -60,10 +56,7 @@ def read_message(data: bytes, kind: Any) -> Any:
 
 
 def is_whole(data: bytes, kind: Any) -> bool:
-    """
-    Return whether the lengths in a serialized message fit into its bytes.
-
-    """
+    """Return whether the lengths in a serialized message fit into its bytes."""
     try:
         WALKS[kind](Reader(data))
     except CdrError:

@@ -77,7 +77,6 @@ class MessageLayout:
     def places(self, begin: int) -> tuple[Any, Any]:
         """
         Return where stamps and numbers go in a buffer in which the message begins at `begin`.
-
         """
         stamps = [] if self.stamp_at is None else [begin + self.stamp_at]
         numbers = begin + self.number_at + DOUBLE * np.arange(self.count, dtype=np.int64)
@@ -118,10 +117,7 @@ class MessageLayout:
         self._fields.append((owner, name, many))
 
     def message(self, stamp: int, numbers: Floats) -> Any:
-        """
-        Return the message as an object, which the next call fills anew.
-
-        """
+        """Return the message as an object, which the next call fills anew."""
         if self._time is not None:
             set_time(self._time, stamp)
         values = iter(numbers.tolist())
@@ -131,18 +127,12 @@ class MessageLayout:
         return self._blank
 
     def bytes_of(self, stamp: int, numbers: Floats) -> bytes:
-        """
-        Return the message as bytes.
-
-        """
+        """Return the message as bytes."""
         kernel.fill_messages(self._filled, stamp, numbers, _NONE)
         return self._buffer.tobytes()
 
     def is_official(self) -> bool:
-        """
-        Return whether the official serializer writes the same, and reads the same from it.
-
-        """
+        """Return whether the official serializer writes the same, and reads the same from it."""
         if not self._is_known:
             return False
         kind = type(self._blank)

@@ -30,10 +30,7 @@ SECOND = 1_000_000_000
 
 
 class Report(NamedTuple):
-    """
-    All that one accepted message leads to, for the builders of messages.
-
-    """
+    """All that one accepted message leads to, for the builders of messages."""
 
     answer: Answer
     singularity: Singularity
@@ -41,10 +38,7 @@ class Report(NamedTuple):
 
 
 def stamp_of(message: JointState) -> int:
-    """
-    Return the stamp of a message in ns; 0 where it has none.
-
-    """
+    """Return the stamp of a message in ns; 0 where it has none."""
     stamp = message.header.stamp
     return int(stamp.sec) * SECOND + int(stamp.nanosec)
 
@@ -52,7 +46,6 @@ def stamp_of(message: JointState) -> int:
 def sample_of(message: JointState, received: int, arrival: int) -> JointSample:
     """
     Return what a JointState says, heard at `received` (ROS clock, ns) and `arrival` (steady, ns).
-
     """
     return JointSample(
         message.name, message.position, message.velocity, stamp_of(message), received, arrival
@@ -60,10 +53,7 @@ def sample_of(message: JointState, received: int, arrival: int) -> JointSample:
 
 
 def set_time(message: Time, stamp: int) -> Time:
-    """
-    Set a message to a time in ns, or to the nearest it can hold, and return it.
-
-    """
+    """Set a message to a time in ns, or to the nearest it can hold, and return it."""
     seconds, nanoseconds = divmod(stamp, SECOND)
     message.sec = max(-LARGEST_SECOND - 1, min(LARGEST_SECOND, seconds))
     message.nanosec = int(nanoseconds)
@@ -71,18 +61,12 @@ def set_time(message: Time, stamp: int) -> Time:
 
 
 def time_message(stamp: int) -> Time:
-    """
-    Return a time in ns as a message, or the nearest it can hold.
-
-    """
+    """Return a time in ns as a message, or the nearest it can hold."""
     return set_time(Time(), stamp)
 
 
 def transform_message(report: Report) -> TransformStamped:
-    """
-    Return the tool in the base frame, for /tf.
-
-    """
+    """Return the tool in the base frame, for /tf."""
     message = TransformStamped()
     message.header.stamp = time_message(report.answer.stamp)
     message.header.frame_id = report.settings.base_frame
@@ -94,18 +78,12 @@ def transform_message(report: Report) -> TransformStamped:
 
 
 def full_name(node: Node) -> str:
-    """
-    Return a node's name with its namespace, for statuses: two arms share /diagnostics.
-
-    """
+    """Return a node's name with its namespace, for statuses: two arms share /diagnostics."""
     return str(node.get_fully_qualified_name()).lstrip('/')
 
 
 def status_message(name: str, notice: Notice) -> DiagnosticStatus:
-    """
-    Return a notice as a DiagnosticStatus.
-
-    """
+    """Return a notice as a DiagnosticStatus."""
     message = DiagnosticStatus()
     message.level = LEVELS[notice.level]
     message.name = name

@@ -1,7 +1,4 @@
-"""
-The answers: of each the message without stamp and numbers, and which numbers it takes.
-
-"""
+"""The answers: of each the message without stamp and numbers, and which numbers it takes."""
 
 from array import array
 from collections.abc import Callable
@@ -29,35 +26,25 @@ class Copied(NamedTuple):
         Where they stand, from the end where negative.
     of_measures
         Whether in the measures.
-
     """
 
     places: Integers
     of_measures: bool = False
 
     def of(self, report: Report) -> Floats:
-        """
-        Return the numbers of a report.
-
-        """
+        """Return the numbers of a report."""
         state = report.answer.state
         row = measured(state).measures if self.of_measures else state.row
         assert row is not None
         return row[self.places]
 
     def sources(self, row: int) -> Integers:
-        """
-        Return their places in a row of so many numbers and, beyond its end, in the measures.
-
-        """
+        """Return their places in a row of so many numbers and, beyond its end, in the measures."""
         return self.places + row if self.of_measures else self.places % row
 
 
 class Computed(NamedTuple):
-    """
-    Numbers that are computed of a state; `of` returns those of a report.
-
-    """
+    """Numbers that are computed of a state; `of` returns those of a report."""
 
     of: Callable[[Report], Floats]
 
@@ -66,27 +53,18 @@ Numbers = Copied | Computed
 
 
 def pose_blank(settings: Settings) -> PoseStamped:
-    """
-    Return the tool in the base frame.
-
-    """
+    """Return the tool in the base frame."""
     return PoseStamped(header=Header(frame_id=settings.base_frame))
 
 
 def pose_numbers(settings: Settings) -> Numbers:
-    """
-    Take position (3,) and quaternion (4,) x y z w of the tool in the base frame.
-
-    """
+    """Take position (3,) and quaternion (4,) x y z w of the tool in the base frame."""
     position = np.arange(kernel.POSE_AT + 3, kernel.POSE_AT + 12, 4)
     return Copied(np.concatenate([position, np.arange(-kernel.ROW_TAIL, 0)]))
 
 
 def jacobian_blank(settings: Settings) -> Float64MultiArray:
-    """
-    Return J, row-major 6 x n, with labelled rows and columns.
-
-    """
+    """Return J, row-major 6 x n, with labelled rows and columns."""
     names = ','.join(settings.joint_names)
     n = settings.robot.dof
     message = Float64MultiArray(data=array('d', bytes(8 * 6 * n)))
@@ -98,10 +76,7 @@ def jacobian_blank(settings: Settings) -> Float64MultiArray:
 
 
 def jacobian_numbers(settings: Settings) -> Numbers:
-    """
-    Take J, row-major, in the axes and row order that are set, shape (6 n,).
-
-    """
+    """Take J, row-major, in the axes and row order that are set, shape (6 n,)."""
     axes = settings.jacobian_frame
     order = [3, 4, 5, 0, 1, 2] if settings.row_order == 'angular_first' else [0, 1, 2, 3, 4, 5]
     if axes == 'base':
@@ -116,10 +91,7 @@ def jacobian_numbers(settings: Settings) -> Numbers:
 
 
 def twist_numbers(settings: Settings) -> Numbers:
-    """
-    Take J qdot in the axes that are set, shape (6,).
-
-    """
+    """Take J qdot in the axes that are set, shape (6,)."""
     axes = settings.twist_frame
     if axes == 'base':
         return Copied(kernel.JACOBIAN_AT + 6 * settings.robot.dof + np.arange(6))
@@ -137,18 +109,12 @@ def _twist_header(settings: Settings) -> Header:
 
 
 def twist_blank(settings: Settings) -> TwistStamped:
-    """
-    Return J qdot.
-
-    """
+    """Return J qdot."""
     return TwistStamped(header=_twist_header(settings))
 
 
 def velocity_blank(settings: Settings) -> VelocityStamped:
-    """
-    Return J qdot with all three frames named.
-
-    """
+    """Return J qdot with all three frames named."""
     return VelocityStamped(
         header=_twist_header(settings),
         body_frame_id=settings.tool_frame,
@@ -157,18 +123,12 @@ def velocity_blank(settings: Settings) -> VelocityStamped:
 
 
 def scalar_blank(settings: Settings) -> Float64:
-    """
-    Return a measure.
-
-    """
+    """Return a measure."""
     return Float64()
 
 
 def measure_numbers(column: int) -> Callable[[Settings], Numbers | None]:
-    """
-    Take a column of the measures; the determinant only of an arm that has one.
-
-    """
+    """Take a column of the measures; the determinant only of an arm that has one."""
 
     def numbers(settings: Settings) -> Numbers | None:
         if column == kernel.DETERMINANT and not settings.robot.task.square:
@@ -179,19 +139,13 @@ def measure_numbers(column: int) -> Callable[[Settings], Numbers | None]:
 
 
 def link_frames_blank(settings: Settings) -> PoseArray:
-    """
-    Return every frame of the table in the base frame.
-
-    """
+    """Return every frame of the table in the base frame."""
     header = Header(frame_id=settings.base_frame)
     return PoseArray(header=header, poses=[Pose() for _ in range(settings.robot.chain.frames)])
 
 
 def link_frames_numbers(settings: Settings) -> Numbers:
-    """
-    Take position and quaternion x y z w of every frame of the table, shape (7 (rows + 1),).
-
-    """
+    """Take position and quaternion x y z w of every frame of the table, shape (7 (rows + 1),)."""
 
     def numbers(report: Report) -> Floats:
         frames = np.ascontiguousarray(report.answer.state.link_frames)

@@ -1,7 +1,4 @@
-"""
-What the node's messages say, as plain data: for eyes and for JSON.
-
-"""
+"""What the node's messages say, as plain data: for eyes and for JSON."""
 
 from typing import Any, NamedTuple
 
@@ -14,17 +11,11 @@ from ...robot.measures import Level
 
 
 class LayoutError(KinematicsError, ValueError):
-    """
-    A Float64MultiArray whose layout does not describe a matrix with labels.
-
-    """
+    """A Float64MultiArray whose layout does not describe a matrix with labels."""
 
 
 class Matrix(NamedTuple):
-    """
-    A matrix with the labels of its rows and columns; values of shape (rows, columns).
-
-    """
+    """A matrix with the labels of its rows and columns; values of shape (rows, columns)."""
 
     rows: tuple[str, ...]
     columns: tuple[str, ...]
@@ -32,10 +23,7 @@ class Matrix(NamedTuple):
 
 
 class Pose(NamedTuple):
-    """
-    A pose in a frame: position (3,) in m, quaternion x y z w, roll pitch yaw (3,) in rad.
-
-    """
+    """A pose in a frame: position (3,) in m, quaternion x y z w, roll pitch yaw (3,) in rad."""
 
     stamp: tuple[int, int]
     frame: str
@@ -45,10 +33,7 @@ class Pose(NamedTuple):
 
 
 class Velocity(NamedTuple):
-    """
-    A twist in the axes of a frame: linear (3,) in m/s, angular (3,) in rad/s.
-
-    """
+    """A twist in the axes of a frame: linear (3,) in m/s, angular (3,) in rad/s."""
 
     stamp: tuple[int, int]
     frame: str
@@ -57,10 +42,7 @@ class Velocity(NamedTuple):
 
 
 class Warned(NamedTuple):
-    """
-    A singularity warning: level, sentence, and keys with values.
-
-    """
+    """A singularity warning: level, sentence, and keys with values."""
 
     level: str
     name: str
@@ -76,7 +58,6 @@ def matrix_of(message: Any) -> Matrix:
     ------
     LayoutError
         The layout is not that of a two-dimensional row-major array with a label for each entry.
-
     """
     dims, data = message.layout.dim, message.data
     if len(dims) != 2:
@@ -103,10 +84,7 @@ def _xyz(vector: Any) -> Floats:
 
 
 def pose_of(message: Any) -> Pose:
-    """
-    Return the pose of a PoseStamped.
-
-    """
+    """Return the pose of a PoseStamped."""
     orientation = message.pose.orientation
     quaternion = np.array([orientation.x, orientation.y, orientation.z, orientation.w])
     return Pose(
@@ -119,10 +97,7 @@ def pose_of(message: Any) -> Pose:
 
 
 def velocity_of(message: Any) -> Velocity:
-    """
-    Return the twist of a TwistStamped.
-
-    """
+    """Return the twist of a TwistStamped."""
     twist = message.twist
     return Velocity(
         _stamp(message), message.header.frame_id, _xyz(twist.linear), _xyz(twist.angular)
@@ -130,10 +105,7 @@ def velocity_of(message: Any) -> Velocity:
 
 
 def warned_of(message: Any) -> Warned:
-    """
-    Return the warning of a DiagnosticStatus.
-
-    """
+    """Return the warning of a DiagnosticStatus."""
     level = ord(message.level)
     name = Level(level).name if level in list(Level) else f'LEVEL {level}'
     values = {value.key: value.value for value in message.values}

@@ -1,7 +1,4 @@
-"""
-From target messages to poses and twists in the base frame, and from answers to messages.
-
-"""
+"""From target messages to poses and twists in the base frame, and from answers to messages."""
 
 import math
 from array import array
@@ -26,33 +23,23 @@ UNIT = 1e-3
 
 
 class RefusedTargetError(KinematicsError, ValueError):
-    """
-    A target that cannot be understood, or not now; the message says why.
-
-    """
+    """A target that cannot be understood, or not now; the message says why."""
 
 
 class Choice(NamedTuple):
-    """
-    The feasible answers to a target, the nearest to the present joint positions first.
-
-    """
+    """The feasible answers to a target, the nearest to the present joint positions first."""
 
     answers: tuple[IkSolution | IkFamily, ...]
 
     @property
     def q(self) -> Floats | None:
-        """
-        Return the nearest joint positions, None where no answer is inside the limits.
-
-        """
+        """Return the nearest joint positions, None where no answer is inside the limits."""
         return self.answers[0].q if self.answers else None
 
 
 def choice_of(result: IkResult, robot: Robot, near: Floats) -> Choice:
     """
     Return the feasible solutions and family representatives of a result by distance from `near`.
-
     """
     scales = robot.task.column_scales
 
@@ -71,7 +58,6 @@ def pose_of(message: PoseStamped) -> Floats:
     ------
     RefusedTargetError
         A number is not finite, or the quaternion is not of unit length.
-
     """
     position, orientation = message.pose.position, message.pose.orientation
     translation = (position.x, position.y, position.z)
@@ -98,7 +84,6 @@ def twist_of(message: TwistStamped) -> Floats:
     ------
     RefusedTargetError
         A number is not finite.
-
     """
     linear, angular = message.twist.linear, message.twist.angular
     parts = (linear.x, linear.y, linear.z), (angular.x, angular.y, angular.z)
@@ -115,7 +100,6 @@ def pose_in_base(T: Floats, frame: str, tool: Floats, settings: Settings) -> Flo
     ------
     RefusedTargetError
         The frame is neither.
-
     """
     return T if _is_base(frame, settings) else tool @ T
 
@@ -128,7 +112,6 @@ def twist_in_base(twist: Floats, frame: str, tool: Floats, settings: Settings) -
     ------
     RefusedTargetError
         The frame is neither.
-
     """
     if _is_base(frame, settings):
         return twist
@@ -156,20 +139,14 @@ def _listed(values: Sequence[float]) -> str:
 
 
 def joint_positions_message(q: Floats, stamp: int, settings: Settings) -> JointState:
-    """
-    Return joint positions with the stamp (ns) of their target.
-
-    """
+    """Return joint positions with the stamp (ns) of their target."""
     message = JointState(name=settings.joint_names, position=array('d', q.tobytes()))
     message.header.stamp = time_message(stamp)
     return message
 
 
 def joint_velocities_message(qdot: Floats, stamp: int, settings: Settings) -> JointState:
-    """
-    Return joint velocities with the stamp (ns) of their target.
-
-    """
+    """Return joint velocities with the stamp (ns) of their target."""
     message = JointState(name=settings.joint_names, velocity=array('d', qdot.tobytes()))
     message.header.stamp = time_message(stamp)
     return message
@@ -181,7 +158,6 @@ def solutions_message(choice: Choice, settings: Settings) -> Float64MultiArray:
 
     The label of the rows names their postures, separated by commas: `left/up/no_flip,...`, or
     `solution` for arms without; a family's representative is marked `family`.
-
     """
     count, n = len(choice.answers), settings.robot.dof
     rows = [_row_label(answer) for answer in choice.answers]

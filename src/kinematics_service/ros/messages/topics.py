@@ -1,6 +1,5 @@
 """
 The topics a node publishes for each accepted message: one row each, in the order they go out.
-
 """
 
 from collections.abc import Callable
@@ -77,7 +76,6 @@ class Topic:
         What the kernel must have computed.
     period : ns
         Least difference of stamps between two messages; 0: every report.
-
     """
 
     name: str

@@ -1,4 +1,1 @@
-"""
-The node: joint states in, answers out.
-
-"""
+"""The node: joint states in, answers out."""

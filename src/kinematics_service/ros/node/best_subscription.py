@@ -51,7 +51,6 @@ class BestSubscription:
         With `ReliabilityPolicy.BEST_AVAILABLE`. A user's override by parameter is final.
     take
         Called with each message.
-
     """
 
     def __init__(self, node: Node, kind: Any, topic: str, qos: QoSProfile, take: Take) -> None:
@@ -87,42 +86,27 @@ class BestSubscription:
 
     @property
     def topic_name(self) -> str:
-        """
-        Return the full name of the topic.
-
-        """
+        """Return the full name of the topic."""
         return str(self._current.subscription.topic_name)
 
     @property
     def publisher_count(self) -> int:
-        """
-        Return the number of publishers that are heard.
-
-        """
+        """Return the number of publishers that are heard."""
         return int(self._current.subscription.get_publisher_count())
 
     @property
     def is_reliable(self) -> bool:
-        """
-        Return whether messages that are lost on the way are sent again.
-
-        """
+        """Return whether messages that are lost on the way are sent again."""
         return self._current.reliability is RELIABLE
 
     @property
     def lost(self) -> int | None:
-        """
-        Return the number of messages lost, None where the middleware does not number them.
-
-        """
+        """Return the number of messages lost, None where the middleware does not number them."""
         now = self._current.losses.count
         return None if now is None or self._lost is None else now + self._lost
 
     def settle(self, publishers: Sequence[TopicEndpointInfo]) -> None:
-        """
-        Take the publishers of the topic: to be called now and then.
-
-        """
+        """Take the publishers of the topic: to be called now and then."""
         now = time.monotonic()
         if self.publisher_count < len(publishers):
             self._all_heard_since = now
@@ -217,10 +201,7 @@ class _Numbered:
         self._taken = taken
 
     def take_what_waits(self) -> None:
-        """
-        Take the messages that the executor has not come to.
-
-        """
+        """Take the messages that the executor has not come to."""
         handle = self.subscription.handle
         with handle:
             while (message := handle.take_message(self.subscription.msg_type, True)) is not None:

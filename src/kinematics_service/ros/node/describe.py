@@ -1,7 +1,4 @@
-"""
-The robot and the node's conventions as plain data, for `~/describe`.
-
-"""
+"""The robot and the node's conventions as plain data, for `~/describe`."""
 
 import math
 from collections.abc import Sequence
@@ -20,7 +17,6 @@ def description_of(
 ) -> dict[str, Any]:
     """
     Return what a program needs to read the node's topics; limits are null where there are none.
-
     """
     robot = settings.robot
     return {

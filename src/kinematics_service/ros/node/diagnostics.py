@@ -1,6 +1,5 @@
 """
 The state of the input as a DiagnosticArray: what was heard, what became of it, what is missing.
-
 """
 
 import math
@@ -26,20 +25,14 @@ LEFT_OUT = 'left out'
 
 @dataclass
 class Work:
-    """
-    Processing times since the last diagnostics, in ns.
-
-    """
+    """Processing times since the last diagnostics, in ns."""
 
     count: int = 0
     total: int = 0
     longest: int = 0
 
     def add(self, nanoseconds: int) -> None:
-        """
-        Count one message.
-
-        """
+        """Count one message."""
         self.count += 1
         self.total += nanoseconds
         if nanoseconds > self.longest:
@@ -47,10 +40,7 @@ class Work:
 
     @property
     def mean(self) -> float:
-        """
-        Return the mean time, 0 where nothing was processed.
-
-        """
+        """Return the mean time, 0 where nothing was processed."""
         return self.total / self.count if self.count else 0.0
 
 
@@ -82,7 +72,6 @@ class InputState:
         middleware does not number them; and within the last `RECENT` seconds.
     work
         Processing times.
-
     """
 
     counts: Mapping[str, int]
@@ -103,10 +92,7 @@ class InputState:
 
 
 def input_notice(state: InputState) -> Notice:
-    """
-    Return level, sentence and values of the input.
-
-    """
+    """Return level, sentence and values of the input."""
     level, sentence = _verdict(state)
     rate = state.news.get(estimator.ACCEPTED, 0) / state.interval if state.interval > 0.0 else 0.0
     rejected = sum(state.counts.get(reason, 0) for reason in REJECTED)

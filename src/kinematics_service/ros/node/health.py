@@ -1,7 +1,4 @@
-"""
-The node's diagnostics: once a second, what it hears and what becomes of it.
-
-"""
+"""The node's diagnostics: once a second, what it hears and what becomes of it."""
 
 import time
 from collections import Counter, deque
@@ -29,7 +26,6 @@ class Health:
     ----------
     work
         What messages have cost since the last word.
-
     """
 
     def __init__(
@@ -56,10 +52,7 @@ class Health:
 
     @property
     def topic_name(self) -> str:
-        """
-        Return the full name of the topic.
-
-        """
+        """Return the full name of the topic."""
         return str(self._publisher.topic_name)
 
     def _lost_of_late(self, now: float, lost: int) -> int:
@@ -70,10 +63,7 @@ class Health:
         return lost - losses[0][1]
 
     def say(self) -> None:
-        """
-        Publish the state of the input since the last word.
-
-        """
+        """Publish the state of the input since the last word."""
         node, estimator, subscription = self._node, self._estimator, self._subscription
         now, arrival = time.monotonic(), time.monotonic_ns()
         counts = Counter(estimator.counts)

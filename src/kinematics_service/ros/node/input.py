@@ -1,7 +1,4 @@
-"""
-Joint states as they come in: as bytes, or as messages of rclpy.
-
-"""
+"""Joint states as they come in: as bytes, or as messages of rclpy."""
 
 import time
 from collections.abc import Callable
@@ -40,7 +37,6 @@ class Input:
     ----------
     subscription
         What it hears, how reliably, and how much of it is lost.
-
     """
 
     def __init__(
@@ -65,10 +61,7 @@ class Input:
 
     @property
     def topic_name(self) -> str:
-        """
-        Return the full name of the topic.
-
-        """
+        """Return the full name of the topic."""
         return self.subscription.topic_name
 
     def _received(self, stamp: int) -> int:

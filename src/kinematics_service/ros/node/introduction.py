@@ -1,7 +1,4 @@
-"""
-What a node says of itself when it starts.
-
-"""
+"""What a node says of itself when it starts."""
 
 from collections.abc import Sequence
 
@@ -16,10 +13,7 @@ NAMED = 5
 
 
 def introduce(node: Node, parameters: NodeParameters, topic: str) -> None:
-    """
-    Log the arm, the topic that is listened to, and what is odd about the parameters.
-
-    """
+    """Log the arm, the topic that is listened to, and what is odd about the parameters."""
     settings, logger = parameters.settings, node.get_logger()
     if notice := kernel.notice():
         logger.warning(notice)
@@ -40,10 +34,7 @@ def introduce(node: Node, parameters: NodeParameters, topic: str) -> None:
 
 
 def unknown_in_words(names: Sequence[str]) -> str:
-    """
-    Return the sentence about parameters that nobody declared; of many it names the first.
-
-    """
+    """Return the sentence about parameters that nobody declared; of many it names the first."""
     if len(names) == 1:
         return f'parameter {names[0]} is unknown and has no effect'
     shown = ', '.join(names[:NAMED]) + (', ...' if len(names) > NAMED else '')

@@ -1,7 +1,4 @@
-"""
-How many messages of a topic were lost, told by the numbers that the middleware gives them.
-
-"""
+"""How many messages of a topic were lost, told by the numbers that the middleware gives them."""
 
 from collections.abc import Callable
 
@@ -23,7 +20,6 @@ class Losses:
     ----------
     count
         Messages lost since the start, None where the middleware numbers none.
-
     """
 
     def __init__(self, publishers: Callable[[], int]) -> None:
@@ -33,17 +29,11 @@ class Losses:
         self._last: list[int] = []  # numbers; that of the publisher heard last at the end
 
     def forget(self) -> None:
-        """
-        Begin anew: publishers have come or gone.
-
-        """
+        """Begin anew: publishers have come or gone."""
         self._last.clear()
 
     def heard(self, number: int | None) -> None:
-        """
-        Take the number of a message.
-
-        """
+        """Take the number of a message."""
         last = self._last
         if number is None:
             self.count = None

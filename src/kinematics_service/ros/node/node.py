@@ -1,7 +1,4 @@
-"""
-The node: JointState in; pose, Jacobian, twist and singularity warning out.
-
-"""
+"""The node: JointState in; pose, Jacobian, twist and singularity warning out."""
 
 import json
 import time
@@ -56,7 +53,6 @@ class KinematicsNode(Node):
     ------
     KinematicsError
         The robot or a parameter is bad; one sentence, to be shown to the user.
-
     """
 
     def __init__(self, robot: str | None = None, **options: Any) -> None:
@@ -107,17 +103,11 @@ class KinematicsNode(Node):
         self.create_service(Trigger, DESCRIBE, self._describe)
 
     def trust_the_order_of_events(self) -> None:
-        """
-        Be told that the executor handles events in the order they come in.
-
-        """
+        """Be told that the executor handles events in the order they come in."""
         self._outputs.events_in_order = True
 
     def events_were_left_out(self, messages: int) -> None:
-        """
-        Be told that events were thrown away, and with them so many messages of the process.
-
-        """
+        """Be told that events were thrown away, and with them so many messages of the process."""
         self._outputs.ask_who_listens()
         self._estimator.counts[LEFT_OUT] += messages
         if self._throttle.passes(LEFT_OUT):
@@ -126,10 +116,7 @@ class KinematicsNode(Node):
             )
 
     def end_motion(self) -> None:
-        """
-        Stop what the last target twist began: to be called before the node goes.
-
-        """
+        """Stop what the last target twist began: to be called before the node goes."""
         self._targets.close()
 
     @property

@@ -1,6 +1,5 @@
 """
 The topics of a node that answer every accepted message: who listens, and what goes out to them.
-
 """
 
 import copy
@@ -46,7 +45,6 @@ class Channel(NamedTuple):
         there are none.
     as_bytes
         Whether its messages go out as bytes that are filled here.
-
     """
 
     listeners: Callable[[], int]
@@ -59,10 +57,7 @@ class Channel(NamedTuple):
     as_bytes: bool = False
 
     def send(self, report: Report) -> None:
-        """
-        Publish what a report has to say on this topic, if anything.
-
-        """
+        """Publish what a report has to say on this topic, if anything."""
         topic, stamp = self.topic, report.answer.stamp
         if topic.period and not self.grid.passes(stamp, topic.period):
             return
@@ -98,7 +93,6 @@ class Heard(NamedTuple):
     sends
         Where they are all among them: for an arm at unknown velocities, and for one at known ones,
         what publishes and what returns the bytes for that.
-
     """
 
     channels: tuple[Channel, ...]
@@ -113,7 +107,6 @@ def filled_by_the_kernel(
 ) -> tuple[OutgoingMessages | None, tuple[memoryview | None, ...]]:
     """
     Return the messages whose numbers the kernel copies, and of each channel its own, or None.
-
     """
     row = settings.robot.chain.single_widths[depth]
     data, filled = bytearray(), list[slice | None]()
@@ -148,7 +141,6 @@ class Outputs:
     events_in_order
         Whether the executor handles events in the order they came in: then that somebody began to
         listen is known before the next joint state is, and need not be asked for every message.
-
     """
 
     def __init__(self, node: Node, settings: Settings, transport: str) -> None:
@@ -164,10 +156,7 @@ class Outputs:
         self.configure(settings)
 
     def configure(self, settings: Settings) -> None:
-        """
-        Take other settings: frames and labels are part of the messages.
-
-        """
+        """Take other settings: frames and labels are part of the messages."""
         self._settings, self._heard = settings, None
         self.channels = [self._configured(channel) for channel in self.channels]
         if settings.publish_tf and self._tf is None:
@@ -177,17 +166,11 @@ class Outputs:
 
     @property
     def names(self) -> list[str]:
-        """
-        Return the full names of the topics.
-
-        """
+        """Return the full names of the topics."""
         return [channel.publisher.topic_name for channel in self.channels]
 
     def heard(self) -> Heard:
-        """
-        Return the channels somebody listens to.
-
-        """
+        """Return the channels somebody listens to."""
         heard = self._heard
         if heard is None or not (self.events_in_order and self._told_of_listeners):
             channels = tuple(channel for channel in self.channels if channel.listeners() > 0)
@@ -223,7 +206,6 @@ class Outputs:
             The channels.
         is_filled
             Whether the kernel has filled the messages with this answer.
-
         """
         if is_filled and heard.sends is not None:
             for publish, data in heard.sends[answer.state.moving]:
@@ -283,10 +265,7 @@ class Outputs:
         )
 
     def ask_who_listens(self) -> None:
-        """
-        Look who listens at the next message: one may have come or gone.
-
-        """
+        """Look who listens at the next message: one may have come or gone."""
         self._heard = None
 
     def _on_listener(self, event: Any) -> None:

@@ -1,7 +1,4 @@
-"""
-A second source of the tool's pose, compared with the node's: the frame doctor's patient.
-
-"""
+"""A second source of the tool's pose, compared with the node's: the frame doctor's patient."""
 
 import copy
 import threading
@@ -60,7 +57,6 @@ class Reference:
     ----------
     is_there
         Whether poses have come, so that states are to be noted.
-
     """
 
     def __init__(self, node: Node, robot: Callable[[], Robot]) -> None:
@@ -85,17 +81,11 @@ class Reference:
 
     @property
     def topic_name(self) -> str:
-        """
-        Return the full name of the topic.
-
-        """
+        """Return the full name of the topic."""
         return str(self._subscription.topic_name)
 
     def forget(self) -> None:
-        """
-        Begin anew: the stamps or the arm are others.
-
-        """
+        """Begin anew: the stamps or the arm are others."""
         self._pending = self._notice = None
         self.is_there = False
         self._recent.clear()
@@ -113,10 +103,7 @@ class Reference:
             self._refused = str(error)
 
     def note(self, answer: Answer) -> None:
-        """
-        Take a new state of the arm; a pose is compared once states around it are known.
-
-        """
+        """Take a new state of the arm; a pose is compared once states around it are known."""
         self._recent.append((answer.stamp, answer.state.q))
         if not self._way or answer.stamp - self._way[-1][0] >= WAY_STEP:
             self._way.append((answer.stamp, answer.state.q))
@@ -151,10 +138,7 @@ class Reference:
             del self._pairs[1::2]
 
     def notice(self) -> Notice | None:
-        """
-        Return what is known of the frames, None where there is no second source.
-
-        """
+        """Return what is known of the frames, None where there is no second source."""
         busy = self._thread is not None and self._thread.is_alive()
         if self._collected >= self._due and not busy:
             self._due = int(self._collected * AGAIN) + 1
@@ -199,10 +183,7 @@ class Reference:
 
 
 def frames_notice(found: 'FrameDiagnosis') -> Notice:
-    """
-    Return a diagnosis of frames, by the limits that `audit` has by default.
-
-    """
+    """Return a diagnosis of frames, by the limits that `audit` has by default."""
     from ...diagnosis.frame_check import FrameLimits
 
     limits = FrameLimits()

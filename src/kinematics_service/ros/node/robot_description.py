@@ -1,7 +1,4 @@
-"""
-The arm as a URDF on `robot_description`, for those who draw robots.
-
-"""
+"""The arm as a URDF on `robot_description`, for those who draw robots."""
 
 from rclpy.node import Node
 from rclpy.publisher import Publisher
@@ -17,7 +14,6 @@ class RobotDescription:
     Publishes the URDF once for each change of the settings; who comes late gets the last one.
 
     It is off unless asked for: on a robot with a URDF of its own the topic is that one's.
-
     """
 
     def __init__(self, node: Node, settings: Settings) -> None:
@@ -26,10 +22,7 @@ class RobotDescription:
         self.configure(settings)
 
     def configure(self, settings: Settings) -> None:
-        """
-        Take other settings: frames and joints may have other names.
-
-        """
+        """Take other settings: frames and joints may have other names."""
         if not settings.publish_robot_description:
             if self._publisher is not None:
                 self._node.destroy_publisher(self._publisher)

@@ -1,13 +1,9 @@
-"""
-Thins out answers by their stamps.
-
-"""
+"""Thins out answers by their stamps."""
 
 
 class StampGrid:
     """
     Lets one answer pass in each cell of a fixed grid of stamps, whatever the input's rate is.
-
     """
 
     def __init__(self) -> None:
@@ -16,7 +12,6 @@ class StampGrid:
     def passes(self, stamp: int, period: int) -> bool:
         """
         Return whether the first answer of its cell has this stamp (ns); a period of 0: always.
-
         """
         if period == 0:
             return True
@@ -27,8 +22,5 @@ class StampGrid:
         return True
 
     def forget(self) -> None:
-        """
-        Begin anew: the next answer passes.
-
-        """
+        """Begin anew: the next answer passes."""
         self._last = None

@@ -1,7 +1,4 @@
-"""
-What became of a target, in a sentence and as keys and values.
-
-"""
+"""What became of a target, in a sentence and as keys and values."""
 
 import numpy as np
 
@@ -18,7 +15,6 @@ def pose_notice(result: IkResult, choice: Choice, near: Floats) -> Notice:
     Return what became of a pose target: OK where the arm can be there, otherwise ERROR.
 
     `near` are the present joint positions: who executes the answer sees how far it is.
-
     """
     values = [
         ('status', result.status),
@@ -47,10 +43,7 @@ def pose_notice(result: IkResult, choice: Choice, near: Floats) -> Notice:
 
 
 def twist_notice(step: ServoStep) -> Notice:
-    """
-    Return what became of a twist target: WARN where the tool moves otherwise than asked.
-
-    """
+    """Return what became of a twist target: WARN where the tool moves otherwise than asked."""
     values = (
         ('limited by', ', '.join(step.limited_by) or 'nothing'),
         ('damping', f'{step.damping:.4g}'),

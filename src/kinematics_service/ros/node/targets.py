@@ -1,7 +1,4 @@
-"""
-Targets for the tool: poses in, joint positions out; twists in, joint velocities out.
-
-"""
+"""Targets for the tool: poses in, joint positions out; twists in, joint velocities out."""
 
 import copy
 import time
@@ -76,7 +73,6 @@ class Targets:
         Returns the arm's present state, or says in a sentence why it is not known.
     steady
         Clock of the timer.
-
     """
 
     def __init__(
@@ -123,29 +119,20 @@ class Targets:
 
     @property
     def topics(self) -> tuple[list[str], list[str]]:
-        """
-        Return the full names of the topics heard and published.
-
-        """
+        """Return the full names of the topics heard and published."""
         resolve = self._node.resolve_topic_name
         heard = (TARGET_POSE, TARGET_TWIST)
         told = (IK_JOINT_STATES, IK_SOLUTIONS, IK_JOINT_VELOCITY, IK_STATUS)
         return [resolve(name) for name in heard], [resolve(name) for name in told]
 
     def configure(self, settings: Settings) -> None:
-        """
-        Take other settings; a motion in force is stopped.
-
-        """
+        """Take other settings; a motion in force is stopped."""
         self._stop()
         self._settings = _planned(settings)
         self._timer.timer_period_ns = round(self._watch_period() * 1e9)
 
     def close(self) -> None:
-        """
-        End a motion in force, before the node goes.
-
-        """
+        """End a motion in force, before the node goes."""
         if self._moving_since is not None:
             self._stop()
             self._joint_velocity.wait_for_all_acked(LAST_WORD)

@@ -8,20 +8,14 @@ import time
 
 
 class Throttle:
-    """
-    Remembers when each kind of line last passed; kinds are few and fixed.
-
-    """
+    """Remembers when each kind of line last passed; kinds are few and fixed."""
 
     def __init__(self, seconds: float) -> None:
         self._seconds = seconds
         self._passed: dict[str, float] = {}
 
     def passes(self, kind: str) -> bool:
-        """
-        Return whether a line of this kind may be written now.
-
-        """
+        """Return whether a line of this kind may be written now."""
         now = time.monotonic()
         last = self._passed.get(kind)
         if last is not None and now - last < self._seconds:

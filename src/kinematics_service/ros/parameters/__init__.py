@@ -1,4 +1,1 @@
-"""
-The node's parameters, and the settings they make.
-
-"""
+"""The node's parameters, and the settings they make."""

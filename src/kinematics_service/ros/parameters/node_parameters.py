@@ -1,6 +1,5 @@
 """
 The node's parameters as ROS has them: declared once, checked together, applied when they change.
-
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -21,10 +20,7 @@ NAMES = frozenset(parameter.name for parameter in PARAMETERS)
 
 
 class RobotConflictError(KinematicsError, ValueError):
-    """
-    The command line and a parameter name different robots: wrong usage.
-
-    """
+    """The command line and a parameter name different robots: wrong usage."""
 
 
 class NodeParameters:
@@ -44,7 +40,6 @@ class NodeParameters:
         The command line and the parameter differ.
     KinematicsError
         The robot or a parameter is bad.
-
     """
 
     def __init__(self, node: Node, robot: str | None) -> None:
@@ -64,17 +59,11 @@ class NodeParameters:
 
     @property
     def settings(self) -> Settings:
-        """
-        Return the settings in force.
-
-        """
+        """Return the settings in force."""
         return self._settings
 
     def listen(self, apply: Callable[[Settings], None]) -> None:
-        """
-        From now on check changes before they are made, and call `apply` after.
-
-        """
+        """From now on check changes before they are made, and call `apply` after."""
 
         def changed(parameters: Sequence[RosParameter]) -> None:
             if any(parameter.name in NAMES for parameter in parameters):
@@ -88,10 +77,7 @@ class NodeParameters:
         self._node.add_post_set_parameters_callback(changed)
 
     def unknown(self) -> tuple[str, ...]:
-        """
-        Return the names of parameters that were given at start and that nobody declared.
-
-        """
+        """Return the names of parameters that were given at start and that nobody declared."""
         given = getattr(self._node, '_parameter_overrides', {})  # rclpy has no public way
         return tuple(sorted(name for name in given if not self._node.has_parameter(name)))
 

@@ -1,7 +1,4 @@
-"""
-The node's parameters: a table, and the frozen settings that follow from their values.
-
-"""
+"""The node's parameters: a table, and the frozen settings that follow from their values."""
 
 import math
 from collections.abc import Mapping
@@ -24,10 +21,7 @@ ROW_LABELS = {
 
 
 class SettingsError(KinematicsError, ValueError):
-    """
-    A parameter's value is refused; the message names it, the value and what is accepted.
-
-    """
+    """A parameter's value is refused; the message names it, the value and what is accepted."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +55,6 @@ class Settings:
         How long a target twist is in force.
     servo
         How target twists become joint velocities.
-
     """
 
     robot: Robot
@@ -81,19 +74,13 @@ class Settings:
 
     @property
     def joint_names(self) -> tuple[str, ...]:
-        """
-        Return the names of the joints as messages have them, prefix included.
-
-        """
+        """Return the names of the joints as messages have them, prefix included."""
         prefix = self.estimator.joint_prefix
         return tuple(prefix + name for name in self.robot.joint_names)
 
 
 def tf_is_importable() -> bool:
-    """
-    Return whether tf2_msgs is there, which the wheels on PyPI do not carry.
-
-    """
+    """Return whether tf2_msgs is there, which the wheels on PyPI do not carry."""
     return find_spec('tf2_msgs') is not None
 
 
@@ -123,7 +110,6 @@ def settings_from(values: Mapping[str, Any], robot: Robot) -> Settings:
     ------
     SettingsError
         Some value is refused, alone or together with another.
-
     """
     for parameter in PARAMETERS:
         value = values[parameter.name]
@@ -208,10 +194,7 @@ def _judged(values: Mapping[str, Any], robot: Robot) -> Robot:
 
 
 def defaults(robot: Robot) -> dict[str, Any]:
-    """
-    Return the default of every parameter for an arm.
-
-    """
+    """Return the default of every parameter for an arm."""
     values = {parameter.name: parameter.default for parameter in PARAMETERS}
     values['singularity.measure'] = robot.thresholds.measure
     return values

@@ -1,7 +1,4 @@
-"""
-The node's parameters as a table: names, defaults, what they mean and what is accepted.
-
-"""
+"""The node's parameters as a table: names, defaults, what they mean and what is accepted."""
 
 import math
 from dataclasses import dataclass
@@ -20,10 +17,7 @@ ROW_ORDERS = ('linear_first', 'angular_first')
 
 @dataclass(frozen=True)
 class Parameter:
-    """
-    One parameter: its default, what it means, and what is accepted.
-
-    """
+    """One parameter: its default, what it means, and what is accepted."""
 
     name: str
     default: Any
@@ -34,10 +28,7 @@ class Parameter:
     read_only: bool = False
 
     def descriptor(self) -> ParameterDescriptor:
-        """
-        Return the descriptor that `ros2 param describe` shows.
-
-        """
+        """Return the descriptor that `ros2 param describe` shows."""
         descriptor = ParameterDescriptor()
         descriptor.description = self.description
         descriptor.read_only = self.read_only

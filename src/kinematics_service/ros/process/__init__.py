@@ -1,4 +1,1 @@
-"""
-The process around the node: its start, its executor, its end.
-
-"""
+"""The process around the node: its start, its executor, its end."""

@@ -1,7 +1,4 @@
-"""
-The arms of one process: which robot runs in which namespace.
-
-"""
+"""The arms of one process: which robot runs in which namespace."""
 
 import re
 from collections.abc import Sequence
@@ -15,17 +12,11 @@ NAMESPACE = re.compile(r'/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*')
 
 
 class ArmsError(KinematicsError, ValueError):
-    """
-    Arms that cannot run side by side: wrong usage.
-
-    """
+    """Arms that cannot run side by side: wrong usage."""
 
 
 class ArmChoice(NamedTuple):
-    """
-    A robot (file, bundled name, or None for the parameter `robot`) and its namespace.
-
-    """
+    """A robot (file, bundled name, or None for the parameter `robot`) and its namespace."""
 
     robot: str | None
     namespace: str | None
@@ -41,7 +32,6 @@ def arms_from(choices: Sequence[str]) -> tuple[ArmChoice, ...]:
     ------
     ArmsError
         A namespace is none, or two arms have the same.
-
     """
     if not choices:
         return (ArmChoice(None, None),)

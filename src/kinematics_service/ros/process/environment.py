@@ -1,7 +1,4 @@
-"""
-Whether this machine's ROS environment is one the node may start in.
-
-"""
+"""Whether this machine's ROS environment is one the node may start in."""
 
 import os
 import sys
@@ -16,7 +13,6 @@ def security_refusal() -> str | None:
 
     The wheels' Fast DDS is built without DDS security, and the default strategy, Permissive, then
     starts unsecured without a word.
-
     """
     if os.environ.get('ROS_SECURITY_ENABLE', '').lower() != 'true' or not rclpy_is_a_wheel():
         return None
@@ -27,19 +23,13 @@ def security_refusal() -> str | None:
 
 
 def rclpy_is_a_wheel() -> bool:
-    """
-    Return whether rclpy was installed by pip rather than by a ROS installation.
-
-    """
+    """Return whether rclpy was installed by pip rather than by a ROS installation."""
     folder = Path(rclpy.__file__).resolve().parent.parent
     return any(folder.glob('ros_rclpy-*.dist-info'))
 
 
 def mixture_refusal() -> str | None:
-    """
-    Return why not to start where the wheels' rclpy and a sourced ROS installation are mixed.
-
-    """
+    """Return why not to start where the wheels' rclpy and a sourced ROS installation are mixed."""
     here = Path(rclpy.__file__).resolve()
     version = f'python{sys.version_info.major}.{sys.version_info.minor}'
     prefixes = [Path(p) for p in os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep) if p]
@@ -63,7 +53,6 @@ def log_refusal() -> str | None:
     Return why ROS can write no log file, None where it can.
 
     It would not start then: on a read-only file system, or where nothing says where home is.
-
     """
     try:
         folder = _log_folder()

@@ -1,7 +1,4 @@
-"""
-What was heard on one topic: the last message, how many there were, and how often they come.
-
-"""
+"""What was heard on one topic: the last message, how many there were, and how often they come."""
 
 import time
 from collections import deque
@@ -33,7 +30,6 @@ class Heard:
         Resolved name of the topic.
     count
         Number of messages so far.
-
     """
 
     def __init__(
@@ -63,27 +59,18 @@ class Heard:
 
     @property
     def message(self) -> Any:
-        """
-        Return the last message, None before the first.
-
-        """
+        """Return the last message, None before the first."""
         if self._message is None and self._bytes is not None:
             self._message = deserialize_message(self._bytes, self._type)
         return self._message
 
     @property
     def age(self) -> float:
-        """
-        Return the seconds since the last message was heard, or since the start of listening.
-
-        """
+        """Return the seconds since the last message was heard, or since the start of listening."""
         return time.monotonic() - self._arrival
 
     def rate(self) -> float:
-        """
-        Return messages per second over the last WINDOW, from call to call.
-
-        """
+        """Return messages per second over the last WINDOW, from call to call."""
         now = time.monotonic()
         self._marks.append((now, self.count))
         while len(self._marks) > 2 and now - self._marks[1][0] >= WINDOW:

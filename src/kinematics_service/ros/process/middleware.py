@@ -1,7 +1,4 @@
-"""
-What is asked of the middleware beyond the quality of service that ROS knows.
-
-"""
+"""What is asked of the middleware beyond the quality of service that ROS knows."""
 
 import os
 from collections.abc import MutableMapping
@@ -19,7 +16,6 @@ def take_profiles(environment: MutableMapping[str, str] = os.environ) -> bool:
     Let Fast DDS read our profiles; return False where the user has profiles, which stand.
 
     To be called before the first participant is made; means nothing to another middleware.
-
     """
     if environment.get(VARIABLE) or Path(LOCAL).exists():
         return False

@@ -1,7 +1,4 @@
-"""
-Why nothing is heard on a topic: what the ROS graph shows, and what keeps nodes apart.
-
-"""
+"""Why nothing is heard on a topic: what the ROS graph shows, and what keeps nodes apart."""
 
 import os
 
@@ -16,10 +13,7 @@ RANGE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
 
 
 def kinematics_nodes(node: Node) -> list[str]:
-    """
-    Return the full names of the kinematics nodes in the graph.
-
-    """
+    """Return the full names of the kinematics nodes in the graph."""
     return sorted(
         topic.removesuffix(MARK)
         for topic, types in node.get_topic_names_and_types()
@@ -37,7 +31,6 @@ def reason_of_silence(node: Node, topic: str) -> str:
         The node that listens.
     topic
         Resolved name of the silent topic.
-
     """
     publishers = node.count_publishers(topic)
     if publishers > 0:

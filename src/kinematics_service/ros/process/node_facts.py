@@ -1,7 +1,4 @@
-"""
-What a kinematics node says of itself: its robot, its topics, the axes of its numbers.
-
-"""
+"""What a kinematics node says of itself: its robot, its topics, the axes of its numbers."""
 
 import json
 import time
@@ -42,7 +39,6 @@ class NodeFacts(NamedTuple):
         Axes of the Jacobian and of the twist, `base` or `tool` each.
     thresholds, length
         What singularities are judged by.
-
     """
 
     source: str
@@ -56,17 +52,11 @@ class NodeFacts(NamedTuple):
     length: float
 
     def prefix(self, robot: Robot) -> str:
-        """
-        Return what stands before the joint names of the robot file.
-
-        """
+        """Return what stands before the joint names of the robot file."""
         return self.joints[0].removesuffix(robot.joint_names[0]) if self.joints else ''
 
     def mismatch(self, robot: Robot) -> str:
-        """
-        Return why the node's numbers are not those of this arm; empty where they are.
-
-        """
+        """Return why the node's numbers are not those of this arm; empty where they are."""
         prefix = self.prefix(robot)
         names = tuple(prefix + name for name in robot.joint_names)
         if self.joints == names and self.name == robot.name:
@@ -77,10 +67,7 @@ class NodeFacts(NamedTuple):
         )
 
     def judged(self, robot: Robot) -> Robot:
-        """
-        Return the arm with the thresholds and the length that are in force in the node.
-
-        """
+        """Return the arm with the thresholds and the length that are in force in the node."""
         try:
             return with_singularity(robot, self.length, self.thresholds)
         except KinematicsError:
@@ -97,7 +84,6 @@ def ask_node(node: Node, executor: Any, source: str, patience: float) -> NodeFac
         Who asks, and what turns it.
     source
         Full name of the node that is asked.
-
     """
     deadline = time.monotonic() + patience
     while not node.count_publishers(WARNING.replace('~', source)):

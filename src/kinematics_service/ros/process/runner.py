@@ -1,7 +1,4 @@
-"""
-From the command line to a running node and back to an exit code.
-
-"""
+"""From the command line to a running node and back to an exit code."""
 
 import contextlib
 import gc
@@ -31,18 +28,12 @@ QOS_PROFILE = 'rmw_qos_profile_t'
 
 
 def tell(sentence: str) -> None:
-    """
-    Write one line to standard error.
-
-    """
+    """Write one line to standard error."""
     print(f'kinematics_service: {sentence}', file=sys.stderr, flush=True)
 
 
 def start_refusal(allow_unsecured: bool, allow_mixed_ros: bool) -> str | None:
-    """
-    Return why this environment is not one to start in, None where it is.
-
-    """
+    """Return why this environment is not one to start in, None where it is."""
     return (None if allow_unsecured else security_refusal()) or (
         None if allow_mixed_ros else mixture_refusal()
     )
@@ -53,7 +44,6 @@ def open_context(ros_args: Sequence[str]) -> Context | None:
     Return a context initialised with ROS arguments, without rclpy's signal handlers.
 
     None, after one line to standard error, where the arguments are wrong.
-
     """
     take_profiles()
     context = Context()
@@ -103,7 +93,6 @@ def run_node(
     Returns
     -------
     0 after a signal, 1 for a bad robot file or parameter, 2 for wrong usage.
-
     """
     refusal = start_refusal(allow_unsecured, allow_mixed_ros)
     if refusal is not None:
@@ -133,7 +122,6 @@ def leave(code: int, stop: StopSignal) -> int:
     End the process where all is put in order and a signal asked for it; else return the code.
 
     The end of the interpreter takes seconds on a busy machine and hears no signal.
-
     """
     if stop.came:
         for stream in (sys.stdout, sys.stderr):

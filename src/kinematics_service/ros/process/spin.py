@@ -54,7 +54,6 @@ class Spinner:
     ----------
     in_order
         Whether events are handled in the order they come in.
-
     """
 
     def __init__(
@@ -77,10 +76,7 @@ class Spinner:
             threading.Thread(target=self._watch, daemon=True).start()
 
     def spin(self, stopped: Callable[[], bool]) -> bool:
-        """
-        Handle what comes until `stopped()`; return False where the executor broke down.
-
-        """
+        """Handle what comes until `stopped()`; return False where the executor broke down."""
         failures = 0
         while not stopped():
             try:
@@ -97,25 +93,16 @@ class Spinner:
         return True
 
     def spin_once(self, timeout_sec: float) -> None:
-        """
-        Handle one event, waiting for it so long at most.
-
-        """
+        """Handle one event, waiting for it so long at most."""
         self._executor.spin_once(timeout_sec=timeout_sec)
 
     def interrupt(self) -> None:
-        """
-        End the present turn after the callback that is running; from any thread.
-
-        """
+        """End the present turn after the callback that is running; from any thread."""
         if not self._over.done():
             self._over.set_result(None)
 
     def start_anew(self) -> None:
-        """
-        Throw away the events that wait, and but for the newest the messages they are about.
-
-        """
+        """Throw away the events that wait, and but for the newest the messages they are about."""
         self._mark = None
         if not self.in_order:
             return  # without a queue of its own
@@ -127,10 +114,7 @@ class Spinner:
         self._left_out(left_out)
 
     def close(self) -> None:
-        """
-        Let go of the nodes.
-
-        """
+        """Let go of the nodes."""
         self._closed.set()
         self._release()
 

@@ -1,7 +1,4 @@
-"""
-Standard output that may be a terminal, a file, or a pipe whose reader has gone.
-
-"""
+"""Standard output that may be a terminal, a file, or a pipe whose reader has gone."""
 
 import os
 import sys
@@ -15,7 +12,6 @@ class StandardOutput:
     ----------
     closed
         Whether the reader has gone.
-
     """
 
     def __init__(self) -> None:
@@ -23,25 +19,16 @@ class StandardOutput:
 
     @property
     def is_terminal(self) -> bool:
-        """
-        Return whether somebody looks at a screen.
-
-        """
+        """Return whether somebody looks at a screen."""
         return sys.stdout.isatty() and os.environ.get('TERM', '') not in ('', 'dumb')
 
     @property
     def shows_blocks(self) -> bool:
-        """
-        Return whether block characters can be written.
-
-        """
+        """Return whether block characters can be written."""
         return (sys.stdout.encoding or '').lower().replace('-', '') == 'utf8'
 
     def line(self, *lines: str) -> None:
-        """
-        Write lines and flush.
-
-        """
+        """Write lines and flush."""
         if self.closed:
             return
         try:

@@ -1,4 +1,1 @@
-"""
-Commands that talk to a node: the demo, `echo`, the view.
-
-"""
+"""Commands that talk to a node: the demo, `echo`, the view."""

@@ -1,6 +1,5 @@
 """
 The demo: one process with an arm that is not there, the node, and a live table of its outputs.
-
 """
 
 import os
@@ -85,7 +84,6 @@ def run_demo(
     -------
     0 after the duration or a signal, 1 for a bad robot file, recording or parameter, 2 for wrong
     usage.
-
     """
     refusal = start_refusal(False, False)
     if refusal is not None:
@@ -116,10 +114,7 @@ def run_demo(
 
 
 def stay_on_this_host() -> tuple[str, ...]:
-    """
-    Limit ROS discovery to this host; return the variables that had to be set aside for that.
-
-    """
+    """Limit ROS discovery to this host; return the variables that had to be set aside for that."""
     if os.environ.get(RANGE, '').upper() not in ('LOCALHOST', 'OFF'):
         os.environ[RANGE] = 'LOCALHOST'
     return tuple(name for name in LEADS_ELSEWHERE if os.environ.pop(name, ''))

@@ -1,7 +1,4 @@
-"""
-What the demo hears on the topics of its own node, and what is worth remembering of it.
-
-"""
+"""What the demo hears on the topics of its own node, and what is worth remembering of it."""
 
 import math
 import time
@@ -28,10 +25,7 @@ LONGEST_HISTORY = 400
 
 
 class Nearest(NamedTuple):
-    """
-    The smallest distance heard (rad), and when (s) and where (the tool, m) that was.
-
-    """
+    """The smallest distance heard (rad), and when (s) and where (the tool, m) that was."""
 
     distance: float
     time: float
@@ -63,7 +57,6 @@ class Listener:
         The last warning, and the levels one after the other.
     then
         Called with each warning.
-
     """
 
     def __init__(self, node: Node, source: str) -> None:
@@ -91,10 +84,7 @@ class Listener:
         self.warning = Heard(node, warning, DiagnosticStatus, WARNING_QOS, self._warn)
 
     def found(self, node: Node) -> bool:
-        """
-        Return whether the node's publishers have found all that is listened to.
-
-        """
+        """Return whether the node's publishers have found all that is listened to."""
         ours = [
             self.pose,
             self.jacobian,
@@ -108,10 +98,7 @@ class Listener:
         return topics <= found
 
     def start(self) -> None:
-        """
-        Count the time from now on, and hear the joints too.
-
-        """
+        """Count the time from now on, and hear the joints too."""
         # Not before: that somebody hears the joints is how the node is known to.
         topic = f'{self.source.rpartition("/")[0]}/{JOINT_STATES}'
         self.joints = Heard(self._node, topic, JointState, OUTPUT_QOS)
@@ -119,33 +106,21 @@ class Listener:
 
     @property
     def time(self) -> float:
-        """
-        Return the seconds since the start.
-
-        """
+        """Return the seconds since the start."""
         return time.monotonic() - self.started
 
     @property
     def answered(self) -> int:
-        """
-        Return how many messages were answered to the end: the distance is published last.
-
-        """
+        """Return how many messages were answered to the end: the distance is published last."""
         return self.distance.count
 
     def measure(self, name: str) -> float | None:
-        """
-        Return the last value of a measure, None where none came.
-
-        """
+        """Return the last value of a measure, None where none came."""
         message = (self.distance if name == 'distance' else self.measures[name]).message
         return None if message is None else float(message.data)
 
     def joint_speeds(self) -> dict[str, float]:
-        """
-        Return the last velocities by joint name, rad/s or m/s; none where none came.
-
-        """
+        """Return the last velocities by joint name, rad/s or m/s; none where none came."""
         message = None if self.joints is None else self.joints.message
         return {} if message is None else dict(zip(message.name, message.velocity))
 

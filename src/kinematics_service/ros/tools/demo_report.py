@@ -1,6 +1,5 @@
 """
 What the demo says in lines: how to join in, what happens where there is no screen, and a summary.
-
 """
 
 import math
@@ -22,10 +21,7 @@ MUST_MATCH = ('ROS_DOMAIN_ID', 'RMW_IMPLEMENTATION')
 
 
 def motion_in_words(robot: Robot, trajectory: Trajectory) -> str:
-    """
-    Return what the smooth path does.
-
-    """
+    """Return what the smooth path does."""
     distance = float(singularity(robot, trajectory.centre).distance)
     if distance > robot.thresholds.warn:
         return f'{robot.name} moves; inside its limits no singular pose with room around was found'
@@ -51,7 +47,6 @@ def invitation(motion: str, source: str, discovery: str, set_aside: Sequence[str
         The discovery range in force.
     set_aside
         Names of variables that had to be set aside to stay on this host.
-
     """
     namespace = source.rpartition('/')[0]
     same = [f'{name}={os.environ[name]}' for name in MUST_MATCH if os.environ.get(name)]
@@ -68,20 +63,14 @@ def invitation(motion: str, source: str, discovery: str, set_aside: Sequence[str
 
 
 class PlainReport:
-    """
-    One line a second, and one for each change of level.
-
-    """
+    """One line a second, and one for each change of level."""
 
     def __init__(self, listener: Listener, output: StandardOutput) -> None:
         self._listener, self._output = listener, output
         self._level = ''
 
     def warn(self, warned: Warned) -> None:
-        """
-        Write a warning whose level is new.
-
-        """
+        """Write a warning whose level is new."""
         if warned.level != self._level:
             self._level = warned.level
             self._output.line(
@@ -89,10 +78,7 @@ class PlainReport:
             )
 
     def tick(self) -> None:
-        """
-        Write where the tool is, and how far from a singular pose.
-
-        """
+        """Write where the tool is, and how far from a singular pose."""
         listener = self._listener
         if listener.pose.message is None:
             self._output.line(f'{listener.time:6.1f} s  no pose yet')
@@ -104,10 +90,7 @@ class PlainReport:
 
 
 def summary(listener: Listener, sent: int) -> list[str]:
-    """
-    Return what was sent, what was heard, and the worst of it.
-
-    """
+    """Return what was sent, what was heard, and the worst of it."""
     lines = [
         f'{listener.time:.1f} s: {sent} joint states sent; heard {listener.pose.count} poses, '
         f'{listener.jacobian.count} Jacobians, {listener.twist.count} twists, '

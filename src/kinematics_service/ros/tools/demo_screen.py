@@ -1,7 +1,4 @@
-"""
-The demo's live table: everything in it was heard on the node's topics.
-
-"""
+"""The demo's live table: everything in it was heard on the node's topics."""
 
 import math
 import os
@@ -40,7 +37,6 @@ QDOT = 'qdot'
 class Part(NamedTuple):
     """
     Lines that are shown whole or not at all; where there is little room, those of low rank first.
-
     """
 
     rank: int
@@ -63,7 +59,6 @@ def screen(
         Whether the terminal can show block characters.
     volume_unit
         Unit of the determinant and of the manipulability.
-
     """
     width, height = size
     wide = width >= WIDE

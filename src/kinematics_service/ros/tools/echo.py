@@ -1,7 +1,4 @@
-"""
-What a running node says, for people on a terminal and for programs behind a pipe.
-
-"""
+"""What a running node says, for people on a terminal and for programs behind a pipe."""
 
 import os
 import shutil
@@ -65,7 +62,6 @@ def run_echo(
     -------
     0 after a signal, the one message, or when the reader has gone; 1 where nothing came in time;
     2 for wrong usage.
-
     """
     refusal = start_refusal(False, False)
     if refusal is not None:
@@ -126,10 +122,7 @@ class _Echo:
 
     @property
     def over(self) -> bool:
-        """
-        Return whether there is nothing more to show.
-
-        """
+        """Return whether there is nothing more to show."""
         return (self._once and self._heard.count > 0) or self.in_vain or self._output.closed
 
     @property
@@ -139,10 +132,7 @@ class _Echo:
 
     @contextmanager
     def shown(self) -> Iterator[None]:
-        """
-        Show messages within the block.
-
-        """
+        """Show messages within the block."""
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         if self._timeout is not None:
             self._node.create_timer(self._timeout, self._give_up, clock=steady)

@@ -1,7 +1,4 @@
-"""
-What `echo` can show: a topic each, as lines for people and as an object for programs.
-
-"""
+"""What `echo` can show: a topic each, as lines for people and as an object for programs."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -32,7 +29,6 @@ class EchoTopic:
         From a message to what `--json` prints.
     rare
         Whether silence after the first message is nothing to wonder about.
-
     """
 
     name: str

@@ -1,7 +1,4 @@
-"""
-Readings as lines of text, for `demo` and `echo`; the only colour is that of the level.
-
-"""
+"""Readings as lines of text, for `demo` and `echo`; the only colour is that of the level."""
 
 import math
 import textwrap
@@ -31,7 +28,6 @@ def number(value: float, decimals: int = 4) -> str:
     Return a number with its sign, without a negative zero, in at most eight characters.
 
     Where they do not suffice, with fewer decimals, or in short (`+1.5e+03`).
-
     """
     if not math.isfinite(value):
         return f'{value:+}'
@@ -43,18 +39,12 @@ def number(value: float, decimals: int = 4) -> str:
 
 
 def numbers(values: Sequence[float] | Floats, decimals: int = 4) -> str:
-    """
-    Return numbers below each other from one time to the next.
-
-    """
+    """Return numbers below each other from one time to the next."""
     return ' '.join(number(float(value), decimals).rjust(CELL) for value in values)
 
 
 def matrix_lines(matrix: Matrix, width: int) -> list[str]:
-    """
-    Return a matrix with its labels; columns that find no room stand below the others.
-
-    """
+    """Return a matrix with its labels; columns that find no room stand below the others."""
     columns = [plain(name) for name in matrix.columns]
     rows = [plain(name) for name in matrix.rows]
     margin = max(ROW_LABEL, *map(len, rows))
@@ -82,10 +72,7 @@ def _header(name: str, width: int) -> list[str]:
 
 
 def pose_lines(pose: Pose) -> list[str]:
-    """
-    Return a pose: position, roll pitch yaw in degrees, quaternion.
-
-    """
+    """Return a pose: position, roll pitch yaw in degrees, quaternion."""
     degrees = [math.degrees(angle) for angle in pose.roll_pitch_yaw]
     return [
         f'position x y z     {numbers(pose.position)}  m, in {plain(pose.frame)}',
@@ -95,10 +82,7 @@ def pose_lines(pose: Pose) -> list[str]:
 
 
 def velocity_lines(velocity: Velocity) -> list[str]:
-    """
-    Return a twist: linear and angular part.
-
-    """
+    """Return a twist: linear and angular part."""
     return [
         f'linear vx vy vz    {numbers(velocity.linear)}  m/s, axes of {plain(velocity.frame)}',
         f'angular wx wy wz   {numbers(velocity.angular)}  rad/s',
@@ -106,10 +90,7 @@ def velocity_lines(velocity: Velocity) -> list[str]:
 
 
 def warned_lines(warned: Warned, width: int) -> list[str]:
-    """
-    Return a warning: level and sentence, then its keys and values.
-
-    """
+    """Return a warning: level and sentence, then its keys and values."""
     label = max(map(len, warned.values), default=0)
     lines = textwrap.wrap(f'{warned.level}  {plain(warned.sentence)}', width) or [warned.level]
     return lines + [
@@ -118,10 +99,7 @@ def warned_lines(warned: Warned, width: int) -> list[str]:
 
 
 def coloured(line: str, level: str) -> Text:
-    """
-    Return a line with the level's word, if it begins with it, in the level's colour.
-
-    """
+    """Return a line with the level's word, if it begins with it, in the level's colour."""
     text = Text(line, no_wrap=True, overflow='ellipsis')
     if line.startswith(level):
         text.stylize(f'{STYLES.get(level, "bold")} reverse', 0, len(level))
@@ -129,9 +107,6 @@ def coloured(line: str, level: str) -> Text:
 
 
 def bars(values: Sequence[float], highest: float) -> str:
-    """
-    Return a line of bars, one a value: the lowest for 0, the highest for `highest` and more.
-
-    """
+    """Return a line of bars, one a value: the lowest for 0, the highest for `highest` and more."""
     steps = len(BARS) - 1
     return ''.join(BARS[round(min(max(value / highest, 0.0), 1.0) * steps)] for value in values)

@@ -42,7 +42,6 @@ class ViewListener:
         Where the node lives; `close` leaves it open.
     source
         Full name of the kinematics node.
-
     """
 
     def __init__(self, context: Context, source: str) -> None:
@@ -69,17 +68,13 @@ class ViewListener:
         self._description: Any = None
 
     def close(self) -> None:
-        """
-        Destroy the node.
-
-        """
+        """Destroy the node."""
         self._spinner.close()
         self._node.destroy_node()
 
     def listen(self, seconds: float) -> None:
         """
         Hear what comes for so long, and longer where more has come already: old news is no news.
-
         """
         deadline = time.monotonic() + seconds
         while (left := deadline - time.monotonic()) > 0.0:
@@ -98,7 +93,6 @@ class ViewListener:
     def ask(self, patience: float) -> NodeFacts | None:
         """
         Return what the node says of itself, waiting so many seconds; None where there is none.
-
         """
         self._asked, self._description = time.monotonic(), None
         facts = ask_node(self._node, self._spinner, self.source, patience)
@@ -108,16 +102,12 @@ class ViewListener:
 
     @property
     def facts(self) -> NodeFacts | None:
-        """
-        Return what the node last said of itself; None while it has not.
-
-        """
+        """Return what the node last said of itself; None while it has not."""
         return self._facts
 
     def changed(self) -> bool:
         """
         Return whether the node has come, come back, or says other things of itself; ask it then.
-
         """
         told = self._description
         if told is not None and told.done():
@@ -143,10 +133,7 @@ class ViewListener:
         return frozenset(bytes(info.endpoint_gid) for info in infos)
 
     def sources(self) -> tuple[str, ...]:
-        """
-        Return the full names of the kinematics nodes there are.
-
-        """
+        """Return the full names of the kinematics nodes there are."""
         end = WARNING.removeprefix('~')
         return tuple(
             sorted(
@@ -157,10 +144,7 @@ class ViewListener:
         )
 
     def show(self, robot: Robot) -> None:
-        """
-        Hear the joint states of this arm from now on.
-
-        """
+        """Hear the joint states of this arm from now on."""
         facts, self._answer, self._mismatch = self._facts, None, ''
         namespace = self.source.rpartition('/')[0]
         topic, prefix = f'{namespace}/{JOINT_STATES}', ''
@@ -199,10 +183,7 @@ class ViewListener:
 
     @property
     def status(self) -> str:
-        """
-        Return in a line where the picture comes from.
-
-        """
+        """Return in a line where the picture comes from."""
         if self._mismatch:
             return self._mismatch
         topic = JOINT_STATES if self._subscription is None else self._subscription.topic_name
@@ -214,10 +195,7 @@ class ViewListener:
         return f'live from {topic}; the node {self.source} {silent}'
 
     def observation(self) -> Observation | None:
-        """
-        Return the newest observation; None while no joint states come.
-
-        """
+        """Return the newest observation; None while no joint states come."""
         if not self._live or self._mismatch:
             return None
         assert self._answer is not None
@@ -228,10 +206,7 @@ class ViewListener:
         return seen
 
     def publish(self, q: Floats) -> str:
-        """
-        Publish joint positions; return why not where somebody else does already.
-
-        """
+        """Publish joint positions; return why not where somebody else does already."""
         assert self._subscription is not None
         topic = self._subscription.topic_name
         if self._publisher is None or self._publisher.topic_name != topic:

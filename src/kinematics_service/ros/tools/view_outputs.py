@@ -1,7 +1,4 @@
-"""
-What a kinematics node publishes, as the live view shows it: in base axes, linear rows first.
-
-"""
+"""What a kinematics node publishes, as the live view shows it: in base axes, linear rows first."""
 
 from dataclasses import replace
 from typing import Any
@@ -37,7 +34,6 @@ class ViewOutputs:
         Who listens.
     source
         Full name of the kinematics node.
-
     """
 
     def __init__(self, node: Node, source: str) -> None:
@@ -53,19 +49,13 @@ class ViewOutputs:
 
     @property
     def count(self) -> int:
-        """
-        Return the number of messages so far.
-
-        """
+        """Return the number of messages so far."""
         heard = (self.pose, self.jacobian, self.frames, self.twist, self.distance, self.warning)
         return sum(one.count for one in heard)
 
     @property
     def live(self) -> bool:
-        """
-        Return whether the node answers.
-
-        """
+        """Return whether the node answers."""
         return _fresh(self.pose)
 
     def shown(self, seen: Observation, axes: tuple[str, str]) -> Observation:
@@ -78,7 +68,6 @@ class ViewOutputs:
             What the joint states alone say.
         axes
             Axes of the node's Jacobian and of its twist, `base` or `tool` each.
-
         """
         values: dict[str, Any] = {}
         pose = _matrix(self.pose.message.pose)

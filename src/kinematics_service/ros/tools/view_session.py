@@ -1,7 +1,4 @@
-"""
-The live view with ROS, from its options to an exit code.
-
-"""
+"""The live view with ROS, from its options to an exit code."""
 
 from collections.abc import Callable, Sequence
 
@@ -45,7 +42,6 @@ class ViewSession:
         The arm that is shown now.
     nodes
         Full names of the nodes there are.
-
     """
 
     def __init__(self, context: Context, robot: Robot | None, otherwise: str, node: str) -> None:
@@ -62,44 +58,29 @@ class ViewSession:
             self._go_to(self.nodes[0])
 
     def close(self) -> None:
-        """
-        Hear nothing more.
-
-        """
+        """Hear nothing more."""
         self._listener.close()
 
     @property
     def node(self) -> str:
-        """
-        Return the full name of the node whose arm is shown, whether it is there or not.
-
-        """
+        """Return the full name of the node whose arm is shown, whether it is there or not."""
         return self._listener.source
 
     @property
     def title(self) -> str:
-        """
-        Return whose arm is shown.
-
-        """
+        """Return whose arm is shown."""
         if self._listener.facts is not None:
             return f'{self.robot.name} of {self.node}'
         heard = f' {self.node}' if self._found else ''
         return f'{self.robot.name}; no node{heard} is heard'
 
     def choose(self, node: str) -> None:
-        """
-        Show the arm of another node.
-
-        """
+        """Show the arm of another node."""
         self._given = None
         self._go_to(node)
 
     def listen(self, seconds: float) -> None:
-        """
-        Hear what comes for so long, and follow nodes that come, come back or change.
-
-        """
+        """Hear what comes for so long, and follow nodes that come, come back or change."""
         self._listener.listen(seconds)
         if self._listener.changed():
             self._found = True
@@ -111,25 +92,16 @@ class ViewSession:
                 self._go_to(self.nodes[0])
 
     def observation(self) -> Observation | None:
-        """
-        Return the newest observation; None while no joint states come.
-
-        """
+        """Return the newest observation; None while no joint states come."""
         return self._listener.observation()
 
     @property
     def status(self) -> str:
-        """
-        Return in a line where the picture comes from.
-
-        """
+        """Return in a line where the picture comes from."""
         return self._listener.status
 
     def publish(self, q: Floats) -> str:
-        """
-        Publish joint positions; return why not where somebody else does already.
-
-        """
+        """Publish joint positions; return why not where somebody else does already."""
         return self._listener.publish(q)
 
     def _go_to(self, node: str) -> None:
@@ -180,7 +152,6 @@ def run_view(
     ------
     KinematicsError
         The page cannot be served there.
-
     """
     refusal = start_refusal(False, False)
     if refusal is not None:

@@ -1,6 +1,5 @@
 """
 An arm that is not there: a node that publishes joint states along a path or from a recording.
-
 """
 
 import time
@@ -31,7 +30,6 @@ SHORTEST = 0.001
 class Moment(NamedTuple):
     """
     One joint state: when it is due after the start (s), its stamp (ns), positions, velocities.
-
     """
 
     due: float
@@ -41,10 +39,7 @@ class Moment(NamedTuple):
 
 
 def moments_of_trajectory(trajectory: Trajectory, start: int) -> Iterator[Moment]:
-    """
-    Yield joint states along a path without end, stamped from `start` (ns) on.
-
-    """
+    """Yield joint states along a path without end, stamped from `start` (ns) on."""
     k = 0
     while True:
         due = k / RATE
@@ -53,19 +48,13 @@ def moments_of_trajectory(trajectory: Trajectory, start: int) -> Iterator[Moment
 
 
 def period_of_recording(recording: Recording) -> float:
-    """
-    Return how often to look which joint states of a recording are due, in s.
-
-    """
+    """Return how often to look which joint states of a recording are due, in s."""
     steps = np.diff(recording.due)
     return min(max(float(np.median(steps)), SHORTEST), 1.0 / RATE) if steps.size else 1.0 / RATE
 
 
 def moments_of_recording(recording: Recording) -> Iterator[Moment]:
-    """
-    Yield the joint states of a recording, with its own stamps.
-
-    """
+    """Yield the joint states of a recording, with its own stamps."""
     velocities = recording.velocities
     for k, due in enumerate(recording.due.tolist()):
         qdot = None if velocities is None else velocities[k]
@@ -95,7 +84,6 @@ class VirtualArm:
         Number of joint states so far.
     finished
         Whether the last moment is past.
-
     """
 
     def __init__(
@@ -120,27 +108,18 @@ class VirtualArm:
 
     @property
     def heard(self) -> bool:
-        """
-        Return whether anybody listens.
-
-        """
+        """Return whether anybody listens."""
         return bool(self._publisher.get_subscription_count() > 0)
 
     def start(self) -> None:
-        """
-        Publish the first moment now and the others when they are due.
-
-        """
+        """Publish the first moment now and the others when they are due."""
         self._start = time.monotonic()
         self._advance()
         self._turn()
         self._timer.reset()
 
     def stop(self) -> None:
-        """
-        Publish nothing more.
-
-        """
+        """Publish nothing more."""
         self._timer.cancel()
 
     def _advance(self) -> None:

@@ -1,4 +1,1 @@
-"""
-Exact algebra of sines, cosines and lengths.
-
-"""
+"""Exact algebra of sines, cosines and lengths."""

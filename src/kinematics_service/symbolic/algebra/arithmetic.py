@@ -1,7 +1,4 @@
-"""
-The arithmetic of one arm: its ring, and what a file's angles and lengths are in it.
-
-"""
+"""The arithmetic of one arm: its ring, and what a file's angles and lengths are in it."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -37,7 +34,6 @@ class Arithmetic:
         The generators.
     units
         exp(i q / unit) is the generator of a joint variable: 1 but for gear ratios.
-
     """
 
     ring: Ring
@@ -45,26 +41,17 @@ class Arithmetic:
     units: Mapping[Any, int]
 
     def angle_place(self, variable: Any) -> int:
-        """
-        Return the place of exp(i variable / unit).
-
-        """
+        """Return the place of exp(i variable / unit)."""
         return self.ring.place('angle', variable)
 
     def derivative(self, value: Laurent, variable: Any) -> Laurent:
-        """
-        Return the derivative by a joint variable, as an angle and as a length.
-
-        """
+        """Return the derivative by a joint variable, as an angle and as a length."""
         ring = self.ring
         by_angle = value.derivative(self.angle_place(variable), self.units[variable])
         return by_angle + value.derivative(ring.place('number', variable))
 
     def exponential(self, angle: Affine) -> Laurent:
-        """
-        Return exp(i angle) of an angle affine in the joint variables.
-
-        """
+        """Return exp(i angle) of an angle affine in the joint variables."""
         constant, factors = angle
         result = exponential(self.ring, constant)
         for variable, factor in factors.items():
@@ -73,10 +60,7 @@ class Arithmetic:
         return result
 
     def length(self, length: Affine) -> Laurent:
-        """
-        Return a length affine in the joint variables.
-
-        """
+        """Return a length affine in the joint variables."""
         constant, factors = length
         result = self.ring.length(sympy.expand(constant))
         for variable, factor in factors.items():
@@ -84,24 +68,15 @@ class Arithmetic:
         return result
 
     def identity(self) -> Matrix:
-        """
-        Return the 4 x 4 identity.
-
-        """
+        """Return the 4 x 4 identity."""
         return self.constant_matrix(sympy.eye(4).tolist())
 
     def constant_matrix(self, rows: Sequence[Sequence[Any]]) -> Matrix:
-        """
-        Return a matrix of sympy expressions without angles.
-
-        """
+        """Return a matrix of sympy expressions without angles."""
         return tuple(tuple(self.ring.length(sympy.sympify(e)) for e in row) for row in rows)
 
     def screw_z(self, theta: Affine, d: Affine) -> Matrix:
-        """
-        Return Rz(theta) Tz(d).
-
-        """
+        """Return Rz(theta) Tz(d)."""
         cosine, sine = self._cosine_and_sine(theta)
         zero, one = self.ring.number(0), self.ring.number(1)
         return (
@@ -112,18 +87,12 @@ class Arithmetic:
         )
 
     def about_axis(self, axis: str, theta: Affine, d: Affine) -> Matrix:
-        """
-        Return the rotation about, and translation along, axis x, y or z.
-
-        """
+        """Return the rotation about, and translation along, axis x, y or z."""
         turn = self.turn(axis)
         return product(product(turn, self.screw_z(theta, d)), transposed(turn))
 
     def turn(self, axis: str) -> Matrix:
-        """
-        Return the rotation that puts the z axis where `axis` is.
-
-        """
+        """Return the rotation that puts the z axis where `axis` is."""
         return self.constant_matrix([[int(round(e)) for e in row] for row in Z_INTO[axis]])
 
     def _cosine_and_sine(self, angle: Affine) -> tuple[Laurent, Laurent]:
@@ -134,18 +103,12 @@ class Arithmetic:
 
 
 def transposed(matrix: Matrix) -> Matrix:
-    """
-    Return a matrix with rows and columns exchanged.
-
-    """
+    """Return a matrix with rows and columns exchanged."""
     return tuple(zip(*matrix))
 
 
 def inverse(T: Matrix) -> Matrix:
-    """
-    Return the inverse of a rigid motion.
-
-    """
+    """Return the inverse of a rigid motion."""
     R_t = tuple(tuple(T[j][i] for j in range(3)) for i in range(3))
     p = tuple((T[i][3],) for i in range(3))
     moved = product(R_t, p)
@@ -160,7 +123,6 @@ def arithmetic_of(description: RobotDescription, names: Names) -> Arithmetic:
     ------
     DerivationError
         A joint turns an axis by an irrational part of its angle.
-
     """
     units = dict.fromkeys(names.variables, 1)
     for link in description.links:
@@ -198,7 +160,6 @@ def exponential(ring: Ring, angle: Any) -> Laurent:
     The first few other angles stay letters. Arms with many (a calibrated one has a dozen) would
     drown in them: further ones become a fraction (1 + i t)^2 / (1 + t^2), of modulus 1 exactly, so
     that rotations stay rotations, and within 1e-16 rad of the file's angle.
-
     """
     turns = sympy.expand(angle).coeff(sympy.pi)
     rest = sympy.expand(angle - turns * sympy.pi)

@@ -1,7 +1,4 @@
-"""
-An expression of a robot file as a sympy expression, exactly: decimals become fractions.
-
-"""
+"""An expression of a robot file as a sympy expression, exactly: decimals become fractions."""
 
 import ast
 from collections.abc import Callable, Mapping
@@ -26,7 +23,6 @@ def exact(text: str, meanings: Mapping[str, Any], angle_unit: str = 'rad') -> An
         What each name stands for: symbols, or the expressions of derived constants.
     angle_unit
         'rad' or 'deg': of the trigonometric functions, as in the file.
-
     """
     values: list[Any] = []
     for node in postorder(syntax_tree(text, lambda _: None)):

@@ -29,10 +29,7 @@ MOST_TERMS = 6000
 
 @dataclass(frozen=True)
 class RealFactor:
-    """
-    A factor and how often it stands in the product.
-
-    """
+    """A factor and how often it stands in the product."""
 
     value: Laurent
     power: int
@@ -51,7 +48,6 @@ class Factored:
         Those with joint variables.
     complete
         Whether no factor can be split further; False where that was not tried.
-
     """
 
     constant: Laurent
@@ -60,10 +56,7 @@ class Factored:
 
 
 def factored(value: Laurent, arithmetic: Arithmetic) -> Factored:
-    """
-    Return a polynomial that is real for real angles as a product.
-
-    """
+    """Return a polynomial that is real for real angles as a product."""
     polynomial = _Polynomial.of(value)
     if polynomial is None:
         return _whole(value, arithmetic, complete=False)

@@ -1,7 +1,4 @@
-"""
-Factors of half angles put together to whole ones, and made real.
-
-"""
+"""Factors of half angles put together to whole ones, and made real."""
 
 import math
 from collections.abc import Sequence
@@ -21,10 +18,7 @@ def _degrees(terms: Terms, places: Sequence[int]) -> list[int]:
 
 
 def paired(halves: list[tuple[Terms, int]], arithmetic: Arithmetic) -> list[tuple[Terms, int]]:
-    """
-    Return whole factors and their powers.
-
-    """
+    """Return whole factors and their powers."""
     # Those of even degree in every angle are whole. The others come in pairs: with the factor that
     # half a turn of their odd angles makes of them, with their conjugate, or with themselves.
     places = _angle_places(arithmetic)
@@ -122,10 +116,7 @@ def _proportional(one: Terms, other: Terms) -> bool:
 
 
 def upright(terms: Terms, arithmetic: Arithmetic) -> Laurent:
-    """
-    Return a factor as a polynomial that is its own conjugate.
-
-    """
+    """Return a factor as a polynomial that is its own conjugate."""
     # The monomial and the complex number taken off that make it real: f = conjugate of f.
     places = _angle_places(arithmetic)
     n = len(next(iter(terms)))

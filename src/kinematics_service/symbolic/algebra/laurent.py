@@ -31,7 +31,6 @@ class Generator:
         the meaning itself, a length, a prismatic variable, or a number that is no fraction.
     meaning
         A sympy expression, rad or the file's length unit.
-
     """
 
     kind: Kind
@@ -40,19 +39,13 @@ class Generator:
 
 @dataclass
 class Ring:
-    """
-    The generators met so far; the one thing here with a memory, it only ever grows.
-
-    """
+    """The generators met so far; the one thing here with a memory, it only ever grows."""
 
     generators: list[Generator] = field(default_factory=list)
     places: dict[tuple[Kind, Any], int] = field(default_factory=dict)
 
     def place(self, kind: Kind, meaning: Any) -> int:
-        """
-        Return the place of a generator among the digits.
-
-        """
+        """Return the place of a generator among the digits."""
         key = (kind, meaning)
         if key not in self.places:
             self.places[key] = len(self.generators)
@@ -61,39 +54,24 @@ class Ring:
 
     @property
     def offset(self) -> int:
-        """
-        Return what makes every digit of a monomial positive when added.
-
-        """
+        """Return what makes every digit of a monomial positive when added."""
         return sum(HALF << (BITS * k) for k in range(len(self.generators)))
 
     def exponents(self, monomial: int) -> tuple[int, ...]:
-        """
-        Return the exponents of a monomial, one a generator.
-
-        """
+        """Return the exponents of a monomial, one a generator."""
         shifted = monomial + self.offset
         return tuple(((shifted >> (BITS * k)) & MASK) - HALF for k in range(len(self.generators)))
 
     def monomial(self, exponents: Iterable[int]) -> int:
-        """
-        Return the monomial of these exponents.
-
-        """
+        """Return the monomial of these exponents."""
         return sum(e << (BITS * k) for k, e in enumerate(exponents))
 
     def number(self, value: int, divisor: int = 1) -> 'Laurent':
-        """
-        Return a fraction.
-
-        """
+        """Return a fraction."""
         return Laurent(self, {0: value} if value else {}, {}, divisor)
 
     def power(self, place: int, exponent: int = 1) -> 'Laurent':
-        """
-        Return a generator to a power.
-
-        """
+        """Return a generator to a power."""
         return Laurent(self, {exponent << (BITS * place): 1}, {}, 1)
 
     def length(self, expression: Any) -> 'Laurent':
@@ -102,7 +80,6 @@ class Ring:
 
         What is neither (a square root, a decimal fraction) becomes a generator of its own, so that
         the fractions of the arithmetic stay those of cosines and the factoring stays generic.
-
         """
         if expression.is_Integer:
             return self.number(int(expression))
@@ -124,10 +101,7 @@ class Ring:
 
 @dataclass(frozen=True, eq=False)
 class Laurent:
-    """
-    A polynomial with complex coefficients (real + i imaginary) / divisor, all integers.
-
-    """
+    """A polynomial with complex coefficients (real + i imaginary) / divisor, all integers."""
 
     ring: Ring
     real: Mapping[int, int]
@@ -164,10 +138,7 @@ class Laurent:
         )
 
     def scaled(self, factor: int, divisor: int = 1) -> 'Laurent':
-        """
-        Return the product with a fraction.
-
-        """
+        """Return the product with a fraction."""
         if factor == 0:
             return self.ring.number(0)
         return Laurent(
@@ -178,10 +149,7 @@ class Laurent:
         )
 
     def times_i(self, power: int = 1) -> 'Laurent':
-        """
-        Return the product with a power of i.
-
-        """
+        """Return the product with a power of i."""
         match power % 4:
             case 0:
                 return self
@@ -203,7 +171,6 @@ class Laurent:
             Of the generator.
         per_unit
             The generator is exp(i q / per_unit).
-
         """
         shift, offset = BITS * place, self.ring.offset
         is_angle = self.ring.generators[place].kind != 'number'
@@ -221,20 +188,14 @@ class Laurent:
         return result.times_i().scaled(1, per_unit) if is_angle else result
 
     def terms(self) -> dict[tuple[int, ...], tuple[int, int]]:
-        """
-        Return the coefficients (real, imaginary) by exponents, the divisor left out.
-
-        """
+        """Return the coefficients (real, imaginary) by exponents, the divisor left out."""
         return {
             self.ring.exponents(m): (self.real.get(m, 0), self.imaginary.get(m, 0))
             for m in {**self.real, **self.imaginary}
         }
 
     def reduced(self) -> 'Laurent':
-        """
-        Return the same with the smallest integers.
-
-        """
+        """Return the same with the smallest integers."""
         common = math.gcd(self.divisor, *self.real.values(), *self.imaginary.values())
         if common == 1:
             return self
@@ -264,10 +225,7 @@ def _without_zeros(terms: dict[int, int]) -> dict[int, int]:
 
 
 def total(ring: Ring, parts: Iterable[Laurent]) -> Laurent:
-    """
-    Return a sum.
-
-    """
+    """Return a sum."""
     summands = [part for part in parts if part]
     if len(summands) == 1:
         return summands[0]
@@ -285,10 +243,7 @@ def total(ring: Ring, parts: Iterable[Laurent]) -> Laurent:
 def from_terms(
     ring: Ring, terms: Mapping[tuple[int, ...], tuple[int, int]], divisor: int = 1
 ) -> Laurent:
-    """
-    Return the polynomial of coefficients (real, imaginary) by exponents.
-
-    """
+    """Return the polynomial of coefficients (real, imaginary) by exponents."""
     real = {ring.monomial(e): a for e, (a, _) in terms.items() if a}
     imaginary = {ring.monomial(e): b for e, (_, b) in terms.items() if b}
     return Laurent(ring, real, imaginary, divisor).reduced()

@@ -24,10 +24,7 @@ from .expression import exact
 
 
 class DerivationError(KinematicsError, ValueError):
-    """
-    What cannot be derived exactly, and why.
-
-    """
+    """What cannot be derived exactly, and why."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +45,6 @@ class Names:
         made of others or turns up in an angle.
     angle_unit
         'rad' or 'deg'.
-
     """
 
     variables: tuple[Any, ...]
@@ -58,24 +54,15 @@ class Names:
     angle_unit: str
 
     def expression(self, text: str) -> Any:
-        """
-        Return what a text says, in the file's units.
-
-        """
+        """Return what a text says, in the file's units."""
         return exact(text, self.meanings, self.angle_unit)
 
     def angle(self, text: str) -> Any:
-        """
-        Return a constant angle, rad.
-
-        """
+        """Return a constant angle, rad."""
         return self._in_rad(self.expression(text))
 
     def affine(self, text: str, is_angle: bool) -> tuple[Any, dict[Any, Any]]:
-        """
-        Return the constant part, and the factor of each joint variable.
-
-        """
+        """Return the constant part, and the factor of each joint variable."""
         expression = sympy.expand(self.expression(text))
         factors = {
             symbol: factor
@@ -99,7 +86,6 @@ def names_of(description: RobotDescription, locked: Mapping[str, str] | None = N
         The file.
     locked
         Joint variables that do not move, with the expression that stands in their place.
-
     """
     locked = dict(locked or {})
     known = [joint.variable for joint in description.joints]

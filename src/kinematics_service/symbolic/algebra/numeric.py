@@ -1,7 +1,4 @@
-"""
-Polynomials in numbers, and poses on their zeros.
-
-"""
+"""Polynomials in numbers, and poses on their zeros."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -19,10 +16,7 @@ CONVERGED = 1e-12
 
 
 def values_of(arithmetic: Arithmetic) -> Any:
-    """
-    Return the number of each generator that no joint moves (nan elsewhere), complex.
-
-    """
+    """Return the number of each generator that no joint moves (nan elsewhere), complex."""
     ring, names = arithmetic.ring, arithmetic.names
     moving = set(names.variables)
     values = np.full(len(ring.generators), np.nan, dtype=complex)
@@ -40,24 +34,17 @@ class Numbers:
     A real polynomial and its gradient as functions of joint positions.
 
     Joint positions are in rad and in the file's length unit, shape (..., n).
-
     """
 
     value: Laurent
     arithmetic: Arithmetic
 
     def __call__(self, q: Floats) -> Floats:
-        """
-        Return the value at q, shape (...,).
-
-        """
+        """Return the value at q, shape (...,)."""
         return self._function(np.asarray(q, dtype=float))
 
     def gradient(self, q: Floats) -> Floats:
-        """
-        Return the derivatives by each joint variable, shape (..., n).
-
-        """
+        """Return the derivatives by each joint variable, shape (..., n)."""
         q = np.asarray(q, dtype=float)
         return np.stack([function(q) for function in self._derivatives], axis=-1)
 
@@ -113,7 +100,6 @@ def poses_on(functions: Sequence[Numbers], starts: Floats, scale: Floats) -> Flo
     starts : shape (N, n)
     scale : shape (n,)
         What counts as one unit of each joint, so that metres and radians compare.
-
     """
     q = np.array(starts)
     if not functions:
@@ -136,16 +122,10 @@ def _stacked(functions: Sequence[Numbers], q: Floats, scale: Floats) -> tuple[Fl
 
 
 def typical_size(function: Numbers, q: Floats) -> float:
-    """
-    Return the root of the mean square of a function over poses.
-
-    """
+    """Return the root of the mean square of a function over poses."""
     return float(np.sqrt(np.mean(function(q) ** 2))) or 1.0
 
 
 def substituted(expression: Any, values: Mapping[Any, float]) -> float:
-    """
-    Return the number a sympy expression is worth.
-
-    """
+    """Return the number a sympy expression is worth."""
     return float(expression.subs(dict(values)).evalf())

@@ -1,7 +1,4 @@
-"""
-What is left of a polynomial when its factors with joint variables are divided out.
-
-"""
+"""What is left of a polynomial when its factors with joint variables are divided out."""
 
 import math
 from collections.abc import Sequence
@@ -17,10 +14,7 @@ from .laurent import Laurent, from_terms
 
 
 def quotient_constant(value: Laurent, product: Laurent, arithmetic: Arithmetic) -> Laurent | None:
-    """
-    Return value / product where no joint variable is left in it, multiplied back; else None.
-
-    """
+    """Return value / product where no joint variable is left in it, multiplied back; else None."""
     places = [*range(len(arithmetic.names.variables))]
     places += [arithmetic.ring.place('number', v) for v in arithmetic.names.variables]
     ours, theirs = _by_joints(product, places), _by_joints(value, places)
@@ -82,10 +76,7 @@ def _by_joints(value: Laurent, places: Sequence[int]) -> dict[tuple[int, ...], T
 
 
 def divided(value: Laurent, factor: Laurent) -> Laurent | None:
-    """
-    Return value / factor where nothing is left, else None.
-
-    """
+    """Return value / factor where nothing is left, else None."""
     n = len(value.ring.generators)
     R, *_ = polynomial_ring([f'x{k}' for k in range(n)], QQ_I)
     above, high = _lowered(value, R)

@@ -1,4 +1,1 @@
-"""
-A person's formulas checked against the derivation.
-
-"""
+"""A person's formulas checked against the derivation."""

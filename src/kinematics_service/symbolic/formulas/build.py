@@ -1,6 +1,5 @@
 """
 From the tree of a formula to a sympy expression or matrix; only what the grammar knows is built.
-
 """
 
 from collections.abc import Callable
@@ -37,7 +36,6 @@ def build(node: Node, lookup: Lookup) -> Value:
     ------
     FormulaError
         Shapes that do not fit, an unknown name, a number out of bounds.
-
     """
     parts = [build(part, lookup) for part in node.parts]
     if node.kind == 'number':
@@ -59,10 +57,7 @@ def build(node: Node, lookup: Lookup) -> Value:
 
 
 def is_matrix(value: Value) -> bool:
-    """
-    Return whether a value is a matrix, not a scalar.
-
-    """
+    """Return whether a value is a matrix, not a scalar."""
     return isinstance(value, sp.MatrixBase)
 
 
@@ -74,7 +69,6 @@ def number(text: str, at: Token) -> Value:
     ------
     FormulaError
         Too many digits, or too large an exponent.
-
     """
     mantissa, _, exponent = text.lower().partition('e')
     if len(mantissa) > MOST_DIGITS or len(exponent) > 3 or abs(int(exponent or 0)) > 60:

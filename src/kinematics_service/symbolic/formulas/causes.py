@@ -1,6 +1,5 @@
 """
 The table of causes a wrong matrix may have, the most telling first; a new cause is a new row.
-
 """
 
 from . import jacobian_slips as jacobian_slips

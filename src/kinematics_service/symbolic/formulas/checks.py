@@ -31,10 +31,7 @@ ROUND_OFF = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Check(ABC):
-    """
-    A statement at its poses.
-
-    """
+    """A statement at its poses."""
 
     robot: Robot
     names: Names
@@ -43,34 +40,22 @@ class Check(ABC):
 
     @property
     def expressions(self) -> Any:
-        """
-        Return the person's matrix.
-
-        """
+        """Return the person's matrix."""
         return self.statement.value
 
     @cached_property
     def reading(self) -> Reading:
-        """
-        Return how the person counts frames and orders rows.
-
-        """
+        """Return how the person counts frames and orders rows."""
         return reading_of(self.statement.settings)
 
     @cached_property
     def world(self) -> World:
-        """
-        Return the robot as it is, at the poses.
-
-        """
+        """Return the robot as it is, at the poses."""
         return World(self.names.table, self.poses.values, self.poses.count)
 
     @cached_property
     def evaluation(self) -> Evaluation:
-        """
-        Return what the person's expressions are evaluated with.
-
-        """
+        """Return what the person's expressions are evaluated with."""
         values: Mapping[Any, Floats] = self.poses.values
         degrees = self.statement.settings.degrees
         if degrees:
@@ -87,18 +72,12 @@ class Check(ABC):
 
     @cached_property
     def person(self) -> Floats:
-        """
-        Return what the person's formula is worth, shape (N, rows, columns).
-
-        """
+        """Return what the person's formula is worth, shape (N, rows, columns)."""
         return self.evaluation.of_matrix(self.expressions)
 
     @property
     def tolerance(self) -> float:
-        """
-        Return the largest difference that counts as none.
-
-        """
+        """Return the largest difference that counts as none."""
         decimals = self.statement.decimals
         if not decimals:
             return ROUND_OFF
@@ -106,16 +85,12 @@ class Check(ABC):
 
     @property
     def shape(self) -> tuple[int, int]:
-        """
-        Return rows and columns of the person's formula.
-
-        """
+        """Return rows and columns of the person's formula."""
         return int(self.expressions.rows), int(self.expressions.cols)
 
     def gap(self, one: Floats, other: Floats) -> Floats:
         """
         Return the difference relative to the larger value and 1; infinite where one is undefined.
-
         """
         with np.errstate(all='ignore'):
             if self.statement.decimals:
@@ -125,35 +100,23 @@ class Check(ABC):
         return np.where(np.isfinite(gap), gap, np.inf)
 
     def agrees(self, one: Floats, other: Floats) -> Mask:
-        """
-        Return for each entry whether two sets of values are equal at all poses.
-
-        """
+        """Return for each entry whether two sets of values are equal at all poses."""
         result: Mask = np.all(self.gap(one, other) <= self.tolerance, axis=0)
         return result
 
     @property
     @abstractmethod
     def right(self) -> Floats:
-        """
-        Return what the formula should be worth, shape (N, rows, columns).
-
-        """
+        """Return what the formula should be worth, shape (N, rows, columns)."""
 
     @cached_property
     def wrong(self) -> Mask:
-        """
-        Return which entries differ at some pose.
-
-        """
+        """Return which entries differ at some pose."""
         return ~self.agrees(self.person, self.right)
 
     @cached_property
     def is_one_configuration(self) -> bool:
-        """
-        Return whether all poses are one, so that many things may be equal by coincidence.
-
-        """
+        """Return whether all poses are one, so that many things may be equal by coincidence."""
         given = {*self.poses.chosen, *(s.name for s in self.names.table.constants)}
         still = not self.poses.randomised and not self.expressions.free_symbols - {
             s for s in self.poses.values if s.name in given
@@ -162,52 +125,34 @@ class Check(ABC):
         return still and same and bool(self.poses.chosen)
 
     def passes(self, i: int, j: int, expression: Any) -> bool:
-        """
-        Return whether the formula is right at (i, j) with another expression there.
-
-        """
+        """Return whether the formula is right at (i, j) with another expression there."""
         values = self.evaluation.of(expression)
         return bool(self.agrees(values, self.right[:, i, j]))
 
 
 class QuantityCheck(Check):
-    """
-    A matrix, vector or determinant against the robot's.
-
-    """
+    """A matrix, vector or determinant against the robot's."""
 
     @property
     def quantity(self) -> Quantity:
-        """
-        Return what the formula is about.
-
-        """
+        """Return what the formula is about."""
         assert self.statement.quantity is not None
         return self.statement.quantity
 
     @cached_property
     def right(self) -> Floats:
-        """
-        Return what the formula should be worth.
-
-        """
+        """Return what the formula should be worth."""
         return self.right_of(self.world)
 
     def right_of(
         self, world: World, quantity: Quantity | None = None, reading: Reading | None = None
     ) -> Floats:
-        """
-        Return the quantity in another world, cut to the person's shape.
-
-        """
+        """Return the quantity in another world, cut to the person's shape."""
         quantity = quantity or self.quantity
         return self.cut(self.whole_of(world, quantity, reading or self.reading), quantity)
 
     def whole_of(self, world: World, quantity: Quantity, reading: Reading) -> Floats:
-        """
-        Return the quantity with all its rows.
-
-        """
+        """Return the quantity with all its rows."""
         if quantity.kind == 'det':
             return task_determinant(self.robot, world)[:, None, None]
         if quantity.kind == 'general':
@@ -215,10 +160,7 @@ class QuantityCheck(Check):
         return numeric(quantity, world, reading)
 
     def cut(self, whole: Floats, quantity: Quantity) -> Floats:
-        """
-        Return the rows the person wrote, or the whole where its shape is another one.
-
-        """
+        """Return the rows the person wrote, or the whole where its shape is another one."""
         rows, columns = self.shape
         size = whole.shape[1:]
         if size == (rows, columns):
@@ -239,10 +181,7 @@ class QuantityCheck(Check):
 
     @property
     def jacobian_rows(self) -> list[int]:
-        """
-        Return the rows of J the person wrote: all, the task's, or the linear ones.
-
-        """
+        """Return the rows of J the person wrote: all, the task's, or the linear ones."""
         rows, order = self.shape[0], list(range(6))
         if self.reading.angular_first:
             order = [3, 4, 5, 0, 1, 2]
@@ -254,18 +193,12 @@ class QuantityCheck(Check):
 
     @property
     def fits(self) -> bool:
-        """
-        Return whether the person's matrix has the right shape.
-
-        """
+        """Return whether the person's matrix has the right shape."""
         return self.right.shape[1:] == self.shape
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """
-        Return names of the Jacobian's rows; empty for other quantities.
-
-        """
+        """Return names of the Jacobian's rows; empty for other quantities."""
         if self.quantity.kind != 'jacobian' or not self.fits:
             return ()
         if self.quantity.part != 'all':
@@ -275,10 +208,7 @@ class QuantityCheck(Check):
 
 
 def task_determinant(robot: Robot, world: World) -> Floats:
-    """
-    Return det(J_t) of the task's rows in the axes of frame 0, shape (N,); NaN if not square.
-
-    """
+    """Return det(J_t) of the task's rows in the axes of frame 0, shape (N,); NaN if not square."""
     J, R = world.jacobian, np.swapaxes(world.base[:, :3, :3], 1, 2)
     J = np.concatenate([R @ J[:, :3], R @ J[:, 3:]], axis=1)
     rows = [TASK_ROWS.index(name) for name in robot.task.rows]

@@ -1,7 +1,4 @@
-"""
-Claims about where an arm is singular: is each claimed pose singular, and is any left out.
-
-"""
+"""Claims about where an arm is singular: is each claimed pose singular, and is any left out."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -26,10 +23,7 @@ NEAR = 1e-5  # rad or m, of a claimed value
 
 @dataclass(frozen=True)
 class Claim:
-    """
-    What is true of a `singular:` line.
-
-    """
+    """What is true of a `singular:` line."""
 
     name: str
     line: int
@@ -38,10 +32,7 @@ class Claim:
 
 
 def judge_claims(robot: Robot, names: Names, claims: Sequence[Statement]) -> list[Claim]:
-    """
-    Return for each claimed family whether it is singular, and last whether all are claimed.
-
-    """
+    """Return for each claimed family whether it is singular, and last whether all are claimed."""
     judged = [_sound(robot, names, claim) for claim in claims]
     if robot.task.structurally_deficient or len(robot.task.rows) != robot.dof:
         return judged

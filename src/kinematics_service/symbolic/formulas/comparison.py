@@ -1,7 +1,4 @@
-"""
-A file of formulas against a robot: what agrees, what differs, where, and why.
-
-"""
+"""A file of formulas against a robot: what agrees, what differs, where, and why."""
 
 from dataclasses import dataclass, replace
 from typing import Any
@@ -40,7 +37,6 @@ class WrongEntry:
         Expressions or numbers; right is empty where it is too long to print.
     difference
         The largest, over the poses.
-
     """
 
     row: int
@@ -71,7 +67,6 @@ class Verdict:
         Facts beside the comparison: a determinant of -1, a structural singularity, a branch.
     shape
         Rows and columns of the formula.
-
     """
 
     name: str
@@ -97,7 +92,6 @@ class Comparison:
         Number of random poses.
     randomised
         Constants that got random values somewhere.
-
     """
 
     robot: Robot
@@ -108,10 +102,7 @@ class Comparison:
 
     @property
     def agrees(self) -> bool:
-        """
-        Return whether every formula is right.
-
-        """
+        """Return whether every formula is right."""
         return all(verdict.status == AGREES for verdict in self.verdicts)
 
 
@@ -125,7 +116,6 @@ def compare(robot: Robot, text: str) -> Comparison:
         The arm.
     text
         Formulas in plain, sympy, MATLAB or LaTeX syntax.
-
     """
     names = Names(table_of(robot.description))
     understood = understand(read_formulas(text), names)

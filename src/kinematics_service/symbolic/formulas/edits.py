@@ -17,10 +17,7 @@ MOST_TERMS = 7
 
 @dataclass(frozen=True)
 class Edit:
-    """
-    A repaired expression, and what was wrong if it is right.
-
-    """
+    """A repaired expression, and what was wrong if it is right."""
 
     sentence: str
     expression: Any
@@ -28,30 +25,21 @@ class Edit:
 
 @dataclass(frozen=True)
 class Repair:
-    """
-    A kind of repair: a name for the list of what was tried, and its versions.
-
-    """
+    """A kind of repair: a name for the list of what was tried, and its versions."""
 
     name: str
     edits: Callable[[Any, tuple[Any, ...]], Iterator[Edit]]
 
 
 def places(expression: Any, path: tuple[int, ...] = ()) -> Iterator[tuple[tuple[int, ...], Any]]:
-    """
-    Yield every part of an expression and the way to it.
-
-    """
+    """Yield every part of an expression and the way to it."""
     yield path, expression
     for k, part in enumerate(expression.args):
         yield from places(part, (*path, k))
 
 
 def replaced(expression: Any, path: tuple[int, ...], part: Any) -> Any:
-    """
-    Return an expression with the part at the end of a path replaced.
-
-    """
+    """Return an expression with the part at the end of a path replaced."""
     if not path:
         return part
     arguments = list(expression.args)
@@ -64,10 +52,7 @@ def _sums(e: Any) -> Iterator[tuple[tuple[int, ...], Any]]:
 
 
 def signs(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
-    """
-    Yield the expression with the sign of one or more of its terms changed.
-
-    """
+    """Yield the expression with the sign of one or more of its terms changed."""
     yield Edit('the sign of the whole is wrong', -e)
     for size in (1, 2, 3):
         for path, part in _sums(e):
@@ -84,10 +69,7 @@ def signs(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
 
 
 def extra_terms(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
-    """
-    Yield the expression without one of its terms, or without one of its factors.
-
-    """
+    """Yield the expression without one of its terms, or without one of its factors."""
     for path, part in places(e):
         if part.is_Add:
             for term in part.args:
@@ -101,10 +83,7 @@ def extra_terms(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
 
 
 def sine_and_cosine(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
-    """
-    Yield the expression with a sine and a cosine exchanged.
-
-    """
+    """Yield the expression with a sine and a cosine exchanged."""
     other = {sp.sin: sp.cos, sp.cos: sp.sin}
     for path, part in places(e):
         if part.func in other:
@@ -120,10 +99,7 @@ def sine_and_cosine(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
 
 
 def symbols_exchanged(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
-    """
-    Yield the expression with one symbol for another, at one place or everywhere.
-
-    """
+    """Yield the expression with one symbol for another, at one place or everywhere."""
     free = sorted(e.free_symbols, key=str)
     for one in free:
         for other in symbols:
@@ -144,7 +120,6 @@ def symbols_exchanged(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
 def angles(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
     """
     Yield the expression with another joint, or a quarter turn, in the argument of a function.
-
     """
     for path, part in places(e):
         if part.func not in (sp.sin, sp.cos, sp.tan):
@@ -160,7 +135,6 @@ def angles(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
 def brackets(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
     """
     Yield the expression with a factor of one term for several terms: a bracket that was lost.
-
     """
     factors = {part for _, part in places(e) if part.func in (sp.sin, sp.cos) or part.is_Symbol}
     for path, part in _sums(e):
@@ -176,10 +150,7 @@ def brackets(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
 
 
 def lost_plus(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
-    """
-    Yield the expression with a product made a sum of two products.
-
-    """
+    """Yield the expression with a product made a sum of two products."""
     for path, part in places(e):
         if not part.is_Mul or len(part.args) > MOST_TERMS:
             continue
@@ -195,7 +166,6 @@ def lost_plus(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
 def arguments(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
     """
     Yield the expression with the arguments of an inverse function exchanged, negated, inverted.
-
     """
     for path, part in places(e):
         if part.func == sp.atan2:
@@ -230,10 +200,7 @@ def arguments(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
 
 
 def units(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
-    """
-    Yield the expression with its numbers in degrees, millimetres, or its result in degrees.
-
-    """
+    """Yield the expression with its numbers in degrees, millimetres, or its result in degrees."""
     changed, inside = e, False
     for part in {p for _, p in places(e) if p.func in (sp.sin, sp.cos, sp.tan)}:
         number, rest = part.args[0].as_coeff_Add()
@@ -248,10 +215,7 @@ def units(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
 
 
 def powers(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
-    """
-    Yield the expression with a square forgotten or too many, or a factor 2.
-
-    """
+    """Yield the expression with a square forgotten or too many, or a factor 2."""
     for path, part in places(e):
         if part.is_Symbol or part.func in (sp.sin, sp.cos):
             above = e
@@ -271,10 +235,7 @@ def powers(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
 
 
 def quarter_turns(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
-    """
-    Yield the result of an inverse on another branch, or counted from another zero.
-
-    """
+    """Yield the result of an inverse on another branch, or counted from another zero."""
     turns = ((sp.pi, '180 deg'), (sp.pi / 2, '90 deg'), (-sp.pi / 2, '-90 deg'))
     for turn, text in turns:
         yield Edit(f'{text} must be added', e + turn)

@@ -47,7 +47,6 @@ class Explanation:
         The wrong entries it explains, (row, column) from 0.
     also
         Other causes that explain the same entries just as well.
-
     """
 
     cause: str
@@ -58,20 +57,14 @@ class Explanation:
 
 @dataclass(frozen=True)
 class Explained:
-    """
-    Explanations of a wrong formula, and every cause that was tried.
-
-    """
+    """Explanations of a wrong formula, and every cause that was tried."""
 
     explanations: tuple[Explanation, ...]
     tried: tuple[str, ...]
 
 
 def explain(check: Check) -> Explained:
-    """
-    Return the tested causes of a check that failed.
-
-    """
+    """Return the tested causes of a check that failed."""
     tried: list[str] = []
     if not isinstance(check, QuantityCheck):
         found = [] if check.wrong.shape != (1, 1) else _repaired(check, 0, 0, check, tried)
@@ -300,10 +293,7 @@ def _missing_terms(
 
 
 def right_entry(check: QuantityCheck, i: int, j: int) -> Any:
-    """
-    Return the right expression of an entry, or None where there is none.
-
-    """
+    """Return the right expression of an entry, or None where there is none."""
     if check.quantity.kind in ('det', 'numeric'):
         return None
     if check.quantity.kind == 'general':

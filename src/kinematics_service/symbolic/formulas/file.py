@@ -1,7 +1,4 @@
-"""
-A file of formulas: its settings, definitions and formulas, each with the line it stands on.
-
-"""
+"""A file of formulas: its settings, definitions and formulas, each with the line it stands on."""
 
 import re
 from collections.abc import Iterator, Sequence
@@ -52,7 +49,6 @@ class Settings:
         The configuration of numeric formulas, `theta3=90 deg`; empty: random poses.
     meanings
         `meaning: R_C = o_3`: other names for what is known.
-
     """
 
     angular_first: bool = False
@@ -77,7 +73,6 @@ class Raw:
         Stands after `where`: a definition for the formula above only.
     claim
         The conditions of a `singular:` line; left and right are those of the first.
-
     """
 
     left: Node
@@ -88,19 +83,13 @@ class Raw:
 
     @property
     def line(self) -> int:
-        """
-        Return the line it begins on.
-
-        """
+        """Return the line it begins on."""
         return self.left.at.line
 
 
 @dataclass(frozen=True)
 class FormulaFile:
-    """
-    What stands in a file of formulas, and what could not be read.
-
-    """
+    """What stands in a file of formulas, and what could not be read."""
 
     raw: tuple[Raw, ...]
     faults: tuple[FormulaError, ...]
@@ -115,10 +104,7 @@ class _Chunk:
 
 
 def read_formulas(text: str) -> FormulaFile:
-    """
-    Return the equations and settings of a text.
-
-    """
+    """Return the equations and settings of a text."""
     raw: list[Raw] = []
     faults: list[FormulaError] = []
     settings, local = Settings(), False

@@ -1,7 +1,4 @@
-"""
-Slips in a Jacobian: order, axes, points, indices, sums of columns, kinds of joint.
-
-"""
+"""Slips in a Jacobian: order, axes, points, indices, sums of columns, kinds of joint."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -16,19 +13,13 @@ from .world import World
 
 
 def arranged_like(check: QuantityCheck, J: Floats) -> Floats:
-    """
-    Return a base-axes, linear-first Jacobian in the order and with the rows of the person's.
-
-    """
+    """Return a base-axes, linear-first Jacobian in the order and with the rows of the person's."""
     whole = arranged(J, check.world.pose, check.quantity, check.reading)
     return check.cut(whole, check.quantity)
 
 
 def row_order(check: QuantityCheck) -> Iterator[Variant]:
-    """
-    Yield the Jacobian with its two halves exchanged.
-
-    """
+    """Yield the Jacobian with its two halves exchanged."""
     if check.right.shape[1] == 6:
         other = 'linear' if check.reading.angular_first else 'angular'
         swapped = np.roll(check.right, 3, axis=1)
@@ -37,10 +28,7 @@ def row_order(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def other_axes(check: QuantityCheck) -> Iterator[Variant]:
-    """
-    Yield the Jacobian in the axes of the other frame.
-
-    """
+    """Yield the Jacobian in the axes of the other frame."""
     other = 'tool' if check.reading.axes == 'base' else 'base'
     reading = replace(check.reading, axes=other)
     sentence = (
@@ -51,10 +39,7 @@ def other_axes(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def other_point(check: QuantityCheck) -> Iterator[Variant]:
-    """
-    Yield the Jacobian of another frame's origin instead of the tool's.
-
-    """
+    """Yield the Jacobian of another frame's origin instead of the tool's."""
     world, first = check.world, check.reading.first
     p, w = world.pose[:, :3, 3], world.jacobian[:, 3:]
     for k, frame in enumerate(world.frames[:-1]):
@@ -68,10 +53,7 @@ def other_point(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def axis_index(check: QuantityCheck) -> Iterator[Variant]:
-    """
-    Yield the Jacobian with axes, or origins, of the frame beside the right one.
-
-    """
+    """Yield the Jacobian with axes, or origins, of the frame beside the right one."""
     convention = check.world.table.convention
     if convention not in ('standard', 'modified'):
         yield from _other_letters(check)
@@ -121,10 +103,7 @@ def _other_letters(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def moment_arm(check: QuantityCheck) -> Iterator[Variant]:
-    """
-    Yield linear columns without their cross product, or with an arm from the wrong end.
-
-    """
+    """Yield linear columns without their cross product, or with an arm from the wrong end."""
     world = check.world
     p = world.pose[:, :3, 3]
     bare, from_base, at_joint = (world.jacobian.copy() for _ in range(3))
@@ -144,10 +123,7 @@ def moment_arm(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def joint_type(check: QuantityCheck) -> Iterator[Variant]:
-    """
-    Yield prismatic columns written like revolute ones, and the reverse.
-
-    """
+    """Yield prismatic columns written like revolute ones, and the reverse."""
     world = check.world
     for (i, k), column in world.row_columns.items():
         prismatic = world.table.joint_types[k] == 'prismatic'
@@ -174,10 +150,7 @@ def _column(check: QuantityCheck, k: int) -> tuple[int, ...]:
 
 
 def column_order(check: QuantityCheck) -> Iterator[Variant]:
-    """
-    Yield the Jacobian with two columns exchanged, and with the columns reversed.
-
-    """
+    """Yield the Jacobian with two columns exchanged, and with the columns reversed."""
     n = check.right.shape[2]
     names = check.names.table.variables
     for i in range(n):
@@ -190,10 +163,7 @@ def column_order(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def column_sums(check: QuantityCheck) -> Iterator[Variant]:
-    """
-    Yield columns in which what several rows add has a wrong sign or is left out.
-
-    """
+    """Yield columns in which what several rows add has a wrong sign or is left out."""
     world = check.world
     n = len(world.table.variables)
     for (i, k), column in world.row_columns.items():
@@ -232,10 +202,7 @@ def _sum_text(check: QuantityCheck, k: int, rows: list[int], flipped: int = -1) 
 
 
 def per_degree(check: QuantityCheck) -> Iterator[Variant]:
-    """
-    Yield the Jacobian for joint velocities in degrees, or with angular rows in degrees.
-
-    """
+    """Yield the Jacobian for joint velocities in degrees, or with angular rows in degrees."""
     J, types = check.world.jacobian, check.world.table.joint_types
     turning = np.array([kind != 'prismatic' for kind in types])
     scale = np.where(turning, DEGREE, 1.0)

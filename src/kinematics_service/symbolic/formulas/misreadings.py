@@ -40,10 +40,7 @@ def _subs(table: Table, changes: dict[object, object]) -> Table:
 
 
 def other_convention(check: QuantityCheck) -> Iterator[Variant]:
-    """
-    Yield the same numbers read as rows of the other Denavit-Hartenberg convention.
-
-    """
+    """Yield the same numbers read as rows of the other Denavit-Hartenberg convention."""
     table = check.names.table
     other = OTHER.get(table.convention)
     if other is None:
@@ -61,18 +58,12 @@ def other_convention(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def table_name(check: QuantityCheck) -> str:
-    """
-    Return the name of the robot file's convention.
-
-    """
+    """Return the name of the robot file's convention."""
     return NAMES.get(check.names.table.convention, check.names.table.convention)
 
 
 def joint_zero(check: QuantityCheck) -> Iterator[Variant]:
-    """
-    Yield joints counted from another zero.
-
-    """
+    """Yield joints counted from another zero."""
     table = check.names.table
     for k, variable in enumerate(table.variables):
         if table.joint_types[k] == 'prismatic':
@@ -83,10 +74,7 @@ def joint_zero(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def joint_direction(check: QuantityCheck) -> Iterator[Variant]:
-    """
-    Yield joints turned the other way.
-
-    """
+    """Yield joints turned the other way."""
     table = check.names.table
     for variable in table.variables:
         changed = _subs(table, {variable: -variable})
@@ -94,10 +82,7 @@ def joint_direction(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def joint_exchange(check: QuantityCheck) -> Iterator[Variant]:
-    """
-    Yield pairs of joints that were exchanged.
-
-    """
+    """Yield pairs of joints that were exchanged."""
     table = check.names.table
     for i, one in enumerate(table.variables):
         for other in table.variables[i + 1 :]:
@@ -106,10 +91,7 @@ def joint_exchange(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def absolute_angles(check: QuantityCheck) -> Iterator[Variant]:
-    """
-    Yield angles counted from the link before instead of from a fixed line, or the reverse.
-
-    """
+    """Yield angles counted from the link before instead of from a fixed line, or the reverse."""
     table = check.names.table
     for i, one in enumerate(table.variables):
         for j, other in enumerate(table.variables):
@@ -121,10 +103,7 @@ def absolute_angles(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def one_row(check: QuantityCheck) -> Iterator[Variant]:
-    """
-    Yield tables with one quantity of one row changed.
-
-    """
+    """Yield tables with one quantity of one row changed."""
     table = check.names.table
     for i, row in enumerate(table.rows):
         if row.convention not in OTHER:
@@ -146,10 +125,7 @@ def one_row(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def row_left_out(check: QuantityCheck) -> Iterator[Variant]:
-    """
-    Yield tables without one of their rows.
-
-    """
+    """Yield tables without one of their rows."""
     table = check.names.table
     for i in range(len(table.rows)):
         yield _at(check, table.with_row(i, **_STILL), f'row {i + 1} is left out')
@@ -163,10 +139,7 @@ _STILL = dict.fromkeys(('a', 'alpha', 'd', 'theta', 'argument'), ZERO) | {
 
 
 def shifted_column(check: QuantityCheck) -> Iterator[Variant]:
-    """
-    Yield tables in which one column has slipped by a row, from some row on.
-
-    """
+    """Yield tables in which one column has slipped by a row, from some row on."""
     table = check.names.table
     if table.convention not in OTHER:
         return
@@ -188,10 +161,7 @@ def shifted_column(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def not_inverted(check: QuantityCheck) -> Iterator[Variant]:
-    """
-    Yield shape rows whose output matrix was multiplied as it is, not inverted.
-
-    """
+    """Yield shape rows whose output matrix was multiplied as it is, not inverted."""
     table = check.names.table
     shaped = [i for i, row in enumerate(table.rows) if row.outer != EYE]
     for chosen in [*([i] for i in shaped), shaped]:
@@ -209,10 +179,7 @@ def not_inverted(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def missing_length(check: QuantityCheck) -> Iterator[Variant]:
-    """
-    Yield arms with one length, or one sliding joint, at 0.
-
-    """
+    """Yield arms with one length, or one sliding joint, at 0."""
     table, values = check.names.table, check.poses.values
     sliding = [
         variable
@@ -228,10 +195,7 @@ def missing_length(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def exchanged_lengths(check: QuantityCheck) -> Iterator[Variant]:
-    """
-    Yield arms with two lengths exchanged, or one in the place of another.
-
-    """
+    """Yield arms with two lengths exchanged, or one in the place of another."""
     table, values = check.names.table, check.poses.values
     for i, one in enumerate(table.constants):
         for other in table.constants[i + 1 :]:
@@ -249,7 +213,6 @@ def exchanged_lengths(check: QuantityCheck) -> Iterator[Variant]:
 def other_joint_value(check: QuantityCheck) -> Iterator[Variant]:
     """
     Yield the configuration of the `at` line with one joint elsewhere, or read in other units.
-
     """
     table, values, count = check.names.table, check.poses.values, check.poses.count
     given = [symbol for symbol in table.variables if symbol.name in check.poses.chosen]

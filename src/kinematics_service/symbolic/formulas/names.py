@@ -1,7 +1,4 @@
-"""
-What a name in a formula stands for: joints, constants, shorthands such as c12, frames, axes.
-
-"""
+"""What a name in a formula stands for: joints, constants, shorthands such as c12, frames, axes."""
 
 import difflib
 import re
@@ -28,18 +25,12 @@ GENERAL = ('a', 'alpha', 'd', 'theta')
 
 
 def reading_of(settings: Settings) -> Reading:
-    """
-    Return what settings say about frames, axes and rows.
-
-    """
+    """Return what settings say about frames, axes and rows."""
     return Reading(settings.first_frame, settings.axes, settings.angular_first)
 
 
 class Names:
-    """
-    The names of one robot.
-
-    """
+    """The names of one robot."""
 
     def __init__(self, table: Table) -> None:
         self.table = table
@@ -48,16 +39,12 @@ class Names:
 
     @cached_property
     def arm(self) -> SymbolicArm:
-        """
-        Return the exact frames; made when the first formula names one.
-
-        """
+        """Return the exact frames; made when the first formula names one."""
         return SymbolicArm(self.table)
 
     def joint(self, key: str) -> int | None:
         """
         Return the index of the joint a name without underscores stands for, also as q2 or theta2.
-
         """
         if key in self.variables:
             return list(self.variables).index(key)
@@ -71,10 +58,7 @@ class Names:
         return index if fits else None
 
     def constant(self, key: str) -> Any:
-        """
-        Return the symbol of a named constant, or None.
-
-        """
+        """Return the symbol of a named constant, or None."""
         return self.constants.get(key)
 
     def value(self, token: Token, settings: Settings, general: bool = False) -> Any:
@@ -85,7 +69,6 @@ class Names:
         ------
         FormulaError
             Unknown; the message has the names that are known.
-
         """
         key = dict(settings.meanings).get(token.text, token.text)
         if key == 'pi':
@@ -128,10 +111,7 @@ class Names:
         return symbolic(quantity, self.arm, reading)
 
     def unknown(self, token: Token) -> FormulaError:
-        """
-        Return the error about a name nothing is known of.
-
-        """
+        """Return the error about a name nothing is known of."""
         known = [s.name for s in (*self.table.variables, *self.table.constants)]
         near = difflib.get_close_matches(token.text, known, n=1)
         hint = f', did you mean {near[0]!r}?' if near else ''
@@ -143,25 +123,16 @@ class Names:
 
 
 def general_symbol(key: str) -> Any:
-    """
-    Return the symbol of a, alpha, d or theta of any row, or None.
-
-    """
+    """Return the symbol of a, alpha, d or theta of any row, or None."""
     found = re.fullmatch(r'(a|alpha|d|theta)(?:i|im1)?', key)
     return sp.Symbol(f'{found[1]}_i') if found else None
 
 
 def coordinates() -> tuple[Any, ...]:
-    """
-    Return the symbols of the point's coordinates x, y, z.
-
-    """
+    """Return the symbols of the point's coordinates x, y, z."""
     return tuple(sp.Symbol(axis) for axis in 'xyz')
 
 
 def rotation_entries() -> dict[tuple[int, int], Any]:
-    """
-    Return the symbols r11 to r33 of the tool's rotation.
-
-    """
+    """Return the symbols r11 to r33 of the tool's rotation."""
     return {(i, j): sp.Symbol(f'r{i + 1}{j + 1}') for i in range(3) for j in range(3)}

@@ -1,7 +1,4 @@
-"""
-What expressions are worth at many poses at once: a walk over their trees, without any eval.
-
-"""
+"""What expressions are worth at many poses at once: a walk over their trees, without any eval."""
 
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -26,7 +23,6 @@ class Evaluation:
         N.
     degrees
         Whether angles are in degrees: arguments of sin, cos, tan, and what the inverses return.
-
     """
 
     def __init__(self, values: Mapping[Any, Floats], poses: int, degrees: bool = False) -> None:
@@ -36,18 +32,12 @@ class Evaluation:
         self._known: dict[Any, Floats] = dict(values)
 
     def of(self, expression: Any) -> Floats:
-        """
-        Return N numbers, NaN or infinite where the expression has no value.
-
-        """
+        """Return N numbers, NaN or infinite where the expression has no value."""
         with np.errstate(all='ignore'):
             return self._of(expression)
 
     def of_matrix(self, matrix: Any) -> Floats:
-        """
-        Return the values of a matrix, shape (N, rows, columns).
-
-        """
+        """Return the values of a matrix, shape (N, rows, columns)."""
         entries = [self.of(entry) for entry in matrix]
         return np.stack(entries, axis=-1).reshape(self.poses, matrix.rows, matrix.cols)
 
@@ -95,10 +85,7 @@ FUNCTIONS: dict[str, Callable[..., Floats]] = {
 
 
 def size_of(expression: Any) -> int:
-    """
-    Return the number of nodes of an expression as a tree, shared parts counted each time.
-
-    """
+    """Return the number of nodes of an expression as a tree, shared parts counted each time."""
     known: dict[Any, int] = {}
 
     def count(e: Any) -> int:

@@ -1,7 +1,4 @@
-"""
-Random poses and random lengths, at which what is equal by coincidence only is not equal.
-
-"""
+"""Random poses and random lengths, at which what is equal by coincidence only is not equal."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -69,7 +66,6 @@ def poses_for(
     ------
     FormulaError
         The `at` or `point` line names what is not there.
-
     """
     table, rng = names.table, np.random.default_rng(SEED)
     given: dict[Any, Floats] = {}

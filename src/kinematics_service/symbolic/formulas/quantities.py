@@ -1,7 +1,4 @@
-"""
-What the names of formulas mean: T_03, A_2, z_1, J_v2, det, and what each is worth.
-
-"""
+"""What the names of formulas mean: T_03, A_2, z_1, J_v2, det, and what each is worth."""
 
 import re
 from collections.abc import Callable
@@ -40,7 +37,6 @@ class Quantity:
         Indices as the person counts them; column of the Jacobian from 1, 0 for all.
     part
         Rows of the Jacobian: `all`, `v` or `w`.
-
     """
 
     kind: str
@@ -62,7 +58,6 @@ class Reading:
         `base` or `tool`: of the Jacobian's rows.
     angular_first
         Whether the Jacobian's angular rows come first.
-
     """
 
     first: int = 0
@@ -93,10 +88,7 @@ _PATTERNS: tuple[tuple[str, Callable[[re.Match[str]], Quantity]], ...] = (
 
 
 def quantity_of(key: str) -> Quantity | None:
-    """
-    Return what a name without underscores means, or None where it is none of these.
-
-    """
+    """Return what a name without underscores means, or None where it is none of these."""
     for pattern, make in _PATTERNS:
         if found := re.fullmatch(pattern, key):
             return make(found)
@@ -104,10 +96,7 @@ def quantity_of(key: str) -> Quantity | None:
 
 
 def why_out_of_range(quantity: Quantity, rows: int, joints: int, reading: Reading) -> str:
-    """
-    Return why an index is too large, or nothing.
-
-    """
+    """Return why an index is too large, or nothing."""
     low, high = 0, rows + reading.first
     if quantity.kind in ('row', 'jacobian', 'numeric'):
         low, high = (1, rows) if quantity.kind == 'row' else (0, joints)
@@ -124,10 +113,7 @@ def why_out_of_range(quantity: Quantity, rows: int, joints: int, reading: Readin
 
 
 class Frames:
-    """
-    The frames of an arm by the person's numbers: numbers at N poses, or symbols.
-
-    """
+    """The frames of an arm by the person's numbers: numbers at N poses, or symbols."""
 
     def __init__(self, frames: list[Any], identity: Any, first: int) -> None:
         self._frames = frames
@@ -142,18 +128,12 @@ class Frames:
 
     @property
     def tool(self) -> Any:
-        """
-        Return the tool in the base frame.
-
-        """
+        """Return the tool in the base frame."""
         return self._frames[-1]
 
 
 def numeric(quantity: Quantity, world: World, reading: Reading) -> Floats:
-    """
-    Return what a quantity is worth, shape (N, rows, columns); not for `det` and `general`.
-
-    """
+    """Return what a quantity is worth, shape (N, rows, columns); not for `det` and `general`."""
     identity = np.broadcast_to(np.eye(4), (world.poses, 4, 4))
     frames = Frames(world.frames, identity, reading.first)
     kind, i, j = quantity.kind, quantity.i, quantity.j
@@ -195,7 +175,6 @@ def _with_rotation_taken_out(column: Floats) -> Floats:
 def arranged(J: Floats, pose: Floats, quantity: Quantity, reading: Reading) -> Floats:
     """
     Return J (base axes, linear first) in the axes and order, and with the rows, a person asks for.
-
     """
     v, w = J[:, :3], J[:, 3:]
     if reading.axes == 'tool':
@@ -207,10 +186,7 @@ def arranged(J: Floats, pose: Floats, quantity: Quantity, reading: Reading) -> F
 
 
 def symbolic(quantity: Quantity, arm: SymbolicArm, reading: Reading) -> Any:
-    """
-    Return what a quantity is, as a matrix of expressions; None for those without one.
-
-    """
+    """Return what a quantity is, as a matrix of expressions; None for those without one."""
     frames = Frames(arm.frames, sp.ImmutableDenseMatrix(sp.eye(4)), reading.first)
     kind, i, j = quantity.kind, quantity.i, quantity.j
     if kind == 'tool':

@@ -1,7 +1,4 @@
-"""
-A comparison in words: a block for each formula, or one JSON object.
-
-"""
+"""A comparison in words: a block for each formula, or one JSON object."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -24,7 +21,6 @@ def report(comparison: Comparison, file: str, verbose: bool = False) -> Iterator
         The name of the formulas' file.
     verbose
         Name the causes that were tested where none explains a difference.
-
     """
     verdicts = comparison.verdicts
     wrong = sum(verdict.status != AGREES for verdict in verdicts)
@@ -92,10 +88,7 @@ def _cause(cause: Explanation, verdict: Verdict) -> Iterator[str]:
 
 
 def document(comparison: Comparison, file: str) -> dict[str, Any]:
-    """
-    Return what --json prints.
-
-    """
+    """Return what --json prints."""
     return {
         'robot': comparison.robot.name,
         'file': file,

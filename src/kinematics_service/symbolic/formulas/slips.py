@@ -1,7 +1,4 @@
-"""
-Slips in any formula: sign, units, inverses, something else of the arm in its place.
-
-"""
+"""Slips in any formula: sign, units, inverses, something else of the arm in its place."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -17,10 +14,7 @@ MILLI = 1000.0
 
 
 def own_axes(check: QuantityCheck) -> Iterator[Variant]:
-    """
-    Yield an axis that was not turned into base axes.
-
-    """
+    """Yield an axis that was not turned into base axes."""
     values = np.zeros_like(check.right)
     values.reshape(len(values), 3)[:, 2] = 1.0
     sentence = 'z in the axes of its own frame: it must be turned into base axes, R [0; 0; 1]'
@@ -28,10 +22,7 @@ def own_axes(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def millimetres(check: QuantityCheck) -> Iterator[Variant]:
-    """
-    Yield lengths in millimetres.
-
-    """
+    """Yield lengths in millimetres."""
     if check.quantity.kind == 'jacobian':
         J = check.world.jacobian.copy()
         J[:, :3] *= MILLI
@@ -49,10 +40,7 @@ def millimetres(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def transposed(check: QuantityCheck) -> Iterator[Variant]:
-    """
-    Yield transposes and inverses of the matrix, or of its rotation.
-
-    """
+    """Yield transposes and inverses of the matrix, or of its rotation."""
     right = check.right
     rows, columns = right.shape[1:]
     if rows == columns and rows > 1:
@@ -68,10 +56,7 @@ def transposed(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def base_and_tool(check: QuantityCheck) -> Iterator[Variant]:
-    """
-    Yield T without the base or the tool, and T_0n with them.
-
-    """
+    """Yield T without the base or the tool, and T_0n with them."""
     frames = check.world.frames
     versions: tuple[tuple[Any, str], ...] = (
         (np.linalg.solve(frames[0], frames[-1]), 'the base is left out'),
@@ -85,10 +70,7 @@ def base_and_tool(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def bottom_row(check: QuantityCheck) -> Iterator[Variant]:
-    """
-    Yield a derivative that kept the 1 of a pose in its corner.
-
-    """
+    """Yield a derivative that kept the 1 of a pose in its corner."""
     if check.quantity.kind == 'numeric':
         values = check.right.copy()
         values[:, 3, 3] = 1.0
@@ -96,10 +78,7 @@ def bottom_row(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def another_quantity(check: QuantityCheck) -> Iterator[Variant]:
-    """
-    Yield everything else of the arm that has the person's shape.
-
-    """
+    """Yield everything else of the arm that has the person's shape."""
     for quantity, name in _quantities(check):
         if quantity == check.quantity:
             continue
@@ -131,8 +110,5 @@ def _quantities(check: QuantityCheck) -> Iterator[tuple[Quantity, str]]:
 
 
 def sign(check: QuantityCheck) -> Iterator[Variant]:
-    """
-    Yield the right formula with the opposite sign.
-
-    """
+    """Yield the right formula with the opposite sign."""
     yield Variant('the sign is wrong', -check.right)

@@ -1,7 +1,4 @@
-"""
-From the equations of a file to statements about a robot: which compare, which only define.
-
-"""
+"""From the equations of a file to statements about a robot: which compare, which only define."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -44,7 +41,6 @@ class Statement:
         Of a claim, pairs of a joint index and an expression in k.
     decimals
         Decimal places of a formula that is nothing but numbers, else None.
-
     """
 
     kind: str
@@ -61,10 +57,7 @@ class Statement:
 
 @dataclass(frozen=True)
 class Understood:
-    """
-    The statements of a file, values it sets (`L1 = 0.2`), and what it got wrong.
-
-    """
+    """The statements of a file, values it sets (`L1 = 0.2`), and what it got wrong."""
 
     statements: tuple[Statement, ...]
     fixed: tuple[tuple[Any, Any], ...]
@@ -72,10 +65,7 @@ class Understood:
 
 
 def understand(file: FormulaFile, names: Names) -> Understood:
-    """
-    Return what the equations of a file say about a robot.
-
-    """
+    """Return what the equations of a file say about a robot."""
     return _Reader(file, names).read()
 
 

@@ -46,10 +46,7 @@ class _Walk:
 
 
 class SymbolicArm:
-    """
-    The exact frames of a table and its Jacobian, in the base frame.
-
-    """
+    """The exact frames of a table and its Jacobian, in the base frame."""
 
     def __init__(self, table: Table) -> None:
         self.table = table
@@ -72,18 +69,12 @@ class SymbolicArm:
 
     @cached_property
     def frames(self) -> list[Any]:
-        """
-        Return frame 0, the frame after each row, and the tool, in the base frame.
-
-        """
+        """Return frame 0, the frame after each row, and the tool, in the base frame."""
         return [sp.ImmutableDenseMatrix(walk.frame) for walk in self._walked[0]]
 
     @cached_property
     def jacobian(self) -> Any:
-        """
-        Return J in base axes, reference point the tool's origin, linear rows first.
-
-        """
+        """Return J in base axes, reference point the tool's origin, linear rows first."""
         p = self.frames[-1][:3, 3]
         columns = []
         for variable in self.table.variables:
@@ -108,7 +99,6 @@ LONGEST_SHOWN = 160
 def shown(expression: Any) -> str:
     """
     Return an expression in its shortest cheap form; empty where that is still too long to read.
-
     """
     best = min((expression, sp.factor_terms(expression)), key=sp.count_ops)
     text = str(best)

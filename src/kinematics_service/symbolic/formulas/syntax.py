@@ -39,7 +39,6 @@ class Node:
         The first word, for messages.
     rows
         Entries in each row of a matrix.
-
     """
 
     kind: str
@@ -64,7 +63,6 @@ def parse(tokens: Sequence[Token], last: Token) -> Node:
     ------
     FormulaError
         The words do not make an expression.
-
     """
     parser = _Parser(list(tokens), last)
     parser.skip_newlines()
@@ -76,10 +74,7 @@ def parse(tokens: Sequence[Token], last: Token) -> Node:
 
 
 def parse_lines(tokens: Sequence[Token], last: Token) -> Node:
-    """
-    Return the matrix of lines without brackets, a row each.
-
-    """
+    """Return the matrix of lines without brackets, a row each."""
     opening = Token('operator', '[', '[', last.line, last.column, False)
     closing = Token('operator', ']', ']', last.line, last.column, False)
     return parse([opening, *tokens, closing], last)

@@ -44,7 +44,6 @@ class TableRow:
         An elementary motion, `Rz` for example; no axis: none.
     inner, outer
         Constant poses of a shape row.
-
     """
 
     convention: str
@@ -59,10 +58,7 @@ class TableRow:
 
     @property
     def moving(self) -> Any:
-        """
-        Return what the joint variables of the row stand in, for searching.
-
-        """
+        """Return what the joint variables of the row stand in, for searching."""
         return self.theta + self.d + self.argument
 
 
@@ -78,7 +74,6 @@ class Table:
     constants
         Symbols of the named constants; `given` has those that are plain numbers in the file,
         `derived` the expressions of the others.
-
     """
 
     convention: str
@@ -92,20 +87,14 @@ class Table:
     derived: Mapping[Any, Any] = field(hash=False)
 
     def with_row(self, index: int, **changes: Any) -> 'Table':
-        """
-        Return the table with one row changed.
-
-        """
+        """Return the table with one row changed."""
         rows = list(self.rows)
         rows[index] = replace(rows[index], **changes)
         return replace(self, rows=tuple(rows))
 
 
 def rotation(axis: str, angle: Any) -> Any:
-    """
-    Return the 4 x 4 rotation about x, y or z.
-
-    """
+    """Return the 4 x 4 rotation about x, y or z."""
     i, j = [k for k in range(3) if k != AXES[axis]]
     if axis == 'y':
         i, j = j, i
@@ -116,20 +105,14 @@ def rotation(axis: str, angle: Any) -> Any:
 
 
 def translation(x: Any, y: Any, z: Any) -> Any:
-    """
-    Return the 4 x 4 translation.
-
-    """
+    """Return the 4 x 4 translation."""
     T = sp.eye(4)
     T[0, 3], T[1, 3], T[2, 3] = x, y, z
     return T
 
 
 def inverse_pose(T: Any) -> Any:
-    """
-    Return the inverse of a 4 x 4 pose.
-
-    """
+    """Return the inverse of a 4 x 4 pose."""
     R = T[:3, :3].T
     result = sp.eye(4)
     result[:3, :3] = R
@@ -138,10 +121,7 @@ def inverse_pose(T: Any) -> Any:
 
 
 def motion(axis: str, argument: Any) -> Any:
-    """
-    Return the 4 x 4 matrix of an elementary motion such as Rz or Tx; identity for no axis.
-
-    """
+    """Return the 4 x 4 matrix of an elementary motion such as Rz or Tx; identity for no axis."""
     if not axis:
         return sp.eye(4)
     if axis[0] == 'R':
@@ -153,10 +133,7 @@ def motion(axis: str, argument: Any) -> Any:
 
 @lru_cache(maxsize=4096)
 def row_matrix(row: TableRow) -> Any:
-    """
-    Return the 4 x 4 matrix of a row.
-
-    """
+    """Return the 4 x 4 matrix of a row."""
     if row.convention in ('standard', 'modified'):
         joint = rotation('z', row.theta) * translation(0, 0, row.d)
         link = rotation('x', row.alpha) * translation(row.a, 0, 0)
@@ -168,10 +145,7 @@ def row_matrix(row: TableRow) -> Any:
 
 @lru_cache(maxsize=4096)
 def row_derivative(row: TableRow, variable: Any) -> Any:
-    """
-    Return the derivative of a row's matrix by a joint variable.
-
-    """
+    """Return the derivative of a row's matrix by a joint variable."""
     return row_matrix(row).diff(variable)
 
 
@@ -281,19 +255,13 @@ def _row(row: DhRow | ElementaryMotion | ShapeRow, convention: str, units: _Unit
 
 
 def general_row(table: Table) -> TableRow:
-    """
-    Return a row of the table's convention with symbols a_i, alpha_i, d_i, theta_i.
-
-    """
+    """Return a row of the table's convention with symbols a_i, alpha_i, d_i, theta_i."""
     symbols = {name: sp.Symbol(f'{name}_i') for name in ('a', 'alpha', 'd', 'theta')}
     return TableRow(table.convention, **symbols)
 
 
 def table_of(description: RobotDescription) -> Table:
-    """
-    Return the table of a robot file, in symbols.
-
-    """
+    """Return the table of a robot file, in symbols."""
     units = _Units(description)
     given: dict[Any, float] = {}
     derived: dict[Any, Any] = {}

@@ -57,10 +57,7 @@ MOST_TOKENS = 50_000
 
 
 class FormulaError(KinematicsError, ValueError):
-    """
-    A formula that cannot be read, and where.
-
-    """
+    """A formula that cannot be read, and where."""
 
     def __init__(self, message: str, line: int = 0, column: int = 0) -> None:
         self.message = message
@@ -86,7 +83,6 @@ class Token:
         Counted from 1.
     spaced
         Whether white space stands before it, which separates the entries of a MATLAB row.
-
     """
 
     kind: str
@@ -98,10 +94,7 @@ class Token:
 
 
 def plain_letters(text: str) -> str:
-    """
-    Return a line with Greek letters and typographic signs in their LaTeX or plain form.
-
-    """
+    """Return a line with Greek letters and typographic signs in their LaTeX or plain form."""
     if text.isascii():
         return text
     for sign, plain in UNICODE.items():
@@ -124,7 +117,6 @@ def tokens_of(text: str, line: int = 1, column: int = 1) -> list[Token]:
     ------
     FormulaError
         A character or LaTeX command with no meaning here.
-
     """
     tokens: list[Token] = []
     for offset, part in enumerate(text.split('\n')):

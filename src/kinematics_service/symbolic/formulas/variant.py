@@ -1,6 +1,5 @@
 """
 What a tested cause is: a name, what it may explain, and the values a mistaken formula would have.
-
 """
 
 from collections.abc import Callable, Iterator
@@ -31,7 +30,6 @@ class Variant:
     values : shape (N, rows, columns)
     columns
         The only columns it is about; empty: all.
-
     """
 
     sentence: str
@@ -57,7 +55,6 @@ class Cause:
     many
         Has so many versions that one of them fits a single configuration by chance; tried at
         random poses only.
-
     """
 
     name: str

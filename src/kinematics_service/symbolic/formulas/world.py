@@ -26,7 +26,6 @@ class World:
         N numbers for each symbol of the table.
     poses
         N.
-
     """
 
     def __init__(self, table: Table, values: Mapping[Any, Floats], poses: int) -> None:
@@ -36,26 +35,17 @@ class World:
 
     @cached_property
     def rows(self) -> list[Floats]:
-        """
-        Return the matrix of each row, shape (N, 4, 4).
-
-        """
+        """Return the matrix of each row, shape (N, 4, 4)."""
         return [self.evaluation.of_matrix(row_matrix(row)) for row in self.table.rows]
 
     @cached_property
     def base(self) -> Floats:
-        """
-        Return frame 0 in the base frame, shape (N, 4, 4).
-
-        """
+        """Return frame 0 in the base frame, shape (N, 4, 4)."""
         return self.evaluation.of_matrix(self.table.base)
 
     @cached_property
     def frames(self) -> list[Floats]:
-        """
-        Return frame 0, the frame after each row, and the tool, in the base frame.
-
-        """
+        """Return frame 0, the frame after each row, and the tool, in the base frame."""
         frames = [self.base]
         for row in self.rows:
             frames.append(frames[-1] @ row)
@@ -64,18 +54,12 @@ class World:
 
     @property
     def pose(self) -> Floats:
-        """
-        Return the tool in the base frame, shape (N, 4, 4).
-
-        """
+        """Return the tool in the base frame, shape (N, 4, 4)."""
         return self.frames[-1]
 
     @cached_property
     def row_columns(self) -> dict[tuple[int, int], Floats]:
-        """
-        Return what each row adds to each column of the Jacobian: keys (row, joint), (N, 6).
-
-        """
+        """Return what each row adds to each column of the Jacobian: keys (row, joint), (N, 6)."""
         parts = {}
         for i, row in enumerate(self.table.rows):
             for k, variable in enumerate(self.table.variables):
@@ -91,7 +75,6 @@ class World:
     def jacobian(self) -> Floats:
         """
         Return J in base axes, reference point the tool's origin, shape (N, 6, n), linear first.
-
         """
         J = np.zeros((self.poses, 6, len(self.table.variables)))
         for (_, k), column in self.row_columns.items():
@@ -100,10 +83,7 @@ class World:
 
 
 def twist_of(derivative: Floats, pose: Floats) -> Floats:
-    """
-    Return the column (v, w) of a pose's derivative, shape (N, 6): v = dp, [w] = dR R^T.
-
-    """
+    """Return the column (v, w) of a pose's derivative, shape (N, 6): v = dp, [w] = dR R^T."""
     W = derivative[:, :3, :3] @ np.swapaxes(pose[:, :3, :3], 1, 2)
     w = np.stack([W[:, 2, 1], W[:, 0, 2], W[:, 1, 0]], axis=-1)
     return np.concatenate([derivative[:, :3, 3], w], axis=1)

@@ -1,4 +1,1 @@
-"""
-A derivation as text, page, LaTeX, code or picture.
-
-"""
+"""A derivation as text, page, LaTeX, code or picture."""

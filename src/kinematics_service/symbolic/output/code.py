@@ -1,7 +1,4 @@
-"""
-T, J and the determinant as source code, shared parts computed once, lengths as parameters.
-
-"""
+"""T, J and the determinant as source code, shared parts computed once, lengths as parameters."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -16,7 +13,6 @@ from ..derivation import Derivation
 def code_of(derivation: Derivation, language: str) -> str:
     """
     Return a module of functions: the tool's pose, the Jacobian, and the determinant if there is.
-
     """
     return _WRITERS[language](derivation)
 

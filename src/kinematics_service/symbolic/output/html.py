@@ -1,7 +1,4 @@
-"""
-A derivation as one page that needs nothing else: formulas in MathML, which browsers draw.
-
-"""
+"""A derivation as one page that needs nothing else: formulas in MathML, which browsers draw."""
 
 import re
 from collections.abc import Sequence
@@ -37,10 +34,7 @@ MATHML = '<math xmlns="http://www.w3.org/1998/Math/MathML" display="{}">{}</math
 
 
 class DecimalMathMLPrinter(MathMLPresentationPrinter):  # type: ignore[misc]
-    """
-    Sympy's MathML, with decimals where the file had decimals.
-
-    """
+    """Sympy's MathML, with decimals where the file had decimals."""
 
     def _print_Rational(self, expr: Any) -> Any:
         text = decimal(expr)
@@ -98,10 +92,7 @@ class DecimalMathMLPrinter(MathMLPresentationPrinter):  # type: ignore[misc]
 
 
 def html_of(blocks: Sequence[Block]) -> str:
-    """
-    Return a complete HTML page.
-
-    """
+    """Return a complete HTML page."""
     title = next(block.text for block in blocks if isinstance(block, Heading))
     lines = ['<!DOCTYPE html>', '<html lang="en">', '<head>', '<meta charset="utf-8">']
     lines += ['<meta name="viewport" content="width=device-width">']
@@ -122,10 +113,7 @@ def html_of(blocks: Sequence[Block]) -> str:
 
 
 def mathml(expression: Any) -> str:
-    """
-    Return an expression as presentation MathML without the outer element.
-
-    """
+    """Return an expression as presentation MathML without the outer element."""
     return _as_written(str(DecimalMathMLPrinter()._print(expression).toxml()))
 
 

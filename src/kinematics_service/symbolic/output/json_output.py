@@ -1,7 +1,4 @@
-"""
-A derivation as JSON, expressions in sympy's own syntax.
-
-"""
+"""A derivation as JSON, expressions in sympy's own syntax."""
 
 import json
 from typing import Any
@@ -15,10 +12,7 @@ from ..path import Path
 def json_of(
     derivation: Derivation, path: Path | None = None, span: tuple[float, float] = (0.0, 6.3)
 ) -> str:
-    """
-    Return a JSON object; lengths in the file's unit, joint angles in rad.
-
-    """
+    """Return a JSON object; lengths in the file's unit, joint angles in rad."""
     found = derivation.singular_set
     determinant = found.determinant
     document: dict[str, Any] = {

@@ -1,7 +1,4 @@
-"""
-A derivation as a LaTeX file.
-
-"""
+"""A derivation as a LaTeX file."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -29,44 +26,29 @@ SPECIAL = {
 
 
 class DecimalLatexPrinter(LatexPrinter):  # type: ignore[misc]
-    """
-    Sympy's LaTeX, with decimals where the file had decimals.
-
-    """
+    """Sympy's LaTeX, with decimals where the file had decimals."""
 
     def _print_Rational(self, expr: Any) -> str:
         return decimal(expr) or str(super()._print_Rational(expr))
 
 
 def formula(expression: Any) -> str:
-    """
-    Return an expression as LaTeX, without delimiters.
-
-    """
+    """Return an expression as LaTeX, without delimiters."""
     return str(DecimalLatexPrinter({'mat_str': 'matrix', 'mat_delim': '['}).doprint(expression))
 
 
 def left_side(left: str) -> str:
-    """
-    Return the left side of an equation as LaTeX.
-
-    """
+    """Return the left side of an equation as LaTeX."""
     return left.replace('det J', r'\det J').replace('base', r'\mathrm{base}')
 
 
 def escaped(text: str) -> str:
-    """
-    Return plain text with LaTeX's own characters made harmless.
-
-    """
+    """Return plain text with LaTeX's own characters made harmless."""
     return ''.join(SPECIAL.get(c, c if ord(c) < 128 else '?') for c in text)
 
 
 def latex_of(blocks: Sequence[Block]) -> str:
-    """
-    Return a LaTeX document.
-
-    """
+    """Return a LaTeX document."""
     lines = [PREAMBLE]
     for block in blocks:
         if isinstance(block, Heading):

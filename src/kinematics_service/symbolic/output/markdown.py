@@ -1,7 +1,4 @@
-"""
-A derivation as Markdown with LaTeX formulas.
-
-"""
+"""A derivation as Markdown with LaTeX formulas."""
 
 import re
 from collections.abc import Sequence
@@ -11,10 +8,7 @@ from .report import Block, Equation, Heading
 
 
 def markdown_of(blocks: Sequence[Block]) -> str:
-    """
-    Return Markdown; formulas between dollar signs.
-
-    """
+    """Return Markdown; formulas between dollar signs."""
     lines: list[str] = []
     for block in blocks:
         if isinstance(block, Heading):

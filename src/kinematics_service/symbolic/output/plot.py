@@ -1,7 +1,4 @@
-"""
-Curves of the tool's velocity along a path; the only place that knows matplotlib.
-
-"""
+"""Curves of the tool's velocity along a path; the only place that knows matplotlib."""
 
 from pathlib import Path as File
 
@@ -21,7 +18,6 @@ def plot_velocity(path: Path, span: tuple[float, float], file: File) -> None:
     ------
     DerivationError
         matplotlib is not installed.
-
     """
     try:
         from matplotlib.backends.backend_agg import FigureCanvasAgg

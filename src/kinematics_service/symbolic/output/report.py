@@ -1,6 +1,5 @@
 """
 A derivation as a list of headings, sentences and equations, for every output format the same.
-
 """
 
 from collections.abc import Iterator, Sequence
@@ -19,10 +18,7 @@ LONG = 60
 
 @dataclass(frozen=True)
 class Heading:
-    """
-    A heading; level 1 is the title.
-
-    """
+    """A heading; level 1 is the title."""
 
     text: str
     level: int
@@ -30,20 +26,14 @@ class Heading:
 
 @dataclass(frozen=True)
 class Sentence:
-    """
-    Plain text; `parts` alternate between text and sympy expressions.
-
-    """
+    """Plain text; `parts` alternate between text and sympy expressions."""
 
     parts: tuple[Any, ...]
 
 
 @dataclass(frozen=True)
 class Equation:
-    """
-    A symbol in letters and what it is: `left` is LaTeX-like, `J`, `T_{01}`, `z_{1}`.
-
-    """
+    """A symbol in letters and what it is: `left` is LaTeX-like, `J`, `T_{01}`, `z_{1}`."""
 
     left: str
     right: Any
@@ -71,7 +61,6 @@ def report_of(
         Velocity along it is reported too.
     span : s
         Times between which the path's crossings are looked for.
-
     """
     blocks = [*_frames(derivation), *_jacobian(derivation, frame or 'base')]
     blocks += [*_determinant(derivation), *_singular(derivation)]
@@ -81,10 +70,7 @@ def report_of(
 
 
 def say(*parts: Any) -> Sentence:
-    """
-    Return a sentence.
-
-    """
+    """Return a sentence."""
     return Sentence(parts)
 
 

@@ -1,7 +1,4 @@
-"""
-A derivation as plain text for a terminal.
-
-"""
+"""A derivation as plain text for a terminal."""
 
 import re
 from collections.abc import Sequence
@@ -18,20 +15,14 @@ WIDEST, GAP = 150, 3
 
 
 class DecimalPrinter(StrPrinter):  # type: ignore[misc]
-    """
-    Sympy's own strings, with decimals where the file had decimals.
-
-    """
+    """Sympy's own strings, with decimals where the file had decimals."""
 
     def _print_Rational(self, expr: Any) -> str:
         return decimal(expr) or f'{expr.p}/{expr.q}'
 
 
 def text_of(blocks: Sequence[Block]) -> str:
-    """
-    Return plain text; matrices in columns, or where they are too wide entry by entry.
-
-    """
+    """Return plain text; matrices in columns, or where they are too wide entry by entry."""
     lines: list[str] = []
     for block in blocks:
         if isinstance(block, Heading):
@@ -45,10 +36,7 @@ def text_of(blocks: Sequence[Block]) -> str:
 
 
 def written(expression: Any) -> str:
-    """
-    Return an expression in one line.
-
-    """
+    """Return an expression in one line."""
     return str(DecimalPrinter().doprint(expression))
 
 

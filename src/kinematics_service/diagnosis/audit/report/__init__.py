@@ -1,4 +1,1 @@
-"""
-An audit on paper: text, page, document, and a bag of what was computed.
-
-"""
+"""An audit on paper: text, page, document, and a bag of what was computed."""

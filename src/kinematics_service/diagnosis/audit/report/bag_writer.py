@@ -34,10 +34,7 @@ class _Topic(NamedTuple):
     stamped: bool
 
     def filled(self, numbers: Floats, stamps: Times) -> np.ndarray:  # type: ignore[type-arg]
-        """
-        Return the bytes of N messages, shape (N, length), of numbers (N, k) and stamps (N,).
-
-        """
+        """Return the bytes of N messages, shape (N, length), of numbers (N, k) and stamps (N,)."""
         table = np.tile(np.frombuffer(self.raw, dtype=np.uint8), (len(numbers), 1))
         data = np.ascontiguousarray(numbers, dtype='<f8').view(np.uint8)
         table[:, self.numbers_at : self.numbers_at + data.shape[1]] = data
@@ -61,7 +58,6 @@ def open_writer(file: Path, robot: Robot, joint_prefix: str) -> Iterator['BagWri
     ------
     AuditError
         rosbags is missing, or the file cannot be written.
-
     """
     try:
         from rosbags.rosbag2 import StoragePlugin, Writer
@@ -84,10 +80,7 @@ def open_writer(file: Path, robot: Robot, joint_prefix: str) -> Iterator['BagWri
 
 
 class BagWriter:
-    """
-    Writes batches of states as messages, in the order in which the node publishes them.
-
-    """
+    """Writes batches of states as messages, in the order in which the node publishes them."""
 
     def __init__(self, writer: Any, robot: Robot, joint_prefix: str) -> None:
         from rosbags.typesys import Stores, get_typestore
@@ -111,10 +104,7 @@ class BagWriter:
         self._warning = self._connection(WARNING, 'diagnostic_msgs/msg/DiagnosticStatus', True)
 
     def write(self, part: Part) -> None:
-        """
-        Write all messages of a batch, each at the time of the receipt of its joint state.
-
-        """
+        """Write all messages of a batch, each at the time of the receipt of its joint state."""
         known, state = part.known, part.state
         count, n = len(known), self._robot.dof
         moving = ~np.any(np.isnan(known.qdot), axis=1)

@@ -23,10 +23,7 @@ DECADES = 5
 
 @dataclass(frozen=True)
 class Band:
-    """
-    A stretch of time, s, shaded by `style`: WARN, ERROR or gap.
-
-    """
+    """A stretch of time, s, shaded by `style`: WARN, ERROR or gap."""
 
     begin: float
     end: float
@@ -35,10 +32,7 @@ class Band:
 
 @dataclass(frozen=True)
 class Level:
-    """
-    A horizontal line with a name.
-
-    """
+    """A horizontal line with a name."""
 
     value: float
     name: str
@@ -60,7 +54,6 @@ class Chart:
         Of the time axis.
     height
         In px.
-
     """
 
     title: str
@@ -73,10 +66,7 @@ class Chart:
     end: float = field(default=0.0)
 
     def html(self) -> str:
-        """
-        Return the figure.
-
-        """
+        """Return the figure."""
         axis = _Axis.of(self)
         keys = ''.join(
             f'<span class="key"><svg viewBox="0 0 30 10"><line class="{curve.style}" x1="0" '
@@ -191,10 +181,7 @@ class _Axis:
 
 
 def nice_ticks(low: float, high: float, most: int) -> list[float]:
-    """
-    Return at most about `most` round numbers from low to high.
-
-    """
+    """Return at most about `most` round numbers from low to high."""
     if not high > low:
         return [low]
     raw = (high - low) / most
@@ -205,18 +192,12 @@ def nice_ticks(low: float, high: float, most: int) -> list[float]:
 
 
 def shown(value: float) -> str:
-    """
-    Return a number for an axis, without a negative zero.
-
-    """
+    """Return a number for an axis, without a negative zero."""
     return f'{value + 0.0:.6g}'
 
 
 def time_unit_of(end: float) -> tuple[float, str]:
-    """
-    Return how many seconds the unit of a time axis of `end` seconds has, and its name.
-
-    """
+    """Return how many seconds the unit of a time axis of `end` seconds has, and its name."""
     if end >= 3 * 3600.0:
         return 3600.0, 'h'
     return (60.0, 'min') if end >= 300.0 else (1.0, 's')

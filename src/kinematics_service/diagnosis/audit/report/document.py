@@ -1,7 +1,4 @@
-"""
-An audit as one JSON object.
-
-"""
+"""An audit as one JSON object."""
 
 import dataclasses
 from collections.abc import Callable
@@ -35,7 +32,6 @@ def thinned_rows(count: int, most: int, worse: Callable[[slice], Floats]) -> Tim
     ----------
     worse
         Of some rows, what the largest is the worst of.
-
     """
     if count <= most:
         return np.arange(count)
@@ -45,10 +41,7 @@ def thinned_rows(count: int, most: int, worse: Callable[[slice], Floats]) -> Tim
 
 
 def document_of(audit: Audit) -> dict[str, Any]:
-    """
-    Return the audit as a dictionary for `printing.json_text`; m, rad, s.
-
-    """
+    """Return the audit as a dictionary for `printing.json_text`; m, rad, s."""
     robot, timeline = audit.robot, audit.timeline
     verdict = verdict_of(audit)
     rows = thinned_rows(
@@ -191,10 +184,7 @@ def _cause(cause: Cause) -> dict[str, Any]:
 
 
 def offset_of(T: Floats) -> dict[str, Any]:
-    """
-    Return a pose as xyz (m) and rpy (rad), as a robot file has it.
-
-    """
+    """Return a pose as xyz (m) and rpy (rad), as a robot file has it."""
     return {'xyz': T[:3, 3], 'rpy': roll_pitch_yaw(T[:3, :3]), 'matrix': T}
 
 

@@ -1,7 +1,4 @@
-"""
-The charts of the audit page: what is drawn, in which unit.
-
-"""
+"""The charts of the audit page: what is drawn, in which unit."""
 
 import math
 from collections.abc import Callable, Iterator
@@ -96,10 +93,7 @@ def _bands(audit: Audit) -> list[Band]:
 
 
 def measure_charts(audit: Audit) -> str:
-    """
-    Return the watched measure with its thresholds, and the named factors.
-
-    """
+    """Return the watched measure with its thresholds, and the named factors."""
     robot, timeline = audit.robot, audit.timeline
     measure = MEASURES[robot.thresholds.measure]
 
@@ -154,10 +148,7 @@ def _chart(
 
 
 def joint_charts(audit: Audit) -> str:
-    """
-    Return position and velocity of each joint, with their limits.
-
-    """
+    """Return position and velocity of each joint, with their limits."""
     text = []
     timeline = audit.timeline
     for j, joint in enumerate(audit.joints):
@@ -183,10 +174,7 @@ def joint_charts(audit: Audit) -> str:
 
 
 def tool_charts(audit: Audit) -> str:
-    """
-    Return position and speed of the tool.
-
-    """
+    """Return position and speed of the tool."""
     timeline = audit.timeline
     curves = [
         _curve(audit, name, f'c{k}', _scaled(timeline.position.columns[k], 1.0))
@@ -205,10 +193,7 @@ def tool_charts(audit: Audit) -> str:
 
 
 def frame_charts(audit: Audit, report: FrameReport) -> str:
-    """
-    Return what remains between the poses of both sources.
-
-    """
+    """Return what remains between the poses of both sources."""
     none, end = np.zeros(len(report.t), dtype=bool), audit.timeline.end
     return ''.join(
         _chart(
@@ -226,10 +211,7 @@ def frame_charts(audit: Audit, report: FrameReport) -> str:
 
 
 def interval_chart(audit: Audit) -> str:
-    """
-    Return the intervals between the states.
-
-    """
+    """Return the intervals between the states."""
     timeline = audit.timeline
     if len(timeline) < 3:
         return ''

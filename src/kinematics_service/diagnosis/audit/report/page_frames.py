@@ -1,7 +1,4 @@
-"""
-What the audit page says of a second source of poses.
-
-"""
+"""What the audit page says of a second source of poses."""
 
 from html import escape
 
@@ -17,10 +14,7 @@ from .page_table import table
 
 
 def frame_section(audit: Audit) -> str:
-    """
-    Return the section, empty where there is no second source.
-
-    """
+    """Return the section, empty where there is no second source."""
     report = audit.frames
     if report is None:
         return ''

@@ -1,7 +1,4 @@
-"""
-The head of the audit page: what was audited, against what, when and by which version.
-
-"""
+"""The head of the audit page: what was audited, against what, when and by which version."""
 
 import hashlib
 from dataclasses import dataclass
@@ -31,7 +28,6 @@ class Origin:
     recording_sha256, robot_sha256
         Their sums, in hexadecimal digits; of a folder that of its files one after the other, in
         the order of their names.
-
     """
 
     date: str
@@ -42,10 +38,7 @@ class Origin:
 
 
 def origin_of(recording: Path, robot: str, date: str) -> Origin:
-    """
-    Return the origin of an audit of a recording, for a robot by name or file.
-
-    """
+    """Return the origin of an audit of a recording, for a robot by name or file."""
     robot_file = find_robot_file(robot)
     return Origin(date, str(recording), _sha256(recording), str(robot), _sha256(robot_file))
 
@@ -61,10 +54,7 @@ def _sha256(path: Path) -> str:
 
 
 def header(audit: Audit, origin: Origin | None) -> str:
-    """
-    Return the header as HTML; without an origin, without date and sums.
-
-    """
+    """Return the header as HTML; without an origin, without date and sums."""
     thresholds, robot = audit.robot.thresholds, audit.robot
     unit = MEASURES[thresholds.measure].unit
     warn, stop = (f'{value:g} {unit}'.strip() for value in (thresholds.warn, thresholds.stop))

@@ -1,7 +1,4 @@
-"""
-Style and script of the audit page: light, dark and printed, at any width, without a network.
-
-"""
+"""Style and script of the audit page: light, dark and printed, at any width, without a network."""
 
 # Colours of Okabe and Ito (2008), told apart by all kinds of colour vision; lighter in the dark.
 STYLE = """

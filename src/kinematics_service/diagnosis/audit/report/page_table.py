@@ -1,7 +1,4 @@
-"""
-Tables of the audit page.
-
-"""
+"""Tables of the audit page."""
 
 from collections.abc import Iterable, Sequence
 
@@ -12,7 +9,6 @@ MOST = 60
 def table(headers: Sequence[str], rows: Iterable[Sequence[str]], numbers: Sequence[int]) -> str:
     """
     Return a table; cells are HTML already, those of the columns `numbers` stand to the right.
-
     """
 
     def cells(tag: str, row: Sequence[str]) -> str:
@@ -27,10 +23,7 @@ def table(headers: Sequence[str], rows: Iterable[Sequence[str]], numbers: Sequen
 
 
 def more_of(number: int) -> str:
-    """
-    Return a sentence on the rows a table leaves out; empty where there are none.
-
-    """
+    """Return a sentence on the rows a table leaves out; empty where there are none."""
     if number <= MOST:
         return ''
     return f'<p class="soft">{number - MOST:,} more are in the JSON.</p>\n'

@@ -1,7 +1,4 @@
-"""
-An audit on the screen: the verdict, the stretches, the worst moments.
-
-"""
+"""An audit on the screen: the verdict, the stretches, the worst moments."""
 
 from typing import NamedTuple
 
@@ -17,10 +14,7 @@ MOST = 20
 
 
 class Summary(NamedTuple):
-    """
-    What is printed of an audit: a heading, sentences, and the stretches as rows of a table.
-
-    """
+    """What is printed of an audit: a heading, sentences, and the stretches as rows of a table."""
 
     heading: str
     sentences: tuple[Sentence, ...]
@@ -29,10 +23,7 @@ class Summary(NamedTuple):
 
 
 def summary_of(audit: Audit) -> Summary:
-    """
-    Return what there is to say, small enough to travel.
-
-    """
+    """Return what there is to say, small enough to travel."""
     noun = 'sample' if audit.planned else 'message'
     return Summary(
         f'{audit.file}: {audit.what}, {count(audit.stream.messages, noun)} over '
@@ -54,10 +45,7 @@ def summary_of(audit: Audit) -> Summary:
 
 
 def print_summary(summary: Summary) -> None:
-    """
-    Print what there is to say.
-
-    """
+    """Print what there is to say."""
     out = Output()
     out.print(heading(summary.heading))
     for sentence in summary.sentences:
