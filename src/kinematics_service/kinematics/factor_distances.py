@@ -1,8 +1,7 @@
 """The named factors of a robot file at a pose."""
 
 from dataclasses import dataclass
-
-import numpy as np
+from typing import Any
 
 from ..kernel import Floats
 from ..robot.factors import motions_to_zeros
@@ -43,6 +42,10 @@ class FactorMeasures:
         return motions_to_zeros(self.results, self.column_scales[..., None, :])
 
     @property
-    def nearest(self) -> int:
-        """Return the index of the factor nearest to its zero, for one pose."""
-        return int(np.argmin(self.distances))
+    def nearest(self) -> Any:
+        """
+        Return the index of the factor nearest to its zero: an int for one pose, shape (...) for
+        many.
+        """
+        index = self.distances.argmin(axis=-1)
+        return index if index.ndim else int(index)
