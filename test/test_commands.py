@@ -456,7 +456,7 @@ def stand_in(monkeypatch, module, function, code):
 
 @pytest.mark.parametrize('code', [0, 1, 2])
 def test_without_a_command_the_node_runs_and_its_exit_code_is_ours(monkeypatch, code):
-    calls = stand_in(monkeypatch, 'runner', 'run_node', code)
+    calls = stand_in(monkeypatch, 'process.runner', 'run_node', code)
     assert main(['--ros-args', '-r', '__ns:=/left', '--', '--allow-mixed-ros']) == code
     assert main(['--robot', 'ur5e', '--allow-unsecured']) == code
     assert calls == [
@@ -468,8 +468,8 @@ def test_without_a_command_the_node_runs_and_its_exit_code_is_ours(monkeypatch, 
 def test_demo_and_echo_hand_on_what_they_were_told(monkeypatch, tmp_path):
     recording = tmp_path / 'recorded.csv'
     recording.write_text('')
-    demos = stand_in(monkeypatch, 'demo', 'run_demo', 0)
-    echoes = stand_in(monkeypatch, 'echo', 'run_echo', 0)
+    demos = stand_in(monkeypatch, 'tools.demo', 'run_demo', 0)
+    echoes = stand_in(monkeypatch, 'tools.echo', 'run_echo', 0)
     assert main(['demo', '--ros-args', '-r', 'a:=b']) == 0
     assert main(['demo', '--duration', '2', '--trajectory', 'sine', '--robot', 'ur5e']) == 0
     assert main(['demo', '--replay', str(recording)]) == 0

@@ -754,7 +754,7 @@ def test_reading_imports_neither_sympy_nor_ros() -> None:
     program = f"""
 import sys, types
 package = types.ModuleType('kinematics_service')
-package.__path__ = [{os.path.dirname(robot_file.__file__)!r}]
+package.__path__ = [{str(Path(robot_file.__file__).parents[2])!r}]
 sys.modules['kinematics_service'] = package
 import kinematics_service.robot.file.reader
 print(*sorted({{'sympy', 'rclpy', 'scipy', 'matplotlib'}} & sys.modules.keys()))
