@@ -13,6 +13,6 @@ for level in (ks.Level.WARN, ks.Level.ERROR):
     share = np.mean(near.level >= level)
     print(f'{level.name:5} {100.0 * share:5.2f} % of {len(q)} random poses inside the limits')
 
-nearest = near.factors.distances.argmin(axis=-1)[near.level >= ks.Level.WARN]
+nearest = near.factors.nearest[near.level >= ks.Level.WARN]
 for k, name in enumerate(near.factors.names):
     print(f'      {name}: {np.mean(nearest == k):.0%} of those')

@@ -172,6 +172,15 @@ def test_the_warning_names_the_nearest_factor_and_the_motion_to_its_zero():
     assert values['joint_motion_to_its_zero'] == 'elbow_joint=-0.0200'
 
 
+def test_of_many_poses_each_has_its_nearest_factor():
+    robot = ks.load_robot('ur5e')
+    elbow, wrist = [0.3, -1.2, 0.02, -0.5, 1.0, 0.0], [0.3, -1.2, 1.1, -0.5, 0.03, 0.0]
+    factors = ks.singularity(robot, [[elbow, wrist], [wrist, wrist]]).factors
+    names = np.array(factors.names)[factors.nearest]
+    assert names.tolist() == [['elbow', 'wrist'], ['wrist', 'wrist']]
+    assert ks.singularity(robot, wrist).factors.nearest == factors.names.index('wrist')
+
+
 def test_another_nearest_factor_is_said_at_once():
     robot = ks.load_robot('ur5e')
     estimator = Estimator(robot, EstimatorSettings())

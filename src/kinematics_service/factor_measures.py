@@ -4,8 +4,7 @@ The named factors of a robot file at a pose.
 """
 
 from dataclasses import dataclass
-
-import numpy as np
+from typing import Any
 
 from .factors import motions_to_zeros
 from .kernel import Floats
@@ -51,9 +50,10 @@ class FactorMeasures:
         return motions_to_zeros(self.results, self.column_scales[..., None, :])
 
     @property
-    def nearest(self) -> int:
+    def nearest(self) -> Any:
         """
-        Return the index of the factor nearest to its zero, for one pose.
+        Return the index of the factor nearest to its zero: an int for one pose, (...) for many.
 
         """
-        return int(np.argmin(self.distances))
+        index = self.distances.argmin(axis=-1)
+        return index if index.ndim else int(index)

@@ -247,7 +247,7 @@ def factor_name(seen: Observation) -> str:
     factors = seen.singularity.factors
     if factors is None:
         return ''
-    k = factors.nearest
+    k: int = factors.nearest
     # An incomplete list may not hold what is near.
     if not seen.robot.factors.complete and factors.distances[k] > 1.5 * seen.singularity.distance:
         return ''
