@@ -18,9 +18,9 @@ from kinematics_service.audit import bag_poses
 from kinematics_service.audit.auditing import audit
 from kinematics_service.audit.block import Block
 from kinematics_service.audit.frames import FrameReport, NotCompared
-from kinematics_service.audit.neighbourhoods import AROUND, MOST, Neighbourhoods
+from kinematics_service.audit.neighbourhoods import AROUND, Neighbourhoods
 from kinematics_service.audit.smooth_motion import SmoothMotion
-from kinematics_service.audit.source import PoseTrack, Source
+from kinematics_service.audit.source import MOST_POSES, PoseTrack, Source
 from kinematics_service.audit.verdict import verdict_of
 
 BEGIN = 1_700_000_000_000_000_000
@@ -185,7 +185,7 @@ def test_only_states_around_some_hundred_poses_are_kept():
         part = slice(k, k + 1000)
         many.take(stamps[part], t[part], q[part])
     track = many.track()
-    assert MOST < len(track.poses) <= 2 * MOST
+    assert MOST_POSES < len(track.poses) <= 2 * MOST_POSES
     np.testing.assert_array_equal(track.q, q[track.poses])
 
 
