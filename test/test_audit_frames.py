@@ -15,12 +15,12 @@ import kinematics_service as ks
 from kinematics_service.__main__ import main
 from kinematics_service.diagnosis.audit.auditing import audit
 from kinematics_service.diagnosis.audit.frames import FrameReport, NotCompared
-from kinematics_service.diagnosis.audit.neighbourhoods import AROUND, MOST, Neighbourhoods
+from kinematics_service.diagnosis.audit.neighbourhoods import AROUND, Neighbourhoods
 from kinematics_service.diagnosis.audit.smooth_motion import SmoothMotion
 from kinematics_service.diagnosis.audit.verdict import verdict_of
 from kinematics_service.formats.recordings import bag_poses
 from kinematics_service.formats.recordings.block import Block
-from kinematics_service.formats.recordings.source import PoseTrack, Source
+from kinematics_service.formats.recordings.source import MOST_POSES, PoseTrack, Source
 
 BEGIN = 1_700_000_000_000_000_000
 # Standard deviation of an encoder (rad), and of the poses of a controller (m).
@@ -178,7 +178,7 @@ def test_only_states_around_some_hundred_poses_are_kept():
         part = slice(k, k + 1000)
         many.take(stamps[part], t[part], q[part])
     track = many.track()
-    assert MOST < len(track.poses) <= 2 * MOST
+    assert MOST_POSES < len(track.poses) <= 2 * MOST_POSES
     np.testing.assert_array_equal(track.q, q[track.poses])
 
 

@@ -582,7 +582,10 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
     assert refusal(missing) == f'{missing}: no such file'
     assert refusal(tmp_path) == f'{tmp_path}: is a directory: give the robot file itself'
     # The rest is Python's, 'byte' or 'character in path'.
-    assert refusal('a\0b').startswith('a\0b: cannot be read: embedded null ')
+    words = {
+        f'a\0b: cannot be read: embedded null {word}' for word in ('byte', 'character in path')
+    }
+    assert refusal('a\0b') in words
     (tmp_path / 'large.yaml').write_text('#' * 300_000)
     assert refusal(tmp_path / 'large.yaml').endswith('larger than 256 KiB: not a robot file')
     (tmp_path / 'binary.yaml').write_bytes(b'\xff' * 300_000)
