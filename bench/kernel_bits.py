@@ -15,7 +15,7 @@ from pathlib import Path
 
 from kinematics_service.kernel.compiled import VARIABLE
 
-TOUR = Path(__file__).parents[1] / 'test' / 'kernel_tour.py'
+TOUR = Path(__file__).parents[1] / 'test' / 'kernel' / 'kernel_tour.py'
 
 
 def toured(uncompiled):

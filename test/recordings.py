@@ -4,26 +4,21 @@ Where recordings of real robots are, and streams of joint states made up for tes
 Nothing of the recordings is part of this project; without them their tests skip.
 """
 
-import os
-from pathlib import Path
-
 import numpy as np
 import pytest
+from folders import RECORDINGS
 
 from kinematics_service.estimation.joint_sample import JointSample
 
-FOLDER = Path(
-    os.environ.get('KINEMATICS_RECORDINGS') or Path(__file__).parents[2] / 'shared' / 'recordings'
-)
 SECOND = 1_000_000_000
 BEGIN = 1_700_000_000 * SECOND
 
 
 def recorded(name):
     """Return the path of a recording, or skip."""
-    path = FOLDER / name
+    path = RECORDINGS / name
     if not path.exists():
-        pytest.skip(f'{name} is not in {FOLDER} (set KINEMATICS_RECORDINGS)')
+        pytest.skip(f'{name} is not in {RECORDINGS} (set KINEMATICS_RECORDINGS)')
     return path
 
 

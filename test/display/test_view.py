@@ -12,10 +12,10 @@ import sys
 import time
 import urllib.request
 from html.parser import HTMLParser
-from pathlib import Path
 
 import numpy as np
 import pytest
+from folders import CONFIG
 from tolerances import ROUND_OFF
 
 import kinematics_service as ks
@@ -43,7 +43,6 @@ from kinematics_service.kinematics.singular_poses import singular_poses
 from kinematics_service.robot.measures import Level
 
 ROBOTS = tuple(ks.bundled_robots())
-CONFIG = Path(__file__).parent.parent / 'config'
 RANDOM = np.random.default_rng(11)
 # Differences of two poses with this step (rad or m) know a direction to about its square root.
 STEP, COARSE = 1e-6, 1e-5

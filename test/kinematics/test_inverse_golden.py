@@ -2,14 +2,13 @@
 
 import json
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
+from folders import GOLDEN
 
 import kinematics_service as ks
 
-GOLDEN = Path(__file__).parent / 'golden'
 SAME = 1e-9  # modulo 2 pi: the sets' own bound
 PROVED = 1e-10
 

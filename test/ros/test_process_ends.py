@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from folders import BENCH
 
 pytest.importorskip('rclpy', reason='needs ROS 2')
 
@@ -22,7 +23,7 @@ from node_process import NodeProcess
 import kinematics_service as ks
 from kinematics_service.stop_signals import SHOW_CURSOR
 
-sys.path.insert(0, str(Path(__file__).parents[1] / 'bench'))
+sys.path.insert(0, str(BENCH))
 from joint_state_mcap import write_motion
 
 # The contract's second, and what a busy machine adds to it.

@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 
 import pytest
+from folders import ROOT
 
 pytest.importorskip('rclpy', reason='needs ROS 2')
 
@@ -392,7 +393,7 @@ def test_every_field_of_every_message_has_its_own_type(ros_domain):
                 'librarys or stamp or axes or numbers or say',
             ),
         ],
-        cwd=here.parent,
+        cwd=ROOT,
         env={**os.environ, 'ROS_PYTHON_CHECK_FIELDS': '1'},
         capture_output=True,
         text=True,

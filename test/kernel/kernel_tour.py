@@ -1,7 +1,7 @@
 """
 A tour of the library that calls every function of the kernel, each call's numbers hashed.
 
-    python test/kernel_tour.py [robot ...]
+    python test/kernel/kernel_tour.py [robot ...]
 
 prints a line for each robot and function: two machines, two Pythons, or the compiled kernel and
 its source run by plain Python agree to the last bit where their lines are equal.

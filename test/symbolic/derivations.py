@@ -2,13 +2,12 @@
 
 import functools
 import json
-from pathlib import Path
 
 import sympy
+from folders import GOLDEN
 
 import kinematics_service as ks
 
-GOLDEN = Path(__file__).parent / 'golden'
 SYMBOLIC = json.loads((GOLDEN / 'symbolic.json').read_text())
 
 # Golden system: bundled robots that are the same arm.

@@ -7,11 +7,11 @@ import re
 import subprocess
 import sys
 import xml.etree.ElementTree as ElementTree
-from pathlib import Path
 
 import numpy as np
 import pytest
 from arms import robot_of
+from folders import GOLDEN
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
@@ -36,7 +36,6 @@ from kinematics_service.display.plots.velocity import velocity_picture
 from kinematics_service.display.plots.workspace import section_rows, workspace
 from kinematics_service.display.plots.workspace_picture import workspace_picture
 
-GOLDEN = Path(__file__).parent / 'golden'
 ROUND_OFF = 1e-12
 BUNDLED = tuple(ks.bundled_robots())
 # An arm is shown at this share of the largest area it can have, or more: views along an axis of

@@ -6,13 +6,12 @@ in KINEMATICS_RECORDINGS. Nothing of it is part of this project; without it thes
 import csv
 import json
 import math
-import os
 from decimal import Decimal
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 import pytest
+from folders import RECORDINGS
 
 import kinematics_service as ks
 from kinematics_service.estimation import estimator as reasons
@@ -21,9 +20,6 @@ from kinematics_service.estimation.joint_sample import JointSample
 from kinematics_service.kinematics.singularity import singularity_of
 from kinematics_service.robot.measures import Level
 
-FOLDER = Path(
-    os.environ.get('KINEMATICS_RECORDINGS') or Path(__file__).parents[2] / 'shared' / 'recordings'
-)
 SECOND = 1_000_000_000
 
 # What the factory calibration of one UR3e makes against the nominal table, with a margin.
@@ -44,9 +40,9 @@ ORDER = (2, 1, 0, 3, 4, 5)
 
 
 def recorded(name):
-    path = FOLDER / name
+    path = RECORDINGS / name
     if not path.exists():
-        pytest.skip(f'{name} is not in {FOLDER} (set KINEMATICS_RECORDINGS)')
+        pytest.skip(f'{name} is not in {RECORDINGS} (set KINEMATICS_RECORDINGS)')
     return path
 
 

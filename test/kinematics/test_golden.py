@@ -1,15 +1,13 @@
 """Every system of the source documents against numbers made independently with 50 digits."""
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
+from folders import GOLDEN
 from tolerances import DETERMINANT, ROUND_OFF
 
 import kinematics_service as ks
-
-GOLDEN = Path(__file__).parent / 'golden'
 
 # Golden system: the bundled robot that is the same arm.
 SYSTEMS = {

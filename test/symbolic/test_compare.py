@@ -1,7 +1,7 @@
 """
 The checker of formulas: right ones pass, and each erratum of the source documents is found.
 
-Files of test/formulas are the documents' formulas as a person types them; `right_...` hold what is
+Files in `formulas` are the documents' formulas as a person types them; `right_...` hold what is
 right in them or was put right, the others one erratum each, named as in the checklist (E3.1).
 """
 
@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from folders import GOLDEN
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
@@ -210,7 +211,7 @@ PRINTED = [
 
 @pytest.mark.parametrize(('system', 'robot'), PRINTED)
 def test_golden_strings_agree(system, robot):
-    golden = json.loads((HERE / 'golden' / 'symbolic.json').read_text())[system]
+    golden = json.loads((GOLDEN / 'symbolic.json').read_text())[system]
     printed = golden.get('printed_in_document', {})
     lines = [f'T = {nested(golden["T"])}', f'J = {nested(golden["J"])}']
     lines += [f'det = {golden["task_det"]}', f'p = [{", ".join(golden["p"])}]']

@@ -1,7 +1,7 @@
 """
 The numbers of the kernel that must be the same on every machine, as a hash for each arm.
 
-    python test/kernel_numbers.py [robot ...]
+    python test/kernel/kernel_numbers.py [robot ...]
 
 prints the lines of kernel_numbers.txt: an arm, a function, the sha256 of what it computed.
 

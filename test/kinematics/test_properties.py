@@ -5,12 +5,12 @@ What holds for every arm: bundled robots, and random ones of every convention an
 import dataclasses
 import json
 import math
-from pathlib import Path
 
 import mpmath
 import numpy as np
 import pytest
 from arms import BUNDLED, EVERY_ARM, RANDOM, arm_of, poses, robot_of, sliding, without_factors
+from folders import RECORDINGS
 from random_robots import CONVENTIONS, Constant, random_arm
 from tolerances import DIFFERENCE, DIFFERENCE_STEP, QUOTIENT, ROUND_OFF
 
@@ -19,8 +19,7 @@ from kinematics_service import kernel
 from kinematics_service.robot.file.description import Placement, RigidMotion
 from kinematics_service.robot.robot import build_robot
 
-VENDOR = Path(__file__).parents[2] / 'shared' / 'recordings' / 'vendor_reference'
-CALIBRATION = VENDOR / 'ur_calibration_reference.json'
+CALIBRATION = RECORDINGS / 'vendor_reference' / 'ur_calibration_reference.json'
 
 every_arm = pytest.mark.parametrize('name', EVERY_ARM)
 random_arms = pytest.mark.parametrize('name', RANDOM)
