@@ -8,6 +8,7 @@ import os
 import random
 import signal
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -19,6 +20,16 @@ ROS_SETTINGS = (
     'ROS_SECURITY_ENABLE',
     'ROS_STATIC_PEERS',
 )
+
+
+ROS_TESTS = Path(__file__).parent / 'ros'
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark what needs ROS: the tests in its folder, and those that ask for a domain."""
+    for item in items:
+        if ROS_TESTS in item.path.parents or 'ros_domain' in getattr(item, 'fixturenames', ()):
+            item.add_marker(pytest.mark.ros)
 
 
 @pytest.fixture(autouse=True)

@@ -61,6 +61,7 @@ def test_a_quaternion_turns_vectors_as_its_product_does(shape):
     np.testing.assert_allclose(found, turned(quaternions, vectors), rtol=0, atol=1e-14)
 
 
+@pytest.mark.peers
 def test_a_quaternion_is_the_rotation_that_scipy_says():
     transform = pytest.importorskip('scipy.spatial.transform')
     random = np.random.default_rng(2)

@@ -26,6 +26,8 @@ from view_client import PROTOCOL, Served, panel_of, served, update
 import kinematics_service as ks
 from kinematics_service.display.view.scene import JOINT_COLOUR, LEVEL_COLOURS
 
+pytestmark = pytest.mark.browser
+
 ROBOT = 'puma560'
 LEVEL = "document.querySelector('#kin-gauges [data-level]').dataset.level"
 # The width of the panel is about a quarter of this.

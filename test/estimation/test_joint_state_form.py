@@ -17,6 +17,8 @@ from kinematics_service.estimation.joint_sample import JointSample
 from kinematics_service.kinematics.singularity import singularity_of
 from kinematics_service.ros.messages.joint_state_reader import JointStateReader
 
+pytestmark = pytest.mark.ros
+
 SECOND = 1_000_000_000
 MESSAGES = 400
 FIELDS = (

@@ -26,6 +26,8 @@ from kinematics_service.ros.messages import joint_state_reader as wire_reader
 from kinematics_service.ros.messages.joint_state_reader import JointStateReader
 from kinematics_service.ros.messages.message_check import WireError
 
+pytestmark = pytest.mark.ros
+
 SECOND = 1_000_000_000
 UR = ('shoulder_pan', 'shoulder_lift', 'elbow', 'wrist_1', 'wrist_2', 'wrist_3')
 

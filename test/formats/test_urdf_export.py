@@ -90,17 +90,20 @@ def compare(robot, reader, count=4):
         np.testing.assert_allclose(found, expected, rtol=0, atol=ROUND_OFF)
 
 
+@pytest.mark.peers
 @pytest.mark.parametrize('reader', READERS)
 @pytest.mark.parametrize('name', BUNDLED)
 def test_every_bundled_robot_is_the_same_to_other_readers(name, reader):
     compare(robot_of(name), reader)
 
 
+@pytest.mark.peers
 @pytest.mark.parametrize('name', [name for name in EVERY_ARM if name not in BUNDLED][::3])
 def test_random_arms_are_the_same_to_other_readers(name):
     compare(robot_of(name), 'yourdfpy', count=1)
 
 
+@pytest.mark.peers
 @pytest.mark.parametrize('reader', READERS)
 def test_gears_and_screws_are_joints_that_mimic(reader):
     robot = ks.robot_from_text(HELICAL)

@@ -153,6 +153,7 @@ def compare_with_pinocchio(content, base, tip, robot, tolerance=ROUND_OFF):
         )
 
 
+@pytest.mark.peers
 @pytest.mark.parametrize('convention', CONVENTIONS)
 def test_every_kind_of_joint_is_as_pinocchio_has_it(convention):
     robot = ks.import_urdf(ARM, 'world', 'f', convention=convention).robot
@@ -297,6 +298,7 @@ THEIRS = (
 FOLDERS = {'rtb-data': toolbox_data, 'example-robot-data': example_data}
 
 
+@pytest.mark.peers
 @pytest.mark.parametrize('theirs', THEIRS, ids=lambda row: f'{Path(row[1]).stem}-{row[3]}')
 def test_urdfs_that_nobody_here_wrote(theirs):
     package, path, base, tip, joints = theirs

@@ -9,6 +9,8 @@ from tolerances import ROUND_OFF
 
 import kinematics_service as ks
 
+pytestmark = pytest.mark.peers
+
 KINDS = ('revolute', 'prismatic')
 
 TABLES = {

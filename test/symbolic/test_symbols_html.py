@@ -82,6 +82,7 @@ def test_a_negated_sum_keeps_its_brackets():
     assert value(c * negated, numbers) == pytest.approx(-0.56)
 
 
+@pytest.mark.browser
 def test_a_page_looks_right_without_a_mathematical_font(tmp_path):
     # In a browser: brackets as high as what they hold, subscripts smaller than their letters.
     names = ('craig_3r', 'offset_stanford_dh')
