@@ -32,7 +32,7 @@ DOCS = ROOT / 'docs'
 PACKAGE = Path(ks.__file__).parent
 PAGES = sorted(
     page.relative_to(ROOT).as_posix()
-    for page in [*DOCS.rglob('*.md'), ROOT / 'CONTRIBUTING.md']
+    for page in [*DOCS.rglob('*.md'), ROOT / 'CONTRIBUTING.md', ROOT / 'README.md']
     if 'pictures' not in page.parts
 )
 RUN = ['python', '-m', 'kinematics_service']
@@ -205,6 +205,16 @@ def run_doctest(names, block, page):
     runner.run(test, out=said.append, clear_globs=False)
     assert runner.failures == 0, ''.join(said)
     names.update(test.globs)
+
+
+def test_every_indented_command_line_of_the_readme_can_be_given():
+    lines = re.findall(
+        r'^    (.*)$', (ROOT / 'README.md').read_text(encoding='utf-8'), re.MULTILINE
+    )
+    commands = [command for line in lines for command in line.split(' && ')]
+    assert sum(shlex.split(command)[: len(RUN)] == RUN for command in commands) > 10
+    for command in commands:
+        parse(command, f'README.md: {command}')
 
 
 def test_every_page_has_been_found():
