@@ -273,8 +273,14 @@ def test_the_sentence_that_is_taken_apart_is_that_of_the_node():
     assert f'```text\n{sentence}\n```' in page
 
 
-def test_every_file_that_a_recipe_names_is_there():
+def test_every_file_that_a_recipe_or_the_architecture_names_is_there():
     recipes = (ROOT / 'CONTRIBUTING.md').read_text(encoding='utf-8').partition('## Recipes')[2]
     named = set(re.findall(r'`([\w/]+\.(?:py|pxd|xml|rst))`', recipes))
     assert len(named) > 10
+    page = (
+        (DOCS / 'architecture.md').read_text(encoding='utf-8').partition('## Where to change')[2]
+    )
+    shown = set(re.findall(r'`([\w/]+(?:\.py|/))`', page)) - {'src/kinematics_service/'}
+    assert len(shown) > 10
+    named |= shown
     assert not {name for name in named if not any((at / name).exists() for at in (ROOT, PACKAGE))}
