@@ -26,6 +26,7 @@ from kinematics_service.__main__ import main
 from kinematics_service.cli.arguments import join_numbers, split_ros_arguments
 from kinematics_service.cli.command_line import app
 from kinematics_service.estimation.status_text import notice_of
+from kinematics_service.robot.measures import HYSTERESIS
 
 ROOT = Path(__file__).parent.parent
 DOCS = ROOT / 'docs'
@@ -173,6 +174,8 @@ def test_every_block_of_a_page_does_what_it_shows(page, tmp_path, monkeypatch):
         assert block.language in LANGUAGES, where
         if block.caption:
             Path(block.caption).write_text(block.body, encoding='utf-8')
+            if block.language == 'python':
+                compile(block.body, where, 'exec')
         elif block.comment.startswith('not run'):
             assert block.comment.partition(':')[2], f'{where}: say why it is not run'
             if block.language == 'console':
@@ -253,6 +256,8 @@ def test_a_name_without_a_sentence_is_refused(monkeypatch):
         'nobody publishes it',
         'no kinematics node is here',
         'look whether any arrive',
+        'joint state rejected:',
+        'position not finite',
         'did you mean --deg?',
         'two ROS installations are mixed',
         'this needs ROS 2 and its rclpy',
@@ -263,6 +268,12 @@ def test_messages_that_troubleshooting_quotes_are_those_of_the_code(words):
     sources = (path.read_text(encoding='utf-8') for path in PACKAGE.rglob('*.py'))
     joined = re.compile(r"'\s*\n\s*f?'")
     assert any(words in joined.sub('', text) for text in sources)
+
+
+@pytest.mark.parametrize('page', ['tutorials/warning.md', 'explanation/guarantees.md'])
+def test_the_hysteresis_that_is_told_is_that_of_the_code(page):
+    text = (DOCS / page).read_text(encoding='utf-8')
+    assert f'A level is left only at {HYSTERESIS:g} times its threshold' in text
 
 
 def test_the_sentence_that_is_taken_apart_is_that_of_the_node():
