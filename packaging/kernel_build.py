@@ -22,7 +22,7 @@ OPTIONS = [
     '-finline-limit=300',
 ]
 # Where it is set, to anything, every access beyond an array, on the heap or the stack, ends the
-# process with its place: see the README's section on tests.
+# process with its place: see CONTRIBUTING.md.
 CHECKED = 'KINEMATICS_BOUNDSCHECK'
 CHECKS = ['-fsanitize=address,bounds', '-fno-sanitize-recover=all', '-fno-omit-frame-pointer']
 DIRECTIVES = {

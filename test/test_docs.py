@@ -26,13 +26,14 @@ from kinematics_service.__main__ import main
 from kinematics_service.cli.arguments import join_numbers, split_ros_arguments
 from kinematics_service.cli.command_line import app
 from kinematics_service.estimation.status_text import notice_of
+from kinematics_service.robot.measures import HYSTERESIS
 
 ROOT = Path(__file__).parent.parent
 DOCS = ROOT / 'docs'
 PACKAGE = Path(ks.__file__).parent
 PAGES = sorted(
     page.relative_to(ROOT).as_posix()
-    for page in [*DOCS.rglob('*.md'), ROOT / 'CONTRIBUTING.md']
+    for page in [*DOCS.rglob('*.md'), ROOT / 'CONTRIBUTING.md', ROOT / 'README.md']
     if 'pictures' not in page.parts
 )
 RUN = ['python', '-m', 'kinematics_service']
@@ -173,6 +174,8 @@ def test_every_block_of_a_page_does_what_it_shows(page, tmp_path, monkeypatch):
         assert block.language in LANGUAGES, where
         if block.caption:
             Path(block.caption).write_text(block.body, encoding='utf-8')
+            if block.language == 'python':
+                compile(block.body, where, 'exec')
         elif block.comment.startswith('not run'):
             assert block.comment.partition(':')[2], f'{where}: say why it is not run'
             if block.language == 'console':
@@ -205,6 +208,16 @@ def run_doctest(names, block, page):
     runner.run(test, out=said.append, clear_globs=False)
     assert runner.failures == 0, ''.join(said)
     names.update(test.globs)
+
+
+def test_every_indented_command_line_of_the_readme_can_be_given():
+    lines = re.findall(
+        r'^    (.*)$', (ROOT / 'README.md').read_text(encoding='utf-8'), re.MULTILINE
+    )
+    commands = [command for line in lines for command in line.split(' && ')]
+    assert sum(shlex.split(command)[: len(RUN)] == RUN for command in commands) > 10
+    for command in commands:
+        parse(command, f'README.md: {command}')
 
 
 def test_every_page_has_been_found():
@@ -243,6 +256,8 @@ def test_a_name_without_a_sentence_is_refused(monkeypatch):
         'nobody publishes it',
         'no kinematics node is here',
         'look whether any arrive',
+        'joint state rejected:',
+        'position not finite',
         'did you mean --deg?',
         'two ROS installations are mixed',
         'this needs ROS 2 and its rclpy',
@@ -255,6 +270,12 @@ def test_messages_that_troubleshooting_quotes_are_those_of_the_code(words):
     assert any(words in joined.sub('', text) for text in sources)
 
 
+@pytest.mark.parametrize('page', ['tutorials/warning.md', 'explanation/guarantees.md'])
+def test_the_hysteresis_that_is_told_is_that_of_the_code(page):
+    text = (DOCS / page).read_text(encoding='utf-8')
+    assert f'A level is left only at {HYSTERESIS:g} times its threshold' in text
+
+
 def test_the_sentence_that_is_taken_apart_is_that_of_the_node():
     robot = ks.load_robot('ur5e')
     found = ks.singularity(robot, [0.1, -1.2, 1.4, -1.6, 0.02, 0.2], [0, 0, 0, 0, -0.1, 0])
@@ -263,8 +284,14 @@ def test_the_sentence_that_is_taken_apart_is_that_of_the_node():
     assert f'```text\n{sentence}\n```' in page
 
 
-def test_every_file_that_a_recipe_names_is_there():
+def test_every_file_that_a_recipe_or_the_architecture_names_is_there():
     recipes = (ROOT / 'CONTRIBUTING.md').read_text(encoding='utf-8').partition('## Recipes')[2]
     named = set(re.findall(r'`([\w/]+\.(?:py|pxd|xml|rst))`', recipes))
     assert len(named) > 10
+    page = (
+        (DOCS / 'architecture.md').read_text(encoding='utf-8').partition('## Where to change')[2]
+    )
+    shown = set(re.findall(r'`([\w/]+(?:\.py|/))`', page)) - {'src/kinematics_service/'}
+    assert len(shown) > 10
+    named |= shown
     assert not {name for name in named if not any((at / name).exists() for at in (ROOT, PACKAGE))}

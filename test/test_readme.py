@@ -1,23 +1,31 @@
-"""What the README says of topics, parameters, commands and the robot file is so."""
+"""What README and reference say of topics, parameters, commands and the robot file is so."""
 
 import re
 from pathlib import Path
+from urllib.parse import urlparse
 
 import pytest
 
 import kinematics_service as ks
 from kinematics_service.cli.command_line import app
 
-README = Path(__file__).parent.parent / 'README.md'
+ROOT = Path(__file__).parent.parent
+README = ROOT / 'README.md'
+REFERENCE = ROOT / 'docs' / 'reference'
 
 
-def section(title):
-    text = README.read_text(encoding='utf-8')
-    return text.partition(f'## {title}\n')[2].partition('\n## ')[0]
+@pytest.fixture
+def made(monkeypatch):
+    """Return the makers of the tables that the site makes from the code."""
+    monkeypatch.syspath_prepend(str(ROOT / 'docs'))
+    monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+    import from_code
+
+    return from_code.MAKERS
 
 
-def rows(title):
-    lines = section(title).splitlines()
+def rows(text):
+    lines = text.splitlines()
     return [
         [cell.strip() for cell in re.split(r'(?<!\\)\|', line)[1:-1]]
         for line in lines
@@ -25,9 +33,10 @@ def rows(title):
     ]
 
 
-def test_every_topic_stands_in_its_table_with_its_type():
+def test_every_topic_stands_in_its_table_with_its_type(made):
     topics = pytest.importorskip('kinematics_service.ros.messages.topics')
-    told = {row[0].strip('`'): row[1].rpartition('/')[2] for row in rows('Topics')}
+    cells = {row[0].strip('`'): row[1] for row in rows(made['topics']())}
+    told = {name: re.match(r'\*\w+/(\w+)\*: .', cell)[1] for name, cell in cells.items()}
     expected = {topic.name: topic.type.__name__ for topic in topics.TOPICS}
     expected |= {
         topics.WARNING: 'DiagnosticStatus',
@@ -41,13 +50,14 @@ def test_every_topic_stands_in_its_table_with_its_type():
         topics.TARGET_POSE: 'PoseStamped',
         topics.TARGET_TWIST: 'TwistStamped',
         topics.REFERENCE_POSE: 'PoseStamped',
+        topics.JOINT_STATES: 'JointState',
     }
     assert told == expected
 
 
-def test_every_parameter_stands_in_its_table_with_its_default():
+def test_every_parameter_stands_in_its_table_with_its_default(made):
     table = pytest.importorskip('kinematics_service.ros.parameters.table')
-    told = {row[0].strip('`'): row[1].strip('`') for row in rows('Parameters')}
+    told = {row[0].strip('`'): row[1].strip('`') for row in rows(made['parameters']())}
     assert told == {
         parameter.name: written(parameter.default)
         for parameter in (table.ROBOT, table.TRANSPORT, *table.PARAMETERS)
@@ -62,21 +72,52 @@ def written(default):
 
 
 def test_every_command_stands_in_its_table():
-    told = ' '.join(row[0] for row in rows('Commands'))
+    page = (REFERENCE / 'commands.md').read_text(encoding='utf-8')
+    told = ' '.join(row[0] for row in rows(page))
     for command in app.registered_commands:
         name = command.name or command.callback.__name__
         assert re.search(rf'`{name}\b', told), name
 
 
-def test_the_robot_file_of_the_readme_is_one():
-    text = re.search(r'```yaml\n(.*?)```', section('The robot file'), re.DOTALL).group(1)
-    robot = ks.robot_from_text(text, 'README')
+def test_the_robot_file_of_the_reference_is_one():
+    page = (REFERENCE / 'robot_file.md').read_text(encoding='utf-8')
+    text = re.search(
+        r'```\{code-block\} yaml\n:caption: [^\n]*\n\n(.*?)```', page, re.DOTALL
+    ).group(1)
+    robot = ks.robot_from_text(text, 'reference')
+    assert robot.description.known_poses
     for pose in robot.description.known_poses:
         found = ks.forward_kinematics(robot, pose.q)
         assert found == pytest.approx(pose.motion.matrix, abs=1e-9)
 
 
-def test_the_library_of_the_readme_has_these_names():
-    names = set(re.findall(r'\bks\.(\w+)', section('The library')))
-    assert names
-    assert names <= set(ks.__all__)
+def test_the_library_in_one_look_has_these_names():
+    for page in (README, REFERENCE / 'python.md'):
+        names = set(re.findall(r'\bks\.(\w+)\(', page.read_text(encoding='utf-8')))
+        assert len(names) > 4
+        assert names <= set(ks.__all__)
+
+
+@pytest.mark.parametrize('page', ['README.md', 'CONTRIBUTING.md', 'QUALITY_DECLARATION.md'])
+def test_every_link_to_a_file_is_to_one_of_these_files(page):
+    text = (ROOT / page).read_text(encoding='utf-8')
+    targets = [
+        target for target in re.findall(r'\]\(([^)]+)\)', text) if not urlparse(target).scheme
+    ]
+    assert targets
+    assert not [target for target in targets if not (ROOT / target.partition('#')[0]).exists()]
+
+
+def test_the_readme_begins_with_how_to_run_and_to_test_it():
+    first = README.read_text(encoding='utf-8').partition('\n## Your own arm')[0].splitlines()
+    assert "    pip install '.[ros]' && python -m kinematics_service demo" in first
+    assert "    pip install '.[ros,test]' && python -m pytest" in first
+
+
+def test_the_pictures_of_the_readme_are_shown_and_small():
+    text = README.read_text(encoding='utf-8')
+    files = sorted((ROOT / 'docs' / 'front').iterdir())
+    assert {f'docs/front/{file.name}' for file in files} == set(
+        re.findall(r'!\[.+?\]\((.+?)\)', text)
+    )
+    assert sum(file.stat().st_size for file in files) < 1_000_000

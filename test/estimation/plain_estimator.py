@@ -1,8 +1,8 @@
 """
 The estimator's rules once more, in plain Python, joint by joint: what the compiled call must do.
 
-Slow and without numpy arrays, so that it can be read beside the table of inputs in the README. The
-state is evaluated through the library, so that only the rules are compared.
+Slow and without numpy arrays, so that it can be read beside the table of docs/reference/input.md.
+The state is evaluated through the library, so that only the rules are compared.
 """
 
 import math
