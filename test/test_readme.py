@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 import kinematics_service as ks
-from kinematics_service.cli.command_line import app
+from kinematics_service.cli.commands import app
 
 README = Path(__file__).parent.parent / 'README.md'
 
