@@ -26,7 +26,8 @@ def as_it_was() -> Iterator[None]:
     """
     Put back what commands that are called within this process leave behind at their end.
 
-    They go on ignoring signals, which processes started later would inherit.
+    They go on ignoring signals, and the node asks for one thread of numpy's; processes started
+    later would inherit both.
     """
     # Set by runners of tests; what is printed would be cut to it.
     os.environ.pop('COLUMNS', None)
@@ -35,6 +36,7 @@ def as_it_was() -> Iterator[None]:
     yield
     for number, handler in zip(numbers, before):
         signal.signal(number, handler)
+    os.environ.pop('OPENBLAS_NUM_THREADS', None)
 
 
 @pytest.fixture(scope='session')

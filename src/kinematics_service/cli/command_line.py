@@ -5,8 +5,10 @@ import os
 import sys
 import traceback
 from collections.abc import Sequence
+from contextlib import nullcontext
 
 from ..errors import KinematicsError
+from ..stop_signals import interruptible
 from .arguments import join_numbers, split_ros_arguments
 from .missing_ros import RosMissingError
 from .node import plain_options, start_node
@@ -28,7 +30,14 @@ def run(argv: Sequence[str] | None = None) -> int:
     ours, ros = split_ros_arguments(sys.argv[1:] if argv is None else argv)
     try:
         options = plain_options(ours)
-        return _run_command(ours, ros) if options is None else start_node(options, ros)
+        if options is not None:
+            return start_node(options, ros)  # which has its own way with signals
+        # Imported here: the node does without, and while it loads Ctrl-C has its default action.
+        from .commands import app
+
+        with nullcontext() if argv is not None else interruptible():
+            app(join_numbers(ours), obj=ros)
+        return 0
     except SystemExit as end:
         return end.code if isinstance(end.code, int) else 0
     except KinematicsError as error:
@@ -40,14 +49,6 @@ def run(argv: Sequence[str] | None = None) -> int:
     except Exception as error:
         text = ' '.join(f'{type(error).__name__}: {error}'.split())
         return _failed(f'kinematics_service: {text} (set KINEMATICS_TRACEBACK=1 for the details)')
-
-
-def _run_command(ours: Sequence[str], ros: Sequence[str]) -> int:
-    # Imported here: the node starts without it.
-    from .commands import app
-
-    app(join_numbers(ours), obj=ros)
-    return 0
 
 
 def _failed(sentence: str, code: int = 1) -> int:
