@@ -19,6 +19,7 @@ ROS_SETTINGS = (
     'ROS_SECURITY_ENABLE',
     'ROS_STATIC_PEERS',
 )
+ONE_THREAD = 'OPENBLAS_NUM_THREADS'
 
 
 @pytest.fixture(autouse=True)
@@ -33,10 +34,12 @@ def as_it_was() -> Iterator[None]:
     os.environ.pop('COLUMNS', None)
     numbers = (signal.SIGINT, signal.SIGTERM)
     before = [signal.getsignal(number) for number in numbers]
+    threads = os.environ.get(ONE_THREAD)
     yield
     for number, handler in zip(numbers, before):
         signal.signal(number, handler)
-    os.environ.pop('OPENBLAS_NUM_THREADS', None)
+    if threads is None:
+        os.environ.pop(ONE_THREAD, None)
 
 
 @pytest.fixture(scope='session')

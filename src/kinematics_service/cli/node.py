@@ -5,8 +5,9 @@ Its few options are read here as well as by typer, which with all commands takes
 than the rest of the node: what is plainly a start of the node does not wait for it.
 """
 
+import gc
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from .missing_ros import without_ros
@@ -62,10 +63,19 @@ def start_node(options: NodeOptions, ros_arguments: Sequence[str]) -> int:
     """
     refuse_ros_variables()
     os.environ.setdefault(*ONE_THREAD)
+    # Nothing is garbage before the node is there: to look for it takes 25 ms.
+    gc.disable()
+    try:
+        return _runner()(
+            options.robots, ros_arguments, options.allow_unsecured, options.allow_mixed_ros
+        )
+    finally:
+        gc.enable()
+
+
+def _runner() -> Callable[..., int]:
     try:
         from ..ros.process.runner import run_node
     except ImportError as error:
         raise without_ros(error) from error
-    return run_node(
-        options.robots, ros_arguments, options.allow_unsecured, options.allow_mixed_ros
-    )
+    return run_node

@@ -166,6 +166,7 @@ def _run(
     # What is there now stays. To look through it takes the garbage collector some 80 ms, which
     # would fall between two messages, and more on the way out.
     gc.freeze()
+    gc.enable()
     stop.then = spinner.interrupt
     fine = spinner.spin(lambda: stop.came or not context.ok())
     for node in nodes:
