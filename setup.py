@@ -28,6 +28,7 @@ TEST = [
     'setuptools>=61',
     'ros-jazzy-domain-coordinator',
     'rosbags',
+    'ruamel.yaml',
 ]
 
 setup(
@@ -60,7 +61,6 @@ setup(
     install_requires=[
         'numpy>=1.26',
         'sympy>=1.12',
-        'ruamel.yaml>=0.18',
         'PyYAML>=6',
         'typer>=0.15',
         'rich>=13',

@@ -223,7 +223,7 @@ def commands() -> str:
     """Return the help of every command."""
     import typer
 
-    from kinematics_service.cli.command_line import app
+    from kinematics_service.cli.commands import app
 
     group = typer.main.get_command(app)
     context = group.make_context(RUN, [], resilient_parsing=True)

@@ -20,6 +20,7 @@ ROS_SETTINGS = (
     'ROS_SECURITY_ENABLE',
     'ROS_STATIC_PEERS',
 )
+ONE_THREAD = 'OPENBLAS_NUM_THREADS'
 
 
 ROS_TESTS = Path(__file__).parent / 'ros'
@@ -37,15 +38,19 @@ def as_it_was() -> Iterator[None]:
     """
     Put back what commands that are called within this process leave behind at their end.
 
-    They go on ignoring signals, which processes started later would inherit.
+    They go on ignoring signals, and the node asks for one thread of numpy's; processes started
+    later would inherit both.
     """
     # Set by runners of tests; what is printed would be cut to it.
     os.environ.pop('COLUMNS', None)
     numbers = (signal.SIGINT, signal.SIGTERM)
     before = [signal.getsignal(number) for number in numbers]
+    threads = os.environ.get(ONE_THREAD)
     yield
     for number, handler in zip(numbers, before):
         signal.signal(number, handler)
+    if threads is None:
+        os.environ.pop(ONE_THREAD, None)
 
 
 @pytest.fixture(scope='session')

@@ -67,7 +67,7 @@ RULES = {
     'compilers': (one_of('numba', 'llvmlite', 'Cython', 'cython'), ()),
     'sympy': (one_of('sympy', 'mpmath'), ('symbolic/',)),
     'YAML': (
-        one_of('ruamel', 'yaml'),
+        one_of('yaml', 'ruamel'),
         (
             'robot/file/yaml_reader.py',
             'robot/file/writer.py',
@@ -218,8 +218,10 @@ def test_nothing_is_evaluated_from_text():
     assert not offenders
 
 
-def modules_after(code):
-    names = "print(*{name.split('.')[0] for name in __import__('sys').modules})"
+def modules_after(code, whole=False):
+    """Return the modules loaded after some lines: their whole names, or the first words."""
+    part = 'name' if whole else "name.split('.')[0]"
+    names = f"print(*{{{part} for name in __import__('sys').modules}})"
     result = subprocess.run(
         [sys.executable, '-c', f'{code}\n{names}'],
         capture_output=True,
@@ -245,7 +247,29 @@ def test_the_library_needs_neither_ros_nor_sympy_nor_matplotlib():
 
 def test_importing_the_package_alone_loads_nothing_heavy():
     loaded = modules_after(f'import {NAME}')
-    assert not loaded & {'numpy', 'ruamel', 'sympy', 'rclpy'}
+    assert not loaded & {'numpy', 'yaml', 'sympy', 'rclpy'}
+
+
+# What the command line, a page or a picture needs, and a message or a second does not.
+NOT_AT_THE_START = {
+    *('typer', 'click', 'pydantic', 'rich', 'sympy', 'matplotlib', 'viser', 'rosbags', 'scipy'),
+    *('importlib.metadata', 'email', 'http', 'xml.etree', 'ruamel'),
+    *(f'{NAME}.{room}' for room in ('symbolic', 'formats', 'diagnosis', 'display', 'ros.tools')),
+    *(f'{NAME}.{file}' for file in ('cli.commands', 'printing', 'version')),
+}
+
+
+def test_the_start_of_the_node_loads_nothing_that_only_a_command_needs(ros_domain):
+    loaded = modules_after(
+        'from kinematics_service.cli.command_line import run\n'
+        'from kinematics_service.ros.process.spin import Spinner\n'
+        # Everything up to the first message that could come.
+        'Spinner.spin = lambda self, stopped: True\n'
+        "assert run(['--robot', 'ur5e']) == 0",
+        whole=True,
+    )
+    assert {'numpy', f'{NAME}.ros.node.node', f'{NAME}.kernel.chain_pass'} <= loaded
+    assert not loaded & NOT_AT_THE_START
 
 
 def layers_of(graph):

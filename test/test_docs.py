@@ -24,7 +24,7 @@ import typer
 import kinematics_service as ks
 from kinematics_service.__main__ import main
 from kinematics_service.cli.arguments import join_numbers, split_ros_arguments
-from kinematics_service.cli.command_line import app
+from kinematics_service.cli.commands import app
 from kinematics_service.estimation.status_text import notice_of
 from kinematics_service.robot.measures import HYSTERESIS
 

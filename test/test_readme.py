@@ -7,7 +7,7 @@ from urllib.parse import urlparse
 import pytest
 
 import kinematics_service as ks
-from kinematics_service.cli.command_line import app
+from kinematics_service.cli.commands import app
 
 ROOT = Path(__file__).parent.parent
 README = ROOT / 'README.md'

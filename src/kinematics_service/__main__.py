@@ -2,9 +2,8 @@
 
 import sys
 from collections.abc import Sequence
-from contextlib import nullcontext
 
-from .stop_signals import INTERRUPTED, interruptible
+from .stop_signals import INTERRUPTED
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -20,8 +19,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     from .cli.command_line import run
 
     try:
-        with nullcontext() if argv is not None else interruptible():
-            return run(argv)
+        return run(argv)
     except KeyboardInterrupt:
         return INTERRUPTED
 

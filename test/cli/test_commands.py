@@ -465,6 +465,40 @@ def test_without_a_command_the_node_runs_and_its_exit_code_is_ours(monkeypatch, 
     ]
 
 
+# Starts of the node, and what only looks like one.
+STARTS = (
+    [],
+    ['--robot', 'ur5e'],
+    ['--robot=left=ur5e', '--allow-unsecured', '--robot', 'right=puma560', '--allow-mixed-ros'],
+    ['--allow-mixed-ros', '--allow-mixed-ros'],
+    ['--robot='],
+    ['--robot', ''],
+    ['--robot', '--allow-unsecured'],
+    ['--robot'],
+    ['--robot', '-x'],
+    ['--robot=-x'],
+    ['--robots', 'ur5e'],
+    ['--allow-unsecured=yes'],
+    ['--robot', 'ur5e', 'robots'],
+    ['robots', '--robot', 'ur5e'],
+    ['--', '--robot', 'ur5e'],
+    ['--help', '--robot', 'ur5e'],
+    ['--robot', 'ur5e', '--version'],
+    ['ur5e'],
+    ['--allow-unsecured', '-'],
+)
+
+
+@pytest.mark.parametrize('argv', STARTS, ids=' '.join)
+def test_a_start_of_the_node_means_the_same_to_typer(monkeypatch, capsys, argv):
+    calls = stand_in(monkeypatch, 'process.runner', 'run_node', 0)
+    code, said = main(argv), capsys.readouterr()
+    monkeypatch.setattr('kinematics_service.cli.command_line.plain_options', lambda ours: None)
+    assert (main(argv), capsys.readouterr()) == (code, said)
+    assert len(calls) in (0, 2)
+    assert calls[:1] == calls[1:]
+
+
 def test_demo_and_echo_hand_on_what_they_were_told(monkeypatch, tmp_path):
     recording = tmp_path / 'recorded.csv'
     recording.write_text('')

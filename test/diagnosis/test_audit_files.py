@@ -693,7 +693,7 @@ def test_importing_the_command_stays_light():
     import subprocess
     import sys
 
-    code = 'import kinematics_service.cli.command_line, sys; print(*sys.modules)'
+    code = 'import kinematics_service.cli.commands, sys; print(*sys.modules)'
     loaded = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True)
     assert not {
         'rosbags',

@@ -620,7 +620,7 @@ def test_without_matplotlib_the_sentence_says_what_to_install(capsys, monkeypatc
 
 def test_the_command_line_loads_matplotlib_only_to_draw():
     code = (
-        'import sys, kinematics_service.cli.command_line\n'
+        'import sys, kinematics_service.cli.commands\n'
         "print('matplotlib' in sys.modules, 'distributed' in sys.modules)"
     )
     result = subprocess.run(

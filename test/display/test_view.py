@@ -472,10 +472,10 @@ def test_the_fields_the_foxglove_layout_plots_are_there():
 
 
 def test_the_rviz_layout_names_topics_and_namespaces_that_are_there():
-    from ruamel.yaml import YAML
+    import yaml
 
     text = (CONFIG / 'kinematics.rviz').read_text(encoding='utf-8')
-    layout = YAML(typ='safe').load(text)['Visualization Manager']
+    layout = yaml.safe_load(text)['Visualization Manager']
     assert layout['Global Options']['Fixed Frame'] == 'base_link'
     displays = {display['Class'].partition('/')[2]: display for display in layout['Displays']}
     assert {'MarkerArray', 'TF', 'RobotModel', 'PoseArray'} <= set(displays)

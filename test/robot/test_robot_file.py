@@ -11,6 +11,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ from hypothesis import strategies as st
 
 from kinematics_service.errors import Fault, KinematicsError, RobotFileError
 from kinematics_service.kinematics.forward import jacobian
+from kinematics_service.robot.bundled import bundled_robots, find_robot_file
 from kinematics_service.robot.file.description import (
     DhRow,
     ElementaryMotion,
@@ -27,6 +29,8 @@ from kinematics_service.robot.file.description import (
     ShapeRow,
 )
 from kinematics_service.robot.file.reader import parse_robot, read_robot_file
+from kinematics_service.robot.file.yaml_document import ScalarNode
+from kinematics_service.robot.file.yaml_reader import read_document
 from kinematics_service.robot.robot import build_robot
 
 ROUND_OFF = 1e-15
@@ -719,6 +723,31 @@ def test_any_text_is_a_robot_or_a_robot_file_error(text: str) -> None:
 @given(st.binary(max_size=200))
 def test_any_bytes_are_a_robot_or_a_robot_file_error(content: bytes) -> None:
     _only_robot_file_errors(content.decode('latin-1'))
+
+
+def plain(node: Any) -> Any:
+    if isinstance(node, ScalarNode):
+        return node.text
+    return (
+        [plain(item) for item in node]
+        if isinstance(node, list)
+        else {key: plain(value) for key, value in node.items()}
+    )
+
+
+def test_the_reader_agrees_with_another_one() -> None:
+    yaml = pytest.importorskip('ruamel.yaml').YAML(typ='base', pure=True)
+    paths = [*BROKEN.glob('*.yaml'), *map(find_robot_file, bundled_robots())]
+    compared = 0
+    for text in (path.read_bytes().decode('latin-1') for path in paths):
+        try:
+            document = read_document(text, 'robot.yaml')
+        except RobotFileError:
+            continue
+        if next(document.faults(), None) is None:
+            assert plain(document.data) == yaml.load(text)
+            compared += 1
+    assert compared > 100
 
 
 @settings(max_examples=500, deadline=None)

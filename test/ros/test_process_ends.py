@@ -197,14 +197,15 @@ def test_ctrl_c_ends_a_command_that_computes_inside_a_library():
     program = """
 import sys, threading, time
 import kinematics_service.__main__ as entry
-import kinematics_service.cli.command_line as line
+import kinematics_service.cli.commands as commands
 import ctypes
 
-def run(argv):
+def app(arguments, obj):
     print('ready', flush=True)
     ctypes.CDLL(None).sleep(60)
 
-line.run = run
+commands.app = app
+sys.argv.append('robots')
 sys.exit(entry.main())
 """
     code, seconds, output = program_ends(program, signal.SIGINT, pause=0.1)

@@ -134,6 +134,11 @@ def test_a_file_whose_factors_are_not_the_determinants_is_left_alone(tmp_path):
         )
 
 
+def test_a_byte_order_mark_stays_where_it_is():
+    text = BARE % 'singularity: {task: [x, y]}'
+    assert with_factors('\ufeff' + text, FACTORS) == '\ufeff' + with_factors(text, FACTORS)
+
+
 def test_write_from_the_command_line(tmp_path):
     file = tmp_path / 'arm.yaml'
     file.write_text(BARE % '')

@@ -1,4 +1,4 @@
-"""The commands that need ROS: the node itself, `demo` and `echo`."""
+"""The commands beside the node that need ROS: `demo` and `echo`."""
 
 import math
 from enum import Enum
@@ -7,13 +7,9 @@ from typing import Annotated
 
 import typer
 
+from .missing_ros import without_ros
 from .options import WrongUsage, refuse_unknown_robot
 from .ros_variables import refuse_ros_variables
-
-WITHOUT_ROS = (
-    'this needs ROS 2 and its rclpy, which cannot be imported here ({reason}): pip install '
-    "'.[ros]' in its checkout, or source a ROS 2 Jazzy installation"
-)
 
 DEMO_HELP = """
 Show the node at work without a robot: an arm that is not there moves, and what the node says of
@@ -62,35 +58,6 @@ class Topic(str, Enum):
     warning = 'warning'
 
 
-class RosMissingError(Exception):
-    """ROS cannot be imported; its text says how to get it."""
-
-
-def _without_ros(error: ImportError) -> Exception:
-    # An import of our own that fails is a mistake of ours, and stays what it is.
-    ours = (error.name or '').startswith(__package__.partition('.')[0])
-    return error if ours else RosMissingError(WITHOUT_ROS.format(reason=error))
-
-
-def node(
-    robots: list[str], ros_arguments: list[str], allow_unsecured: bool, allow_mixed_ros: bool
-) -> None:
-    """
-    Run the node until it is told to stop.
-
-    Raises
-    ------
-    RosMissingError
-        rclpy or a message package cannot be imported.
-    """
-    refuse_ros_variables()
-    try:
-        from ..ros.process.runner import run_node
-    except ImportError as error:
-        raise _without_ros(error) from error
-    raise typer.Exit(run_node(robots, ros_arguments, allow_unsecured, allow_mixed_ros))
-
-
 def demo(
     context: typer.Context,
     robot: Annotated[
@@ -132,7 +99,7 @@ def demo(
     try:
         from ..ros.tools.demo import run_demo
     except ImportError as error:
-        raise _without_ros(error) from error
+        raise without_ros(error) from error
     raise typer.Exit(run_demo(robot, duration, trajectory.value, replay, context.obj))
 
 
@@ -162,7 +129,7 @@ def echo(
     try:
         from ..ros.tools.echo import run_echo
     except ImportError as error:
-        raise _without_ros(error) from error
+        raise without_ros(error) from error
     if timeout is None and once:
         timeout = ONCE_TIMEOUT
     raise typer.Exit(run_echo(what.value, node, once, json, timeout, context.obj))

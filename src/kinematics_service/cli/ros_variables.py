@@ -7,10 +7,7 @@ Some of them end the process while rclpy is imported, with words of the library'
 import importlib.util
 import os
 import re
-import sys
 from pathlib import Path
-
-import typer
 
 # The ports of DDS end here: 7400 + 250 * domain and some more must be less than 65536.
 LARGEST_DOMAIN = 232
@@ -20,12 +17,22 @@ INDEX = Path('share/ament_index/resource_index/rmw_typesupport')
 CHOOSER = 'rmw_implementation'
 
 
+class RosVariableError(Exception):
+    """An environment variable with which ROS cannot start: exit code 2."""
+
+
 def refuse_ros_variables() -> None:
-    """End the command with one sentence, and exit code 2, where ROS could not start with them."""
+    """
+    Look at the variables before ROS does.
+
+    Raises
+    ------
+    RosVariableError
+        ROS could not start with them.
+    """
     sentence = _wrong_domain() or _wrong_middleware()
     if sentence is not None:
-        print(f'kinematics_service: {sentence}', file=sys.stderr)
-        raise typer.Exit(2)
+        raise RosVariableError(sentence)
 
 
 def _wrong_domain() -> str | None:

@@ -8,8 +8,8 @@ import typer
 
 from ..errors import KinematicsError
 from ..stop_signals import stop_signals
+from .missing_ros import RosMissingError, is_ours
 from .options import WrongUsage, given_robot
-from .ros_commands import WITHOUT_ROS, RosMissingError
 from .ros_variables import refuse_ros_variables
 
 DEFAULT = 'puma560'
@@ -84,7 +84,7 @@ def view(
         from ..display.view.address import Address, check_address
         from ..display.view.run import Silence, run_page
     except ImportError as error:
-        if _is_ours(error):
+        if is_ours(error):
             raise
         raise ViewerMissingError(WITHOUT_VISER.format(reason=error)) from error
     check_address(host, port)
@@ -108,16 +108,11 @@ def _with_ros(publish: bool) -> Callable[..., int] | None:
     try:
         from ..ros.tools.view_session import run_view
     except ImportError as error:
-        if _is_ours(error):
+        if is_ours(error):
             raise
-        reason = WITHOUT_ROS.format(reason=error)
+        missing = RosMissingError(error)
         if publish:
-            raise RosMissingError(reason) from error
-        print(f'kinematics_service: sliders only: {reason}', file=sys.stderr, flush=True)
+            raise missing from error
+        print(f'kinematics_service: sliders only: {missing}', file=sys.stderr, flush=True)
         return None
     return run_view
-
-
-def _is_ours(error: ImportError) -> bool:
-    # An import of our own that fails is a mistake of ours, and stays what it is.
-    return (error.name or '').startswith(__package__.partition('.')[0])

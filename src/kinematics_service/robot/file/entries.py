@@ -8,9 +8,8 @@ way: `true` never becomes 1.0. What is missing or has been refused is None in an
 import difflib
 import re
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, fields
 from keyword import iskeyword
-from typing import Annotated, Any, ClassVar, NamedTuple, TypeVar, get_type_hints
+from typing import Annotated, Any, ClassVar, NamedTuple, TypeVar, get_origin, get_type_hints
 
 from .fault_report import MAX_FAULTS, FaultReport, quoted, shown
 from .yaml_document import Path, ScalarNode
@@ -137,15 +136,21 @@ Triple = Annotated[list[str | None] | None, _listed(3, 'three numbers'), _number
 Words = Annotated[list[str | None] | None, _listed(None, 'a list of words'), _word]
 
 
-@dataclass(frozen=True)
 class Entry:
     """
-    A mapping of the file: the attributes are its keys, an underscore behind a word of Python's.
+    A mapping of the file, frozen: annotated attributes are its keys, an underscore behind a word
+    of Python's; their values in the class are those of what is missing.
     """
 
     noun: ClassVar[str] = 'an entry'
     required: ClassVar[tuple[str, ...]] = ()
     also: ClassVar[Mapping[str, str]] = {}  # what people call its keys
+
+    def __init__(self, values: Mapping[str, Any]) -> None:
+        vars(self).update(values)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        raise AttributeError(f'an entry is frozen: {name}')
 
     @classmethod
     def keys(cls) -> tuple[str, ...]:
@@ -156,10 +161,10 @@ class Entry:
 def _checks(kind: type[Entry]) -> dict[str, tuple[Check, ...]]:
     # By key.
     if kind not in _CHECKS:
-        hints = get_type_hints(kind, include_extras=True)
         _CHECKS[kind] = {
-            field.name.rstrip('_'): getattr(hints[field.name], '__metadata__', ())
-            for field in fields(kind)
+            name.rstrip('_'): getattr(hint, '__metadata__', ())
+            for name, hint in get_type_hints(kind, include_extras=True).items()
+            if get_origin(hint) is not ClassVar
         }
     return _CHECKS[kind]
 
@@ -208,7 +213,7 @@ def checked(kind: type[EntryType], data: Any, path: Path, report: FaultReport) -
     if not isinstance(data, dict):
         wanted = f'{{{", ".join(keys)}}}'
         report.fault(path, f'expected {kind.noun} as a mapping {wanted}, not {shown(data)}')
-        return kind()
+        return kind({})
     # Of a file with thousands of unknown keys only the listed ones are worth a guess.
     unknown = [key for key in data if key not in checks]
     renamed = {} if report.full else _renamed(unknown[:MAX_FAULTS], keys, kind)
@@ -234,7 +239,7 @@ def checked(kind: type[EntryType], data: Any, path: Path, report: FaultReport) -
         if word and word not in data and not any(_refusals(checks[word], data[key], ())):
             meant[word] = data[key]
     values = {key: _read(checks[key], value) for key, value in {**intact, **meant}.items()}
-    return kind(**{f'{key}_' if iskeyword(key) else key: value for key, value in values.items()})
+    return kind({f'{key}_' if iskeyword(key) else key: value for key, value in values.items()})
 
 
 def _renamed(

@@ -10,7 +10,7 @@ import keyword
 import re
 import threading
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from ...errors import ExpressionError
 
@@ -33,8 +33,7 @@ WhyNot = Callable[[str], str | None]
 _ONE_AT_A_TIME = threading.Lock()
 
 
-@dataclass(frozen=True)
-class Token:
+class Token(NamedTuple):
     """A number, a name, or an operator, and where its text begins and ends."""
 
     kind: str

@@ -64,7 +64,7 @@ def _known_pose(
     q = _joint_vector(texts, (*path, 'q'), types, joints, quantities)
     motion = pose_motion(entry.xyz, entry.rpy, path, quantities)
     tolerance_path = (*path, 'tolerance')
-    tolerance = ToleranceEntry()
+    tolerance = ToleranceEntry({})
     if entry.tolerance is not None:
         tolerance = checked(ToleranceEntry, entry.tolerance, tolerance_path, report)
     xyz = _tolerance(tolerance.xyz, 'length', (*tolerance_path, 'xyz'), quantities)

@@ -4,7 +4,7 @@ import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from ...errors import ExpressionError
 from .description import AngleUnit, JointType, LengthUnit
@@ -44,8 +44,7 @@ def why_not_finite(text: str) -> str | None:
     return f"'{text}' is not a finite number" if NOT_A_NUMBER.fullmatch(text) else None
 
 
-@dataclass(frozen=True)
-class Units:
+class Units(NamedTuple):
     """What the numbers of a file are written in."""
 
     angle: AngleUnit = 'rad'

@@ -4,7 +4,6 @@ The shape of a robot file: which keys stand where, and which of them are texts, 
 What is missing or has been refused is None in an entry.
 """
 
-from dataclasses import dataclass
 from typing import Annotated, Any
 
 from .entries import Citation, Entry, Number, Numbers, Pair, Triple, Truth, Word, Words, one_of
@@ -44,7 +43,6 @@ POSE_KEYS = {
 }
 
 
-@dataclass(frozen=True)
 class RobotEntry(Entry):
     """The file itself; what lies deeper is looked at part by part."""
 
@@ -73,7 +71,6 @@ class RobotEntry(Entry):
     known_poses: Any = None
 
 
-@dataclass(frozen=True)
 class UnitsEntry(Entry):
     """The units of every number in the file."""
 
@@ -83,7 +80,6 @@ class UnitsEntry(Entry):
     length: Annotated[str | None, one_of('m', 'mm', also=LENGTHS)] = None
 
 
-@dataclass(frozen=True)
 class JointEntry(Entry):
     """One actuated joint."""
 
@@ -110,7 +106,6 @@ class JointEntry(Entry):
     unused: Truth = None
 
 
-@dataclass(frozen=True)
 class DhRowEntry(Entry):
     """One row of a Denavit-Hartenberg table, standard or modified."""
 
@@ -124,7 +119,6 @@ class DhRowEntry(Entry):
     theta: Number = None
 
 
-@dataclass(frozen=True)
 class ShapeRowEntry(Entry):
     """One row of a Sheth-Uicker table."""
 
@@ -136,7 +130,6 @@ class ShapeRowEntry(Entry):
     out: Any = None
 
 
-@dataclass(frozen=True)
 class PoseEntry(Entry):
     """A pose instead of a matrix."""
 
@@ -147,7 +140,6 @@ class PoseEntry(Entry):
     rpy: Triple = None
 
 
-@dataclass(frozen=True)
 class PlacementEntry(PoseEntry):
     """The base or the tool."""
 
@@ -157,7 +149,6 @@ class PlacementEntry(PoseEntry):
     frame: Word = None
 
 
-@dataclass(frozen=True)
 class ToleranceEntry(Entry):
     """How exact a known pose is."""
 
@@ -167,7 +158,6 @@ class ToleranceEntry(Entry):
     rpy: Number = None
 
 
-@dataclass(frozen=True)
 class KnownPoseEntry(PoseEntry):
     """A joint vector and where the tool then is."""
 
@@ -179,7 +169,6 @@ class KnownPoseEntry(PoseEntry):
     tolerance: Any = None
 
 
-@dataclass(frozen=True)
 class FactorEntry(Entry):
     """A named function of the joints whose zeros are singular poses."""
 
@@ -190,7 +179,6 @@ class FactorEntry(Entry):
     expression: Number = None
 
 
-@dataclass(frozen=True)
 class SingularityEntry(Entry):
     """What is called singular, and when to warn."""
 

@@ -12,10 +12,13 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from ruamel.yaml import YAML
-from ruamel.yaml.nodes import MappingNode, Node
+import yaml
+from yaml import MappingNode, Node
 
 from ...errors import KinematicsError
+from .yaml_reader import LOADER
+
+BOM = '\ufeff'
 
 Check = Callable[[str], None]
 
@@ -40,7 +43,9 @@ def with_factors(text: str, factors: Mapping[str, str]) -> str:
     RobotFileWriteError
         The section is written in braces that hold more than the factors.
     """
-    root = YAML(typ='rt', pure=True).compose(text)
+    if text.startswith(BOM):  # libyaml does not count it
+        return BOM + with_factors(text.removeprefix(BOM), factors)
+    root = yaml.compose(text, Loader=LOADER)
     assert isinstance(root, MappingNode)  # valid robot files are mappings
     lines = text.splitlines(keepends=True)
     if lines and not lines[-1].endswith('\n'):

@@ -2,11 +2,10 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 
-@dataclass(frozen=True)
-class ScalarNode:
+class ScalarNode(NamedTuple):
     """A text; `rejoined` when YAML had split it at a comma inside parentheses."""
 
     text: str
@@ -15,16 +14,14 @@ class ScalarNode:
     rejoined: bool = False
 
 
-@dataclass(frozen=True)
-class ListNode:
+class ListNode(NamedTuple):
     """A sequence."""
 
     items: tuple['Node', ...]
     line: int
 
 
-@dataclass(frozen=True)
-class MappingNode:
+class MappingNode(NamedTuple):
     """Pairs in the order of the file; the first of two equal keys is the one that counts."""
 
     entries: tuple[tuple[ScalarNode, 'Node'], ...]

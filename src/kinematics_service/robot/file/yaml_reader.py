@@ -1,25 +1,14 @@
 """
-The only reader of YAML: version 1.2, by its events, each looked at before anything is built.
+The only reader of robot files' YAML: by its events, each looked at before anything is built.
 
 What could build objects or grow (tags, anchors, aliases) is refused at the event that brings it,
 and every scalar stays the text the user wrote.
 """
 
+import re
 from typing import Any
 
-from ruamel.yaml import YAML
-from ruamel.yaml.error import MarkedYAMLError, YAMLError
-from ruamel.yaml.events import (
-    AliasEvent,
-    DocumentStartEvent,
-    MappingEndEvent,
-    MappingStartEvent,
-    NodeEvent,
-    ScalarEvent,
-    SequenceEndEvent,
-    SequenceStartEvent,
-)
-from ruamel.yaml.reader import ReaderError
+import yaml
 
 from ...errors import Fault, RobotFileError
 from .fault_report import quoted
@@ -28,7 +17,16 @@ from .yaml_document import Document, ListNode, MappingNode, Node, ScalarNode
 
 MAX_BYTES = 256 * 1024
 MAX_DEPTH = 16
-MAX_NODES = 20_000  # read in half a second; a file of 128 joints and 512 rows has half as many
+MAX_NODES = 20_000  # a file of 128 joints and 512 rows has half as many
+LONGEST_REASON = 200
+# What YAML does not accept, and three characters that end a line in its version 1.1 only.
+UNACCEPTED = re.compile(
+    '[^\t\n\r\x20-\x7e\xa0-\u2027\u202a-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]'
+)
+# Without libyaml PyYAML reads the same, twenty times as slowly.
+LOADER: Any = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)
+# What that one makes of some escapes, \UFFFFFFFF.
+MALFORMED = (ValueError, OverflowError)
 
 
 def read_document(text: str, file: str) -> Document:
@@ -43,29 +41,45 @@ def read_document(text: str, file: str) -> Document:
     """
     if len(text.encode('utf-8', 'surrogatepass')) > MAX_BYTES:
         raise _refusal(file, 0, f'larger than {MAX_BYTES // 1024} KiB: not a robot file')
+    if found := UNACCEPTED.search(text):
+        line = text.count('\n', 0, found.start()) + 1
+        raise _refusal(file, line, f'character {found[0]!a} is not accepted in YAML')
     builder = _Builder(file)
     try:
-        for event in YAML(typ='safe', pure=True).parse(text):
+        for event in yaml.parse(text, Loader=LOADER):
             builder.take(event)
     except RobotFileError:
-        raise
-    except MarkedYAMLError as error:
-        mark = error.problem_mark or error.context_mark
-        reason = ', '.join(str(part) for part in (error.context, error.problem) if part)
-        reason = reason if len(reason) <= 200 else f'{reason[:197]}...'
+        raise  # which is a ValueError, too
+    except yaml.MarkedYAMLError as error:
+        line, reason = _explained(error, text)
+        reason = reason if len(reason) <= LONGEST_REASON else f'{reason[: LONGEST_REASON - 3]}...'
         advice = ' (indent with spaces)' if r"'\t'" in reason else ''
-        line = mark.line + 1 if mark else 0
         raise _refusal(file, line, f'not valid YAML: {reason}{advice}') from None
-    except ReaderError as error:
-        line = text.count('\n', 0, error.position) + 1
-        reason = f'character {text[error.position]!a} is not accepted in YAML'
-        raise _refusal(file, line, reason) from None
-    except (YAMLError, ValueError, OverflowError):
-        # The scanner meets some malformed escapes, \UFFFFFFFF, with Python's own errors.
+    except MALFORMED:
         raise _refusal(file, 0, 'not valid YAML: malformed escape or indicator') from None
     if builder.root is None or builder.root == ScalarNode('', builder.root.line, False):
         raise _refusal(file, 0, 'the file is empty')
     return Document(file, builder.root)
+
+
+def _explained(error: Any, text: str) -> tuple[int, str]:
+    # libyaml says what is expected, PyYAML's own parser also what stands there instead. At the
+    # end of a text libyaml may count a line more.
+    try:
+        for _ in yaml.parse(text, Loader=yaml.SafeLoader):
+            pass
+    except yaml.MarkedYAMLError as other:
+        if 0 <= _line_of(error) - _line_of(other) <= 1:
+            error = other
+    except MALFORMED:
+        pass
+    reason = ', '.join(str(part) for part in (error.context, error.problem) if part)
+    return _line_of(error), reason
+
+
+def _line_of(error: Any) -> int:
+    mark = error.problem_mark or error.context_mark
+    return mark.line + 1 if mark else 0
 
 
 def _refusal(file: str, line: int, message: str) -> RobotFileError:
@@ -84,21 +98,22 @@ class _Builder:
 
     def take(self, event: Any) -> None:
         line = event.start_mark.line + 1
-        if isinstance(event, DocumentStartEvent):
-            self._start_document(event, line)
-        elif isinstance(event, NodeEvent):
+        if isinstance(event, yaml.DocumentStartEvent):
+            self._start_document(event)
+        elif isinstance(event, yaml.NodeEvent):
             self._check(event, line)
-            if isinstance(event, ScalarEvent):
-                self._add(ScalarNode(event.value, line, event.style is not None))
+            if isinstance(event, yaml.ScalarEvent):
+                self._add(ScalarNode(event.value, line, bool(event.style)))
             else:
                 self.open.append((event, []))
                 if len(self.open) > MAX_DEPTH:
                     raise _refusal(self.file, line, f'nested more than {MAX_DEPTH} deep')
-        elif isinstance(event, (SequenceEndEvent, MappingEndEvent)):
+        elif isinstance(event, (yaml.SequenceEndEvent, yaml.MappingEndEvent)):
             start, children = self.open.pop()
             self._add(self._closed(start, children))
 
-    def _start_document(self, event: Any, line: int) -> None:
+    def _start_document(self, event: Any) -> None:
+        line = event.end_mark.line + 1  # behind its directives
         self.documents += 1
         if self.documents > 1:
             raise _refusal(self.file, line, 'a second document: one file is one robot')
@@ -109,7 +124,7 @@ class _Builder:
         self.nodes += 1
         if self.nodes > MAX_NODES:
             raise _refusal(self.file, line, f'more than {MAX_NODES} values: not a robot file')
-        if isinstance(event, AliasEvent):
+        if isinstance(event, yaml.AliasEvent):
             raise _refusal(
                 self.file, line, f'aliases are not accepted: {quoted("*" + event.anchor)}'
             )
@@ -129,9 +144,9 @@ class _Builder:
     def _closed(self, start: Any, children: list[Node]) -> Node:
         line = start.start_mark.line + 1
         flow = bool(start.flow_style)
-        if isinstance(start, SequenceStartEvent):
+        if isinstance(start, yaml.SequenceStartEvent):
             return ListNode(tuple(rejoined_items(children) if flow else children), line)
-        assert isinstance(start, MappingStartEvent)
+        assert isinstance(start, yaml.MappingStartEvent)
         entries = []
         for key, value in zip(children[::2], children[1::2], strict=True):
             if not isinstance(key, ScalarNode):

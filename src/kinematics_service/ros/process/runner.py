@@ -19,6 +19,7 @@ from ..node.node import KinematicsNode
 from ..parameters.node_parameters import RobotConflictError
 from .arms import ArmChoice, ArmsError, arms_from
 from .environment import log_refusal, mixture_refusal, security_refusal
+from .log_callers import know_callers
 from .middleware import take_profiles
 from .spin import Spinner
 
@@ -108,6 +109,7 @@ def run_node(
         if context is None:
             return WRONG_USAGE
         nodes: list[KinematicsNode] = []
+        know_callers()
         try:
             code = _run(arms, context, stop, nodes)
         finally:
@@ -164,6 +166,7 @@ def _run(
     # What is there now stays. To look through it takes the garbage collector some 80 ms, which
     # would fall between two messages, and more on the way out.
     gc.freeze()
+    gc.enable()
     stop.then = spinner.interrupt
     fine = spinner.spin(lambda: stop.came or not context.ok())
     for node in nodes:

@@ -143,10 +143,14 @@ class Spinner:
             self.start_anew()
 
     def _watch(self) -> None:
-        while not self._closed.wait(TURN):
+        # Looks again when the turn that is running becomes overdue.
+        wait = OVERDUE
+        while not self._closed.wait(wait):
             began = self._began
-            if began is not None and time.monotonic() - began >= OVERDUE:
+            wait = OVERDUE if began is None else began + OVERDUE - time.monotonic()
+            if wait <= 0.0:
                 self.interrupt()
+                wait = OVERDUE
 
 
 def _executor_for(node: Node, context: Context) -> tuple[Any, bool]:
