@@ -17,7 +17,7 @@ import numpy as np
 
 import kinematics_service as ks
 from kinematics_service import kernel
-from kinematics_service.estimation.cdr import STAMP_AT, Writer
+from kinematics_service.estimation.cdr import STAMP_AT, CdrWriter
 from kinematics_service.estimation.estimator import Estimator, EstimatorSettings
 from kinematics_service.estimation.joint_sample import JointSample
 from kinematics_service.estimation.joint_state_form import form_of
@@ -77,7 +77,7 @@ def said_by(argument):
             for name in SAID_OF_ONE:
                 yield from said_by(getattr(argument, name)(k))
             yield from said_by([argument.is_beyond(k, j) for j in range(argument.q.shape[1])])
-    elif isinstance(argument, kernel.ServoStep):
+    elif isinstance(argument, kernel.ServoOutput):
         for name in SAID_OF_A_STEP:
             yield from said_by(getattr(argument, name))
         yield from said_by([argument.is_held(j) for j in range(len(argument.qdot))])
@@ -168,7 +168,7 @@ def messages(robot: Robot, random: np.random.Generator, source: str):
 
 def joint_state_bytes(names: Sequence[str], stamp: np.ndarray, numbers: np.ndarray) -> bytes:
     # A serialized JointState, its velocities after its positions.
-    writer = Writer()
+    writer = CdrWriter()
     writer.room(4, 2)
     writer.text('base')
     writer.whole(len(names))

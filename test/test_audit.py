@@ -9,18 +9,23 @@ import pytest
 from arms import BUNDLED, robot_of
 from recordings import BEGIN, SECOND, awkward, motion, recorded, samples_of
 
-from kinematics_service.diagnosis.audit.auditing import Listener, audit
+from kinematics_service.diagnosis.audit.auditing import AuditProgress, audit
 from kinematics_service.diagnosis.audit.curves import curve_of
 from kinematics_service.diagnosis.audit.ingest import Ingest
 from kinematics_service.diagnosis.audit.report.document import document_of
 from kinematics_service.diagnosis.audit.timeline import MEASURE_NAMES
 from kinematics_service.diagnosis.audit.verdict import verdict_of
-from kinematics_service.estimation.estimator import RESETS, Answer, Estimator, EstimatorSettings
+from kinematics_service.estimation.estimator import (
+    RESETS,
+    Estimator,
+    EstimatorOutput,
+    EstimatorSettings,
+)
 from kinematics_service.estimation.status_text import notice_of
 from kinematics_service.formats.recordings.block import AuditError, blocks_of
 from kinematics_service.formats.recordings.joint_state_cdr import columns_of
 from kinematics_service.formats.recordings.open_file import open_source
-from kinematics_service.formats.recordings.source import Source, Wanted
+from kinematics_service.formats.recordings.source import RecordingSource, Selection
 from kinematics_service.kinematics.singularity import singularity_of
 from kinematics_service.printing import json_text
 from kinematics_service.robot.measures import Level
@@ -31,8 +36,8 @@ SETTINGS = EstimatorSettings()
 def audited(samples, robot, settings=SETTINGS):
     """Return the audit of samples and the batches it was made of."""
     parts = []
-    source = Source('made up', '/joint_states', False, None, blocks_of(samples))
-    result = audit(source, robot, 'made_up', settings, Listener(part=parts.append))
+    source = RecordingSource('made up', '/joint_states', False, None, blocks_of(samples))
+    result = audit(source, robot, 'made_up', settings, AuditProgress(part=parts.append))
     return result, parts
 
 
@@ -50,7 +55,7 @@ class Live:
                 if self.estimator.go_stale(sample.arrival):
                     self.said.append((len(self.answers), missing))
             answer = self.estimator.take(sample)
-            if not isinstance(answer, Answer):
+            if not isinstance(answer, EstimatorOutput):
                 continue
             stale = False
             singularity = singularity_of(answer.state)
@@ -164,11 +169,11 @@ def test_a_real_recording_gives_what_the_node_says(bag):
 def _of_bag(path, robot):
     pytest.importorskip('rosbags', reason='needs rosbags')
     samples, parts = [], []
-    with open_source(path, Wanted(robot)) as source:
+    with open_source(path, Selection(robot)) as source:
         for block in source.blocks:
             samples += [block.sample(k) for k in range(len(block))]
-    with open_source(path, Wanted(robot)) as source:
-        result = audit(source, robot, path.name, SETTINGS, Listener(part=parts.append))
+    with open_source(path, Selection(robot)) as source:
+        result = audit(source, robot, path.name, SETTINGS, AuditProgress(part=parts.append))
     return result, parts, samples
 
 

@@ -140,11 +140,11 @@ def without_its_zero(writer, text):
     writer.data[at:] = text.encode()
 
 
-def unaligned(writer, size, count=1, room=cdr.Writer.room):
+def unaligned(writer, size, count=1, room=cdr.CdrWriter.room):
     return room(writer, 1, size * count)
 
 
-def aligned_to_four(writer, size, count=1, room=cdr.Writer.room):
+def aligned_to_four(writer, size, count=1, room=cdr.CdrWriter.room):
     return room(writer, 4, 2 * count) if size == 8 else room(writer, size, count)
 
 
@@ -154,7 +154,7 @@ def aligned_to_four(writer, size, count=1, room=cdr.Writer.room):
 )
 def test_a_wrong_layout_is_found_out(monkeypatch, name, wrong):
     assert pose_layout('abcdef').is_official()
-    monkeypatch.setattr(cdr.Writer, name, wrong)
+    monkeypatch.setattr(cdr.CdrWriter, name, wrong)
     assert not pose_layout('abcdef').is_official()
 
 

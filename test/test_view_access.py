@@ -27,7 +27,7 @@ from websockets.exceptions import ConnectionClosed
 
 import kinematics_service as ks
 from kinematics_service.display.view.address import Address
-from kinematics_service.display.view.admission import Admission, admission_to
+from kinematics_service.display.view.admission import OriginCheck, admission_to
 from kinematics_service.display.view.run import run_page
 
 ROUNDS = 60
@@ -290,7 +290,7 @@ class Headers(dict):
 
 
 def test_the_address_that_was_called_is_a_name():
-    admission = Admission(frozenset({'robot'}), '')
+    admission = OriginCheck(frozenset({'robot'}), '')
     called = ('10.0.0.4', 8080)
     for host, origin, admitted in (
         ('10.0.0.4:8080', 'http://10.0.0.4:8080', True),
@@ -311,7 +311,7 @@ def test_a_viser_that_goes_round_the_rules_is_not_served(monkeypatch):
 
     # As if viser no longer asked `serve`, or no longer read by `recv`.
     begin = time.monotonic()
-    monkeypatch.setattr(module.Admission, 'refusal', lambda *_: None)
+    monkeypatch.setattr(module.OriginCheck, 'refusal', lambda *_: None)
     with (
         pytest.raises(module.UnknownViserError, match='nothing is served'),
         module.guarded_server('127.0.0.1', 0, 'x', admission_to('127.0.0.1', ())),

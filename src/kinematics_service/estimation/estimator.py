@@ -18,7 +18,7 @@ from ..kinematics.tool_state import ToolState, as_the_kernel_takes_it
 from ..robot.measures import Level
 from ..robot.robot import Robot
 from .alarm import Alarm
-from .joint_memory import JointTable, Layout
+from .joint_memory import JointLayout, JointTable
 from .joint_sample import JointSample
 from .joint_state_form import JointStateForm
 
@@ -45,7 +45,7 @@ class EstimatorSettings:
     timeout: int = 1_000_000_000
 
 
-class Answer(NamedTuple):
+class EstimatorOutput(NamedTuple):
     """
     A new state of the tool.
 
@@ -67,7 +67,7 @@ class Answer(NamedTuple):
     velocity_source: str
 
 
-class Accepted(NamedTuple):
+class AcceptedMessage(NamedTuple):
     """
     Joint positions and velocities that are known after a message.
 
@@ -89,7 +89,7 @@ class Accepted(NamedTuple):
     velocity_source: str
 
 
-class Refusal(NamedTuple):
+class RefusedMessage(NamedTuple):
     """
     A message that makes no new state.
 
@@ -127,9 +127,9 @@ JUMPS = 4
 # What `kernel.observe` says where there is a state: where the velocities come from.
 _SOURCES = ('none', 'message', 'difference')
 _REFUSALS = {
-    kernel.NOT_NEWER: Refusal(DROPPED),
-    kernel.INCOMPLETE: Refusal(WAITING),
-    kernel.NOT_COMPUTABLE: Refusal(
+    kernel.NOT_NEWER: RefusedMessage(DROPPED),
+    kernel.INCOMPLETE: RefusedMessage(WAITING),
+    kernel.NOT_COMPUTABLE: RefusedMessage(
         TOO_LARGE, 'positions or velocities are too large to compute with'
     ),
 }
@@ -271,7 +271,9 @@ class Estimator:
         self._alarm, say = self._alarm.step(Level.STALE, None, arrival)
         return say
 
-    def take(self, sample: JointSample, depth: int = kernel.ALL_FRAMES) -> Answer | Refusal:
+    def take(
+        self, sample: JointSample, depth: int = kernel.ALL_FRAMES
+    ) -> EstimatorOutput | RefusedMessage:
         """
         Return the new state a sample makes, or why it makes none.
 
@@ -284,10 +286,10 @@ class Estimator:
         """
         row = np.empty(self.robot.chain.single_widths[depth])
         said = self._observe(sample, row)
-        if isinstance(said, Refusal):
+        if isinstance(said, RefusedMessage):
             return said
         state = ToolState(self.robot, row, said != kernel.SAID_WITHOUT_VELOCITIES)
-        return Answer(
+        return EstimatorOutput(
             state, row[-kernel.ROW_TAIL :], sample.stamp or sample.received, _SOURCES[said]
         )
 
@@ -298,7 +300,7 @@ class Estimator:
         arrival: int,
         depth: int = kernel.ALL_FRAMES,
         answers: OutgoingMessages | None = None,
-    ) -> Answer | Refusal | None:
+    ) -> EstimatorOutput | RefusedMessage | None:
         """
         Return what `take` returns for a serialized message, with its measures already there.
 
@@ -342,7 +344,9 @@ class Estimator:
         self.counts[ACCEPTED] += 1
         moving = said != kernel.SAID_WITHOUT_VELOCITIES
         state = _new(ToolState, (self.robot, row, moving, None, measures))
-        return _new(Answer, (state, row[-kernel.ROW_TAIL :], incoming.stamp, _SOURCES[said]))
+        return _new(
+            EstimatorOutput, (state, row[-kernel.ROW_TAIL :], incoming.stamp, _SOURCES[said])
+        )
 
     def _keep(self, form: JointStateForm) -> IncomingForm | None:
         layout = self._table.layout(form.names)
@@ -355,7 +359,7 @@ class Estimator:
         self._forms[form] = incoming
         return incoming
 
-    def accept(self, sample: JointSample) -> Accepted | Refusal:
+    def accept(self, sample: JointSample) -> AcceptedMessage | RefusedMessage:
         """
         Return the joints that are known after a sample, or why it makes no new state.
 
@@ -365,12 +369,12 @@ class Estimator:
         n = self.robot.dof
         row = np.empty(2 * n + kernel.ROW_TAIL)
         said = self._observe(sample, row)
-        if isinstance(said, Refusal):
+        if isinstance(said, RefusedMessage):
             return said
         qdot = None if said == kernel.SAID_WITHOUT_VELOCITIES else row[n : 2 * n]
-        return Accepted(row[:n], qdot, sample.stamp or sample.received, _SOURCES[said])
+        return AcceptedMessage(row[:n], qdot, sample.stamp or sample.received, _SOURCES[said])
 
-    def _observe(self, sample: JointSample, row: Floats) -> int | Refusal:
+    def _observe(self, sample: JointSample, row: Floats) -> int | RefusedMessage:
         # One of the first three things that `kernel.observe` says, or a refusal; counted.
         layout = self._table.layout(sample.names)
         refusal = self._shape_refusal(sample, layout)
@@ -401,7 +405,7 @@ class Estimator:
         self.counts[refusal.reason] += 1
         return refusal
 
-    def _refused(self, said: int) -> Refusal:
+    def _refused(self, said: int) -> RefusedMessage:
         if said == kernel.NOT_COMPUTABLE:
             # The lengths of an arm made in Python can overflow; such a position must not be kept.
             self._table.forget()
@@ -409,26 +413,28 @@ class Estimator:
         self.counts[refusal.reason] += 1
         return refusal
 
-    def _shape_refusal(self, sample: JointSample, layout: Layout) -> Refusal | None:
+    def _shape_refusal(self, sample: JointSample, layout: JointLayout) -> RefusedMessage | None:
         if not layout.joints:
-            return Refusal(NOT_OURS)
+            return RefusedMessage(NOT_OURS)
         if len(sample.positions) != len(sample.names):
             if len(sample.positions) == 0:
-                return Refusal(NO_POSITION)
-            return Refusal(
+                return RefusedMessage(NO_POSITION)
+            return RefusedMessage(
                 MALFORMED,
                 f'{len(sample.names)} names but {len(sample.positions)} positions',
             )
         if layout.duplicates:
-            return Refusal(DUPLICATE, f'joint {layout.duplicates[0]!r} is named twice')
+            return RefusedMessage(DUPLICATE, f'joint {layout.duplicates[0]!r} is named twice')
         return None
 
-    def _bad_position(self, layout: Layout, positions: Floats) -> Refusal:
+    def _bad_position(self, layout: JointLayout, positions: Floats) -> RefusedMessage:
         for j, place in zip(layout.joints, layout.places):
             position = float(positions[place])
             if not abs(position) <= kernel.LARGEST:
                 reason = TOO_LARGE if math.isfinite(position) else NOT_FINITE
-                return Refusal(reason, f'position of joint {self._table.names[j]!r} is {position}')
+                return RefusedMessage(
+                    reason, f'position of joint {self._table.names[j]!r} is {position}'
+                )
         raise AssertionError('the kernel found a position that is not finite or too large')
 
 

@@ -8,16 +8,16 @@ import numpy as np
 
 from ...errors import JointVectorError
 from ...estimation.estimator import ACCEPTED, TOO_LARGE
-from ...estimation.status_text import Notice, notice_of, stale_notice
-from ...formats.recordings.block import Block, Flags, Unreadable
+from ...estimation.status_text import StatusText, notice_of, stale_notice
+from ...formats.recordings.block import Block, Flags, UnreadableMessage
 from ...kernel import Floats
 from ...kinematics.singularity import FactorMeasures, Singularity, singularity_of
 from ...kinematics.tool_state import evaluate
 from ...robot.measures import Level
 from ...robot.robot import Robot
-from .ingest import Ingest, Known
+from .ingest import Ingest, KnownJoints
 from .judging import Judge
-from .timeline import MEASURE_NAMES, Part, Said, Timeline
+from .timeline import MEASURE_NAMES, PublishedWarning, Timeline, TimelineBatch
 
 # Sentences kept; an arm that chatters at a threshold for hours is told by its first ones.
 MOST_SAID = 10_000
@@ -64,12 +64,12 @@ class Computer:
 
     def run(
         self,
-        blocks: Iterable[Block | Unreadable],
-        each: Callable[[Block | Unreadable, Part | None], None],
+        blocks: Iterable[Block | UnreadableMessage],
+        each: Callable[[Block | UnreadableMessage, TimelineBatch | None], None],
     ) -> Timeline:
         """Return the timeline of all blocks; `each` is called with every one and what it made."""
         for block in blocks:
-            if isinstance(block, Unreadable):
+            if isinstance(block, UnreadableMessage):
                 self._ingest.refuse(block)
                 each(block, None)
                 continue
@@ -80,7 +80,7 @@ class Computer:
             raise NoStateError
         return self._timeline
 
-    def _part(self, known: Known) -> Part | None:
+    def _part(self, known: KnownJoints) -> TimelineBatch | None:
         robot, first = self._robot, len(self._timeline)
         try:
             state = evaluate(robot, known.q, np.nan_to_num(known.qdot, nan=0.0))
@@ -102,14 +102,14 @@ class Computer:
         )
         moving = ~np.any(np.isnan(known.qdot), axis=1)
         said = [
-            Said(first + k, silence.moment, self._stale_notice(silence.missing))
+            PublishedWarning(first + k, silence.moment, self._stale_notice(silence.missing))
             for k, silence in judged.silences
         ]
         for k in judged.said:
             one = part_singularity(singularity, k, bool(moving[k]))
             level = Level(int(judged.levels[k]))
             notice = notice_of(robot, one, level, self._base_frame, self._joint_prefix)
-            said.append(Said(first + k, int(known.arrivals[k]), notice))
+            said.append(PublishedWarning(first + k, int(known.arrivals[k]), notice))
         said.sort(key=lambda one: (one.row, one.moment))
         signs = self._signs(state.quaternion_xyzw, known.fresh)
         quaternion = state.quaternion_xyzw * signs[:, None]
@@ -117,9 +117,9 @@ class Computer:
         timeline = self._timeline
         timeline.append(known, state, singularity, judged.levels, signs < 0.0)
         timeline.said += said[: max(0, MOST_SAID - len(timeline.said))]
-        return Part(first, known, state, quaternion, singularity, said)
+        return TimelineBatch(first, known, state, quaternion, singularity, said)
 
-    def _computable(self, known: Known) -> Known:
+    def _computable(self, known: KnownJoints) -> KnownJoints:
         # Lengths of the robot file can overflow with positions the estimator lets pass.
         good = np.ones(len(known), dtype=bool)
         for k in range(len(known)):
@@ -133,13 +133,13 @@ class Computer:
         at = np.cumsum(good) - 1
         columns = {
             field.name: getattr(known, field.name)[good]
-            for field in dataclasses.fields(Known)
+            for field in dataclasses.fields(KnownJoints)
             if field.name != 'silences'
         }
         kept = {int(at[k]): silence for k, silence in known.silences.items() if good[k]}
-        return Known(**columns, silences=kept)
+        return KnownJoints(**columns, silences=kept)
 
-    def _stale_notice(self, missing: tuple[str, ...]) -> Notice:
+    def _stale_notice(self, missing: tuple[str, ...]) -> StatusText:
         return stale_notice(self._robot, f'no joint state of {", ".join(missing)}')
 
     def _signs(self, quaternions: Floats, fresh: Flags) -> Floats:

@@ -10,7 +10,7 @@ from ...estimation.alarm import Alarm
 from ...formats.recordings.block import Times
 from ...kernel import Floats
 from ...robot.measures import HYSTERESIS, MEASURES, Level, Thresholds
-from .ingest import Silence
+from .ingest import JointTimeout
 
 Levels = npt.NDArray[np.int8]
 
@@ -24,7 +24,7 @@ class Judged(NamedTuple):
 
     levels: Levels
     said: list[int]
-    silences: list[tuple[int, Silence]]
+    silences: list[tuple[int, JointTimeout]]
 
 
 def _levels_after(thresholds: Thresholds, values: Floats) -> npt.NDArray[np.int8]:
@@ -55,7 +55,7 @@ class Judge:
         directions: Floats,
         factors: Times | None,
         arrivals: Times,
-        silences: dict[int, Silence],
+        silences: dict[int, JointTimeout],
     ) -> Judged:
         """
         Return levels and what is said.
@@ -81,7 +81,7 @@ class Judge:
             stirring[:1] = True
         stirring[list(silences)] = True
         said: list[int] = []
-        stale: list[tuple[int, Silence]] = []
+        stale: list[tuple[int, JointTimeout]] = []
         for k in np.flatnonzero(stirring).tolist():
             if k in silences:
                 self.alarm, say = self.alarm.step(Level.STALE, None, silences[k].moment)
@@ -93,7 +93,7 @@ class Judge:
             said += [k] if say else []
         return Judged(levels, said, stale)
 
-    def _levels(self, values: Floats, silences: dict[int, Silence]) -> Levels:
+    def _levels(self, values: Floats, silences: dict[int, JointTimeout]) -> Levels:
         after = _levels_after(self.thresholds, values)
         levels: Levels = after[0].copy()
         # Where the level before makes no difference there is nothing to follow.

@@ -11,7 +11,7 @@ from ... import kernel
 from ...kernel import Floats
 from ...kinematics.tool_state import evaluate
 from .errors import Errors, angle_in_words, errors_of, length_in_words, time_in_words
-from .hypotheses import Change, Given, Slide, changes_of, slides_of
+from .hypotheses import ComparedData, Hypothesis, NumberHypothesis, changes_of, slides_of
 from .lag import lagged
 from .offsets import (
     LEFT_ALONE,
@@ -41,7 +41,7 @@ ROUND_OFF = 1e-15
 
 
 @dataclass(frozen=True, eq=False)
-class Cause:
+class TestedCause:
     """
     A tested cause.
 
@@ -83,16 +83,16 @@ class Causes(NamedTuple):
         Those that explain most of it, but not two thirds; empty where some are named.
     """
 
-    named: tuple[Cause, ...] = ()
-    likely: tuple[Cause, ...] = ()
+    named: tuple[TestedCause, ...] = ()
+    likely: tuple[TestedCause, ...] = ()
 
 
-def causes_of(given: Given, A: Floats, fit: Fit) -> Causes:
+def causes_of(given: ComparedData, A: Floats, fit: Fit) -> Causes:
     """Return the causes that explain what `fit` leaves between A (N, 4, 4) and the poses."""
     tried = [*_whole(given, fit), *_numbers(given, A, fit), *_lag(given, A, fit)]
     best = max((cause.ratio for cause in tried), default=0.0)
 
-    def about(factor: float) -> tuple[Cause, ...]:
+    def about(factor: float) -> tuple[TestedCause, ...]:
         # Of what explains as much, a whole thing is likelier than a number that happens to fit.
         kept = [cause for cause in tried if cause.ratio * factor >= best]
         return tuple(sorted(kept, key=lambda cause: (cause.value is not None, -cause.ratio)))
@@ -105,7 +105,7 @@ def causes_of(given: Given, A: Floats, fit: Fit) -> Causes:
     return Causes()
 
 
-def _whole(given: Given, fit: Fit) -> list[Cause]:
+def _whole(given: ComparedData, fit: Fit) -> list[TestedCause]:
     # All are sifted with a few poses; the best are fitted with all of them.
     every = np.unique(np.linspace(0, len(given.q) - 1, SIFTED).astype(int))
     few = given._replace(q=given.q[every], poses=given.poses[every])
@@ -128,7 +128,7 @@ def _whole(given: Given, fit: Fit) -> list[Cause]:
     ]
 
 
-def _undone(given: Given, changes: list[Change]) -> tuple[Floats, Floats]:
+def _undone(given: ComparedData, changes: list[Hypothesis]) -> tuple[Floats, Floats]:
     # Poses of both sources with each change undone, shape (H, N, 4, 4).
     q = np.stack([given.q if change.q is None else change.q for change in changes])
     A = evaluate(given.robot, q, depth=kernel.POSE).pose
@@ -139,7 +139,7 @@ def _undone(given: Given, changes: list[Change]) -> tuple[Floats, Floats]:
     return A, B
 
 
-def _numbers(given: Given, A: Floats, fit: Fit) -> list[Cause]:
+def _numbers(given: ComparedData, A: Floats, fit: Fit) -> list[TestedCause]:
     # By first order: what each takes away beyond what the offsets can; the best are fitted.
     scale = scale_of(given.poses)
     J, r = equations_of(A, fit, scale)
@@ -159,7 +159,7 @@ def _numbers(given: Given, A: Floats, fit: Fit) -> list[Cause]:
     ]
 
 
-def _fitted(given: Given, A: Floats, before: Fit, slide: Slide) -> Cause:
+def _fitted(given: ComparedData, A: Floats, before: Fit, slide: NumberHypothesis) -> TestedCause:
     # Steps of the offsets and the number together; the poses are computed anew with it.
     scale, value, fit = scale_of(given.poses), 0.0, before
     for _ in range(ROUNDS):
@@ -175,7 +175,7 @@ def _fitted(given: Given, A: Floats, before: Fit, slide: Slide) -> Cause:
     return _cause(slide.key, sentence, value, before, fit)
 
 
-def _lag(given: Given, A: Floats, fit: Fit) -> list[Cause]:
+def _lag(given: ComparedData, A: Floats, fit: Fit) -> list[TestedCause]:
     if given.later is None:
         return []
     found = lagged(given.robot, given.later, given.poses, A, fit)
@@ -188,7 +188,7 @@ def _lag(given: Given, A: Floats, fit: Fit) -> list[Cause]:
     return [_cause('time_lag', sentence, found.value, found.before, found.fit)]
 
 
-def _cause(key: str, sentence: str, value: float | None, before: Fit, fit: Fit) -> Cause:
+def _cause(key: str, sentence: str, value: float | None, before: Fit, fit: Fit) -> TestedCause:
     ratio = float(before.score) / max(float(fit.score), ROUND_OFF)
     errors = errors_of(fit.position, fit.rotation)
-    return Cause(key, sentence, value, ratio, errors, fit.X, fit.Y)
+    return TestedCause(key, sentence, value, ratio, errors, fit.X, fit.Y)

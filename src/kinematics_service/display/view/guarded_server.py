@@ -22,7 +22,7 @@ from websockets.http11 import Request, Response
 from websockets.sync.client import connect
 
 from ...errors import KinematicsError
-from .admission import FORBIDDEN, Admission
+from .admission import FORBIDDEN, OriginCheck
 from .client_messages import MessageError, is_taken
 
 # The websocket code for a violated policy (RFC 6455, 7.4.1).
@@ -47,7 +47,7 @@ class UnknownViserError(KinematicsError):
 
 @contextmanager
 def guarded_server(
-    host: str, port: int, label: str, admission: Admission
+    host: str, port: int, label: str, admission: OriginCheck
 ) -> Iterator[viser.ViserServer]:
     """
     Serve within the block to those who are let in.
@@ -71,7 +71,7 @@ def guarded_server(
 
 
 @contextmanager
-def _serving(admission: Admission, panel: Callable[[], Mapping[str, Any]]) -> Iterator[None]:
+def _serving(admission: OriginCheck, panel: Callable[[], Mapping[str, Any]]) -> Iterator[None]:
     # Within the block `serve` makes servers with the rules.
     original = websocket_server.serve
 
@@ -128,7 +128,7 @@ def _logger() -> logging.Logger:
     return logger
 
 
-def _try_out(host: str, port: int, admission: Admission) -> None:
+def _try_out(host: str, port: int, admission: OriginCheck) -> None:
     here = {'0.0.0.0': '127.0.0.1', '::': '::1'}.get(host, host)
     netloc = f'[{here}]:{port}' if ':' in here else f'{here}:{port}'
     options: Any = {

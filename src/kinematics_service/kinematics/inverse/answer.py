@@ -9,11 +9,11 @@ from ... import kernel
 from ...kernel import Floats
 from ...robot.robot import Robot
 from .closed import NO_POSTURE, POSTURES
-from .families import Family, isolated_or_not, nearer
-from .question import Question
+from .families import SolutionFamily, isolated_or_not, nearer
+from .question import IkProblem
 from .representatives import representatives
 from .result import IkFamily, IkResult, IkSolution, Method, NearestPose, Posture, Status
-from .search import PROVED, Best, Found, refined, starts
+from .search import PROVED, DistinctSolutions, LeastError, refined, starts
 
 # Starts, inside the limits, for the nearest pose.
 NEAREST_STARTS = 64
@@ -23,11 +23,15 @@ LEFT_FREE = 'the target leaves joints free to move: '
 
 
 def answer(
-    question: Question, found: Found, method: Method, best: Best, respect_limits: bool
+    question: IkProblem,
+    found: DistinctSolutions,
+    method: Method,
+    best: LeastError,
+    respect_limits: bool,
 ) -> IkResult:
     """Return the result of proved solutions, told apart from families."""
     robot, aim, plan = question.robot, question.aim, question.plan
-    families: tuple[Family, ...] = ()
+    families: tuple[SolutionFamily, ...] = ()
     isolated = found
     if len(found.q):
         isolated, families = isolated_or_not(robot, aim, plan, found)
@@ -37,17 +41,17 @@ def answer(
         return result
     # The search for the nearest pose met the target inside the limits.
     q = np.concatenate([found.q, nearest.q[None]])
-    more = Found(q, np.append(found.errors, nearest.residual))
+    more = DistinctSolutions(q, np.append(found.errors, nearest.residual))
     isolated, families = isolated_or_not(robot, aim, plan, more)
     return result_of(question, isolated, families, 'search', best, respect_limits)
 
 
 def result_of(
-    question: Question,
-    found: Found,
-    families: tuple[Family, ...],
+    question: IkProblem,
+    found: DistinctSolutions,
+    families: tuple[SolutionFamily, ...],
     method: Method,
-    best: Best,
+    best: LeastError,
     respect_limits: bool,
 ) -> IkResult:
     """Return the result of isolated solutions and families."""
@@ -73,7 +77,7 @@ def inside_limits(solutions: int, families: int) -> str:
 
 
 def _status(
-    question: Question,
+    question: IkProblem,
     solutions: tuple[IkSolution, ...],
     inside: tuple[IkSolution, ...],
     families: tuple[IkFamily, ...],
@@ -95,7 +99,7 @@ def _status(
     )
 
 
-def _solutions(question: Question, found: Found) -> tuple[IkSolution, ...]:
+def _solutions(question: IkProblem, found: DistinctSolutions) -> tuple[IkSolution, ...]:
     if not len(found.q):
         return ()
     chosen = representatives(question.robot, question.plan, found.q, question.near)
@@ -126,7 +130,7 @@ def _named(robot: Robot, which: npt.NDArray[np.bool_]) -> tuple[str, ...]:
     return tuple(robot.joint_names[j] for j in np.flatnonzero(which))
 
 
-def family_of(question: Question, family: Family) -> IkFamily:
+def family_of(question: IkProblem, family: SolutionFamily) -> IkFamily:
     """Return a family as the result has it, at a pose near to where it was asked to be."""
     robot, plan = question.robot, question.plan
     if not plan.redundant:
@@ -153,7 +157,7 @@ def family_of(question: Question, family: Family) -> IkFamily:
     )
 
 
-def _postures(question: Question, q: Floats) -> list[Posture]:
+def _postures(question: IkProblem, q: Floats) -> list[Posture]:
     closed = question.plan.closed
     if closed is None:
         return [NO_POSTURE] * len(q)
@@ -163,10 +167,10 @@ def _postures(question: Question, q: Floats) -> list[Posture]:
 
 
 def _nearest(
-    question: Question,
+    question: IkProblem,
     solutions: tuple[IkSolution, ...],
     families: tuple[IkFamily, ...],
-    best: Best,
+    best: LeastError,
 ) -> NearestPose:
     robot, aim, plan = question.robot, question.aim, question.plan
     good = next((family for family in families if family.feasible), None)
@@ -182,7 +186,7 @@ def _nearest(
     return nearest_pose(question, q, float(arrived.errors[k]))
 
 
-def nearest_pose(question: Question, q: Floats, error: float) -> NearestPose:
+def nearest_pose(question: IkProblem, q: Floats, error: float) -> NearestPose:
     """Return how near to the target the tool is at joint positions (n,)."""
     linear, angular = kernel.parts_of_error(question.aim.residual, np.array(q))
     return NearestPose(q.copy(), error, linear, angular)

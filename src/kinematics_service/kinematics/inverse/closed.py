@@ -3,7 +3,7 @@
 import numpy as np
 
 from ... import kernel
-from .question import Question
+from .question import IkProblem
 from .result import IkSolution, Posture
 from .search import PROVED, refinement
 
@@ -17,13 +17,13 @@ POSTURES = {
 NO_POSTURE = Posture()
 
 
-def room_for(count: int, question: Question) -> kernel.Solutions:
+def room_for(count: int, question: IkProblem) -> kernel.Solutions:
     """Return room for so many solutions."""
     return kernel.Solutions(np.empty((count, question.robot.chain.dof)))
 
 
 def closed_solutions(
-    question: Question, form: kernel.ClosedForm, only_one: bool
+    question: IkProblem, form: kernel.ClosedForm, only_one: bool
 ) -> kernel.Solutions:
     """Return all solutions of an arm with a closed form, or the nearest one inside the limits."""
     solutions = room_for(1 if only_one else kernel.MOST_CANDIDATES, question)
@@ -39,7 +39,7 @@ def closed_solutions(
     return solutions
 
 
-def solutions_of(question: Question, proved: kernel.Solutions) -> tuple[IkSolution, ...]:
+def solutions_of(question: IkProblem, proved: kernel.Solutions) -> tuple[IkSolution, ...]:
     """Return proved solutions as the result has them, in their order."""
     names = question.robot.joint_names
     solutions = []

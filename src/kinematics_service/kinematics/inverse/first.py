@@ -9,7 +9,7 @@ from ...kernel import Floats
 from ...robot.robot import Robot
 from .closed import closed_solutions, room_for
 from .plan import plan_for
-from .question import Question
+from .question import IkProblem
 from .redundant import into_limits
 from .search import PROVED, refinement, starts
 
@@ -17,7 +17,7 @@ from .search import PROVED, refinement, starts
 STARTS = 256
 
 
-def first_solution(question: Question) -> kernel.Solutions:
+def first_solution(question: IkProblem) -> kernel.Solutions:
     """
     Return the first solution inside the limits, nothing if none was met.
 

@@ -192,7 +192,7 @@ def joint_velocity(
     elif frame != 'base':
         raise TwistError(f"frame must be 'base' or 'tool', not {frame!r}")
     qdot = np.empty(robot.chain.dof)
-    step = kernel.ServoStep(servo, qdot)
+    step = kernel.ServoOutput(servo, qdot)
     kernel.servo(step, state.q, state.numbers, wanted)
     return ServoStep(
         qdot=qdot,

@@ -13,10 +13,10 @@ from .closed import NO_POSTURE, closed_solutions, solutions_of
 from .families import SUSPECT, tangent
 from .first import first_solution
 from .plan import plan_for
-from .question import Question, near_or_middle
+from .question import IkProblem, near_or_middle
 from .redundant import dimension, redundant_family
 from .result import IkFamily, IkResult, Method
-from .search import Best, Found, search
+from .search import DistinctSolutions, LeastError, search
 from .target import aim_at
 
 
@@ -67,7 +67,7 @@ def inverse_kinematics(
     """
     aim = aim_at(robot, target, rows)
     plan = plan_for(robot, aim.rows)
-    question = Question(robot, aim, plan, near_or_middle(robot, plan, near), seed)
+    question = IkProblem(robot, aim, plan, near_or_middle(robot, plan, near), seed)
     if not all_solutions:
         proved = first_solution(question)
         if proved.count:
@@ -77,13 +77,13 @@ def inverse_kinematics(
     return _all(question, respect_limits)
 
 
-def _all(question: Question, respect_limits: bool) -> IkResult:
+def _all(question: IkProblem, respect_limits: bool) -> IkResult:
     robot, aim, plan, near, _ = question
-    best = Best(near, np.inf)
+    best = LeastError(near, np.inf)
     if plan.redundant:
         family, best = redundant_family(robot, aim, plan, near, question.random())
         alone = () if family is None else (family,)
-        nothing = Found(np.empty((0, robot.dof)), np.empty(0))
+        nothing = DistinctSolutions(np.empty((0, robot.dof)), np.empty(0))
         return result_of(question, nothing, alone, 'search', best, respect_limits)
     if plan.closed is None:
         found, best = search(robot, aim, plan, near, question.random())
@@ -100,12 +100,12 @@ def _all(question: Question, respect_limits: bool) -> IkResult:
     return answer(question, _found(proved), 'closed form', best, respect_limits)
 
 
-def _found(proved: kernel.Solutions) -> Found:
+def _found(proved: kernel.Solutions) -> DistinctSolutions:
     errors = [proved.miss(k) for k in range(proved.count)]
-    return Found(proved.q[: proved.count].copy(), np.array(errors, dtype=np.float64))
+    return DistinctSolutions(proved.q[: proved.count].copy(), np.array(errors, dtype=np.float64))
 
 
-def _one(question: Question, proved: kernel.Solutions) -> IkResult:
+def _one(question: IkProblem, proved: kernel.Solutions) -> IkResult:
     robot, aim, plan, near, _ = question
     method: Method = 'search' if plan.closed is None else 'closed form'
     error = proved.miss(0)
@@ -131,6 +131,6 @@ def _one(question: Question, proved: kernel.Solutions) -> IkResult:
         return IkResult((), (continuum,), 'family', LEFT_FREE + joints, method, nearest)
     if proved.share(0) < SUSPECT:
         # Perhaps not isolated.
-        return answer(question, _found(proved), method, Best(near, np.inf), True)
+        return answer(question, _found(proved), method, LeastError(near, np.inf), True)
     reason = 'a solution inside the limits; others were not looked for'
     return IkResult(solutions_of(question, proved), (), 'solved', reason, method, None)

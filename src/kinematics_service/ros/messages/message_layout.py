@@ -14,7 +14,7 @@ from builtin_interfaces.msg import Time
 from rclpy.serialization import deserialize_message, serialize_message
 
 from ... import kernel
-from ...estimation.cdr import DOUBLE, WHOLE, Writer
+from ...estimation.cdr import DOUBLE, WHOLE, CdrWriter
 from ...kernel import LARGEST_SECOND, Bytes, Floats, OutgoingMessages, OutgoingTable
 from .messages import SECOND, set_time
 
@@ -66,7 +66,7 @@ class MessageLayout:
         self._is_known = True  # False where a field is of another kind, or numbers are apart
         self.count, self.number_at = 0, 0
         self.stamp_at: int | None = None
-        writer = Writer()
+        writer = CdrWriter()
         self._write(writer, blank)
         self.data, self.written = bytes(writer.data), bytes(writer.written)
         self._buffer: Bytes = np.frombuffer(writer.data, np.uint8)
@@ -82,7 +82,7 @@ class MessageLayout:
         numbers = begin + self.number_at + DOUBLE * np.arange(self.count, dtype=np.int64)
         return np.array(stamps, dtype=np.int64), numbers
 
-    def _write(self, writer: Writer, message: Any) -> None:
+    def _write(self, writer: CdrWriter, message: Any) -> None:
         if isinstance(message, Time):
             self._time, self.stamp_at = message, writer.room(WHOLE, 2)
             return
@@ -103,7 +103,7 @@ class MessageLayout:
             else:
                 self._is_known = False
 
-    def _write_doubles(self, writer: Writer, owner: Any, name: str, value: Any) -> None:
+    def _write_doubles(self, writer: CdrWriter, owner: Any, name: str, value: Any) -> None:
         many = None if isinstance(value, float) else len(value)
         if many is not None:
             writer.whole(many)

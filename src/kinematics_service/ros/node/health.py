@@ -9,7 +9,7 @@ from rclpy.clock import Clock
 from rclpy.node import Node
 
 from ...estimation.estimator import Estimator
-from ...estimation.status_text import Notice
+from ...estimation.status_text import StatusText
 from ..messages.messages import full_name, status_message
 from ..messages.topics import DIAGNOSTICS, DIAGNOSTICS_QOS
 from .best_subscription import BestSubscription
@@ -33,7 +33,7 @@ class Health:
         node: Node,
         estimator: Estimator,
         subscription: BestSubscription,
-        frames: Callable[[], Notice | None],
+        frames: Callable[[], StatusText | None],
         velocity_source: Callable[[], str],
         steady: Clock,
     ) -> None:

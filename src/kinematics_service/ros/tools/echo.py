@@ -17,7 +17,7 @@ from rich.text import Text
 from ...printing import json_text
 from ...stop_signals import stop_signals
 from ..messages.readings import LayoutError
-from ..process.latest_message import Heard
+from ..process.latest_message import LatestMessage
 from ..process.no_messages import reason_of_silence
 from ..process.runner import FAULT, FINE, WRONG_USAGE, leave, open_context, start_refusal, tell
 from ..process.spin import Spinner
@@ -115,7 +115,7 @@ class _Echo:
         self._once, self._as_json, self._timeout = once, as_json, timeout
         self._output = StandardOutput()
         self._live = self._output.is_terminal and not once and not as_json
-        self._heard = Heard(
+        self._heard = LatestMessage(
             node, topic, echoed.type, echoed.qos, None if self._live else self._write
         )
         self._explained = False

@@ -16,7 +16,7 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
 from ...display.view.observation import Observation, observation_of
-from ...estimation.estimator import Answer, Estimator, EstimatorSettings
+from ...estimation.estimator import Estimator, EstimatorOutput, EstimatorSettings
 from ...kernel import Floats
 from ...kinematics.singularity import singularity_of
 from ...robot.robot import Robot
@@ -57,7 +57,7 @@ class ViewListener:
         self._known: frozenset[bytes] = frozenset()
         self._asked = -ASK_AGAIN
         self._estimator: Estimator | None = None
-        self._answer: Answer | None = None
+        self._answer: EstimatorOutput | None = None
         self._arrival = 0.0
         self._joint_states = 0
         self._publisher: Any = None
@@ -170,7 +170,7 @@ class ViewListener:
         except Exception as error:  # nothing a robot sends may end the view
             self._node.get_logger().error(f'joint state: {error!a}')
             return
-        if isinstance(answer, Answer):
+        if isinstance(answer, EstimatorOutput):
             self._answer, self._arrival = answer, time.monotonic()
 
     @property

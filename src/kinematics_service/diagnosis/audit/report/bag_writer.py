@@ -14,12 +14,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ....estimation.cdr import DOUBLE, STAMP_AT, WHOLE, Writer
-from ....estimation.status_text import Notice
+from ....estimation.cdr import DOUBLE, STAMP_AT, WHOLE, CdrWriter
+from ....estimation.status_text import StatusText
 from ....formats.recordings.block import AuditError, Times
 from ....kernel import Floats
 from ....robot.robot import Robot
-from ..timeline import MEASURE_NAMES, Part
+from ..timeline import MEASURE_NAMES, TimelineBatch
 
 NODE = '/kinematics'
 WARNING = f'{NODE}/singularity/warning'
@@ -27,7 +27,7 @@ SECOND = 1_000_000_000
 ROWS = 'vx,vy,vz,wx,wy,wz'
 
 
-class _Topic(NamedTuple):
+class _BagTopic(NamedTuple):
     connection: Any
     raw: bytes
     numbers_at: int
@@ -60,7 +60,7 @@ def open_writer(file: Path, robot: Robot, joint_prefix: str) -> Iterator['BagWri
         rosbags is missing, or the file cannot be written.
     """
     try:
-        from rosbags.rosbag2 import StoragePlugin, Writer
+        from rosbags.rosbag2 import CdrWriter, StoragePlugin
     except ImportError:
         raise AuditError(
             "--out needs rosbags: pip install '.[bag]' in its checkout, or pip install rosbags"
@@ -70,7 +70,7 @@ def open_writer(file: Path, robot: Robot, joint_prefix: str) -> Iterator['BagWri
     except OSError as error:
         raise AuditError(f'{file}: cannot be written: {error.strerror}') from None
     try:
-        with Writer(folder / 'bag', version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        with CdrWriter(folder / 'bag', version=9, storage_plugin=StoragePlugin.MCAP) as writer:
             yield BagWriter(writer, robot, joint_prefix)
         os.replace(folder / 'bag' / 'bag.mcap', file)
     except OSError as error:
@@ -103,7 +103,7 @@ class BagWriter:
         ]
         self._warning = self._connection(WARNING, 'diagnostic_msgs/msg/DiagnosticStatus', True)
 
-    def write(self, part: Part) -> None:
+    def write(self, part: TimelineBatch) -> None:
         """Write all messages of a batch, each at the time of the receipt of its joint state."""
         known, state = part.known, part.state
         count, n = len(known), self._robot.dof
@@ -143,7 +143,7 @@ class BagWriter:
                 self._warn(one.moment, one.notice)
                 one = next(said, None)
 
-    def _warn(self, moment: int, notice: Notice) -> None:
+    def _warn(self, moment: int, notice: StatusText) -> None:
         pair = self._type('diagnostic_msgs/msg/KeyValue')
         message = self._type('diagnostic_msgs/msg/DiagnosticStatus')(
             level=int(notice.level),
@@ -163,19 +163,19 @@ class BagWriter:
             topic, kind, typestore=self._store, offered_qos_profiles=[_quality(latched)]
         )
 
-    def _add(self, name: str, kind: str, numbers: int, *texts: str) -> _Topic:
+    def _add(self, name: str, kind: str, numbers: int, *texts: str) -> _BagTopic:
         # A message is a stamp and texts, or neither, and numbers.
-        writer = Writer()
+        writer = CdrWriter()
         if texts:
             writer.room(WHOLE, 2)
         for text in texts:
             writer.text(text)
         return self._filling(name, kind, writer, numbers, bool(texts))
 
-    def _add_jacobian(self, names: str) -> _Topic:
+    def _add_jacobian(self, names: str) -> _BagTopic:
         n = self._robot.dof
         dimensions = (ROWS, 6, 6 * n), (names, n, n)
-        writer = Writer()
+        writer = CdrWriter()
         writer.whole(len(dimensions))
         for label, size, stride in dimensions:
             writer.text(label)
@@ -186,11 +186,11 @@ class BagWriter:
         return self._filling('jacobian', 'std_msgs/msg/Float64MultiArray', writer, 6 * n, False)
 
     def _filling(
-        self, name: str, kind: str, writer: Writer, numbers: int, stamped: bool
-    ) -> _Topic:
+        self, name: str, kind: str, writer: CdrWriter, numbers: int, stamped: bool
+    ) -> _BagTopic:
         at = writer.room(DOUBLE, numbers)
         connection = self._connection(f'{NODE}/{name}', kind)
-        return _Topic(connection, bytes(writer.data), at, stamped)
+        return _BagTopic(connection, bytes(writer.data), at, stamped)
 
 
 def _quality(latched: bool) -> Any:
