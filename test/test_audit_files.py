@@ -119,7 +119,7 @@ def test_of_two_topics_one_must_be_chosen(tmp_path, capsys, store):
     assert text == f'{bag}: several topics have JointState: choose one with --topic (/a, /b)'
     assert document(capsys, bag, '--robot', 'planar_2r', '--topic', '/b')['topic'] == '/b'
     text = refusal(capsys, bag, '--robot', 'planar_2r', '--topic', '/c')
-    assert text.endswith('topic /c is not there; JointState or JointTrajectory are on /a, /b')
+    assert text.endswith('topic /c does not exist; JointState or JointTrajectory are on /a, /b')
     text = refusal(capsys, bag, '--robot', 'planar_2r', '--topic', '/a', '--pose-topic', '/a')
     assert f'pose topic /a is {JOINT_STATE}; PoseStamped: no topic' in text
 
@@ -246,7 +246,7 @@ def test_columns_are_found_by_what_they_begin_with(tmp_path, capsys):
         ('stamp,position.q1,position.q2\n\u0661,2,3\n', "'\\u0661' is not a time"),
         ('stamp,position.q1,position.q2\nnow,2,3\n', ":2: column 'stamp': 'now' is not a time"),
         ('stamp,position.q1,position.q2\n1,2\n2,3,4\n', ':2: 2 cells, but the header has 3'),
-        ('stamp,stamp,position.q2\n1,2,3\n', "column 'stamp' is there twice"),
+        ('stamp,stamp,position.q2\n1,2,3\n', "column 'stamp' occurs twice"),
         (b'\xff\xfe', 'is not UTF-8'),
     ],
 )
@@ -375,7 +375,7 @@ def test_between_points_runs_the_polynomial_of_its_conditions():
         ('', 'is empty'),
         (plan([]), 'has no points'),
         (plan(BENT, ('q1', 'other')), 'does not move q2 of planar_2r; its joints are q1, other'),
-        (plan([(0.0, (1.0,), ())]), 'points[0] has not one position for each joint'),
+        (plan([(0.0, (1.0,), ())]), 'points[0] must have one position for each joint'),
         (plan([BENT[0], BENT[0]]), 'points[1] is not later'),
         (plan([(0.0, ('.nan', 1), ())]), 'positions holds a number that is not finite'),
         ('joint_names: [a\n', 'plan.yaml:2: not valid YAML: while parsing a flow sequence'),
@@ -383,7 +383,7 @@ def test_between_points_runs_the_polynomial_of_its_conditions():
         ('a: *b\n', "plan.yaml:1: aliases are not accepted: '*b'"),
         ('a: !!python/name:os.system\n', 'plan.yaml:1: tags are not accepted'),
         ('%YAML 1.1\n---\na: 1\n', 'directives (%YAML, %TAG) are not accepted'),
-        ('a: 1\nb: 2\na: 3\n', "plan.yaml:3: the key 'a' is there twice"),
+        ('a: 1\nb: 2\na: 3\n', "plan.yaml:3: the key 'a' occurs twice"),
         ('a: ' + 60 * '[' + 60 * ']', 'plan.yaml:1: nested more than 40 deep'),
         ('a: 1\nb: \x07\n', 'plan.yaml:2: not valid YAML'),
         ('\ta: 1\n', 'a tab'),
@@ -442,7 +442,7 @@ def test_a_plan_written_by_hand_is_read_as_it_is_meant(tmp_path, capsys):
 @pytest.mark.parametrize(
     ('text', 'sentence'),
     [
-        ('{"joint_names": ["q1", "q2"], "points": [], "points": []}', "'points' is there twice"),
+        ('{"joint_names": ["q1", "q2"], "points": [], "points": []}', "'points' occurs twice"),
         (
             '{"joint_names": ["q1", "q2"], "points": '
             '[{"positions": [true, 0.5], "time_from_start": 0}]}',

@@ -235,13 +235,13 @@ def test_a_name_without_a_sentence_is_refused(monkeypatch):
 @pytest.mark.parametrize(
     'words',
     [
-        'no joint state yet',
+        'no joint state was received',
         'ignored: none of our joints',
         'waiting for other joints',
         'dropped: stamp not newer',
         'fine; velocities are differences of positions',
         'nobody publishes it',
-        'no kinematics node is here',
+        'no kinematics node runs here',
         'look whether any arrive',
         'did you mean --deg?',
         'two ROS installations are mixed',

@@ -213,7 +213,7 @@ def test_a_timeout_ends_the_wait_for_a_silent_node(arm, echo):
     assert (code, output) == (1, '')
     explained, gave_up = errors.splitlines()
     assert (
-        'waiting for /right/kinematics/twist: it has 1 publisher, which says nothing' in explained
+        'waiting for /right/kinematics/twist: it has 1 publisher, which has sent nothing' in explained
     )
     assert gave_up == 'kinematics_service: gave up after 6 s without a message'
 
@@ -243,7 +243,7 @@ def test_a_silent_node_is_explained_and_waited_for(arm, echo):
         lambda: words.append(waiting.popen.stderr.readline()) or any(words), 'words', DEADLINE
     )
     said = ''.join(words)
-    assert 'waiting for /kinematics/pose: it has 1 publisher, which says nothing' in said
+    assert 'waiting for /kinematics/pose: it has 1 publisher, which has sent nothing' in said
     move_until(one, lambda: waiting.ended, 'end of the echo')
     assert waiting.popen.returncode == 0
 

@@ -343,7 +343,7 @@ def test_a_node_that_can_write_no_log_file_says_so_and_answers(process, peer, fo
     node = process('--robot', 'craig_3r', environment={**none, **folders})
     answered(peer)
     told, *_ = node.stderr.splitlines()
-    assert told == f'kinematics_service: what is said is not written to a log file: {reason}'
+    assert told == f'kinematics_service: messages are not written to a log file: {reason}'
 
 
 # Other executors, checked messages

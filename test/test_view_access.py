@@ -62,7 +62,7 @@ def test_what_a_foreign_page_sends_with_its_handshake_moves_nothing(view, slider
         sent = handshake(view, f'Host: {view.netloc}', f'Origin: {origin}')
         answer = exchange(view, sent + 5 * frame(update(slider.uuid, value=value)))
         assert status_of(answer) == FORBIDDEN
-        assert b'Pages of others' in answer
+        assert b'Pages of other sites' in answer
         moved += value_of(view, slider.uuid) != before
     assert moved == 0
 

@@ -126,12 +126,12 @@ def _failed(finished: 'Audit', wanted: tuple[str, ...] | None) -> bool:
 
 
 def _no_frames(finished: 'Audit', run: Run) -> str:
-    # A gate that was asked for and has nothing to judge is not passed in silence.
+    # A gate that was asked for and has nothing to judge must not pass unnoticed.
     if finished.frames is not None or 'frames' not in (run.failures or ()):
         return ''
     return (
-        f"{run.file}: --fail-on frames: there is no second source of the tool's pose; of a bag "
-        '--pose-topic names it, of a table columns pose.* or those of --columns pose=...'
+        f"{run.file}: --fail-on frames: there is no second source of the tool's pose; name its "
+        'topic with --pose-topic (bags) or its columns with --columns pose=... (tables)'
     )
 
 

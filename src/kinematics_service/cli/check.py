@@ -53,7 +53,7 @@ class FileCheck(NamedTuple):
 def check(
     files: Files,
     strict: Annotated[
-        bool, typer.Option('--strict', help='Exit code 1 also where there are only warnings.')
+        bool, typer.Option('--strict', help='Exit with code 1 for warnings, too.')
     ] = False,
 ) -> None:
     """Run the command; `HELP` is what its user reads."""

@@ -35,7 +35,8 @@ from .options import WrongUsage
 HELP = """
 Pose, Jacobian, twist and singularity warning of any arm given by its Denavit-Hartenberg table.
 
-Without a command: the ROS 2 node. It hears joint_states and answers on ~/pose, ~/jacobian,
+Without a command the ROS 2 node starts. It listens to joint_states and publishes ~/pose,
+~/jacobian,
 ~/twist, ~/singularity/warning and others. Arguments from --ros-args on are ROS's own.
 
 \b
@@ -97,8 +98,8 @@ def _node(
         list[str] | None,
         typer.Option(
             metavar='[NAMESPACE=]FILE|NAME',
-            help="A robot file, or a bundled robot (see 'robots'). Several times: several arms in "
-            'one process, each in its own namespace.',
+            help="A robot file, or a bundled robot (see 'robots'). Repeat it to run several "
+            'arms in one process, each in its own namespace.',
             show_default='puma560',
         ),
     ] = None,

@@ -80,7 +80,9 @@ def compare(
     json: JsonOption = False,
     verbose: Annotated[
         bool,
-        typer.Option('--verbose', help='Say which causes were tested where none explains it all.'),
+        typer.Option(
+            '--verbose', help='Say which causes were tested if none explains everything.'
+        ),
     ] = False,
 ) -> None:
     """Run the command; `HELP` is what its user reads."""

@@ -65,15 +65,18 @@ def derive(
     ] = None,
     lock: Annotated[
         list[str] | None,
-        typer.Option(metavar='JOINT=VALUE', help='Hold a joint still, in the file units; often.'),
+        typer.Option(
+            metavar='JOINT=VALUE', help='Hold a joint still, in the file units; repeatable.'
+        ),
     ] = None,
     code: Annotated[
         Code | None, typer.Option(help='Write T, J and the determinant as source code instead.')
     ] = None,
     path: Annotated[
-        str | None, typer.Option(metavar='JOINT=f(t),...', help='Velocity along a path too.')
+        str | None,
+        typer.Option(metavar='JOINT=f(t),...', help='Derive the velocity along a path, too.'),
     ] = None,
-    start: Annotated[float, typer.Option('--from', help='Begin of the path, s.')] = 0.0,
+    start: Annotated[float, typer.Option('--from', help='Start of the path, s.')] = 0.0,
     end: Annotated[float, typer.Option('--to', help='End of the path, s.')] = 6.3,
     plot: Annotated[
         Path | None,

@@ -31,18 +31,25 @@ GapOption = Annotated[
     typer.Option(
         '--pose-gap',
         metavar='SECONDS',
-        help='Compare a pose if the joint states around it are at most so far apart; '
-        'default: three usual intervals, within 0.05 and 0.5 s.',
+        help=(
+            'Longest time between the joint states around a pose that is compared; default: '
+            'three usual intervals, within 0.05 and 0.5 s.'
+        ),
     ),
 ]
 WarnOption = Annotated[
     str,
     typer.Option(
-        '--pose-warn', metavar='LIMIT', help='What remains between the poses (rms) is a warning.'
+        '--pose-warn', metavar='LIMIT', help='Remaining pose error (rms) that is a warning.'
     ),
 ]
 BadOption = Annotated[
-    str, typer.Option('--pose-stop', metavar='LIMIT', help='And bad: --fail-on frames fails.')
+    str,
+    typer.Option(
+        '--pose-stop',
+        metavar='LIMIT',
+        help='Remaining pose error that makes --fail-on frames fail.',
+    ),
 ]
 WARN, STOP = '4mm,0.5deg', '20mm,2deg'
 

@@ -36,17 +36,18 @@ class ImportedConvention(str, Enum):
 def import_urdf(
     urdf: Annotated[Path, typer.Option('--urdf', metavar='FILE', help='The URDF.')],
     base: Annotated[
-        str, typer.Option('--base', metavar='LINK', help='The link poses are given in.')
+        str,
+        typer.Option('--base', metavar='LINK', help='The link in whose frame poses are given.'),
     ],
     tip: Annotated[str, typer.Option('--tip', metavar='LINK', help='The link that is the tool.')],
     name: Annotated[
-        str, typer.Option(metavar='NAME', help='Of the robot.', show_default="the URDF's")
+        str, typer.Option(metavar='NAME', help='Name of the robot.', show_default="the URDF's")
     ] = '',
     out: Annotated[
         str, typer.Option(metavar='FILE', help='Where to write it.', show_default='the screen')
     ] = '-',
     convention: Annotated[
-        ImportedConvention, typer.Option(help='Of the table.')
+        ImportedConvention, typer.Option(help='Convention of the table.')
     ] = ImportedConvention.standard,
     round_angles: Annotated[
         bool,

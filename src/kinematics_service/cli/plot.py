@@ -106,7 +106,7 @@ def plot(
         int | None,
         typer.Option(
             metavar='N',
-            help='Of the map: on each side; of the workspace: random poses.',
+            help='Points on each side of the map, or random poses of the workspace.',
             show_default=f'{MAP_POINTS}; {WORKSPACE_POINTS}',
         ),
     ] = None,
@@ -170,7 +170,9 @@ def plot(
 def _refuse_strangers(robot: str, kind: str, given: list[str]) -> None:
     if kind not in OPTIONS:
         order = ': the robot comes first' if robot in OPTIONS else ''
-        raise WrongUsage(f'plot: no kind {kind!r}{order}; choose of {", ".join(OPTIONS)}')
+        raise WrongUsage(
+            f'plot: there is no kind {kind!r}{order}; choose from {", ".join(OPTIONS)}'
+        )
     for name in given:
         if name not in OPTIONS[kind]:
             others = ' and '.join(other for other, names in OPTIONS.items() if name in names)

@@ -6,7 +6,7 @@ from ..robot.file.description import JointDescription, RobotDescription
 from ..robot.file.reader import read_robot_file
 
 HELP = """
-List the robots that come with the package, a line each; any command takes their names, and
+List the robots that come with the package, one per line; any command takes their names, and
 'new NAME --from ROBOT' makes a file of one.
 
 \b

@@ -16,8 +16,8 @@ WITHOUT_ROS = (
 )
 
 DEMO_HELP = """
-Show the node at work without a robot: an arm that is not there moves, and what the node says of
-it is printed. All of it stays on this computer, in the namespace /demo.
+Show the node at work without a robot: a simulated arm moves, and the node's outputs are
+printed. All of it stays on this computer, in the namespace /demo.
 
 \b
 Examples:
@@ -110,7 +110,7 @@ def demo(
     trajectory: Annotated[
         DemoTrajectory,
         typer.Option(
-            help='smooth: to and fro through a singular pose; sine: sines within the limits.'
+            help='smooth: back and forth through a singular pose; sine: sines within the limits.'
         ),
     ] = DemoTrajectory.smooth,
     replay: Annotated[
@@ -138,11 +138,9 @@ def demo(
 
 def echo(
     context: typer.Context,
-    what: Annotated[
-        EchoedTopic, typer.Argument(help='Which of its topics.')
-    ] = EchoedTopic.jacobian,
+    what: Annotated[EchoedTopic, typer.Argument(help='Topic to print.')] = EchoedTopic.jacobian,
     once: Annotated[bool, typer.Option('--once', help='Stop after the first message.')] = False,
-    json: Annotated[bool, typer.Option('--json', help='One JSON object a line.')] = False,
+    json: Annotated[bool, typer.Option('--json', help='Print one JSON object per line.')] = False,
     node: Annotated[
         str, typer.Option(metavar='NAME', help='The full name of the node.')
     ] = '/kinematics',

@@ -190,7 +190,7 @@ def _messages(audit: Audit) -> list[Finding]:
         sentences.append(Finding(level, f'{number} made no new state: {_reasons(refused)}.'))
     if dropped:
         stream = audit.stream
-        text = f'{count(dropped, "message")} dropped, the stamp being not newer'
+        text = f'{count(dropped, "message")} dropped because the stamp is not newer'
         if stream.identical:
             text += f' ({stream.identical:,} of them plain repetitions)'
         sentences.append(Finding(Level.WARN, f'{text}.'))
@@ -223,8 +223,8 @@ def _stream(audit: Audit) -> list[Finding]:
         sentences.append(
             Finding(
                 Level.WARN,
-                f'{count(stream.unstamped, "message")} without stamp: the time of recording '
-                'stands in.',
+                f'{count(stream.unstamped, "message")} without stamp: the time of recording is '
+                'used instead.',
             )
         )
     if stream.changes_of_order:

@@ -183,7 +183,7 @@ def _later(
         raise FramesError(f'stamps must have the shape {(len(q),)}, not {t.shape}')
     if motion is not None:
         if t is None:
-            raise FramesError('a motion is of use only with stamps of the poses')
+            raise FramesError('a motion needs the stamps of the poses')
         times, positions = (np.array(part, dtype=np.float64) for part in motion)
         if times.ndim != 1 or positions.shape != (len(times), robot.dof):
             raise FramesError(
@@ -240,7 +240,7 @@ def _sentence(
         text += (
             f', and no single cause explains them{_mention(causes.likely)}'
             if count >= LEAST_FOR_CAUSE
-            else f'; fewer than {LEAST_FOR_CAUSE} poses name no cause'
+            else f'; fewer than {LEAST_FOR_CAUSE} poses are too few to name a cause'
         )
     if len(undetermined):
         text += (
@@ -251,7 +251,7 @@ def _sentence(
 
 def _others(causes: tuple[TestedCause, ...]) -> str:
     others = '; '.join(other.sentence for other in causes[1:])
-    return f' (as well possible: {others})' if others else ''
+    return f' (also possible:  {others})' if others else ''
 
 
 def _mention(likely: tuple[TestedCause, ...]) -> str:

@@ -19,7 +19,7 @@ from .lag import Later
 from .offsets import PoseDerivative
 
 MODIFIED, STANDARD = 'modified', 'standard'
-# Arms with more joints than this are not searched for two joints that stand in each other's place.
+# Arms with more joints than this are not searched for two joints that are swapped.
 MOST_SWAPPED = 12
 
 
@@ -126,14 +126,14 @@ def _orders(names: tuple[str, ...]) -> Iterator[tuple[tuple[int, ...], str]]:
         for i, j in itertools.combinations(range(n), 2):
             order = list(range(n))
             order[i], order[j] = j, i
-            yield tuple(order), f"joints {names[i]} and {names[j]} stand in each other's place"
-    yield tuple(reversed(range(n))), 'the joints stand in reverse order'
+            yield tuple(order), f'joints {names[i]} and {names[j]} are swapped'
+    yield tuple(reversed(range(n))), 'the joints are in reverse order'
     ranks = sorted(range(n), key=lambda j: names[j])
     back = tuple(ranks.index(j) for j in range(n))
-    yield back, 'the joints stand in the order of the alphabet'
-    yield tuple(ranks), 'the joints were sorted out of the order of the alphabet twice'
-    yield (*range(1, n), 0), 'the joints stand one place too late'
-    yield (n - 1, *range(n - 1)), 'the joints stand one place too early'
+    yield back, 'the joints are in alphabetical order'
+    yield tuple(ranks), 'the joints were taken out of alphabetical order twice'
+    yield (*range(1, n), 0), 'the joints are one place too late'
+    yield (n - 1, *range(n - 1)), 'the joints are one place too early'
 
 
 def _of_table(given: ComparedData) -> Iterator[Hypothesis]:
@@ -181,7 +181,7 @@ def _of_poses(poses: Floats) -> Iterator[Hypothesis]:
     )
     yield Hypothesis(
         'tool_axes',
-        'the poses are those of the base seen from the tool',
+        'the poses are those of the base in the tool frame',
         poses=with_(Rt, -turned(Rt, p)),
     )
     yield Hypothesis(

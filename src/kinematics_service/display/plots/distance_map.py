@@ -111,7 +111,7 @@ def joint_pair(robot: Robot, names: Sequence[str] | None) -> tuple[int, int]:
         elif name in robot.variables:
             found.append(robot.variables.index(name))
         else:
-            raise PlotError(f'--joints: {robot.name} has no joint {name!r}; choose of {choices}')
+            raise PlotError(f'--joints: {robot.name} has no joint {name!r}; choose from {choices}')
     if len(found) != 2 or found[0] == found[1]:
         raise PlotError(
             f'--joints: give two different joints, such as '

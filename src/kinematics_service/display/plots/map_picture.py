@@ -152,6 +152,6 @@ def _title(robot: Robot, numbers: DistanceMap) -> str:
         text += f'\nthe other joints at {positions(robot, numbers.q, 80, skip=numbers.joints)}'
     if numbers.everywhere:
         names = ', '.join(numbers.everywhere)
-        held = f'all of it is singular: {words(names)} = 0 by the joints that are held'
+        held = f'the whole map is singular: {words(names)} = 0 because of the joints that are held'
         text += '\n' + textwrap.fill(held, 90)
     return text

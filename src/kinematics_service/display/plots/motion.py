@@ -80,7 +80,9 @@ def motion_of(robot: Robot, path: str) -> PlottedMotion:
     first = np.append(True, np.diff(times) > 0.0)
     times, q = times[first], recording.positions[first]
     if len(times) < 2:
-        raise PlotError(f'{path}: has rows of one time only: nothing to draw over time')
+        raise PlotError(
+            f'{path}: all rows have the same time, so there is nothing to draw over time'
+        )
     q[:, robot.continuous] = np.unwrap(q[:, robot.continuous], axis=0)
     if recording.velocities is not None:
         return PlottedMotion(times, q, recording.velocities[first], file.name, False)

@@ -111,7 +111,7 @@ def plane_of(robot: Robot, name: str | None = None, at: float | None = None) -> 
         No such plane, or not for this arm.
     """
     if name is not None and name not in PLANES:
-        raise PlotError(f'--plane: no plane {name!r}; choose of {", ".join(PLANES)}')
+        raise PlotError(f'--plane: there is no plane {name!r}; choose from {", ".join(PLANES)}')
     axis = skeleton_of(robot, clear_pose(robot)).axes[0]
     turns = not axis.slides and len(axis.variables) == 1
     points = _seen(robot)
@@ -123,8 +123,8 @@ def plane_of(robot: Robot, name: str | None = None, at: float | None = None) -> 
     if name == 'rz':
         if not turns:
             raise PlotError(
-                f'--plane rz is about an axis the first joint turns on; {robot.name} has none: '
-                f'choose of {", ".join(AXES)}'
+                f'--plane rz needs a first joint that turns; {robot.name} has none: '
+                f'choose from {", ".join(AXES)}'
             )
         if at is not None:
             raise PlotError('--at goes with --plane xy, xz or yz: rz is about the axis of joint 1')

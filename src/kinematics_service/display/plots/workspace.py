@@ -130,7 +130,7 @@ def workspace(robot: Robot, plane: Plane, points: int, workers: str | None = Non
     found = map_batches(function, robot, tried, workers)
     found = found[np.isfinite(found[:, 0])]
     if not len(found):
-        raise PlotError(f'{robot.name}: the tool does not get into the {plane.title}')
+        raise PlotError(f'{robot.name}: the tool does not reach the {plane.title}')
     widest = max(float(np.max(np.ptp(found[:, :2], axis=0))), SMALL * robot.task.reach)
     size = widest / CELLS
     found = _kept(found, size)

@@ -59,6 +59,6 @@ def check_address(host: str, port: int) -> None:
                 '127.0.0.1 is for this computer only, 0.0.0.0 for all of the network'
             ) from None
         raise ServerAddressError(
-            f'--port {port}: taken by another program on {host}; '
+            f'--port {port}: another program uses it on {host}; '
             f'choose another, such as --port {port + 1}, or 0 for any that is free'
         ) from None

@@ -77,15 +77,15 @@ class OriginCheck(NamedTuple):
             return HttpRefusal(
                 FORBIDDEN,
                 f'This page is not served as {hosts[0]!a}. '
-                'Where it should be, start the view with --allow-host NAME.',
+                'If it should be, start the view with --allow-host NAME.',
             )
         # A browser always says whose page opens a websocket; a program need not.
         if origins and _netloc(origins[0]) != hosts[0]:
-            return HttpRefusal(FORBIDDEN, 'Pages of others may not talk to this one.')
+            return HttpRefusal(FORBIDDEN, 'Pages of other sites may not connect to this one.')
         if any(name != TOKEN for name, _ in _query(path)):
             # The page would connect to any server that its address names, and obey it.
             return HttpRefusal(
-                FORBIDDEN, f'The address of this page has no parameter but {TOKEN}.'
+                FORBIDDEN, f'The address of this page takes no parameter except {TOKEN}.'
             )
         if not (self.is_shown_by(path) or self._is_remembered(headers, called[1])):
             return HttpRefusal(
@@ -94,7 +94,7 @@ class OriginCheck(NamedTuple):
                 f'which ends with /?{TOKEN}=...',
             )
         if headers.get_all('Upgrade') and headers.get_all('Sec-WebSocket-Protocol') != [protocol]:
-            return HttpRefusal(BAD_REQUEST, f'This server speaks {protocol}: load the page anew.')
+            return HttpRefusal(BAD_REQUEST, f'This server speaks {protocol}: reload the page.')
         return None
 
     def is_shown_by(self, path: str) -> bool:

@@ -76,7 +76,7 @@ class Page:
                 'publish joint states',
                 False,
                 visible=publishable,
-                hint='the sliders speak as the robot would, on its topic',
+                hint='the sliders publish joint states, as the robot would',
             )
             self._add_buttons(self.sliders.positions)
         with gui.add_folder('Tool and measures'):
@@ -187,5 +187,5 @@ def serve(address: Address, label: str) -> Iterator[tuple[viser.ViserServer, str
     admission = admission_to(host, more_names)
     with guarded_server(host, port, label, admission) as server:
         if port not in (0, server.get_port()):  # taken in the meantime: viser went on to the next
-            raise ServerAddressError(f'--port {port}: taken by another program on {host}')
+            raise ServerAddressError(f'--port {port}: another program uses it on {host}')
         yield server, admission.address(host, server.get_port())

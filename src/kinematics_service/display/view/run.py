@@ -109,8 +109,8 @@ def run_page(
         print(f'{url} shows {source.title}; {source.status}; Ctrl-C ends it', flush=True)
         if address.host in ANYWHERE:
             print(
-                f'kinematics_service: {address.host}: whoever has this address, with its token '
-                'and a name of this computer, sees it from anywhere on the network',
+                f'kinematics_service: {address.host}: anyone on the network sees the page who '
+                'has this address, with its token and a name of this computer',
                 file=sys.stderr,
             )
         while not ended():

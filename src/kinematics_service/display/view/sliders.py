@@ -100,7 +100,7 @@ class Sliders:
                     step=min(STEP, (high - low) / 100.0) if high > low else STEP,
                     initial_value=float(start[j]),
                     marks=((low, f'{low:.2f}'), (high, f'{high:.2f}')) if limited else None,
-                    hint=f'{kind}; ' + ('its limits are the ends' if limited else 'no limits'),
+                    hint=f'{kind}; ' + ('it ends at the limits' if limited else 'no limits'),
                 )
             )
 

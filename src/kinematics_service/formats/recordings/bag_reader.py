@@ -96,7 +96,9 @@ def _advice(path: Path) -> str:
 def _check(path: Path) -> None:
     if path.is_dir():
         if not (path / 'metadata.yaml').exists():
-            raise AuditError(f'{path}: is a directory without metadata.yaml, so no rosbag2 bag')
+            raise AuditError(
+                f'{path}: is a directory without metadata.yaml, so it is not a rosbag2 bag'
+            )
         return
     with path.open('rb') as stream:
         head = stream.read(16)
@@ -167,7 +169,7 @@ class _Bag:
             kind = self.types.get(wanted) or self.types.get(f'/{wanted}')
             if kind in kinds:
                 return (wanted if wanted in self.types else f'/{wanted}'), kind
-            known = f'is {kind}' if kind else 'is not there'
+            known = f'is {kind}' if kind else 'does not exist'
             raise AuditError(f'{self.path}: topic {wanted} {known}; {self._listed()}')
         for kind in kinds:
             topics = [topic for topic, own in self.types.items() if own == kind]
@@ -282,7 +284,7 @@ class _Bag:
             return None
         kind = self.types.get(topic)
         if kind not in POSES:
-            known = f'is {kind}' if kind else 'is not there'
+            known = f'is {kind}' if kind else 'does not exist'
             with_pose = sorted(name for name, own in self.types.items() if own in POSES)
             listed = ', '.join(with_pose) or 'no topic'
             raise AuditError(f'{self.path}: pose topic {topic} {known}; PoseStamped: {listed}')

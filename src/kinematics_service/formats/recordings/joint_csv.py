@@ -118,7 +118,7 @@ class _CsvReader:
         known = {STAMP, *self._names(POSITION), *self._names(VELOCITY)}
         for k, name in enumerate(header):
             if name in header[:k]:
-                raise self._fault(f'column {_shown(name)} is there twice')
+                raise self._fault(f'column {_shown(name)} occurs twice')
             if name not in known:
                 raise self._fault(f'unknown column {_shown(name)}; {self._accepted()}')
         given = set(header)

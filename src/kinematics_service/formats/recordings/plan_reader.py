@@ -78,12 +78,12 @@ def _documents(file: Path, text: str) -> list[Any]:
 
 
 def _mapping(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    # Of a key that is there twice, json.loads would take the last in silence.
+    # Of a key that occurs twice, json.loads would take the last in silence.
     mapping = dict(pairs)
     if len(mapping) < len(pairs):
         keys = [key for key, _ in pairs]
         twice = next(key for key in mapping if keys.count(key) > 1)
-        raise ValueError(f'the key {twice[:40]!a} is there twice')
+        raise ValueError(f'the key {twice[:40]!a} occurs twice')
     return mapping
 
 
@@ -161,7 +161,7 @@ def _table(rows: Sequence[Any], names: tuple[str, ...], key: str, where: str) ->
         if not isinstance(row, (list, np.ndarray)) or len(row) != len(names):
             if key != 'positions':
                 return None
-            raise AuditError(f'{where}: points[{k}] has not one position for each joint')
+            raise AuditError(f'{where}: points[{k}] must have one position for each joint')
         # Truth values and texts, which numpy would take for numbers.
         if isinstance(row, list) and not {type(value) for value in row} <= {int, float}:
             raise AuditError(f'{where}: points[{k}]: {key} must be numbers')

@@ -38,7 +38,7 @@ def read_documents(text: str) -> list[Any]:
     ------
     PlanYamlError
         It is not YAML, or something that is refused: anchors, aliases, tags, directives, a key
-        that is there twice, too many values, nested too deeply.
+        that occurs twice, too many values, nested too deeply.
     """
     builder = _DocumentBuilder()
     try:
@@ -108,7 +108,7 @@ class _DocumentBuilder:
             if type(event) is not yaml.ScalarEvent:
                 raise _refusal(event, 'a key must be a word, not a list or mapping')
             if event.value in innermost:
-                raise _refusal(event, f'the key {event.value[:40]!a} is there twice')
+                raise _refusal(event, f'the key {event.value[:40]!a} occurs twice')
             self._keys[-1] = event.value
 
 

@@ -17,7 +17,7 @@ from .tool_poses import PoseRows
 SHOWN = 12
 # Bytes read at once where lines are counted.
 AT_ONCE = 2**20
-HOW = '--columns stamp=...,position=...,velocity=...,pose=... says what columns begin with'
+HOW = '--columns stamp=...,position=...,velocity=...,pose=... says how column names begin'
 
 
 class ColumnNames(NamedTuple):
@@ -71,7 +71,7 @@ class _CsvTable:
         ]
         if len(set(self.header)) < len(self.header):
             twice = next(name for name in self.header if self.header.count(name) > 1)
-            raise AuditError(f'{file}: column {ascii(twice)} is there twice')
+            raise AuditError(f'{file}: column {ascii(twice)} occurs twice')
         self.names = self._layout()
 
     def source(self) -> RecordingSource:
@@ -121,7 +121,8 @@ class _CsvTable:
         names = LAYOUTS[0]
         self._positions(names, required=True)
         raise AuditError(
-            f'{self.file}: no column {names.stamp!r} (seconds); the header has {self._shown()}; '
+            f'{self.file}: there is no column {names.stamp!r} (seconds); the header has '
+            f'{self._shown()}; '
             f'{HOW}'
         )
 
@@ -137,7 +138,7 @@ class _CsvTable:
             given[key] = value.rstrip('*')
         if given.get('stamp', STAMP) not in self.header:
             raise AuditError(
-                f'{self.file}: no column {given.get("stamp", STAMP)!r}; '
+                f'{self.file}: there is no column {given.get("stamp", STAMP)!r}; '
                 f'the header has {self._shown()}'
             )
         return given
@@ -147,7 +148,7 @@ class _CsvTable:
         if not found and required:
             missing = [j for j in self.joints if names.position + j not in self.header]
             raise AuditError(
-                f'{self.file}: no column {names.position + missing[0]!r} for joint '
+                f'{self.file}: there is no column {names.position + missing[0]!r} for joint '
                 f'{missing[0]!r} of {self.wanted.robot.name}; the header has {self._shown()}; '
                 f'{HOW}'
             )

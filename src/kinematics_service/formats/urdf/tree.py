@@ -34,7 +34,7 @@ class UrdfTree:
         Raises
         ------
         UrdfError
-            A link is not there, the tip does not hang on the base, or the way is a loop.
+            A link does not exist, the tip is not below the base, or the way is a loop.
         """
         for link, option in ((base, 'base'), (tip, 'tip')):
             if link not in self.links:
@@ -48,7 +48,7 @@ class UrdfTree:
             above = self.above.get(links[-1], ())
             if not above:
                 self.root.refuse(
-                    f'{shown(tip)} does not hang on {shown(base)}; it hangs on: '
+                    f'{shown(tip)} is not below {shown(base)}; it is below: '
                     f'{listed(tuple(links[1:]))}'
                 )
             if len(above) > 1:
@@ -60,7 +60,7 @@ class UrdfTree:
             way.append(above[0])
             links.append(end_of(above[0], 'parent'))
             if links[-1] in links[:-1]:
-                above[0].refuse('a loop: its parent link hangs on its own child')
+                above[0].refuse('a loop: its parent link is below its own child')
         return tuple(reversed(way))
 
 

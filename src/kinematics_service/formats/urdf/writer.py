@@ -66,8 +66,9 @@ def _about(robot: Robot, plan: UrdfPlan) -> Iterable[str]:
     if robot.source:
         yield f'Source of the table: {robot.source}'
     yield (
-        f'{plan.frames[0]} to {plan.frames[-1]} are the frames of the table. The shapes are signs '
-        'of joints and links, not their outline; inertia and collision shapes are not known.'
+        f'{plan.frames[0]} to {plan.frames[-1]} are the frames of the table. The shapes only '
+        'mark joints and links and are not their outline; inertia and collision shapes are not '
+        'known.'
     )
     if any(joint.limit for joint in plan.joints):
         yield (

@@ -132,5 +132,5 @@ def _one(question: IkProblem, proved: kernel.Solutions) -> IkResult:
     if proved.share(0) < SUSPECT:
         # Perhaps not isolated.
         return answer(question, _found(proved), method, LeastError(near, np.inf), True)
-    reason = 'a solution inside the limits; others were not looked for'
+    reason = 'a solution inside the limits; no others were searched for'
     return IkResult(solutions_of(question, proved), (), 'solved', reason, method, None)

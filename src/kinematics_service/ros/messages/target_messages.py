@@ -67,7 +67,7 @@ def pose_of(message: PoseStamped) -> Floats:
     norm = math.hypot(*quaternion)
     if abs(norm - 1.0) > UNIT:
         raise RefusedTargetError(
-            f'the orientation {_listed(quaternion)} (x y z w) is no unit quaternion: '
+            f'the orientation {_listed(quaternion)} (x y z w) is not a unit quaternion: '
             f'its length is {norm:.4g}'
         )
     T = np.eye(4)

@@ -156,8 +156,8 @@ class BestSubscription:
                 self._change(BEST_EFFORT)
             return
         self._node.get_logger().warning(
-            f'a publisher of {self.topic_name} is not heard: what it offers does not fit '
-            f'({qos_policy_name_from_kind(kind)})'
+            f'messages of a publisher of {self.topic_name} are not received: its quality of '
+            f'service does not match ({qos_policy_name_from_kind(kind)})'
         )
 
 

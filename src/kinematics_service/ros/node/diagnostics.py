@@ -132,7 +132,8 @@ def _verdict(state: InputState) -> tuple[Level, str]:
             who = f'{len(state.publishers)} publishers' if state.publishers else 'no publisher'
             return (
                 Level.ERROR,
-                f'no joint state yet on {state.topic} ({who}): missing {", ".join(state.missing)}',
+                f'no joint state was received on {state.topic} ({who}): missing '
+                f'{", ".join(state.missing)}',
             )
         return Level.ERROR, f'joint states are stale: missing {", ".join(state.missing)}'
     warnings = tuple(_warnings(state))
@@ -162,4 +163,4 @@ def _warnings(state: InputState) -> Iterator[str]:
     if left_out:
         yield f'messages come faster than they can be answered: {left_out} left out'
     if state.news.get(INTERNAL_ERROR, 0):
-        yield 'messages met an internal error; see the log'
+        yield 'messages caused an internal error; see the log'

@@ -154,7 +154,9 @@ class KinematicsNode(Node):
     def _own_fault(self, error: Exception) -> None:
         self._estimator.counts[INTERNAL_ERROR] += 1
         if self._throttle.passes('internal'):
-            self.get_logger().error(f'internal error at a message, please report it: {error!a}')
+            self.get_logger().error(
+                f'internal error while handling a message, please report it: {error!a}'
+            )
 
     def _follow(
         self,
@@ -195,7 +197,7 @@ class KinematicsNode(Node):
         self._reference.forget()
         if self._throttle.passes(RESETS):
             self.get_logger().info(
-                'stamps stepped back by more than joint_state_timeout: starting anew'
+                'stamps stepped back by more than joint_state_timeout: the state starts again'
             )
 
     def _present(self) -> EstimatorOutput | str:
@@ -244,7 +246,7 @@ class KinematicsNode(Node):
             self._resets = self._estimator.counts.get(RESETS, 0)
             self._grid.forget()
             self._reference.forget()
-            self.get_logger().info('the ROS clock jumped back: starting anew')
+            self.get_logger().info('the ROS clock jumped back: the state starts again')
 
     # Parameters
 

@@ -237,8 +237,8 @@ class Outputs:
             if topic.name not in self._told_of:
                 self._told_of.add(topic.name)
                 self._node.get_logger().warning(
-                    f'{channel.publisher.topic_name}: the official serializer writes other bytes '
-                    'than are written down here; its messages are built one by one'
+                    f'{channel.publisher.topic_name}: the serializer of ROS writes other bytes '
+                    'than expected; messages are serialized one by one, which is slower'
                 )
         return channel._replace(numbers=numbers, layout=layout, as_bytes=as_bytes)
 

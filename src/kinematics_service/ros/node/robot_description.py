@@ -41,7 +41,7 @@ class DescriptionPublisher:
         try:
             text = urdf_text(robot, names)
         except KinematicsError as error:
-            self._node.get_logger().warning(f'no robot_description: {error}')
+            self._node.get_logger().warning(f'robot_description is not published: {error}')
             return
         if self._publisher is None:
             self._publisher = self._node.create_publisher(String, ROBOT_DESCRIPTION, WARNING_QOS)

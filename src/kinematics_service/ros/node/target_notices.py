@@ -54,7 +54,7 @@ def twist_notice(step: ServoStep) -> StatusText:
     )
     reasons = []
     if step.damping > 0.0:
-        reasons.append(f'damped near a singularity ({step.damping:.0%} of the most)')
+        reasons.append(f'damped near a singularity ({step.damping:.0%} of the maximum)')
     if step.slowest:
         reasons.append(f'slowed to {step.scale:.0%} by the velocity limit of {step.slowest}')
     if step.held:

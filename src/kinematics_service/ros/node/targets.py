@@ -204,7 +204,7 @@ class Targets:
         timeout = self._settings.target_timeout * 1e-9
         if since is not None and time.monotonic() - since > timeout:
             self._stop()
-            sentence = f'no target_twist for {timeout:g} s: stopped'
+            sentence = f'no target_twist for {timeout:g} s: the joints are stopped'
             self._say('target_twist', StatusText(Level.STALE, sentence, ()))
 
     def _stop(self, stamp: int | None = None) -> None:
@@ -225,7 +225,7 @@ class Targets:
             return StatusText(Level.ERROR, f'refused: {error}', ())
         if self._throttle.passes('internal'):
             self._node.get_logger().error(
-                f'internal error at a target, please report it: {error!a}'
+                f'internal error while handling a target, please report it: {error!a}'
             )
         return StatusText(Level.ERROR, 'refused: internal error', ())
 

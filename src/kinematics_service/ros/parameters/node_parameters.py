@@ -119,6 +119,6 @@ class NodeParameters:
         return SetParametersResult(successful=not reason, reason=reason)
 
     def _own_fault(self, error: Exception) -> str:
-        sentence = f'internal error at a parameter, please report it: {error!a}'
+        sentence = f'internal error while handling a parameter, please report it: {error!a}'
         self._node.get_logger().error(sentence)
         return sentence

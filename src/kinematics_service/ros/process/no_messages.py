@@ -35,14 +35,18 @@ def reason_of_silence(node: Node, topic: str) -> str:
     publishers = node.count_publishers(topic)
     if publishers > 0:
         who = (
-            '1 publisher, which says' if publishers == 1 else f'{publishers} publishers, which say'
+            '1 publisher, which has sent'
+            if publishers == 1
+            else f'{publishers} publishers, which have sent'
         )
         return (
             f'waiting for {topic}: it has {who} nothing; the node answers joint states, so look '
             'whether any arrive (/diagnostics says which are missing)'
         )
     found = kinematics_nodes(node)
-    nodes = f'kinematics nodes here: {", ".join(found)}' if found else 'no kinematics node is here'
+    nodes = (
+        f'kinematics nodes here: {", ".join(found)}' if found else 'no kinematics node runs here'
+    )
     hint = f'try --node {found[0]}' if found else f'is one running, {_environment()}?'
     return f'waiting for {topic}: nobody publishes it; {nodes}; {hint}'
 

@@ -49,7 +49,7 @@ def open_context(ros_args: Sequence[str]) -> Context | None:
     context = Context()
     unlogged = log_refusal()
     if unlogged is not None:
-        tell(f'what is said is not written to a log file: {unlogged}')
+        tell(f'messages are not written to a log file: {unlogged}')
         ros_args = [*ros_args, '--ros-args', '--disable-external-lib-logs', '--']
     set_logger_level('rcl', LoggingSeverity.FATAL)  # it repeats what is told below
     try:

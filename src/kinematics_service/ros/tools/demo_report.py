@@ -24,11 +24,14 @@ def motion_in_words(robot: Robot, trajectory: Trajectory) -> str:
     """Return what the smooth path does."""
     distance = float(singularity(robot, trajectory.centre).distance)
     if distance > robot.thresholds.warn:
-        return f'{robot.name} moves; inside its limits no singular pose with room around was found'
+        return (
+            f'{robot.name} moves; no singular pose with enough room around it was found inside '
+            'its limits'
+        )
     joints = ' '.join(number(position, 3) for position in trajectory.centre)
     return (
         f'{robot.name} moves through the singular pose q = {joints} '
-        f'once in {trajectory.period / 2.0:.0f} s, its tool at one speed until damping '
+        f'once in {trajectory.period / 2.0:.0f} s, with its tool at one speed until damping '
         'bounds the joints'
     )
 
@@ -58,7 +61,7 @@ def invitation(motion: str, source: str, discovery: str, set_aside: Sequence[str
         f'  {environment} ros2 topic echo {source}/jacobian',
     ]
     if set_aside:
-        lines.append(f'{" and ".join(set_aside)} set aside: unset there too')
+        lines.append(f'{" and ".join(set_aside)} ignored here: unset it there, too')
     return [*lines, 'Ctrl-C ends it']
 
 

@@ -188,10 +188,10 @@ class ViewListener:
             return self._mismatch
         topic = JOINT_STATES if self._subscription is None else self._subscription.topic_name
         if not self._live:
-            return f'moved by the sliders: nothing comes on {topic}'
+            return f'moved by the sliders: no joint states arrive on {topic}'
         if self._node_live:
             return f'live from {self.source}, {self.outputs.pose.rate():.0f} Hz'
-        silent = 'is silent' if self._facts is not None else 'is not there'
+        silent = 'sends nothing' if self._facts is not None else 'does not run'
         return f'live from {topic}; the node {self.source} {silent}'
 
     def observation(self) -> Observation | None:
@@ -214,7 +214,7 @@ class ViewListener:
                 self._node.destroy_publisher(self._publisher)
             self._publisher = self._node.create_publisher(JointState, topic, OUTPUT_QOS)
         if self._node.count_publishers(topic) > 1:
-            return f'another publisher speaks on {topic}'
+            return f'there is another publisher on {topic}'
         message = JointState(name=self._names, position=q.tolist())
         message.header.stamp = time_message(self._node.get_clock().now().nanoseconds)
         self._publisher.publish(message)

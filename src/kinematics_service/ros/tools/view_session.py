@@ -72,7 +72,7 @@ class ViewSession:
         if self._listener.facts is not None:
             return f'{self.robot.name} of {self.node}'
         heard = f' {self.node}' if self._found else ''
-        return f'{self.robot.name}; no node{heard} is heard'
+        return f'{self.robot.name}; no node{heard} runs'
 
     def choose(self, node: str) -> None:
         """Show the arm of another node."""

@@ -71,7 +71,7 @@ def _singularities(audit: Audit) -> str:
     unit = f', {measure.unit}' if measure.unit else ''
     text = ['<h2>Near singularities</h2>\n', measure_charts(audit)]
     if not audit.stretches:
-        return ''.join([*text, '<p>No stretch of it is near one.</p>\n'])
+        return ''.join([*text, '<p>No stretch of it is near a singularity.</p>\n'])
     rows = []
     for stretch in audit.stretches[:MOST]:
         names = '<br>'.join(
@@ -96,7 +96,7 @@ def _singularities(audit: Audit) -> str:
     headers = [
         'begins',
         'lasts',
-        'of it at stop',
+        'time at stop',
         'level',
         'which',
         f'worst {measure.name.replace("_", " ")}{unit}',

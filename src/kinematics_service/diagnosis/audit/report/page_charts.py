@@ -128,7 +128,7 @@ def measure_charts(audit: Audit) -> str:
         text += (
             '<p class="soft">Shaded: <span class="swatch WARN">near</span> '
             '<span class="swatch ERROR">too near</span> '
-            '<span class="swatch gap">nothing heard</span></p>\n'
+            '<span class="swatch gap">no messages</span></p>\n'
         )
     return text
 

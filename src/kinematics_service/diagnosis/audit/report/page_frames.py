@@ -64,7 +64,7 @@ def _notes(report: FrameReport) -> str:
     compared = f'{report.diagnosis.count:,} of {report.poses:,} poses are compared.'
     unmatched = f' {escape(report.unmatched)}.' if report.unmatched else ''
     judged = (
-        f' What remains (rms) is a warning from {limits.warn.in_words()} on, and bad from '
+        f' A remainder (rms) is a warning from {limits.warn.in_words()} on, and bad from '
         f'{limits.bad.in_words()} on, or where its cause is named.'
     )
     doubts = ''.join(f'<p>{escape(doubt)}.</p>\n' for doubt in report.doubts)
