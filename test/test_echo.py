@@ -213,7 +213,8 @@ def test_a_timeout_ends_the_wait_for_a_silent_node(arm, echo):
     assert (code, output) == (1, '')
     explained, gave_up = errors.splitlines()
     assert (
-        'waiting for /right/kinematics/twist: it has 1 publisher, which has sent nothing' in explained
+        'waiting for /right/kinematics/twist: it has 1 publisher, which has sent nothing'
+        in explained
     )
     assert gave_up == 'kinematics_service: gave up after 6 s without a message'
 

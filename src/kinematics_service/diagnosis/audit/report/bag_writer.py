@@ -60,7 +60,7 @@ def open_writer(file: Path, robot: Robot, joint_prefix: str) -> Iterator['BagWri
         rosbags is missing, or the file cannot be written.
     """
     try:
-        from rosbags.rosbag2 import CdrWriter, StoragePlugin
+        from rosbags.rosbag2 import StoragePlugin, Writer
     except ImportError:
         raise AuditError(
             "--out needs rosbags: pip install '.[bag]' in its checkout, or pip install rosbags"
@@ -70,7 +70,7 @@ def open_writer(file: Path, robot: Robot, joint_prefix: str) -> Iterator['BagWri
     except OSError as error:
         raise AuditError(f'{file}: cannot be written: {error.strerror}') from None
     try:
-        with CdrWriter(folder / 'bag', version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        with Writer(folder / 'bag', version=9, storage_plugin=StoragePlugin.MCAP) as writer:
             yield BagWriter(writer, robot, joint_prefix)
         os.replace(folder / 'bag' / 'bag.mcap', file)
     except OSError as error:
