@@ -23,7 +23,7 @@ from kinematics_service.estimation.joint_sample import JointSample
 from kinematics_service.estimation.joint_state_form import form_of
 from kinematics_service.kinematics.inverse.plan import plan_for
 from kinematics_service.kinematics.inverse.search import PROVED
-from kinematics_service.kinematics.inverse.target import aim_at
+from kinematics_service.kinematics.inverse.target import ik_target_of
 from kinematics_service.robot.robot import Robot
 from kinematics_service.robot.task import ROW_NAMES
 
@@ -232,7 +232,7 @@ def targets(robot: Robot, random: np.random.Generator):
         errors = np.array([0.0, 0.1, 0.2]) * PROVED
         plan = plan_for(robot, ROW_NAMES)
         kernel.distinct(
-            aim_at(robot, state.pose).residual,
+            ik_target_of(robot, state.pose).residual,
             plan.joints,
             PROVED,
             found,

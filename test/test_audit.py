@@ -21,7 +21,7 @@ from kinematics_service.estimation.estimator import (
     EstimatorOutput,
     EstimatorSettings,
 )
-from kinematics_service.estimation.status_text import notice_of
+from kinematics_service.estimation.status_text import singularity_status
 from kinematics_service.formats.recordings.block import AuditError, blocks_of
 from kinematics_service.formats.recordings.joint_state_cdr import columns_of
 from kinematics_service.formats.recordings.open_file import open_source
@@ -46,14 +46,14 @@ class Live:
 
     def __init__(self, samples, robot, settings=SETTINGS):
         self.estimator = Estimator(robot, settings)
-        self.answers, self.singularities, self.levels, self.said = [], [], [], []
+        self.answers, self.singularities, self.levels, self.warnings = [], [], [], []
         started, stale = samples[0].arrival, False
         for sample in samples:
             late = sample.arrival - started > settings.timeout
             if late and not stale and (missing := self.estimator.missing(sample.arrival)):
                 stale = True
                 if self.estimator.go_stale(sample.arrival):
-                    self.said.append((len(self.answers), missing))
+                    self.warnings.append((len(self.answers), missing))
             answer = self.estimator.take(sample)
             if not isinstance(answer, EstimatorOutput):
                 continue
@@ -61,8 +61,8 @@ class Live:
             singularity = singularity_of(answer.state)
             level, say = self.estimator.judge(singularity, sample.arrival)
             if say:
-                notice = notice_of(robot, singularity, level, robot.base_frame)
-                self.said.append((len(self.answers), notice))
+                status_text = singularity_status(robot, singularity, level, robot.base_frame)
+                self.warnings.append((len(self.answers), status_text))
             self.answers.append(answer)
             self.singularities.append(singularity)
             self.levels.append(level)
@@ -100,14 +100,14 @@ def assert_same(result, parts, live):
     times = [s.time_to_warning for s in live.singularities]
     times = [math.nan if time is None else time for time in times]
     np.testing.assert_array_equal(series['time_to_warning'], times)
-    assert len(timeline.said) == len(live.said)
-    for one, (row, said) in zip(timeline.said, live.said):
+    assert len(timeline.warnings) == len(live.warnings)
+    for one, (row, warning) in zip(timeline.warnings, live.warnings):
         assert one.row == row
-        if isinstance(said, tuple):
-            assert one.notice.level == Level.STALE
-            assert all(name in one.notice.sentence for name in said)
+        if isinstance(warning, tuple):
+            assert one.status_text.level == Level.STALE
+            assert all(name in one.status_text.sentence for name in warning)
         else:
-            assert one.notice == said
+            assert one.status_text == warning
 
 
 # The same as the node
@@ -336,7 +336,7 @@ def test_the_document_is_strict_json_with_everything_in_it():
     assert document['series']['q'][3] == result.timeline.q[3].tolist()
     assert document['verdict'][0]['sentence'].startswith('The arm ')
     assert {stretch['level'] for stretch in document['stretches']} <= {'WARN', 'ERROR'}
-    assert len(document['warnings']) == len(result.timeline.said)
+    assert len(document['warnings']) == len(result.timeline.warnings)
 
 
 def test_no_state_is_a_sentence_that_names_both_sides():

@@ -21,7 +21,7 @@ from kinematics_service.diagnosis.audit.curves import curve_of
 from kinematics_service.diagnosis.audit.report.charts import Chart
 from kinematics_service.diagnosis.audit.report.page_header import origin_of
 from kinematics_service.estimation.estimator import Estimator, EstimatorOutput, EstimatorSettings
-from kinematics_service.estimation.status_text import notice_of
+from kinematics_service.estimation.status_text import singularity_status
 from kinematics_service.formats.recordings.between_points import PlannedTrajectory, sampled
 from kinematics_service.formats.recordings.plan_yaml import PlanYamlError, read_documents
 from kinematics_service.kinematics.singularity import singularity_of
@@ -541,8 +541,8 @@ def test_what_is_written_is_what_the_nodes_builders_write(tmp_path, capsys, stor
                 expected[name].append((one.received, message))
         level, say = estimator.judge(report.singularity, one.arrival)
         if say:
-            notice = notice_of(robot, report.singularity, level, robot.base_frame)
-            status = status_message('kinematics: singularity', notice)
+            status_text = singularity_status(robot, report.singularity, level, robot.base_frame)
+            status = status_message('kinematics: singularity', status_text)
             expected['/kinematics/singularity/warning'].append((one.received, status))
     assert len(written) == 10
     for name, messages in expected.items():

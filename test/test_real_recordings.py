@@ -131,7 +131,7 @@ def judged(rows, ur3e_file):
     """Return what is said, and the level of each row, arrivals being the stamps."""
     robot = ks.load_robot(ur3e_file)
     estimator = Estimator(robot, EstimatorSettings())
-    said, levels = [], []
+    warnings, levels = [], []
     for k, row in enumerate(rows):
         answer = estimator.take(
             JointSample(
@@ -148,12 +148,12 @@ def judged(rows, ur3e_file):
         level, say = estimator.judge(singularity, row.stamp)
         levels.append(level)
         if say:
-            said.append(Said(k, level, np.array(singularity.lost_direction)))
-    return said, levels
+            warnings.append(Said(k, level, np.array(singularity.lost_direction)))
+    return warnings, levels
 
 
 def test_the_arm_is_at_a_singularity_twice_in_one_episode(rows, judged):
-    said, levels = judged
+    warnings, levels = judged
     bad = [k for k, level in enumerate(levels) if level != Level.OK]
     assert bad == list(range(bad[0], bad[-1] + 1))
     assert {rows[k].leg for k in bad} <= {'L1L2', 'L2L3'}
@@ -161,8 +161,8 @@ def test_the_arm_is_at_a_singularity_twice_in_one_episode(rows, judged):
 
 
 def test_both_lost_directions_are_said(judged):
-    said, _ = judged
-    errors = [each for each in said if each.level == Level.ERROR]
+    warnings, _ = judged
+    errors = [each for each in warnings if each.level == Level.ERROR]
     turns = [
         (earlier.row, later.row)
         for earlier, later in zip(errors, errors[1:])

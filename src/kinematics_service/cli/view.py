@@ -98,8 +98,8 @@ def view(
                 options = (node, address, publish, context.obj)
                 raise typer.Exit(run_view(arm, DEFAULT, *options, lambda: stop.came))
             status = 'sliders only: there is no ROS here'
-        silence = SliderSource(arm or given_robot(DEFAULT), status)
-        run_page(silence, address, False, lambda: stop.came)
+        source = SliderSource(arm or given_robot(DEFAULT), status)
+        run_page(source, address, False, lambda: stop.came)
 
 
 def _with_ros(publish: bool) -> Callable[..., int] | None:

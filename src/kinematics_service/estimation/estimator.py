@@ -285,12 +285,12 @@ class Estimator:
             `kernel.JACOBIAN`, or `kernel.ALL_FRAMES` where the link frames are asked for.
         """
         row = np.empty(self.robot.chain.single_widths[depth])
-        said = self._observe(sample, row)
-        if isinstance(said, RefusedMessage):
-            return said
-        state = ToolState(self.robot, row, said != kernel.SAID_WITHOUT_VELOCITIES)
+        outcome = self._observe(sample, row)
+        if isinstance(outcome, RefusedMessage):
+            return outcome
+        state = ToolState(self.robot, row, outcome != kernel.SAID_WITHOUT_VELOCITIES)
         return EstimatorOutput(
-            state, row[-kernel.ROW_TAIL :], sample.stamp or sample.received, _SOURCES[said]
+            state, row[-kernel.ROW_TAIL :], sample.stamp or sample.received, _SOURCES[outcome]
         )
 
     def take_bytes(
@@ -324,7 +324,7 @@ class Estimator:
             return None
         arm, memory, widths, width = self._arguments
         row, measures = np.empty(widths[depth]), np.empty(width)
-        said: int = kernel.observe_bytes(
+        outcome: int = kernel.observe_bytes(
             arm,
             memory,
             incoming,
@@ -334,18 +334,18 @@ class Estimator:
             measures,
             answers,
         )
-        if said == kernel.NOT_THIS_FORM or said == kernel.BAD_POSITION:
+        if outcome == kernel.NOT_THIS_FORM or outcome == kernel.BAD_POSITION:
             return None
-        if said >= kernel.STARTED_ANEW:
+        if outcome >= kernel.STARTED_ANEW:
             self.counts[RESETS] += 1
-            said -= kernel.STARTED_ANEW
-        if said > kernel.SAID_WITH_DIFFERENCES:
-            return self._refused(said)
+            outcome -= kernel.STARTED_ANEW
+        if outcome > kernel.SAID_WITH_DIFFERENCES:
+            return self._refused(outcome)
         self.counts[ACCEPTED] += 1
-        moving = said != kernel.SAID_WITHOUT_VELOCITIES
+        moving = outcome != kernel.SAID_WITHOUT_VELOCITIES
         state = _new(ToolState, (self.robot, row, moving, None, measures))
         return _new(
-            EstimatorOutput, (state, row[-kernel.ROW_TAIL :], incoming.stamp, _SOURCES[said])
+            EstimatorOutput, (state, row[-kernel.ROW_TAIL :], incoming.stamp, _SOURCES[outcome])
         )
 
     def _keep(self, form: JointStateForm) -> IncomingForm | None:
@@ -368,11 +368,11 @@ class Estimator:
         """
         n = self.robot.dof
         row = np.empty(2 * n + kernel.ROW_TAIL)
-        said = self._observe(sample, row)
-        if isinstance(said, RefusedMessage):
-            return said
-        qdot = None if said == kernel.SAID_WITHOUT_VELOCITIES else row[n : 2 * n]
-        return AcceptedMessage(row[:n], qdot, sample.stamp or sample.received, _SOURCES[said])
+        outcome = self._observe(sample, row)
+        if isinstance(outcome, RefusedMessage):
+            return outcome
+        qdot = None if outcome == kernel.SAID_WITHOUT_VELOCITIES else row[n : 2 * n]
+        return AcceptedMessage(row[:n], qdot, sample.stamp or sample.received, _SOURCES[outcome])
 
     def _observe(self, sample: JointSample, row: Floats) -> int | RefusedMessage:
         # One of the first three things that `kernel.observe` says, or a refusal; counted.
@@ -380,7 +380,7 @@ class Estimator:
         refusal = self._shape_refusal(sample, layout)
         if refusal is None:
             positions, velocities = _doubles(sample.positions), _doubles(sample.velocities)
-            said: int = kernel.observe(
+            outcome: int = kernel.observe(
                 self.robot.arm,
                 self._table.memory,
                 layout.ours,
@@ -391,25 +391,25 @@ class Estimator:
                 sample.arrival,
                 row,
             )
-            if sample.stamp == 0 and said != kernel.BAD_POSITION:
+            if sample.stamp == 0 and outcome != kernel.BAD_POSITION:
                 self.counts[NOT_STAMPED] += 1
-            if said >= kernel.STARTED_ANEW:
+            if outcome >= kernel.STARTED_ANEW:
                 self.counts[RESETS] += 1
-                said -= kernel.STARTED_ANEW
-            if said <= kernel.SAID_WITH_DIFFERENCES:
+                outcome -= kernel.STARTED_ANEW
+            if outcome <= kernel.SAID_WITH_DIFFERENCES:
                 self.counts[ACCEPTED] += 1
-                return said
-            if said in _REFUSALS:
-                return self._refused(said)
+                return outcome
+            if outcome in _REFUSALS:
+                return self._refused(outcome)
             refusal = self._bad_position(layout, positions)
         self.counts[refusal.reason] += 1
         return refusal
 
-    def _refused(self, said: int) -> RefusedMessage:
-        if said == kernel.NOT_COMPUTABLE:
+    def _refused(self, outcome: int) -> RefusedMessage:
+        if outcome == kernel.NOT_COMPUTABLE:
             # The lengths of an arm made in Python can overflow; such a position must not be kept.
             self._table.forget()
-        refusal = _REFUSALS[said]
+        refusal = _REFUSALS[outcome]
         self.counts[refusal.reason] += 1
         return refusal
 
@@ -428,8 +428,8 @@ class Estimator:
         return None
 
     def _bad_position(self, layout: JointLayout, positions: Floats) -> RefusedMessage:
-        for j, place in zip(layout.joints, layout.places):
-            position = float(positions[place])
+        for j, index in zip(layout.joints, layout.indices):
+            position = float(positions[index])
             if not abs(position) <= kernel.LARGEST:
                 reason = TOO_LARGE if math.isfinite(position) else NOT_FINITE
                 return RefusedMessage(

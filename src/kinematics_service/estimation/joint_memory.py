@@ -35,7 +35,7 @@ class JointLayout(NamedTuple):
     """
 
     joints: tuple[int, ...]
-    places: tuple[int, ...]
+    indices: tuple[int, ...]
     duplicates: tuple[str, ...]
     ours: OurJoints
 
@@ -91,18 +91,18 @@ class JointTable:
         if layout is not None:
             return layout
         joints: list[int] = []
-        places: list[int] = []
+        indices: list[int] = []
         duplicates: list[str] = []
-        for place, name in enumerate(key):
+        for index, name in enumerate(key):
             j = self._index.get(name)
             if j is None:
                 continue
             if j in joints:
                 duplicates.append(name)
             joints.append(j)
-            places.append(place)
-        ours = OurJoints(np.array(joints, dtype=np.int64), np.array(places, dtype=np.int64))
-        layout = JointLayout(tuple(joints), tuple(places), tuple(duplicates), ours)
+            indices.append(index)
+        ours = OurJoints(np.array(joints, dtype=np.int64), np.array(indices, dtype=np.int64))
+        layout = JointLayout(tuple(joints), tuple(indices), tuple(duplicates), ours)
         if len(self._layouts) >= LAYOUTS:
             self._layouts.pop(next(iter(self._layouts)))
         if len(key) <= 8 * len(self.names) + 256:  # a hostile list of names is not worth keeping

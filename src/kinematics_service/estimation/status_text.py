@@ -75,7 +75,7 @@ def _tendency(singularity: Singularity, robot: Robot) -> str:
     return 'towards' if worsening > 0.0 else 'away'
 
 
-def notice_of(
+def singularity_status(
     robot: Robot, singularity: Singularity, level: Level, base_frame: str, joint_prefix: str = ''
 ) -> StatusText:
     """
@@ -194,6 +194,6 @@ def structure_in_words(robot: Robot) -> str:
     return f'{who}: rank {task.generic_rank} of {full} at best'
 
 
-def stale_notice(robot: Robot, sentence: str) -> StatusText:
+def stale_status(robot: Robot, sentence: str) -> StatusText:
     """Return the notice that nothing is known of the arm."""
     return StatusText(Level.STALE, sentence, (('robot', robot.name),))

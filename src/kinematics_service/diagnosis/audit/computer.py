@@ -8,7 +8,7 @@ import numpy as np
 
 from ...errors import JointVectorError
 from ...estimation.estimator import ACCEPTED, TOO_LARGE
-from ...estimation.status_text import StatusText, notice_of, stale_notice
+from ...estimation.status_text import StatusText, singularity_status, stale_status
 from ...formats.recordings.block import Block, Flags, UnreadableMessage
 from ...kernel import Floats
 from ...kinematics.singularity import FactorMeasures, Singularity, singularity_of
@@ -20,7 +20,7 @@ from .judging import Judge
 from .timeline import MEASURE_NAMES, PublishedWarning, Timeline, TimelineBatch
 
 # Sentences kept; an arm that chatters at a threshold for hours is told by its first ones.
-MOST_SAID = 10_000
+MOST_WARNINGS = 10_000
 
 
 def part_singularity(singularity: Singularity, k: int, moving: bool) -> Singularity:
@@ -98,26 +98,28 @@ class Computer:
             singularity.lost_direction,
             nearest,
             known.arrivals,
-            known.silences,
+            known.timeouts,
         )
         moving = ~np.any(np.isnan(known.qdot), axis=1)
-        said = [
-            PublishedWarning(first + k, silence.moment, self._stale_notice(silence.missing))
-            for k, silence in judged.silences
+        warnings = [
+            PublishedWarning(first + k, timeout.moment, self._stale_status(timeout.missing))
+            for k, timeout in judged.timeouts
         ]
-        for k in judged.said:
+        for k in judged.warnings:
             one = part_singularity(singularity, k, bool(moving[k]))
             level = Level(int(judged.levels[k]))
-            notice = notice_of(robot, one, level, self._base_frame, self._joint_prefix)
-            said.append(PublishedWarning(first + k, int(known.arrivals[k]), notice))
-        said.sort(key=lambda one: (one.row, one.moment))
+            status_text = singularity_status(
+                robot, one, level, self._base_frame, self._joint_prefix
+            )
+            warnings.append(PublishedWarning(first + k, int(known.arrivals[k]), status_text))
+        warnings.sort(key=lambda one: (one.row, one.moment))
         signs = self._signs(state.quaternion_xyzw, known.fresh)
         quaternion = state.quaternion_xyzw * signs[:, None]
         self._quaternion = np.array(quaternion[-1])
         timeline = self._timeline
         timeline.append(known, state, singularity, judged.levels, signs < 0.0)
-        timeline.said += said[: max(0, MOST_SAID - len(timeline.said))]
-        return TimelineBatch(first, known, state, quaternion, singularity, said)
+        timeline.warnings += warnings[: max(0, MOST_WARNINGS - len(timeline.warnings))]
+        return TimelineBatch(first, known, state, quaternion, singularity, warnings)
 
     def _computable(self, known: KnownJoints) -> KnownJoints:
         # Lengths of the robot file can overflow with positions the estimator lets pass.
@@ -136,11 +138,11 @@ class Computer:
             for field in dataclasses.fields(KnownJoints)
             if field.name != 'silences'
         }
-        kept = {int(at[k]): silence for k, silence in known.silences.items() if good[k]}
-        return KnownJoints(**columns, silences=kept)
+        kept = {int(at[k]): timeout for k, timeout in known.timeouts.items() if good[k]}
+        return KnownJoints(**columns, timeouts=kept)
 
-    def _stale_notice(self, missing: tuple[str, ...]) -> StatusText:
-        return stale_notice(self._robot, f'no joint state of {", ".join(missing)}')
+    def _stale_status(self, missing: tuple[str, ...]) -> StatusText:
+        return stale_status(self._robot, f'no joint state of {", ".join(missing)}')
 
     def _signs(self, quaternions: Floats, fresh: Flags) -> Floats:
         # As the estimator: turned where the last one, as published, points the other way.

@@ -55,7 +55,7 @@ class KnownJoints:
         Whether some velocity is a difference of positions.
     fresh : shape (N,)
         Whether the estimator forgot everything just before.
-    silences : by row
+    timeouts : by row
         What was silent before a row.
     """
 
@@ -66,7 +66,7 @@ class KnownJoints:
     qdot: Floats
     differenced: Flags
     fresh: Flags
-    silences: dict[int, JointTimeout]
+    timeouts: dict[int, JointTimeout]
 
     def __len__(self) -> int:
         return len(self.stamps)
@@ -123,7 +123,7 @@ class Ingest:
                     self._estimator.accept(block.sample(end - 2))
                     k = end - 1
         self._message += len(block)
-        self._pending = (rows.silence, rows.reset)
+        self._pending = (rows.timeout, rows.reset)
         return rows.known(self._robot.dof)
 
     def refuse(self, message: UnreadableMessage) -> None:
@@ -137,19 +137,19 @@ class Ingest:
         # Runs of messages that can be taken in columns once the first of them is accepted; others
         # are runs of one.
         count = len(block)
-        places = self._places(block)
-        if places is None:
+        columns = self._joint_columns(block)
+        if columns is None:
             yield from ((k, k + 1) for k in range(count))
             return
         with np.errstate(invalid='ignore'):
-            good = np.all(np.abs(block.positions[:, places]) <= LARGEST, axis=1)
+            good = np.all(np.abs(block.positions[:, columns]) <= LARGEST, axis=1)
         good &= block.stamps > 0
         follows = np.zeros(count, dtype=bool)
         follows[1:] = good[1:] & good[:-1] & (np.diff(block.stamps) > 0)
         starts = [*np.flatnonzero(~follows).tolist(), count]
         yield from zip(starts, starts[1:])
 
-    def _places(self, block: Block) -> list[int] | None:
+    def _joint_columns(self, block: Block) -> list[int] | None:
         # Where each of our joints stands; None unless each is there once and has a position.
         if block.positions.shape[1] != len(block.names):
             return None
@@ -196,21 +196,21 @@ class Ingest:
             age = self._estimator.age(arrival)
             heard = self._started if math.isinf(age) else arrival - round(age * 1e9)
             moment = max(heard, self._started) + timeout
-            rows.silence = JointTimeout(min(moment, arrival), missing)
+            rows.timeout = JointTimeout(min(moment, arrival), missing)
 
     def _columns(self, block: Block, first: int, end: int, rows: '_KnownRows') -> None:
         # Messages first + 1 to end - 1, message `first` being the last one accepted.
         settings = self._estimator.settings
-        places = self._places(block)
-        assert places is not None
-        q = block.positions[first:end, places]
+        columns = self._joint_columns(block)
+        assert columns is not None
+        q = block.positions[first:end, columns]
         stamps, arrivals = block.stamps[first:end], block.received[first:end]
         heard = np.zeros(len(q), dtype=bool)
         qdot = np.full_like(q, math.nan)
         if settings.velocity_source != 'difference' and (
             block.velocities.shape[1] == len(block.names)
         ):
-            velocities = block.velocities[first:end, places]
+            velocities = block.velocities[first:end, columns]
             with np.errstate(invalid='ignore'):
                 heard = np.all(np.abs(velocities) <= LARGEST, axis=1)
             qdot[heard] = velocities[heard]
@@ -225,7 +225,7 @@ class Ingest:
         before = len(rows)
         for k in late.tolist():
             moment = int(arrivals[k]) + settings.timeout
-            rows.silences[before + k] = JointTimeout(moment, self._names)
+            rows.timeouts[before + k] = JointTimeout(moment, self._names)
         rows.add(
             np.arange(first + 1, end) + self._message,
             stamps[1:],
@@ -253,9 +253,9 @@ class Ingest:
 class _KnownRows:
     """The rows of a `KnownJoints` while they are collected."""
 
-    def __init__(self, silence: JointTimeout | None, reset: bool) -> None:
-        self.silences: dict[int, JointTimeout] = {}
-        self.silence, self.reset = silence, reset
+    def __init__(self, timeout: JointTimeout | None, reset: bool) -> None:
+        self.timeouts: dict[int, JointTimeout] = {}
+        self.timeout, self.reset = timeout, reset
         self._parts: list[tuple[Floats, ...]] = []
         self._fresh: list[int] = []
         self._count = 0
@@ -264,11 +264,11 @@ class _KnownRows:
         return self._count
 
     def add(self, *columns: object) -> None:
-        if self.silence is not None:
-            self.silences[self._count] = self.silence
+        if self.timeout is not None:
+            self.timeouts[self._count] = self.timeout
         if self.reset:
             self._fresh.append(self._count)
-        self.silence, self.reset = None, False
+        self.timeout, self.reset = None, False
         self._parts.append(tuple(np.asarray(column) for column in columns))
         self._count += len(self._parts[-1][0])
 
@@ -288,5 +288,5 @@ class _KnownRows:
             qdot,
             differenced.astype(bool),
             fresh,
-            self.silences,
+            self.timeouts,
         )

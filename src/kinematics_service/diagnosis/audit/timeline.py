@@ -30,7 +30,7 @@ class PublishedWarning(NamedTuple):
 
     row: int
     moment: int
-    notice: StatusText
+    status_text: StatusText
 
 
 class Timeline:
@@ -64,7 +64,7 @@ class Timeline:
         OK, WARN or ERROR, with hysteresis.
     silent : shape (N,)
         Whether the state was stale just before.
-    said
+    warnings
         What the node would have said.
     """
 
@@ -82,7 +82,7 @@ class Timeline:
         self.measures = {name: Column(np.float64) for name in kept}
         self.factors = StateTable(len(robot.factors.names))
         self.levels, self.silent = Column(np.int8), Column(bool)
-        self.said: list[PublishedWarning] = []
+        self.warnings: list[PublishedWarning] = []
         self._clock: tuple[int, int] | None = None
 
     def __len__(self) -> int:
@@ -105,7 +105,7 @@ class Timeline:
         moving = ~np.any(np.isnan(known.qdot), axis=1)
         twist = np.where(moving[:, None], state.twist, np.nan)
         silent = np.zeros(len(known), dtype=bool)
-        silent[list(known.silences)] = True
+        silent[list(known.timeouts)] = True
         self.messages.append(known.messages)
         self.t.append(self._times(known.stamps))
         self.stamps.append(known.stamps)
@@ -137,7 +137,7 @@ class TimelineBatch(NamedTuple):
     """
     A batch of states with everything the node would publish of them.
 
-    `first` is the number of its first state, and `said` what is said at its states.
+    `first` is the number of its first state, and `warnings` what is said at its states.
     """
 
     first: int
@@ -145,4 +145,4 @@ class TimelineBatch(NamedTuple):
     state: ToolState
     quaternion_xyzw: Floats
     singularity: Singularity
-    said: list[PublishedWarning]
+    warnings: list[PublishedWarning]

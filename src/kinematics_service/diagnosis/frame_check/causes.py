@@ -11,7 +11,13 @@ from ... import kernel
 from ...kernel import Floats
 from ...kinematics.tool_state import evaluate
 from .errors import Errors, angle_in_words, errors_of, length_in_words, time_in_words
-from .hypotheses import ComparedData, Hypothesis, NumberHypothesis, changes_of, slides_of
+from .hypotheses import (
+    ComparedData,
+    Hypothesis,
+    NumberHypothesis,
+    hypotheses_of,
+    number_hypotheses_of,
+)
 from .lag import lagged
 from .offsets import (
     LEFT_ALONE,
@@ -109,7 +115,7 @@ def _whole(given: ComparedData, fit: Fit) -> list[TestedCause]:
     # All are sifted with a few poses; the best are fitted with all of them.
     every = np.unique(np.linspace(0, len(given.q) - 1, SIFTED).astype(int))
     few = given._replace(q=given.q[every], poses=given.poses[every])
-    changes = list(changes_of(few))
+    changes = list(hypotheses_of(few))
     sifted = fit_offsets(*_undone(few, changes), steps=SIFT_STEPS)
     wanted = [
         k
@@ -118,7 +124,7 @@ def _whole(given: ComparedData, fit: Fit) -> list[TestedCause]:
     ]
     if not wanted:
         return []
-    changes = [change for k, change in enumerate(changes_of(given)) if k in wanted]
+    changes = [change for k, change in enumerate(hypotheses_of(given)) if k in wanted]
     wanted.sort()
     begin = Fit(*(values[wanted] for values in sifted))
     fits = fit_offsets(*_undone(given, changes), begin=begin)
@@ -143,8 +149,10 @@ def _numbers(given: ComparedData, A: Floats, fit: Fit) -> list[TestedCause]:
     # By first order: what each takes away beyond what the offsets can; the best are fitted.
     scale = scale_of(given.poses)
     J, r = equations_of(A, fit, scale)
-    slides = list(slides_of(given))
-    columns = np.stack([parameter_columns(A, fit, slide.columns, scale) for slide in slides], 1)
+    slides = list(number_hypotheses_of(given))
+    columns = np.stack(
+        [parameter_columns(A, fit, hypothesis.columns, scale) for hypothesis in slides], 1
+    )
     basis = span_of(J)
     columns -= basis @ (basis.T @ columns)
     rest = r - basis @ (basis.T @ r)
@@ -159,20 +167,22 @@ def _numbers(given: ComparedData, A: Floats, fit: Fit) -> list[TestedCause]:
     ]
 
 
-def _fitted(given: ComparedData, A: Floats, before: Fit, slide: NumberHypothesis) -> TestedCause:
+def _fitted(
+    given: ComparedData, A: Floats, before: Fit, hypothesis: NumberHypothesis
+) -> TestedCause:
     # Steps of the offsets and the number together; the poses are computed anew with it.
     scale, value, fit = scale_of(given.poses), 0.0, before
     for _ in range(ROUNDS):
-        value += parameter_step(A, fit, slide.columns, scale)
-        A = slide.model(value)
+        value += parameter_step(A, fit, hypothesis.columns, scale)
+        A = hypothesis.model(value)
         fit = fit_offsets(A[None], given.poses[None], begin=lifted(fit), steps=2).one(0)
-    shown = length_in_words(value) if slide.unit == 'm' else angle_in_words(value)
+    shown = length_in_words(value) if hypothesis.unit == 'm' else angle_in_words(value)
     shown = shown if value < 0.0 else f'+{shown}'
-    if slide.key == 'joint_offset':
-        sentence = f'the zero of joint {slide.name} is off: its positions need {shown}'
+    if hypothesis.key == 'joint_offset':
+        sentence = f'the zero of joint {hypothesis.name} is off: its positions need {shown}'
     else:
-        sentence = f'a length of the table is off: {slide.name} needs {shown}'
-    return _cause(slide.key, sentence, value, before, fit)
+        sentence = f'a length of the table is off: {hypothesis.name} needs {shown}'
+    return _cause(hypothesis.key, sentence, value, before, fit)
 
 
 def _lag(given: ComparedData, A: Floats, fit: Fit) -> list[TestedCause]:

@@ -79,7 +79,7 @@ class ComparedData(NamedTuple):
     later: Later | None
 
 
-def changes_of(given: ComparedData) -> Iterator[Hypothesis]:
+def hypotheses_of(given: ComparedData) -> Iterator[Hypothesis]:
     """Yield everything whole that may be wrong."""
     yield from _of_joints(given)
     yield from _of_table(given)
@@ -207,7 +207,7 @@ def quaternions_of(poses: Floats) -> Floats:
     return quaternions_xyzw
 
 
-def slides_of(given: ComparedData) -> Iterator[NumberHypothesis]:
+def number_hypotheses_of(given: ComparedData) -> Iterator[NumberHypothesis]:
     """Yield every number of the robot that may be wrong: zero positions, lengths of the table."""
     robot, q = given.robot, given.q
     state = evaluate(robot, q, depth=kernel.ALL_FRAMES)

@@ -8,8 +8,8 @@ from typing import Protocol
 from ...kernel import Floats
 from ...robot.robot import Robot
 from .address import Address
-from .admission import ANYWHERE
 from .observation import Observation, observe
+from .origin_check import ANYWHERE
 from .page import Page, serve
 from .viewpoint import Viewpoint
 

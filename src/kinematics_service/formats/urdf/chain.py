@@ -159,8 +159,8 @@ def _followed(tree: UrdfTree, joint: UrdfJoint) -> UrdfJoint:
 def _ordered(root: XmlElement, names: list[str]) -> list[str]:
     # As the chain has them, unless the file is one of ours and says otherwise.
     extension = root.first(EXTENSION)
-    said = [] if extension is None else extension.attributes.get('joint_order', '').split()
-    return sorted(names, key=said.index) if set(names) <= set(said) else names
+    named = [] if extension is None else extension.attributes.get('joint_order', '').split()
+    return sorted(names, key=named.index) if set(names) <= set(named) else names
 
 
 def _variable(
@@ -171,10 +171,10 @@ def _variable(
     ours = [joint for joint in moving if leaders[joint.name].mimics == name]
     others = [joint for joint in ours if (joint.type != 'prismatic') != turns]
     if others and (not turns or len(others) == len(ours)):
-        does, said = ('turns', 'slides') if turns else ('slides', 'turns')
+        does, itself = ('turns', 'slides') if turns else ('slides', 'turns')
         others[0].element.refuse(
-            f'it {said}, and {name!r}, which it mimics, {does}; a robot file can say that only of '
-            'a joint that turns in the same chain (type: helical)'
+            f'it {itself}, and {name!r}, which it mimics, {does}; a robot file can say that only '
+            'of a joint that turns in the same chain (type: helical)'
         )
     kind = 'helical' if others else 'revolute' if turns else 'prismatic'
     return Variable(name, kind, leader.lower, leader.upper, leader.velocity)

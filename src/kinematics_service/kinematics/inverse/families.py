@@ -49,18 +49,18 @@ class SolutionFamily(NamedTuple):
 
 
 def isolated_or_not(
-    robot: Robot, aim: IkTarget, plan: InversePlan, found: DistinctSolutions
+    robot: Robot, target: IkTarget, plan: InversePlan, found: DistinctSolutions
 ) -> tuple[DistinctSolutions, tuple[SolutionFamily, ...]]:
     """Return the isolated ones of proved solutions, and the families of the others."""
     n = robot.dof
     shares = np.empty(len(found.q))
-    kernel.pivots(aim.residual, plan.scales, found.q, shares)
+    kernel.pivots(target.residual, plan.scales, found.q, shares)
     suspect = shares < SUSPECT
     if not suspect.any():
         return found, ()
     m = len(found.q)
     sigma, motions = np.zeros((m, n)), np.zeros((m, n, n))
-    kernel.free_motions(aim.residual, plan.scales, found.q, sigma, motions)
+    kernel.free_motions(target.residual, plan.scales, found.q, sigma, motions)
     singular = sigma[:, -1] < MAYBE_FREE * sigma[:, 0]
     if not singular.any():
         return found, ()
@@ -68,10 +68,10 @@ def isolated_or_not(
     isolated = np.ones(m, dtype=bool)
     for k in np.flatnonzero(singular):
         null = motions[k][sigma[k] < MAYBE_FREE * sigma[k, 0]]
-        along = _along(robot, aim, plan, found.q[k], null, float(found.errors[k]))
+        along = _along(robot, target, plan, found.q[k], null, float(found.errors[k]))
         if len(along):
             isolated[k] = False
-            straight = _straight(robot, aim, plan, found.q[k], along)
+            straight = _straight(robot, target, plan, found.q[k], along)
             families.append(SolutionFamily(found.q[k], float(found.errors[k]), along, straight))
     return DistinctSolutions(found.q[isolated], found.errors[isolated]), tuple(
         _merged(plan, families)
@@ -79,11 +79,11 @@ def isolated_or_not(
 
 
 def _along(
-    robot: Robot, aim: IkTarget, plan: InversePlan, q: Floats, null: Floats, error: float
+    robot: Robot, target: IkTarget, plan: InversePlan, q: Floats, null: Floats, error: float
 ) -> Floats:
     # The part of the null space in which the pose can really be kept.
     trials = np.concatenate([null, -null]) * TRIED
-    gone = refined(aim, plan, q + trials * plan.scales, far=True)
+    gone = refined(target, plan, q + trials * plan.scales, far=True)
     ways = apart(plan, q, gone.q) / plan.scales
     size = np.linalg.norm(ways, axis=1)
     as_good = max(AS_GOOD * robot.task.length, 4.0 * error)
@@ -97,10 +97,10 @@ def _along(
     return signed(along)
 
 
-def _straight(robot: Robot, aim: IkTarget, plan: InversePlan, q: Floats, along: Floats) -> bool:
+def _straight(robot: Robot, target: IkTarget, plan: InversePlan, q: Floats, along: Floats) -> bool:
     out = np.concatenate([q + t * along * plan.scales for t in FAR_OUT])
     # A direction known to some ten digits.
-    return bool(np.all(errors_at(aim, plan, out) < 1e-6 * robot.task.length))
+    return bool(np.all(errors_at(target, plan, out) < 1e-6 * robot.task.length))
 
 
 def _merged(plan: InversePlan, families: list[SolutionFamily]) -> list[SolutionFamily]:
@@ -130,7 +130,7 @@ def away_from_line(plan: InversePlan, away: Floats, motions: Floats) -> Floats:
 
 def nearer(
     robot: Robot,
-    aim: IkTarget,
+    target: IkTarget,
     plan: InversePlan,
     family: SolutionFamily,
     near: Floats,
@@ -146,19 +146,21 @@ def nearer(
         if largest < 1e-4:
             break
         trial = q + step * plan.scales * min(1.0, 0.5 / largest)
-        gone = refined(aim, plan, np.clip(trial, *limits.T)[None], True, limits)
+        gone = refined(target, plan, np.clip(trial, *limits.T)[None], True, limits)
         closer = np.linalg.norm((near - gone.q[0]) / plan.scales) < np.linalg.norm(away)
         if gone.errors[0] >= PROVED or not closer:
             break
         q, error = gone.q[0], float(gone.errors[0])
         if not family.straight:
-            motions = tangent(robot, aim, plan, q, len(motions))
+            motions = tangent(robot, target, plan, q, len(motions))
     return SolutionFamily(q, error, motions, family.straight)
 
 
-def tangent(robot: Robot, aim: IkTarget, plan: InversePlan, q: Floats, dimension: int) -> Floats:
+def tangent(
+    robot: Robot, target: IkTarget, plan: InversePlan, q: Floats, dimension: int
+) -> Floats:
     """Return the joint motions (k, n), scaled and orthonormal, that J maps to least."""
     n = robot.dof
     sigma, motions = np.zeros((1, n)), np.zeros((1, n, n))
-    kernel.free_motions(aim.residual, plan.scales, q[None].copy(), sigma, motions)
+    kernel.free_motions(target.residual, plan.scales, q[None].copy(), sigma, motions)
     return np.array(motions[0, n - dimension :])

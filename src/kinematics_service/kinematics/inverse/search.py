@@ -42,7 +42,7 @@ class LeastError(NamedTuple):
 
 
 def refinement(
-    aim: IkTarget,
+    target: IkTarget,
     plan: InversePlan,
     far: bool = False,
     limits: Floats | None = None,
@@ -51,7 +51,7 @@ def refinement(
     """Return the refinement that leads to a target: see `refined`."""
     damping, steps = (kernel.FAR_DAMPING, kernel.FAR_STEPS) if far else (0.0, kernel.NEAR_STEPS)
     return kernel.Refinement(
-        aim.residual,
+        target.residual,
         plan.held if held else plan.scales,
         plan.unlimited if limits is None else limits,
         damping,
@@ -60,7 +60,7 @@ def refinement(
 
 
 def refined(
-    aim: IkTarget,
+    target: IkTarget,
     plan: InversePlan,
     q: Floats,
     far: bool = False,
@@ -72,7 +72,7 @@ def refined(
 
     Parameters
     ----------
-    aim, plan
+    target, plan
         The target, and the arm's plan for it.
     q : shape (m, n), rad or m
         Starts.
@@ -83,12 +83,12 @@ def refined(
     held
         Whether the joints that the plan holds stay where they are.
     """
-    return _refined(refinement(aim, plan, far, limits, held), q)
+    return _refined(refinement(target, plan, far, limits, held), q)
 
 
-def errors_at(aim: IkTarget, plan: InversePlan, q: Floats) -> Floats:
+def errors_at(target: IkTarget, plan: InversePlan, q: Floats) -> Floats:
     """Return by how much the tool misses the target at joint positions (m, n), shape (m,), m."""
-    still = kernel.Refinement(aim.residual, plan.scales, plan.unlimited, 0.0, 0)
+    still = kernel.Refinement(target.residual, plan.scales, plan.unlimited, 0.0, 0)
     return _refined(still, q).errors
 
 
@@ -110,13 +110,13 @@ def apart(plan: InversePlan, a: Floats, b: Floats) -> Floats:
 
 
 def distinct(
-    aim: IkTarget, plan: InversePlan, found: DistinctSolutions
+    target: IkTarget, plan: InversePlan, found: DistinctSolutions
 ) -> tuple[DistinctSolutions, Integers]:
     """Return the proved ones of what was found, each once, and how often each was met."""
     order = np.argsort(found.errors, kind='stable')
     q, errors = found.q[order], found.errors[order]
     which, met = np.empty(len(q), dtype=np.int64), np.empty(len(q), dtype=np.int64)
-    count = kernel.distinct(aim.residual, plan.joints, PROVED, q, errors, which, met)
+    count = kernel.distinct(target.residual, plan.joints, PROVED, q, errors, which, met)
     kept = which[:count]
     return DistinctSolutions(q[kept], errors[kept]), met[:count]
 
@@ -144,7 +144,7 @@ def starts(robot: Robot, plan: InversePlan, random: np.random.Generator, count: 
 
 
 def search(
-    robot: Robot, aim: IkTarget, plan: InversePlan, near: Floats, random: np.random.Generator
+    robot: Robot, target: IkTarget, plan: InversePlan, near: Floats, random: np.random.Generator
 ) -> tuple[DistinctSolutions, LeastError]:
     """Return all solutions met, limits left aside, and the least error."""
     everything = DistinctSolutions(np.empty((0, robot.dof)), np.empty(0))
@@ -159,15 +159,15 @@ def search(
             q[0] = near
         q[:, frozen] = near[frozen]
         tried += BATCH
-        arrived = refined(aim, plan, q, far=True, held=True)
+        arrived = refined(target, plan, q, far=True, held=True)
         k = int(np.argmin(arrived.errors))
         if arrived.errors[k] < best.error:
             best = LeastError(arrived.q[k], float(arrived.errors[k]))
-        new, met = distinct(aim, plan, arrived)
+        new, met = distinct(target, plan, arrived)
         merged = DistinctSolutions(
             np.concatenate([everything.q, new.q]), np.concatenate([everything.errors, new.errors])
         )
-        everything, all_met = _merged(aim, plan, merged, [*all_met, *met.tolist()])
+        everything, all_met = _merged(target, plan, merged, [*all_met, *met.tolist()])
         if not all_met and tried >= HOPELESS:
             break
         if len(all_met) > MOST_STARTS // 40:  # not points but a continuum
@@ -178,9 +178,9 @@ def search(
 
 
 def _merged(
-    aim: IkTarget, plan: InversePlan, found: DistinctSolutions, met: list[int]
+    target: IkTarget, plan: InversePlan, found: DistinctSolutions, met: list[int]
 ) -> tuple[DistinctSolutions, list[int]]:
-    result, _ = distinct(aim, plan, found)
+    result, _ = distinct(target, plan, found)
     counts = [0] * len(result.q)
     for q, count in zip(found.q, met):
         away = np.max(np.abs(apart(plan, result.q, q[None, :])) / plan.scales, axis=1)

@@ -39,7 +39,9 @@ class IkTarget(NamedTuple):
     residual: kernel.Residual
 
 
-def aim_at(robot: Robot, target: npt.ArrayLike, rows: Sequence[str] | None = None) -> IkTarget:
+def ik_target_of(
+    robot: Robot, target: npt.ArrayLike, rows: Sequence[str] | None = None
+) -> IkTarget:
     """
     Return the aim of a target.
 

@@ -44,7 +44,7 @@ class MessageLayout:
 
     Parameters
     ----------
-    blank
+    template
         The message; its stamp and its numbers count for nothing, its texts and lengths stay.
 
     Attributes
@@ -59,22 +59,22 @@ class MessageLayout:
         Where in the bytes they begin, and the stamp; None for a message without one.
     """
 
-    def __init__(self, blank: Any) -> None:
-        self._blank = blank
+    def __init__(self, template: Any) -> None:
+        self._template = template
         self._time: Time | None = None
         self._fields: list[tuple[Any, str, int | None]] = []  # of doubles: owner, name, how many
         self._is_known = True  # False where a field is of another kind, or numbers are apart
         self.count, self.number_at = 0, 0
         self.stamp_at: int | None = None
         writer = CdrWriter()
-        self._write(writer, blank)
+        self._write(writer, template)
         self.data, self.written = bytes(writer.data), bytes(writer.written)
         self._buffer: Bytes = np.frombuffer(writer.data, np.uint8)
         self._filled = OutgoingMessages(
-            OutgoingTable(self._buffer, *self.places(0), np.arange(self.count))
+            OutgoingTable(self._buffer, *self.offsets(0), np.arange(self.count))
         )
 
-    def places(self, begin: int) -> tuple[Any, Any]:
+    def offsets(self, begin: int) -> tuple[Any, Any]:
         """
         Return where stamps and numbers go in a buffer in which the message begins at `begin`.
         """
@@ -124,7 +124,7 @@ class MessageLayout:
         for owner, name, many in self._fields:
             value = next(values) if many is None else array('d', islice(values, many))
             setattr(owner, name, value)
-        return self._blank
+        return self._template
 
     def bytes_of(self, stamp: int, numbers: Floats) -> bytes:
         """Return the message as bytes."""
@@ -135,7 +135,7 @@ class MessageLayout:
         """Return whether the official serializer writes the same, and reads the same from it."""
         if not self._is_known:
             return False
-        kind = type(self._blank)
+        kind = type(self._template)
         for k, stamp in enumerate(STAMPS):
             numbers = np.resize(np.roll(NUMBERS, k), self.count)
             official = serialize_message(self.message(stamp, numbers))
@@ -150,6 +150,6 @@ class MessageLayout:
     def _alike(self, one: bytes, other: bytes) -> bool:
         if len(one) != len(other):
             return False
-        said = np.frombuffer(self.written, np.uint8)
+        written_bits = np.frombuffer(self.written, np.uint8)
         differing = np.frombuffer(one, np.uint8) ^ np.frombuffer(other, np.uint8)
-        return not np.any(differing & said)
+        return not np.any(differing & written_bits)

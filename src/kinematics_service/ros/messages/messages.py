@@ -82,12 +82,12 @@ def full_name(node: Node) -> str:
     return str(node.get_fully_qualified_name()).lstrip('/')
 
 
-def status_message(name: str, notice: StatusText) -> DiagnosticStatus:
+def status_message(name: str, status_text: StatusText) -> DiagnosticStatus:
     """Return a notice as a DiagnosticStatus."""
     message = DiagnosticStatus()
-    message.level = LEVELS[notice.level]
+    message.level = LEVELS[status_text.level]
     message.name = name
-    message.message = notice.sentence
-    message.hardware_id = dict(notice.values).get('robot', '')
-    message.values = [KeyValue(key=key, value=value) for key, value in notice.values]
+    message.message = status_text.sentence
+    message.hardware_id = dict(status_text.values).get('robot', '')
+    message.values = [KeyValue(key=key, value=value) for key, value in status_text.values]
     return message

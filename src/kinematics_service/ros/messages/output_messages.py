@@ -22,13 +22,13 @@ class Copied(NamedTuple):
 
     Attributes
     ----------
-    places
+    columns
         Where they stand, from the end where negative.
     of_measures
         Whether in the measures.
     """
 
-    places: Integers
+    columns: Integers
     of_measures: bool = False
 
     def of(self, report: StateReport) -> Floats:
@@ -36,11 +36,11 @@ class Copied(NamedTuple):
         state = report.answer.state
         row = measured(state).measures if self.of_measures else state.row
         assert row is not None
-        return row[self.places]
+        return row[self.columns]
 
     def sources(self, row: int) -> Integers:
         """Return their places in a row of so many numbers and, beyond its end, in the measures."""
-        return self.places + row if self.of_measures else self.places % row
+        return self.columns + row if self.of_measures else self.columns % row
 
 
 class Computed(NamedTuple):
@@ -52,7 +52,7 @@ class Computed(NamedTuple):
 Numbers = Copied | Computed
 
 
-def pose_blank(settings: NodeSettings) -> PoseStamped:
+def pose_template(settings: NodeSettings) -> PoseStamped:
     """Return the tool in the base frame."""
     return PoseStamped(header=Header(frame_id=settings.base_frame))
 
@@ -63,7 +63,7 @@ def pose_numbers(settings: NodeSettings) -> Numbers:
     return Copied(np.concatenate([position, np.arange(-kernel.ROW_TAIL, 0)]))
 
 
-def jacobian_blank(settings: NodeSettings) -> Float64MultiArray:
+def jacobian_template(settings: NodeSettings) -> Float64MultiArray:
     """Return J, row-major 6 x n, with labelled rows and columns."""
     names = ','.join(settings.joint_names)
     n = settings.robot.dof
@@ -108,12 +108,12 @@ def _twist_header(settings: NodeSettings) -> Header:
     return Header(frame_id=settings.base_frame if of_base else settings.tool_frame)
 
 
-def twist_blank(settings: NodeSettings) -> TwistStamped:
+def twist_template(settings: NodeSettings) -> TwistStamped:
     """Return J qdot."""
     return TwistStamped(header=_twist_header(settings))
 
 
-def velocity_blank(settings: NodeSettings) -> VelocityStamped:
+def velocity_template(settings: NodeSettings) -> VelocityStamped:
     """Return J qdot with all three frames named."""
     return VelocityStamped(
         header=_twist_header(settings),
@@ -122,7 +122,7 @@ def velocity_blank(settings: NodeSettings) -> VelocityStamped:
     )
 
 
-def scalar_blank(settings: NodeSettings) -> Float64:
+def scalar_template(settings: NodeSettings) -> Float64:
     """Return a measure."""
     return Float64()
 
@@ -138,7 +138,7 @@ def measure_numbers(column: int) -> Callable[[NodeSettings], Numbers | None]:
     return numbers
 
 
-def link_frames_blank(settings: NodeSettings) -> PoseArray:
+def link_frames_template(settings: NodeSettings) -> PoseArray:
     """Return every frame of the table in the base frame."""
     header = Header(frame_id=settings.base_frame)
     return PoseArray(header=header, poses=[Pose() for _ in range(settings.robot.chain.frames)])

@@ -16,17 +16,17 @@ from ..parameters.settings import NodeSettings
 from .messages import StateReport
 from .output_messages import (
     Numbers,
-    jacobian_blank,
     jacobian_numbers,
-    link_frames_blank,
+    jacobian_template,
     link_frames_numbers,
+    link_frames_template,
     measure_numbers,
-    pose_blank,
     pose_numbers,
-    scalar_blank,
-    twist_blank,
+    pose_template,
+    scalar_template,
     twist_numbers,
-    velocity_blank,
+    twist_template,
+    velocity_template,
 )
 
 # Reliable where every publisher offers that; room for a second at 1 kHz in which the process does
@@ -65,7 +65,7 @@ class OutputTopic:
 
     Attributes
     ----------
-    blank, numbers
+    template, numbers
         Return, for settings, the message without stamp and numbers, and which numbers of a state
         go into it; None where an arm has none.
     build
@@ -80,7 +80,7 @@ class OutputTopic:
 
     name: str
     type: Any
-    blank: Callable[[NodeSettings], Any] | None = None
+    template: Callable[[NodeSettings], Any] | None = None
     numbers: Callable[[NodeSettings], Numbers | None] = lambda settings: None
     build: Callable[[StateReport], Any] | None = None
     of_motion: bool = False
@@ -96,12 +96,12 @@ def _markers(report: StateReport) -> Any:
 
 
 TOPICS = (
-    OutputTopic('~/pose', PoseStamped, pose_blank, pose_numbers),
-    OutputTopic('~/jacobian', Float64MultiArray, jacobian_blank, jacobian_numbers),
-    OutputTopic('~/twist', TwistStamped, twist_blank, twist_numbers, of_motion=True),
-    OutputTopic('~/velocity', VelocityStamped, velocity_blank, twist_numbers, of_motion=True),
+    OutputTopic('~/pose', PoseStamped, pose_template, pose_numbers),
+    OutputTopic('~/jacobian', Float64MultiArray, jacobian_template, jacobian_numbers),
+    OutputTopic('~/twist', TwistStamped, twist_template, twist_numbers, of_motion=True),
+    OutputTopic('~/velocity', VelocityStamped, velocity_template, twist_numbers, of_motion=True),
     *(
-        OutputTopic(f'~/singularity/{name}', Float64, scalar_blank, measure_numbers(column))
+        OutputTopic(f'~/singularity/{name}', Float64, scalar_template, measure_numbers(column))
         for name, column in (
             ('determinant', kernel.DETERMINANT),
             ('manipulability', kernel.MANIPULABILITY),
@@ -113,7 +113,7 @@ TOPICS = (
     OutputTopic(
         '~/link_frames',
         PoseArray,
-        link_frames_blank,
+        link_frames_template,
         link_frames_numbers,
         depth=kernel.ALL_FRAMES,
     ),

@@ -91,7 +91,7 @@ class InputState:
     work: Work = field(default_factory=Work)
 
 
-def input_notice(state: InputState) -> StatusText:
+def input_status(state: InputState) -> StatusText:
     """Return level, sentence and values of the input."""
     level, sentence = _verdict(state)
     rate = state.news.get(estimator.ACCEPTED, 0) / state.interval if state.interval > 0.0 else 0.0

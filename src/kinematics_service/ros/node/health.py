@@ -13,7 +13,7 @@ from ...estimation.status_text import StatusText
 from ..messages.messages import full_name, status_message
 from ..messages.topics import DIAGNOSTICS, DIAGNOSTICS_QOS
 from .best_subscription import BestSubscription
-from .diagnostics import RECENT, InputState, Work, input_notice
+from .diagnostics import RECENT, InputState, Work, input_status
 
 PERIOD = 1.0
 
@@ -93,7 +93,7 @@ class Health:
         message = DiagnosticArray()
         message.header.stamp = node.get_clock().now().to_msg()
         name = full_name(node)
-        message.status = [status_message(f'{name}: input', input_notice(state))]
+        message.status = [status_message(f'{name}: input', input_status(state))]
         frames = self._frames()
         if frames is not None:
             message.status.append(status_message(f'{name}: frames', frames))

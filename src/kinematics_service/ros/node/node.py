@@ -13,7 +13,7 @@ from std_srvs.srv import Trigger
 from ...estimation.estimator import RESETS, UNREADABLE, Estimator, EstimatorOutput, RefusedMessage
 from ...estimation.joint_sample import JointSample
 from ...estimation.joint_state_form import JointStateForm
-from ...estimation.status_text import StatusText, notice_of, stale_notice
+from ...estimation.status_text import StatusText, singularity_status, stale_status
 from ...kinematics.singularity import Singularity, singularity_of
 from ...robot.measures import Level
 from ..messages.messages import full_name, status_message
@@ -81,7 +81,7 @@ class KinematicsNode(Node):
             self,
             self._estimator,
             self._input.subscription,
-            self._reference.notice,
+            self._reference.status_text,
             lambda: self._latest.velocity_source if self._latest else 'none',
             self._steady,
         )
@@ -128,30 +128,32 @@ class KinematicsNode(Node):
 
     def _refuse(self, sentence: str) -> None:
         self._estimator.counts[UNREADABLE] += 1
-        self._follow(RefusedMessage(UNREADABLE, sentence), 0, self._outputs.heard(), False)
+        self._follow(RefusedMessage(UNREADABLE, sentence), 0, self._outputs.active(), False)
 
     def _on_sample(self, sample: JointSample) -> None:
         try:
-            heard = self._outputs.heard()
-            outcome = self._estimator.take(sample, heard.depth)
-            self._follow(outcome, sample.arrival, heard, False)
+            active = self._outputs.active()
+            outcome = self._estimator.take(sample, active.depth)
+            self._follow(outcome, sample.arrival, active, False)
         except Exception as error:  # nothing a robot sends may stop the node
-            self._own_fault(error)
+            self._internal_error(error)
         self._health.work.add(time.monotonic_ns() - sample.arrival)
 
     def _on_bytes(self, form: JointStateForm, data: bytes, arrival: int) -> bool:
         try:
-            heard = self._outputs.heard()
-            outcome = self._estimator.take_bytes(form, data, arrival, heard.depth, heard.messages)
+            active = self._outputs.active()
+            outcome = self._estimator.take_bytes(
+                form, data, arrival, active.depth, active.messages
+            )
             if outcome is None:
                 return False
-            self._follow(outcome, arrival, heard, True)
+            self._follow(outcome, arrival, active, True)
         except Exception as error:  # nothing a robot sends may stop the node
-            self._own_fault(error)
+            self._internal_error(error)
         self._health.work.add(time.monotonic_ns() - arrival)
         return True
 
-    def _own_fault(self, error: Exception) -> None:
+    def _internal_error(self, error: Exception) -> None:
         self._estimator.counts[INTERNAL_ERROR] += 1
         if self._throttle.passes('internal'):
             self.get_logger().error(
@@ -162,7 +164,7 @@ class KinematicsNode(Node):
         self,
         outcome: EstimatorOutput | RefusedMessage,
         arrival: int,
-        heard: ActiveTopics,
+        active: ActiveTopics,
         is_filled: bool,
     ) -> None:
         # What follows from a message.
@@ -182,10 +184,10 @@ class KinematicsNode(Node):
             singularity = singularity_of(outcome.state)
             level, say = self._estimator.judge(singularity, arrival)
             warned = (singularity, level) if say else None
-        wanted = heard.channels or self._settings.publish_tf
+        wanted = active.channels or self._settings.publish_tf
         try:
             if wanted and self._grid.passes(outcome.stamp, self._settings.period):
-                self._outputs.publish(outcome, heard, is_filled)
+                self._outputs.publish(outcome, active, is_filled)
         finally:
             if warned is not None:  # the alarm counts it as said
                 self._warn(*warned)
@@ -204,22 +206,22 @@ class KinematicsNode(Node):
         # The arm's present state, or why it is not known.
         missing = self._estimator.missing(time.monotonic_ns())
         if missing or self._latest is None:
-            return self._silence(missing)
+            return self._missing_text(missing)
         return self._latest
 
     def _warn(self, singularity: Singularity, level: Level) -> None:
         settings = self._settings
-        notice = notice_of(
+        status_text = singularity_status(
             settings.robot,
             singularity,
             level,
             settings.base_frame,
             settings.estimator.joint_prefix,
         )
-        self._say(notice)
+        self._say(status_text)
 
-    def _say(self, notice: StatusText) -> None:
-        self._warning.publish(status_message(f'{full_name(self)}: singularity', notice))
+    def _say(self, status_text: StatusText) -> None:
+        self._warning.publish(status_message(f'{full_name(self)}: singularity', status_text))
 
     # Clocks and watches
 
@@ -227,7 +229,7 @@ class KinematicsNode(Node):
         period = self.settings.estimator.timeout * 1e-9 * WATCHDOG_SHARE
         return min(max(period, WATCHDOG_SHORTEST), WATCHDOG_LONGEST)
 
-    def _silence(self, missing: tuple[str, ...]) -> str:
+    def _missing_text(self, missing: tuple[str, ...]) -> str:
         return f'no joint state of {", ".join(missing)} on {self._input.topic_name}'
 
     def _watch(self) -> None:
@@ -236,7 +238,7 @@ class KinematicsNode(Node):
             return
         missing = self._estimator.missing(now)
         if missing and self._estimator.go_stale(now):
-            self._say(stale_notice(self.settings.robot, self._silence(missing)))
+            self._say(stale_status(self.settings.robot, self._missing_text(missing)))
 
     def _on_clock_jump(self, jump: TimeJump) -> None:
         back = -jump.delta.nanoseconds

@@ -119,7 +119,7 @@ def filled_by_the_kernel(
         begin = len(data)
         data += layout.data
         filled.append(slice(begin, len(data)))
-        of_stamp, of_numbers = layout.places(begin)
+        of_stamp, of_numbers = layout.offsets(begin)
         stamps.append(of_stamp)
         targets.append(of_numbers)
         sources.append(numbers.sources(row))
@@ -150,14 +150,14 @@ class Outputs:
         self._told_of_listeners = True
         self._told_of: set[str] = set()  # topics whose layout is not the official one
         self._settings = settings
-        self._heard: ActiveTopics | None = None
+        self._active: ActiveTopics | None = None
         self.channels = [self._channel(topic) for topic in TOPICS]
         self._tf: Publisher | None = None
         self.configure(settings)
 
     def configure(self, settings: NodeSettings) -> None:
         """Take other settings: frames and labels are part of the messages."""
-        self._settings, self._heard = settings, None
+        self._settings, self._active = settings, None
         self.channels = [self._configured(channel) for channel in self.channels]
         if settings.publish_tf and self._tf is None:
             from tf2_msgs.msg import TFMessage  # not among the wheels: only where it is asked for
@@ -169,16 +169,16 @@ class Outputs:
         """Return the full names of the topics."""
         return [channel.publisher.topic_name for channel in self.channels]
 
-    def heard(self) -> ActiveTopics:
+    def active(self) -> ActiveTopics:
         """Return the channels somebody listens to."""
-        heard = self._heard
-        if heard is None or not (self.events_in_order and self._told_of_listeners):
+        active = self._active
+        if active is None or not (self.events_in_order and self._told_of_listeners):
             channels = tuple(channel for channel in self.channels if channel.listeners() > 0)
-            if heard is None or channels != heard.channels:
-                heard = self._heard = self._heard_on(channels)
-        return heard
+            if active is None or channels != active.channels:
+                active = self._active = self._subscribed(channels)
+        return active
 
-    def _heard_on(self, channels: tuple[Channel, ...]) -> ActiveTopics:
+    def _subscribed(self, channels: tuple[Channel, ...]) -> ActiveTopics:
         depth = max((channel.topic.depth for channel in channels), default=kernel.JACOBIAN)
         messages, filled = filled_by_the_kernel(channels, self._settings, depth)
         sends = None
@@ -194,7 +194,7 @@ class Outputs:
             sends = at_rest, moving
         return ActiveTopics(channels, depth, messages, filled, sends)
 
-    def publish(self, answer: EstimatorOutput, heard: ActiveTopics, is_filled: bool) -> None:
+    def publish(self, answer: EstimatorOutput, active: ActiveTopics, is_filled: bool) -> None:
         """
         Publish an answer on channels, pose first, and on /tf where that is set.
 
@@ -202,17 +202,17 @@ class Outputs:
         ----------
         answer
             The new state.
-        heard
+        active
             The channels.
         is_filled
             Whether the kernel has filled the messages with this answer.
         """
-        if is_filled and heard.sends is not None:
-            for publish, data in heard.sends[answer.state.moving]:
+        if is_filled and active.sends is not None:
+            for publish, data in active.sends[answer.state.moving]:
                 publish(data())
             return
         settings, report = self._settings, None
-        for channel, message in zip(heard.channels, heard.filled):
+        for channel, message in zip(active.channels, active.filled):
             if is_filled and message is not None:
                 if answer.state.moving or not channel.topic.of_motion:
                     channel.publish_bytes(message.tobytes())
@@ -228,9 +228,9 @@ class Outputs:
         # With its layout for the settings in force, proved where messages go out as bytes.
         topic, settings = channel.topic, self._settings
         numbers = topic.numbers(settings)
-        if topic.blank is None or numbers is None:
+        if topic.template is None or numbers is None:
             return channel._replace(numbers=None, layout=None, as_bytes=False)
-        layout = MessageLayout(topic.blank(settings))
+        layout = MessageLayout(topic.template(settings))
         as_bytes = self._transport == 'bytes'
         if as_bytes and not layout.is_official():
             as_bytes = False
@@ -266,7 +266,7 @@ class Outputs:
 
     def ask_who_listens(self) -> None:
         """Look who listens at the next message: one may have come or gone."""
-        self._heard = None
+        self._active = None
 
     def _on_listener(self, event: Any) -> None:
         self.ask_who_listens()

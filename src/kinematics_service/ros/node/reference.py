@@ -137,7 +137,7 @@ class Reference:
         if len(self._pairs) > MOST:
             del self._pairs[1::2]
 
-    def notice(self) -> StatusText | None:
+    def status_text(self) -> StatusText | None:
         """Return what is known of the frames, None where there is no second source."""
         busy = self._thread is not None and self._thread.is_alive()
         if self._collected >= self._due and not busy:
@@ -181,12 +181,12 @@ class Reference:
                 (stamps - stamps[0]) * 1e-9,
                 motion=motion if len(way) > 1 else None,
             )
-            self._notice = frames_notice(found)
+            self._notice = frames_status(found)
         except KinematicsError as error:
             self._notice = StatusText(Level.WARN, str(error), ())
 
 
-def frames_notice(found: 'FrameDiagnosis') -> StatusText:
+def frames_status(found: 'FrameDiagnosis') -> StatusText:
     """Return a diagnosis of frames, by the limits that `audit` has by default."""
     from ...diagnosis.frame_check import FrameLimits
 

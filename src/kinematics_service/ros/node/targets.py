@@ -47,7 +47,7 @@ from ..messages.topics import (
     TARGET_TWIST_QOS,
 )
 from ..parameters.settings import NodeSettings
-from .target_notices import pose_notice, twist_notice
+from .target_status import pose_status, twist_status
 from .throttle import Throttle
 
 # The silence of a stream of twists is looked for so often, as a share of its timeout.
@@ -150,10 +150,10 @@ class Targets:
 
     def _on_pose(self, data: bytes) -> None:
         try:
-            notice = self._answer_pose(read_message(data, PoseStamped))
+            status_text = self._answer_pose(read_message(data, PoseStamped))
         except Exception as error:  # nothing that is sent may stop the node
-            notice = self._refused(error)
-        self._say('target_pose', notice)
+            status_text = self._refused(error)
+        self._say('target_pose', status_text)
 
     def _answer_pose(self, message: PoseStamped) -> StatusText:
         settings = self._settings
@@ -167,7 +167,7 @@ class Targets:
         if choice.q is not None:
             stamp = _stamp(message)
             self._joint_states.publish(joint_positions_message(choice.q, stamp, settings))
-        return pose_notice(result, choice, present.q)
+        return pose_status(result, choice, present.q)
 
     # Twists
 
@@ -176,11 +176,11 @@ class Targets:
         try:
             message = read_message(data, TwistStamped)
             stamp = _stamp(message)
-            notice = self._answer_twist(message)
+            status_text = self._answer_twist(message)
         except Exception as error:  # nothing that is sent may stop the node
             self._stop(stamp)
-            notice = self._refused(error)
-        self._say('target_twist', notice)
+            status_text = self._refused(error)
+        self._say('target_twist', status_text)
 
     def _answer_twist(self, message: TwistStamped) -> StatusText:
         settings = self._settings
@@ -197,7 +197,7 @@ class Targets:
         elif not moving:
             self._timer.cancel()
         self._moving_since = time.monotonic() if moving else None
-        return twist_notice(step)
+        return twist_status(step)
 
     def _watch(self) -> None:
         since = self._moving_since
@@ -229,12 +229,14 @@ class Targets:
             )
         return StatusText(Level.ERROR, 'refused: internal error', ())
 
-    def _say(self, topic: str, notice: StatusText) -> None:
+    def _say(self, topic: str, status_text: StatusText) -> None:
         if self._status.get_subscription_count() > 0:
             name = full_name(self._node)
             robot = ('robot', self._settings.robot.name)
-            notice = StatusText(notice.level, notice.sentence, (robot, *notice.values))
-            self._status.publish(status_message(f'{name}: {topic}', notice))
+            status_text = StatusText(
+                status_text.level, status_text.sentence, (robot, *status_text.values)
+            )
+            self._status.publish(status_message(f'{name}: {topic}', status_text))
 
 
 def _planned(settings: NodeSettings) -> NodeSettings:

@@ -71,7 +71,7 @@ class NodeParameters:
                 try:
                     apply(self._settings)
                 except Exception as error:  # whoever set it would get no answer
-                    self._own_fault(error)
+                    self._internal_error(error)
 
         self._node.add_on_set_parameters_callback(self._check)
         self._node.add_post_set_parameters_callback(changed)
@@ -115,10 +115,10 @@ class NodeParameters:
         except KinematicsError as error:
             reason = str(error)
         except Exception as error:
-            reason = self._own_fault(error)
+            reason = self._internal_error(error)
         return SetParametersResult(successful=not reason, reason=reason)
 
-    def _own_fault(self, error: Exception) -> str:
+    def _internal_error(self, error: Exception) -> str:
         sentence = f'internal error while handling a parameter, please report it: {error!a}'
         self._node.get_logger().error(sentence)
         return sentence

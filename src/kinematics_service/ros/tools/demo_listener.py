@@ -72,16 +72,16 @@ class DemoListener:
         self.levels: list[str] = []
         self.then: Callable[[WarningReading], None] = lambda warned: None
 
-        def hear(
+        def subscribe(
             topic: str, kind: Any, then: Callable[[bytes], None] | None = None
         ) -> LatestMessage:
             return LatestMessage(node, f'{source}/{topic}', kind, OUTPUT_QOS, then)
 
-        self.pose = hear('pose', PoseStamped)
-        self.jacobian = hear('jacobian', Float64MultiArray)
-        self.twist = hear('twist', TwistStamped)
-        self.measures = {name: hear(f'singularity/{name}', Float64) for name in MEASURES}
-        self.distance = hear(DISTANCE, Float64, self._note)
+        self.pose = subscribe('pose', PoseStamped)
+        self.jacobian = subscribe('jacobian', Float64MultiArray)
+        self.twist = subscribe('twist', TwistStamped)
+        self.measures = {name: subscribe(f'singularity/{name}', Float64) for name in MEASURES}
+        self.distance = subscribe(DISTANCE, Float64, self._note)
         warning = WARNING.replace('~', source)
         self.warning = LatestMessage(node, warning, DiagnosticStatus, WARNING_QOS, self._warn)
 

@@ -179,9 +179,9 @@ def _warning(warned: WarningReading | None, width: int) -> list[Text]:
 def _motion(listener: DemoListener, width: int) -> list[Text]:
     pose, twist = [NOTHING], [NOTHING]
     if listener.pose.message is not None:
-        heard = pose_of(listener.pose.message)
-        degrees = [math.degrees(angle) for angle in heard.roll_pitch_yaw]
-        pose = [f'{_narrow(heard.position)} m  ', f'  rpy {_narrow(degrees, 1)} deg']
+        shown = pose_of(listener.pose.message)
+        degrees = [math.degrees(angle) for angle in shown.roll_pitch_yaw]
+        pose = [f'{_narrow(shown.position)} m  ', f'  rpy {_narrow(degrees, 1)} deg']
     if listener.twist.message is not None:
         velocity = velocity_of(listener.twist.message)
         twist = [f'{_narrow(velocity.linear)} m/s', f'  ang {_narrow(velocity.angular)} rad/s']

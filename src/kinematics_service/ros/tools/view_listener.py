@@ -29,7 +29,7 @@ from .view_outputs import FRESH, ViewOutputs
 # Where messages come faster than they can be taken, the page still moves (s).
 LONGEST_CATCHING_UP = 0.2
 # A node is asked so often what it is (s), and waited for so long where it has become another one.
-ASK_AGAIN, PATIENCE = 1.0, 0.5
+ASK_AGAIN, ANSWER_TIMEOUT = 1.0, 0.5
 
 
 class ViewListener:
@@ -90,12 +90,12 @@ class ViewListener:
     def _heard_so_far(self) -> int:
         return self._joint_states + self.outputs.count
 
-    def ask(self, patience: float) -> NodeFacts | None:
+    def ask(self, timeout: float) -> NodeFacts | None:
         """
         Return what the node says of itself, waiting so many seconds; None where there is none.
         """
         self._asked, self._description = time.monotonic(), None
-        facts = ask_node(self._node, self._spinner, self.source, patience)
+        facts = ask_node(self._node, self._spinner, self.source, timeout)
         if facts is not None:
             self._facts, self._known = facts, self._publishers()
         return self._facts
@@ -117,7 +117,7 @@ class ViewListener:
             if text and (
                 before is None or text != before.text or self._publishers() - self._known
             ):
-                return self.ask(PATIENCE) is not before
+                return self.ask(ANSWER_TIMEOUT) is not before
         if time.monotonic() - self._asked > ASK_AGAIN:
             self._asked = time.monotonic()
             if self._description is not None:  # lost, with the node that it was for

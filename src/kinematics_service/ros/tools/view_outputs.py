@@ -37,14 +37,14 @@ class ViewOutputs:
     """
 
     def __init__(self, node: Node, source: str) -> None:
-        def hear(topic: str, kind: Any) -> LatestMessage:
+        def subscribe(topic: str, kind: Any) -> LatestMessage:
             return LatestMessage(node, f'{source}/{topic}', kind, LAST_QOS)
 
-        self.pose = hear('pose', PoseStamped)
-        self.jacobian = hear('jacobian', Float64MultiArray)
-        self.frames = hear('link_frames', PoseArray)
-        self.twist = hear('twist', TwistStamped)
-        self.distance = hear('singularity/distance', Float64)
+        self.pose = subscribe('pose', PoseStamped)
+        self.jacobian = subscribe('jacobian', Float64MultiArray)
+        self.frames = subscribe('link_frames', PoseArray)
+        self.twist = subscribe('twist', TwistStamped)
+        self.distance = subscribe('singularity/distance', Float64)
         self.warning = LatestMessage(
             node, WARNING.replace('~', source), DiagnosticStatus, WARNING_QOS
         )

@@ -128,29 +128,29 @@ class BagWriter:
             (topic.connection, memoryview(table.tobytes()), table.shape[1], there.tolist())
             for topic, table, there in topics
         ]
-        said = iter(part.said)
-        one = next(said, None)
+        warnings = iter(part.warnings)
+        one = next(warnings, None)
         first = part.first
         write = self._writer.write
         for k, arrival in enumerate(known.arrivals.tolist()):
             while one is not None and one.row == first + k and one.moment < arrival:
-                self._warn(one.moment, one.notice)  # a silence before it
-                one = next(said, None)
+                self._warn(one.moment, one.status_text)  # a silence before it
+                one = next(warnings, None)
             for connection, data, size, there in columns:
                 if there[k]:
                     write(connection, arrival, data[k * size : (k + 1) * size])
             while one is not None and one.row == first + k:
-                self._warn(one.moment, one.notice)
-                one = next(said, None)
+                self._warn(one.moment, one.status_text)
+                one = next(warnings, None)
 
-    def _warn(self, moment: int, notice: StatusText) -> None:
+    def _warn(self, moment: int, status_text: StatusText) -> None:
         pair = self._type('diagnostic_msgs/msg/KeyValue')
         message = self._type('diagnostic_msgs/msg/DiagnosticStatus')(
-            level=int(notice.level),
+            level=int(status_text.level),
             name=f'{NODE[1:]}: singularity',
-            message=notice.sentence,
-            hardware_id=dict(notice.values).get('robot', ''),
-            values=[pair(key=key, value=value) for key, value in notice.values],
+            message=status_text.sentence,
+            hardware_id=dict(status_text.values).get('robot', ''),
+            values=[pair(key=key, value=value) for key, value in status_text.values],
         )
         raw = self._store.serialize_cdr(message, 'diagnostic_msgs/msg/DiagnosticStatus')
         self._writer.write(self._warning, moment, bytes(raw))

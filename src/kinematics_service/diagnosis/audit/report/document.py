@@ -117,11 +117,11 @@ def document_of(audit: Audit) -> dict[str, Any]:
         ],
         'warnings': [
             {
-                't': float(timeline.t[said.row]),
-                'level': said.notice.level.name,
-                'sentence': said.notice.sentence,
+                't': float(timeline.t[warning.row]),
+                'level': warning.status_text.level.name,
+                'sentence': warning.status_text.sentence,
             }
-            for said in audit.timeline.said
+            for warning in audit.timeline.warnings
         ],
         'frames': _frames(audit),
         'series': _series(audit, rows),

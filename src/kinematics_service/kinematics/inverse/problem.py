@@ -29,7 +29,7 @@ class IkProblem(NamedTuple):
     """
 
     robot: Robot
-    aim: IkTarget
+    target: IkTarget
     plan: InversePlan
     near: Floats
     seed: int

@@ -10,7 +10,7 @@ from ...robot.measures import Level
 from ..messages.target_messages import Choice
 
 
-def pose_notice(result: IkResult, choice: Choice, near: Floats) -> StatusText:
+def pose_status(result: IkResult, choice: Choice, near: Floats) -> StatusText:
     """
     Return what became of a pose target: OK where the arm can be there, otherwise ERROR.
 
@@ -42,7 +42,7 @@ def pose_notice(result: IkResult, choice: Choice, near: Floats) -> StatusText:
     return StatusText(Level.ERROR, sentence, tuple(values))
 
 
-def twist_notice(step: ServoStep) -> StatusText:
+def twist_status(step: ServoStep) -> StatusText:
     """Return what became of a twist target: WARN where the tool moves otherwise than asked."""
     values = (
         ('limited by', ', '.join(step.limited_by) or 'nothing'),

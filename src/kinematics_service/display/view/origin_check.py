@@ -135,7 +135,7 @@ class OriginCheck(NamedTuple):
         return hmac.compare_digest(text.encode(errors='surrogateescape'), self.token.encode())
 
 
-def admission_to(host: str, more_names: Sequence[str]) -> OriginCheck:
+def origin_check_of(host: str, more_names: Sequence[str]) -> OriginCheck:
     """
     Return who is let in to a page served at a host.
 
