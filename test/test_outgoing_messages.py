@@ -49,8 +49,8 @@ def channels_of(settings):
     channels = []
     for topic in TOPICS:
         numbers = topic.numbers(settings)
-        there = topic.blank is not None and numbers is not None
-        layout = MessageLayout(topic.blank(settings)) if there else None
+        there = topic.template is not None and numbers is not None
+        layout = MessageLayout(topic.template(settings)) if there else None
         channels.append(
             Channel(
                 *(None, None, None, topic, None),

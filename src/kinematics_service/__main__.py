@@ -14,7 +14,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     Parameters
     ----------
     argv
-        Without the program's name; default: that of this process.
+        The arguments without the program's name; default: those of this process.
     """
     # Imported here: while it loads, Ctrl-C has its default action (`__init__`).
     from .cli.command_line import run

@@ -1,4 +1,6 @@
-"""The command `audit`: a recording or a planned trajectory, judged as the node would have."""
+"""
+The command `audit`: a recording or a planned trajectory, judged as the node would have judged it.
+"""
 
 import sys
 from datetime import datetime
@@ -219,7 +221,7 @@ def _judged(robot: 'Robot', warn: float | None, stop: float | None) -> 'Robot':
 
 
 def _paths(option: str, given: Path | None, files: list[Path], suffix: str) -> list[Path | None]:
-    # Where an option's file of each recording goes: of several into a folder, by their names.
+    # The file of an option for each recording: those of several go into a folder, by their names.
     several = len(files) > 1
     if given is None or not (several or given.is_dir()):
         return [given] * len(files)

@@ -44,7 +44,7 @@ Files = Annotated[
 
 
 class FileCheck(NamedTuple):
-    """What is wrong with a file, and what is most likely a mistake, each a line."""
+    """The faults of a file and its probable mistakes, one per line."""
 
     faults: list[str]
     warnings: list[str]
@@ -65,7 +65,7 @@ def check(
         doubtful += bool(verdict.warnings)
         lines = [*verdict.warnings, *verdict.faults]
         if lines:
-            # In the order it happened, where both streams are one screen.
+            # In the order in which it happened, if both streams show on one screen.
             sys.stdout.flush()
             print(plain('\n'.join(lines)), file=sys.stderr)
     if len(files) > 1:
@@ -77,7 +77,7 @@ def check(
 
 
 def _checked(out: Output, file: str) -> FileCheck:
-    # Prints what there is to say of a file.
+    # Prints the result for a file.
     try:
         robot = load_robot(file)
     except RobotFileError as error:

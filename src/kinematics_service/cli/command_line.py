@@ -1,4 +1,4 @@
-"""The command line: its commands, and what becomes of errors."""
+"""The command line: its commands, and how errors end it."""
 
 import io
 import os
@@ -130,7 +130,7 @@ def _node(
         raise WrongUsage(f"options before a command are the node's: write them after {command!r}")
     if context.obj and command not in WITH_ROS:
         raise WrongUsage(f'{command} takes no --ros-args: it needs no ROS')
-    # The node logs it; who asked for it knows it.
+    # The node logs this itself, and a user who set the variable knows it.
     if VARIABLE not in os.environ and (notice := kernel.notice()):
         print(f'kinematics_service: {notice}', file=sys.stderr)
 
@@ -142,11 +142,11 @@ def run(argv: Sequence[str] | None = None) -> int:
     Parameters
     ----------
     argv
-        Without the program's name; default: that of this process.
+        The arguments without the program's name; default: those of this process.
     """
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors='replace')  # rather '?' than no answer
+            stream.reconfigure(errors='replace')  # a '?' is better than no answer
     ours, ros = split_ros_arguments(sys.argv[1:] if argv is None else argv)
     try:
         app(join_numbers(ours), obj=ros)

@@ -88,7 +88,7 @@ def compare(
     """Run the command; `HELP` is what its user reads."""
     text = _text_of(file)
     arm = given_robot(robot, '')
-    # sympy takes half a second to load: only here.
+    # sympy takes half a second to load, so it is imported here.
     from ..symbolic.formulas.comparison import compare as compare_text
     from ..symbolic.formulas.report import document, report
 

@@ -34,7 +34,7 @@ puts the factors into the robot file, after checking their product against the d
 
 
 class Format(str, Enum):
-    """What a derivation is written as."""
+    """The formats of a derivation."""
 
     text = 'text'
     markdown = 'markdown'
@@ -96,7 +96,7 @@ def derive(
         raise WrongUsage(f'--from {start:g} is not before --to {end:g}')
     locked = dict(_locks(lock or []))
     arm = load_robot(robot)
-    # sympy takes half a second: only now is it known to be needed.
+    # sympy takes half a second to load, and is known to be needed only here.
     from ..symbolic.derivation import derive as derived
 
     with _Progress() as tell:
@@ -185,7 +185,7 @@ def _write(derivation: 'Derivation', file: Path) -> None:
 
 
 class _Progress:
-    # A line on standard error while it works, on a terminal only; gone when it is done.
+    # Shows a line on standard error while it works, on a terminal only, and removes it in the end.
     def __enter__(self) -> Callable[[str], None]:
         from rich.console import Console
 

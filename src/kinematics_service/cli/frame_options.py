@@ -55,7 +55,7 @@ WARN, STOP = '4mm,0.5deg', '20mm,2deg'
 
 
 def given_format(text: str | None) -> 'PoseFormat':
-    """Return what --pose-format says."""
+    """Return the pose format that --pose-format names."""
     from ..formats.recordings.block import AuditError
     from ..formats.recordings.pose_format import PoseFormat, pose_format
 
@@ -79,7 +79,7 @@ def given_frames(gap: float | None, warn: str, stop: str) -> 'FrameSettings':
 
 
 def _limit(option: str, text: str) -> 'PoseLimit':
-    # A length, an angle, or both; what is not said limits nothing.
+    # A length, an angle, or both; one that is not given limits nothing.
     from ..diagnosis.frame_check import PoseLimit
 
     found = {'m': math.inf, 'rad': math.inf}

@@ -27,7 +27,7 @@ is printed and written into the file. xacro files are expanded first: xacro FILE
 
 
 class ImportedConvention(str, Enum):
-    """What a table may be written by."""
+    """The conventions that a table may be written in."""
 
     standard = 'standard'
     modified = 'modified'

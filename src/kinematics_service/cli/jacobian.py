@@ -30,7 +30,8 @@ from .singularity_report import (
 )
 
 ROWS = ('vx', 'vy', 'vz', 'wx', 'wy', 'wz')
-# Room for a column of the matrix: its numbers, and the longest part of a joint name a line.
+# Width of a column of the matrix: its numbers, and the longest part of a joint name that is
+# printed on one line.
 CELL = 9
 
 HELP = f"""

@@ -33,7 +33,7 @@ ROBOT_LINE = re.compile(r'^robot:.*$', re.MULTILINE)
 
 
 class NewConvention(str, Enum):
-    """What a table may be written by."""
+    """The conventions that a table may be written in."""
 
     standard = 'standard'
     modified = 'modified'

@@ -40,7 +40,7 @@ Examples:
 Pictures need matplotlib. The same command gives the same picture, byte for byte.
 """
 
-# What each kind takes besides --save, --show and --deg.
+# The options of each kind besides --save, --show and --deg.
 OPTIONS = {
     'arm': ('--q',),
     'ik': ('--xyz', '--rpy', '--quaternion', '--near'),
@@ -49,7 +49,7 @@ OPTIONS = {
     'map': ('--joints', '--q', '--points', '--workers'),
     'workspace': ('--plane', '--at', '--points', '--workers'),
 }
-# Side of the map; joint positions the workspace begins with; and what --points may be.
+# Points on a side of the map, joint positions of the workspace, and the range of --points.
 MAP_POINTS, WORKSPACE_POINTS = 400, 100_000
 POINTS = {'map': (2, 4000), 'workspace': (1000, 100_000_000)}
 
@@ -185,7 +185,7 @@ def _refuse_unknown_options(robot: str, kind: str, given: list[str]) -> None:
 
 @contextmanager
 def _wrong_usage() -> Iterator[None]:
-    # What the library refuses of an option's value is wrong usage here.
+    # An option's value that the library refuses is wrong usage here.
     from ..display.plots.picture import PlotError
 
     try:

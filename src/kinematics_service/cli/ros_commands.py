@@ -42,7 +42,7 @@ Examples:
 """
 
 
-# Of `echo`, in s.
+# Range of the time-out of `echo`, in s.
 ONCE_TIMEOUT, SHORTEST_TIMEOUT, LONGEST_TIMEOUT = 10.0, 0.1, 86_400.0
 
 
@@ -54,7 +54,7 @@ class DemoTrajectory(str, Enum):
 
 
 class EchoedTopic(str, Enum):
-    """What `echo` can print."""
+    """The topics that `echo` can print."""
 
     jacobian = 'jacobian'
     pose = 'pose'
@@ -67,7 +67,7 @@ class RosMissingError(Exception):
 
 
 def _without_ros(error: ImportError) -> Exception:
-    # An import of our own that fails is a mistake of ours, and stays what it is.
+    # An import of this package that fails is a fault of the package: it is not hidden.
     ours = (error.name or '').startswith(__package__.partition('.')[0])
     return error if ours else RosMissingError(WITHOUT_ROS.format(reason=error))
 

@@ -103,7 +103,7 @@ def view(
 
 
 def _with_ros(publish: bool) -> Callable[..., int] | None:
-    # What runs the view with ROS; None, and a word, where there is no ROS.
+    # The function that runs the view with ROS; None, and a message, if there is no ROS.
     refuse_ros_variables()
     try:
         from ..ros.tools.view_session import run_view
@@ -119,5 +119,5 @@ def _with_ros(publish: bool) -> Callable[..., int] | None:
 
 
 def _is_ours(error: ImportError) -> bool:
-    # An import of our own that fails is a mistake of ours, and stays what it is.
+    # An import of this package that fails is a fault of the package: it is not hidden.
     return (error.name or '').startswith(__package__.partition('.')[0])

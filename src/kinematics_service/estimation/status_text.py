@@ -1,4 +1,4 @@
-"""A singularity warning in words: what a person at the robot reads."""
+"""A singularity warning in words, for a person at the robot."""
 
 import math
 from collections.abc import Sequence
@@ -14,7 +14,7 @@ from ..robot.robot import Robot
 # A component below this share of the largest is left out of the words.
 NEGLIGIBLE = 0.1
 
-# An expression longer than this stands in the values only, not in the sentence.
+# An expression longer than this is only in the values, not in the sentence.
 SHORT = 24
 
 
@@ -88,7 +88,7 @@ def singularity_status(
     level
         OK, WARN or ERROR, after hysteresis.
     base_frame
-        Name of the frame whose axes the lost direction is in.
+        Name of the frame in whose axes the lost direction is given.
     joint_prefix
         Put before the joint names of the robot file.
     """
@@ -147,7 +147,7 @@ def _nearest_factor(robot: Robot, singularity: Singularity) -> str:
     if factors is None:
         return ''
     k = factors.nearest
-    # An incomplete list may not hold what is near.
+    # An incomplete list may lack the nearest factor.
     if not robot.factors.complete and factors.distances[k] > 1.5 * singularity.distance:
         return ''
     text = robot.factors.texts[k]
@@ -181,7 +181,7 @@ def _seconds(time: float | None) -> str:
 
 
 def structure_in_words(robot: Robot) -> str:
-    """Return what is wrong with an arm at every pose, empty where nothing is."""
+    """Return what an arm lacks at every pose; empty if it lacks nothing."""
     task = robot.task
     if not task.structurally_deficient:
         return ''
@@ -195,5 +195,5 @@ def structure_in_words(robot: Robot) -> str:
 
 
 def stale_status(robot: Robot, sentence: str) -> StatusText:
-    """Return the notice that nothing is known of the arm."""
+    """Return the status text of an arm whose state is unknown."""
     return StatusText(Level.STALE, sentence, (('robot', robot.name),))

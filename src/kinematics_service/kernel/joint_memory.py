@@ -77,7 +77,8 @@ class JointMemory:
         Its arrays. The kernel has the same ones, flat and under the same names; to the compiled
         kernel they are addresses that Python does not see.
     timeout : ns
-        A joint unheard for longer is missing; stamps that step back by more are a new start.
+        A joint without a position for longer is missing; stamps that step back by more start a new
+        time.
     velocity_source
         AUTO, FROM_MESSAGE or FROM_DIFFERENCE.
     is_new_tool

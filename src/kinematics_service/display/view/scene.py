@@ -228,7 +228,7 @@ def factor_name(seen: Observation) -> str:
     if factors is None:
         return ''
     k: int = factors.nearest
-    # An incomplete list may not hold what is near.
+    # An incomplete list may lack the nearest factor.
     if not seen.robot.factors.complete and factors.distances[k] > 1.5 * seen.singularity.distance:
         return ''
     return factors.names[k]

@@ -45,7 +45,7 @@ def read_message(data: bytes, kind: Any) -> Any:
     Raises
     ------
     WireError
-        The bytes are none.
+        The bytes are no message of this type.
     """
     if is_whole(data, kind):
         try:

@@ -56,7 +56,7 @@ class InputState:
     interval
         Seconds since the last diagnostics.
     age
-        Seconds since the joint longest unheard, inf where one never was.
+        Age in seconds of the oldest joint position, inf if a joint has none.
     missing, beyond, disputed
         Names of joints that are stale, beyond their limits, and told differently by publishers.
     publishers
