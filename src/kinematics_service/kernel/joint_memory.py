@@ -26,7 +26,7 @@ class JointColumns(NamedTuple):
     jumps : shape (n, JUMPS_KEPT), ns
         When, steady clock: the last ones, going round.
     last_quaternion : shape (4,)
-        Of the last answer.
+        Source of the velocities of the last answer.
     """
 
     position: Floats

@@ -101,7 +101,7 @@ class Page:
         Parameters
         ----------
         nodes
-            Full names of the nodes there are.
+            Full names of the present nodes.
         node
             The one whose arm is shown.
         """

@@ -42,7 +42,7 @@ class ArmSource(Protocol):
         """Hear what comes for so long."""
 
     def observation(self) -> Observation | None:
-        """Return the newest observation; None while no joint states come."""
+        """Return the newest observation; None while no joint states arrive."""
 
     @property
     def status(self) -> str:

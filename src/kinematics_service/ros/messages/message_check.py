@@ -1,8 +1,8 @@
 """
 Whether bytes can be a message at all: their encapsulation and their lengths.
 
-The official deserializer writes to standard error whenever it refuses, and nobody can stop it; so
-bytes that it would refuse are not given to it. What passes here is still read by it.
+ROS's deserializer writes to standard error whenever it refuses, which cannot be switched off; so
+bytes that it would refuse are not given to it. It still reads all bytes that pass here.
 """
 
 from collections.abc import Callable
@@ -26,7 +26,7 @@ def _stamped_doubles(count: int) -> Callable[[CdrReader], object]:
     return walk
 
 
-# What walks over a message of each type.
+# The function that walks over a message of each type.
 WALKS: dict[Any, Callable[[CdrReader], object]] = {
     JointState: fields_of,
     PoseStamped: _stamped_doubles(7),
@@ -35,12 +35,12 @@ WALKS: dict[Any, Callable[[CdrReader], object]] = {
 
 
 class WireError(KinematicsError, ValueError):
-    """Bytes that are no message of their type: the official deserializer refuses them too."""
+    """Bytes that are no message of their type: ROS's deserializer refuses them, too."""
 
 
 def read_message(data: bytes, kind: Any) -> Any:
     """
-    Return the message that bytes are, one of `WALKS`.
+    Return the message in the bytes, of a type in `WALKS`.
 
     Raises
     ------
@@ -50,7 +50,7 @@ def read_message(data: bytes, kind: Any) -> Any:
     if is_whole(data, kind):
         try:
             return deserialize_message(data, kind)
-        except Exception:  # whatever it raises, a message it is not
+        except Exception:  # whatever it raises: the bytes are no message
             pass
     raise WireError(f'{len(data)} bytes that are no {kind.__name__}')
 

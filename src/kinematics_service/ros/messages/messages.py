@@ -1,7 +1,7 @@
 """
 From JointState to plain data, and from plain data to messages: no decision is made here.
 
-A scalar field of a message takes anything silently, so every number passes through float() or
+A scalar field of a message silently accepts any value, so every number passes through float() or
 int().
 """
 
@@ -30,7 +30,7 @@ SECOND = 1_000_000_000
 
 
 class StateReport(NamedTuple):
-    """All that one accepted message leads to, for the builders of messages."""
+    """All results of one accepted message, for the builders of messages."""
 
     answer: EstimatorOutput
     singularity: Singularity
@@ -38,14 +38,15 @@ class StateReport(NamedTuple):
 
 
 def stamp_of(message: JointState) -> int:
-    """Return the stamp of a message in ns; 0 where it has none."""
+    """Return the stamp of a message in ns; 0 if it has none."""
     stamp = message.header.stamp
     return int(stamp.sec) * SECOND + int(stamp.nanosec)
 
 
 def sample_of(message: JointState, received: int, arrival: int) -> JointSample:
     """
-    Return what a JointState says, heard at `received` (ROS clock, ns) and `arrival` (steady, ns).
+    Return the content of a JointState received at `received` (ROS clock, ns) and `arrival`
+    (steady, ns).
     """
     return JointSample(
         message.name, message.position, message.velocity, stamp_of(message), received, arrival
@@ -83,7 +84,7 @@ def full_name(node: Node) -> str:
 
 
 def status_message(name: str, status_text: StatusText) -> DiagnosticStatus:
-    """Return a notice as a DiagnosticStatus."""
+    """Return a status text as a DiagnosticStatus."""
     message = DiagnosticStatus()
     message.level = LEVELS[status_text.level]
     message.name = name

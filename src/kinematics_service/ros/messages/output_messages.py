@@ -1,4 +1,4 @@
-"""The answers: of each the message without stamp and numbers, and which numbers it takes."""
+"""The answers: for each the message without stamp and numbers, and the numbers that it takes."""
 
 from array import array
 from collections.abc import Callable
@@ -18,14 +18,14 @@ from .messages import StateReport
 
 class Copied(NamedTuple):
     """
-    Numbers that are taken as they stand in a state's row, or in its measures.
+    Numbers that are copied from a state's row, or from its measures.
 
     Attributes
     ----------
     columns
-        Where they stand, from the end where negative.
+        Their columns; negative ones count from the end.
     of_measures
-        Whether in the measures.
+        Whether these are columns of the measures.
     """
 
     columns: Integers
@@ -39,12 +39,12 @@ class Copied(NamedTuple):
         return row[self.columns]
 
     def sources(self, row: int) -> Integers:
-        """Return their places in a row of so many numbers and, beyond its end, in the measures."""
+        """Return their columns in a row of `row` numbers and, beyond its end, in the measures."""
         return self.columns + row if self.of_measures else self.columns % row
 
 
 class Computed(NamedTuple):
-    """Numbers that are computed of a state; `of` returns those of a report."""
+    """Numbers that are computed from a state; `of` returns those of a report."""
 
     of: Callable[[StateReport], Floats]
 
@@ -58,7 +58,9 @@ def pose_template(settings: NodeSettings) -> PoseStamped:
 
 
 def pose_numbers(settings: NodeSettings) -> Numbers:
-    """Take position (3,) and quaternion (4,) x y z w of the tool in the base frame."""
+    """
+    Return where position (3,) and quaternion (4,) x y z w of the tool in the base frame come from.
+    """
     position = np.arange(kernel.POSE_AT + 3, kernel.POSE_AT + 12, 4)
     return Copied(np.concatenate([position, np.arange(-kernel.ROW_TAIL, 0)]))
 
@@ -76,7 +78,9 @@ def jacobian_template(settings: NodeSettings) -> Float64MultiArray:
 
 
 def jacobian_numbers(settings: NodeSettings) -> Numbers:
-    """Take J, row-major, in the axes and row order that are set, shape (6 n,)."""
+    """
+    Return where J comes from, row-major, in the axes and row order that are set, shape (6 n,).
+    """
     axes = settings.jacobian_frame
     order = [3, 4, 5, 0, 1, 2] if settings.row_order == 'angular_first' else [0, 1, 2, 3, 4, 5]
     if axes == 'base':
@@ -91,7 +95,7 @@ def jacobian_numbers(settings: NodeSettings) -> Numbers:
 
 
 def twist_numbers(settings: NodeSettings) -> Numbers:
-    """Take J qdot in the axes that are set, shape (6,)."""
+    """Return where J qdot comes from, in the axes that are set, shape (6,)."""
     axes = settings.twist_frame
     if axes == 'base':
         return Copied(kernel.JACOBIAN_AT + 6 * settings.robot.dof + np.arange(6))
@@ -128,7 +132,7 @@ def scalar_template(settings: NodeSettings) -> Float64:
 
 
 def measure_numbers(column: int) -> Callable[[NodeSettings], Numbers | None]:
-    """Take a column of the measures; the determinant only of an arm that has one."""
+    """Return the column of a measure; None for the determinant of an arm without one."""
 
     def numbers(settings: NodeSettings) -> Numbers | None:
         if column == kernel.DETERMINANT and not settings.robot.task.square:
@@ -145,7 +149,10 @@ def link_frames_template(settings: NodeSettings) -> PoseArray:
 
 
 def link_frames_numbers(settings: NodeSettings) -> Numbers:
-    """Take position and quaternion x y z w of every frame of the table, shape (7 (rows + 1),)."""
+    """
+    Return where position and quaternion x y z w of every frame of the table come from, shape (7
+    (rows + 1),).
+    """
 
     def numbers(report: StateReport) -> Floats:
         frames = np.ascontiguousarray(report.answer.state.link_frames)

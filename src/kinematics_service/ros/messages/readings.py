@@ -1,4 +1,4 @@
-"""What the node's messages say, as plain data: for eyes and for JSON."""
+"""The content of the node's messages, as plain data: for the screen and for JSON."""
 
 from typing import Any, NamedTuple
 

@@ -23,7 +23,7 @@ UNIT = 1e-3
 
 
 class RefusedTargetError(KinematicsError, ValueError):
-    """A target that cannot be understood, or not now; the message says why."""
+    """A target that cannot be understood, or not at present; the message says why."""
 
 
 class Choice(NamedTuple):
@@ -33,7 +33,7 @@ class Choice(NamedTuple):
 
     @property
     def q(self) -> Floats | None:
-        """Return the nearest joint positions, None where no answer is inside the limits."""
+        """Return the nearest joint positions, None if no answer is inside the limits."""
         return self.answers[0].q if self.answers else None
 
 
@@ -94,7 +94,7 @@ def twist_of(message: TwistStamped) -> Floats:
 
 def pose_in_base(T: Floats, frame: str, tool: Floats, settings: NodeSettings) -> Floats:
     """
-    Return a pose given in the base or the tool frame in the base frame; `tool` is the tool's.
+    Return a pose given in the base or the tool frame in the base frame; `tool` is the tool's pose.
 
     Raises
     ------
@@ -157,7 +157,7 @@ def solutions_message(choice: Choice, settings: NodeSettings) -> Float64MultiArr
     Return all answers, row-major solutions x joints, labelled like the Jacobian.
 
     The label of the rows names their postures, separated by commas: `left/up/no_flip,...`, or
-    `solution` for arms without; a family's representative is marked `family`.
+    `solution` for arms without postures; a family's representative is marked `family`.
     """
     count, n = len(choice.answers), settings.robot.dof
     rows = [_row_label(answer) for answer in choice.answers]

@@ -43,7 +43,7 @@ WARNING_QOS = QoSProfile(
     durability=DurabilityPolicy.TRANSIENT_LOCAL,
 )
 DIAGNOSTICS_QOS = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
-# Each pose is a question and gets its answer; of twists only the newest is still meant.
+# Each pose is a request that gets its answer; only the newest twist is still valid.
 TARGET_POSE_QOS = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
 TARGET_TWIST_QOS = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 
@@ -66,12 +66,12 @@ class OutputTopic:
     Attributes
     ----------
     template, numbers
-        Return, for settings, the message without stamp and numbers, and which numbers of a state
-        go into it; None where an arm has none.
+        Functions of the settings that return the message without stamp and numbers, and the
+        numbers of a state that go into it; None if an arm has none.
     build
-        Instead of both: returns the message of a report, None for nothing to say.
+        Instead of both: returns the message of a report, or None.
     of_motion
-        Whether there is a message only where the velocities are known.
+        Whether there is a message only if the velocities are known.
     depth
         What the kernel must have computed.
     period : ns
@@ -89,7 +89,7 @@ class OutputTopic:
 
 
 def _markers(report: StateReport) -> Any:
-    # Imported when somebody looks: the node itself needs no scene.
+    # Imported when somebody subscribes: the node itself needs no scene.
     from .markers import markers_message
 
     return markers_message(report)
@@ -117,7 +117,7 @@ TOPICS = (
         link_frames_numbers,
         depth=kernel.ALL_FRAMES,
     ),
-    # For eyes: some fifty markers are a hundred times the work of a pose.
+    # Markers are for viewers: some fifty of them are a hundred times the work of a pose.
     OutputTopic(
         '~/markers',
         MarkerArray,

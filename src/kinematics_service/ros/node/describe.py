@@ -15,9 +15,7 @@ def _finite(value: float) -> float | None:
 def description_of(
     settings: NodeSettings, joint_states: str, topics: Sequence[str], targets: Sequence[str]
 ) -> dict[str, Any]:
-    """
-    Return what a program needs to read the node's topics; limits are null where there are none.
-    """
+    """Return what a program needs to read the node's topics; limits that do not exist are null."""
     robot = settings.robot
     return {
         'robot': robot.name,

@@ -1,5 +1,5 @@
 """
-The state of the input as a DiagnosticArray: what was heard, what became of it, what is missing.
+The state of the input as a DiagnosticArray: the messages received, their outcomes, missing joints.
 """
 
 import math
@@ -18,7 +18,7 @@ REJECTED = (
     estimator.TOO_LARGE,
 )
 INTERNAL_ERROR = 'internal error'
-# A loss is warned of for so many seconds.
+# Time for which a loss is warned of, s.
 RECENT = 10.0
 LEFT_OUT = 'left out'
 
@@ -40,36 +40,37 @@ class Work:
 
     @property
     def mean(self) -> float:
-        """Return the mean time, 0 where nothing was processed."""
+        """Return the mean time, 0 if nothing was processed."""
         return self.total / self.count if self.count else 0.0
 
 
 @dataclass(frozen=True)
 class InputState:
     """
-    What the diagnostics are made of.
+    The data that the diagnostics are made of.
 
     Attributes
     ----------
     counts, news
-        Messages by what became of them: since the start, and since the last diagnostics.
+        Number of messages by outcome: since the start, and since the last diagnostics.
     interval
         Seconds since the last diagnostics.
     age
         Age in seconds of the oldest joint position, inf if a joint has none.
     missing, beyond, disputed
-        Names of joints that are stale, beyond their limits, and told differently by publishers.
+        Names of joints that are stale, that are beyond their limits, and about which publishers
+        disagree.
     publishers
         Names of the nodes that publish joint states.
     velocity_source
-        Of the last answer.
+        Source of the velocities of the last answer.
     topic, robot
         Resolved name of the input topic, name of the arm.
     reliable
-        Whether what is lost on the way is sent again.
+        Whether lost messages are sent again.
     lost, lost_of_late
-        Messages that were published and not taken: since the first was heard, None where the
-        middleware does not number them; and within the last `RECENT` seconds.
+        Messages that were published and not received: since the first one was received, None if
+        the middleware does not number them; and within the last `RECENT` seconds.
     work
         Processing times.
     """

@@ -1,4 +1,4 @@
-"""The node's diagnostics: once a second, what it hears and what becomes of it."""
+"""The node's diagnostics: once a second, its input and the outcome of each message."""
 
 import time
 from collections import Counter, deque
@@ -20,12 +20,12 @@ PERIOD = 1.0
 
 class Health:
     """
-    Counts work and says once a second how the input is.
+    Counts work and publishes the state of the input once a second.
 
     Attributes
     ----------
     work
-        What messages have cost since the last word.
+        Processing times of messages since the last diagnostics.
     """
 
     def __init__(
@@ -45,7 +45,7 @@ class Health:
         self._velocity_source = velocity_source
         self._counts_said: Counter[str] = Counter()
         self._said = time.monotonic()
-        # When diagnostics were said, s, and how many messages had been lost by then.
+        # Times of diagnostics, s, and the number of messages lost by then.
         self._losses: deque[tuple[float, int]] = deque([(self._said, 0)])
         self._publisher = node.create_publisher(DiagnosticArray, DIAGNOSTICS, DIAGNOSTICS_QOS)
         node.create_timer(PERIOD, self.say, clock=steady)
@@ -63,7 +63,7 @@ class Health:
         return lost - losses[0][1]
 
     def say(self) -> None:
-        """Publish the state of the input since the last word."""
+        """Publish the state of the input since the last diagnostics."""
         node, estimator, subscription = self._node, self._estimator, self._subscription
         now, arrival = time.monotonic(), time.monotonic_ns()
         counts = Counter(estimator.counts)

@@ -34,7 +34,7 @@ from .throttle import Throttle
 
 NODE_NAME = 'kinematics'
 
-# The watchdog looks so often, as a share of the timeout, and at most and at least so often (s).
+# Period of the watchdog as a share of the timeout, and its shortest and longest value (s).
 WATCHDOG_SHARE, WATCHDOG_SHORTEST, WATCHDOG_LONGEST = 0.25, 0.02, 0.25
 
 
@@ -68,7 +68,7 @@ class KinematicsNode(Node):
         settings = self._settings = self._own.settings
         self._estimator = Estimator(settings.robot, settings.estimator)
         self._latest: EstimatorOutput | None = None
-        self._resets = 0  # of the estimator, as far as they are known here
+        self._resets = 0  # the estimator's resets that are handled here
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._grid = StampGrid()
         self._throttle = Throttle(5.0)
@@ -103,11 +103,11 @@ class KinematicsNode(Node):
         self.create_service(Trigger, DESCRIBE, self._describe)
 
     def trust_the_order_of_events(self) -> None:
-        """Be told that the executor handles events in the order they come in."""
+        """Note that the executor handles events in the order of their arrival."""
         self._outputs.events_in_order = True
 
     def events_were_left_out(self, messages: int) -> None:
-        """Be told that events were thrown away, and with them so many messages of the process."""
+        """Note that events were thrown away, and with them this many messages of the process."""
         self._outputs.ask_who_listens()
         self._estimator.counts[LEFT_OUT] += messages
         if self._throttle.passes(LEFT_OUT):
@@ -116,7 +116,7 @@ class KinematicsNode(Node):
             )
 
     def end_motion(self) -> None:
-        """Stop what the last target twist began: to be called before the node goes."""
+        """Stop the motion of the last target twist; called before the node ends."""
         self._targets.close()
 
     @property
@@ -135,7 +135,7 @@ class KinematicsNode(Node):
             active = self._outputs.active()
             outcome = self._estimator.take(sample, active.depth)
             self._follow(outcome, sample.arrival, active, False)
-        except Exception as error:  # nothing a robot sends may stop the node
+        except Exception as error:  # no message of a robot may stop the node
             self._internal_error(error)
         self._health.work.add(time.monotonic_ns() - sample.arrival)
 
@@ -148,7 +148,7 @@ class KinematicsNode(Node):
             if outcome is None:
                 return False
             self._follow(outcome, arrival, active, True)
-        except Exception as error:  # nothing a robot sends may stop the node
+        except Exception as error:  # no message of a robot may stop the node
             self._internal_error(error)
         self._health.work.add(time.monotonic_ns() - arrival)
         return True
@@ -167,7 +167,7 @@ class KinematicsNode(Node):
         active: ActiveTopics,
         is_filled: bool,
     ) -> None:
-        # What follows from a message.
+        # Publishes the consequences of a message.
         if self._estimator.counts.get(RESETS, 0) != self._resets:
             self._start_anew()
         if isinstance(outcome, RefusedMessage):
@@ -177,8 +177,8 @@ class KinematicsNode(Node):
         self._latest = outcome
         if self._reference.is_there:
             self._reference.note(outcome)
-        # Publishing wakes those who listen, who take this core: what else is to be done is cheaper
-        # before. A warning comes after the pose it is about.
+        # Publishing wakes subscribers, who take this core: other work is cheaper before it. A
+        # warning comes after the pose it is about.
         warned = None
         if not self._estimator.is_settled(outcome.state, arrival):
             singularity = singularity_of(outcome.state)
@@ -189,11 +189,11 @@ class KinematicsNode(Node):
             if wanted and self._grid.passes(outcome.stamp, self._settings.period):
                 self._outputs.publish(outcome, active, is_filled)
         finally:
-            if warned is not None:  # the alarm counts it as said
+            if warned is not None:  # the alarm counts it as published
                 self._warn(*warned)
 
     def _start_anew(self) -> None:
-        # The estimator has: a stamp stepped back.
+        # The estimator has started again: a stamp stepped back.
         self._resets = self._estimator.counts.get(RESETS, 0)
         self._grid.forget()
         self._reference.forget()
@@ -203,7 +203,7 @@ class KinematicsNode(Node):
             )
 
     def _present(self) -> EstimatorOutput | str:
-        # The arm's present state, or why it is not known.
+        # Returns the arm's present state, or a sentence why it is unknown.
         missing = self._estimator.missing(time.monotonic_ns())
         if missing or self._latest is None:
             return self._missing_text(missing)

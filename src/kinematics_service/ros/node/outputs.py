@@ -1,5 +1,5 @@
 """
-The topics of a node that answer every accepted message: who listens, and what goes out to them.
+The topics of a node that answer every accepted message: subscribers, and the messages for them.
 """
 
 import copy
@@ -28,21 +28,21 @@ Sends = tuple[tuple[Callable[[bytes], None], Callable[[], bytes]], ...]
 
 class Channel(NamedTuple):
     """
-    A topic with its publisher, and what its messages are made of.
+    A topic with its publisher, and the sources of its messages.
 
     Attributes
     ----------
     listeners
-        Returns how many listen.
+        Returns the number of subscribers.
     publish_bytes
         Publishes a serialized message.
     publisher, topic
-        What is published, where.
+        The publisher, and the row of the topic.
     grid
         Thins out a topic that not every report goes to.
     numbers, layout
-        Which numbers go into its messages, and where; None where messages are built, and where
-        there are none.
+        The numbers that go into its messages, and their positions; None if messages are built, and
+        if there are none.
     as_bytes
         Whether its messages go out as bytes that are filled here.
     """
@@ -57,7 +57,7 @@ class Channel(NamedTuple):
     as_bytes: bool = False
 
     def send(self, report: StateReport) -> None:
-        """Publish what a report has to say on this topic, if anything."""
+        """Publish a report's message on this topic, if it has one."""
         topic, stamp = self.topic, report.answer.stamp
         if topic.period and not self.grid.passes(stamp, topic.period):
             return
@@ -78,7 +78,7 @@ class Channel(NamedTuple):
 
 class ActiveTopics(NamedTuple):
     """
-    The channels somebody listens to, and what the kernel must compute for them.
+    The channels with subscribers, and what the kernel must compute for them.
 
     Attributes
     ----------
@@ -89,10 +89,10 @@ class ActiveTopics(NamedTuple):
     messages
         The messages that the kernel fills; None for none.
     filled
-        Of each channel the message among them, or None.
+        For each channel its message among them, or None.
     sends
-        Where they are all among them: for an arm at unknown velocities, and for one at known ones,
-        what publishes and what returns the bytes for that.
+        If all channels have one: pairs of a function that publishes and one that returns the
+        bytes, for unknown velocities and for known ones.
     """
 
     channels: tuple[Channel, ...]
@@ -106,7 +106,7 @@ def filled_by_the_kernel(
     channels: Sequence[Channel], settings: NodeSettings, depth: int
 ) -> tuple[OutgoingMessages | None, tuple[memoryview | None, ...]]:
     """
-    Return the messages whose numbers the kernel copies, and of each channel its own, or None.
+    Return the messages whose numbers the kernel copies, and for each channel its own, or None.
     """
     row = settings.robot.chain.single_widths[depth]
     data, filled = bytearray(), list[slice | None]()
@@ -134,13 +134,13 @@ def filled_by_the_kernel(
 
 class Outputs:
     """
-    Publishes reports to those who listen; a topic nobody listens to costs one look.
+    Publishes reports to subscribers; a topic without subscribers costs one look.
 
     Attributes
     ----------
     events_in_order
-        Whether the executor handles events in the order they came in: then that somebody began to
-        listen is known before the next joint state is, and need not be asked for every message.
+        Whether the executor handles events in the order of their arrival: then a new subscriber is
+        known before the next joint state, and the node need not ask at every message.
     """
 
     def __init__(self, node: Node, settings: NodeSettings, transport: str) -> None:
@@ -148,7 +148,9 @@ class Outputs:
         self._transport = transport
         self.events_in_order = False
         self._told_of_listeners = True
-        self._told_of: set[str] = set()  # topics whose layout is not the official one
+        self._told_of: set[str] = (
+            set()
+        )  # topics whose layout differs from that of ROS's serializer
         self._settings = settings
         self._active: ActiveTopics | None = None
         self.channels = [self._channel(topic) for topic in TOPICS]
@@ -156,11 +158,13 @@ class Outputs:
         self.configure(settings)
 
     def configure(self, settings: NodeSettings) -> None:
-        """Take other settings: frames and labels are part of the messages."""
+        """Apply other settings: frames and labels are part of the messages."""
         self._settings, self._active = settings, None
         self.channels = [self._configured(channel) for channel in self.channels]
         if settings.publish_tf and self._tf is None:
-            from tf2_msgs.msg import TFMessage  # not among the wheels: only where it is asked for
+            from tf2_msgs.msg import (
+                TFMessage,
+            )  # the wheels lack it: imported only if it is asked for
 
             self._tf = self._node.create_publisher(TFMessage, '/tf', OUTPUT_QOS)
 
@@ -170,7 +174,7 @@ class Outputs:
         return [channel.publisher.topic_name for channel in self.channels]
 
     def active(self) -> ActiveTopics:
-        """Return the channels somebody listens to."""
+        """Return the channels with subscribers."""
         active = self._active
         if active is None or not (self.events_in_order and self._told_of_listeners):
             channels = tuple(channel for channel in self.channels if channel.listeners() > 0)
@@ -196,7 +200,7 @@ class Outputs:
 
     def publish(self, answer: EstimatorOutput, active: ActiveTopics, is_filled: bool) -> None:
         """
-        Publish an answer on channels, pose first, and on /tf where that is set.
+        Publish an answer on channels, pose first, and on /tf if that is set.
 
         Parameters
         ----------
@@ -225,7 +229,7 @@ class Outputs:
             self._publish_tf(StateReport(answer, singularity_of(answer.state), settings))
 
     def _configured(self, channel: Channel) -> Channel:
-        # With its layout for the settings in force, proved where messages go out as bytes.
+        # Adds the layout for the settings in force, which is checked if messages go out as bytes.
         topic, settings = channel.topic, self._settings
         numbers = topic.numbers(settings)
         if topic.template is None or numbers is None:
@@ -258,14 +262,14 @@ class Outputs:
         except UnsupportedEventTypeError:  # another middleware: ask at every message
             self._told_of_listeners = False
             publisher = publisher_with(None)
-        # Of the handle, not of the publisher, which looks at each message's type once more.
+        # The method of the handle: that of the publisher checks each message's type once more.
         handle = publisher.handle
         return Channel(
             handle.get_subscription_count, handle.publish_raw, publisher, topic, StampGrid()
         )
 
     def ask_who_listens(self) -> None:
-        """Look who listens at the next message: one may have come or gone."""
+        """Count subscribers at the next message: one may have come or gone."""
         self._active = None
 
     def _on_listener(self, event: Any) -> None:

@@ -1,4 +1,4 @@
-"""The arm as a URDF on `robot_description`, for those who draw robots."""
+"""The arm as a URDF on `robot_description`, for programs that draw robots."""
 
 from rclpy.node import Node
 from rclpy.publisher import Publisher
@@ -11,9 +11,9 @@ from ..parameters.settings import NodeSettings
 
 class DescriptionPublisher:
     """
-    Publishes the URDF once for each change of the settings; who comes late gets the last one.
+    Publishes the URDF once for each change of the settings; late subscribers get the last one.
 
-    It is off unless asked for: on a robot with a URDF of its own the topic is that one's.
+    It is off by default: a robot with a URDF of its own publishes that on this topic.
     """
 
     def __init__(self, node: Node, settings: NodeSettings) -> None:
@@ -22,14 +22,14 @@ class DescriptionPublisher:
         self.configure(settings)
 
     def configure(self, settings: NodeSettings) -> None:
-        """Take other settings: frames and joints may have other names."""
+        """Apply other settings: frames and joints may have other names."""
         if not settings.publish_robot_description:
             if self._publisher is not None:
                 self._node.destroy_publisher(self._publisher)
                 self._publisher = None
             return
         from ...formats.urdf.elements import FrameNames
-        from ...formats.urdf.writer import urdf_text  # only where it is asked for
+        from ...formats.urdf.writer import urdf_text  # imported only if it is asked for
 
         robot, prefix = settings.robot, settings.frame_prefix
         names = FrameNames(

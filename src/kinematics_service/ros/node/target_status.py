@@ -1,4 +1,4 @@
-"""What became of a target, in a sentence and as keys and values."""
+"""The outcome of a target, in a sentence and as keys and values."""
 
 import numpy as np
 
@@ -12,9 +12,8 @@ from ..messages.target_messages import Choice
 
 def pose_status(result: IkResult, choice: Choice, near: Floats) -> StatusText:
     """
-    Return what became of a pose target: OK where the arm can be there, otherwise ERROR.
-
-    `near` are the present joint positions: who executes the answer sees how far it is.
+    Return the outcome of a pose target: OK if the arm can reach it, otherwise ERROR. `near` are
+    the present joint positions: the distance from them is part of the text.
     """
     values = [
         ('status', result.status),
@@ -43,7 +42,7 @@ def pose_status(result: IkResult, choice: Choice, near: Floats) -> StatusText:
 
 
 def twist_status(step: ServoStep) -> StatusText:
-    """Return what became of a twist target: WARN where the tool moves otherwise than asked."""
+    """Return the outcome of a twist target: WARN if the tool moves otherwise than asked."""
     values = (
         ('limited by', ', '.join(step.limited_by) or 'nothing'),
         ('damping', f'{step.damping:.4g}'),

@@ -50,9 +50,9 @@ from ..parameters.settings import NodeSettings
 from .target_status import pose_status, twist_status
 from .throttle import Throttle
 
-# The silence of a stream of twists is looked for so often, as a share of its timeout.
+# Period of the check that twists still arrive, as a share of their timeout.
 WATCH_SHARE = 0.25
-# At the end of the node the last message is waited for so long.
+# Longest time that the end of the node waits for the last message to go out, s.
 LAST_WORD = Duration(seconds=0.2)
 
 
@@ -60,17 +60,17 @@ class Targets:
     """
     Answers targets, each with a status; a target that is refused moves nothing.
 
-    A twist is a command for now: where the next one is refused or does not come within
-    `ik.target_timeout`, one message of zero velocities stops what the last one began.
+    A twist is a command for now: if the next one is refused or does not arrive within
+    `ik.target_timeout`, one message of zero velocities stops the motion that the last one began.
 
     Parameters
     ----------
     node
-        The node they belong to; names its topics and its statuses.
+        The node they belong to; topics and statuses carry its name.
     settings
         The settings in force.
     latest
-        Returns the arm's present state, or says in a sentence why it is not known.
+        Returns the arm's present state, or a sentence why it is unknown.
     steady
         Clock of the timer.
     """
@@ -109,30 +109,30 @@ class Targets:
                 name,
                 take,
                 copy.copy(qos),
-                raw=True,  # what is no message is refused here, in words, and not by rclpy
+                raw=True,  # refused here with a reason
                 qos_overriding_options=QoSOverridingOptions.with_default_policies(),
             )
-        # Turns only while a twist is in force: its thread would wake for nothing otherwise.
+        # Runs only while a twist is in force: its thread would wake for nothing otherwise.
         self._timer = node.create_timer(
             self._watch_period(), self._watch, clock=steady, autostart=False
         )
 
     @property
     def topics(self) -> tuple[list[str], list[str]]:
-        """Return the full names of the topics heard and published."""
+        """Return the full names of the topics of subscriptions and publishers."""
         resolve = self._node.resolve_topic_name
         heard = (TARGET_POSE, TARGET_TWIST)
         told = (IK_JOINT_STATES, IK_SOLUTIONS, IK_JOINT_VELOCITY, IK_STATUS)
         return [resolve(name) for name in heard], [resolve(name) for name in told]
 
     def configure(self, settings: NodeSettings) -> None:
-        """Take other settings; a motion in force is stopped."""
+        """Apply other settings; a motion in force is stopped."""
         self._stop()
         self._settings = _planned(settings)
         self._timer.timer_period_ns = round(self._watch_period() * 1e9)
 
     def close(self) -> None:
-        """End a motion in force, before the node goes."""
+        """End a motion in force, before the node ends."""
         if self._moving_since is not None:
             self._stop()
             self._joint_velocity.wait_for_all_acked(LAST_WORD)
@@ -151,7 +151,7 @@ class Targets:
     def _on_pose(self, data: bytes) -> None:
         try:
             status_text = self._answer_pose(read_message(data, PoseStamped))
-        except Exception as error:  # nothing that is sent may stop the node
+        except Exception as error:  # no message may stop the node
             status_text = self._refused(error)
         self._say('target_pose', status_text)
 
@@ -177,7 +177,7 @@ class Targets:
             message = read_message(data, TwistStamped)
             stamp = _stamp(message)
             status_text = self._answer_twist(message)
-        except Exception as error:  # nothing that is sent may stop the node
+        except Exception as error:  # no message may stop the node
             self._stop(stamp)
             status_text = self._refused(error)
         self._say('target_twist', status_text)
@@ -208,7 +208,8 @@ class Targets:
             self._say('target_twist', StatusText(Level.STALE, sentence, ()))
 
     def _stop(self, stamp: int | None = None) -> None:
-        # Velocity controllers hold the last command: what was begun must be ended, once.
+        # Velocity controllers hold the last command: a motion that was begun must be stopped,
+        # once.
         if self._moving_since is None:
             return
         self._moving_since = None

@@ -63,22 +63,24 @@ class NodeParameters:
         return self._settings
 
     def listen(self, apply: Callable[[NodeSettings], None]) -> None:
-        """From now on check changes before they are made, and call `apply` after."""
+        """Check changes from now on before they are made, and call `apply` after each."""
 
         def changed(parameters: Sequence[RosParameter]) -> None:
             if any(parameter.name in NAMES for parameter in parameters):
                 self._settings = self._settings_with({})
                 try:
                     apply(self._settings)
-                except Exception as error:  # whoever set it would get no answer
+                except Exception as error:  # the client that set it would get no answer
                     self._internal_error(error)
 
         self._node.add_on_set_parameters_callback(self._check)
         self._node.add_post_set_parameters_callback(changed)
 
     def unknown(self) -> tuple[str, ...]:
-        """Return the names of parameters that were given at start and that nobody declared."""
-        given = getattr(self._node, '_parameter_overrides', {})  # rclpy has no public way
+        """Return the names of parameters that were given at start and that are not declared."""
+        given = getattr(
+            self._node, '_parameter_overrides', {}
+        )  # rclpy has no public function for it
         return tuple(sorted(name for name in given if not self._node.has_parameter(name)))
 
     def _declare(self, name: str, default: Any, descriptor: Any) -> Any:
@@ -106,7 +108,8 @@ class NodeParameters:
         return settings_from({**values, **changes}, self._robot)
 
     def _check(self, parameters: Sequence[RosParameter]) -> SetParametersResult:
-        # After an exception here whoever sets the parameter would get no answer: it is a refusal.
+        # After an exception here the client that sets the parameter would get no answer, so it is
+        # refused.
         changes = {p.name: p.value for p in parameters if p.name in NAMES}
         reason = ''
         try:

@@ -24,7 +24,7 @@ class Parameter:
     description: str
     choices: tuple[str, ...] = ()
     range: tuple[float, float] | None = None
-    least: float = 0.0  # of what is not 0, where 0 has a meaning of its own
+    least: float = 0.0  # range of values other than 0, if 0 has a meaning of its own
     read_only: bool = False
 
     def descriptor(self) -> ParameterDescriptor:

@@ -1,4 +1,4 @@
-"""Why nothing is heard on a topic: what the ROS graph shows, and what keeps nodes apart."""
+"""Why no messages arrive on a topic: what the ROS graph shows, and what keeps nodes apart."""
 
 import os
 
@@ -6,7 +6,7 @@ from rclpy.node import Node
 
 from ..messages.topics import WARNING
 
-# A node of this kind is known by this topic, whatever it is called.
+# A kinematics node is recognised by this topic, whatever its name is.
 MARK = WARNING.replace('~', '')
 STATUS = 'diagnostic_msgs/msg/DiagnosticStatus'
 RANGE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
@@ -23,12 +23,12 @@ def kinematics_nodes(node: Node) -> list[str]:
 
 def why_no_messages(node: Node, topic: str) -> str:
     """
-    Return what is waited for, who publishes it, and what to look at.
+    Return the awaited topic, its publishers, and what to check.
 
     Parameters
     ----------
     node
-        The node that listens.
+        The node that subscribes.
     topic
         Resolved name of the silent topic.
     """

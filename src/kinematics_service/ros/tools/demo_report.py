@@ -1,6 +1,4 @@
-"""
-What the demo says in lines: how to join in, what happens where there is no screen, and a summary.
-"""
+"""The demo's lines of text: how to join in, what happens if there is no screen, and a summary."""
 
 import math
 import os
@@ -16,12 +14,12 @@ from .demo_listener import DemoListener
 from .live_table import number
 
 COMMAND = 'python -m kinematics_service'
-# Variables another terminal must have as this one has them.
+# Variables that must be the same in another terminal.
 MUST_MATCH = ('ROS_DOMAIN_ID', 'RMW_IMPLEMENTATION')
 
 
 def motion_in_words(robot: Robot, trajectory: Trajectory) -> str:
-    """Return what the smooth path does."""
+    """Return the motion along the smooth path in words."""
     distance = float(singularity(robot, trajectory.centre).distance)
     if distance > robot.thresholds.warn:
         return (
@@ -38,12 +36,12 @@ def motion_in_words(robot: Robot, trajectory: Trajectory) -> str:
 
 def invitation(motion: str, source: str, discovery: str, set_aside: Sequence[str]) -> list[str]:
     """
-    Return what happens, and how to look at it from another terminal.
+    Return what the demo does, and how to watch it from another terminal.
 
     Parameters
     ----------
     motion
-        What the arm does.
+        The arm's motion.
     source
         Full name of the node.
     discovery
@@ -93,7 +91,7 @@ class PlainReport:
 
 
 def summary(listener: DemoListener, sent: int) -> list[str]:
-    """Return what was sent, what was heard, and the worst of it."""
+    """Return the numbers of messages sent and received, and the pose nearest to a singular one."""
     lines = [
         f'{listener.time:.1f} s: {sent} joint states sent; heard {listener.pose.count} poses, '
         f'{listener.jacobian.count} Jacobians, {listener.twist.count} twists, '
@@ -116,5 +114,5 @@ def summary(listener: DemoListener, sent: int) -> list[str]:
     return lines
 
 
-# The summary lists so many changes of level.
+# Number of changes of level in the summary.
 LEVELS = 12

@@ -1,4 +1,4 @@
-"""The demo's live table: everything in it was heard on the node's topics."""
+"""The demo's live table: everything in it was received on the node's topics."""
 
 import math
 import os
@@ -25,7 +25,7 @@ from ..messages.readings import (
 from .demo_listener import INTERVAL, MEASURES, DemoListener
 from .live_table import BARS, STYLES, bars, coloured, matrix_lines, number
 
-# A sentence has so many lines, so that nothing below it jumps.
+# Number of lines of a sentence, so that nothing below it jumps.
 SENTENCE_LINES = 2
 LABEL = 18
 LEFT_COLUMN = 22
@@ -33,17 +33,18 @@ NARROW = 8
 # A bar of full height is this distance, in rad.
 FULL = 0.5
 NOTHING = '-'
-# From so many characters on there are two columns; the left one has at least so many; between them
-# are so many.
+# Width in characters from which on there are two columns, least width of the left one, and the gap
+# between them.
 WIDE, LEFT, GAP = 120, 78, 2
-# What the bar at the end of a history needs, with its number.
+# Width of the bar at the end of a history, with its number.
 SCALE = 13
 QDOT = 'qdot'
 
 
 class ScreenSection(NamedTuple):
     """
-    Lines that are shown whole or not at all; where there is little room, those of low rank first.
+    Lines that are shown whole or not at all; if there is little room, those of low rank go in
+    first.
     """
 
     rank: int
@@ -59,9 +60,9 @@ def screen(
     Parameters
     ----------
     listener
-        What was heard.
+        The messages received.
     size
-        Of the terminal; from WIDE characters on there are two columns.
+        Size of the terminal; from WIDE characters on there are two columns.
     blocks
         Whether the terminal can show block characters.
     volume_unit
@@ -158,7 +159,7 @@ def _warning(warned: WarningReading | None, width: int) -> list[Text]:
         return [Text('waiting for the node'), *[Text()] * (SENTENCE_LINES - 1)]
     sentence = plain(warned.sentence)
     if warned.level != Level.STALE.name:
-        # The numbers in it are those of the moment it was said; those of now stand below.
+        # Its numbers are those of the moment of the warning; those of now are below.
         head, _, tail = sentence.partition(': ')
         factor = plain(warned.values.get('factor', ''))
         if factor and tail.startswith(factor):
@@ -207,7 +208,7 @@ def _jacobian(listener: DemoListener, width: int) -> list[Text]:
         return [_labelled('Jacobian', str(error))]
     speeds = listener.joint_speeds()
     if set(matrix.columns) <= set(speeds):
-        # Below each column how fast its joint moves.
+        # Below each column the speed of its joint.
         row = np.array([speeds[name] for name in matrix.columns])
         matrix = MatrixReading(
             (*matrix.rows, QDOT), matrix.columns, np.vstack([matrix.values, row])
@@ -263,7 +264,7 @@ def _measure(value: float | None) -> str:
 
 
 def _shortened(joints: str) -> str:
-    # "a_joint + b_joint" is easier to read without what all names end in.
+    # "a_joint + b_joint" is easier to read without the common ending of the names.
     names = [word for word in plain(joints).split(' ') if word not in '+-']
     common = os.path.commonprefix([name[::-1] for name in names])[::-1]
     ending = common[common.find('_') :] if '_' in common and len(names) > 1 else ''

@@ -1,4 +1,4 @@
-"""What a running node says, for people on a terminal and for programs behind a pipe."""
+"""The messages of a running node, for people on a terminal and for programs behind a pipe."""
 
 import os
 import shutil
@@ -26,7 +26,7 @@ from .echo_topics import ECHO_TOPICS, EchoTopic
 from .live_table import coloured
 
 REDRAW = 0.1
-# Silence is explained after so many seconds.
+# Missing messages are explained after this time, s.
 EXPLAIN_AFTER = 5.0
 UNBROKEN = 10_000
 SEPARATOR = '---'
@@ -41,7 +41,7 @@ def run_echo(
     ros_args: Sequence[str],
 ) -> int:
     """
-    Show what a node says on one of its topics, until a signal.
+    Show the messages of one of a node's topics, until a signal.
 
     Parameters
     ----------
@@ -58,10 +58,8 @@ def run_echo(
     ros_args
         ROS arguments, `--ros-args` included.
 
-    Returns
-    -------
-    0 after a signal, the one message, or when the reader has gone; 1 where nothing came in time;
-    2 for wrong usage.
+    Returns ------- 0 after a signal, the one message, or when the reader has gone; 1 if no message
+    came in time; 2 for wrong usage.
     """
     refusal = start_refusal(False, False)
     if refusal is not None:
@@ -99,7 +97,7 @@ def run_echo(
 
 
 class _Echo:
-    # One topic on its way from the node that listens to standard output.
+    # One topic, from its subscription to standard output.
 
     def __init__(
         self,
@@ -169,7 +167,8 @@ class _Echo:
         self._output.line(*lines, *([] if self._once else [SEPARATOR]))
 
     def _watch(self) -> None:
-        # Where nothing is drawn anew, silence is explained on standard error, once each time.
+        # If no screen is redrawn, missing messages are explained on standard error, once each
+        # time.
         if not self._silent:
             self._explained = False
             return
@@ -178,7 +177,8 @@ class _Echo:
             tell(why_no_messages(self._node, self._latest.topic))
 
     def _give_up(self) -> None:
-        # At the time-out: where nothing came, what there is to hear is said at the latest now.
+        # At the time-out the reason why no message came is printed, if it has not been printed
+        # yet.
         if self._latest.count > 0 or self.in_vain:
             return
         if not self._explained:

@@ -27,7 +27,7 @@ def number(value: float, decimals: int = 4) -> str:
     """
     Return a number with its sign, without a negative zero, in at most eight characters.
 
-    Where they do not suffice, with fewer decimals, or in short (`+1.5e+03`).
+    If they do not suffice, it has fewer decimals, or an exponent (`+1.5e+03`).
     """
     if not math.isfinite(value):
         return f'{value:+}'
@@ -39,12 +39,12 @@ def number(value: float, decimals: int = 4) -> str:
 
 
 def numbers(values: Sequence[float] | Floats, decimals: int = 4) -> str:
-    """Return numbers below each other from one time to the next."""
+    """Return numbers of fixed width, so that those of successive lines align."""
     return ' '.join(number(float(value), decimals).rjust(CELL) for value in values)
 
 
 def matrix_lines(matrix: MatrixReading, width: int) -> list[str]:
-    """Return a matrix with its labels; columns that find no room stand below the others."""
+    """Return a matrix with its labels; columns that do not fit follow below the others."""
     columns = [plain(name) for name in matrix.columns]
     rows = [plain(name) for name in matrix.rows]
     margin = max(ROW_LABEL, *map(len, rows))
@@ -107,6 +107,8 @@ def coloured(line: str, level: str) -> Text:
 
 
 def bars(values: Sequence[float], highest: float) -> str:
-    """Return a line of bars, one a value: the lowest for 0, the highest for `highest` and more."""
+    """
+    Return a line of bars, one per value: the lowest for 0, the highest for `highest` and more.
+    """
     steps = len(BARS) - 1
     return ''.join(BARS[round(min(max(value / highest, 0.0), 1.0) * steps)] for value in values)

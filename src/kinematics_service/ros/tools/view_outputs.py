@@ -1,4 +1,6 @@
-"""What a kinematics node publishes, as the live view shows it: in base axes, linear rows first."""
+"""
+The outputs of a kinematics node, as the live view shows them: in base axes, linear rows first.
+"""
 
 from dataclasses import replace
 from typing import Any
@@ -18,7 +20,7 @@ from ..messages.readings import LayoutError, matrix_of, velocity_of, warned_of
 from ..messages.topics import WARNING, WARNING_QOS
 from ..process.latest_message import LatestMessage
 
-# Older than this (s) nothing is shown as live.
+# Messages older than this (s) are not shown as live.
 FRESH = 1.0
 # Only the last message of a topic is shown.
 LAST_QOS = QoSProfile(depth=5, reliability=ReliabilityPolicy.RELIABLE)
@@ -31,7 +33,7 @@ class ViewOutputs:
     Parameters
     ----------
     node
-        Who listens.
+        The node of the subscriptions.
     source
         Full name of the kinematics node.
     """
@@ -57,7 +59,7 @@ class ViewOutputs:
 
     @property
     def live(self) -> bool:
-        """Return whether the node answers."""
+        """Return whether the node publishes answers."""
         return _fresh(self.pose)
 
     def shown(self, seen: Observation, axes: tuple[str, str]) -> Observation:
@@ -67,7 +69,7 @@ class ViewOutputs:
         Parameters
         ----------
         seen
-            What the joint states alone say.
+            The observation that follows from the joint states alone.
         axes
             Axes of the node's Jacobian and of its twist, `base` or `tool` each.
         """
