@@ -87,7 +87,7 @@ class Chain:
         Its arrays, read-only. The kernel has the same ones, flat and under the same names; to the
         compiled kernel they are addresses that Python does not see.
     dof, elements, entries, frames
-        How many there are.
+        Their number.
     form
         MIXED, PLAIN or TWISTED.
     screws_at, frames_at, width

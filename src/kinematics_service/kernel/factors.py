@@ -31,7 +31,7 @@ class Tape:
     ends : shape (factors,)
         The step that holds each factor's value.
     steps, factors
-        How many there are.
+        Their number.
     joints
         How many joints there are at least.
     """

@@ -69,7 +69,7 @@ class JointMemory:
     Parameters
     ----------
     joints
-        How many there are.
+        Their number.
 
     Attributes
     ----------

@@ -25,7 +25,7 @@ class Solutions:
     Attributes
     ----------
     count
-        How many there are.
+        Their number.
     """
 
     def __init__(self, q: Floats) -> None:

@@ -31,12 +31,12 @@ from .stream import Stream, StreamWatch
 from .stretches import Stretch, badness, stretches_of, watched_values
 from .timeline import Timeline, TimelineBatch
 
-# Names of joints shown where none is ours.
+# Number of joint names shown if none is of this arm.
 MOST_NAMES = 12
 
 
 class WorstMoment(NamedTuple):
-    """A worst moment: what was extreme, the row of the timeline, and the value in words."""
+    """A worst moment: its quantity, the row of the timeline, and the value in words."""
 
     what: str
     row: int
@@ -53,13 +53,13 @@ class Audit:
     file, what, topic, planned, remarks
         The file; see `RecordingSource`.
     counts, examples
-        Messages by what became of them, and the first refused for each reason.
+        Number of messages by outcome, and the first one refused for each reason.
     moments
         The worst ones.
     frames
-        The second source of poses, or why it is not compared; None where there is none.
+        The second source of poses, or why it is not compared; None if there is none.
     phases : s
-        Time each part of the work took.
+        Times of the parts of the work.
     """
 
     robot: Robot
@@ -88,12 +88,14 @@ class Audit:
 
     @property
     def damaged(self) -> bool:
-        """Return whether the file does not have the checksums it was written with."""
+        """Return whether the file's checksums are wrong."""
         return any(remark.level == Level.ERROR for remark in self.remarks)
 
 
 class AuditProgress(NamedTuple):
-    """Who is told of the work while it goes on: number of messages; each batch with its block."""
+    """
+    Callbacks of the work in progress: with the number of messages; with each batch and its block.
+    """
 
     progress: Callable[[int], None] = lambda messages: None
     part: Callable[[TimelineBatch], None] = lambda part: None
@@ -108,7 +110,7 @@ def audit(
     frame_settings: FrameSettings | None = None,
 ) -> Audit:
     """
-    Return what there is to say of an open recording or planned trajectory.
+    Return the audit of an open recording or planned trajectory.
 
     Raises
     ------

@@ -19,7 +19,8 @@ from .ingest import Ingest, KnownJoints
 from .judging import Judge
 from .timeline import MEASURE_NAMES, PublishedWarning, Timeline, TimelineBatch
 
-# Sentences kept; an arm that chatters at a threshold for hours is told by its first ones.
+# Number of warnings kept; the first ones are enough for an arm that chatters at a threshold for
+# hours.
 MOST_WARNINGS = 10_000
 
 
@@ -50,9 +51,9 @@ class Computer:
     Parameters
     ----------
     robot, ingest
-        The arm; where its messages go in.
+        The arm, and the estimator that takes its messages.
     base_frame, joint_prefix
-        As the node's parameters, for the words of a warning.
+        Like the node's parameters, for the text of a warning.
     """
 
     def __init__(self, robot: Robot, ingest: Ingest, base_frame: str, joint_prefix: str) -> None:
@@ -67,7 +68,7 @@ class Computer:
         blocks: Iterable[Block | UnreadableMessage],
         each: Callable[[Block | UnreadableMessage, TimelineBatch | None], None],
     ) -> Timeline:
-        """Return the timeline of all blocks; `each` is called with every one and what it made."""
+        """Return the timeline of all blocks; `each` is called with every block and its batch."""
         for block in blocks:
             if isinstance(block, UnreadableMessage):
                 self._ingest.refuse(block)
@@ -145,7 +146,8 @@ class Computer:
         return stale_status(self._robot, f'no joint state of {", ".join(missing)}')
 
     def _signs(self, quaternions: Floats, fresh: Flags) -> Floats:
-        # As the estimator: turned where the last one, as published, points the other way.
+        # As in the estimator: its sign changes if the last one, as published, has the opposite
+        # sign.
         before = quaternions[:1] if self._quaternion is None else self._quaternion[None]
         last = np.concatenate([before, quaternions[:-1]])
         dots = np.einsum('ij,ij->i', quaternions, last)
@@ -154,9 +156,9 @@ class Computer:
         turns = np.where(dots < 0.0, -1.0, 1.0)
         signs = np.cumprod(turns)
         for k in np.flatnonzero(fresh | (dots == 0.0)):
-            signs[k:] *= signs[k]  # here it begins anew, with w >= 0
+            signs[k:] *= signs[k]  # here it starts again, with w >= 0
         return np.asarray(signs, dtype=np.float64)
 
 
 class NoStateError(Exception):
-    """No message made a state; why is for the caller to say."""
+    """No message made a state; the caller says why."""

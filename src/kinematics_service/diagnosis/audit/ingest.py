@@ -2,7 +2,7 @@
 Blocks of messages through the estimator: which joints are known after each message.
 
 Messages in good order are taken in columns, by the rules of the estimator; the first and the last
-two of them go through the estimator itself, so that its memory is what it would have been.
+two of them go through the estimator itself, so that its memory is the same.
 """
 
 import math
@@ -25,13 +25,14 @@ from ...formats.recordings.block import Block, Flags, Times, UnreadableMessage
 from ...kernel import Floats
 from ...robot.robot import Robot
 
-# Fewer messages than this are not worth columns.
+# Fewer messages than this are taken one by one.
 SHORTEST_RUN = 8
 
 
 class JointTimeout(NamedTuple):
     """
-    A joint was not heard for the timeout: the node says STALE at `moment` (ns, of the recording).
+    A joint had no position for the timeout: the node reports STALE at `moment` (ns, of the
+    recording).
     """
 
     moment: int
@@ -48,15 +49,15 @@ class KnownJoints:
     messages : shape (N,)
         Number of the message in the recording, from 0.
     stamps, arrivals : shape (N,), ns
-        Of the state; and of the receipt.
+        Stamp of the state, and time of the receipt.
     q, qdot : shape (N, n), rad or m, rad/s or m/s
-        In the order of the arm; a row of `qdot` is NaN where some velocity is not known.
+        In the order of the arm; a row of `qdot` is NaN if some velocity is unknown.
     differenced : shape (N,)
         Whether some velocity is a difference of positions.
     fresh : shape (N,)
         Whether the estimator forgot everything just before.
     timeouts : by row
-        What was silent before a row.
+        The time-out before a row.
     """
 
     messages: Times
@@ -82,12 +83,12 @@ class RefusedExample(NamedTuple):
 
 class Ingest:
     """
-    An estimator and what it refused; the only thing of an audit that has a memory.
+    An estimator and the messages it refused; the only part of an audit with a memory.
 
     Attributes
     ----------
     counts
-        Messages by what became of them, as the node counts them.
+        Number of messages by outcome, as the node counts them.
     examples
         The first message of each reason.
     """
@@ -110,7 +111,7 @@ class Ingest:
         return self._estimator.counts
 
     def take(self, block: Block) -> KnownJoints:
-        """Return what is known after each message of the next block that makes a state."""
+        """Return the known joints after each message of the next block that makes a state."""
         rows = _KnownRows(*self._pending)
         for begin, end in self._runs(block):
             k = begin
@@ -119,7 +120,7 @@ class Ingest:
                 k += 1
                 if accepted and end - k >= SHORTEST_RUN:
                     self._columns(block, k - 1, end - 1, rows)
-                    # What the estimator makes of it is known; what it remembers of it is not.
+                    # The result of the estimator is known, but not its memory afterwards.
                     self._estimator.accept(block.sample(end - 2))
                     k = end - 1
         self._message += len(block)
@@ -150,7 +151,8 @@ class Ingest:
         yield from zip(starts, starts[1:])
 
     def _joint_columns(self, block: Block) -> list[int] | None:
-        # Where each of our joints stands; None unless each is there once and has a position.
+        # Returns the column of each joint of the arm; None unless each occurs once and has a
+        # position.
         if block.positions.shape[1] != len(block.names):
             return None
         at = {name: place for place, name in enumerate(block.names)}
@@ -185,7 +187,7 @@ class Ingest:
         return True
 
     def _listen(self, arrival: int, rows: '_KnownRows') -> None:
-        # The node's watchdog, which looks between the messages.
+        # The node's watchdog, which checks between the messages.
         assert self._started is not None
         timeout = self._estimator.settings.timeout
         if self._stale or arrival - self._started <= timeout:

@@ -1,4 +1,4 @@
-"""The level of each state and what the node would have said, from the measures of a batch."""
+"""The level of each state and the warnings of the node, from the measures of a batch."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -17,9 +17,9 @@ Levels = npt.NDArray[np.int8]
 
 class Judged(NamedTuple):
     """
-    Levels (N,) with hysteresis, and the rows at which something is said.
+    Levels (N,) with hysteresis, and the rows with a warning.
 
-    `timeouts` are those that are said, with the row they come before.
+    `timeouts` are those with a warning, and the row they come before.
     """
 
     levels: Levels
@@ -58,7 +58,7 @@ class Judge:
         timeouts: dict[int, JointTimeout],
     ) -> Judged:
         """
-        Return levels and what is said.
+        Return levels and warnings.
 
         Parameters
         ----------
@@ -67,15 +67,15 @@ class Judge:
         directions : shape (N, 6)
             Lost directions.
         factors : shape (N,)
-            Index of the nearest named factor; None where the arm has none.
+            Index of the nearest named factor; None if the arm has none.
         arrivals : shape (N,), ns
             Steady clock.
         timeouts
-            What was silent before a row.
+            The time-out before a row.
         """
         levels = self._levels(values, timeouts)
         before = np.concatenate([[self.alarm.level], levels[:-1]])
-        # While it stays OK nothing is said and nothing remembered.
+        # While the level stays OK there is no warning and nothing to remember.
         eventful = (levels != Level.OK) | (before != Level.OK)
         if self.alarm.last is None:
             eventful[:1] = True
@@ -96,7 +96,7 @@ class Judge:
     def _levels(self, values: Floats, timeouts: dict[int, JointTimeout]) -> Levels:
         after = _levels_after(self.thresholds, values)
         levels: Levels = after[0].copy()
-        # Where the level before makes no difference there is nothing to follow.
+        # If the level before makes no difference, the loop is not needed.
         open_ = np.any(after != after[0], axis=0)
         previous = self.alarm.level
         for k in np.flatnonzero(open_).tolist():

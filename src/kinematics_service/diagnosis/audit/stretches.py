@@ -40,7 +40,7 @@ class Stretch(NamedTuple):
     value
         Worst value of the watched measure.
     factor
-        Name of the nearest factor at the worst moment, empty where the file lists none.
+        Name of the nearest factor at the worst moment, empty if the file lists none.
     factors
         All factors that are the nearest at some time, in the order of their worst moments.
     lost, fighting
@@ -88,7 +88,7 @@ def stretches_of(robot: Robot, timeline: Timeline) -> tuple[Stretch, ...]:
 
 
 def _runs(timeline: Timeline) -> Iterator[tuple[int, int]]:
-    # First and last row of every run of states that are not OK; a silence ends one.
+    # First and last row of every run of states that are not OK; a time-out ends one.
     first: int | None = None
     for rows in spans(len(timeline)):
         bad, silent = timeline.levels[rows] != Level.OK, timeline.silent[rows]
@@ -140,7 +140,7 @@ def _stretch(robot: Robot, timeline: Timeline, first: int, last: int) -> Stretch
 
 
 def _pass(robot: Robot, timeline: Timeline, rows: slice, passed: dict[int, FactorPassage]) -> None:
-    # Where each factor that is the nearest at some time was least.
+    # Returns the least distance of each factor that is the nearest at some time.
     if not robot.factors.names:
         return
     distances = timeline.factors[rows]

@@ -1,4 +1,4 @@
-"""What is known of an arm at every message of a recording, in columns."""
+"""The states of an arm at every message of a recording, in columns."""
 
 from typing import NamedTuple
 
@@ -37,8 +37,8 @@ class Timeline:
     """
     Every state of a recording; N of them, in columns that are read in pieces.
 
-    What is not here (Jacobian, quaternion, twist, other measures) is computed anew where it is
-    wanted for some rows, from `q` and `qdot`.
+    Other values (Jacobian, quaternion, twist, other measures) are computed again from `q` and
+    `qdot` for the rows that need them.
 
     Attributes
     ----------
@@ -49,23 +49,23 @@ class Timeline:
     t : shape (N,), s
         Time since the first state by the stamps; a step back takes no time.
     q, qdot : shape (N, n), rad or m, rad/s or m/s
-        Rows of `qdot` are NaN where unknown.
+        Rows of `qdot` are NaN if unknown.
     differenced : shape (N,)
         Whether the velocities are differences of positions.
     turned : shape (N,)
         Whether the tool's quaternion is published with the opposite sign of the kernel's.
     position : shape (N, 3), m; speed : shape (N,), m/s; turning : shape (N,), rad/s
-        Of the tool in the base frame; speeds are NaN where unknown.
+        Of the tool in the base frame; speeds are NaN if unknown.
     measures : by name, shape (N,)
         As in `Singularity`: the watched one, smallest singular value, and condition number.
     factors : shape (N, F), rad
-        Distance to the zero of each named factor; F is 0 where the file lists none.
+        Distance to the zero of each named factor; F is 0 if the file lists none.
     levels : shape (N,)
         OK, WARN or ERROR, with hysteresis.
     silent : shape (N,)
         Whether the state was stale just before.
     warnings
-        What the node would have said.
+        The warnings that the node would have published.
     """
 
     def __init__(self, robot: Robot) -> None:
@@ -137,7 +137,7 @@ class TimelineBatch(NamedTuple):
     """
     A batch of states with everything the node would publish of them.
 
-    `first` is the number of its first state, and `warnings` what is said at its states.
+    `first` is the number of its first state, and `warnings` are those at its states.
     """
 
     first: int

@@ -1,4 +1,4 @@
-"""What a tired person needs to know first: the verdict in sentences, worst first."""
+"""The verdict of an audit in sentences, worst first: what a tired person needs to know."""
 
 import math
 from typing import NamedTuple
@@ -9,11 +9,11 @@ from .auditing import Audit
 from .frames import NotCompared
 from .joints import look_like_degrees
 
-# So many messages of a recording, and such a share of them, may make no state before its verdict
-# is in doubt: a few are usual while several drivers start, and 1 in 1,000 at 1 kHz is a
-# millisecond in a second, in which no arm gets into a singularity and out of it.
+# The verdict is in doubt if more messages than this number, and than this share, make no state: a
+# few are usual while several drivers start, and 1 in 1,000 at 1 kHz is a millisecond in a second,
+# in which no arm gets into a singularity and out of it.
 FEW, SHARE = 2, 1e-3
-# Differences of reported velocity worth a sentence: share of the joint's own speed.
+# Difference of reported velocity that is worth a sentence, as a share of the joint's own speed.
 VELOCITY_SHARE = 0.2
 
 
@@ -36,7 +36,7 @@ class AuditVerdict(NamedTuple):
 
 
 def seconds(time: float) -> str:
-    """Return a duration a person reads: 0.04 s, 3.2 s, 2 min 5 s, 1 h 3 min."""
+    """Return a duration in words: 0.04 s, 3.2 s, 2 min 5 s, 1 h 3 min."""
     if time < 60.0:
         return f'{time:.3g} s'
     if time < 3600.0:
@@ -82,7 +82,7 @@ def _unjudged_share(audit: Audit) -> str:
 
 
 def _in_doubt(audit: Audit) -> bool:
-    # Whether so many messages of a recording made no state that its verdict is in doubt.
+    # Returns whether too many messages of a recording made no state for a certain verdict.
     return not audit.planned and _unjudged(audit) > max(FEW, SHARE * audit.stream.messages)
 
 

@@ -1,5 +1,6 @@
 """
-Compares the tool poses of a robot file with those of a second source, and says what is wrong.
+Compares the tool poses of a robot file with those of a second source, and finds the cause of a
+difference.
 """
 
 from .causes import TestedCause as TestedCause

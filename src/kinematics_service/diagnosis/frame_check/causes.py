@@ -1,5 +1,5 @@
 """
-Causes of what remains between two sources of poses: each is undone, and what is left compared.
+Causes of the remainder between two sources of poses: each is undone, and the remainders compared.
 """
 
 from dataclasses import dataclass
@@ -31,16 +31,17 @@ from .offsets import (
     span_of,
 )
 
-# A cause is named where the remainder falls to less than one part in DECISIVE, and mentioned where
-# it explains most of it.
+# A cause is named if the remainder falls to less than one part in DECISIVE, and mentioned if it
+# explains most of it.
 DECISIVE, MOST_OF_IT = 3.0, 2.0
 # Causes that explain about as much: within this factor of the best.
 AS_WELL, MENTIONED_AS_WELL = 2.0, 1.25
-# Poses hypotheses are sifted with, steps for each, and how many are then fitted fully.
+# Number of poses for a first selection of hypotheses, steps for each, and number of those then
+# fitted fully.
 SIFTED, SIFT_STEPS, KEPT = 40, 4, 4
-# What a few poses, or the first order, promise may be so many times too little.
+# Factor by which an estimate from a few poses, or of first order, may be too small.
 SIFT_MARGIN, FIRST_ORDER_MARGIN = 2.0, 1.5
-# Rounds in which a number is fitted and the poses are computed anew with it.
+# Rounds in which a number is fitted and the poses are computed again with it.
 ROUNDS = 4
 # A score (rad) below this is round-off.
 ROUND_OFF = 1e-15
@@ -59,11 +60,11 @@ class TestedCause:
     sentence
         What is wrong.
     value
-        The number found, in rad, m, s or samples; None where there is none.
+        The number found, in rad, m, s or samples; None if there is none.
     ratio
-        By how much the remainder falls once it is undone.
+        Remainder before over remainder after it is undone.
     errors
-        What remains then.
+        The remainder then.
     base_offset, tool_offset : shape (4, 4)
         The offsets then; see `FrameDiagnosis`.
     """
@@ -86,7 +87,7 @@ class Causes(NamedTuple):
     named
         Those that explain at least two thirds.
     likely
-        Those that explain most of it, but not two thirds; empty where some are named.
+        Those that explain most of it, but not two thirds; empty if some are named.
     """
 
     named: tuple[TestedCause, ...] = ()
@@ -94,12 +95,13 @@ class Causes(NamedTuple):
 
 
 def causes_of(given: ComparedData, A: Floats, fit: Fit) -> Causes:
-    """Return the causes that explain what `fit` leaves between A (N, 4, 4) and the poses."""
+    """Return the causes that explain the remainder of `fit` between A (N, 4, 4) and the poses."""
     tried = [*_whole(given, fit), *_numbers(given, A, fit), *_lag(given, A, fit)]
     best = max((cause.ratio for cause in tried), default=0.0)
 
     def about(factor: float) -> tuple[TestedCause, ...]:
-        # Of what explains as much, a whole thing is likelier than a number that happens to fit.
+        # If two causes explain as much, a discrete mistake is likelier than a number that happens
+        # to fit.
         kept = [cause for cause in tried if cause.ratio * factor >= best]
         return tuple(sorted(kept, key=lambda cause: (cause.value is not None, -cause.ratio)))
 
@@ -112,7 +114,7 @@ def causes_of(given: ComparedData, A: Floats, fit: Fit) -> Causes:
 
 
 def _whole(given: ComparedData, fit: Fit) -> list[TestedCause]:
-    # All are sifted with a few poses; the best are fitted with all of them.
+    # All are tried with a few poses; the best are fitted with all of them.
     every = np.unique(np.linspace(0, len(given.q) - 1, SIFTED).astype(int))
     few = given._replace(q=given.q[every], poses=given.poses[every])
     changes = list(hypotheses_of(few))
@@ -146,7 +148,7 @@ def _undone(given: ComparedData, changes: list[Hypothesis]) -> tuple[Floats, Flo
 
 
 def _numbers(given: ComparedData, A: Floats, fit: Fit) -> list[TestedCause]:
-    # By first order: what each takes away beyond what the offsets can; the best are fitted.
+    # To first order: the reduction by each beyond that of the offsets; the best are fitted.
     scale = scale_of(given.poses)
     J, r = equations_of(A, fit, scale)
     slides = list(number_hypotheses_of(given))
@@ -170,7 +172,7 @@ def _numbers(given: ComparedData, A: Floats, fit: Fit) -> list[TestedCause]:
 def _fitted(
     given: ComparedData, A: Floats, before: Fit, hypothesis: NumberHypothesis
 ) -> TestedCause:
-    # Steps of the offsets and the number together; the poses are computed anew with it.
+    # Steps of the offsets and the number together; the poses are computed again with it.
     scale, value, fit = scale_of(given.poses), 0.0, before
     for _ in range(ROUNDS):
         value += parameter_step(A, fit, hypothesis.columns, scale)

@@ -1,4 +1,4 @@
-"""The diagnosis: constant offsets, what remains, and the cause that was tested to explain it."""
+"""The diagnosis: constant offsets, the remainder, and the tested cause that explains it."""
 
 from dataclasses import dataclass
 
@@ -20,11 +20,11 @@ from .offsets import equations_of, fit_offsets, free_directions, scale_of
 
 # A remainder below both (m, rad) needs no cause: encoders and factory calibrations are coarser.
 FINE, FINE_ANGLE = 2e-5, 2e-5
-# A remainder that falls by more than this falls to nothing.
+# A remainder that falls by more than this factor vanishes.
 MANY = 1e6
-# R^T R may be so far from the identity: float32 and printed digits.
+# Deviation of R^T R from the identity that float32 and printed digits explain.
 NO_ROTATION = 0.01
-# Poses needed for offsets at all, and to name a cause.
+# Number of poses needed for offsets, and to name a cause.
 LEAST, LEAST_FOR_CAUSE = 3, 8
 
 
@@ -35,29 +35,29 @@ class FramesError(KinematicsError, ValueError):
 @dataclass(frozen=True, eq=False)
 class FrameDiagnosis:
     """
-    How the poses of a robot file and those of a second source hang together.
+    The relation between the poses of a robot file and those of a second source.
 
     Attributes
     ----------
     sentence
-        All of it for a person.
+        The whole diagnosis in words.
     count
         Number of poses compared.
     as_given
-        How far the poses are apart as they are.
+        The differences of the poses without offsets.
     base_offset, tool_offset : shape (4, 4)
         X and Y of B = X A Y: the file's base frame in that of the second source, and the second
         source's tool in that of the file.
     errors
-        What remains with them.
+        The remainders with these offsets.
     undetermined
         Directions of the offsets these poses do not determine, in words.
     cause
-        The likely cause of what remains; None where none is decisive.
+        The likely cause of the remainder; None if none is decisive.
     causes
         All that explain about as much, the likely one first.
     likely
-        Where no cause is decisive: those that explain most of it, though not two thirds.
+        If no cause is decisive: those that explain most of it, though not two thirds.
     """
 
     sentence: str
@@ -90,11 +90,11 @@ def diagnose_frames(
     q : shape (N, n), rad or m
         Joint positions.
     poses : shape (N, 4, 4)
-        The tool by the second source, at the same times.
+        The tool's poses by the second source, at the same times.
     stamps : shape (N,), s
-        When; needed only to find a lag in seconds.
+        Times of the poses; needed only to find a lag in seconds.
     rates : shape (N, n), rad/s or m/s
-        Joint velocities, to find a lag where q says nothing of the motion between the poses.
+        Joint velocities, to find a lag if q does not tell the motion between the poses.
     motion : shapes (K,), s, and (K, n), rad or m
         Rising times and joint positions around the stamps, to find a lag; default: those of the
         poses themselves.
@@ -177,7 +177,7 @@ def _later(
     rates: npt.ArrayLike | None,
     motion: tuple[npt.ArrayLike, npt.ArrayLike] | None,
 ) -> Later | None:
-    # How to look the joints up at another time, by the best that is known of their motion.
+    # Returns how to look the joints up at another time, by the best knowledge of their motion.
     t = None if stamps is None else np.array(stamps, dtype=np.float64)
     if t is not None and t.shape != (len(q),):
         raise FramesError(f'stamps must have the shape {(len(q),)}, not {t.shape}')

@@ -1,4 +1,4 @@
-"""What may be wrong between a robot file and a second source of poses: each a change to undo."""
+"""Hypotheses about differences between a robot file and a second source of poses."""
 
 import itertools
 from collections.abc import Callable, Iterator
@@ -26,7 +26,7 @@ MOST_SWAPPED = 12
 @dataclass(frozen=True, eq=False)
 class Hypothesis:
     """
-    A whole thing that may be wrong: other joint positions, another table, or other poses.
+    A discrete mistake that is possible: other joint positions, another table, or other poses.
 
     Attributes
     ----------
@@ -35,11 +35,11 @@ class Hypothesis:
     sentence
         What is wrong, as a statement.
     q : shape (N, n)
-        Joint positions as they would be meant; None: as given.
+        Joint positions with the mistake undone; None: as given.
     robot
-        The table as it would be meant; None: as given.
+        The robot with the mistake undone; None: as given.
     poses : shape (N, 4, 4)
-        Poses as they would be meant; None: as given.
+        Poses with the mistake undone; None: as given.
     """
 
     key: str
@@ -50,7 +50,10 @@ class Hypothesis:
 
 
 class NumberHypothesis(NamedTuple):
-    """A number that may be wrong: how the poses change with it, and the poses once it is known."""
+    """
+    A number that may be wrong: the poses' derivative with respect to it, and the poses for a
+    value.
+    """
 
     key: str
     name: str
@@ -61,7 +64,7 @@ class NumberHypothesis(NamedTuple):
 
 class ComparedData(NamedTuple):
     """
-    What is compared.
+    The data of a comparison.
 
     Attributes
     ----------
@@ -70,7 +73,7 @@ class ComparedData(NamedTuple):
     poses : shape (N, 4, 4)
         Of the second source.
     later
-        The joints at another time; None where no time is known.
+        The joints at another time; None if times are unknown.
     """
 
     robot: Robot
@@ -80,7 +83,7 @@ class ComparedData(NamedTuple):
 
 
 def hypotheses_of(given: ComparedData) -> Iterator[Hypothesis]:
-    """Yield everything whole that may be wrong."""
+    """Yield every discrete mistake that is possible."""
     yield from _of_joints(given)
     yield from _of_table(given)
     yield from _of_poses(given.poses)

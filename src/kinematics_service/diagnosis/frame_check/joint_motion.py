@@ -9,12 +9,13 @@ from ...kernel import Floats
 
 Flags = npt.NDArray[np.bool_]
 
-# Rates are the slope of a straight line through the samples of so long a window (s): neighbours at
-# 1 kHz differ by less than their noise; over this time an arm's speed hardly changes.
+# Rates are the slope of a straight line through the samples of a window of this length (s):
+# neighbours at 1 kHz differ by less than their noise; over this time an arm's speed hardly
+# changes.
 WINDOW = 0.02
-# Samples of a line: two join neighbours, more than this tell little more.
+# Number of samples of a line: two join neighbours, more than this hardly add information.
 FEWEST, MOST = 2, 64
-# Nobody knows what an arm did between two samples further apart (s).
+# The motion between two samples further apart (s) is unknown.
 LONGEST_GAP = 0.5
 
 

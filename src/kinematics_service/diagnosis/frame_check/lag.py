@@ -1,5 +1,5 @@
 """
-The lag between two sources: the joints are looked up at another time, and what remains compared.
+The lag between two sources: the joints are looked up at other times, and the remainders compared.
 """
 
 from typing import NamedTuple, Protocol
@@ -16,13 +16,13 @@ from .offsets import Fit, PoseDerivative, fit_offsets, lifted, parameter_step, s
 
 Indices = npt.NDArray[np.intp]
 
-# Lags are tried up to this (s, or samples where no time is known), so many of them.
+# Largest lag tried (s, or samples if times are unknown), and the number of lags tried.
 REACH, REACH_IN_SAMPLES, TRIED = 0.5, 10.0, 51
 # But only up to this share of the whole motion.
 SHARE = 0.25
-# Poses they are tried on, steps of the offsets, how many are refined, and in how many rounds.
+# Number of poses for the trials, steps of the offsets, number of lags refined, and rounds of that.
 SIFTED, SIFT_STEPS, REFINED, ROUNDS = 40, 4, 2, 6
-# Fewer poses with joint positions at every lag tried say nothing.
+# Fewer poses with joint positions at every lag tried are not enough.
 LEAST = 8
 
 
@@ -76,7 +76,7 @@ class Lagged(NamedTuple):
 
 def lagged(robot: Robot, later: Later, poses: Floats, A: Floats, fit: Fit) -> Lagged | None:
     """
-    Return the lag that leaves least, None where the joints are not known around the poses.
+    Return the lag with the least remainder, None if the joints are unknown around the poses.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ def lagged(robot: Robot, later: Later, poses: Floats, A: Floats, fit: Fit) -> La
 
 
 def _valleys(scores: Floats) -> list[int]:
-    # The deepest places that are no deeper on either side.
+    # Returns the deepest minima of the scores.
     around = np.pad(scores, 1, constant_values=np.inf)
     lowest = np.flatnonzero((scores <= around[:-2]) & (scores <= around[2:]))
     order = np.argsort(scores[lowest], kind='stable')[:REFINED]

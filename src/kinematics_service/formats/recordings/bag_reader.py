@@ -63,7 +63,7 @@ def open_bag(path: Path, wanted: Selection) -> Iterator[RecordingSource]:
 
 @contextmanager
 def _one_sentence(path: Path) -> Iterator[None]:
-    # A damaged file makes the reader raise anything at all.
+    # A damaged file can make the reader raise any exception.
     try:
         yield
     except KinematicsError:
@@ -76,7 +76,7 @@ def _one_sentence(path: Path) -> Iterator[None]:
 
 
 def _from_the_reader(error: BaseException) -> bool:
-    # Whether an error comes out of rosbags or what it stands on, and not out of this package.
+    # Returns whether an error comes from rosbags or its dependencies, and not from this package.
     step, files = error.__traceback__, []
     while step is not None:
         files.append(step.tb_frame.f_globals.get('__name__', ''))
@@ -266,7 +266,7 @@ class _Bag:
     def _sample(self, raw: bytes, time: int) -> JointSample | UnreadableMessage:
         try:
             message: Any = self.reader.deserialize(raw, JOINT_STATE)
-        except Exception as error:  # whatever the bytes make the reader raise
+        except Exception as error:  # bytes can make the reader raise any exception
             return UnreadableMessage(time, ' '.join(str(error).split()) or type(error).__name__)
         stamp = message.header.stamp
         return JointSample(

@@ -25,7 +25,7 @@ class PlannedTrajectory(NamedTuple):
         Since the start.
     positions : shape (N, k), rad or m
     velocities, accelerations
-        Likewise; None where the points have none.
+        Likewise; None if the points have none.
     """
 
     names: tuple[str, ...]
@@ -58,7 +58,7 @@ def _segment(planned: PlannedTrajectory, k: int, at_its_end: bool = False) -> Sa
     step = planned.positions[k + 1] - planned.positions[k]
     reach = float(np.max(np.abs(step)))
     if planned.velocities is not None:
-        # A cubic may swing out; its speeds say how far.
+        # A cubic may swing out; its speeds bound how far.
         speeds = np.abs(planned.velocities[k : k + 2])
         reach = max(reach, 0.5 * duration * float(np.max(speeds)))
     count = min(max(math.ceil(reach / FINEST), FEWEST), MOST)

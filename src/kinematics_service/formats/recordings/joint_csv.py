@@ -17,11 +17,12 @@ from ...robot.robot import Robot
 
 STAMP = 'stamp'
 POSITION, VELOCITY = 'position.', 'velocity.'
-# What the seconds of a header's stamp can hold.
+# Largest seconds of a header's stamp.
 LATEST = Decimal(2**31)
-# Names a message lists at most.
+# Most names in an error message.
 LISTED = 20
-# What other programs read as a number too: `1_0` and digits of other scripts are Python's alone.
+# Only numbers that other programs read, too: `1_0` and digits of other scripts are numbers in
+# Python alone.
 NUMBER = re.compile(r'[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?|[-+]?(nan|inf(inity)?)', re.A | re.I)
 
 
@@ -41,7 +42,7 @@ class Recording:
     positions : shape (N, n), rad or m
         In the order of the arm's joints.
     velocities : shape (N, n), rad/s or m/s
-        None where the file has none.
+        None if the file has none.
     """
 
     stamps: npt.NDArray[np.int64]
@@ -61,8 +62,9 @@ def read_recording(file: Path, robot: Robot) -> Recording:
     """
     Return the recording of a CSV file with the header `stamp,position.<joint>,velocity.<joint>`.
 
-    Columns in any order, one position for each joint, velocities for all joints or none; stamps
-    in seconds, everything else in rad and m. Empty lines and a byte order mark do no harm.
+    Columns may have any order; each joint needs a position, and all joints or none a velocity;
+    stamps are in seconds, all other numbers in rad and m. Empty lines and a byte order mark are
+    ignored.
 
     Raises
     ------
@@ -165,15 +167,15 @@ class _CsvReader:
 
 
 def number_of(text: str) -> float:
-    """Return the number a cell holds; ValueError where it holds none."""
+    """Return the number in a cell; ValueError if it holds none."""
     if not NUMBER.fullmatch(text.strip()):
         raise ValueError(text)
     return float(text)
 
 
 def nanoseconds_of(text: str) -> int:
-    """Return the nanoseconds of a time in seconds, 0 to 2^31; ValueError where it is none."""
-    # Without a double in between: nanoseconds of a day in this century do not fit one.
+    """Return the nanoseconds of a time in seconds, 0 to 2^31; ValueError if it is none."""
+    # No double in between: it cannot hold the nanoseconds of a present time.
     text = text.strip()
     whole, _, fraction = text.partition('.')
     digits = whole + fraction

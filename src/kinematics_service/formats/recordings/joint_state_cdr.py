@@ -1,7 +1,7 @@
 """
-Many serialised JointState messages at once, where they differ in stamp and numbers alone.
+Many serialised JointState messages at once, if they differ in stamp and numbers alone.
 
-What does not look like the first of them is left to the reader of messages.
+The reader of messages takes those that do not look like the first one.
 """
 
 from collections.abc import Sequence
@@ -18,7 +18,7 @@ SECOND = 1_000_000_000
 
 
 class MessageColumns(NamedTuple):
-    """Messages in columns; `alike` tells which rows mean something."""
+    """Messages in columns; `alike` tells which rows are valid."""
 
     alike: Flags
     names: tuple[str, ...]
@@ -28,7 +28,7 @@ class MessageColumns(NamedTuple):
 
 
 def columns_of(raws: Sequence[bytes], ros1: bool = False) -> MessageColumns | None:
-    """Return messages of equal length in columns; None where the first has no form."""
+    """Return messages of equal length in columns; None if the first has no form."""
     form = ros1_form_of(raws[0]) if ros1 else form_of(raws[0])
     if form is None:
         return None

@@ -1,4 +1,6 @@
-"""Where joint states come from: one entry for every kind of file, found by what the file is."""
+"""
+The source of joint states: one function for every kind of file, which the file's content tells.
+"""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -28,7 +30,7 @@ def open_source(file: Path, wanted: Selection) -> Iterator[RecordingSource]:
     Raises
     ------
     AuditError
-        It cannot be read; one sentence.
+        It cannot be read; the message is one sentence.
     """
     if not file.exists():
         raise AuditError(f'{file}: there is no such file')

@@ -28,7 +28,7 @@ def open_planned(file: Path, wanted: Selection) -> RecordingSource:
     Raises
     ------
     AuditError
-        It is none; one sentence.
+        It is no trajectory; the message is one sentence.
     """
     try:
         data = file.read_bytes()
@@ -78,7 +78,7 @@ def _documents(file: Path, text: str) -> list[Any]:
 
 
 def _mapping(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    # Of a key that occurs twice, json.loads would take the last in silence.
+    # json.loads would silently take the last value of a key that occurs twice.
     mapping = dict(pairs)
     if len(mapping) < len(pairs):
         keys = [key for key, _ in pairs]
@@ -88,7 +88,8 @@ def _mapping(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def _trajectories(document: Any, depth: int = 0) -> Iterator[Mapping[str, Any]]:
-    # A JointTrajectory, or what holds one: RobotTrajectory, DisplayTrajectory, an action's goal.
+    # Finds a JointTrajectory in a message or in its parents: RobotTrajectory, DisplayTrajectory,
+    # an action's goal.
     if depth > 8:
         return
     if isinstance(document, Mapping):
@@ -162,7 +163,7 @@ def _table(rows: Sequence[Any], names: tuple[str, ...], key: str, where: str) ->
             if key != 'positions':
                 return None
             raise AuditError(f'{where}: points[{k}] must have one position for each joint')
-        # Truth values and texts, which numpy would take for numbers.
+        # These are truth values and texts, which numpy would take for numbers.
         if isinstance(row, list) and not {type(value) for value in row} <= {int, float}:
             raise AuditError(f'{where}: points[{k}]: {key} must be numbers')
     try:
@@ -208,8 +209,9 @@ def blocks_of_trajectories(
     """
     Yield the joint states of the motions that controllers make of trajectories.
 
-    Between points as joint_trajectory_controller: straight where there are positions alone, cubic
-    with velocities, quintic with accelerations; a trajectory of one point stays there.
+    The motion between points is that of joint_trajectory_controller: straight with positions
+    alone, cubic with velocities, quintic with accelerations; a trajectory of one point stays
+    there.
 
     Raises
     ------

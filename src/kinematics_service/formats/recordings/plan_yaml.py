@@ -1,8 +1,8 @@
 """
-The YAML of a plan, read by libyaml's events, each looked at before anything is built.
+The YAML of a plan, read by libyaml's events, each checked before anything is built.
 
-What could build objects or grow (tags, anchors, aliases) is refused at the event that brings it. A
-plain scalar is a number where YAML 1.2 says so: `1e-3` is one, `1_0` and `0o7` are texts.
+Syntax that could build objects or grow (tags, anchors, aliases) is refused at its event. A plain
+scalar is a number if YAML 1.2 says so: `1e-3` is one, `1_0` and `0o7` are texts.
 """
 
 import re

@@ -15,13 +15,13 @@ from .table_rows import NO_TEXT, RowReader
 from .tool_poses import PoseRows
 
 SHOWN = 12
-# Bytes read at once where lines are counted.
+# Bytes read at once to count lines.
 AT_ONCE = 2**20
 HOW = '--columns stamp=...,position=...,velocity=...,pose=... says how column names begin'
 
 
 class ColumnNames(NamedTuple):
-    """What the columns of a layout begin with; the stamp's whole name."""
+    """The beginnings of the column names of a layout; the stamp's whole name."""
 
     stamp: str
     position: str
@@ -31,7 +31,7 @@ class ColumnNames(NamedTuple):
 
 LAYOUTS = (
     ColumnNames(STAMP, POSITION, VELOCITY, 'pose.'),
-    # What the recorder of Universal Robots' RTDE client writes.
+    # The columns that the recorder of Universal Robots' RTDE client writes.
     ColumnNames('timestamp', 'actual_q_', 'actual_qd_', 'actual_TCP_pose_'),
 )
 
@@ -96,7 +96,8 @@ class _CsvTable:
                     rows = numbers[:, m:]
                     known = np.all(np.isfinite(rows), axis=1)
                     poses.take(stamps[known], rows[known], numbers[known, :n])
-                # Received when it was measured; where the stamps step back, time goes on.
+                # The time of receipt is that of the measurement; if the stamps step back, time
+                # goes on.
                 last, passed = before or (int(stamps[0]), int(stamps[0]))
                 steps = np.maximum(np.diff(stamps, prepend=last), 0)
                 received = passed + np.cumsum(steps)
@@ -155,7 +156,8 @@ class _CsvTable:
         return found
 
     def _family(self, prefix: str) -> list[str]:
-        # Columns of the joints, by name or by number from 0 or from 1; none if one is missing.
+        # Returns the columns of the joints, by name or by number from 0 or from 1; none if one is
+        # missing.
         n = len(self.joints)
         bare = self.wanted.robot.joint_names
         for ends in (self.joints, bare, range(n), range(1, n + 1)):

@@ -1,8 +1,8 @@
 """
 The only reader of XML: the elements of a URDF with their lines, hostile files refused.
 
-Entities are what makes XML dangerous (they grow without bound, or read other files), and only a
-DOCTYPE can declare them: it is refused where it begins, before anything behind it is read.
+Entities make XML dangerous (they grow without bound, or read other files), and only a DOCTYPE can
+declare them: it is refused at its beginning, before anything behind it is read.
 """
 
 from collections.abc import Iterator, Mapping
@@ -21,7 +21,7 @@ MOST_LISTED = 30  # names in a message
 
 
 class UrdfError(KinematicsError, ValueError):
-    """A URDF that cannot be read, or a chain in it that no robot file can say."""
+    """A URDF that cannot be read, or a chain in it that no robot file can express."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class XmlElement:
     tag, attributes, children
         Text between elements is not kept: URDF has none.
     file, line
-        Where it begins; lines are counted from 1.
+        File and line of its beginning; lines are counted from 1.
     """
 
     tag: str
@@ -138,7 +138,7 @@ class _XmlReader:
             reason = expat.errors.messages.get(error.code, 'malformed')
             self._refuse(error.lineno, f'not valid XML: {reason}')
         except UrdfError:
-            raise  # from a handler; it is a ValueError too
+            raise  # from a handler; it is a ValueError, too
         except (ValueError, LookupError) as error:
             self._refuse(0, f'not valid XML: {error}')  # an encoding that does not exist
         assert self.root is not None  # expat accepts no document without one

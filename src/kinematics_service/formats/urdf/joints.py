@@ -19,7 +19,7 @@ WHY_NOT = {
     'floating': 'a floating joint moves in six ways at once: begin the chain below it',
     'planar': 'a planar joint moves in three ways at once: begin the chain below it',
 }
-# Shorter than this an axis is not a direction but a slip.
+# An axis shorter than this is not a direction but a mistake.
 SHORTEST_AXIS = 1e-6
 
 Angle = Callable[[str], float]
@@ -39,7 +39,7 @@ class UrdfJoint:
     axis : shape (3,)
         Unit vector in the child's frame.
     lower, upper, velocity
-        Infinite where there is none.
+        Infinite if there is none.
     mimics
         The joint it follows, or empty: its position is multiplier times that one's plus offset.
     """
@@ -66,12 +66,12 @@ def read_joint(element: XmlElement, angle: Angle = float) -> UrdfJoint:
     element
         `<joint>`.
     angle
-        What the text of an angle of `<origin rpy>` is worth, in rad.
+        Converts the text of an angle of `<origin rpy>` to rad.
 
     Raises
     ------
     UrdfError
-        Of a type that is no joint of an arm, or with an attribute that is no number.
+        Its type is no joint of an arm, or an attribute is no number.
     """
     kind = element.attributes.get('type', '')
     if kind not in (*MOVING, 'fixed'):
@@ -114,7 +114,7 @@ def _axis(element: XmlElement) -> Floats:
         length = float(np.linalg.norm(direction))
         if length < SHORTEST_AXIS:
             axis.refuse(f'xyz={shown(axis.attributes.get("xyz", ""))} has no direction')
-        # One that is a unit vector to the last bits stays as it is written.
+        # A vector that is a unit vector up to its last bits stays as it is written.
         if abs(length - 1.0) > 1e-15:
             direction = direction / length
     return direction
@@ -124,7 +124,7 @@ def _limits(element: XmlElement, kind: str) -> tuple[float, float, float]:
     limit = element.first('limit')
     velocity = _number(limit, 'velocity', 0.0)
     if not 0.0 < velocity < UNLIMITED:
-        velocity = math.inf  # 0 is how many files say that it is not known
+        velocity = math.inf  # many files have 0 for an unknown velocity
     if kind not in ('revolute', 'prismatic'):
         return -math.inf, math.inf, velocity
     if limit is None:

@@ -1,10 +1,10 @@
 """
 A robot's table laid out as the links and joints of a URDF.
 
-Every frame of the table becomes a link. Where a variable first stands in the table, its URDF joint
-stands too, about z or -z. What else there is in `theta` and `d` becomes further joints on the same
-axis that mimic it: `theta3 - theta2` turns by theta2 and by -1 times theta3, a helical joint turns
-and slides, and behind a gear `q1/3` is q1 and -2/3 times q1. So every robot file can be said.
+Every frame of the table becomes a link. A variable's URDF joint is where it first occurs in the
+table, about z or -z. The other terms in `theta` and `d` become further joints on the same axis
+that mimic it: `theta3 - theta2` turns by theta2 and by -1 times theta3, a helical joint turns and
+slides, and behind a gear `q1/3` is q1 and -2/3 times q1. So every robot file can be expressed.
 """
 
 import itertools
@@ -25,8 +25,8 @@ IDENTITY = np.eye(4)
 
 @dataclass(frozen=True)
 class _JointTerm:
-    # One term of theta or d: a variable (its index) times a factor. One of each joint's leads: it
-    # is the joint itself.
+    # One term of theta or d: a variable (its index) times a factor. One of each joint's terms
+    # leads: it is the joint itself.
     joint: int
     turns: bool
     factor: float
@@ -34,7 +34,7 @@ class _JointTerm:
 
 
 class _UniqueNames:
-    # Names given out once: a second taker gets an underscore more.
+    # Names that are unique: a second use of a name gets an underscore more.
     def __init__(self, taken: Iterable[str]) -> None:
         self._taken = set(taken)
 
@@ -52,7 +52,8 @@ def _motions(row: Row, index_of: Mapping[str, int]) -> list[_JointTerm]:
 
 def _with_leaders(robot: Robot, rows: list[list[_JointTerm]]) -> list[list[_JointTerm]]:
     # For each joint its first motion becomes the joint itself, with factor +-1, and a rest that
-    # follows it. First, because Pinocchio wants whom to mimic before who mimics.
+    # follows it. It comes first, because Pinocchio needs the joint to mimic before the joint that
+    # mimics.
     led: set[int] = set()
     result = []
     for row in rows:
@@ -122,7 +123,7 @@ class _Planner:
         return PlannedJoint(self._new_joint(f'{child}_fixed'), 'fixed', parent, child, origin)
 
     def _idle(self, j: int) -> PlannedJoint:
-        # It stands in no row; its name is kept all the same.
+        # The variable is in no row; its name is kept all the same.
         end = self._new_link(f'{self._stem}_idle_{self.robot.variables[j]}')
         return self._actuated(j, 1.0, self.base, end, IDENTITY, False)
 

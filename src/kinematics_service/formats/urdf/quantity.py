@@ -1,14 +1,14 @@
-"""Numbers of a table as they will be written: text and value are one and the same."""
+"""Numbers of a table as they will be written: text and value agree exactly."""
 
 import math
 from dataclasses import dataclass
 from fractions import Fraction
 
-# Products of a few dozen rotations and lengths near 1 leave this much in what should be round.
+# Round-off of products of a few dozen rotations and lengths near 1.
 ROUND_OFF = 2e-15
-DECIMALS = 12  # what is this round within ROUND_OFF, is
+DECIMALS = 12  # a value that is this round within ROUND_OFF is taken as round
 PARTS = 12  # of pi: 15 degrees, the angles that arms are built of
-# A rounded part of pi is off by so many units of its last digit, and by at most so much (rad).
+# Largest error of a rounded part of pi, in units of its last digit and in rad.
 LAST_DIGITS, ROUNDED = 2.5, 1e-3
 
 
@@ -22,7 +22,7 @@ class WrittenNumber:
 
 def length_of(value: float) -> WrittenNumber:
     """Return a length without the last digits that are round-off, 0.4 for 0.40000000000000013."""
-    value = float(value)  # repr of a numpy number is no number
+    value = float(value)  # the repr of a numpy number is not a number
     near = round(value, DECIMALS)
     value = (near if abs(value - near) <= ROUND_OFF * max(1.0, abs(value)) else value) + 0.0
     return WrittenNumber(repr(value).removesuffix('.0'), value)
@@ -44,7 +44,7 @@ def as_rounded_part_of_pi(text: str) -> float:
     Return an angle, and for one that is a part of pi rounded to its digits, that part.
 
     `1.57`, `1.5707` (cut off) and `1.570796325` (half of a rounded pi) are pi/2; an angle with as
-    many digits that differs earlier, such as a calibrated one, stays what it is.
+    many digits that differs earlier, such as a calibrated one, stays as it is.
     """
     value = float(text)
     decimals = len(text.partition('.')[2])

@@ -13,11 +13,11 @@ from .document import UrdfError, shown
 from .quantity import WrittenNumber
 from .table import ConstantPose, UrdfRow, UrdfTable
 
-# Longer joint names make a table nobody can read: then the variables are q1, q2, ...
+# Longer joint names make a table unreadable: then the variables are q1, q2, ...
 LONGEST_VARIABLE = 8
 LONGEST_NAME, LONGEST_SOURCE = 256, 2000  # of a robot file
 NOT_IN_JOINTS, NOT_IN_FRAMES = r'[,\s]', r'\s|^/'
-# What means something else in YAML 1.2, or did in 1.1, unless in quotes.
+# Words that mean something else in YAML 1.2 or 1.1 unless they are in quotes.
 WORDS = ('true', 'false', 'null', 'yes', 'no', 'on', 'off')
 
 
@@ -35,9 +35,9 @@ def robot_file_text(
     Parameters
     ----------
     chain, table, convention
-        What to write; the table is by that convention.
+        The content; the table follows that convention.
     name, source
-        Of the robot.
+        Name and source of the robot.
     known
         Joint positions (n,) and poses of the tip (4, 4), for `known_poses`.
 

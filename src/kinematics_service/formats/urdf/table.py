@@ -1,8 +1,8 @@
 """
 A chain of a URDF turned into a Denavit-Hartenberg table.
 
-Each row is found in the frame the rows before it really lead to, at all joints 0, with the numbers
-as they will be written: what one row rounds off, the next one takes back.
+Each row is computed in the frame to which the rows before it lead, at all joints 0, with the
+numbers as they will be written: so the next row corrects the round-off of one.
 """
 
 import math
@@ -18,19 +18,19 @@ from .quantity import ROUND_OFF, WrittenNumber, angle_of, length_of
 # Axes whose directions differ by less are parallel: that is round-off of the products that led to
 # them, and taking it for an angle would put their common normal anywhere.
 PARALLEL = 1e-13
-# How many lengths of the chain a common normal may lie away. Nearly parallel axes (a URDF with
+# Largest distance of a common normal, in lengths of the chain. Nearly parallel axes (a URDF with
 # rpy="1.5708") meet kilometres away, and rows with such lengths lose the digits that the pose
 # needs. Then two rows lead to the axis, over a line at right angles to both.
 FAR = 2.0
-# Where the tip's z axis is so near to the last joint's, the tool takes the difference.
+# If the tip's z axis is this near to the last joint's, the tool takes the difference.
 NEARLY_PARALLEL = 1e-3
-# A little more, so that round-off does not turn a row by pi.
+# A tolerance, so that round-off does not turn a row by pi.
 RIGHT_ANGLE = math.pi / 2.0 + 1e-9
 
 
 @dataclass(frozen=True)
 class Term:
-    """What moves in a row: a variable (its index) times a factor, in theta or in d."""
+    """The moving term of a row: a variable (its index) times a factor, in theta or in d."""
 
     turns: bool
     variable: int
@@ -101,7 +101,7 @@ def table_of(chain: UrdfChain) -> UrdfTable:
     for here, there, line in zip(chain.motions, [*chain.motions[1:], None], lines[1:]):
         line = line.seen_from(T)
         if there is not None and not there.turns:
-            # Where a slide's axis lies is free: through the origin that there is.
+            # The position of a slide's axis is free: it passes through the present origin.
             line = _Line(np.zeros(3), line.direction)
         next_sign = 1.0
         if there is not None and (here.follows or there.follows) and _coincide(line):
@@ -119,7 +119,7 @@ def table_of(chain: UrdfChain) -> UrdfTable:
 
 def modified(table: UrdfTable) -> UrdfTable:
     """
-    Return the same table by Craig's convention: a and alpha stand one row further down.
+    Return the same table by Craig's convention: a and alpha move one row down.
 
     The last a and alpha become part of the tool.
     """
@@ -189,9 +189,9 @@ def _turns(direction: Floats) -> tuple[float, float]:
 
 
 def _step(line: _Line) -> tuple[UrdfRow, float]:
-    # The row to a line as seen from the frame before, and how far from the line's point the new
-    # origin is. With n = (cos theta, sin theta, 0) and m = (-sin theta, cos theta, 0): the
-    # direction is W = -sin(alpha) m + cos(alpha) z, so point + t W lies on the common normal n
+    # Returns the row to a line as seen from the frame before, and the distance of the new origin
+    # from the line's point. With n = (cos theta, sin theta, 0) and m = (-sin theta, cos theta, 0):
+    # the direction is W = -sin(alpha) m + cos(alpha) z, so point + t W lies on the common normal n
     # where t = point.m / sin(alpha).
     x, y, z = line.point
     theta, alpha = _turns(line.direction)

@@ -10,7 +10,7 @@ from .document import UrdfError, XmlElement, listed, shown
 @dataclass(frozen=True)
 class UrdfTree:
     """
-    What hangs on what; nothing else of the file has been looked at.
+    Parents and children of the links; the rest of the file has not been checked.
 
     Parameters
     ----------
@@ -19,7 +19,7 @@ class UrdfTree:
     links, joints
         Elements by name, in the order of the file.
     above
-        The joints whose child a link is; in a tree one or none.
+        The joints that have a link as their child; in a tree one or none.
     """
 
     root: XmlElement
@@ -71,7 +71,7 @@ def end_of(joint: XmlElement, end: str) -> str:
     Raises
     ------
     UrdfError
-        It is not said.
+        The joint does not name it.
     """
     element = joint.first(end)
     link = None if element is None else element.attributes.get('link')
@@ -87,7 +87,7 @@ def read_tree(root: XmlElement) -> UrdfTree:
     Raises
     ------
     UrdfError
-        One has no name, the name of another, or hangs on nothing.
+        One has no name, has the name of another, or refers to a link that does not exist.
     """
     links, joints = _named(root, 'link'), _named(root, 'joint')
     if not links:

@@ -1,7 +1,7 @@
 """
 The topics a node would have published, as an MCAP file, written without ROS.
 
-The messages of a topic are copies of the same bytes with their own stamps and numbers in them.
+The messages of a topic are copies of the same bytes with their own stamps and numbers.
 """
 
 import os
@@ -52,7 +52,7 @@ def _bytes(values: Times, kind: str) -> np.ndarray:  # type: ignore[type-arg]
 @contextmanager
 def open_writer(file: Path, robot: Robot, joint_prefix: str) -> Iterator['BagWriter']:
     """
-    Open an MCAP file to write; it stands there whole in the end, or not at all.
+    Open an MCAP file to write; in the end it exists as a whole, or not at all.
 
     Raises
     ------
@@ -134,7 +134,7 @@ class BagWriter:
         write = self._writer.write
         for k, arrival in enumerate(known.arrivals.tolist()):
             while one is not None and one.row == first + k and one.moment < arrival:
-                self._warn(one.moment, one.status_text)  # a silence before it
+                self._warn(one.moment, one.status_text)  # a time-out before it
                 one = next(warnings, None)
             for connection, data, size, there in columns:
                 if there[k]:
@@ -164,7 +164,7 @@ class BagWriter:
         )
 
     def _add(self, name: str, kind: str, numbers: int, *texts: str) -> _BagTopic:
-        # A message is a stamp and texts, or neither, and numbers.
+        # A message has a stamp and texts, or neither, and numbers.
         writer = CdrWriter()
         if texts:
             writer.room(WHOLE, 2)
@@ -194,7 +194,7 @@ class BagWriter:
 
 
 def _quality(latched: bool) -> Any:
-    # As the node offers them, so that a player of bags offers the same.
+    # The node's profiles, so that a player of bags offers the same.
     from rosbags.interfaces import (
         Qos,
         QosDurability,

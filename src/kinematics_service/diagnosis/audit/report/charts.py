@@ -47,11 +47,11 @@ class Chart:
     Attributes
     ----------
     title, unit
-        What is shown, and in which unit.
+        The quantity and its unit.
     levels
-        Lines across; the axis shows those that it must, or that a curve comes near.
+        Horizontal lines; the axis shows those that it must, or that a curve comes near.
     end : s
-        Of the time axis.
+        End of the time axis.
     height
         In px.
     """
@@ -197,7 +197,7 @@ def shown(value: float) -> str:
 
 
 def time_unit_of(end: float) -> tuple[float, str]:
-    """Return how many seconds the unit of a time axis of `end` seconds has, and its name."""
+    """Return the seconds in the unit of a time axis of `end` seconds, and its name."""
     if end >= 3 * 3600.0:
         return 3600.0, 'h'
     return (60.0, 'min') if end >= 300.0 else (1.0, 's')

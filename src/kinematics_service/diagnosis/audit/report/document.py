@@ -31,7 +31,7 @@ def thinned_rows(count: int, most: int, worse: Callable[[slice], Floats]) -> Tim
     Parameters
     ----------
     worse
-        Of some rows, what the largest is the worst of.
+        Returns a value for some rows, of which the largest is the worst.
     """
     if count <= most:
         return np.arange(count)

@@ -1,4 +1,4 @@
-"""An audit as one page that needs nothing else."""
+"""An audit as one page without other files."""
 
 import math
 from collections.abc import Callable
@@ -19,7 +19,7 @@ SIGNS = {'OK': '&#10003; fine', 'WARN': '&#9650; WARN', 'ERROR': '&#9632; ERROR'
 
 
 def page_of(audit: Audit, origin: Provenance | None = None) -> str:
-    """Return the page as HTML, with files, sums and date at its head where an origin is given."""
+    """Return the page as HTML, with files, sums and date at its head if an origin is given."""
     title = f'Audit of {audit.file.rpartition("/")[2]}'
     verdict = verdict_of(audit)
     parts = [

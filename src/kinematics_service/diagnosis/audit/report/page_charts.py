@@ -1,4 +1,4 @@
-"""The charts of the audit page: what is drawn, in which unit."""
+"""The charts of the audit page, with their units."""
 
 import math
 from collections.abc import Callable, Iterator
@@ -16,7 +16,7 @@ from ..frames import FrameReport
 from ..stretches import watched_values
 from .charts import Band, Chart, LevelLine
 
-# The values of some rows, of which a curve is made.
+# Returns the values of some rows, for a curve.
 Values = Callable[[slice], Floats]
 
 # Stretches shaded at most; more would be a grey wall.
@@ -65,7 +65,7 @@ def _scaled(column: Column, scale: float) -> Values:
 @lru_cache(maxsize=1)
 def _bands(audit: Audit) -> list[Band]:
     timeline = audit.timeline
-    # Runs of one level; each lasts to the next message, but not through a silence.
+    # Runs of one level; each lasts to the next message, but not through a time-out.
     bands: list[tuple[int, int, int]] = []
     quiet: list[int] = []
     edges, levels = np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int8)

@@ -1,4 +1,4 @@
-"""The head of the audit page: what was audited, against what, when and by which version."""
+"""The head of the audit page: the files, the date and the version."""
 
 import hashlib
 from dataclasses import dataclass
@@ -10,14 +10,14 @@ from ....robot.measures import MEASURES
 from ....version import __version__
 from ..auditing import Audit
 
-# A file is read in pieces of so many bytes.
+# Bytes of the pieces in which a file is read.
 PIECE = 1 << 20
 
 
 @dataclass(frozen=True)
 class Provenance:
     """
-    Where an audit comes from: what its page says besides the findings.
+    The inputs of an audit, for the head of its page.
 
     Attributes
     ----------
@@ -54,7 +54,7 @@ def _sha256(path: Path) -> str:
 
 
 def header(audit: Audit, origin: Provenance | None) -> str:
-    """Return the header as HTML; without an origin, without date and sums."""
+    """Return the header as HTML; it has date and sums only with an origin."""
     thresholds, robot = audit.robot.thresholds, audit.robot
     unit = MEASURES[thresholds.measure].unit
     warn, stop = (f'{value:g} {unit}'.strip() for value in (thresholds.warn, thresholds.stop))

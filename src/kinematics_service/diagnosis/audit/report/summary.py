@@ -14,7 +14,7 @@ MOST = 20
 
 
 class Summary(NamedTuple):
-    """What is printed of an audit: a heading, sentences, and the stretches as rows of a table."""
+    """The printed part of an audit: a heading, sentences, and the stretches as rows of a table."""
 
     heading: str
     sentences: tuple[Finding, ...]
@@ -23,7 +23,7 @@ class Summary(NamedTuple):
 
 
 def summary_of(audit: Audit) -> Summary:
-    """Return what there is to say, small enough to travel."""
+    """Return the printed part of an audit, small enough to send between processes."""
     noun = 'sample' if audit.planned else 'message'
     return Summary(
         f'{audit.file}: {audit.what}, {count(audit.stream.messages, noun)} over '
@@ -45,7 +45,7 @@ def summary_of(audit: Audit) -> Summary:
 
 
 def print_summary(summary: Summary) -> None:
-    """Print what there is to say."""
+    """Print a summary."""
     out = Output()
     out.print(heading(summary.heading))
     for sentence in summary.sentences:
