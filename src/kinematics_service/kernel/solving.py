@@ -104,7 +104,7 @@ def closed_solutions(
     refinement
         Of the target, from candidates near to it.
     near : shape (n,), rad or m
-        Where solutions should be near.
+        Joint positions that solutions should be near.
     proved
         What misses the target by less is a solution, m.
     only_one

@@ -14,10 +14,10 @@ from .picture import Draw, with_unit, words
 from .ranges import sliding
 from .set_styles import set_styles
 
-# A factor this small on the border, as a share of its largest value, is zero there.
+# A factor that is this small on the border, as a share of its largest value, is zero there.
 AT_BORDER = 1e-9
 QUARTER = math.pi / 4.0
-# The first-order estimate says little beyond, rad.
+# The first-order estimate is poor beyond this distance, rad.
 FAR = 1.0
 
 

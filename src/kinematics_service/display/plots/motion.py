@@ -12,9 +12,9 @@ from ...robot.measures import Level
 from ...robot.robot import Robot
 from .picture import PlotError
 
-# Points a trajectory is drawn with over one period.
+# Number of points of one period of a trajectory.
 SAMPLES = 2001
-# A pause between two rows is a gap from here (s), or from so many usual steps if that is more.
+# A pause between two rows is a gap if it is longer than this (s) and than this many usual steps.
 GAP, STEPS = 1.0, 5.0
 
 
@@ -29,9 +29,9 @@ class PlottedMotion:
         Strictly increasing, from the first row.
     q, qdot : shape (N, n), rad or m, rad/s or m/s
     name
-        Where it comes from, in words.
+        Its source, in words.
     differentiated
-        Whether qdot is a difference of positions, for want of velocities.
+        Whether qdot is a difference of positions, since there are no velocities.
     """
 
     times: Floats
@@ -126,7 +126,7 @@ def stretches(times: Floats, levels: Floats) -> tuple[ShadedStretch, ...]:
     ----------
     times : shape (N,), s
     levels : shape (N,)
-        As `Singularity.level` of a batch.
+        Levels like `Singularity.level` of a batch.
     """
     changes = np.flatnonzero(np.diff(levels)) + 1
     starts = np.concatenate([[0], changes]).astype(int)

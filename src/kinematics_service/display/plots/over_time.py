@@ -25,9 +25,9 @@ def panels(figure: Any, heights: Sequence[float], title: str) -> list[Any]:
     figure
         Empty.
     heights
-        Of the panels, inches.
+        Heights of the panels, inches.
     title
-        Of the whole picture.
+        Title of the whole picture.
     """
     figure.set_size_inches(WIDTH, sum(heights) + HEAD)
     figure.set_layout_engine('constrained', h_pad=0.06)
@@ -46,7 +46,7 @@ def draw_curves(
     names: Sequence[str],
     colors: Sequence[str] = SERIES,
 ) -> None:
-    """Draw columns of values (N, k) over time; told apart by colour and by dashes."""
+    """Draw columns of values (N, k) over time; which differ in colour and in dashes."""
     times, broken = motion.broken(values)
     for k, name in enumerate(names):
         axes.plot(

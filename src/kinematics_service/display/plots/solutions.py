@@ -20,7 +20,7 @@ from .skeleton import skeleton_of
 
 # More poses than this are not drawn, only counted.
 MOST = 16
-# Of a panel, of its words, below it, above them all, of a line, inches.
+# Heights in inches: of a panel, of its words, below it, above all panels, and of a line.
 WIDTH, HEIGHT, WORDS, BELOW, HEAD, LINE = 3.4, 4.1, 0.85, 0.12, 0.2, 0.18
 TEXT = 8.5
 LETTERS = 12.5  # of the title to an inch
@@ -29,7 +29,7 @@ COLUMNS = {1: 1, 2: 2, 3: 3, 4: 4, 5: 3, 6: 3, 7: 4, 8: 4, 9: 3}
 
 @dataclass(frozen=True, eq=False)
 class SolutionPose:
-    """Joint positions (n,) that a panel shows, its heading, and whether the arm may be there."""
+    """Joint positions (n,) of a panel, its heading, and whether they are inside the limits."""
 
     q: Floats
     heading: str
@@ -37,7 +37,7 @@ class SolutionPose:
 
 
 def poses_of(result: IkResult) -> tuple[SolutionPose, ...]:
-    """Return what there is to show: solutions, then families, or else the nearest pose."""
+    """Return the poses to show: solutions, then families, or else the nearest pose."""
     poses = []
     for k, solution in enumerate(result.solutions):
         beyond = _beyond(solution.beyond)
@@ -65,7 +65,7 @@ def _beyond(names: Sequence[str]) -> str:
 
 
 def solutions_picture(robot: Robot, target: Floats, result: IkResult) -> Draw:
-    """Return the picture of what inverse kinematics answered for a target (4, 4) or (3,)."""
+    """Return the picture of the inverse kinematics of a target (4, 4) or (3,)."""
     poses = poses_of(result)
     point = target[:3, 3] if target.ndim == 2 else target
     shown = poses[:MOST]

@@ -1,4 +1,4 @@
-"""The host and the port that the page is served at."""
+"""The host and the port of the page."""
 
 import errno
 import socket
@@ -9,14 +9,14 @@ from ...errors import KinematicsError
 
 class Address(NamedTuple):
     """
-    Where the page is served.
+    Host and port of the page.
 
     Attributes
     ----------
     host, port
-        As a server takes them; port 0 means any free one.
+        Port 0 means any free one.
     more_names
-        Names under which it is reached besides.
+        Further names of this computer.
     """
 
     host: str

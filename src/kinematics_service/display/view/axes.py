@@ -1,5 +1,5 @@
 """
-Where the axes of an arm's moving rows are in a pose, whatever the convention of its table.
+The axes of an arm's moving rows in a pose, for any convention of its table.
 
 They are read from the screws the kernel has computed: for a row that turns with angular velocity
 w and moves the tool p with v = w x (p - c), the point p + (w x v) / w.w is on its axis; a row that
@@ -21,7 +21,7 @@ class RowAxis(NamedTuple):
     Attributes
     ----------
     point : shape (3,), m
-        On the axis, where it is nearest to the origin of the link frame beside it.
+        The point of the axis nearest to the origin of the link frame beside it.
     direction : shape (3,)
         Unit vector, along the positive motion of the first joint in `joints`.
     slides

@@ -1,11 +1,11 @@
 """
-viser's server with our own rules for who may connect, and for what a client may say.
+viser's server with stricter rules for connections and for the messages of clients.
 
-Of viser this takes for granted that its server is made by one call of
-`websockets.asyncio.server.serve` with keywords, reads messages by `recv`, and keeps the things of
-the panel in `gui._gui_input_handle_from_uuid`; all else are documented parameters of `serve`. Each
-time a page is served, two connections of our own try whether a foreign page and a false message
-are refused: where they are not, as with a viser made otherwise, nothing is served.
+This relies on viser to make its server by one call of `websockets.asyncio.server.serve` with
+keywords, reads messages by `recv`, and keeps the things of the panel in
+`gui._gui_input_handle_from_uuid`; all else are documented parameters of `serve`. Each time a page
+is served, two test connections try whether a foreign page and a false message are refused: if they
+are not, as with a viser of another design, nothing is served.
 """
 
 import io
@@ -29,11 +29,11 @@ from .origin_check import FORBIDDEN, OriginCheck
 POLICY = 1008
 # Pages send values and cameras: some hundred bytes.
 LARGEST_MESSAGE = 16_384
-# Our own server answers within this (s), however busy the computer is.
+# The server answers the test connections within this (s), even on a busy computer.
 CONNECT_TIMEOUT = 20.0
 PROTOCOL = f'viser-v{viser.__version__}'
 HEADERS = {
-    # Nobody puts the page into one of his own to have it clicked; it talks to its server only.
+    # No other site may frame the page to have it clicked; the page connects to its server only.
     'Content-Security-Policy': "frame-ancestors 'none'; connect-src 'self' data: blob:",
     'X-Frame-Options': 'DENY',
     'X-Content-Type-Options': 'nosniff',
@@ -42,7 +42,7 @@ HEADERS = {
 
 
 class UnknownViserError(KinematicsError):
-    """This viser does not let connections be refused as the page needs it."""
+    """This version of viser does not let the page refuse connections."""
 
 
 @contextmanager
@@ -50,15 +50,15 @@ def guarded_server(
     host: str, port: int, label: str, origin_check: OriginCheck
 ) -> Iterator[viser.ViserServer]:
     """
-    Serve within the block to those who are let in.
+    Serve within the block to clients that pass the origin check.
 
     Raises
     ------
     UnknownViserError
-        Somebody else could talk to it.
+        Foreign pages could connect to it.
     """
     panel: dict[str, Any] = {}
-    discarded = io.StringIO()  # what viser prints on its own
+    discarded = io.StringIO()  # the output that viser prints itself
     with redirect_stdout(discarded), _serving(origin_check, lambda: panel):
         server = viser.ViserServer(host=host, port=port, label=label, verbose=False)
     try:
@@ -72,7 +72,7 @@ def guarded_server(
 
 @contextmanager
 def _serving(origin_check: OriginCheck, panel: Callable[[], Mapping[str, Any]]) -> Iterator[None]:
-    # Within the block `serve` makes servers with the rules.
+    # Within the block `serve` makes servers with these rules.
     original = websocket_server.serve
 
     class PageConnection(websocket_server.ServerConnection):  # type: ignore[misc]
@@ -84,7 +84,7 @@ def _serving(origin_check: OriginCheck, panel: Callable[[], Mapping[str, Any]]) 
                         return data
                 except MessageError as error:
                     await self.close(POLICY, str(error)[:100])
-                    # What came before the end of the closing is not for anybody either.
+                    # Messages that came before the end of the closing are dropped, too.
                     raise ConnectionClosedError(None, None) from None
 
     def serve(*arguments: Any, process_request: Any, **options: Any) -> Any:
@@ -120,7 +120,7 @@ def _serving(origin_check: OriginCheck, panel: Callable[[], Mapping[str, Any]]) 
 
 
 def _logger() -> logging.Logger:
-    # What a client does wrong is not written to the terminal.
+    # Faults of clients are not written to the terminal.
     logger = logging.getLogger(__name__)
     if not os.environ.get('KINEMATICS_TRACEBACK'):
         logger.propagate = False

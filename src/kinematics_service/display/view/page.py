@@ -1,4 +1,4 @@
-"""The web page: the picture, the panel beside it, and what people can switch."""
+"""The web page: the picture, the panel beside it, and its switches."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -34,9 +34,9 @@ class Page:
     Parameters
     ----------
     server
-        Its server; what another page has put there is gone.
+        Its server; elements of a former page are removed.
     viewpoint
-        Where it looks from.
+        The camera's viewpoint.
     robot
         The arm.
     publishable
@@ -103,7 +103,7 @@ class Page:
         nodes
             Full names of the present nodes.
         node
-            The one whose arm is shown.
+            The node whose arm is shown.
         """
         options = nodes if node in nodes else (node, *nodes)
         if self._nodes.options != options:
@@ -128,12 +128,12 @@ class Page:
         return bool(self._publish.visible and self._publish.value)
 
     def follow(self, q: Floats) -> None:
-        """Show joint positions on the sliders, which nobody can move then."""
+        """Show joint positions on the sliders, which are locked then."""
         self._change_hands(False)
         self.sliders.jump(q)
 
     def lead(self) -> tuple[Floats, Floats | None]:
-        """Return what the sliders say, q and qdot, and let people move them."""
+        """Return the values of the sliders, q and qdot, and unlock them."""
         self._change_hands(True)
         wish, self._wish = self._wish, None
         if wish is not None:
@@ -152,9 +152,7 @@ class Page:
             button.disabled = not people
 
     def show(self, seen: Observation, title: str, status: str) -> None:
-        """
-        Show an observation, whose it is and where it comes from; nothing is sent that is known.
-        """
+        """Show an observation, its node and its source; only changes are sent."""
         for name, switch in self._switches.items():
             self._drawing.shown[name] = bool(switch.value)
         scene = scene_of(seen)
@@ -180,12 +178,12 @@ def serve(address: Address, label: str) -> Iterator[tuple[viser.ViserServer, str
     ServerAddressError
         The port is taken, or the host is no address of this computer.
     UnknownViserError
-        Pages of others could talk to this one.
+        Pages of other sites could connect to this one.
     """
     host, port, more_names = address
     check_address(host, port)
     origin_check = origin_check_of(host, more_names)
     with guarded_server(host, port, label, origin_check) as server:
-        if port not in (0, server.get_port()):  # taken in the meantime: viser went on to the next
+        if port not in (0, server.get_port()):  # taken in the meantime: viser took the next one
             raise ServerAddressError(f'--port {port}: another program uses it on {host}')
         yield server, origin_check.address(host, server.get_port())

@@ -1,6 +1,4 @@
-"""
-The answer: what was found as the result a user reads, and the nearest pose where that is none.
-"""
+"""The result for the user: solutions and families, or the nearest pose if there are none."""
 
 import numpy as np
 import numpy.typing as npt
@@ -131,7 +129,7 @@ def _named(robot: Robot, which: npt.NDArray[np.bool_]) -> tuple[str, ...]:
 
 
 def family_of(problem: IkProblem, family: SolutionFamily) -> IkFamily:
-    """Return a family as the result has it, at a pose near to where it was asked to be."""
+    """Return a family for the result, at a pose near `near`."""
     robot, plan = problem.robot, problem.plan
     if not plan.redundant:
         q = representatives(robot, plan, family.q[None], problem.near).q[0]
@@ -187,6 +185,6 @@ def _nearest(
 
 
 def nearest_pose(problem: IkProblem, q: Floats, error: float) -> NearestPose:
-    """Return how near to the target the tool is at joint positions (n,)."""
+    """Return the distance of the tool from the target at joint positions (n,)."""
     linear, angular = kernel.parts_of_error(problem.target.residual, np.array(q))
     return NearestPose(q.copy(), error, linear, angular)

@@ -7,7 +7,7 @@ from .problem import IkProblem
 from .result import IkSolution, Posture
 from .search import PROVED, refinement
 
-# By their signs, as the kernel says them.
+# Words for the signs that the kernel returns.
 POSTURES = {
     (a - 1, b - 1, c - 1): Posture(shoulder, elbow, wrist)
     for a, shoulder in enumerate(('left', '', 'right'))
@@ -18,7 +18,7 @@ NO_POSTURE = Posture()
 
 
 def room_for(count: int, problem: IkProblem) -> kernel.Solutions:
-    """Return room for so many solutions."""
+    """Return room for `count` solutions."""
     return kernel.Solutions(np.empty((count, problem.robot.chain.dof)))
 
 
@@ -40,7 +40,7 @@ def closed_solutions(
 
 
 def solutions_of(problem: IkProblem, proved: kernel.Solutions) -> tuple[IkSolution, ...]:
-    """Return proved solutions as the result has them, in their order."""
+    """Return proved solutions for the result, in their order."""
     names = problem.robot.joint_names
     solutions = []
     for k, q in enumerate(proved.q[: proved.count].copy()):

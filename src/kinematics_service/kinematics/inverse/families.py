@@ -15,13 +15,13 @@ from .target import IkTarget
 MAYBE_FREE = 1e-5
 # A last pivot above this share cannot belong to such a singular value.
 SUSPECT = 1e-3
-# So far it is tried out (rad), and so much of that has to be left after the way back to the
-# target: at the border of the workspace, where J is singular too, the way back leads home.
+# Step of the trial (rad), and the share of it that must be left after the correction to the
+# target: at the border of the workspace, where J is singular, too, the correction leads back.
 TRIED, LEFT = 0.05, 0.01
-# On a family the way back ends as near to the target as the solution itself, or round-off (a
-# share of the length): so next to a singular pose two solutions are two, not a family.
+# On a family the correction ends as near to the target as the solution itself, or round-off (a
+# share of the length): so two solutions next to a singular pose are two, and no family.
 AS_GOOD = 1e-13
-# How far out, in rad, a straight family is looked at.
+# Distance, in rad, at which a straight family is checked.
 FAR_OUT = (-2.0, 0.7, 3.0)
 TIMES = 6
 
@@ -35,7 +35,7 @@ class SolutionFamily(NamedTuple):
     q : shape (n,), rad or m
         The solution.
     error
-        What is left of it, m.
+        Its residual, m.
     motions : shape (k, n)
         Orthonormal, scaled.
     straight
@@ -81,7 +81,7 @@ def isolated_or_not(
 def _along(
     robot: Robot, target: IkTarget, plan: InversePlan, q: Floats, null: Floats, error: float
 ) -> Floats:
-    # The part of the null space in which the pose can really be kept.
+    # Returns the part of the null space along which the pose stays.
     trials = np.concatenate([null, -null]) * TRIED
     gone = refined(target, plan, q + trials * plan.scales, far=True)
     ways = apart(plan, q, gone.q) / plan.scales
@@ -90,7 +90,7 @@ def _along(
     kept = (gone.errors < as_good) & (size > LEFT) & (size < 4 * TRIED)
     if not np.any(kept):
         return np.empty((0, len(q)))
-    # The ways bend a little; what they have in common with the null space is the tangent.
+    # The ways bend a little; their projection onto the null space is the tangent.
     tangents = ways[kept] @ null.T @ null
     _, strength, right = np.linalg.svd(tangents, full_matrices=False)
     along = right[strength > 0.2 * TRIED]
@@ -104,7 +104,7 @@ def _straight(robot: Robot, target: IkTarget, plan: InversePlan, q: Floats, alon
 
 
 def _merged(plan: InversePlan, families: list[SolutionFamily]) -> list[SolutionFamily]:
-    # Straight families that are the same line; curved ones that stand near each other.
+    # Merges straight families that are the same line, and curved ones that are near each other.
     kept: list[SolutionFamily] = []
     for family in families:
         for one in kept:
@@ -119,9 +119,7 @@ def _merged(plan: InversePlan, families: list[SolutionFamily]) -> list[SolutionF
 
 
 def away_from_line(plan: InversePlan, away: Floats, motions: Floats) -> Floats:
-    """
-    Return what of a scaled way (n,) does not run along straight motions, full turns left out.
-    """
+    """Return the part of a scaled way (n,) across straight motions, without full turns."""
     for motion in motions:
         j = int(np.argmax(np.abs(motion)))
         away = away - motion * (away[j] / motion[j])

@@ -1,4 +1,4 @@
-"""One solution: the first that is proved inside the limits, found from where the arm is."""
+"""One solution: the first that is proved inside the limits, from the arm's present position."""
 
 import functools
 
@@ -13,7 +13,7 @@ from .problem import IkProblem
 from .redundant import into_limits
 from .search import PROVED, refinement, starts
 
-# Starts tried before the question is handed to the search for all.
+# Number of starts tried before the search for all solutions.
 STARTS = 256
 
 

@@ -1,6 +1,4 @@
-"""
-A question to an arm: a target, the plan to find what leads there, and where it should be near.
-"""
+"""A problem of inverse kinematics: a target, the arm's plan, and preferred joint positions."""
 
 from typing import NamedTuple
 
@@ -16,16 +14,16 @@ from .target import IkTarget
 
 class IkProblem(NamedTuple):
     """
-    What is asked.
+    A problem of inverse kinematics.
 
     Attributes
     ----------
-    robot, aim, plan
-        The arm, its target, and the plan for the rows asked for.
+    robot, target, plan
+        The arm, its target, and the plan for the wanted rows.
     near : shape (n,), rad or m
-        Where solutions should be near.
+        Joint positions that solutions should be near.
     seed
-        Of the starts of a search.
+        Seed of the starts of a search.
     """
 
     robot: Robot

@@ -12,7 +12,7 @@ from .plan import InversePlan
 from .search import PROVED, LeastError, refined, starts
 from .target import IkTarget
 
-# So many starts inside the limits, at first and when those have not arrived.
+# Number of starts inside the limits, at first and if those fail.
 FEW, MANY = 24, 240
 
 

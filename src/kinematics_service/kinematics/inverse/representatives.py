@@ -1,6 +1,4 @@
-"""
-Which of the joint positions that differ by full turns are meant, and how they stand to limits.
-"""
+"""The choice among joint positions that differ by full turns, and their distance to the limits."""
 
 from typing import NamedTuple
 

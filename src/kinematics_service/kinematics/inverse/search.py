@@ -10,11 +10,11 @@ from ...robot.robot import Robot
 from .plan import InversePlan
 from .target import IkTarget
 
-# What counts as a solution (m): forward kinematics misses the target by less.
+# Largest error of a solution by forward kinematics (m).
 PROVED = 1e-10
 BATCH = 48
-# Every solution must have been met so often (Good 1953: what has been met once hints at what has
-# not been met), or the search ends at so many starts, fewer where no start arrives at all.
+# The search ends when every solution has been met this often (Good 1953: solutions met once hint
+# at others not met), or after this many starts, fewer if no start arrives.
 MET, MOST_STARTS, HOPELESS = 4, 1920, 384
 
 
@@ -27,7 +27,7 @@ class DistinctSolutions(NamedTuple):
     q : shape (m, n), rad or m
         Joint positions, each a solution.
     errors : shape (m,), m
-        What is left of each.
+        Residual of each.
     """
 
     q: Floats
@@ -79,7 +79,7 @@ def refined(
     far
         Whether they are starts from anywhere, rather than candidates.
     limits : shape (n, 2), rad or m
-        Where the joints must stay; default: nowhere in particular.
+        The range where the joints must stay; default: no limits.
     held
         Whether the joints that the plan holds stay where they are.
     """
@@ -112,7 +112,7 @@ def apart(plan: InversePlan, a: Floats, b: Floats) -> Floats:
 def distinct(
     target: IkTarget, plan: InversePlan, found: DistinctSolutions
 ) -> tuple[DistinctSolutions, Integers]:
-    """Return the proved ones of what was found, each once, and how often each was met."""
+    """Return the proved solutions, each once, and how often each was met."""
     order = np.argsort(found.errors, kind='stable')
     q, errors = found.q[order], found.errors[order]
     which, met = np.empty(len(q), dtype=np.int64), np.empty(len(q), dtype=np.int64)
@@ -123,7 +123,8 @@ def distinct(
 
 def starts(robot: Robot, plan: InversePlan, random: np.random.Generator, count: int) -> Floats:
     """
-    Return random joint positions (count, n): full turns, and where a joint has no turn its limits.
+    Return random joint positions (count, n): over full turns, or over the limits of a joint
+    without a turn.
 
     A joint that slides without limits starts within twice the arm's reach.
     """
@@ -150,7 +151,7 @@ def search(
     everything = DistinctSolutions(np.empty((0, robot.dof)), np.empty(0))
     all_met: list[int] = []
     best = LeastError(near, np.inf)
-    # What is held is held where it was asked to be near.
+    # Held joints stay at their position in `near`.
     frozen = plan.held == 0.0
     tried = 0
     while tried < MOST_STARTS:

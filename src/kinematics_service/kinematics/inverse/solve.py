@@ -1,4 +1,7 @@
-"""Inverse kinematics: candidates, each proved by forward kinematics, sorted by what they are."""
+"""
+Inverse kinematics: candidates, each proved by forward kinematics, sorted into solutions and
+families.
+"""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -46,12 +49,12 @@ def inverse_kinematics(
         solutions first (root of the sum of squares, prismatic joints divided by the arm's length);
         default: the middle of the limits, 0 where there are none.
     respect_limits
-        Whether solutions outside the limits are left out.
+        Whether to leave out solutions outside the limits.
     rows
         Which of x y z rx ry rz count (axes of the table's frame 0; rx ry rz: the rotation vector
         from pose to target); default: all of a pose, x y z of a position.
     seed
-        Of the search, where there is no closed form: the same seed, the same answer.
+        Seed of the search, if there is no closed form: the same seed gives the same answer.
     all_solutions
         False: the first solution inside the limits is enough, in a fraction of the time. In closed
         form it is the nearest to `near`, otherwise what refinement from `near` leads to. A
@@ -130,7 +133,7 @@ def _one(problem: IkProblem, proved: kernel.Solutions) -> IkResult:
         joints = ', '.join(continuum.joints)
         return IkResult((), (continuum,), 'family', LEFT_FREE + joints, method, nearest)
     if proved.share(0) < SUSPECT:
-        # Perhaps not isolated.
+        # It may not be isolated.
         return answer(problem, _found(proved), method, LeastError(near, np.inf), True)
     reason = 'a solution inside the limits; no others were searched for'
     return IkResult(solutions_of(problem, proved), (), 'solved', reason, method, None)

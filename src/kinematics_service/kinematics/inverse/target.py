@@ -1,4 +1,4 @@
-"""What is aimed at: a target and the rows of it that count, checked."""
+"""A target and its rows that count, checked."""
 
 import functools
 from collections.abc import Sequence
@@ -27,11 +27,11 @@ class IkTarget(NamedTuple):
     Attributes
     ----------
     rows
-        Which rows count, a part of x y z rx ry rz: axes of the table's frame 0.
+        The rows that count, a part of x y z rx ry rz: axes of the table's frame 0.
     pose : shape (4, 4)
         The tool in the base frame; for a position its rotation is the identity.
     residual
-        What the tool lacks of it.
+        The residual of the tool against the target.
     """
 
     rows: tuple[str, ...]
@@ -43,7 +43,7 @@ def ik_target_of(
     robot: Robot, target: npt.ArrayLike, rows: Sequence[str] | None = None
 ) -> IkTarget:
     """
-    Return the aim of a target.
+    Return a checked target.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def ik_target_of(
 
 
 def residual_of(robot: Robot, pose: Floats, rows: tuple[str, ...]) -> kernel.Residual:
-    """Return what the tool lacks of a pose (4, 4), in the rows that count."""
+    """Return the residual of the tool against a pose (4, 4), in the rows that count."""
     weights = _weights(robot.task.length, rows)
     return kernel.Residual(robot.chain, pose, robot.task.rotation, weights)
 
