@@ -1,6 +1,4 @@
-"""
-The kernel: what is computed of an arm for every message, compiled when the package is installed.
-"""
+"""The kernel: the computations for every message, compiled when the package is installed."""
 
 from . import compiled
 from .compiled import is_compiled as is_compiled

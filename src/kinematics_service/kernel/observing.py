@@ -1,4 +1,4 @@
-"""How a message changes what is known of the joints, and the state that it makes."""
+"""The changes of the joints' states by a message, and the state that it makes."""
 
 import math
 
@@ -46,7 +46,8 @@ def _store(
     stamped: bool,
     arrival: int,
 ) -> None:
-    # What a message says of our joints; `heard`: its velocities count. `at` is its time, ns.
+    # Stores a message's values of the arm's joints; `heard`: its velocities count. `at` is its
+    # time, ns.
     for k in range(ours.count):
         j, place = ours.joint[k], ours.place[k]
         position = positions[place]
@@ -86,7 +87,7 @@ def _all_computable(numbers: Floats, ours: OurJoints) -> bool:
 
 
 def _latest_stamp(memory: JointMemory, ours: OurJoints) -> int:
-    # Of the joints of ours that have one; before all times where none has.
+    # Returns the latest stamp of the joints; before all times if none has one.
     latest = -places.LARGEST_STAMP
     for k in range(ours.count):
         j = ours.joint[k]
@@ -105,11 +106,11 @@ def _merge(
     received: int,
     arrival: int,
 ) -> int:
-    # What becomes of a message, as `observe` says it, but before any evaluation.
+    # Returns the outcome of a message, as for `observe`, but before any evaluation.
     if not _all_computable(positions, ours):
         return places.BAD_POSITION
 
-    # Stamps of our joints must grow; a large step back is a new start, not an old message.
+    # Stamps of the arm's joints must grow; a large step back is a new start, not an old message.
     anew = 0
     if stamp != 0:
         latest = _latest_stamp(memory, ours)
@@ -166,7 +167,7 @@ def take(
     row: Floats,
     at: int,
 ) -> int:
-    """Do what `observe` does; `at` is the width of the row."""
+    """Do the work of `observe`; `at` is the width of the row."""
     said = _merge(memory, ours, positions, velocities, has_velocities, stamp, received, arrival)
     if said % places.STARTED_ANEW > places.SAID_WITH_DIFFERENCES:
         return said
@@ -210,22 +211,22 @@ def observe(
     """
     Take a message into the memory, and fill a row with the state it makes: all in one call.
 
-    Returns SAID_WITHOUT_VELOCITIES to NOT_COMPUTABLE, plus STARTED_ANEW where its stamp stepped
-    back so far that everything before was forgotten.
+    Returns SAID_WITHOUT_VELOCITIES to NOT_COMPUTABLE, plus STARTED_ANEW if its stamp stepped back
+    so far that everything before was forgotten.
 
     Parameters
     ----------
     arm, memory
-        The arm, and what is known of its joints.
+        The arm, and the states of its joints.
     ours
-        Which joints of ours the message names.
+        The joints of the arm that the message names.
     positions, velocities : rad or m, rad/s or m/s
-        Of the message; its velocities count where they are as many as its positions.
+        From the message; its velocities count if they are as many as its positions.
     stamp, received, arrival : ns
-        As joint_sample.JointSample has them.
+        As in joint_sample.JointSample.
     row : shape (width + 2 n + ROW_TAIL,)
         As `evaluate_one` fills it, but the quaternion at its end with its sign continuous over
-        time. Where the width is 0, q and qdot only.
+        time. If the width is 0, q and qdot only.
     """
     arrays.given(arm)
     arrays.given(memory)

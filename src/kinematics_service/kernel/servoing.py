@@ -4,12 +4,12 @@ from . import arrays, places
 from .arrays import Floats
 from .servo_step import ServoOutput
 
-# A faster twist (m/s, rad/s) asks for nothing that a slower one of its direction does not.
+# A faster twist (m/s, rad/s) has the same result as a slower one of its direction.
 FASTEST = 1e9
 
 
 def _shorten_alike(step: ServoOutput, size: float) -> None:
-    # All velocities, so that the tool keeps its direction.
+    # Shortens all velocities alike, so that the tool keeps its direction.
     rate = min(size, FASTEST)
     for j in range(step.servo.n):
         if abs(step.u[j]) * rate > step.servo.fastest[j]:
@@ -24,7 +24,7 @@ def _shorten_alike(step: ServoOutput, size: float) -> None:
 
 
 def _hold_back(step: ServoOutput, q: Floats) -> None:
-    # Joints that would run into their limits, while the others make up for it.
+    # Holds joints back that would run into their limits, while the others compensate.
     for _ in range(step.servo.n):
         worst = step.worst(q)
         if worst < 0:
@@ -38,7 +38,7 @@ def _hold_back(step: ServoOutput, q: Floats) -> None:
 
 
 def _keep_to_limits(step: ServoOutput, q: Floats) -> None:
-    # What making up for others has made too fast is shortened, all velocities alike.
+    # Velocities that became too fast by this are shortened, all alike.
     share = 1.0
     for j in range(step.servo.n):
         if abs(step.rates[j]) * share > step.servo.fastest[j]:
@@ -67,7 +67,7 @@ def _fill(step: ServoOutput, q: Floats, row: Floats, twist: Floats) -> None:
 
 def servo(step: ServoOutput, q: Floats, row: Floats, twist: Floats) -> None:
     """
-    Fill a step with joint velocities that bring a twist about as far as the arm allows.
+    Fill a step with joint velocities for a twist, as far as the arm allows.
 
     Parameters
     ----------
