@@ -1,4 +1,4 @@
-"""The way in: `python -m kinematics_service`, installed as `kinematics_service`."""
+"""The program: `python -m kinematics_service`, installed as `kinematics_service`."""
 
 import sys
 from collections.abc import Sequence

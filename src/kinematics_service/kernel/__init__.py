@@ -7,8 +7,6 @@ from .compiled import prefer_source_where_needed
 
 prefer_source_where_needed()
 
-from .aims import off_rotation as off_rotation
-from .aims import take_aim as take_aim
 from .angles import shortest_angle as shortest_angle
 from .angles import sine_and_cosine as sine_and_cosine
 from .arm import Arm as Arm
@@ -56,6 +54,8 @@ from .singular_values import determinant_of as determinant_of
 from .solutions import Solutions as Solutions
 from .solutions import distinct as distinct
 from .solving import closed_solutions as closed_solutions
+from .targets import off_rotation as off_rotation
+from .targets import take_target as take_target
 from .task_rows import TaskRows as TaskRows
 
 if not is_compiled():

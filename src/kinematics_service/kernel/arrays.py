@@ -100,9 +100,9 @@ def let_go() -> np.errstate:
     Meanwhile numpy gives no warnings, like the compiled kernel: lanes compute numbers that they do
     not use.
     """
-    silence = np.errstate(all='ignore')
-    silence.__enter__()
-    return silence
+    errors_ignored = np.errstate(all='ignore')
+    errors_ignored.__enter__()
+    return errors_ignored
 
 
 def take_back(lock: np.errstate) -> None:

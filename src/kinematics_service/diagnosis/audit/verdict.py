@@ -200,7 +200,7 @@ def _messages(audit: Audit) -> list[Finding]:
             Finding(
                 Level.WARN,
                 f'The stamps jump back {count(resets, "time")}, by up to '
-                f'{seconds(audit.stream.largest_step_back)}: the state began anew.',
+                f'{seconds(audit.stream.largest_step_back)}: the state started again.',
             )
         )
     return sentences

@@ -98,9 +98,7 @@ class PoseRows:
         return np.ones(len(rows), dtype=bool)
 
     def track(self, name: str, frame: str, most: int | None = None) -> PoseTrack:
-        """
-        Return the poses, or of more than `most` so many, at even steps in the order of stamps.
-        """
+        """Return the poses, at most `most` of them, at even steps in the order of stamps."""
         total = len(self._stamps)
         many = (self.count - total) / self.count > FEW
         refused = self._refusal(many)

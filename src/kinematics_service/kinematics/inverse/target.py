@@ -75,7 +75,7 @@ def ik_target_of(
             raise TargetError(f'rows must be some of {" ".join(known)}, not {" ".join(rows)!r}')
         ordered = tuple(name for name in ROW_NAMES if name in rows)
     pose = IDENTITY.copy()
-    state = kernel.take_aim(given, pose)
+    state = kernel.take_target(given, pose)
     if state != kernel.FINE:
         if state == kernel.NOT_FINE:
             raise TargetError(f'target must be finite: {given.tolist()}')

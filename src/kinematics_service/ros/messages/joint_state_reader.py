@@ -71,7 +71,7 @@ class JointStateReader:
         )
 
     def forms(self, size: int) -> Iterator[JointStateForm]:
-        """Yield the forms known of messages of so many bytes, the most recent first."""
+        """Yield the known forms of messages of `size` bytes, the most recent first."""
         for form in self._forms:
             if form.size == size:
                 yield form
