@@ -280,7 +280,7 @@ def refusal(*arguments, environment=None, command=('-m', 'kinematics_service')):
         ),
         (('--robot', 'craig_3r', '--ros-args', '-p', 'robot:=puma560'), 2, 'differ'),
         (('--robot', 'craig_3r', '--robot', 'craig_3r'), 2, 'NAMESPACE=craig_3r'),
-        (('--robot', 'a b=craig_3r'), 2, 'no namespace'),
+        (('--robot', 'a b=craig_3r'), 2, 'not a namespace'),
         (('--robot', 'left='), 2, 'no robot after'),
         (('--ros-args', '-p', 'nonsense'), 2, 'nonsense'),
         (('--ros-args', '--params-file', 'nowhere.yaml'), 2, 'nowhere.yaml'),

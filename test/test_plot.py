@@ -639,4 +639,4 @@ def test_a_recording_along_which_nothing_moves_in_time(suffix, tmp_path, capsys)
     file = tmp_path / f'r{suffix}'
     file.write_text('stamp,position.q1,position.q2\n1,0,0\n1,0,0\n')
     assert main(['plot', 'planar_2r', 'measures', '--path', str(file)]) == 2
-    assert 'rows of one time only' in capsys.readouterr().err
+    assert 'all rows have the same time' in capsys.readouterr().err
