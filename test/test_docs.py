@@ -25,7 +25,7 @@ import kinematics_service as ks
 from kinematics_service.__main__ import main
 from kinematics_service.cli.arguments import join_numbers, split_ros_arguments
 from kinematics_service.cli.commands import app
-from kinematics_service.estimation.status_text import notice_of
+from kinematics_service.estimation.status_text import singularity_status
 from kinematics_service.robot.measures import HYSTERESIS
 
 ROOT = Path(__file__).parent.parent
@@ -248,13 +248,13 @@ def test_a_name_without_a_sentence_is_refused(monkeypatch):
 @pytest.mark.parametrize(
     'words',
     [
-        'no joint state yet',
+        'no joint state was received',
         'ignored: none of our joints',
         'waiting for other joints',
         'dropped: stamp not newer',
         'fine; velocities are differences of positions',
         'nobody publishes it',
-        'no kinematics node is here',
+        'no kinematics node runs here',
         'look whether any arrive',
         'joint state rejected:',
         'position not finite',
@@ -279,7 +279,7 @@ def test_the_hysteresis_that_is_told_is_that_of_the_code(page):
 def test_the_sentence_that_is_taken_apart_is_that_of_the_node():
     robot = ks.load_robot('ur5e')
     found = ks.singularity(robot, [0.1, -1.2, 1.4, -1.6, 0.02, 0.2], [0, 0, 0, 0, -0.1, 0])
-    sentence = notice_of(robot, found, found.level, 'base', '').sentence
+    sentence = singularity_status(robot, found, found.level, 'base', '').sentence
     page = (DOCS / 'tutorials' / 'warning.md').read_text(encoding='utf-8')
     assert f'```text\n{sentence}\n```' in page
 

@@ -1,4 +1,4 @@
-"""The way in: `python -m kinematics_service`, installed as `kinematics_service`."""
+"""The program: `python -m kinematics_service`, installed as `kinematics_service`."""
 
 import sys
 from collections.abc import Sequence
@@ -13,7 +13,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     Parameters
     ----------
     argv
-        Without the program's name; default: that of this process.
+        The arguments without the program's name; default: those of this process.
     """
     # Imported here: while it loads, Ctrl-C has its default action (`__init__`).
     from .cli.command_line import run

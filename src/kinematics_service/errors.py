@@ -14,11 +14,11 @@ class Fault:
     file
         The path as the user gave it.
     line
-        Counted from 1; 0 where no line can be named (a missing file).
+        Counted from 1; 0 if no line can be named (a missing file).
     where
-        The place in the file's own words, `links[2].alpha`; empty for the whole file.
+        The key in the file, `links[2].alpha`; empty for the whole file.
     message
-        What is wrong, and what is accepted.
+        The fault, and what is accepted.
     """
 
     file: str
@@ -37,14 +37,14 @@ class KinematicsError(Exception):
 
 
 class RobotFileError(KinematicsError, ValueError):
-    """A robot file that does not describe a robot; its text is one line a fault."""
+    """A robot file that does not describe a robot; its text has one line per fault."""
 
     def __init__(self, faults: Sequence[Fault]) -> None:
         self.faults = tuple(faults)
         super().__init__('\n'.join(map(str, self.faults)))
 
     def __reduce__(self) -> tuple[type['RobotFileError'], tuple[tuple[Fault, ...]]]:
-        """Rebuild from the faults, not from the text: what crosses processes stays whole."""
+        """Rebuild from the faults, not from the text: so it passes between processes unchanged."""
         return type(self), (self.faults,)
 
 

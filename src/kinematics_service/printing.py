@@ -1,4 +1,4 @@
-"""What ends up on the screen: tables and sentences that fit a terminal, whole when piped."""
+"""Output to the screen: tables and sentences that fit a terminal, and are unbroken in a pipe."""
 
 import json
 import math
@@ -14,7 +14,7 @@ from rich.text import Text
 
 from .kernel import Floats
 
-# Where nobody looks at a width, no line is broken: the reader on the other side is a program.
+# Without a terminal no line is broken: a program reads the output.
 UNBROKEN = 10_000
 TRAILING_BLANKS = re.compile(r' +$', re.MULTILINE)
 GAP = (0, 2, 0, 0)
@@ -23,7 +23,7 @@ BREAKS = re.compile(r'[^_/.-]*[_/.-]?')
 
 class Output:
     """
-    Standard output: as wide as the terminal, unbroken where there is none.
+    Standard output: as wide as the terminal, unbroken if there is none.
 
     Text is printed as it is: no markup, no guessed highlights; colours only on a terminal.
     """
@@ -50,7 +50,7 @@ def plain(text: str) -> str:
 
 
 def table(*headers: str) -> Table:
-    """Return an empty table: cells fold where the terminal is too narrow, and are never cut."""
+    """Return an empty table: cells fold if the terminal is too narrow, and are never cut."""
     result = Table(box=None, padding=GAP, pad_edge=False)
     for header in headers:
         result.add_column(header, header_style='bold', overflow='fold')
@@ -58,7 +58,7 @@ def table(*headers: str) -> Table:
 
 
 def facts() -> Table:
-    """Return an empty list of facts: a label and what there is to say, its lines hanging."""
+    """Return an empty list of facts: each has a label and a text with indented lines."""
     result = Table.grid(padding=GAP)
     result.add_column(style='bold', no_wrap=True)
     result.add_column(overflow='fold')
@@ -84,7 +84,8 @@ def broken_name(name: str, width: int) -> str:
 
 def number(value: float, decimals: int = 6) -> str:
     """
-    Return a number to a fixed place, without a negative zero; large and infinite ones in short.
+    Return a number with fixed decimals, without a negative zero; large and infinite ones have a
+    short form.
     """
     if not math.isfinite(value) or abs(value) >= 1e4:
         return f'{value:.{decimals}g}'
@@ -99,7 +100,7 @@ def numbers(values: Floats, decimals: int = 6) -> str:
 
 
 def json_text(document: dict[str, Any]) -> str:
-    """Return strict JSON: arrays as lists, and null for what is infinite or not a number."""
+    """Return strict JSON: arrays as lists, and null for numbers that are infinite or NaN."""
     return json.dumps(_strict(document), allow_nan=False)
 
 

@@ -1,4 +1,4 @@
-"""Rotations and rigid motions as arrays, outside the kernel: one form made into another."""
+"""Rotations and rigid motions as arrays, outside the kernel: and conversions between them."""
 
 import math
 

@@ -10,11 +10,11 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 NUMBERS = (signal.SIGINT, signal.SIGTERM)
-# A clean-up is left so long, from the first signal on, although a second one comes (s): one press
-# of Ctrl-C can reach a process twice.
+# Shortest time for a clean-up after the first signal, even if a second one comes (s): one press of
+# Ctrl-C can reach a process twice.
 GRACE = 1.0
-# A command that Ctrl-C interrupts puts its things in order within this (s): half-written files,
-# processes of its own, the cursor.
+# A command that Ctrl-C interrupts cleans up within this (s): half-written files, its processes,
+# the cursor.
 UNWINDING = 0.8
 INTERRUPTED = 130  # as shells have it
 SHOW_CURSOR = b'\x1b[?25h'
@@ -27,11 +27,12 @@ class StopSignal:
     Attributes
     ----------
     came
-        Whether one has.
+        Whether one has come.
     then
         Called when the first one comes, from another thread.
     last_words
-        Written to standard output where a second one ends the process: what a terminal needs.
+        Text written to standard output if a second one ends the process, such as a terminal's
+        reset.
     """
 
     def __init__(self) -> None:
@@ -65,16 +66,16 @@ def stop_signals() -> Iterator[StopSignal]:
     Handle SIGINT and SIGTERM inside the block, and ignore both from its end on.
 
     rclpy's own handlers end a busy node with a traceback most of the time. A thread follows the
-    signals, so that they are heard also while the main thread is inside a library that does not
-    come back to Python. A signal while the interpreter ends must do no harm, so the process is
-    deaf to both after the block.
+    signals, so that they take effect also while the main thread is inside a library that does not
+    return to Python. A signal while the interpreter ends must do no harm, so the process ignores
+    both after the block.
     """
     stop = StopSignal()
     signals, told = os.pipe()
     os.set_blocking(told, False)
     signal.set_wakeup_fd(told, warn_on_full_buffer=False)
     for number in NUMBERS:
-        signal.signal(number, lambda number, frame: None)  # told by the descriptor
+        signal.signal(number, lambda number, frame: None)  # the descriptor reports it
     threading.Thread(target=stop.follow, args=(signals,), daemon=True).start()
     try:
         yield stop
@@ -87,13 +88,13 @@ def stop_signals() -> Iterator[StopSignal]:
 @contextmanager
 def interruptible() -> Iterator[None]:
     """
-    Raise KeyboardInterrupt at Ctrl-C, and end the process where that does not do it in time.
+    Raise KeyboardInterrupt at Ctrl-C, and end the process if that takes too long.
 
     Inside a library the exception waits until it comes back, and one that calls Python may lose
     it. A second Ctrl-C does not wait either.
     """
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
-        # A shell starts its background processes so.
+        # A shell starts its background processes with it ignored.
         yield
         return
     signals, told = os.pipe()

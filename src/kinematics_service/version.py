@@ -1,4 +1,4 @@
-"""The version of the package, which stands in `package.xml` alone."""
+"""The version of the package, from `package.xml` alone."""
 
 from importlib import metadata
 

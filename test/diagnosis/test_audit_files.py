@@ -20,9 +20,9 @@ from kinematics_service.__main__ import main
 from kinematics_service.diagnosis.audit.curves import curve_of
 from kinematics_service.diagnosis.audit.report.charts import Chart
 from kinematics_service.diagnosis.audit.report.page_header import origin_of
-from kinematics_service.estimation.estimator import Answer, Estimator, EstimatorSettings
-from kinematics_service.estimation.status_text import notice_of
-from kinematics_service.formats.recordings.between_points import Planned, sampled
+from kinematics_service.estimation.estimator import Estimator, EstimatorOutput, EstimatorSettings
+from kinematics_service.estimation.status_text import singularity_status
+from kinematics_service.formats.recordings.between_points import PlannedTrajectory, sampled
 from kinematics_service.formats.recordings.plan_yaml import PlanYamlError, read_documents
 from kinematics_service.kinematics.singularity import singularity_of
 from kinematics_service.version import __version__
@@ -119,7 +119,7 @@ def test_of_two_topics_one_must_be_chosen(tmp_path, capsys, store):
     assert text == f'{bag}: several topics have JointState: choose one with --topic (/a, /b)'
     assert document(capsys, bag, '--robot', 'planar_2r', '--topic', '/b')['topic'] == '/b'
     text = refusal(capsys, bag, '--robot', 'planar_2r', '--topic', '/c')
-    assert text.endswith('topic /c is not there; JointState or JointTrajectory are on /a, /b')
+    assert text.endswith('topic /c does not exist; JointState or JointTrajectory are on /a, /b')
     text = refusal(capsys, bag, '--robot', 'planar_2r', '--topic', '/a', '--pose-topic', '/a')
     assert f'pose topic /a is {JOINT_STATE}; PoseStamped: no topic' in text
 
@@ -246,7 +246,7 @@ def test_columns_are_found_by_what_they_begin_with(tmp_path, capsys):
         ('stamp,position.q1,position.q2\n\u0661,2,3\n', "'\\u0661' is not a time"),
         ('stamp,position.q1,position.q2\nnow,2,3\n', ":2: column 'stamp': 'now' is not a time"),
         ('stamp,position.q1,position.q2\n1,2\n2,3,4\n', ':2: 2 cells, but the header has 3'),
-        ('stamp,stamp,position.q2\n1,2,3\n', "column 'stamp' is there twice"),
+        ('stamp,stamp,position.q2\n1,2,3\n', "column 'stamp' occurs twice"),
         (b'\xff\xfe', 'is not UTF-8'),
     ],
 )
@@ -354,7 +354,7 @@ def test_between_points_runs_the_polynomial_of_its_conditions():
     random = np.random.default_rng(0)
     p, v, a = random.normal(size=(3, 3, 2))
     for velocities, accelerations in ((None, None), (v, None), (v, a)):
-        samples = sampled(Planned(('a', 'b'), times, p, velocities, accelerations))
+        samples = sampled(PlannedTrajectory(('a', 'b'), times, p, velocities, accelerations))
         for time, position in zip(times, p):
             k = int(np.argmin(abs(samples.times - time)))
             np.testing.assert_allclose(samples.positions[k], position, atol=1e-12)
@@ -375,7 +375,7 @@ def test_between_points_runs_the_polynomial_of_its_conditions():
         ('', 'is empty'),
         (plan([]), 'has no points'),
         (plan(BENT, ('q1', 'other')), 'does not move q2 of planar_2r; its joints are q1, other'),
-        (plan([(0.0, (1.0,), ())]), 'points[0] has not one position for each joint'),
+        (plan([(0.0, (1.0,), ())]), 'points[0] must have one position for each joint'),
         (plan([BENT[0], BENT[0]]), 'points[1] is not later'),
         (plan([(0.0, ('.nan', 1), ())]), 'positions holds a number that is not finite'),
         ('joint_names: [a\n', 'plan.yaml:2: not valid YAML: while parsing a flow sequence'),
@@ -383,7 +383,7 @@ def test_between_points_runs_the_polynomial_of_its_conditions():
         ('a: *b\n', "plan.yaml:1: aliases are not accepted: '*b'"),
         ('a: !!python/name:os.system\n', 'plan.yaml:1: tags are not accepted'),
         ('%YAML 1.1\n---\na: 1\n', 'directives (%YAML, %TAG) are not accepted'),
-        ('a: 1\nb: 2\na: 3\n', "plan.yaml:3: the key 'a' is there twice"),
+        ('a: 1\nb: 2\na: 3\n', "plan.yaml:3: the key 'a' occurs twice"),
         ('a: ' + 60 * '[' + 60 * ']', 'plan.yaml:1: nested more than 40 deep'),
         ('a: 1\nb: \x07\n', 'plan.yaml:2: not valid YAML'),
         ('\ta: 1\n', 'a tab'),
@@ -442,7 +442,7 @@ def test_a_plan_written_by_hand_is_read_as_it_is_meant(tmp_path, capsys):
 @pytest.mark.parametrize(
     ('text', 'sentence'),
     [
-        ('{"joint_names": ["q1", "q2"], "points": [], "points": []}', "'points' is there twice"),
+        ('{"joint_names": ["q1", "q2"], "points": [], "points": []}', "'points' occurs twice"),
         (
             '{"joint_names": ["q1", "q2"], "points": '
             '[{"positions": [true, 0.5], "time_from_start": 0}]}',
@@ -512,7 +512,7 @@ def test_what_is_written_is_what_the_nodes_builders_write(tmp_path, capsys, stor
     serialization = pytest.importorskip('rclpy.serialization', reason='needs ROS 2')
     from built_messages import built
 
-    from kinematics_service.ros.messages.messages import Report, status_message
+    from kinematics_service.ros.messages.messages import StateReport, status_message
     from kinematics_service.ros.messages.topics import TOPICS
     from kinematics_service.ros.parameters.settings import defaults, settings_from
 
@@ -530,10 +530,10 @@ def test_what_is_written_is_what_the_nodes_builders_write(tmp_path, capsys, stor
         if not stale and one.arrival - samples[0].arrival > SECOND:
             stale = bool(estimator.missing(one.arrival)) and estimator.go_stale(one.arrival)
         answer = estimator.take(one)
-        if not isinstance(answer, Answer):
+        if not isinstance(answer, EstimatorOutput):
             continue
         stale = False
-        report = Report(answer, singularity_of(answer.state), settings)
+        report = StateReport(answer, singularity_of(answer.state), settings)
         for topic in TOPICS:
             name = topic.name.replace('~', '/kinematics')
             message = built(topic, report) if name in expected else None
@@ -541,8 +541,8 @@ def test_what_is_written_is_what_the_nodes_builders_write(tmp_path, capsys, stor
                 expected[name].append((one.received, message))
         level, say = estimator.judge(report.singularity, one.arrival)
         if say:
-            notice = notice_of(robot, report.singularity, level, robot.base_frame)
-            status = status_message('kinematics: singularity', notice)
+            status_text = singularity_status(robot, report.singularity, level, robot.base_frame)
+            status = status_message('kinematics: singularity', status_text)
             expected['/kinematics/singularity/warning'].append((one.received, status))
     assert len(written) == 10
     for name, messages in expected.items():

@@ -194,7 +194,9 @@ def test_several_recordings_need_folders_and_names_of_their_own(tables, tmp_path
     (other / 'safe.csv').write_text(tables[0].read_text())
     assert 'would both be' in wrong(tables[0], other / 'safe.csv', '--json', tmp_path / 'data')
     assert '--jobs: 0 is not' in wrong(tables[0], '--jobs', '0')
-    assert '--workers goes with' in wrong(tables[0], '--jobs', 2, '--workers', 'dask://a:1')
+    assert '--workers cannot be combined with' in wrong(
+        tables[0], '--jobs', 2, '--workers', 'dask://a:1'
+    )
     nobody = ('--workers', 'dask://127.0.0.1:9')
     assert 'no dask scheduler' in refusal(capsys, *tables, '--robot', 'planar_2r', *nobody)
 

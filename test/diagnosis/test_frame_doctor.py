@@ -260,7 +260,7 @@ def test_a_motion_that_is_none_is_refused(motion, words):
     robot, t, q, B = setup('ur5e', 12)
     with pytest.raises(FramesError, match=words):
         diagnose_frames(robot, q, B, t, motion=motion)
-    with pytest.raises(FramesError, match='only with stamps'):
+    with pytest.raises(FramesError, match='needs the stamps'):
         diagnose_frames(robot, q, B, motion=([0.0, 1.0], np.zeros((2, 6))))
 
 

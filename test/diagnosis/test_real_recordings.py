@@ -15,7 +15,7 @@ from folders import RECORDINGS
 
 import kinematics_service as ks
 from kinematics_service.estimation import estimator as reasons
-from kinematics_service.estimation.estimator import Answer, Estimator, EstimatorSettings
+from kinematics_service.estimation.estimator import Estimator, EstimatorOutput, EstimatorSettings
 from kinematics_service.estimation.joint_sample import JointSample
 from kinematics_service.kinematics.singularity import singularity_of
 from kinematics_service.robot.measures import Level
@@ -127,7 +127,7 @@ def judged(rows, ur3e_file):
     """Return what is said, and the level of each row, arrivals being the stamps."""
     robot = ks.load_robot(ur3e_file)
     estimator = Estimator(robot, EstimatorSettings())
-    said, levels = [], []
+    warnings, levels = [], []
     for k, row in enumerate(rows):
         answer = estimator.take(
             JointSample(
@@ -139,17 +139,17 @@ def judged(rows, ur3e_file):
                 row.stamp,
             )
         )
-        assert isinstance(answer, Answer)
+        assert isinstance(answer, EstimatorOutput)
         singularity = singularity_of(answer.state)
         level, say = estimator.judge(singularity, row.stamp)
         levels.append(level)
         if say:
-            said.append(Said(k, level, np.array(singularity.lost_direction)))
-    return said, levels
+            warnings.append(Said(k, level, np.array(singularity.lost_direction)))
+    return warnings, levels
 
 
 def test_the_arm_is_at_a_singularity_twice_in_one_episode(rows, judged):
-    said, levels = judged
+    warnings, levels = judged
     bad = [k for k, level in enumerate(levels) if level != Level.OK]
     assert bad == list(range(bad[0], bad[-1] + 1))
     assert {rows[k].leg for k in bad} <= {'L1L2', 'L2L3'}
@@ -157,8 +157,8 @@ def test_the_arm_is_at_a_singularity_twice_in_one_episode(rows, judged):
 
 
 def test_both_lost_directions_are_said(judged):
-    said, _ = judged
-    errors = [each for each in said if each.level == Level.ERROR]
+    warnings, _ = judged
+    errors = [each for each in warnings if each.level == Level.ERROR]
     turns = [
         (earlier.row, later.row)
         for earlier, later in zip(errors, errors[1:])
@@ -327,7 +327,7 @@ def test_a_pr2s_arm_is_found_among_45_joints_and_its_pose_is_that_of_tf(side, y)
             if connection.topic == '/joint_states':
                 joints += 1
                 answer = estimator.take(sample_of(message, time))
-                if isinstance(answer, Answer):
+                if isinstance(answer, EstimatorOutput):
                     poses[answer.stamp] = answer.state.pose
                 continue
             for transform in message.transforms:
@@ -380,7 +380,7 @@ def test_messages_without_stamps_and_velocities_are_all_answered(bag, beyond):
         for connection, time, raw in reader.messages():
             message = reader.deserialize(raw, connection.msgtype)
             answer = estimator.take(sample_of(message, time))
-            assert isinstance(answer, Answer)
+            assert isinstance(answer, EstimatorOutput)
             assert answer.stamp == time
             assert np.all(np.isfinite(answer.state.numbers))
             singularity_of(answer.state)

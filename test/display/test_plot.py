@@ -25,7 +25,7 @@ from kinematics_service.display.plots.critical import critical_points
 from kinematics_service.display.plots.distance_map import distance_map, joint_pair
 from kinematics_service.display.plots.map_picture import map_picture
 from kinematics_service.display.plots.measures import measure_units, measures_picture
-from kinematics_service.display.plots.motion import Motion, motion_of
+from kinematics_service.display.plots.motion import PlottedMotion, motion_of
 from kinematics_service.display.plots.picture import PlotError, drawn, save_picture
 from kinematics_service.display.plots.plane import plane_of
 from kinematics_service.display.plots.ranges import clear_pose, finite_ranges
@@ -258,7 +258,7 @@ def test_the_velocity_of_document_002_is_drawn():
     motion = sine_trajectory(robot).at(times)
     assert motion.q == pytest.approx(q, abs=ROUND_OFF)
     assert motion.qdot == pytest.approx(qdot, abs=ROUND_OFF)
-    figure = drawn(velocity_picture(robot, Motion(times, q, qdot, 'document 002', False)))
+    figure = drawn(velocity_picture(robot, PlottedMotion(times, q, qdot, 'document 002', False)))
     linear, angular, *joints = figure.axes
     v = np.array([sample['v'] for sample in samples])
     drawn_curves = curves(linear)
@@ -416,7 +416,7 @@ def test_a_map_on_which_everything_is_singular_says_so():
     numbers = distance_map(robot, (1, 2), np.zeros(6), 20)
     assert numbers.everywhere == ('wrist',)
     figure = drawn(map_picture(robot, numbers))
-    assert 'all of it is singular: wrist = 0' in texts(figure)
+    assert 'the whole map is singular: wrist = 0' in texts(figure)
 
 
 def test_the_workspace_of_two_links_is_a_ring():
@@ -569,7 +569,11 @@ def test_ik_tells_by_its_exit_code_that_nothing_was_found(tmp_path, capsys):
 @pytest.mark.parametrize(
     ('arguments', 'code', 'sentence'),
     [
-        ('ur5e arms', 2, "no kind 'arms'; choose of arm, ik, velocity, measures, map, workspace"),
+        (
+            'ur5e arms',
+            2,
+            "no kind 'arms'; choose from arm, ik, velocity, measures, map, workspace",
+        ),
         ('arm ur5e', 2, 'the robot comes first'),
         ('ur5f arm', 2, "did you mean 'ur5e'?"),
         ('ur5e arm --q 1,2', 2, 'ur5e has 6 joints'),
@@ -578,13 +582,13 @@ def test_ik_tells_by_its_exit_code_that_nothing_was_found(tmp_path, capsys):
         ('ur5e ik', 2, '--xyz 0.3,0.1,0.4'),
         ('ur5e ik --xyz 1,2', 2, 'is not 3 numbers'),
         ('ur5e ik --xyz 1,2,3 --rpy 0,0,0 --quaternion 0,0,0,1', 2, 'give one'),
-        ('craig_3r map --joints q1,q4', 2, "no joint 'q4'; choose of q1, q2, q3"),
+        ('craig_3r map --joints q1,q4', 2, "no joint 'q4'; choose from q1, q2, q3"),
         ('craig_3r map --joints q1', 2, 'give two different joints'),
         ('craig_3r map --joints q1,q1', 2, 'give two different joints'),
         ('craig_3r map --points 1', 2, '2 to 4000, not 1'),
-        ('craig_3r workspace --plane zz', 2, "no plane 'zz'; choose of rz, xy, xz, yz"),
+        ('craig_3r workspace --plane zz', 2, "no plane 'zz'; choose from rz, xy, xz, yz"),
         ('craig_3r workspace --plane rz --at 1', 2, '--at goes with --plane xy, xz or yz'),
-        ('craig_3r workspace --plane xy --at 9 --points 1000', 1, 'does not get into the plane z'),
+        ('craig_3r workspace --plane xy --at 9 --points 1000', 1, 'does not reach the plane z'),
         ('craig_3r workspace --workers here', 1, 'dask://HOST:PORT'),
         ('craig_3r velocity --path no.csv', 2, 'no file no.csv; give a CSV file'),
         ('craig_3r --save a.jpg', 2, "the suffix '.jpg'; pictures are .png, .svg, .pdf"),
@@ -634,4 +638,4 @@ def test_a_recording_along_which_nothing_moves_in_time(suffix, tmp_path, capsys)
     file = tmp_path / f'r{suffix}'
     file.write_text('stamp,position.q1,position.q2\n1,0,0\n1,0,0\n')
     assert main(['plot', 'planar_2r', 'measures', '--path', str(file)]) == 2
-    assert 'rows of one time only' in capsys.readouterr().err
+    assert 'all rows have the same time' in capsys.readouterr().err

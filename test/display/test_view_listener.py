@@ -62,7 +62,7 @@ def came(view, *outputs):
 def test_it_shows_what_the_node_says(viewing):
     one, view = viewing()
     assert view.observation() is None
-    assert 'nothing comes on' in view.status
+    assert 'no joint states arrive on' in view.status
     q, qdot = [0.3, -1.2, 1.1, 0.4, 0.8, 0.2], [0.1, 0.0, -0.2, 0.0, 0.3, 0.0]
     one.attach(listeners=2)
     together(
@@ -164,7 +164,7 @@ def test_without_a_node_joint_states_suffice(arm):
 
         together(one, view, heard, 'observation')
         assert view.observation().q == pytest.approx([0.2, 0.7])
-        assert 'the node /elsewhere is not there' in view.status
+        assert 'the node /elsewhere does not run' in view.status
     finally:
         view.close()
 
@@ -249,7 +249,7 @@ def test_one_chooses_among_the_arms_that_are_there(arm, sessions):
         session.choose('/right/kinematics')
         assert session.robot.name == 'craig_3r'
         assert session.title == 'craig_3r of /right/kinematics'
-        assert 'nothing comes on /right/joint_states' in session.status
+        assert 'no joint states arrive on /right/joint_states' in session.status
         session.choose('/left/kinematics')
         assert session.title == 'planar_2r of /left/kinematics'
 
@@ -259,7 +259,7 @@ def test_it_follows_a_node_that_comes_late_and_comes_back_as_another(arm, sessio
 
     quiet = arm('planar_2r', namespace='/apart')
     session = sessions(quiet.context, node='/late/kinematics')
-    assert session.title == 'puma560; no node /late/kinematics is heard'
+    assert session.title == 'puma560; no node /late/kinematics runs'
     first = Arm('planar_3r', namespace='/late')
     with Thread(first):
         until(session, lambda: session.robot.name == 'planar_3r', 'the late node')

@@ -75,7 +75,7 @@ def test_a_step_back_in_time_takes_no_time(read):
         (f'{HEADER},velocity.q1\n0,1,2,3\n', f'1: missing column velocity.q2; {ACCEPTED}'),
         (f'{HEADER},position.q3\n', f"1: unknown column 'position.q3'; {ACCEPTED}"),
         ('stamp;position.q1\n', f"1: unknown column 'stamp;position.q1'; {ACCEPTED}"),
-        (f'{HEADER},stamp\n', "1: column 'stamp' is there twice"),
+        (f'{HEADER},stamp\n', "1: column 'stamp' occurs twice"),
         (
             f'{HEADER}\n0,1,2\n\n0,one,2\n',
             "4: column 'position.q1': 'one' is not a finite number",

@@ -358,7 +358,7 @@ REFUSED = {
     ),
     'not below': (
         small(('j', 'revolute', 'c', 'b', LIMIT)),
-        "<text>:1: <robot name='r'>: 'b' does not hang on 'a'; it hangs on: c",
+        "<text>:1: <robot name='r'>: 'b' is not below 'a'; it is below: c",
     ),
     'two parents': (
         small(FINE, ('k', 'revolute', 'c', 'b', LIMIT)),
@@ -367,7 +367,7 @@ REFUSED = {
     ),
     'a circle': (
         small(('j', 'revolute', 'c', 'b', LIMIT), ('k', 'revolute', 'b', 'c', LIMIT)),
-        "<text>:4: <joint name='k'>: a loop: its parent link hangs on its own child",
+        "<text>:4: <joint name='k'>: a loop: its parent link is below its own child",
     ),
     'floating': (
         small(('j', 'floating', 'a', 'b', '')),

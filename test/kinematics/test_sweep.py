@@ -101,8 +101,8 @@ def test_a_map_by_workers_is_the_same_picture(cluster, tmp_path, capsys):
 
 
 def test_a_scheduler_that_is_not_there_is_an_error_within_seconds(monkeypatch):
-    assert sweep.PATIENCE <= 5
-    monkeypatch.setattr(sweep, 'PATIENCE', 1)
+    assert sweep.CONNECT_TIMEOUT <= 5
+    monkeypatch.setattr(sweep, 'CONNECT_TIMEOUT', 1)
     pytest.importorskip('distributed', reason='needs dask[distributed]')
     begin = time.monotonic()
     with pytest.raises(SweepError, match='no dask scheduler answers there'):
@@ -111,7 +111,7 @@ def test_a_scheduler_that_is_not_there_is_an_error_within_seconds(monkeypatch):
 
 
 def test_a_scheduler_without_workers_is_an_error_within_seconds(monkeypatch):
-    monkeypatch.setattr(sweep, 'PATIENCE', 1)
+    monkeypatch.setattr(sweep, 'CONNECT_TIMEOUT', 1)
     distributed = pytest.importorskip('distributed', reason='needs dask[distributed]')
     with distributed.LocalCluster(
         n_workers=0, dashboard_address='127.0.0.1:0', host='127.0.0.1'

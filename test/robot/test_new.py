@@ -90,7 +90,7 @@ def test_a_copy_of_a_bundled_robot_is_that_arm(capsys, source):
 def test_a_file_that_is_there_is_left_alone(capsys):
     with open('arm.yaml', 'w', encoding='utf-8') as file:
         file.write('precious')
-    sentence = 'Error: arm.yaml is there already: give another name, --out, or --force'
+    sentence = 'Error: arm.yaml exists already: give another name, --out, or --force'
     assert refusal(capsys, 'arm') == sentence
     with open('arm.yaml', encoding='utf-8') as file:
         assert file.read() == 'precious'

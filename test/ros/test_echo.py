@@ -17,7 +17,7 @@ from ros_harness import Peer
 from std_msgs.msg import Float64MultiArray, MultiArrayDimension
 
 import kinematics_service as ks
-from kinematics_service.ros.messages.readings import LayoutError, Warned, matrix_of
+from kinematics_service.ros.messages.readings import LayoutError, WarningReading, matrix_of
 from kinematics_service.ros.tools.live_table import bars, matrix_lines, number, warned_lines
 
 Q, QDOT = (0.3, -0.4, 1.2), (0.5, -0.25, 1.0)
@@ -213,7 +213,8 @@ def test_a_timeout_ends_the_wait_for_a_silent_node(arm, echo):
     assert (code, output) == (1, '')
     explained, gave_up = errors.splitlines()
     assert (
-        'waiting for /right/kinematics/twist: it has 1 publisher, which says nothing' in explained
+        'waiting for /right/kinematics/twist: it has 1 publisher, which has sent nothing'
+        in explained
     )
     assert gave_up == 'kinematics_service: gave up after 6 s without a message'
 
@@ -243,7 +244,7 @@ def test_a_silent_node_is_explained_and_waited_for(arm, echo):
         lambda: words.append(waiting.popen.stderr.readline()) or any(words), 'words', DEADLINE
     )
     said = ''.join(words)
-    assert 'waiting for /kinematics/pose: it has 1 publisher, which says nothing' in said
+    assert 'waiting for /kinematics/pose: it has 1 publisher, which has sent nothing' in said
     move_until(one, lambda: waiting.ended, 'end of the echo')
     assert waiting.popen.returncode == 0
 
@@ -336,7 +337,7 @@ def test_numbers_have_no_negative_zero_and_never_outgrow_their_cell():
 
 
 def test_what_a_terminal_would_obey_is_not_printed():
-    warned = Warned('WARN', 'name', 'near \x1b[31m red', {'key\x07': 'a\x1b]0;b'})
+    warned = WarningReading('WARN', 'name', 'near \x1b[31m red', {'key\x07': 'a\x1b]0;b'})
     lines = warned_lines(warned, 80)
     assert not any('\x1b' in line or '\x07' in line for line in lines)
 

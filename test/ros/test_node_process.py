@@ -281,7 +281,7 @@ def refusal(*arguments, environment=None, command=('-m', 'kinematics_service')):
         ),
         (('--robot', 'craig_3r', '--ros-args', '-p', 'robot:=puma560'), 2, 'differ'),
         (('--robot', 'craig_3r', '--robot', 'craig_3r'), 2, 'NAMESPACE=craig_3r'),
-        (('--robot', 'a b=craig_3r'), 2, 'no namespace'),
+        (('--robot', 'a b=craig_3r'), 2, 'not a namespace'),
         (('--robot', 'left='), 2, 'no robot after'),
         (('--ros-args', '-p', 'nonsense'), 2, 'nonsense'),
         (('--ros-args', '--params-file', 'nowhere.yaml'), 2, 'nowhere.yaml'),
@@ -344,7 +344,7 @@ def test_a_node_that_can_write_no_log_file_says_so_and_answers(process, peer, fo
     node = process('--robot', 'craig_3r', environment={**none, **folders})
     answered(peer)
     told, *_ = node.stderr.splitlines()
-    assert told == f'kinematics_service: what is said is not written to a log file: {reason}'
+    assert told == f'kinematics_service: messages are not written to a log file: {reason}'
 
 
 # Other executors, checked messages

@@ -342,7 +342,7 @@ def test_a_layout_that_is_not_the_official_one_is_not_used_and_said_once(
     one.node.set_parameters([Parameter('twist_frame', value='tool')])
     one.answer(Q)
     one.spin_until(lambda: bool(others), 'another topic')
-    said = capfd.readouterr().err.count('/kinematics/pose: the official serializer writes other')
+    said = capfd.readouterr().err.count('/kinematics/pose: the serializer of ROS writes other')
     assert said == (transport == 'bytes')
     as_bytes = {c.topic.name: c.as_bytes for c in one.node._outputs.channels}
     assert not as_bytes['~/pose']

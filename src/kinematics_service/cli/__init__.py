@@ -1,1 +1,1 @@
-"""The command line: one file a command, and the nouns they share."""
+"""The command line: one file per command, and what the commands share."""

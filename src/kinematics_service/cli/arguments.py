@@ -1,4 +1,4 @@
-"""What is done to the command line before typer reads it."""
+"""Preparation of the command line before typer reads it."""
 
 import re
 from collections.abc import Sequence

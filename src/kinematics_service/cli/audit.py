@@ -1,4 +1,6 @@
-"""The command `audit`: a recording or a planned trajectory, judged as the node would have."""
+"""
+The command `audit`: a recording or a planned trajectory, judged as the node would have judged it.
+"""
 
 import sys
 from datetime import datetime
@@ -27,8 +29,9 @@ if TYPE_CHECKING:
 FAILURES = ('never', 'warn', 'stop', 'limits', 'frames')
 
 HELP = """
-Judge a recording of joint states, or a planned trajectory, as the node would have: poses, twists,
-stretches near a singularity, limits, gaps, jumps, and whether a second source of poses agrees.
+Judge a recording of joint states, or a planned trajectory, as the node would have judged it:
+poses, twists, stretches near a singularity, limits, gaps, jumps, and whether a second source of
+poses agrees.
 
 \b
 Examples:
@@ -46,8 +49,8 @@ FILE is one of
   a JointTrajectory (.yaml, .json) as `ros2 topic echo` prints it, or in a bag
 
 \b
-Of several FILEs each has its verdict, --html, --json and --out name folders, and
-the exit code is that of the worst.
+Each of several FILEs gets its own verdict; --html, --json and --out name
+folders, and the exit code is that of the worst.
 
 \b
 Exit code 0: judged. 1: FILE cannot be read or has no state of this robot, or
@@ -59,7 +62,7 @@ Exit code 0: judged. 1: FILE cannot be read or has no state of this robot, or
                  remains with constant offsets of base and tool
   never          the default of a recording; that of a plan is stop
 A plan that could not be judged in some sample, and a file whose checksum is
-wrong, fail too, unless it says never.
+wrong, fail too, unless --fail-on is never.
 """
 
 
@@ -76,17 +79,17 @@ def audit(
     robot: RobotOption,
     topic: Annotated[
         str | None,
-        typer.Option(metavar='TOPIC', help='Topic of a bag; needed where it has several.'),
+        typer.Option(metavar='TOPIC', help='Topic of a bag; needed if it has several.'),
     ] = None,
     pose_topic: Annotated[
         str | None,
-        typer.Option(metavar='TOPIC', help='PoseStamped of the tool from elsewhere, to compare.'),
+        typer.Option(metavar='TOPIC', help='Topic of PoseStamped messages to compare.'),
     ] = None,
     columns: Annotated[
         str | None,
         typer.Option(
             metavar='KEY=START,...',
-            help='What columns of a table begin with: stamp=, position=, velocity=, pose=.',
+            help='Beginnings of the column names: stamp=, position=, velocity=, pose=.',
         ),
     ] = None,
     html: Annotated[
@@ -107,10 +110,10 @@ def audit(
         str, typer.Option(metavar='TEXT', help='Put before the joint names of the robot file.')
     ] = '',
     velocity_source: Annotated[
-        VelocitySource, typer.Option(help='Joint velocities, as the parameter of the node.')
+        VelocitySource, typer.Option(help='Source of joint velocities, as for the node.')
     ] = VelocitySource.auto,
     timeout: Annotated[
-        float, typer.Option(metavar='SECONDS', help='The parameter joint_state_timeout.')
+        float, typer.Option(metavar='SECONDS', help='As joint_state_timeout of the node.')
     ] = 1.0,
     warn: Annotated[
         float | None, typer.Option(help='Threshold of WARN, instead of that of the robot file.')
@@ -122,7 +125,7 @@ def audit(
     pose_stop: BadOption = STOP,
     jobs: Annotated[
         int | None,
-        typer.Option(metavar='N', help='Audit so many files at once.', show_default='1'),
+        typer.Option(metavar='N', help='Number of files to audit at once.', show_default='1'),
     ] = None,
     workers: Annotated[
         str | None,
@@ -138,7 +141,7 @@ def audit(
     if not 1e-3 <= timeout <= 3600.0:
         raise WrongUsage(f'--timeout: {timeout:g} is not within 0.001 and 3600 s')
     if workers is not None and (jobs is not None or out is not None):
-        raise WrongUsage('--workers goes with neither --jobs nor --out')
+        raise WrongUsage('--workers cannot be combined with --jobs or --out')
     if jobs is not None and jobs < 1:
         raise WrongUsage(f'--jobs: {jobs} is not 1 or more')
     paths = {
@@ -154,10 +157,10 @@ def audit(
     frames = given_frames(pose_gap, pose_warn, pose_stop)
     form = given_format(pose_format)
     from ..estimation.estimator import EstimatorSettings
-    from ..formats.recordings.source import Wanted
+    from ..formats.recordings.source import Selection
     from .audit_runs import Run, outcomes
 
-    reading = Wanted(arm, topic, pose_topic, columns, joint_prefix, form)
+    reading = Selection(arm, topic, pose_topic, columns, joint_prefix, form)
     settings = EstimatorSettings(joint_prefix, velocity_source.value, round(timeout * 1e9))
     date = datetime.now().astimezone().isoformat(' ', 'seconds')
     runs = [
@@ -218,7 +221,7 @@ def _judged(robot: 'Robot', warn: float | None, stop: float | None) -> 'Robot':
 
 
 def _paths(option: str, given: Path | None, files: list[Path], suffix: str) -> list[Path | None]:
-    # Where an option's file of each recording goes: of several into a folder, by their names.
+    # The file of an option for each recording: those of several go into a folder, by their names.
     several = len(files) > 1
     if given is None or not (several or given.is_dir()):
         return [given] * len(files)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from ..diagnosis.audit.frames import FrameSettings
     from ..diagnosis.audit.report.summary import Summary
     from ..estimation.estimator import EstimatorSettings
-    from ..formats.recordings.source import Wanted
+    from ..formats.recordings.source import Selection
 
 Progress = Callable[[int], None]
 
@@ -25,18 +25,18 @@ Progress = Callable[[int], None]
 @dataclass(frozen=True)
 class Run:
     """
-    One recording to audit, and what is wanted of it.
+    One recording to audit, and the results wanted of it.
 
     Attributes
     ----------
     robot
-        As it was named: a file, or a bundled robot.
+        Its name: a file, or a bundled robot.
     date
-        Of the audit, in words.
+        Date of the audit, in words.
     frames
         How a second source of poses is matched and judged.
     failures
-        What fails it; None for what is usual for its kind.
+        Findings that fail it; None for those that are usual for its kind.
     html, json
         Whether the page, and the document, are wanted.
     out
@@ -46,7 +46,7 @@ class Run:
     file: Path
     robot: str
     date: str
-    reading: 'Wanted'
+    reading: 'Selection'
     settings: 'EstimatorSettings'
     frames: 'FrameSettings'
     failures: tuple[str, ...] | None
@@ -56,7 +56,7 @@ class Run:
 
 
 class Outcome(NamedTuple):
-    """What an audit says, and the sentence that says what it cannot say."""
+    """The result of an audit, and a sentence that names what is missing in it."""
 
     run: Run
     error: str
@@ -67,7 +67,7 @@ class Outcome(NamedTuple):
 
 
 def outcome_of(run: Run, bar: 'Callable[[int | None], Any] | None' = None) -> Outcome:
-    """Return the outcome of one run; what goes wrong with its file is one."""
+    """Return the outcome of one run; a fault of its file is an outcome, too."""
     from ..diagnosis.audit.report.document import document_of
     from ..diagnosis.audit.report.page import page_of
     from ..diagnosis.audit.report.page_header import origin_of
@@ -90,7 +90,7 @@ def outcome_of(run: Run, bar: 'Callable[[int | None], Any] | None' = None) -> Ou
 
 
 def _audited(run: Run, bar: Callable[[int | None], Any]) -> 'Audit':
-    from ..diagnosis.audit.auditing import Listener, audit
+    from ..diagnosis.audit.auditing import AuditProgress, audit
     from ..formats.recordings.open_file import open_source
 
     reading = run.reading
@@ -103,7 +103,7 @@ def _audited(run: Run, bar: Callable[[int | None], Any]) -> 'Audit':
             writer = open_writer(run.out, reading.robot, reading.joint_prefix)
             part = stack.enter_context(writer).write
         progress = stack.enter_context(bar(source.total))
-        listener = Listener(progress, part)
+        listener = AuditProgress(progress, part)
         return audit(source, reading.robot, str(run.file), run.settings, listener, run.frames)
 
 
@@ -120,18 +120,18 @@ def _failed(finished: 'Audit', wanted: tuple[str, ...] | None) -> bool:
         'limits': any(joint.beyond for joint in finished.joints),
         'frames': frames is None or frames.failed,
     }
-    # What could not be judged is not fine: samples of a plan, or a damaged file.
+    # It is not fine if something could not be judged: samples of a plan, or a damaged file.
     unjudged = finished.damaged or (finished.planned and bool(finished.refused))
     return (unjudged and wanted != ('never',)) or any(met[word] for word in wanted)
 
 
 def _no_frames(finished: 'Audit', run: Run) -> str:
-    # A gate that was asked for and has nothing to judge is not passed in silence.
+    # A gate that was asked for and has nothing to judge must not pass unnoticed.
     if finished.frames is not None or 'frames' not in (run.failures or ()):
         return ''
     return (
-        f"{run.file}: --fail-on frames: there is no second source of the tool's pose; of a bag "
-        '--pose-topic names it, of a table columns pose.* or those of --columns pose=...'
+        f"{run.file}: --fail-on frames: there is no second source of the tool's pose; name its "
+        'topic with --pose-topic (bags) or its columns with --columns pose=... (tables)'
     )
 
 
@@ -160,7 +160,7 @@ def _by_processes(runs: Sequence[Run], jobs: int) -> Iterator[Outcome]:
 
 
 def _live_with_the_parent() -> None:
-    # Signals are the parent's affair, and without it there is nobody to answer to.
+    # The parent handles signals; without it nobody needs the result.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = multiprocessing.parent_process()
     assert parent is not None
@@ -179,7 +179,7 @@ def _no_bar(total: int | None) -> Iterator[Progress]:
 
 @contextmanager
 def _bar(total: int | None, noun: str = 'messages') -> Iterator[Progress]:
-    # A bar on standard error while it works, on a terminal only; gone when it is done.
+    # Shows a bar on standard error while it works, on a terminal only, and removes it in the end.
     from rich.console import Console
 
     console = Console(stderr=True)

@@ -43,8 +43,8 @@ Files = Annotated[
 ]
 
 
-class Verdict(NamedTuple):
-    """What is wrong with a file, and what is most likely a mistake, each a line."""
+class FileCheck(NamedTuple):
+    """The faults of a file and its probable mistakes, one per line."""
 
     faults: list[str]
     warnings: list[str]
@@ -53,7 +53,7 @@ class Verdict(NamedTuple):
 def check(
     files: Files,
     strict: Annotated[
-        bool, typer.Option('--strict', help='Exit code 1 also where there are only warnings.')
+        bool, typer.Option('--strict', help='Exit with code 1 for warnings, too.')
     ] = False,
 ) -> None:
     """Run the command; `HELP` is what its user reads."""
@@ -65,7 +65,7 @@ def check(
         doubtful += bool(verdict.warnings)
         lines = [*verdict.warnings, *verdict.faults]
         if lines:
-            # In the order it happened, where both streams are one screen.
+            # In the order in which it happened, if both streams show on one screen.
             sys.stdout.flush()
             print(plain('\n'.join(lines)), file=sys.stderr)
     if len(files) > 1:
@@ -76,20 +76,20 @@ def check(
         raise typer.Exit(1)
 
 
-def _checked(out: Output, file: str) -> Verdict:
-    # Prints what there is to say of a file.
+def _checked(out: Output, file: str) -> FileCheck:
+    # Prints the result for a file.
     try:
         robot = load_robot(file)
     except RobotFileError as error:
-        return Verdict([str(fault) for fault in error.faults], [])
+        return FileCheck([str(fault) for fault in error.faults], [])
     except KinematicsError as error:
-        return Verdict([str(error)], [])
+        return FileCheck([str(error)], [])
     errors = pose_errors(robot)
     faults = pose_faults(robot, errors)
     _print_robot(out, robot)
     _print_arm(out, robot, errors, faults)
     doubts = [replace(one, where=f'WARN {one.where}') for one in robot.description.warnings]
-    return Verdict(list(map(str, faults)), list(map(str, doubts)))
+    return FileCheck(list(map(str, faults)), list(map(str, doubts)))
 
 
 def _print_robot(out: Output, robot: Robot) -> None:

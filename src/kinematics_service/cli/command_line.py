@@ -22,11 +22,11 @@ def run(argv: Sequence[str] | None = None) -> int:
     Parameters
     ----------
     argv
-        Without the program's name; default: that of this process.
+        The arguments without the program's name; default: those of this process.
     """
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors='replace')  # rather '?' than no answer
+            stream.reconfigure(errors='replace')  # a '?' is better than no answer
     ours, ros = split_ros_arguments(sys.argv[1:] if argv is None else argv)
     try:
         options = plain_options(ours)

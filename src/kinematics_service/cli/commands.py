@@ -31,8 +31,8 @@ from .options import WrongUsage
 HELP = """
 Pose, Jacobian, twist and singularity warning of any arm given by its Denavit-Hartenberg table.
 
-Without a command: the ROS 2 node. It hears joint_states and answers on ~/pose, ~/jacobian,
-~/twist, ~/singularity/warning and others. Arguments from --ros-args on are ROS's own.
+Without a command the ROS 2 node starts. It listens to joint_states and publishes ~/pose,
+~/jacobian, ~/twist, ~/singularity/warning and others. Arguments from --ros-args on are ROS's own.
 
 \b
 Examples:
@@ -94,8 +94,8 @@ def _node(
         typer.Option(
             ROBOT,
             metavar='[NAMESPACE=]FILE|NAME',
-            help="A robot file, or a bundled robot (see 'robots'). Several times: several arms in "
-            'one process, each in its own namespace.',
+            help="A robot file, or a bundled robot (see 'robots'). Repeat it to run several "
+            'arms in one process, each in its own namespace.',
             show_default='puma560',
         ),
     ] = None,
@@ -122,6 +122,6 @@ def _node(
         raise WrongUsage(f"options before a command are the node's: write them after {command!r}")
     if context.obj and command not in WITH_ROS:
         raise WrongUsage(f'{command} takes no --ros-args: it needs no ROS')
-    # The node logs it; who asked for it knows it.
+    # The node logs this itself, and a user who set the variable knows it.
     if VARIABLE not in os.environ and (notice := kernel.notice()):
         print(f'kinematics_service: {notice}', file=sys.stderr)

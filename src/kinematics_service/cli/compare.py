@@ -80,13 +80,15 @@ def compare(
     json: JsonOption = False,
     verbose: Annotated[
         bool,
-        typer.Option('--verbose', help='Say which causes were tested where none explains it all.'),
+        typer.Option(
+            '--verbose', help='Say which causes were tested if none explains everything.'
+        ),
     ] = False,
 ) -> None:
     """Run the command; `HELP` is what its user reads."""
     text = _text_of(file)
     arm = given_robot(robot, '')
-    # sympy takes half a second to load: only here.
+    # sympy takes half a second to load, so it is imported here.
     from ..symbolic.formulas.comparison import compare as compare_text
     from ..symbolic.formulas.report import document, report
 

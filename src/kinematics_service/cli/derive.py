@@ -34,7 +34,7 @@ puts the factors into the robot file, after checking their product against the d
 
 
 class Format(str, Enum):
-    """What a derivation is written as."""
+    """The formats of a derivation."""
 
     text = 'text'
     markdown = 'markdown'
@@ -65,15 +65,18 @@ def derive(
     ] = None,
     lock: Annotated[
         list[str] | None,
-        typer.Option(metavar='JOINT=VALUE', help='Hold a joint still, in the file units; often.'),
+        typer.Option(
+            metavar='JOINT=VALUE', help='Hold a joint still, in the file units; repeatable.'
+        ),
     ] = None,
     code: Annotated[
         Code | None, typer.Option(help='Write T, J and the determinant as source code instead.')
     ] = None,
     path: Annotated[
-        str | None, typer.Option(metavar='JOINT=f(t),...', help='Velocity along a path too.')
+        str | None,
+        typer.Option(metavar='JOINT=f(t),...', help='Derive the velocity along a path, too.'),
     ] = None,
-    start: Annotated[float, typer.Option('--from', help='Begin of the path, s.')] = 0.0,
+    start: Annotated[float, typer.Option('--from', help='Start of the path, s.')] = 0.0,
     end: Annotated[float, typer.Option('--to', help='End of the path, s.')] = 6.3,
     plot: Annotated[
         Path | None,
@@ -93,7 +96,7 @@ def derive(
         raise WrongUsage(f'--from {start:g} is not before --to {end:g}')
     locked = dict(_locks(lock or []))
     arm = load_robot(robot)
-    # sympy takes half a second: only now is it known to be needed.
+    # sympy takes half a second to load, and is known to be needed only here.
     from ..symbolic.derivation import derive as derived
 
     with _Progress() as tell:
@@ -182,7 +185,7 @@ def _write(derivation: 'Derivation', file: Path) -> None:
 
 
 class _Progress:
-    # A line on standard error while it works, on a terminal only; gone when it is done.
+    # Shows a line on standard error while it works, on a terminal only, and removes it in the end.
     def __enter__(self) -> Callable[[str], None]:
         from rich.console import Console
 

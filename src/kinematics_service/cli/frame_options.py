@@ -31,24 +31,31 @@ GapOption = Annotated[
     typer.Option(
         '--pose-gap',
         metavar='SECONDS',
-        help='Compare a pose if the joint states around it are at most so far apart; '
-        'default: three usual intervals, within 0.05 and 0.5 s.',
+        help=(
+            'Longest time between the joint states around a pose that is compared; default: '
+            'three usual intervals, within 0.05 and 0.5 s.'
+        ),
     ),
 ]
 WarnOption = Annotated[
     str,
     typer.Option(
-        '--pose-warn', metavar='LIMIT', help='What remains between the poses (rms) is a warning.'
+        '--pose-warn', metavar='LIMIT', help='Remaining pose error (rms) that is a warning.'
     ),
 ]
 BadOption = Annotated[
-    str, typer.Option('--pose-stop', metavar='LIMIT', help='And bad: --fail-on frames fails.')
+    str,
+    typer.Option(
+        '--pose-stop',
+        metavar='LIMIT',
+        help='Remaining pose error that makes --fail-on frames fail.',
+    ),
 ]
 WARN, STOP = '4mm,0.5deg', '20mm,2deg'
 
 
 def given_format(text: str | None) -> 'PoseFormat':
-    """Return what --pose-format says."""
+    """Return the pose format that --pose-format names."""
     from ..formats.recordings.block import AuditError
     from ..formats.recordings.pose_format import PoseFormat, pose_format
 
@@ -72,7 +79,7 @@ def given_frames(gap: float | None, warn: str, stop: str) -> 'FrameSettings':
 
 
 def _limit(option: str, text: str) -> 'PoseLimit':
-    # A length, an angle, or both; what is not said limits nothing.
+    # A length, an angle, or both; one that is not given limits nothing.
     from ..diagnosis.frame_check import PoseLimit
 
     found = {'m': math.inf, 'rad': math.inf}

@@ -35,8 +35,8 @@ Examples:
   kinematics_service ik --robot puma560 --xyz=-0.3,0.4,0.9 --quaternion 0,0,0,1 --json
   kinematics_service ik --robot scara_hsr065 --xyz 0.4,0.1,0.2 --rows x,y --one
 
-Positions that differ by full turns are one solution: printed is the one inside the
-limits nearest to --near (default: the middle of the limits). Each was proved by forward
+Positions that differ by full turns are one solution: the one inside the limits nearest
+to --near (default: the middle of the limits) is printed. Each was proved by forward
 kinematics. Where the arm can move on without moving the tool, the solution is a family,
 printed at one of its positions. The exit code is 1 if nothing is inside the limits;
 then the nearest pose is printed.
@@ -99,9 +99,9 @@ RowsOption = Annotated[
     ),
 ]
 SeedOption = Annotated[
-    int, typer.Option('--seed', min=0, help='Of the random starts of a search.')
+    int, typer.Option('--seed', min=0, help='Seed of the random starts of a search.')
 ]
-OneOption = Annotated[bool, typer.Option('--one', help='One solution is enough, the first found.')]
+OneOption = Annotated[bool, typer.Option('--one', help='Stop at the first solution found.')]
 AllOption = Annotated[bool, typer.Option('--all', help='Print solutions outside the limits too.')]
 
 

@@ -26,8 +26,8 @@ is printed and written into the file. xacro files are expanded first: xacro FILE
 """
 
 
-class Convention(str, Enum):
-    """What a table may be written by."""
+class ImportedConvention(str, Enum):
+    """The conventions that a table may be written in."""
 
     standard = 'standard'
     modified = 'modified'
@@ -36,16 +36,19 @@ class Convention(str, Enum):
 def import_urdf(
     urdf: Annotated[Path, typer.Option('--urdf', metavar='FILE', help='The URDF.')],
     base: Annotated[
-        str, typer.Option('--base', metavar='LINK', help='The link poses are given in.')
+        str,
+        typer.Option('--base', metavar='LINK', help='The link in whose frame poses are given.'),
     ],
     tip: Annotated[str, typer.Option('--tip', metavar='LINK', help='The link that is the tool.')],
     name: Annotated[
-        str, typer.Option(metavar='NAME', help='Of the robot.', show_default="the URDF's")
+        str, typer.Option(metavar='NAME', help='Name of the robot.', show_default="the URDF's")
     ] = '',
     out: Annotated[
         str, typer.Option(metavar='FILE', help='Where to write it.', show_default='the screen')
     ] = '-',
-    convention: Annotated[Convention, typer.Option(help='Of the table.')] = Convention.standard,
+    convention: Annotated[
+        ImportedConvention, typer.Option(help='Convention of the table.')
+    ] = ImportedConvention.standard,
     round_angles: Annotated[
         bool,
         typer.Option(

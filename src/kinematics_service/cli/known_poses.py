@@ -21,9 +21,9 @@ class PoseError:
     Attributes
     ----------
     index
-        Of the pose in the file, from 0.
+        Index of the pose in the file, from 0.
     distance, angle : m, rad
-        Between the tools' origins, and of the rotation between them.
+        Distance of the tools' origins, and angle of the rotation between them.
     """
 
     index: int

@@ -23,16 +23,17 @@ Examples:
   kinematics_service new my_arm --convention modified
   kinematics_service new my_ur5e --from ur5e
 
-The file is NAME.yaml in this folder, or that of --out; a file that is there is left alone unless
---force is given. With --from it is that of a bundled robot, comments included, to be changed.
+The file is NAME.yaml in this folder, or that of --out; an existing file is kept unless
+--force is given. With --from it is a copy of the file of a bundled robot, comments included,
+for you to change.
 """
 
 DEFAULT_DOF = 6
 ROBOT_LINE = re.compile(r'^robot:.*$', re.MULTILINE)
 
 
-class Convention(str, Enum):
-    """What a table may be written by."""
+class NewConvention(str, Enum):
+    """The conventions that a table may be written in."""
 
     standard = 'standard'
     modified = 'modified'
@@ -41,7 +42,7 @@ class Convention(str, Enum):
 
 
 def new(
-    name: Annotated[str, typer.Argument(metavar='NAME', help='Of the robot.')],
+    name: Annotated[str, typer.Argument(metavar='NAME', help='Name of the robot.')],
     dof: Annotated[
         int | None,
         typer.Option(
@@ -49,7 +50,8 @@ def new(
         ),
     ] = None,
     convention: Annotated[
-        Convention | None, typer.Option(help='Of the table.', show_default='standard')
+        NewConvention | None,
+        typer.Option(help='Convention of the table.', show_default='standard'),
     ] = None,
     units: Annotated[
         str | None,
@@ -81,7 +83,7 @@ def new(
         if not 1 <= dof <= MOST_JOINTS:
             raise WrongUsage(f'--dof: {dof} joints; write a number from 1 to {MOST_JOINTS}')
         text = new_robot_text(
-            name, dof, (convention or Convention.standard).value, _units(units or '')
+            name, dof, (convention or NewConvention.standard).value, _units(units or '')
         )
     file = out or f'{name}.yaml'
     if file != '-':
@@ -121,6 +123,6 @@ def _refuse_path(path: Path, force: bool) -> None:
     if path.is_dir():
         raise WrongUsage(f'--out: {path} is a folder: give the file itself')
     if path.exists() and not force:
-        raise WrongUsage(f'{path} is there already: give another name, --out, or --force')
+        raise WrongUsage(f'{path} exists already: give another name, --out, or --force')
     if not path.parent.is_dir():
         raise WrongUsage(f'--out: there is no folder {path.parent}')

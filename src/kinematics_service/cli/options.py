@@ -13,7 +13,7 @@ from ..robot.bundled import find_robot_file
 from ..robot.robot import Robot, load_robot
 
 NUMBER = re.compile(r'[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?')
-# What stands before what is wrong with a robot.
+# Prefix of messages about faults of a robot.
 OPTION = '--robot: '
 
 RobotOption = Annotated[
@@ -33,7 +33,7 @@ JsonOption = Annotated[bool, typer.Option('--json', help='Print one JSON object,
 
 
 class WrongUsage(typer.BadParameter):
-    """A command line that cannot be meant: exit code 2, and its text as the sentence."""
+    """A command line that makes no sense: exit code 2, with its text as the message."""
 
     def format_message(self) -> str:
         """Return the sentence itself, without typer's preface."""
@@ -61,16 +61,14 @@ def given_robot(name: str, where: str = OPTION) -> Robot:
     Raises
     ------
     RobotFileError
-        The file is there but not a valid robot.
+        The file exists but holds no valid robot.
     """
     refuse_unknown_robot(name, where)
     return load_robot(name)
 
 
 def given_positions(robot: Robot, text: str, degrees: bool) -> Floats:
-    """
-    Return the joint positions of `--q`, shape (n,), rad or m; ask where they look like degrees.
-    """
+    """Return the joint positions of `--q`, shape (n,), rad or m; ask if they look like degrees."""
     q = joint_values(robot, text, '--q', degrees)
     if not degrees and _look_like_degrees(robot, q):
         print('--q is read in radians, and is far out: did you mean --deg?', file=sys.stderr)

@@ -40,7 +40,7 @@ Examples:
 Pictures need matplotlib. The same command gives the same picture, byte for byte.
 """
 
-# What each kind takes besides --save, --show and --deg.
+# The options of each kind besides --save, --show and --deg.
 OPTIONS = {
     'arm': ('--q',),
     'ik': ('--xyz', '--rpy', '--quaternion', '--near'),
@@ -49,7 +49,7 @@ OPTIONS = {
     'map': ('--joints', '--q', '--points', '--workers'),
     'workspace': ('--plane', '--at', '--points', '--workers'),
 }
-# Side of the map; joint positions the workspace begins with; and what --points may be.
+# Points on a side of the map, joint positions of the workspace, and the range of --points.
 MAP_POINTS, WORKSPACE_POINTS = 400, 100_000
 POINTS = {'map': (2, 4000), 'workspace': (1000, 100_000_000)}
 
@@ -106,7 +106,7 @@ def plot(
         int | None,
         typer.Option(
             metavar='N',
-            help='Of the map: on each side; of the workspace: random poses.',
+            help='Points on each side of the map, or random poses of the workspace.',
             show_default=f'{MAP_POINTS}; {WORKSPACE_POINTS}',
         ),
     ] = None,
@@ -133,7 +133,9 @@ def plot(
         '--path': path, '--joints': joints, '--plane': plane, '--at': at, '--points': points,
         '--workers': workers,
     }  # fmt: skip
-    _refuse_strangers(robot, kind, [name for name, value in given.items() if value is not None])
+    _refuse_unknown_options(
+        robot, kind, [name for name, value in given.items() if value is not None]
+    )
     if kind == 'ik' and xyz is None:
         raise WrongUsage('plot ik: say where the tool should be: --xyz 0.3,0.1,0.4')
     count = _points(kind, points)
@@ -167,10 +169,12 @@ def plot(
         raise typer.Exit(1)
 
 
-def _refuse_strangers(robot: str, kind: str, given: list[str]) -> None:
+def _refuse_unknown_options(robot: str, kind: str, given: list[str]) -> None:
     if kind not in OPTIONS:
         order = ': the robot comes first' if robot in OPTIONS else ''
-        raise WrongUsage(f'plot: no kind {kind!r}{order}; choose of {", ".join(OPTIONS)}')
+        raise WrongUsage(
+            f'plot: there is no kind {kind!r}{order}; choose from {", ".join(OPTIONS)}'
+        )
     for name in given:
         if name not in OPTIONS[kind]:
             others = ' and '.join(other for other, names in OPTIONS.items() if name in names)
@@ -181,7 +185,7 @@ def _refuse_strangers(robot: str, kind: str, given: list[str]) -> None:
 
 @contextmanager
 def _wrong_usage() -> Iterator[None]:
-    # What the library refuses of an option's value is wrong usage here.
+    # An option's value that the library refuses is wrong usage here.
     from ..display.plots.picture import PlotError
 
     try:

@@ -6,7 +6,7 @@ from ..robot.file.description import JointDescription, RobotDescription
 from ..robot.file.reader import read_robot_file
 
 HELP = """
-List the robots that come with the package, a line each; any command takes their names, and
+List the robots that come with the package, one per line; any command takes their names, and
 'new NAME --from ROBOT' makes a file of one.
 
 \b
@@ -47,12 +47,12 @@ def _row(name: str, about: RobotDescription) -> tuple[str, ...]:
 
 def _line(row: tuple[str, ...], widths: list[int], width: int) -> str:
     *cells, source = row
-    # What does not fit on a line is left out at the end of the source, and nowhere else.
+    # A line that is too long is shortened at the end of the source, and nowhere else.
     room = max(width - sum(widths[:-1]) - 2 * len(cells), len(HEADER[-1]))
     known = ''.join(plain(cell).ljust(wide + 2) for cell, wide in zip(cells, widths))
     return known + plain(source if len(source) <= room else f'{source[: room - 3]}...')
 
 
 def _first(source: str) -> str:
-    # The first part of a source is where the numbers are from; the others are their history.
+    # The first part of a source names the origin of the numbers; the others are their history.
     return source.partition(';')[0]

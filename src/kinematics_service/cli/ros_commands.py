@@ -12,8 +12,8 @@ from .options import WrongUsage, refuse_unknown_robot
 from .ros_variables import refuse_ros_variables
 
 DEMO_HELP = """
-Show the node at work without a robot: an arm that is not there moves, and what the node says of
-it is printed. All of it stays on this computer, in the namespace /demo.
+Show the node at work without a robot: a simulated arm moves, and the node's outputs are
+printed. All of it stays on this computer, in the namespace /demo.
 
 \b
 Examples:
@@ -38,19 +38,19 @@ Examples:
 """
 
 
-# Of `echo`, in s.
+# Range of the time-out of `echo`, in s.
 ONCE_TIMEOUT, SHORTEST_TIMEOUT, LONGEST_TIMEOUT = 10.0, 0.1, 86_400.0
 
 
-class Trajectory(str, Enum):
+class DemoTrajectory(str, Enum):
     """How the demo moves the joints."""
 
     sine = 'sine'
     smooth = 'smooth'
 
 
-class Topic(str, Enum):
-    """What `echo` can print."""
+class EchoedTopic(str, Enum):
+    """The topics that `echo` can print."""
 
     jacobian = 'jacobian'
     pose = 'pose'
@@ -75,11 +75,11 @@ def demo(
         ),
     ] = None,
     trajectory: Annotated[
-        Trajectory,
+        DemoTrajectory,
         typer.Option(
-            help='smooth: to and fro through a singular pose; sine: sines within the limits.'
+            help='smooth: back and forth through a singular pose; sine: sines within the limits.'
         ),
-    ] = Trajectory.smooth,
+    ] = DemoTrajectory.smooth,
     replay: Annotated[
         Path | None,
         typer.Option(
@@ -105,9 +105,9 @@ def demo(
 
 def echo(
     context: typer.Context,
-    what: Annotated[Topic, typer.Argument(help='Which of its topics.')] = Topic.jacobian,
+    what: Annotated[EchoedTopic, typer.Argument(help='Topic to print.')] = EchoedTopic.jacobian,
     once: Annotated[bool, typer.Option('--once', help='Stop after the first message.')] = False,
-    json: Annotated[bool, typer.Option('--json', help='One JSON object a line.')] = False,
+    json: Annotated[bool, typer.Option('--json', help='Print one JSON object per line.')] = False,
     node: Annotated[
         str, typer.Option(metavar='NAME', help='The full name of the node.')
     ] = '/kinematics',

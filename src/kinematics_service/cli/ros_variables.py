@@ -1,7 +1,7 @@
 """
-What is wrong with the environment variables of ROS, found before it is imported.
+Faults of the environment variables of ROS, found before ROS is imported.
 
-Some of them end the process while rclpy is imported, with words of the library's own.
+Some of them would end the process while rclpy is imported, with a message of that library.
 """
 
 import importlib.util
@@ -58,7 +58,7 @@ def _wrong_middleware() -> str | None:
 
 
 def _middlewares() -> list[str]:
-    # As the ROS installation that rclpy belongs to lists them; none where it lists none.
+    # As listed by the ROS installation that rclpy belongs to; empty if it lists none.
     spec = importlib.util.find_spec('rclpy')
     if spec is None or spec.origin is None:
         return []

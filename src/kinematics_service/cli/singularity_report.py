@@ -96,7 +96,7 @@ def print_singularity(out: Output, state: ToolState, singularity: Singularity) -
 
 
 def _print_joints(out: Output, state: ToolState, singularity: Singularity) -> None:
-    # A line a joint: where it is, and its part in the singularity.
+    # One line per joint: its position, and its part in the singularity.
     robot = state.robot
     outside = beyond_limits(robot, state.q)
     joints = table('  joint', 'position', '', 'way out', 'weakest motion', '')

@@ -88,7 +88,7 @@ def motion_text(motion: RigidMotion) -> str:
 
 
 def _thirds(texts: list[str]) -> list[tuple[str, list[str]]]:
-    # What is all zero is not worth reading.
+    # A vector of zeros is not worth reading.
     return [
         (key, three)
         for key, three in (('xyz', texts[:3]), ('rpy', texts[3:]))

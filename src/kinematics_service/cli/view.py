@@ -19,8 +19,8 @@ WITHOUT_VISER = (
 )
 
 HELP = """
-Show the arm on a web page, live from a running node, or moved by sliders where no joint states
-come: links and axes from the table alone, velocity, manipulability ellipsoids, what is lost at a
+Show the arm on a web page, live from a running node, or moved by sliders if no joint states
+arrive: links and axes from the table alone, velocity, manipulability ellipsoids, what is lost at a
 singular pose, the distance to it, the Jacobian, the limits.
 
 \b
@@ -30,10 +30,10 @@ Examples:
   kinematics_service view --node /left/kinematics --port 8081
   kinematics_service view --robot my_arm.yaml --publish
 
-Where several nodes are heard, the page has a list to choose from. Only this computer sees the
-page unless --host says otherwise: then the address that is printed holds a token, and nothing is
-shown without it. With --publish the page has a box to tick, after which the sliders speak as
-joint states: for a node without a robot. Without ROS there are sliders only.
+If several nodes run, the page has a list to choose from. Only this computer sees the page
+unless --host says otherwise: then the address that is printed holds a token, and nothing is
+shown without it. With --publish the page has a box to tick, after which the sliders publish
+joint states, for a node without a robot. Without ROS there are sliders only.
 """
 
 
@@ -56,11 +56,11 @@ def view(
         typer.Option(
             metavar='NAME',
             help='The full name of the node.',
-            show_default='/kinematics, or the first there is',
+            show_default='/kinematics, or the first one found',
         ),
     ] = '',
     port: Annotated[
-        int, typer.Option(min=0, max=65535, help='Where to serve the page; 0: any free one.')
+        int, typer.Option(min=0, max=65535, help='Port of the page; 0: any free one.')
     ] = 8080,
     host: Annotated[
         str,
@@ -71,7 +71,7 @@ def view(
         typer.Option(metavar='NAME', help='Another name under which it is reached; repeatable.'),
     ] = None,
     sliders: Annotated[
-        bool, typer.Option('--sliders', help='Sliders, also where joint states come; no ROS.')
+        bool, typer.Option('--sliders', help='Use sliders only, without ROS.')
     ] = False,
     publish: Annotated[
         bool, typer.Option('--publish', help='Let the sliders publish joint states.')
@@ -82,7 +82,7 @@ def view(
         raise WrongUsage('--sliders needs no ROS and --publish does: give one of them')
     try:
         from ..display.view.address import Address, check_address
-        from ..display.view.run import Silence, run_page
+        from ..display.view.run import SliderSource, run_page
     except ImportError as error:
         if is_ours(error):
             raise
@@ -97,13 +97,13 @@ def view(
             if run_view is not None:
                 options = (node, address, publish, context.obj)
                 raise typer.Exit(run_view(arm, DEFAULT, *options, lambda: stop.came))
-            status = 'sliders only: no ROS here'
-        silence = Silence(arm or given_robot(DEFAULT), status)
-        run_page(silence, address, False, lambda: stop.came)
+            status = 'sliders only: there is no ROS here'
+        source = SliderSource(arm or given_robot(DEFAULT), status)
+        run_page(source, address, False, lambda: stop.came)
 
 
 def _with_ros(publish: bool) -> Callable[..., int] | None:
-    # What runs the view with ROS; None, and a word, where there is no ROS.
+    # The function that runs the view with ROS; None, and a message, if there is no ROS.
     refuse_ros_variables()
     try:
         from ..ros.tools.view_session import run_view

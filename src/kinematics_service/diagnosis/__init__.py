@@ -1,1 +1,1 @@
-"""What a recording says of the arm, and of the robot file."""
+"""Findings about the arm and the robot file from recordings."""

@@ -1,1 +1,1 @@
-"""Kinematics to be looked at: pictures in files, and a page that moves."""
+"""Kinematics on screen: pictures in files, and a live page."""

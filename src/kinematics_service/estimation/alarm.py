@@ -1,4 +1,4 @@
-"""When a singularity warning is worth saying again."""
+"""The rules by which a singularity warning is repeated."""
 
 import math
 from typing import NamedTuple
@@ -6,43 +6,46 @@ from typing import NamedTuple
 from ..kernel import Floats
 from ..robot.measures import Level
 
-# The lost direction is said again when it has turned by more than this.
+# The warning is repeated when the lost direction has turned by more than this.
 TURNED = math.radians(30.0)
 AGREES = math.cos(TURNED)
-# But not more often than this: where two directions are lost at once it is arbitrary, and turns
-# with every message.
+# It is not repeated more often than this: if two directions are lost at once, the direction is
+# arbitrary and turns with every message.
 TURNS_APART = 50_000_000
-# While not OK it is said again after this, so that nobody has to remember.
+# While the level is not OK the warning is repeated after this time, so that nobody has to remember
+# it.
 REPEAT = 1_000_000_000
 _QUIET = (Level.OK, Level.STALE)
 
 
 class Alarm(NamedTuple):
     """
-    What was said last; `step` returns the next one.
+    The state of the warning that was published last; `step` returns the next state.
 
     Attributes
     ----------
     level
         Level now; None before the first.
     direction : shape (6,)
-        The lost direction said last.
-    said : ns
-        When something was said last, steady clock.
+        The lost direction of the last warning.
+    last : ns
+        Time of the last warning, steady clock.
     factor
-        Index of the nearest named factor said last; None where there are none.
+        Index of the nearest named factor of the last warning; None if there are no factors.
     """
 
     level: Level = Level.OK
     direction: Floats | None = None
-    said: int | None = None
+    last: int | None = None
     factor: int | None = None
 
     def is_settled(self, level: Level, arrival: int) -> bool:
-        """Return whether `step` would say nothing and change nothing, whatever is lost or near."""
-        if self.said is None or level is not self.level:
+        """
+        Return whether `step` would publish nothing and change nothing, whatever is lost or near.
+        """
+        if self.last is None or level is not self.level:
             return False
-        return level in _QUIET or arrival - self.said < TURNS_APART
+        return level in _QUIET or arrival - self.last < TURNS_APART
 
     def step(
         self,
@@ -52,17 +55,18 @@ class Alarm(NamedTuple):
         factor: int | None = None,
     ) -> tuple['Alarm', bool]:
         """
-        Return the alarm after a state of this level, and whether to say it.
+        Return the alarm after a state of this level, and whether to publish a warning.
 
-        Said are the first state, each change of level, each turn of the lost direction and change
-        of the nearest factor while not OK, and once a second while it is WARN or ERROR.
+        A warning is published for the first state, for each change of level, for each turn of the
+        lost direction and change of the nearest factor while the level is not OK, and once a
+        second while it is WARN or ERROR.
         """
-        if self.said is None or level != self.level:
+        if self.last is None or level != self.level:
             say = True
         elif level in _QUIET:
             say = False
         else:
-            since = arrival - self.said
+            since = arrival - self.last
             say = since >= REPEAT or (
                 since >= TURNS_APART and (factor != self.factor or self._turned(direction))
             )

@@ -1,10 +1,10 @@
 """
 Plain CDR, the encoding of messages as bytes (OMG, Common Data Representation).
 
-Four bytes of encapsulation name the order of bytes; the body follows. In it a number stands at a
-multiple of its size, counted from where the body begins. A text is its length with the zero at its
-end, then its bytes; a sequence is its length, then its members. The bytes skipped for alignment
-say nothing, and serializers leave them to chance.
+Four bytes of encapsulation name the order of bytes; the body follows. A number begins at a
+multiple of its size, counted from the start of the body. A text is its length, with the zero at
+its end, and its bytes; a sequence is its length and its members. The bytes skipped for alignment
+have no meaning, and serializers leave them undefined.
 """
 
 import struct
@@ -12,8 +12,8 @@ import struct
 from ..errors import KinematicsError
 
 BODY = 4
-# The second byte of the encapsulation names the encoding; the lowest bit is set where the bytes
-# are in little-endian order. In the newer encodings doubles begin at multiples of four.
+# The second byte of the encapsulation names the encoding; the lowest bit is set if the bytes are
+# in little-endian order. In the newer encodings doubles begin at multiples of four.
 PLAIN = b'\0\1'
 OLD_ENCODINGS, NEW_ENCODINGS = (0, 1, 2, 3), (6, 7, 8, 9, 10, 11)
 WHOLE, DOUBLE = 4, 8
@@ -27,7 +27,7 @@ class CdrError(KinematicsError, ValueError):
     """Bytes whose encapsulation or lengths cannot be those of a message."""
 
 
-class Writer:
+class CdrWriter:
     """
     Writes one message, field by field, with room for the numbers that come later.
 
@@ -36,7 +36,7 @@ class Writer:
     data
         The bytes so far.
     written
-        Of each byte whether it says something: 255, or 0 for one skipped for alignment.
+        For each byte 255 if it has a meaning, or 0 if it is skipped for alignment.
     """
 
     def __init__(self) -> None:
@@ -44,7 +44,7 @@ class Writer:
         self.written = bytearray(b'\xff\xff\0\0')
 
     def room(self, size: int, count: int = 1) -> int:
-        """Leave room for numbers of `size` bytes each, and return where it begins."""
+        """Leave room for numbers of `size` bytes each, and return its offset."""
         skipped = -(len(self.data) - BODY) % size if count else 0
         self.data += bytes(skipped + count * size)
         self.written += bytes(skipped) + b'\xff' * (count * size)
@@ -63,7 +63,7 @@ class Writer:
         self.data[at:] = encoded
 
 
-class Reader:
+class CdrReader:
     """
     Walks over a message field by field, in either order of bytes, and looks at its lengths only.
 
@@ -75,14 +75,14 @@ class Reader:
     Attributes
     ----------
     is_plain
-        Whether it is little-endian, with doubles at multiples of eight.
+        Whether the message is little-endian, with doubles at multiples of eight.
     shape
-        Where the lengths and texts are that it has come by.
+        Offsets of the lengths and texts that were passed.
 
     Raises
     ------
     CdrError
-        The encapsulation is none, or a field goes beyond the end.
+        The encapsulation is not one of CDR, or a field goes beyond the end.
     """
 
     def __init__(self, data: bytes) -> None:
@@ -103,7 +103,7 @@ class Reader:
         return self._at == len(self._data)
 
     def skip(self, size: int) -> slice:
-        """Return where the next bytes are."""
+        """Return the offset of the next bytes, and go beyond them."""
         at = self._at
         self._at += size
         if self._at > len(self._data):
@@ -118,7 +118,7 @@ class Reader:
         return int(length)
 
     def text(self) -> slice:
-        """Return where a text is, with the zero at its end."""
+        """Return the range of a text, with the zero at its end."""
         place = self.skip(self._length())
         self.shape.append(place)
         return place
@@ -131,18 +131,18 @@ class Reader:
         return count
 
     def doubles(self, count: int) -> slice:
-        """Return where so many doubles are."""
+        """Return the offset of this many doubles."""
         if count:
             self.skip(-(self._at - BODY) % self._aligned[1])
         return self.skip(DOUBLE * count)
 
 
-class Ros1Reader(Reader):
+class Ros1Reader(CdrReader):
     """
     Walks over a message of ROS 1.
 
-    The number of the message stands where CDR has its encapsulation, nothing is aligned, and no
-    text ends with a zero.
+    The sequence number of the message has the place of CDR's encapsulation, nothing is aligned,
+    and no text ends with a zero.
     """
 
     def __init__(self, data: bytes) -> None:

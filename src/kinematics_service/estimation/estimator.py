@@ -18,7 +18,7 @@ from ..kinematics.tool_state import ToolState, as_the_kernel_takes_it
 from ..robot.measures import Level
 from ..robot.robot import Robot
 from .alarm import Alarm
-from .joint_memory import JointTable, Layout
+from .joint_memory import JointLayout, JointTable
 from .joint_sample import JointSample
 from .joint_state_form import JointStateForm
 
@@ -37,7 +37,8 @@ class EstimatorSettings:
     velocity_source
         `auto` (the message's velocities, differences where it has none), `message`, `difference`.
     timeout : ns
-        A joint unheard for longer is stale; stamps that step back by more are a new start.
+        A joint without a position for longer is stale; stamps that step back by more start a new
+        time.
     """
 
     joint_prefix: str = ''
@@ -45,7 +46,7 @@ class EstimatorSettings:
     timeout: int = 1_000_000_000
 
 
-class Answer(NamedTuple):
+class EstimatorOutput(NamedTuple):
     """
     A new state of the tool.
 
@@ -56,7 +57,7 @@ class Answer(NamedTuple):
     quaternion_xyzw : shape (4,)
         Orientation, of unit length, its sign continuous from answer to answer.
     stamp : ns
-        Of the message that made it; of its receipt where it has none.
+        Stamp of the message that made it; time of its receipt if it has no stamp.
     velocity_source
         `message`, `difference`, or `none`.
     """
@@ -67,7 +68,7 @@ class Answer(NamedTuple):
     velocity_source: str
 
 
-class Accepted(NamedTuple):
+class AcceptedMessage(NamedTuple):
     """
     Joint positions and velocities that are known after a message.
 
@@ -76,9 +77,9 @@ class Accepted(NamedTuple):
     q : shape (n,), rad or m
         Joint positions, in the arm's order.
     qdot : shape (n,), rad/s or m/s, or None
-        Joint velocities, where all are known.
+        Joint velocities, if all are known.
     stamp : ns
-        Of the message; of its receipt where it has none.
+        Stamp of the message; time of its receipt if it has no stamp.
     velocity_source
         `message`, `difference`, or `none`.
     """
@@ -89,7 +90,7 @@ class Accepted(NamedTuple):
     velocity_source: str
 
 
-class Refusal(NamedTuple):
+class RefusedMessage(NamedTuple):
     """
     A message that makes no new state.
 
@@ -98,7 +99,7 @@ class Refusal(NamedTuple):
     reason
         Key of the count it was added to.
     sentence
-        What to tell the user, empty where there is nothing to tell.
+        A message for the user; empty if there is none.
     """
 
     reason: str
@@ -121,15 +122,15 @@ RESETS = 'resets'
 
 LARGEST = kernel.LARGEST
 
-# A joint about which messages disagree so often, within joint_table.DISPUTE_WINDOW, is in dispute.
+# Number of disagreements within joint_memory.DISPUTE_WINDOW from which on a joint is in dispute.
 JUMPS = 4
 
-# What `kernel.observe` says where there is a state: where the velocities come from.
+# Source of the velocities, by the outcome of `kernel.observe` if there is a state.
 _SOURCES = ('none', 'message', 'difference')
 _REFUSALS = {
-    kernel.NOT_NEWER: Refusal(DROPPED),
-    kernel.INCOMPLETE: Refusal(WAITING),
-    kernel.NOT_COMPUTABLE: Refusal(
+    kernel.NOT_NEWER: RefusedMessage(DROPPED),
+    kernel.INCOMPLETE: RefusedMessage(WAITING),
+    kernel.NOT_COMPUTABLE: RefusedMessage(
         TOO_LARGE, 'positions or velocities are too large to compute with'
     ),
 }
@@ -169,7 +170,7 @@ class Estimator:
         self._prepare()
 
     def configure(self, robot: Robot, settings: EstimatorSettings) -> None:
-        """Take other settings, keeping what is known unless the joints get other names."""
+        """Apply other settings; the joints' states are kept unless the joints get other names."""
         same_names = settings.joint_prefix == self.settings.joint_prefix
         self.robot, self.settings = robot, settings
         if same_names:
@@ -184,12 +185,12 @@ class Estimator:
 
     def _new_table(self) -> JointTable:
         settings = self.settings
-        # Forms as the kernel takes them; None for one whose messages make no state of this arm.
+        # Forms as the kernel takes them; None for a form whose messages make no state of this arm.
         self._forms: dict[JointStateForm, IncomingForm | None] = {}
         return JointTable(self.robot, settings.joint_prefix, self._source, settings.timeout)
 
     def _prepare(self) -> None:
-        # What `take_bytes` needs for each message, looked up once.
+        # The values `take_bytes` needs for each message, looked up once.
         robot = self.robot
         self._arguments = (
             robot.arm,
@@ -199,7 +200,7 @@ class Estimator:
         )
 
     def reset(self) -> None:
-        """Forget every joint: the clock or the recording started anew."""
+        """Forget every joint: the clock or the recording started again."""
         self.counts[RESETS] += 1
         self._table.forget()
         self._table.forget_tool()
@@ -208,7 +209,7 @@ class Estimator:
         """
         Return whether the ROS clock's step back by `back` to `now` (ns) made a reset necessary.
 
-        Where messages of the new time were faster than the clock, they have made it already.
+        If messages of the new time came before the clock's step, they have made the reset already.
         """
         latest = self._table.newest()
         if latest is None or latest <= now + back // 2:
@@ -223,11 +224,11 @@ class Estimator:
         return self._table.missing(arrival, self.settings.timeout)
 
     def age(self, arrival: int) -> float:
-        """Return the seconds since the joint longest unheard, inf where one never was."""
+        """Return the age in seconds of the oldest joint position, inf if a joint has none."""
         return self._table.age(arrival)
 
     def beyond_limits(self) -> tuple[str, ...]:
-        """Return the names of known joints that stand outside their limits."""
+        """Return the names of known joints that are outside their limits."""
         return self._table.beyond(self.robot.limits)
 
     def disputed(self, arrival: int) -> tuple[str, ...]:
@@ -236,9 +237,8 @@ class Estimator:
 
     def is_settled(self, state: ToolState, arrival: int) -> bool:
         """
-        Return whether `judge` would say nothing and change nothing: seen from the kernel's level.
-
-        False where that takes a closer look.
+        Return whether `judge` would publish nothing and change nothing, by the kernel's level.
+        False if that needs a closer look.
         """
         alarm, measures = self._alarm, state.measures
         if measures is None or alarm.level is not Level.OK:
@@ -247,10 +247,10 @@ class Estimator:
         return level == 0.0 and alarm.is_settled(Level.OK, arrival)
 
     def judge(self, singularity: Singularity, arrival: int) -> tuple[Level, bool]:
-        """Return the level of a new state, with hysteresis, and whether it is to be said."""
+        """Return the level of a new state, with hysteresis, and whether to publish it."""
         alarm = self._alarm
         if alarm.level is Level.OK or alarm.level is Level.STALE:
-            level: Level = singularity.level  # there is nothing to leave
+            level: Level = singularity.level  # there is no level to leave
         else:
             level = self.robot.thresholds.level(
                 watched_value(self.robot, singularity), alarm.level
@@ -267,11 +267,13 @@ class Estimator:
         return level, say
 
     def go_stale(self, arrival: int) -> bool:
-        """Return whether it is to be said that the state is stale: once in each silence."""
+        """Return whether to publish that the state is stale: once each time it becomes stale."""
         self._alarm, say = self._alarm.step(Level.STALE, None, arrival)
         return say
 
-    def take(self, sample: JointSample, depth: int = kernel.ALL_FRAMES) -> Answer | Refusal:
+    def take(
+        self, sample: JointSample, depth: int = kernel.ALL_FRAMES
+    ) -> EstimatorOutput | RefusedMessage:
         """
         Return the new state a sample makes, or why it makes none.
 
@@ -280,15 +282,15 @@ class Estimator:
         sample
             The message.
         depth
-            `kernel.JACOBIAN`, or `kernel.ALL_FRAMES` where the link frames are asked for.
+            `kernel.JACOBIAN`, or `kernel.ALL_FRAMES` if the link frames are needed.
         """
         row = np.empty(self.robot.chain.single_widths[depth])
-        said = self._observe(sample, row)
-        if isinstance(said, Refusal):
-            return said
-        state = ToolState(self.robot, row, said != kernel.SAID_WITHOUT_VELOCITIES)
-        return Answer(
-            state, row[-kernel.ROW_TAIL :], sample.stamp or sample.received, _SOURCES[said]
+        outcome = self._observe(sample, row)
+        if isinstance(outcome, RefusedMessage):
+            return outcome
+        state = ToolState(self.robot, row, outcome != kernel.SAID_WITHOUT_VELOCITIES)
+        return EstimatorOutput(
+            state, row[-kernel.ROW_TAIL :], sample.stamp or sample.received, _SOURCES[outcome]
         )
 
     def take_bytes(
@@ -298,17 +300,17 @@ class Estimator:
         arrival: int,
         depth: int = kernel.ALL_FRAMES,
         answers: OutgoingMessages | None = None,
-    ) -> Answer | Refusal | None:
+    ) -> EstimatorOutput | RefusedMessage | None:
         """
         Return what `take` returns for a serialized message, with its measures already there.
 
-        None for bytes of another form, for a message without a stamp, and for one that is to be
-        refused in words: nothing was done then, and it is to be read and given to `take`.
+        None for bytes of another form, for a message without a stamp, and for one that needs a
+        message of refusal: then nothing was done, and the caller reads it and gives it to `take`.
 
         Parameters
         ----------
         form, data, arrival
-            The message, the form it should have, and when it came (steady clock, ns).
+            The message, the form it should have, and the time of its arrival (steady clock, ns).
         depth
             As in `take`.
         answers
@@ -322,7 +324,7 @@ class Estimator:
             return None
         arm, memory, widths, width = self._arguments
         row, measures = np.empty(widths[depth]), np.empty(width)
-        said: int = kernel.observe_bytes(
+        outcome: int = kernel.observe_bytes(
             arm,
             memory,
             incoming,
@@ -332,17 +334,19 @@ class Estimator:
             measures,
             answers,
         )
-        if said == kernel.NOT_THIS_FORM or said == kernel.BAD_POSITION:
+        if outcome == kernel.NOT_THIS_FORM or outcome == kernel.BAD_POSITION:
             return None
-        if said >= kernel.STARTED_ANEW:
+        if outcome >= kernel.STARTED_ANEW:
             self.counts[RESETS] += 1
-            said -= kernel.STARTED_ANEW
-        if said > kernel.SAID_WITH_DIFFERENCES:
-            return self._refused(said)
+            outcome -= kernel.STARTED_ANEW
+        if outcome > kernel.SAID_WITH_DIFFERENCES:
+            return self._refused(outcome)
         self.counts[ACCEPTED] += 1
-        moving = said != kernel.SAID_WITHOUT_VELOCITIES
+        moving = outcome != kernel.SAID_WITHOUT_VELOCITIES
         state = _new(ToolState, (self.robot, row, moving, None, measures))
-        return _new(Answer, (state, row[-kernel.ROW_TAIL :], incoming.stamp, _SOURCES[said]))
+        return _new(
+            EstimatorOutput, (state, row[-kernel.ROW_TAIL :], incoming.stamp, _SOURCES[outcome])
+        )
 
     def _keep(self, form: JointStateForm) -> IncomingForm | None:
         layout = self._table.layout(form.names)
@@ -355,28 +359,28 @@ class Estimator:
         self._forms[form] = incoming
         return incoming
 
-    def accept(self, sample: JointSample) -> Accepted | Refusal:
+    def accept(self, sample: JointSample) -> AcceptedMessage | RefusedMessage:
         """
         Return the joints that are known after a sample, or why it makes no new state.
 
-        The part of `take` that has a memory of its own; a recording goes through this message by
-        message, and through the kernel in one batch.
+        This is the part of `take` with a memory; a recording passes it message by message, and the
+        kernel in one batch.
         """
         n = self.robot.dof
         row = np.empty(2 * n + kernel.ROW_TAIL)
-        said = self._observe(sample, row)
-        if isinstance(said, Refusal):
-            return said
-        qdot = None if said == kernel.SAID_WITHOUT_VELOCITIES else row[n : 2 * n]
-        return Accepted(row[:n], qdot, sample.stamp or sample.received, _SOURCES[said])
+        outcome = self._observe(sample, row)
+        if isinstance(outcome, RefusedMessage):
+            return outcome
+        qdot = None if outcome == kernel.SAID_WITHOUT_VELOCITIES else row[n : 2 * n]
+        return AcceptedMessage(row[:n], qdot, sample.stamp or sample.received, _SOURCES[outcome])
 
-    def _observe(self, sample: JointSample, row: Floats) -> int | Refusal:
-        # One of the first three things that `kernel.observe` says, or a refusal; counted.
+    def _observe(self, sample: JointSample, row: Floats) -> int | RefusedMessage:
+        # One of the first three outcomes of `kernel.observe`, or a refusal; counted.
         layout = self._table.layout(sample.names)
         refusal = self._shape_refusal(sample, layout)
         if refusal is None:
             positions, velocities = _doubles(sample.positions), _doubles(sample.velocities)
-            said: int = kernel.observe(
+            outcome: int = kernel.observe(
                 self.robot.arm,
                 self._table.memory,
                 layout.ours,
@@ -387,53 +391,55 @@ class Estimator:
                 sample.arrival,
                 row,
             )
-            if sample.stamp == 0 and said != kernel.BAD_POSITION:
+            if sample.stamp == 0 and outcome != kernel.BAD_POSITION:
                 self.counts[NOT_STAMPED] += 1
-            if said >= kernel.STARTED_ANEW:
+            if outcome >= kernel.STARTED_ANEW:
                 self.counts[RESETS] += 1
-                said -= kernel.STARTED_ANEW
-            if said <= kernel.SAID_WITH_DIFFERENCES:
+                outcome -= kernel.STARTED_ANEW
+            if outcome <= kernel.SAID_WITH_DIFFERENCES:
                 self.counts[ACCEPTED] += 1
-                return said
-            if said in _REFUSALS:
-                return self._refused(said)
+                return outcome
+            if outcome in _REFUSALS:
+                return self._refused(outcome)
             refusal = self._bad_position(layout, positions)
         self.counts[refusal.reason] += 1
         return refusal
 
-    def _refused(self, said: int) -> Refusal:
-        if said == kernel.NOT_COMPUTABLE:
+    def _refused(self, outcome: int) -> RefusedMessage:
+        if outcome == kernel.NOT_COMPUTABLE:
             # The lengths of an arm made in Python can overflow; such a position must not be kept.
             self._table.forget()
-        refusal = _REFUSALS[said]
+        refusal = _REFUSALS[outcome]
         self.counts[refusal.reason] += 1
         return refusal
 
-    def _shape_refusal(self, sample: JointSample, layout: Layout) -> Refusal | None:
+    def _shape_refusal(self, sample: JointSample, layout: JointLayout) -> RefusedMessage | None:
         if not layout.joints:
-            return Refusal(NOT_OURS)
+            return RefusedMessage(NOT_OURS)
         if len(sample.positions) != len(sample.names):
             if len(sample.positions) == 0:
-                return Refusal(NO_POSITION)
-            return Refusal(
+                return RefusedMessage(NO_POSITION)
+            return RefusedMessage(
                 MALFORMED,
                 f'{len(sample.names)} names but {len(sample.positions)} positions',
             )
         if layout.duplicates:
-            return Refusal(DUPLICATE, f'joint {layout.duplicates[0]!r} is named twice')
+            return RefusedMessage(DUPLICATE, f'joint {layout.duplicates[0]!r} is named twice')
         return None
 
-    def _bad_position(self, layout: Layout, positions: Floats) -> Refusal:
-        for j, place in zip(layout.joints, layout.places):
-            position = float(positions[place])
+    def _bad_position(self, layout: JointLayout, positions: Floats) -> RefusedMessage:
+        for j, index in zip(layout.joints, layout.indices):
+            position = float(positions[index])
             if not abs(position) <= kernel.LARGEST:
                 reason = TOO_LARGE if math.isfinite(position) else NOT_FINITE
-                return Refusal(reason, f'position of joint {self._table.names[j]!r} is {position}')
+                return RefusedMessage(
+                    reason, f'position of joint {self._table.names[j]!r} is {position}'
+                )
         raise AssertionError('the kernel found a position that is not finite or too large')
 
 
 def _doubles(numbers: Sequence[float] | Floats) -> Floats:
-    # In the one form the kernel takes; without a copy where they are so already.
+    # In the only layout the kernel takes; arrays that have it are not copied.
     if type(numbers) is array.array and numbers.typecode == _DOUBLES:
         return np.asarray(numbers)
     if as_the_kernel_takes_it(numbers):

@@ -10,39 +10,40 @@ from .. import kernel
 from ..kernel import Floats, JointMemory, OurJoints
 from ..robot.robot import Robot
 
-# Layouts of message streams kept: drivers on one topic are few, and names must not pile up.
+# Number of layouts kept: a topic has few drivers, and names must not pile up.
 LAYOUTS = 16
 
 # Disagreements older than this are forgotten.
 DISPUTE_WINDOW = 2_000_000_000
 
-# Limits are compared with this slack: encoders round, and a joint at its stop is not beyond it.
+# Limits are compared with this tolerance: encoders round, and a joint at its stop is not beyond
+# it.
 LIMIT_SLACK = 1e-6
 
 
-class Layout(NamedTuple):
+class JointLayout(NamedTuple):
     """
-    Where a message with certain names has our joints.
+    Where a message with certain names has the joints of the arm.
 
     Attributes
     ----------
     joints, places
-        Our joints in the message (index in the arm), and their place in it.
+        The arm's joints in the message (index in the arm), and their index in the message.
     duplicates
-        Names of our joints that stand in it twice.
+        Names of the arm's joints that occur twice in it.
     ours
-        Joints and places as the kernel takes them.
+        Joints and indices as the kernel takes them.
     """
 
     joints: tuple[int, ...]
-    places: tuple[int, ...]
+    indices: tuple[int, ...]
     duplicates: tuple[str, ...]
     ours: OurJoints
 
 
 class JointTable:
     """
-    What is known of each joint of an arm: the estimator's memory, and what is asked of it.
+    What is known of each joint of an arm: the estimator's memory, and the questions to it.
 
     Parameters
     ----------
@@ -53,7 +54,8 @@ class JointTable:
     source
         kernel.AUTO, FROM_MESSAGE or FROM_DIFFERENCE: where velocities come from.
     timeout : ns
-        A joint unheard for longer is missing; stamps that step back by more are a new start.
+        A joint without a position for longer is missing; stamps that step back by more start a new
+        time.
 
     Attributes
     ----------
@@ -64,45 +66,45 @@ class JointTable:
     def __init__(self, robot: Robot, prefix: str, source: int, timeout: int) -> None:
         self.names = tuple(prefix + name for name in robot.joint_names)
         self._index = {name: j for j, name in enumerate(self.names)}
-        self._layouts: dict[tuple[str, ...], Layout] = {}
+        self._layouts: dict[tuple[str, ...], JointLayout] = {}
         self.memory = JointMemory(len(self.names))
         self._columns = self.memory.columns
         self.configure(robot, source, timeout)
 
     def configure(self, robot: Robot, source: int, timeout: int) -> None:
-        """Take other settings; what is known stays."""
+        """Apply other settings; the joints' states are kept."""
         self.memory.velocity_source = source
         # Stamps are far below 2^62 ns, 146 years; their differences must fit too.
         self.memory.timeout = min(timeout, 2**62)
         self._columns.wraps[:] = robot.continuous
 
     def forget(self) -> None:
-        """Know nothing of any joint."""
+        """Forget the states of all joints."""
         kernel.forget(self.memory)
 
     def forget_tool(self) -> None:
-        """Let the sign of the next quaternion be anew."""
+        """Let the sign of the next quaternion be free."""
         self.memory.is_new_tool = True
 
-    def layout(self, names: Sequence[str]) -> Layout:
-        """Return where our joints stand in a message with these names."""
+    def layout(self, names: Sequence[str]) -> JointLayout:
+        """Return where a message with these names has the joints of the arm."""
         key = tuple(names)
         layout = self._layouts.get(key)
         if layout is not None:
             return layout
         joints: list[int] = []
-        places: list[int] = []
+        indices: list[int] = []
         duplicates: list[str] = []
-        for place, name in enumerate(key):
+        for index, name in enumerate(key):
             j = self._index.get(name)
             if j is None:
                 continue
             if j in joints:
                 duplicates.append(name)
             joints.append(j)
-            places.append(place)
-        ours = OurJoints(np.array(joints, dtype=np.int64), np.array(places, dtype=np.int64))
-        layout = Layout(tuple(joints), tuple(places), tuple(duplicates), ours)
+            indices.append(index)
+        ours = OurJoints(np.array(joints, dtype=np.int64), np.array(indices, dtype=np.int64))
+        layout = JointLayout(tuple(joints), tuple(indices), tuple(duplicates), ours)
         if len(self._layouts) >= LAYOUTS:
             self._layouts.pop(next(iter(self._layouts)))
         if len(key) <= 8 * len(self.names) + 256:  # a hostile list of names is not worth keeping
@@ -110,7 +112,7 @@ class JointTable:
         return layout
 
     def newest(self) -> int | None:
-        """Return the latest time (ns) any joint is known for, None where none is."""
+        """Return the latest time (ns) for which a joint is known, None if there is none."""
         known = self._columns.known != 0
         return int(self._columns.stamp[known].max()) if known.any() else None
 
@@ -125,7 +127,7 @@ class JointTable:
         )
 
     def age(self, arrival: int) -> float:
-        """Return the seconds since the joint longest unheard, inf where one never was."""
+        """Return the age in seconds of the oldest joint position, inf if a joint has none."""
         if not self._columns.known.all():
             return math.inf
         return (arrival - int(self._columns.arrival.min())) * 1e-9
@@ -141,7 +143,7 @@ class JointTable:
         )
 
     def disputed(self, arrival: int, jumps: int) -> tuple[str, ...]:
-        """Return the names of joints that jumped at least so often within DISPUTE_WINDOW."""
+        """Return the names of joints that jumped at least `jumps` times within DISPUTE_WINDOW."""
         counts = self._columns.jump_count.tolist()
         times = self._columns.jumps.tolist()
         return tuple(

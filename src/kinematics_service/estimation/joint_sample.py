@@ -1,4 +1,4 @@
-"""What one JointState message says, as plain data."""
+"""The content of one JointState message, as plain data."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -8,7 +8,8 @@ from ..kernel import Floats
 
 class JointSample(NamedTuple):
     """
-    Joint names with their positions and velocities, and when they were measured and heard.
+    Joint names with their positions and velocities, and the times of their measurement and
+    receipt.
 
     Attributes
     ----------
@@ -17,7 +18,7 @@ class JointSample(NamedTuple):
     positions, velocities : rad or m, rad/s or m/s
         As in the message: of any length, with any number in them.
     stamp : ns
-        Time of the measurement, ROS clock; 0 where the message has none.
+        Time of the measurement, ROS clock; 0 if the message has none.
     received : ns
         Time of receipt, ROS clock.
     arrival : ns

@@ -1,8 +1,8 @@
 """
-The form of a stream of serialized JointState messages: where in the bytes its numbers stand.
+The form of a stream of serialized JointState messages: the offsets of its numbers.
 
-A driver sends the same names in every message, so that its messages differ in nothing but their
-stamp, their numbers, and the bytes that say nothing.
+A driver sends the same names in every message, so its messages differ only in their stamp, their
+numbers, and the bytes without a meaning.
 """
 
 import sys
@@ -13,16 +13,16 @@ from typing import NamedTuple
 import numpy as np
 
 from ..kernel import Bytes, Floats, FormTable, IncomingForm, OurJoints
-from .cdr import DOUBLE, PLAIN, STAMP, STAMP_AT, CdrError, Reader, Ros1Reader
+from .cdr import DOUBLE, PLAIN, STAMP, STAMP_AT, CdrError, CdrReader, Ros1Reader
 
 _EMPTY = np.empty(0)
 _EMPTY.setflags(write=False)
 
 
-@dataclass(frozen=True, eq=False)  # arrays have no truth of equality
+@dataclass(frozen=True, eq=False)  # arrays have no single truth value
 class JointStateForm:
     """
-    Messages in plain CDR that say the same names, frame and lengths.
+    Messages in plain CDR with the same names, frame and lengths.
 
     Attributes
     ----------
@@ -31,11 +31,11 @@ class JointStateForm:
     size
         Bytes of a message.
     positions, velocities
-        Where they are, as doubles in this machine's memory; the stamp is at `cdr.STAMP_AT`.
+        Their offsets, in doubles of this machine's memory; the stamp is at `cdr.STAMP_AT`.
     fixed : shape (size,)
         255 for a byte that is the same in all of them, 0 for another.
     same : shape (size,)
-        What stands there; 0 elsewhere.
+        These bytes; 0 elsewhere.
     """
 
     names: tuple[str, ...]
@@ -61,7 +61,7 @@ class JointStateForm:
         )
 
     def for_joints(self, ours: OurJoints) -> IncomingForm:
-        """Return the form as the kernel takes it, for messages with these joints of ours."""
+        """Return the form as the kernel takes it, for messages with these joints of the arm."""
         table = FormTable(
             self.fixed,
             self.same,
@@ -74,7 +74,7 @@ class JointStateForm:
 
 
 def doubles_of(data: bytes) -> Floats:
-    """Return the doubles that bytes are, as they stand in this machine's memory; read-only."""
+    """Return bytes as doubles of this machine's memory; read-only."""
     return np.frombuffer(data, np.float64) if data else _EMPTY
 
 
@@ -87,14 +87,14 @@ class JointStateFields(NamedTuple):
     velocities: slice
 
 
-def fields_of(reader: Reader) -> JointStateFields:
+def fields_of(reader: CdrReader) -> JointStateFields:
     """
     Return where the fields of a JointState are, in any encoding.
 
     Raises
     ------
     CdrError
-        The bytes are none.
+        The bytes are no message of this type.
     """
     reader.skip(STAMP.size)
     frame = reader.text()
@@ -109,11 +109,11 @@ def form_of(data: bytes) -> JointStateForm | None:
     """
     Return the form of a message.
 
-    None where it is no whole JointState in plain CDR, where its texts are not plain, and on a
-    machine with another order of bytes: those are left to who reads every message.
+    None if it is no whole JointState in plain CDR, if its texts are not plain, or on a machine
+    with another order of bytes: such messages need the reader of all messages.
     """
     try:
-        reader = Reader(data)
+        reader = CdrReader(data)
         if not reader.is_plain:
             return None
         return _form(data, reader, slice(len(PLAIN)), _plain_text)
@@ -122,7 +122,7 @@ def form_of(data: bytes) -> JointStateForm | None:
 
 
 def ros1_form_of(data: bytes) -> JointStateForm | None:
-    """Return what `form_of` returns, of a message of ROS 1."""
+    """Return the same as `form_of`, for a message of ROS 1."""
     try:
         reader = Ros1Reader(data)
         form = _form(data, reader, slice(0), bytes.decode)
@@ -132,7 +132,7 @@ def ros1_form_of(data: bytes) -> JointStateForm | None:
 
 
 def _form(
-    data: bytes, reader: Reader, head: slice, text_of: Callable[[bytes], str]
+    data: bytes, reader: CdrReader, head: slice, text_of: Callable[[bytes], str]
 ) -> JointStateForm | None:
     if sys.byteorder != 'little':
         return None
@@ -152,7 +152,7 @@ def _form(
 
 
 def _plain_text(data: bytes) -> str:
-    # Readers differ in what they make of a text without its zero, and of one with zeros within.
+    # Readers treat a text without its zero, and one with zeros within, differently.
     if data.find(0) != len(data) - 1:
         raise CdrError('a text that does not end with its only zero')
     return data[:-1].decode()

@@ -1,4 +1,4 @@
-"""A singularity warning in words: what a person at the robot reads."""
+"""A singularity warning in words, for a person at the robot."""
 
 import math
 from collections.abc import Sequence
@@ -14,12 +14,12 @@ from ..robot.robot import Robot
 # A component below this share of the largest is left out of the words.
 NEGLIGIBLE = 0.1
 
-# An expression longer than this stands in the values only, not in the sentence.
+# An expression longer than this is only in the values, not in the sentence.
 SHORT = 24
 
 
 @dataclass(frozen=True)
-class Notice:
+class StatusText:
     """A level, one sentence, and the same as keys and values."""
 
     level: Level
@@ -75,9 +75,9 @@ def _tendency(singularity: Singularity, robot: Robot) -> str:
     return 'towards' if worsening > 0.0 else 'away'
 
 
-def notice_of(
+def singularity_status(
     robot: Robot, singularity: Singularity, level: Level, base_frame: str, joint_prefix: str = ''
-) -> Notice:
+) -> StatusText:
     """
     Return the warning of a pose.
 
@@ -88,7 +88,7 @@ def notice_of(
     level
         OK, WARN or ERROR, after hysteresis.
     base_frame
-        Name of the frame whose axes the lost direction is in.
+        Name of the frame in whose axes the lost direction is given.
     joint_prefix
         Put before the joint names of the robot file.
     """
@@ -139,7 +139,7 @@ def notice_of(
     values += _factor_values(robot, singularity, names)
     if robot.task.structurally_deficient:
         values.append(('structural', structure_in_words(robot)))
-    return Notice(level, sentence, tuple(values))
+    return StatusText(level, sentence, tuple(values))
 
 
 def _nearest_factor(robot: Robot, singularity: Singularity) -> str:
@@ -147,7 +147,7 @@ def _nearest_factor(robot: Robot, singularity: Singularity) -> str:
     if factors is None:
         return ''
     k = factors.nearest
-    # An incomplete list may not hold what is near.
+    # An incomplete list may lack the nearest factor.
     if not robot.factors.complete and factors.distances[k] > 1.5 * singularity.distance:
         return ''
     text = robot.factors.texts[k]
@@ -181,7 +181,7 @@ def _seconds(time: float | None) -> str:
 
 
 def structure_in_words(robot: Robot) -> str:
-    """Return what is wrong with an arm at every pose, empty where nothing is."""
+    """Return what an arm lacks at every pose; empty if it lacks nothing."""
     task = robot.task
     if not task.structurally_deficient:
         return ''
@@ -194,6 +194,6 @@ def structure_in_words(robot: Robot) -> str:
     return f'{who}: rank {task.generic_rank} of {full} at best'
 
 
-def stale_notice(robot: Robot, sentence: str) -> Notice:
-    """Return the notice that nothing is known of the arm."""
-    return Notice(Level.STALE, sentence, (('robot', robot.name),))
+def stale_status(robot: Robot, sentence: str) -> StatusText:
+    """Return the status text of an arm whose state is unknown."""
+    return StatusText(Level.STALE, sentence, (('robot', robot.name),))

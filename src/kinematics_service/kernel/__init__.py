@@ -1,6 +1,4 @@
-"""
-The kernel: what is computed of an arm for every message, compiled when the package is installed.
-"""
+"""The kernel: the computations for every message, compiled when the package is installed."""
 
 from . import compiled
 from .compiled import is_compiled as is_compiled
@@ -9,8 +7,6 @@ from .compiled import prefer_source_where_needed
 
 prefer_source_where_needed()
 
-from .aims import off_rotation as off_rotation
-from .aims import take_aim as take_aim
 from .angles import shortest_angle as shortest_angle
 from .angles import sine_and_cosine as sine_and_cosine
 from .arm import Arm as Arm
@@ -51,13 +47,15 @@ from .residuals import Residual as Residual
 from .residuals import parts_of_error as parts_of_error
 from .searching import first_solution as first_solution
 from .servo_step import Servo as Servo
-from .servo_step import ServoStep as ServoStep
+from .servo_step import ServoOutput as ServoOutput
 from .servoing import servo as servo
 from .singular_values import decompose as decompose
 from .singular_values import determinant_of as determinant_of
 from .solutions import Solutions as Solutions
 from .solutions import distinct as distinct
 from .solving import closed_solutions as closed_solutions
+from .targets import off_rotation as off_rotation
+from .targets import take_target as take_target
 from .task_rows import TaskRows as TaskRows
 
 if not is_compiled():

@@ -22,5 +22,5 @@ def shortest_angle(step: float) -> float:
 
 
 def sine_and_cosine(x: float) -> tuple[float, float]:
-    """Return what `chain_pass.sincos` returns."""
+    """Return the same as `chain_pass.sincos`."""
     return chain_pass.sincos(x)

@@ -1,9 +1,9 @@
 """
-How arrays are handed to the kernel: checked once, then read without any more checks.
+The arrays that the kernel takes: checked once, then read without any more checks.
 
-The compiled kernel has addresses where this source has flat views of the same arrays; what these
-functions are to it stands in arrays.pxd. Some read the bits of numbers as whole numbers, or the
-other way round.
+The compiled kernel has addresses instead of this source's flat views of the same arrays;
+arrays.pxd has its versions of these functions. Some read the bits of numbers as whole numbers, or
+the other way round.
 """
 
 from typing import Any
@@ -15,7 +15,7 @@ Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 Bytes = npt.NDArray[np.uint8]
 Vector = tuple[float, float, float]
-# Numbers in an array, or a few of them that a function has for itself.
+# Numbers in an array, or a few of them that a function keeps for itself.
 Numbers = Floats | list[float]
 
 
@@ -30,20 +30,20 @@ def _flat(array: Any, count: int, kind: type, name: str, written: bool) -> Any:
 
 
 def given(thing: object) -> None:
-    """Raise TypeError where None stands for an object of the kernel."""
+    """Raise TypeError if an object of the kernel is None."""
     if thing is None:
         raise TypeError('the kernel takes an object of its own here, not None')
 
 
 def size(array: npt.NDArray[Any]) -> int:
-    """Return how many elements an array has."""
+    """Return the number of elements of an array."""
     if not isinstance(array, np.ndarray):
         raise TypeError('the kernel takes arrays')
     return array.size
 
 
 def extent(array: npt.NDArray[Any], axis: int) -> int:
-    """Return how many elements an array has along an axis."""
+    """Return the number of elements of an array along an axis."""
     if not isinstance(array, np.ndarray) or array.ndim <= axis:
         raise TypeError(f'the kernel takes an array of at least {axis + 1} dimensions here')
     return array.shape[axis]
@@ -90,19 +90,19 @@ def scratch(count: int) -> Floats:
 
 
 def give_back(room: Floats) -> None:
-    """Give back what `scratch` returned."""
+    """Give back the memory from `scratch`."""
 
 
 def let_go() -> np.errstate:
     """
     Let other threads have the interpreter's lock, until `take_back`.
 
-    Nor does numpy warn meanwhile of what the compiled kernel passes over in silence: lanes compute
-    what they do not use.
+    Meanwhile numpy gives no warnings, like the compiled kernel: lanes compute numbers that they do
+    not use.
     """
-    silence = np.errstate(all='ignore')
-    silence.__enter__()
-    return silence
+    errors_ignored = np.errstate(all='ignore')
+    errors_ignored.__enter__()
+    return errors_ignored
 
 
 def take_back(lock: np.errstate) -> None:
@@ -111,12 +111,12 @@ def take_back(lock: np.errstate) -> None:
 
 
 def after(numbers: Floats, place: int) -> Floats:
-    """Return the numbers from a place on."""
+    """Return the numbers from an index on."""
     return numbers[place:]
 
 
 def whole_after(integers: Integers, place: int) -> Integers:
-    """Return the whole numbers from a place on."""
+    """Return the whole numbers from an index on."""
     return integers[place:]
 
 
@@ -126,25 +126,25 @@ def as_whole(numbers: Floats) -> Integers:
 
 
 def number_at(data: Bytes, place: int) -> float:
-    """Return the double whose bytes begin at a place."""
+    """Return the double whose bytes begin at an offset."""
     return float(data[place : place + 8].view(np.float64)[0])
 
 
 def seconds_at(data: Bytes, place: int) -> int:
-    """Return the int32 whose bytes begin at a place."""
+    """Return the int32 whose bytes begin at an offset."""
     return int(data[place : place + 4].view(np.int32)[0])
 
 
 def nanoseconds_at(data: Bytes, place: int) -> int:
-    """Return the uint32 whose bytes begin at a place."""
+    """Return the uint32 whose bytes begin at an offset."""
     return int(data[place : place + 4].view(np.uint32)[0])
 
 
 def put_number(data: Bytes, place: int, number: float) -> None:
-    """Write a double's bytes at a place."""
+    """Write a double's bytes at an offset."""
     data[place : place + 8].view(np.float64)[0] = number
 
 
 def put_half_word(data: Bytes, place: int, number: int) -> None:
-    """Write the lowest 32 bits of a whole number at a place."""
+    """Write the lowest 32 bits of a whole number at an offset."""
     data[place : place + 4].view(np.uint32)[0] = number & 0xFFFFFFFF

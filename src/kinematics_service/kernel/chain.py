@@ -20,15 +20,15 @@ class ChainTable(NamedTuple):
     dof
         Number of joints n.
     before : shape (elements + 1, 3, 4)
-        What stands still in front of each element, and after the last; rows of a 4 x 4 motion.
+        The constant motion before each element, and after the last; rows of a 4 x 4 motion.
     theta_0, d_0 : shape (elements,), rad, m
-        The screw of each element where all joints are zero.
+        The screw of each element with all joints at zero.
     first_entry : shape (elements + 1,)
         First entry of each element, and one past the last.
     joint : shape (entries,)
         The joint of each entry.
     by_theta, by_d : shape (entries,)
-        How fast the entry turns and moves the element by its joint.
+        Turn and translation of the element per unit of the entry's joint.
     frame_parent : shape (frames,)
         The last element in front of each frame of the table, base to tool; -1 for none.
     frame_offset : shape (frames, 3, 4)
@@ -48,7 +48,7 @@ class ChainTable(NamedTuple):
 
 
 def _goes_together(table: ChainTable) -> bool:
-    # Whether every index stands for something that is there.
+    # Returns whether every index exists.
     elements, entries = len(table.theta_0), len(table.joint)
     first = table.first_entry
     return bool(
@@ -61,7 +61,7 @@ def _goes_together(table: ChainTable) -> bool:
 
 
 def _is_twist(motion: Floats) -> bool:
-    # Whether it is Rx(alpha) Tx(a) and nothing else, as a row of a table has it.
+    # Returns whether it is Rx(alpha) Tx(a) and nothing else, as in a row of a table.
     c, s = motion[1, 1], motion[2, 1]
     return np.array_equal(motion, [[1, 0, 0, motion[0, 3]], [0, c, -s, 0], [0, s, c, 0]])
 
@@ -87,7 +87,7 @@ class Chain:
         Its arrays, read-only. The kernel has the same ones, flat and under the same names; to the
         compiled kernel they are addresses that Python does not see.
     dof, elements, entries, frames
-        How many there are.
+        Their number.
     form
         MIXED, PLAIN or TWISTED.
     screws_at, frames_at, width
@@ -112,7 +112,7 @@ class Chain:
         self.entries = len(table.joint)
         self.frames = len(table.frame_parent)
         self.form = _form(table)
-        # Where entry k is joint k, the screws of the entries are J itself and share its place.
+        # If entry k is joint k, the screws of the entries are J itself and share its columns.
         mixed = self.form == places.MIXED
         after_twist = places.JACOBIAN_AT + 6 * n + 6
         self.screws_at = after_twist if mixed else places.JACOBIAN_AT

@@ -1,7 +1,7 @@
 """
 One pass over the chain for LANES poses side by side, as `chain_pass` does it for one.
 
-What is filled side by side has the places of a row. Every number comes from the same operations
+The arrays side by side have the columns of a row. Every number comes from the same operations
 in the same order as for one pose: it is the same to the last bit.
 """
 
@@ -32,7 +32,7 @@ def _times(T: Numbers, motion: Floats) -> None:
 
 
 def _times_twist(T: Numbers, motion: Floats) -> None:
-    # As `_times`, where the constant motion is a turn about x and a step along it.
+    # Like `_times`, for a constant motion that is a turn about x and a step along it.
     a, c, s = motion[3], motion[5], motion[9]
     for row in range(3):
         i = 4 * row * places.LANES
@@ -76,7 +76,7 @@ def _put_motion(T: Numbers, row: Floats) -> None:
 
 
 def room(chain: Chain) -> int:
-    """Return how many numbers `evaluate_rows` works with."""
+    """Return the number of scratch numbers of `evaluate_rows`."""
     return places.LANES * (chain.frames_at + 2 * chain.dof)
 
 
@@ -93,7 +93,7 @@ def evaluate_rows(
     """
     Fill LANES rows, of depth POSE or JACOBIAN, as `chain_pass.evaluate_row` fills each.
 
-    Returns False where they have to be filled one by one: a number is not finite or too large.
+    Returns False if they have to be filled one by one: a number is not finite or too large.
     """
     n, elements, step = chain.dof, chain.elements, chain.entries * places.LANES
     twisted = chain.form == places.TWISTED
@@ -104,8 +104,8 @@ def evaluate_rows(
     lanes.put_side_by_side(qdot, each, n, rates)
     if not lanes.all_within(positions, 2 * n, places.LARGEST):  # of the rates, too
         return False
-    # LANES numbers each, written out because C arrays are made of them. Arrays that no other
-    # module has seen are in the place of no other number, and the compiler knows.
+    # LANES numbers each, as literals because C arrays are made of them. The compiler knows that
+    # arrays of this module alone overlap with no others.
     T, turn, d = [0.0] * 192, [0.0] * 16, [0.0] * 16
     theta, sines, cosines = [0.0] * 16, [0.0] * 16, [0.0] * 16
     _start(T, chain.before)

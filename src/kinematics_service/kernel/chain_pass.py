@@ -78,9 +78,9 @@ def sincos(x: float) -> tuple[float, float]:
 
 
 def sines_and_cosines(angles: Numbers, sines: Numbers, cosines: Numbers) -> None:
-    """Write what `sincos` returns of LANES angles up to LARGEST_REDUCED."""
-    # Arrays of its own (LANES numbers): none of the constants is in their place, and the compiler
-    # knows, and does several lanes at once.
+    """Write the results of `sincos` for LANES angles up to LARGEST_REDUCED."""
+    # Arrays of its own (LANES numbers): the compiler knows that they do not overlap with the
+    # constants, and computes several lanes at once.
     s, c = [0.0] * 16, [0.0] * 16
     for lane in range(places.LANES):
         pair = _sincos_reduced(angles[lane])
@@ -105,7 +105,7 @@ def _times(T: Numbers, motion: Floats) -> None:
 
 
 def _times_twist(T: Numbers, motion: Floats) -> None:
-    # As `_times`, where the constant motion is a turn about x and a step along it.
+    # Like `_times`, for a constant motion that is a turn about x and a step along it.
     a, c, s = motion[3], motion[5], motion[9]
     for i in range(0, 12, 4):
         x, y, z = T[i], T[i + 1], T[i + 2]
@@ -181,7 +181,7 @@ def _write_screw(by_theta: float, by_d: float, entries: int, row: Floats, screw:
 
 
 def _write_fixed_frames(chain: Chain, row: Floats) -> int:
-    # Those in front of every element; returns how many.
+    # Writes the frames before every element; returns their number.
     frame = 0
     while frame < chain.frames and chain.frame_parent[frame] < 0:
         _write_motion(
@@ -192,7 +192,8 @@ def _write_fixed_frames(chain: Chain, row: Floats) -> int:
 
 
 def _write_frames(chain: Chain, element: int, frame: int, T: Numbers, row: Floats) -> int:
-    # Those that an element carries, from `frame` on; returns the first of the next one.
+    # Writes the frames that an element carries, from `frame` on; returns the first of the next
+    # element.
     pose = [0.0] * 12
     while frame < chain.frames and chain.frame_parent[frame] == element:
         for i in range(12):
@@ -204,9 +205,7 @@ def _write_frames(chain: Chain, element: int, frame: int, T: Numbers, row: Float
 
 
 def evaluate_row(chain: Chain, q: Floats, qdot: Floats, depth: int, row: Floats) -> float:
-    """
-    Fill a row as `evaluation.evaluate` does; what is returned is finite if all of the row is.
-    """
+    """Fill a row as `evaluation.evaluate` does; the result is finite if all of the row is."""
     elements, entries = chain.elements, chain.entries
     twisted = chain.form == places.TWISTED
     screws = arrays.after(row, chain.screws_at)
@@ -240,7 +239,7 @@ def evaluate_row(chain: Chain, q: Floats, qdot: Floats, depth: int, row: Floats)
 
 
 def _finish_row(chain: Chain, T: Numbers, qdot: Floats, depth: int, row: Floats) -> float:
-    # Once the tool's pose T is known, and points and axes stand in place of the screws.
+    # Completes a row whose tool pose T is known, with points and axes in place of the screws.
     _write_motion(T, row, places.POSE_AT)
     write_quaternion(T, row, places.QUATERNION_AT)
     total = T[3] + T[7] + T[11]
@@ -255,7 +254,7 @@ def _finish_row(chain: Chain, T: Numbers, qdot: Floats, depth: int, row: Floats)
 
 
 def _add_up_screws(chain: Chain, screws: Floats, row: Floats) -> None:
-    # The Jacobian, where entries and joints differ.
+    # The Jacobian, if entries and joints differ.
     n = chain.dof
     for k in range(places.JACOBIAN_AT, places.JACOBIAN_AT + 6 * n):
         row[k] = 0.0
@@ -266,7 +265,7 @@ def _add_up_screws(chain: Chain, screws: Floats, row: Floats) -> None:
 
 
 def _write_twist(chain: Chain, screws: Floats, qdot: Floats, row: Floats) -> float:
-    # What is returned is finite if the screws and the twist are.
+    # The result is finite if the screws and the twist are.
     entries = chain.entries
     twist = places.JACOBIAN_AT + 6 * chain.dof
     total = 0.0

@@ -13,7 +13,7 @@ def _back(screws: Numbers, values: Numbers, count: int, v: Vector) -> Vector:
 
 
 def _circle_roots_or(A: float, B: float, C: float, free: float, found: Numbers) -> int:
-    # Where every angle does, the one the joint is free to have.
+    # If every angle is a root, the free angle of the joint.
     count = roots.circle_roots(A, B, C, found)
     if count >= 0:
         return count
@@ -22,7 +22,7 @@ def _circle_roots_or(A: float, B: float, C: float, free: float, found: Numbers) 
 
 
 def _wrist(screws: Numbers, T: Numbers, arm: Numbers, free: Numbers, found: Numbers) -> int:
-    # The last three joints turn what the first three (positions `arm`) leave of the rotation.
+    # The last three joints make the rest of the rotation after the first three (positions `arm`).
     a, b = vectors.axis_of(screws, 3), vectors.axis_of(screws, 4)
     c = vectors.axis_of(screws, 5)
     goal = _back(screws, arm, 3, vectors.times_vector(T, c))
@@ -63,7 +63,7 @@ def _with_wrist(screws: Numbers, T: Numbers, point: Vector, free: Numbers, found
 
 
 def _first_joint(screws: Numbers, T: Numbers, point: Vector, free: float, found: Numbers) -> int:
-    # The height of `point` along axis 2, which joints 2 to 4 leave as it is, gives joint 1:
+    # The height of `point` along axis 2, which joints 2 to 4 do not change, gives joint 1:
     # z . (turned(z1, x, ...)) of the goal taken back by joint 1 is the height at rest.
     z1, z = vectors.axis_of(screws, 0), vectors.axis_of(screws, 1)
     o1 = vectors.point_of(screws, 0)
@@ -182,13 +182,13 @@ class ClosedForm:
     way
         POSITION_3, SPHERICAL_WRIST or PARALLEL_AXES.
     screws : shape (k, 7)
-        Each joint at rest: its axis, a point on it, 1 where it slides.
+        Each joint at rest: its axis, a point on it, 1 if it slides.
     point : shape (3,), m
-        The point that is brought to its place first, at rest.
+        The point whose position is solved first, at rest.
     home_inverse : shape (4, 4)
         Inverse of the tool's pose at rest.
     backwards
-        Whether the screws stand from tool to base.
+        Whether the screws are ordered from tool to base.
     to_joints, to_screws : shape (n, k), (k, n)
         Joint positions from those of the screws, and back.
     """
@@ -216,15 +216,15 @@ class ClosedForm:
         self._arrays = screws, point, home_inverse, to_joints, to_screws
 
     def write_screws(self, q: Floats, psi: Numbers) -> None:
-        """Write the positions of the screws that are those of the joints."""
+        """Write the screws' positions for positions of the joints."""
         _times(self.k, self.n, self.to_screws, q, psi)
 
     def write_joints(self, psi: Floats, q: Floats) -> None:
-        """Write the positions of the joints that are those of the screws."""
+        """Write the joints' positions for positions of the screws."""
         _times(self.n, self.k, self.to_joints, psi, q)
 
     def write_motion(self, pose: Floats, T: Numbers) -> None:
-        """Write the motion (4, 4) from rest to a pose, as the screws have to bring it about."""
+        """Write the motion (4, 4) from rest to a pose that the screws have to make."""
         M = [0.0] * 12
         for i in range(3):
             for j in range(4):
@@ -257,7 +257,7 @@ def inverse_candidates(form: ClosedForm, T: Floats, free: Floats, found: Floats)
     """
     Fill `found` with positions of screws that may bring about a motion; return their number.
 
-    Candidates, not solutions: `refine` sharpens them and says how far off each is.
+    These are candidates, not solutions: `refine` improves them and returns the error of each.
 
     Parameters
     ----------
@@ -266,7 +266,7 @@ def inverse_candidates(form: ClosedForm, T: Floats, free: Floats, found: Floats)
     T : shape (4, 4)
         The motion from rest to the target.
     free : shape (k,), rad or m
-        Positions of screws that may have any.
+        Positions of screws that are free.
     found : shape (MOST_CANDIDATES, k), rad or m
         The candidates.
     """

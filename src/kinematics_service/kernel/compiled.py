@@ -12,14 +12,14 @@ from typing import Any
 
 import numpy as np
 
-# Where it is set, to anything, the kernel's source runs as plain Python: for coverage, a debugger,
-# and as a second road to every number.
+# If it is set, to anything, the kernel's source runs as plain Python: for coverage, a debugger,
+# and as a second way to compute every number.
 VARIABLE = 'KINEMATICS_UNCOMPILED'
 _FOLDER = Path(__file__).parent
 
 
 class _SourceOnly:
-    # Finds the kernel's modules as source where compiled ones stand beside it.
+    # Finds the kernel's modules as source even if compiled ones are beside it.
     def find_spec(
         self, name: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
@@ -30,10 +30,9 @@ class _SourceOnly:
 
 def prefer_source_where_needed() -> None:
     """
-    Let the kernel's modules be imported as plain Python where compiled ones are not wanted.
-
-    Where the environment asks for it, and where the source has changed since it was compiled: then
-    modules of different ages would meet.
+    Let the kernel's modules be imported as plain Python if compiled ones are not wanted. That is
+    so if the environment asks for it, or if the source has changed since it was compiled: then
+    modules of different versions would mix.
     """
     if os.environ.get(VARIABLE) or is_stale():
         sys.meta_path.insert(0, _SourceOnly())
@@ -44,7 +43,7 @@ def is_stale() -> bool:
     """Return whether there is a compiled kernel, but not of the source beside it."""
     try:
         from .origin import source
-    except ImportError:  # for another Python, say
+    except ImportError:  # for another Python, for instance
         return True
     built = source().decode().split()
     if not built or built[0] == hash_of(built[1:]):
@@ -57,7 +56,7 @@ def without_warnings(names: Mapping[str, Any]) -> dict[str, Any]:
     """
     Return the kernel's functions among these names, as quiet as compiled ones.
 
-    What overflows, or is no number, is said by what they return; numpy would warn of it, or raise.
+    Their results tell of overflows and of invalid numbers; numpy would warn, or raise.
     """
     return {
         name: _quiet(value)
@@ -96,16 +95,15 @@ def is_compiled() -> bool:
 
 def notice() -> str:
     """
-    Return what is to be said of the kernel before work begins, with the command that mends it.
-
-    Empty where it runs compiled.
+    Return a warning about the kernel before work begins, with the command that helps. It is empty
+    if the kernel runs compiled.
     """
     slowly = 'runs as plain Python, hundreds of times slower'
     if os.environ.get(VARIABLE):
         return f'the kernel {slowly}, since {VARIABLE} is set'
     if is_compiled():
         return ''
-    # Imported here: what it needs loads for 60 ms.
+    # Imported here, because it takes 60 ms.
     from .reinstallation import command
 
     if is_stale():

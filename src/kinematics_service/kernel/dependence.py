@@ -43,13 +43,13 @@ def free_motions(
     residual
         Of a target with these rows.
     scales : shape (n,)
-        What a unit of each joint counts.
+        Weight of a unit of each joint.
     q : shape (N, n), rad or m
         Joint positions.
     sigma : shape (N, n), m
-        Singular values, descending; those beyond the rows asked for are 0.
+        Singular values, descending; those beyond the wanted rows are 0.
     motions : shape (N, n, n)
-        Unit joint motions, scaled ones, a row a singular value.
+        Unit joint motions, scaled, one row per singular value.
     """
     arrays.given(residual)
     n, count = residual.n, arrays.extent(q, 0)
@@ -79,7 +79,8 @@ def share_of_last_pivot(residual: Residual, scales: Floats, q: Floats) -> float:
 
 def pivots(residual: Residual, scales: Floats, q: Floats, shares: Floats) -> None:
     """
-    Fill `shares` (N,) with how near to dependent the columns of the rows of J are: 0 if so.
+    Fill `shares` (N,) with the linear independence of the columns of the rows of J: 0 if
+    dependent.
 
     The last pivot as a share of the first, by complete pivoting: much faster than the singular
     values, and hardly ever more than some ten times the smallest of them, as a share as well.
@@ -87,7 +88,7 @@ def pivots(residual: Residual, scales: Floats, q: Floats, shares: Floats) -> Non
     Parameters
     ----------
     residual, scales, q
-        As `free_motions` takes them; 0 too where there are more joints than rows.
+        As for `free_motions`; the share is 0, too, if there are more joints than rows.
     """
     arrays.given(residual)
     n, count = residual.n, arrays.extent(q, 0)

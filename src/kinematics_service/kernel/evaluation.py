@@ -12,8 +12,8 @@ def evaluate(chain: Chain, q: Floats, qdot: Floats, depth: int, rows: Floats) ->
     """
     Fill `rows` with pose, quaternion, Jacobian, twist and frames of each q: one pass a row.
 
-    Returns -1, or the index where it stopped: of the first q or qdot that is not finite, or too
-    large for finite results.
+    Returns -1, or the index of the first q or qdot that is not finite, or too large for finite
+    results.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ def _evaluate_rows(
             continue
         nothing = 0.0
         for j in range(n):
-            nothing += 0.0 * q_k[j] + 0.0 * qdot_k[j]  # not a number where one is not finite
+            nothing += 0.0 * q_k[j] + 0.0 * qdot_k[j]  # not a number if one is not finite
         if nothing != 0.0 or not math.isfinite(
             chain_pass.evaluate_row(chain, q_k, qdot_k, depth, row)
         ):
@@ -94,7 +94,7 @@ def evaluate_one(arm: Arm, q: Floats, qdot: Floats, row: Floats) -> int:
     """
     Fill one row as `evaluate` does, and after it q, qdot and, once more, the quaternion.
 
-    Returns -1; 0 where a number is not finite or too large; -2 where q or qdot is not n long.
+    Returns -1; 0 if a number is not finite or too large; -2 if q or qdot does not have n numbers.
 
     Parameters
     ----------
@@ -103,8 +103,8 @@ def evaluate_one(arm: Arm, q: Floats, qdot: Floats, row: Floats) -> int:
     q, qdot : shape (n,) each
         Joint positions and velocities.
     row : shape (width + 2 n + ROW_TAIL,)
-        Its length says how much of it is filled: a depth of `evaluate`. Few arguments, because a
-        call spends as much on each of them as on a joint.
+        Its length tells how much of it is filled: a depth of `evaluate`. The arguments are few,
+        because a call spends as much time on each of them as on a joint.
     """
     arrays.given(arm)
     n = arm.chain.dof
@@ -125,14 +125,13 @@ def evaluate_one(arm: Arm, q: Floats, qdot: Floats, row: Floats) -> int:
 
 def evaluate_tail(chain: Chain, row: Floats, at: int) -> int:
     """
-    Evaluate a row at the q and qdot that stand in it from `at` on, which is its width.
-
-    Returns -1, or 0 where a number is not finite or too large.
+    Evaluate a row at the q and qdot in it from `at` on, which is its width. Returns -1, or 0 if a
+    number is not finite or too large.
     """
     n = chain.dof
     nothing = 0.0
     for j in range(at, at + 2 * n):
-        nothing += 0.0 * row[j]  # not a number where one of them is not finite
+        nothing += 0.0 * row[j]  # not a number if one of them is not finite
     depth = places.POSE
     if at >= chain.width:
         depth = places.ALL_FRAMES

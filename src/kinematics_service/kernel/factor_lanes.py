@@ -15,7 +15,7 @@ from .task_rows import TaskRows
 def _turn(
     operation: int, number: float, a: Floats, value: Floats, da: Numbers, db: Numbers
 ) -> bool:
-    # Sines or cosines, and their derivatives; False where an angle is too large.
+    # Writes sines or cosines, and their derivatives; returns False if an angle is too large.
     angles, sines, cosines = [0.0] * 16, [0.0] * 16, [0.0] * 16
     for lane in range(places.LANES):
         angles[lane] = number * a[lane]
@@ -35,7 +35,7 @@ def _turn(
 def _combine(
     operation: int, a: Floats, b: Floats, value: Floats, da: Numbers, db: Numbers
 ) -> None:
-    # What needs no more than arithmetic.
+    # The operations that need only arithmetic.
     if operation == places.SUM:
         for lane in range(places.LANES):
             value[lane], da[lane], db[lane] = a[lane] + b[lane], 1.0, 1.0
@@ -53,7 +53,7 @@ def _combine(
 def _operate(
     operation: int, number: float, a: Floats, b: Floats, value: Floats, da: Numbers, db: Numbers
 ) -> bool:
-    # As `factors.operate`; what is rare, and may be undefined in one lane, is left to it.
+    # Like `factors.operate`, which does the rare operations that may be undefined in one lane.
     if operation == places.SINE or operation == places.COSINE:
         return _turn(operation, number, a, value, da, db)
     if operation <= places.PRODUCT or operation == places.NEGATIVE:
@@ -66,7 +66,7 @@ def _operate(
 
 
 def _run_tape(tape: Tape, n: int, q: Floats, steps: Floats) -> bool:
-    # As `factors.run_tape` fills them; False where an angle is too large for that.
+    # Fills the steps like `factors.run_tape`; returns False if an angle is too large for that.
     width = (n + 1) * places.LANES
     da, db = [0.0] * 16, [0.0] * 16
     for i in range(tape.steps):
@@ -102,7 +102,7 @@ def _run_tape(tape: Tape, n: int, q: Floats, steps: Floats) -> bool:
 
 
 def _write_factor(n: int, step: Floats, scales: Floats, distances: Floats, result: Floats) -> None:
-    # Distance to its zero, value and gradient.
+    # Writes distance to its zero, value and gradient of a factor.
     squares = [0.0] * 16
     value = arrays.after(step, n * places.LANES)
     for lane in range(places.LANES):
@@ -122,7 +122,7 @@ def judge_factors(tape: Tape, task: TaskRows, q: Floats, judged: Floats, steps: 
     """
     Write the distances of all factors, then value and gradient of each.
 
-    Returns False where they have to be judged one by one: an angle is too large.
+    Returns False if they have to be judged one by one: an angle is too large.
     """
     n = task.joints
     if not _run_tape(tape, n, q, steps):

@@ -9,7 +9,7 @@ from .arrays import Floats, Integers
 
 
 def _goes_together(table: Integers, ends: Integers) -> bool:
-    # Whether every index stands for something that is there; a step's operands, earlier steps.
+    # Returns whether every index exists; operands of a step must be earlier steps.
     operands, of_steps = table[:, 1:], table[:, 0] > places.JOINT
     earlier = operands < np.arange(len(table))[:, None]
     fits = np.all(operands >= 0) and np.all(earlier[of_steps])
@@ -31,9 +31,9 @@ class Tape:
     ends : shape (factors,)
         The step that holds each factor's value.
     steps, factors
-        How many there are.
+        Their number.
     joints
-        How many joints there are at least.
+        Least number of joints.
     """
 
     def __init__(self, operations: Integers, constants: Floats, ends: Integers) -> None:

@@ -3,7 +3,7 @@ Singular values and determinants of LANES small matrices side by side, as `singu
 
 Number k of the matrix in a lane stands at k * LANES + lane. Every number comes from the same
 operations in the same order as for one matrix: it is the same to the last bit. No number may be
--0.0, which turning by nothing would make 0.0.
+-0.0, which a turn by zero would make 0.0.
 """
 
 import math
@@ -11,7 +11,7 @@ import math
 from . import arrays, places, singular_values
 from .arrays import Floats, Numbers
 
-# Rows are orthogonal by this tolerance whatever they are.
+# Any rows are orthogonal by this tolerance.
 ANY_ROWS = 2.0
 
 
@@ -24,7 +24,7 @@ def _turn_pairs(
     worst: Numbers,
     room: Numbers,
 ) -> None:
-    # As singular_values turns one pair; lanes that have nothing to turn are turned by no angle.
+    # As singular_values turns one pair; lanes that need no turn are turned by a zero angle.
     # In `room`: |a|^2 and cosine, |b|^2 and sine, a.b.
     for lane in range(places.LANES):
         x, y = a[lane], b[lane]
@@ -69,10 +69,10 @@ def orthogonalise(W: Floats, count: int, length: int, width: int) -> None:
     """
     Turn the rows of each matrix as `singular_values.orthogonalise` does.
 
-    A matrix that is done is not turned any more; sweeps go on while one of them is not.
+    A finished matrix is not turned any more; sweeps go on while one of them is unfinished.
     """
     last = count - 1 if count % 2 == 0 else count
-    # LANES numbers each, written out because C arrays are made of them; and three times as many.
+    # LANES numbers each, as literals because C arrays are made of them; and three times as many.
     tolerances, worst, room = [0.0] * 16, [0.0] * 16, [0.0] * 48
     for lane in range(places.LANES):
         tolerances[lane] = singular_values.ORTHOGONAL
@@ -99,7 +99,7 @@ def orthogonalise(W: Floats, count: int, length: int, width: int) -> None:
 
 
 def _swap(numbers: Floats, first: int, second: int, count: int) -> None:
-    # In one lane, `count` numbers from one place on with those from another.
+    # Swaps, in one lane, `count` numbers from one index on with those from another.
     for column in range(count):
         k = column * places.LANES
         x = numbers[first + k]
@@ -143,7 +143,7 @@ def sort_by_norm(W: Floats, sigma: Floats, count: int, length: int, width: int) 
 
 
 def unit_rows(W: Floats, sigma: Floats, count: int, length: int, width: int) -> None:
-    """Make the rows of each matrix unit vectors, where all of them have a direction."""
+    """Make the rows of each matrix unit vectors, if all of them have a direction."""
     scales = [0.0] * 16
     for i in range(count):
         row = arrays.after(W, i * width * places.LANES)

@@ -1,4 +1,4 @@
-"""What is known of each joint, and which of them messages name."""
+"""The state of each joint, and the joints that messages name."""
 
 from typing import NamedTuple
 
@@ -15,18 +15,18 @@ class JointColumns(NamedTuple):
     Attributes
     ----------
     position, before, velocity : rad or m, rad/s or m/s
-        Now, and the position before that; NaN where not known.
+        Now, and the position before that; NaN if unknown.
     differenced, known, stamped, wraps
-        Whether the velocity is a difference, the joint has been heard, that with a stamp, and
-        turns without end: 1 or 0.
+        1 or 0: whether the velocity is a difference, the joint is known, its message had a stamp,
+        and it turns without end.
     stamp, arrival : ns
-        When it was last heard: by the stamp, or the receipt where there was none; steady clock.
+        Time of its last message: by the stamp, or the receipt if there was no stamp; steady clock.
     jump_count
-        How often it has jumped.
+        Number of its jumps.
     jumps : shape (n, JUMPS_KEPT), ns
-        When, steady clock: the last ones, going round.
+        Times of the last jumps, steady clock: a ring buffer.
     last_quaternion : shape (4,)
-        Of the last answer.
+        Source of the velocities of the last answer.
     """
 
     position: Floats
@@ -64,12 +64,12 @@ def _empty_columns(joints: int) -> JointColumns:
 
 class JointMemory:
     """
-    What an estimator knows of each joint: all that lasts from message to message.
+    An estimator's knowledge of each joint: all that it keeps from message to message.
 
     Parameters
     ----------
     joints
-        How many there are.
+        Their number.
 
     Attributes
     ----------
@@ -77,11 +77,12 @@ class JointMemory:
         Its arrays. The kernel has the same ones, flat and under the same names; to the compiled
         kernel they are addresses that Python does not see.
     timeout : ns
-        A joint unheard for longer is missing; stamps that step back by more are a new start.
+        A joint without a position for longer is missing; stamps that step back by more start a new
+        time.
     velocity_source
         AUTO, FROM_MESSAGE or FROM_DIFFERENCE.
     is_new_tool
-        Whether the next quaternion has any sign.
+        Whether the next quaternion may have any sign.
     """
 
     def __init__(self, joints: int) -> None:
@@ -113,18 +114,18 @@ class OurJoints:
     Parameters
     ----------
     joints, places_of
-        Which they are, and where in the messages each stands.
+        Their indices in the arm, and in the messages.
 
     Attributes
     ----------
     table
-        Both arrays, as they are given.
+        Both arrays, as given.
     count
         How many.
     joint, place
-        Their number in the arm, and in the message.
+        Their indices in the arm, and in the message.
     joints_needed, places_needed
-        How many the arm, and a message, must have at least.
+        Least number of joints of the arm, and of a message.
     """
 
     def __init__(self, joints: Integers, places_of: Integers) -> None:
@@ -139,7 +140,7 @@ class OurJoints:
 
 
 def clear(memory: JointMemory) -> None:
-    """Do what `forget` does."""
+    """Do the work of `forget`."""
     for j in range(memory.joints):
         memory.position[j] = places.NAN
         memory.before[j] = places.NAN
@@ -151,6 +152,6 @@ def clear(memory: JointMemory) -> None:
 
 
 def forget(memory: JointMemory) -> None:
-    """Know nothing of any joint any more."""
+    """Forget the states of all joints."""
     arrays.given(memory)
     clear(memory)

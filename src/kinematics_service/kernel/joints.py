@@ -1,4 +1,4 @@
-"""What positions of the joints mean: full turns, limits, and what each of them counts."""
+"""Rules for joint positions: full turns, limits, and the weight of each joint."""
 
 import math
 
@@ -8,16 +8,16 @@ from .arrays import Floats
 
 class Joints:
     """
-    What positions of the joints mean, whatever the target.
+    Rules for joint positions that hold for any target.
 
     Parameters
     ----------
     scales : shape (n,)
-        What a unit of each joint counts, as `Task.column_scales`, inverted.
+        Weight of a unit of each joint: `Task.column_scales`, inverted.
     periods : shape (n,)
         Turn after which a joint is back, or infinite.
     limits : shape (n, 2), rad or m
-        Infinite where there are none.
+        Infinite if there are none.
     """
 
     def __init__(self, scales: Floats, periods: Floats, limits: Floats) -> None:
@@ -49,7 +49,7 @@ class Joints:
                 x += period * math.ceil((low - x) / period)
             elif x > high:
                 x -= period * math.ceil((x - high) / period)
-            # Where no turn is inside, the one that is beyond by less.
+            # If no turn is inside, the one that is beyond by less.
             if x > high and low - (x - period) < x - high:
                 x -= period
             elif x < low and x + period - high < low - x:
@@ -65,7 +65,7 @@ class Joints:
         return square
 
     def space(self, j: int, q: Floats) -> float:
-        """Return how far joint j is from its nearest limit, rad or m; negative beyond it."""
+        """Return the distance of joint j to its nearest limit, rad or m; negative beyond it."""
         return min(q[j] - self.limits[2 * j], self.limits[2 * j + 1] - q[j])
 
     def margin(self, q: Floats) -> float:
@@ -82,12 +82,12 @@ class Joints:
 
 def representatives(joints: Joints, near: Floats, q: Floats) -> None:
     """
-    Turn each row of q by full turns: into the limits if that can be, and there nearest to `near`.
+    Turn each row of q by full turns: into the limits if possible, and there nearest to `near`.
 
     Parameters
     ----------
     joints
-        Of the arm.
+        The joints of the arm.
     near : shape (n,), rad or m
         Half a turn from it, the upper one is taken.
     q : shape (N, n), rad or m

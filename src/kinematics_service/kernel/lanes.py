@@ -1,7 +1,7 @@
 """
 LANES rows side by side: number k of the row in a lane stands at k * LANES + lane.
 
-Each loop over the lanes does the same to neighbours in memory, several at once.
+Each loop over the lanes applies one operation to neighbours in memory, several at once.
 """
 
 from . import arrays, places

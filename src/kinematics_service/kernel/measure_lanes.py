@@ -3,7 +3,7 @@ The singularity measures of LANES evaluated rows side by side, as `singularity` 
 
 Number k of the row in a lane stands at k * LANES + lane, in the rows and in the measures. Every
 number comes from the same operations in the same order as for one row: it is the same to the last
-bit. Poses whose singular values are not all there have rules of their own, and are left to it.
+bit. Poses with singular values that count as zero have other rules, and are left to it.
 """
 
 import math
@@ -13,7 +13,7 @@ from .arrays import Floats
 from .chain import Chain
 from .task_rows import TaskRows
 
-# Rows of J_t that are longer leave no room for fourth powers.
+# Fourth powers of longer rows of J_t would overflow.
 LARGEST_NORM = 1e75
 # A bit for each lane.
 ALL_LANES = 0xFFFF
@@ -69,7 +69,7 @@ def _scale_task_rows(n: int, task: TaskRows, W: Floats) -> None:
 
 
 def _decompose(W: Floats, sigma: Floats, count: int, length: int, width: int) -> bool:
-    # False where a number is so large that powers of it are not finite.
+    # Returns False if a number is so large that powers of it are not finite.
     jacobi_lanes.sort_by_norm(W, sigma, count, length, width)
     small = 0
     for lane in range(places.LANES):
@@ -116,7 +116,7 @@ def _write_volume(
 
 
 def _irregular(sigma: Floats, count: int) -> int:
-    # A bit for each lane with a singular value that counts as zero.
+    # Returns a bit for each lane with a singular value that counts as zero.
     lanes = 0
     smallest = arrays.after(sigma, (count - 1) * places.LANES)
     for lane in range(places.LANES):

@@ -21,7 +21,7 @@ class FormTable(NamedTuple):
         Where they begin: int32 seconds and uint32 nanoseconds, then doubles, as in this machine's
         memory.
     position_count, velocity_count
-        How many there are.
+        Their number.
     """
 
     fixed: Bytes

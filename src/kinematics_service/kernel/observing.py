@@ -1,4 +1,4 @@
-"""How a message changes what is known of the joints, and the state that it makes."""
+"""The changes of the joints' states by a message, and the state that it makes."""
 
 import math
 
@@ -46,7 +46,8 @@ def _store(
     stamped: bool,
     arrival: int,
 ) -> None:
-    # What a message says of our joints; `heard`: its velocities count. `at` is its time, ns.
+    # Stores a message's values of the arm's joints; `heard`: its velocities count. `at` is its
+    # time, ns.
     for k in range(ours.count):
         j, place = ours.joint[k], ours.place[k]
         position = positions[place]
@@ -86,7 +87,7 @@ def _all_computable(numbers: Floats, ours: OurJoints) -> bool:
 
 
 def _latest_stamp(memory: JointMemory, ours: OurJoints) -> int:
-    # Of the joints of ours that have one; before all times where none has.
+    # Returns the latest stamp of the joints; before all times if none has one.
     latest = -places.LARGEST_STAMP
     for k in range(ours.count):
         j = ours.joint[k]
@@ -105,12 +106,12 @@ def _merge(
     received: int,
     arrival: int,
 ) -> int:
-    # What becomes of a message, as `observe` says it, but before any evaluation.
+    # Returns the outcome of a message, as for `observe`, but before any evaluation.
     if not _all_computable(positions, ours):
         return places.BAD_POSITION
 
-    # Stamps of our joints must grow; a large step back is a new start, not an old message.
-    anew = 0
+    # Stamps of the arm's joints must grow; a large step back is a new start, not an old message.
+    new_start = 0
     if stamp != 0:
         latest = _latest_stamp(memory, ours)
         if stamp <= latest:
@@ -119,7 +120,7 @@ def _merge(
                 return places.NOT_NEWER
             joint_memory.clear(memory)
             memory.is_new_tool = True
-            anew = places.STARTED_ANEW
+            new_start = places.STARTED_ANEW
 
     heard = (
         has_velocities
@@ -129,16 +130,16 @@ def _merge(
     at = stamp if stamp != 0 else received
     _store(memory, ours, positions, velocities, heard, at, stamp != 0, arrival)
 
-    said = places.SAID_WITH_VELOCITIES
+    outcome = places.SAID_WITH_VELOCITIES
     for j in range(memory.joints):
         unheard = arrival - memory.arrival[j]
         if memory.known[j] == 0 or unheard > memory.timeout:
-            return places.INCOMPLETE + anew
+            return places.INCOMPLETE + new_start
         if math.isnan(memory.velocity[j]):
-            said = places.SAID_WITHOUT_VELOCITIES
-        elif memory.differenced[j] != 0 and said == places.SAID_WITH_VELOCITIES:
-            said = places.SAID_WITH_DIFFERENCES
-    return said + anew
+            outcome = places.SAID_WITHOUT_VELOCITIES
+        elif memory.differenced[j] != 0 and outcome == places.SAID_WITH_VELOCITIES:
+            outcome = places.SAID_WITH_DIFFERENCES
+    return outcome + new_start
 
 
 def _write_continuous_quaternion(memory: JointMemory, row: Floats, at: int) -> None:
@@ -166,21 +167,21 @@ def take(
     row: Floats,
     at: int,
 ) -> int:
-    """Do what `observe` does; `at` is the width of the row."""
-    said = _merge(memory, ours, positions, velocities, has_velocities, stamp, received, arrival)
-    if said % places.STARTED_ANEW > places.SAID_WITH_DIFFERENCES:
-        return said
+    """Do the work of `observe`; `at` is the width of the row."""
+    outcome = _merge(memory, ours, positions, velocities, has_velocities, stamp, received, arrival)
+    if outcome % places.STARTED_ANEW > places.SAID_WITH_DIFFERENCES:
+        return outcome
     n = memory.joints
-    moving = said % places.STARTED_ANEW != places.SAID_WITHOUT_VELOCITIES
+    moving = outcome % places.STARTED_ANEW != places.SAID_WITHOUT_VELOCITIES
     for j in range(n):
         row[at + j] = memory.position[j]
         row[at + n + j] = memory.velocity[j] if moving else 0.0
     if at == 0:
-        return said
+        return outcome
     if evaluation.evaluate_tail(arm.chain, row, at) >= 0:
-        return places.NOT_COMPUTABLE + said // places.STARTED_ANEW * places.STARTED_ANEW
+        return places.NOT_COMPUTABLE + outcome // places.STARTED_ANEW * places.STARTED_ANEW
     _write_continuous_quaternion(memory, row, at + 2 * n)
-    return said
+    return outcome
 
 
 def check_fit(arm: Arm, memory: JointMemory, ours: OurJoints, count: int, at: int) -> None:
@@ -210,22 +211,22 @@ def observe(
     """
     Take a message into the memory, and fill a row with the state it makes: all in one call.
 
-    Returns SAID_WITHOUT_VELOCITIES to NOT_COMPUTABLE, plus STARTED_ANEW where its stamp stepped
-    back so far that everything before was forgotten.
+    Returns SAID_WITHOUT_VELOCITIES to NOT_COMPUTABLE, plus STARTED_ANEW if its stamp stepped back
+    so far that everything before was forgotten.
 
     Parameters
     ----------
     arm, memory
-        The arm, and what is known of its joints.
+        The arm, and the states of its joints.
     ours
-        Which joints of ours the message names.
+        The joints of the arm that the message names.
     positions, velocities : rad or m, rad/s or m/s
-        Of the message; its velocities count where they are as many as its positions.
+        From the message; its velocities count if they are as many as its positions.
     stamp, received, arrival : ns
-        As joint_sample.JointSample has them.
+        As in joint_sample.JointSample.
     row : shape (width + 2 n + ROW_TAIL,)
         As `evaluate_one` fills it, but the quaternion at its end with its sign continuous over
-        time. Where the width is 0, q and qdot only.
+        time. If the width is 0, q and qdot only.
     """
     arrays.given(arm)
     arrays.given(memory)

@@ -1,5 +1,5 @@
 """
-What the compiled kernel was made from: the only module that is compiled anew with every change.
+What the compiled kernel was made from: the only module that is compiled again after every change.
 """
 
 from . import places

@@ -13,13 +13,13 @@ class OutgoingTable(NamedTuple):
     Attributes
     ----------
     data
-        The bytes of all messages; what is not filled stays as it is.
+        The bytes of all messages; those that are not filled stay unchanged.
     stamps
-        Where stamps begin: int32 seconds and uint32 nanoseconds.
+        Offsets of stamps: int32 seconds and uint32 nanoseconds.
     targets
-        Where numbers begin: doubles.
+        Offsets of numbers: doubles.
     sources : shape of targets
-        Where in a row each number comes from; beyond the row's end, in its measures.
+        Index in a row of each number; beyond the row's end, in its measures.
     """
 
     data: Bytes
@@ -38,9 +38,9 @@ class OutgoingMessages:
         Their arrays. The kernel has the same ones, flat and under the same names; to the compiled
         kernel they are addresses that Python does not see.
     stamped, count
-        How many stamps and numbers there are.
+        Numbers of stamps and of numbers.
     needed
-        How long a row and its measures must be together.
+        Least length of a row and its measures together.
     """
 
     def __init__(self, table: OutgoingTable) -> None:
@@ -69,7 +69,7 @@ def fill_messages(messages: OutgoingMessages, stamp: int, row: Floats, measures:
     messages
         The messages.
     stamp : ns
-        Beyond what a message can hold, the nearest it can.
+        A stamp beyond the range of a message becomes the nearest one.
     row, measures
         Together at least `messages.needed` numbers.
     """
@@ -80,13 +80,13 @@ def fill_messages(messages: OutgoingMessages, stamp: int, row: Floats, measures:
 
 
 def check_fit(messages: OutgoingMessages, numbers: int) -> None:
-    """Raise TypeError where a row and its measures have too few numbers together."""
+    """Raise TypeError if a row and its measures have too few numbers together."""
     if numbers < messages.needed:
         raise TypeError('a state has fewer numbers than the messages take')
 
 
 def fill(messages: OutgoingMessages, stamp: int, row: Floats, size: int, measures: Floats) -> None:
-    """Do what `fill_messages` does; `size` is that of the row."""
+    """Do the work of `fill_messages`; `size` is that of the row."""
     seconds = stamp // 1_000_000_000
     if seconds * 1_000_000_000 > stamp:  # C rounds towards zero
         seconds -= 1

@@ -89,7 +89,7 @@ POSITION_3, SPHERICAL_WRIST, PARALLEL_AXES = range(3)
 # Most candidates there can be: 2 x 4 of three joints, doubled by a wrist.
 MOST_CANDIDATES = 32
 
-# What `take_aim` says of a target.
+# What `take_target` says of a target.
 FINE, NOT_FINE, NOT_RIGID, ROUGH = range(4)
 
 # Steps at most of a refinement that starts anywhere, and of one that starts at a candidate.

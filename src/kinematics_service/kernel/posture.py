@@ -14,14 +14,14 @@ def _sign(value: float, size: float) -> int:
 
 
 def _shoulder(screws: Floats, end: Vector) -> int:
-    # On which side of the plane of the first two axes the end of joint 3 is.
+    # Returns the side of the plane of the first two axes on which the end of joint 3 is.
     side = vectors.cross(vectors.axis_of(screws, 1), vectors.axis_of(screws, 0))
     reach = vectors.plus(end, -1.0, vectors.point_of(screws, 0))
     return _sign(vectors.dot(side, reach), math.sqrt(vectors.dot(reach, reach)))
 
 
 def _elbow(screws: Floats, second: float, tip: Vector) -> int:
-    # On which side of the line from axis 2 to the tip of the elbow's arm the elbow is.
+    # Returns the side of the line from axis 2 to the tip of the elbow's arm on which the elbow is.
     z2, o2 = vectors.axis_of(screws, 1), vectors.point_of(screws, 1)
     chord = vectors.plus(tip, -1.0, o2)
     chord = vectors.plus(chord, -vectors.dot(chord, z2), z2)
@@ -81,7 +81,7 @@ def postures(form: ClosedForm, q: Floats, signs: Integers) -> None:
     Parameters
     ----------
     form
-        Of the arm; one whose screws stand backwards has none.
+        The arm's closed form; one with backward screws has no postures.
     q : shape (N, n), rad or m
         Joint positions.
     signs : shape (N, 3)

@@ -1,5 +1,6 @@
 """
-How the kernel is compiled again: the command that does what installed this copy of the package.
+The command that compiles the kernel again: it repeats the installation of this copy of the
+package.
 """
 
 import json
@@ -33,7 +34,7 @@ def command() -> str:
 
 def _by_pip(what: str) -> str:
     command = f'{shlex.quote(sys.executable)} -m pip install --force-reinstall --no-deps {what}'
-    # Without these no compiler helps.
+    # No compiler works without these.
     headers = Path(sysconfig.get_path('include'), 'Python.h').exists()
     return command if headers else f'sudo apt install python3-dev && {command}'
 
@@ -47,7 +48,7 @@ def _by_colcon(build: Path, option: str = '') -> str:
 
 
 def _origin(written: str | None) -> str:
-    # What pip was given, as it wrote it down (PEP 610); its name where that was an index.
+    # The source that pip recorded (PEP 610); the package's name if that was an index.
     if not written:
         return _PACKAGE
     given = json.loads(written)

@@ -1,4 +1,4 @@
-"""What a pose lacks of a target in the rows that count, and how the joints change that."""
+"""The residual of a pose against a target in the rows that count, and its Jacobian."""
 
 import math
 
@@ -8,7 +8,7 @@ from .chain import Chain
 
 
 def _rotation_vector(R: Numbers) -> Vector:
-    # Axis times angle of the nine numbers of a rotation matrix.
+    # Writes axis times angle of the nine numbers of a rotation matrix.
     x, y, z = R[7] - R[5], R[2] - R[6], R[3] - R[1]
     sine = math.sqrt(x * x + y * y + z * z)
     cosine = R[0] + R[4] + R[8] - 1.0
@@ -50,18 +50,20 @@ def _write_weighted(
 
 class Residual:
     """
-    What the tool lacks of a target, row by row, and the Jacobian of that; one caller at a time.
+    The residual of the tool against a target, row by row, and its Jacobian; for one caller at a
+    time.
 
     Parameters
     ----------
     chain
         Of the arm.
     pose : shape (4, 4)
-        The target in the base frame; of a position the rotation does not matter.
+        The target in the base frame; for a position the rotation does not matter.
     axes : shape (3, 3)
         The rotation of the axes the rows are in.
     weights : shape (6,)
-        Of the rows x y z rx ry rz: 1, the length (m) for angular ones, 0 for those not asked for.
+        Weights of the rows x y z rx ry rz: 1, the length (m) for angular ones, 0 for rows that do
+        not count.
     """
 
     def __init__(
@@ -89,13 +91,11 @@ class Residual:
         arrays.give_back(self.room)
 
     def evaluate(self, q: Floats, depth: int) -> None:
-        """
-        Fill `row` with the pose at q (n,), and with more of it where the depth asks for that.
-        """
+        """Fill `row` with the pose at q (n,), and with as much more as the depth asks for."""
         chain_pass.evaluate_row(self.chain, q, self.still, depth, self.row)
 
     def square(self, q: Floats, depth: int) -> float:
-        """Fill `error` (6,) with what the pose at q lacks, weighted, and return its square."""
+        """Fill `error` (6,) with the weighted residual of the pose at q, and return its square."""
         self.evaluate(q, depth)
         goal, row, error = self.pose, self.row, self.error
         linear = _turned_back(self.axes, (goal[3] - row[3], goal[7] - row[7], goal[11] - row[11]))
@@ -132,12 +132,12 @@ class Residual:
             )
 
     def length(self) -> float:
-        """Return the length by which angles count; 0 where none does."""
+        """Return the length by which angles count; 0 if none does."""
         return max(self.weights[3], self.weights[4], self.weights[5])
 
 
 def parts_of_error(residual: Residual, q: Floats) -> tuple[float, float]:
-    """Return by how much q (n,) misses its target in the rows that count: m, rad."""
+    """Return the errors of q (n,) against its target in the rows that count: m, rad."""
     arrays.given(residual)
     residual.square(arrays.numbers(q, residual.n), places.POSE)
     error, length = residual.error, residual.length()

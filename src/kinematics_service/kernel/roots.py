@@ -1,14 +1,15 @@
-"""Roots of the equations that closed forms lead to."""
+"""Roots of the equations of closed forms."""
 
 import math
 
 from . import places
 from .arrays import Numbers
 
-# Where the border of what a joint can reach is: a cosine beyond 1 by less is taken as 1, since the
-# target may be that border in all but its last digits; what is not reached fails the proof after.
+# Tolerance at the border of a joint's reach: a cosine beyond 1 by less is taken as 1, since the
+# target may be on that border up to its last digits; a target beyond it fails the proof
+# afterwards.
 BORDER = 1e-6
-# Two roots nearer than the square root of this are one to round-off.
+# Two roots nearer than the square root of this are one, up to round-off.
 APART = 1e-16
 SWEEPS = 60
 
@@ -17,7 +18,7 @@ def circle_roots(A: float, B: float, C: float, roots: Numbers) -> int:
     """
     Write the angles with A cos + B sin = C; return their number, up to 2.
 
-    -1 where every angle does.
+    -1 if every angle is a root.
     """
     radius = math.sqrt(A * A + B * B)
     if radius == 0.0 or radius <= 1e-14 * abs(C):
@@ -26,7 +27,7 @@ def circle_roots(A: float, B: float, C: float, roots: Numbers) -> int:
     if abs(share) > 1.0 + BORDER:
         return 0
     middle = math.atan2(B, A)
-    # Always two: where they meet, round-off would hide that other joints tell them apart.
+    # There are always two: if they meet, round-off would hide that other joints tell them apart.
     half = math.atan2(math.sqrt(max((1.0 - share) * (1.0 + share), APART)), share)
     roots[0] = middle + half
     roots[1] = middle - half
@@ -37,7 +38,7 @@ def square_root_apart(square: float, size: float) -> float:
     """
     Return the root of a number with terms of a size, never so near to zero that two roots meet.
 
-    -1 where it has none.
+    -1 if it has none.
     """
     if square < -BORDER * size:
         return -1.0
@@ -53,8 +54,8 @@ def polynomial_roots(c: Numbers, degree: int, z: Numbers) -> None:
     """
     Write all roots of c[0] + ... + c[degree] z^degree, c[degree] not 0.
 
-    By the iteration of Aberth (1973) and Ehrlich (1967). Complex numbers are pairs of real and
-    imaginary part: languages divide them differently.
+    The method is the iteration of Aberth (1973) and Ehrlich (1967). Complex numbers are pairs of
+    real and imaginary part: languages divide them differently.
     """
     radius = 0.0
     last = absolute(c[2 * degree], c[2 * degree + 1])

@@ -49,18 +49,18 @@ def first_solution(
     """
     Fill in the first solution inside the limits that refinement meets, if it meets any.
 
-    From `near`, then from the starts in their order.
+    It starts from `near`, then from the starts in their order.
 
     Parameters
     ----------
     refinement
-        Of the target; joints that it holds stay where `near` has them.
+        The refinement for the target; joints that it holds stay as in `near`.
     joints
         Of the arm.
     near : shape (n,), rad or m
         The first start.
     proved
-        What misses the target by less is a solution, m.
+        Largest error of a solution, m.
     starts : shape (N, n), rad or m
         Where to start from.
     solution

@@ -1,4 +1,4 @@
-"""What a servo is of an arm, and a step of it: its results, and room for the work."""
+"""The servo of an arm, and a step of it: its results, and its scratch memory."""
 
 import math
 
@@ -6,13 +6,13 @@ from . import arrays, places, singular_values
 from .arrays import Floats
 from .task_rows import TaskRows
 
-# Of a joint at rest at its limit, round-off is no motion.
+# Round-off is no motion of a joint at rest at its limit.
 AT_REST = 1e-12
 
 
 class Servo:
     """
-    How a twist of an arm's tool becomes joint velocities.
+    Settings of a servo: how a twist of an arm's tool becomes joint velocities.
 
     Parameters
     ----------
@@ -21,11 +21,11 @@ class Servo:
     damping, damped_below
         The largest damping, and the singular values it begins at, as shares of the length.
     length
-        By which angles count, m.
+        Length by which angles count, m.
     horizon
         No joint nears its limit faster than what is left of the way over this time, s.
     limits, fastest : shape (n, 2), (n,), rad or m, rad/s or m/s
-        Of positions, infinite where there are none; of velocities, finite.
+        Limits of positions, infinite if there are none; of velocities, finite.
     """
 
     def __init__(
@@ -50,22 +50,22 @@ class Servo:
         self._arrays = limits, fastest
 
     def upper(self, q: Floats, j: int) -> float:
-        """Return the fastest that joint j may near its upper limit."""
+        """Return the largest velocity of joint j towards its upper limit."""
         return max((self.limits[2 * j + 1] - q[j]) / self.horizon, 0.0)
 
     def lower(self, q: Floats, j: int) -> float:
-        """Return the velocity, not above 0, at which it may near its lower limit fastest."""
+        """Return the least velocity of joint j, not above 0, towards its lower limit."""
         return min((self.limits[2 * j] - q[j]) / self.horizon, 0.0)
 
 
-class ServoStep:
+class ServoOutput:
     """
-    A step of a servo to be filled in: joint velocities, and what shaped them.
+    The output of a servo's step: joint velocities, and the limits that shaped them.
 
     Parameters
     ----------
     servo
-        Whose step it is.
+        The servo of the step.
     qdot : shape (n,), rad/s or m/s
         Joint velocities, to be written.
 
@@ -76,7 +76,7 @@ class ServoStep:
     least_singular_value
         As a share of the length.
     shortened
-        To which share all velocities were, for their limits.
+        The share to which all velocities were shortened for their limits.
     slowest
         The joint whose velocity limit asked for that, or -1.
     """
@@ -105,7 +105,7 @@ class ServoStep:
         arrays.give_back(self.room)
 
     def begin(self) -> None:
-        """Forget what an earlier step left: all joints are free, and none moves."""
+        """Reset an earlier step: all joints are free, and none moves."""
         self.damping, self.least_singular_value, self.largest = 0.0, -1.0, 0.0
         self.shortened, self.slowest, self.count = 1.0, -1, self.servo.n
         for j in range(self.servo.n):
@@ -196,7 +196,7 @@ class ServoStep:
             self.W[i * width + length + i] = 1.0
 
     def worst(self, q: Floats) -> int:
-        """Return which of the free joints would run into a limit most, -1 where none does."""
+        """Return the free joint that would run into a limit most, -1 if none does."""
         worst, over = -1, AT_REST
         for k in range(self.count):
             j = self.free[k]
@@ -210,7 +210,8 @@ class ServoStep:
 
     def hold(self, k: int, q: Floats) -> None:
         """
-        Let the k-th of the free joints near its limit as fast as it may, and take it from them.
+        Move the k-th free joint towards its limit at its largest velocity, and remove it from the
+        free ones.
         """
         n, j = self.servo.n, self.free[k]
         upwards = self.rates[j] > 0.0

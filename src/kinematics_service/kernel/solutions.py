@@ -1,4 +1,4 @@
-"""Solutions: told apart, sorted, and how each stands to the limits and the target."""
+"""Solutions: distinguished, sorted, and judged against the limits and the target."""
 
 import math
 
@@ -9,13 +9,13 @@ from .residuals import Residual
 
 # Two solutions (rad, scaled) nearer than this may be one.
 MAYBE_SAME = 1e-2
-# As near to the target as a solution is to round-off, as a share of the length.
+# Error of a solution that is round-off, as a share of the length.
 AS_GOOD = 1e-13
 
 
 class Solutions:
     """
-    Room for solutions, nearest first, and what is said of each.
+    Room for solutions, nearest first, and for the properties of each.
 
     Parameters
     ----------
@@ -25,7 +25,7 @@ class Solutions:
     Attributes
     ----------
     count
-        How many there are.
+        Their number.
     """
 
     def __init__(self, q: Floats) -> None:
@@ -44,7 +44,7 @@ class Solutions:
         arrays.give_back(self.room)
 
     def take(self, k: int, joints: Joints, q: Floats, misses: float) -> None:
-        """Take q (n,) as solution k, with how it stands to the limits."""
+        """Take q (n,) as solution k, with its distance to the limits."""
         n = self.n
         for j in range(n):
             self.rows[k * n + j] = q[j]
@@ -55,12 +55,12 @@ class Solutions:
             self.postures[3 * k + i] = 0
 
     def require(self, k: int) -> None:
-        """Raise IndexError where there is no solution k."""
+        """Raise IndexError if there is no solution k."""
         if not 0 <= k < self.count:
             raise IndexError('there are fewer solutions')
 
     def miss(self, k: int) -> float:
-        """Return what solution k misses the target by, m."""
+        """Return the error of solution k, m."""
         self.require(k)
         return self.misses[k]
 
@@ -72,7 +72,7 @@ class Solutions:
         return self.margins[k]
 
     def share(self, k: int) -> float:
-        """Return how near to dependent the columns of J are at solution k: see `pivots`."""
+        """Return the linear independence of the columns of J at solution k: see `pivots`."""
         self.require(k)
         return self.shares[k]
 
@@ -82,20 +82,20 @@ class Solutions:
         return 0 <= j < self.n and self.beyond[k * self.n + j] == 1
 
     def posture(self, k: int) -> tuple[int, int, int]:
-        """Return the signs of solution k: see `postures`; 0 where there are none."""
+        """Return the signs of solution k: see `postures`; 0 if there are none."""
         self.require(k)
         signs = arrays.whole_after(self.postures, 3 * k)
         return int(signs[0]), int(signs[1]), int(signs[2])
 
 
-class Found:
+class SolutionCandidates:
     """
     Joint positions that may be solutions, and room to sort them.
 
     Parameters
     ----------
     most, n
-        How many there can be, and of how many joints.
+        The largest number of candidates, and the number of joints.
     """
 
     def __init__(self, most: int, n: int) -> None:
@@ -113,7 +113,7 @@ class Found:
         arrays.give_back(self.room)
 
     def sort_by_error(self, count: int) -> None:
-        """Sort the first rows by their errors; rows that miss by as much keep their order."""
+        """Sort the first rows by their errors; rows with equal errors keep their order."""
         n, q, errors = self.n, self.q, self.errors
         for i in range(1, count):
             k = i
@@ -128,7 +128,7 @@ class Found:
                 k -= 1
 
     def keep_distinct(self, count: int, residual: Residual, joints: Joints, proved: float) -> int:
-        """Do what `distinct` does with the first rows, sorted by their errors."""
+        """Do the work of `distinct` on the first rows, sorted by their errors."""
         kept = 0
         for k in range(count):
             if not self.errors[k] < proved:
@@ -146,7 +146,7 @@ class Found:
         return kept
 
     def _are_one(self, one: int, other: int, residual: Residual, joints: Joints) -> bool:
-        # Equal to round-off, or the point halfway is a solution too.
+        # Equal up to round-off, or the point halfway is a solution, too.
         a, b = arrays.after(self.q, one * self.n), arrays.after(self.q, other * self.n)
         distance = 0.0
         for j in range(self.n):
@@ -163,7 +163,7 @@ class Found:
 
 
 def require_fit(residual: Residual, joints: Joints, solution: Solutions, most: int) -> None:
-    """Refuse what is of arms with different joints, and room for too few solutions."""
+    """Refuse arguments of arms with different joints, and room for too few solutions."""
     arrays.given(joints)
     arrays.given(residual)
     arrays.given(solution)
@@ -183,27 +183,27 @@ def distinct(
     """
     Fill `which` with the rows of q that are solutions, each solution once; return their number.
 
-    Two rows are one solution where they are equal to round-off, full turns left out, or where
-    they are near each other and the point halfway is a solution too: at the border of the
-    workspace two solutions meet, and are told apart as long as the target can tell.
+    Two rows are one solution if they are equal up to round-off, without full turns, or if they are
+    near each other and the point halfway is a solution, too: at the border of the workspace two
+    solutions meet, and are distinct as long as the target distinguishes them.
 
     Parameters
     ----------
     residual, joints
         Of the target, and of the arm.
     proved
-        Rows with less of an error are solutions, m.
+        Rows with a smaller error are solutions, m.
     q, errors : shape (N, n), (N,)
-        Joint positions and by how much they miss, the least first.
+        Joint positions and their errors, the least first.
     which, met : shape (N,)
-        Rows kept, and how many rows each stands for.
+        Rows kept, and the number of rows that each represents.
     """
     arrays.given(residual)
     arrays.given(joints)
     n, rows = joints.n, arrays.extent(q, 0)
     positions, left = arrays.numbers(q, rows * n), arrays.numbers(errors, rows)
     kept, times = arrays.whole_results(which, rows), arrays.whole_results(met, rows)
-    found = Found(rows, n)
+    found = SolutionCandidates(rows, n)
     for k in range(rows * n):
         found.q[k] = positions[k]
     for k in range(rows):
@@ -215,7 +215,7 @@ def distinct(
 
 
 def least(numbers: Floats, count: int) -> int:
-    """Return where the least of so many numbers stands."""
+    """Return the index of the least of `count` numbers."""
     at = 0
     for i in range(1, count):
         if numbers[i] < numbers[at]:

@@ -5,9 +5,10 @@ from .arrays import Floats
 from .closed_forms import ClosedForm
 from .joints import Joints
 from .refinement import Refinement
-from .solutions import Found, Solutions
+from .solutions import SolutionCandidates, Solutions
 
-# What is added to the squared distance of a candidate outside the limits: not before the others.
+# Penalty on the squared distance of a candidate outside the limits, which sorts it behind the
+# others.
 LAST = 1e200
 
 
@@ -16,9 +17,9 @@ def _find(
     pose: Floats,
     near: Floats,
     psi: Floats,
-    found: Found,
+    found: SolutionCandidates,
 ) -> int:
-    # Fills in the candidates for a pose, with room psi for their screws; how many there are.
+    # Fills in the candidates for a pose, with room psi for their screws; returns their number.
     T, free = [0.0] * 12, [0.0] * 6
     form.write_motion(pose, T)
     form.write_screws(near, free)
@@ -34,10 +35,10 @@ def _keep_nearest(
     near: Floats,
     proved: float,
     count: int,
-    found: Found,
+    found: SolutionCandidates,
     kept: Solutions,
 ) -> int:
-    # The nearest of the solutions inside the limits; how many there are, 0 or 1.
+    # Keeps the nearest of the solutions inside the limits; returns their number, 0 or 1.
     for i in range(count):
         q = arrays.after(found.q, i * joints.n)
         joints.represent(near, q)
@@ -62,10 +63,10 @@ def _keep_all(
     near: Floats,
     proved: float,
     count: int,
-    found: Found,
+    found: SolutionCandidates,
     kept: Solutions,
 ) -> int:
-    # All solutions, nearest first; how many there are.
+    # Keeps all solutions, nearest first; returns their number.
     for i in range(count):
         found.errors[i] = refinement.refine_one(arrays.after(found.q, i * joints.n))
     found.sort_by_error(count)
@@ -94,8 +95,8 @@ def closed_solutions(
     """
     Fill in the solutions of an arm with a closed form, nearest to `near` first.
 
-    Each is refined, and proved by forward kinematics. Where one is enough, it is the nearest of
-    those inside the limits.
+    Each is refined, and proved by forward kinematics. If one is enough, it is the nearest of those
+    inside the limits.
 
     Parameters
     ----------
@@ -104,9 +105,9 @@ def closed_solutions(
     refinement
         Of the target, from candidates near to it.
     near : shape (n,), rad or m
-        Where solutions should be near.
+        Joint positions that solutions should be near.
     proved
-        What misses the target by less is a solution, m.
+        Largest error of a solution, m.
     only_one
         Whether the nearest solution inside the limits is enough.
     kept
@@ -119,7 +120,7 @@ def closed_solutions(
     if form.n != joints.n:
         raise TypeError('an arm and its closed form do not go together')
     middle = arrays.numbers(near, joints.n)
-    found, psi = Found(most, joints.n), arrays.scratch(most * form.k)
+    found, psi = SolutionCandidates(most, joints.n), arrays.scratch(most * form.k)
     count = _find(form, refinement.residual.pose, middle, psi, found)
     arrays.give_back(psi)
     if only_one:

@@ -1,4 +1,4 @@
-"""The rows of the Jacobian that an arm is judged by, and what each of them counts."""
+"""The rows of the Jacobian that an arm is judged by, and their weights."""
 
 import numpy as np
 
@@ -19,11 +19,11 @@ class TaskRows:
     generic_rank
         Rank of J_t at random poses.
     axis : shape (m,)
-        Which row of the Jacobian each is, 0 to 5.
+        The row of the Jacobian of each, 0 to 5.
     rotation : shape (9,)
         Of frame 0 in the base frame, row by row.
     row_scale : shape (m,), column_scale : shape (n,)
-        What a unit of each row and of each joint counts.
+        Weights of a unit of each row and of each joint.
     """
 
     def __init__(

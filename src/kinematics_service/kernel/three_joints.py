@@ -1,10 +1,10 @@
 """
 Three joints that bring a point to its place, in closed form.
 
-What joint 1 leaves of u, the point before it moves it, are two conditions; what joint 2 leaves of
-them is one equation in joint 3. A condition f is nine numbers: f[0] |u|^2 + f[1:4] . u + f[4] = 0,
-which joint 2 turns into guide . v = `_wanted`, v the part of u across axis 2; the guide is f[5:8],
-and f[8] its square. The origin is the point of axis 1.
+Without joint 1 there are two conditions on u, the point before joint 1 moves it; without joint 2
+they become one equation in joint 3. A condition f is nine numbers: f[0] |u|^2 + f[1:4] . u + f[4]
+= 0, which joint 2 turns into guide . v = `_wanted`, v the part of u across axis 2; the guide is
+f[5:8], and f[8] its square. The origin is the point of axis 1.
 """
 
 import math
@@ -111,7 +111,8 @@ def _write_coefficients(slides: bool, g: Numbers, c: Numbers) -> None:
 def _third_joint(
     screws: Numbers, point: Vector, F: Numbers, G: Numbers, scale: float, found: Numbers
 ) -> int:
-    # Positions of joint 3 at which joints 1 and 2 can do the rest; -1 where any does.
+    # Writes positions of joint 3 at which joints 1 and 2 have a solution; returns -1 if every
+    # position is one.
     z2, o2 = vectors.axis_of(screws, 1), vectors.point_of(screws, 1)
     slides_2, slides_3 = vectors.slides(screws, 1), vectors.slides(screws, 2)
     g, c, z = [0.0] * 5, [0.0] * 10, [0.0] * 8
@@ -133,8 +134,8 @@ def _third_joint(
     if not slides_3 and degree < 4:
         return roots.circle_roots(2.0 * c[6], -2.0 * c[7], -c[4], found)
     roots.polynomial_roots(c, degree, z)
-    # Two roots that round-off has merged stand beside the line, or the circle, as far as they were
-    # apart on it: they are put back by as much to either side.
+    # Two roots that round-off has merged lie beside the line, or the circle, by their distance on
+    # it: they are moved back by that distance to either side.
     count = 0
     for k in range(degree):
         x, y = z[2 * k], z[2 * k + 1]
@@ -172,7 +173,7 @@ def _second_joint_slides(
 def _second_joint(
     screws: Numbers, F: Numbers, G: Numbers, w: Vector, free: float, found: Numbers
 ) -> int:
-    # Positions of joint 2 that bring w to where joint 1 can take over.
+    # Writes positions of joint 2 that bring w to a circle of joint 1.
     z2, o2 = vectors.axis_of(screws, 1), vectors.point_of(screws, 1)
     if vectors.slides(screws, 1):
         return _second_joint_slides(z2, F, G, w, free, found)
@@ -204,7 +205,8 @@ def _second_joint(
 
 def first_three(screws: Numbers, point: Vector, p: Vector, free: Numbers, found: Numbers) -> int:
     """
-    Fill `found` (8, 3) with positions of three joints that bring a point to p; return how many.
+    Fill `found` (8, 3) with positions of three joints that bring a point to p; return their
+    number.
     """
     # The points of axes 1 and 2 are the feet of their common perpendicular, so the two guides are
     # orthogonal.

@@ -1,5 +1,6 @@
 """
-What follows from the pose of the tool, of LANES rows side by side, as `chain_pass` has it of one.
+The results that follow from the pose of the tool, for LANES rows side by side, as in `chain_pass`
+for one.
 """
 
 import math
@@ -49,11 +50,11 @@ def _write_quaternions(T: Floats, quaternions: Floats) -> None:
 
 def _write_screws(chain: Chain, rates: Floats, row: Floats) -> bool:
     # From points and axes: how each entry moves the tool's origin, and turns the tool; and the
-    # twist. False where a number is too large.
+    # twist. Returns False if a number is too large.
     step = chain.entries * places.LANES
     screws = arrays.after(row, chain.screws_at * places.LANES)
     twists = arrays.after(row, (places.JACOBIAN_AT + 6 * chain.dof) * places.LANES)
-    # Six numbers of LANES poses: no other array is in their place, and the compiler knows.
+    # Six numbers of LANES poses: the compiler knows that no other array overlaps with them.
     screw, twist, sizes = [0.0] * 96, [0.0] * 96, [0.0] * 16
     tool = [0.0] * 48
     for lane in range(places.LANES):
@@ -101,7 +102,7 @@ def _write_screws(chain: Chain, rates: Floats, row: Floats) -> bool:
 
 
 def _add_up_screws(chain: Chain, row: Floats) -> None:
-    # The Jacobian, where entries and joints differ.
+    # The Jacobian, if entries and joints differ.
     n = chain.dof
     J = arrays.after(row, places.JACOBIAN_AT * places.LANES)
     screws = arrays.after(row, chain.screws_at * places.LANES)
@@ -117,9 +118,8 @@ def _add_up_screws(chain: Chain, row: Floats) -> None:
 
 def finish_rows(chain: Chain, rates: Floats, depth: int, row: Floats) -> bool:
     """
-    Fill LANES rows once their poses are known, and points and axes stand in place of the screws.
-
-    Returns False where a number is not finite or too large.
+    Complete LANES rows with known poses, and with points and axes in place of the screws. Returns
+    False if a number is not finite or too large.
     """
     _write_quaternions(row, arrays.after(row, places.QUATERNION_AT * places.LANES))
     for i in range(3):

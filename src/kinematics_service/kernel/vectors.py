@@ -1,7 +1,7 @@
 """
 Vectors of three numbers, and screws that carry points along.
 
-A screw is seven numbers: its axis, a point on it, 1 where it slides along the axis.
+A screw is seven numbers: its axis, a point on it, 1 if it slides along the axis.
 """
 
 import math
@@ -30,7 +30,7 @@ def plus(a: Vector, factor: float, b: Vector) -> Vector:
 
 
 def three(numbers: Numbers, at: int) -> Vector:
-    """Return the vector at a place."""
+    """Return the vector at an index."""
     return (numbers[at], numbers[at + 1], numbers[at + 2])
 
 
@@ -72,11 +72,10 @@ def moved(screws: Numbers, k: int, value: float, point: Vector) -> Vector:
 
 def angle(axis: Vector, a: Vector, b: Vector, otherwise: float) -> float:
     """
-    Return by how much to turn a about the axis until it points where b does.
-
-    `otherwise` if it is on the axis, and any angle does.
+    Return the angle that turns a about the axis into the direction of b. It is `otherwise` if a is
+    on the axis, and any angle is right.
     """
-    # First what is across the axis: near it, differences of products would be round-off alone.
+    # First the parts across the axis: near it, differences of products would be round-off alone.
     size = dot(a, a)
     a = plus(a, -dot(axis, a), axis)
     b = plus(b, -dot(axis, b), axis)

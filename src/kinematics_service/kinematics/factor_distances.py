@@ -21,7 +21,7 @@ class FactorMeasures:
     results : shape (..., F, 1 + n)
         Value and gradient of each factor.
     column_scales : shape (..., n)
-        What a unit of each joint counts in rad.
+        Weight of a unit of each joint in rad.
     """
 
     names: tuple[str, ...]

@@ -1,4 +1,4 @@
-"""Joint motions for an arm that is not there: what they are, and what they keep to."""
+"""Joint motions of a simulated arm, and their limits."""
 
 from typing import NamedTuple, Protocol
 
@@ -51,7 +51,8 @@ def inside_limits(robot: Robot) -> Floats:
 
 def allowed_speeds(robot: Robot, turning: float, sliding: float) -> Floats:
     """
-    Return the speeds a path may use, shape (n,), rad/s or m/s: the last two where no limit is.
+    Return the speeds a path may use, shape (n,), rad/s or m/s: the last two are those of joints
+    without a limit.
     """
     limits = robot.velocity_limits
     free = np.where(slides(robot), sliding, turning)

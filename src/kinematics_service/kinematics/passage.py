@@ -19,9 +19,9 @@ from .tool_state import evaluate
 
 # Speeds of joints without a limit, rad/s, m/s.
 FREE_TURNING, FREE_SLIDING = 1.0, 0.2
-# How far the smooth path leads away from its singular pose, either way.
+# Distance of the smooth path's ends from its singular pose.
 TURNING_REACH, SLIDING_REACH = 0.7, 0.2  # rad, m
-# It takes so long at least, in s: time to read along.
+# Shortest period, in s: time to read along.
 SHORTEST_PERIOD = 12.0
 # The way through the singular pose begins along the motion that the tool follows least, which is
 # this share of its reach.
@@ -29,23 +29,23 @@ LEAST_FELT = 0.5
 # The joints are fastest at about this distance from a singular pose, rad: nearer to it damping
 # takes over, as in damped least squares.
 DAMPED = 0.06
-# But damping is no larger than this share of the largest motion of the tool along the path: where
-# the joints can turn without leaving the singular poses, the tool moves much at that distance.
+# Damping is at most this share of the largest motion of the tool along the path: if the joints can
+# turn without leaving the singular poses, the tool moves much at that distance.
 DAMPING = 0.03
-# A level is passed in no less than this, s, so that it is seen on the table.
+# A level lasts at least this time, s, so that it is visible on the table.
 SEEN = 0.35
 # The clock at the singular pose is slowed by one of these shares, the first that makes it long
 # enough; and a turn takes such a share of the path.
 SLOWEST = (1.0, 0.5, 0.3, 0.2, 0.1, 0.05, 0.02, 0.01, 0.003, 0.001)
 TURN = 0.3
-# The path's clock is tabulated at so many places of a period.
-PLACES = 4096
-# What rounding may take from a period, as a share.
+# Number of samples of the path's clock in a period.
+SAMPLES = 4096
+# Largest round-off of a period, as a share.
 ROUND_OFF = 1e-12
-# What interpolation between them may add to a velocity, as a share.
+# Largest error of a velocity by interpolation between them, as a share.
 INTERPOLATED = 1e-3
-# Ways through a singular pose that are tried at each, what each joint moves at least as a share of
-# the reach, and the seed that makes them repeatable.
+# Number of ways tried through each singular pose, least motion of each joint as a share of the
+# reach, and the seed that makes them repeatable.
 WAYS = 16
 LEAST_SHARE = 0.25
 SEED = 560
@@ -54,16 +54,17 @@ SEED = 560
 @dataclass(frozen=True, eq=False)
 class Passage:
     """
-    q(x) = centre + x tangent + x^3 bend with x = cos(u(t)), to and fro between x = 1 and x = -1.
+    q(x) = centre + x tangent + x^3 bend with x = cos(u(t)), back and forth between x = 1 and x =
+    -1.
 
     Attributes
     ----------
     centre : shape (n,), rad or m
-        Where x = 0: a singular pose, where one was found.
+        The pose at x = 0: a singular pose, if one was found.
     tangent, bend : shape (n,), rad or m
-    clock : shape (PLACES + 1,), s
-        The time at which u = 2 pi k / PLACES; the first is 0, the last one the period.
-    pace : shape (PLACES + 1,), 1/s
+    clock : shape (SAMPLES + 1,), s
+        The time at which u = 2 pi k / SAMPLES; the first is 0, the last one the period.
+    pace : shape (SAMPLES + 1,), 1/s
         du/dt there.
     """
 
@@ -89,9 +90,9 @@ class Passage:
         )
 
     def _turned(self, t: Floats) -> tuple[Floats, Floats]:
-        # u and du/dt: a cubic between two places (Hermite), so that both are continuous.
-        k = np.clip(np.searchsorted(self.clock, t, side='right') - 1, 0, PLACES - 1)
-        length, turn = self.clock[k + 1] - self.clock[k], 2.0 * math.pi / PLACES
+        # u and du/dt: a cubic between two samples (Hermite), so that both are continuous.
+        k = np.clip(np.searchsorted(self.clock, t, side='right') - 1, 0, SAMPLES - 1)
+        length, turn = self.clock[k + 1] - self.clock[k], 2.0 * math.pi / SAMPLES
         s = (t - self.clock[k]) / length
         begin, end = length * self.pace[k], length * self.pace[k + 1]
         a, b = begin + end - 2.0 * turn, 3.0 * turn - 2.0 * begin - end
@@ -101,13 +102,14 @@ class Passage:
 
 def smooth_trajectory(robot: Robot) -> Passage:
     """
-    Return a path to and fro between two regular poses that leads exactly through a singular one.
+    Return a path back and forth between two regular poses that leads exactly through a singular
+    one.
 
     It goes through the singular pose along the joint motion that moves the tool least there, and
     its clock is that of damped least squares: far away the tool has a constant speed, so the
-    joints speed up towards the singular pose, until the damping bounds them. At its ends it
-    stands still. Where the limits keep singular poses out, or leave no room around them, its
-    middle is a regular pose.
+    joints speed up towards the singular pose, until the damping bounds them. At its ends it stands
+    still. If the limits exclude singular poses, or leave no room around them, its middle is a
+    regular pose.
     """
     inside = inside_limits(robot)
     path = _clearest_way(robot, singular_poses(robot, inside), inside)
@@ -156,8 +158,8 @@ def _clearest_way(robot: Robot, middles: Floats, inside: Floats) -> _Way | None:
 
 
 def _clocked(robot: Robot, way: _Way) -> Passage:
-    # u goes round once in a period, and x = cos(u) to and fro.
-    u, step = np.linspace(0.0, 2.0 * math.pi, PLACES + 1, retstep=True)
+    # u goes round once in a period, and x = cos(u) back and forth.
+    u, step = np.linspace(0.0, 2.0 * math.pi, SAMPLES + 1, retstep=True)
     x, sine = np.cos(u), np.abs(np.sin(u))
     q, slope = way.at(x), way.slope(x)
     near, felt = singularity(robot, q), _tool_motion(robot, q, slope)
@@ -188,7 +190,8 @@ def _clocked(robot: Robot, way: _Way) -> Passage:
 
 
 def _tool_motion(robot: Robot, q: Floats, slope: Floats) -> Floats:
-    # How far the tool goes along slopes (N, n) at poses (N, n), in the rows of the task, m.
+    # Returns how far the tool moves along slopes (N, n) at poses (N, n), in the rows of the task,
+    # m.
     state = evaluate(robot, q, depth=kernel.ALL_FRAMES)
     moved = np.einsum('nij,nj->ni', state.jacobian, slope)
     turned = state.link_frames[0, 0, :3, :3]

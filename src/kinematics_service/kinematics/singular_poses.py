@@ -7,8 +7,8 @@ from ..robot.robot import Robot
 from ..robot.task import seeded_poses
 from .singularity import singularity
 
-# So many seeded poses are let go, and so often: the distance is a first-order estimate, so each
-# step about squares the error, and what has not arrived by then has met a limit.
+# Number of seeded poses, and of steps: the distance is a first-order estimate, so each step about
+# squares the error, and a pose that has not converged by then has met a limit.
 STARTS = 200
 STEPS = 25
 # Longest step in rad (of the fastest joint; a prismatic one divided by the length).
@@ -19,14 +19,14 @@ ARRIVED = 1e-6
 
 def singular_poses(robot: Robot, inside: Floats) -> Floats:
     """
-    Return singular poses (k, n) in rad or m, the same each time; k is 0 where none was found.
+    Return singular poses (k, n) in rad or m, the same each time; k is 0 if none was found.
 
     Parameters
     ----------
     robot
-        The arm; its task says what is singular.
+        The arm; its task defines singular poses.
     inside : shape (n, 2), rad or m
-        Limits the poses stay inside; infinite where there are none.
+        Limits the poses stay inside; infinite if there are none.
     """
     slides = [kind == 'prismatic' for kind in robot.joint_types]
     q = seeded_poses(inside, slides)[:STARTS]

@@ -19,15 +19,15 @@ from ..kernel import Floats
 from ..robot.robot import Robot
 
 # A function of a robot and rows (k, ...) that answers each row by itself: (k, ...). Workers import
-# it by its name, so it stands in a module they have; `functools.partial` of one is fine.
+# it by its name, so it must be in a module they have; `functools.partial` of one is fine.
 Batch = Callable[[Robot, Floats], Floats]
 
 # Rows of a batch: 10 to 100 ms of the kernel, and 3 MB on the wire for six joints.
 ROWS = 65_536
 # Batches under way for each thread of the cluster: enough that none waits for the wire.
 AHEAD = 3
-# How long a scheduler may take to answer, and to have a worker, s.
-PATIENCE = 5
+# Time-out for a scheduler's answer, and for its first worker, s.
+CONNECT_TIMEOUT = 5
 ADDRESS = re.compile(r'dask://(\[[0-9a-fA-F:]+\]|[\w.-]+):(\d{1,5})/?')
 INSTALL = "pip install '.[dask]' in its checkout, or pip install 'dask[distributed]'"
 
@@ -60,7 +60,7 @@ def map_batches(
     Parameters
     ----------
     function
-        Answers each row by itself, whatever the others are.
+        Answers each row independently of the others.
     robot
         The arm.
     array : shape (N, ...)
@@ -147,17 +147,17 @@ def _client(workers: str) -> Iterator[Any]:
     except ImportError as error:
         raise SweepError(f'workers {workers} need dask ({error}): {INSTALL}') from None
     connect: Any = Client
-    # What goes wrong is said in one sentence; dask would add pages.
+    # A failure is reported in one sentence; dask would add pages.
     logging.getLogger('distributed').setLevel(logging.CRITICAL)
     try:
-        client = connect(address, timeout=PATIENCE, set_as_default=False)
+        client = connect(address, timeout=CONNECT_TIMEOUT, set_as_default=False)
     except (OSError, TimeoutError):
         raise SweepError(f'workers {workers}: no dask scheduler answers there') from None
     try:
         try:
-            client.wait_for_workers(1, timeout=PATIENCE)
+            client.wait_for_workers(1, timeout=CONNECT_TIMEOUT)
         except TimeoutError:
             raise SweepError(f'workers {workers}: the scheduler has no worker') from None
         yield client
     finally:
-        client.close(timeout=PATIENCE)
+        client.close(timeout=CONNECT_TIMEOUT)

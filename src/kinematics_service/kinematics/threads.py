@@ -4,12 +4,12 @@ import os
 import threading
 from collections.abc import Callable
 
-# Rows of a part: a few milliseconds of work, where starting a thread costs some 50 us.
+# Rows of a part: a few milliseconds of work, while starting a thread costs some 50 us.
 LEAST_PART = 10_000
 
 
 def cores() -> int:
-    """Return how many cores this process may use."""
+    """Return the number of cores this process may use."""
     try:
         return len(os.sched_getaffinity(0))
     except AttributeError:  # not on Linux
@@ -18,7 +18,7 @@ def cores() -> int:
 
 def in_parts(count: int, work: Callable[[int, int], int]) -> int:
     """
-    Do `work(begin, end)` for all of `count` rows, part by part, on all cores where it pays.
+    Do `work(begin, end)` for all of `count` rows, part by part, on all cores if that is faster.
 
     Returns -1, or the least row that a part returned: where the first thing went wrong.
 
@@ -27,7 +27,7 @@ def in_parts(count: int, work: Callable[[int, int], int]) -> int:
     count
         Number of rows; each one's result must not depend on the others.
     work
-        Does rows begin to end and returns -1, or the row where it stopped.
+        Computes rows begin to end and returns -1, or the row where it stopped.
     """
     parts = count // LEAST_PART
     workers = min(cores(), parts)
@@ -36,13 +36,15 @@ def in_parts(count: int, work: Callable[[int, int], int]) -> int:
     bounds = [count * k // parts for k in range(parts + 1)]
     found = [-1] * parts
     errors: list[BaseException] = []
-    left = iter(range(parts))  # whoever is done takes the next: a busy core holds nobody up
+    left = iter(
+        range(parts)
+    )  # a thread that is done takes the next part: a busy core does not hold up the others
 
     def run() -> None:
         try:
             for k in left:
                 found[k] = work(bounds[k], bounds[k + 1])
-        except BaseException as error:  # handed to the caller below
+        except BaseException as error:  # the caller gets it below
             errors.append(error)
 
     threads = [threading.Thread(target=run, daemon=True) for _ in range(workers - 1)]

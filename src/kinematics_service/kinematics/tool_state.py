@@ -1,4 +1,6 @@
-"""The state of the tool: what one pass of the kernel says of joint positions and velocities."""
+"""
+The state of the tool: the results of one pass of the kernel for joint positions and velocities.
+"""
 
 from typing import NamedTuple, TypeGuard
 
@@ -28,7 +30,7 @@ class ToolState(NamedTuple):
     joints
         q and qdot of a batch; None for one pose.
     measures
-        The row of measures of one pose, where the same call has computed it.
+        The row of measures of one pose, if the same call has computed it.
     """
 
     robot: Robot
@@ -46,9 +48,7 @@ class ToolState(NamedTuple):
 
     @property
     def qdot(self) -> Floats | None:
-        """
-        Return the joint velocities, shape (..., n), rad/s or m/s; None where they are not known.
-        """
+        """Return the joint velocities, shape (..., n), rad/s or m/s; None if they are unknown."""
         if self.joints is not None:
             return self.joints[1]
         if not self.moving:
@@ -95,7 +95,7 @@ class ToolState(NamedTuple):
         """
         Return J qdot in base axes, shape (..., 6): vx vy vz (m/s) wx wy wz (rad/s).
 
-        Zero where `qdot` is None.
+        Zero if `qdot` is None.
         """
         at = kernel.JACOBIAN_AT + 6 * self.robot.chain.dof
         return self.row[..., at : at + 6]
@@ -105,7 +105,7 @@ class ToolState(NamedTuple):
         """
         Return frame 0 and the frame after each row in the base frame, shape (..., rows + 1, 4, 4).
 
-        There only where the state was evaluated with them.
+        They exist only if the state was evaluated with them.
         """
         chain = self.robot.chain
         at, end = chain.widths[kernel.JACOBIAN], chain.widths[kernel.ALL_FRAMES]
@@ -129,8 +129,8 @@ def as_the_kernel_takes_it(vector: object) -> TypeGuard[Floats]:
 
 
 def _joint_vector(robot: Robot, q: npt.ArrayLike, name: str) -> Floats:
-    # A copy in the one form the kernel takes: and the state keeps the numbers the kernel ran on,
-    # whatever the caller does.
+    # A copy in the only layout the kernel takes: so the state keeps the numbers of the kernel's
+    # run, whatever the caller does.
     try:
         array = np.array(q, dtype=np.float64, order='C')
     except (TypeError, ValueError):
@@ -164,7 +164,7 @@ def evaluate(
     depth
         `kernel.POSE`, `kernel.JACOBIAN` (with the twist) or `kernel.ALL_FRAMES`.
     measured
-        Whether the measures of one pose are wanted too (depth JACOBIAN or more): in the same call.
+        Whether to compute the measures of one pose in the same call, too (depth JACOBIAN or more).
 
     Raises
     ------
@@ -202,7 +202,7 @@ def evaluate(
 
 def _evaluate_batch(robot: Robot, q: Floats, qdot: Floats | None, depth: int) -> ToolState:
     chain = robot.chain
-    # What has more dimensions is a copy already.
+    # An array with more dimensions is a copy already.
     if q.ndim == 1:
         q = _joint_vector(robot, q, 'q')
     if qdot is not None:

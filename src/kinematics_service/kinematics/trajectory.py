@@ -46,7 +46,7 @@ def sine_trajectory(robot: Robot) -> Sines:
     """
     Return q_1 = sin t, q_2 = cos 2t, q_3 = sin 3t and so on, moved and shrunk into the limits.
 
-    The motion of document 002; the clock runs slower for arms whose velocity limits ask for it.
+    The motion of document 002; the clock runs slower for arms whose velocity limits require it.
     """
     n = robot.dof
     inside = inside_limits(robot)

@@ -9,24 +9,24 @@ import numpy as np
 from ...formats.recordings.block import Flags
 from ...kernel import Floats
 
-# A drawing is so wide, in columns of which each shows its least and its largest value.
+# Width of a drawing in columns, of which each shows its least and its largest value.
 WIDTH = 1000
 COLUMNS = 800
-# Points held of a curve before it is thinned.
+# Number of points of a curve before it is thinned.
 MOST_HELD = 2**20
 
 
 @dataclass(frozen=True, eq=False)
 class Curve:
     """
-    A line: its name, style (`c0` to `c5`, also `limit`), and what is drawn of it.
+    A line: its name, style (`c0` to `c5`, also `limit`), and its points.
 
     Attributes
     ----------
     t : shape (M,), s; values : shape (M,)
         The points; all values are finite.
     begins : shape (M,)
-        Whether the line begins anew at a point.
+        Whether the line starts again at a point.
     """
 
     name: str
@@ -37,7 +37,7 @@ class Curve:
 
 
 def across(t: Floats, end: float) -> Floats:
-    """Return where times stand in the drawing."""
+    """Return the positions of times in the drawing."""
     return t * (WIDTH / end) if end else np.full(len(t), 0.5 * WIDTH)
 
 
@@ -47,12 +47,12 @@ def curve_of(
     """
     Return a curve thinned to what a drawing shows, read in pieces.
 
-    Of every column of the drawing the first, the least, the largest and the last value stay.
+    It keeps the first, the least, the largest and the last value of every column of the drawing.
 
     Parameters
     ----------
     end : s
-        Of the time axis.
+        End of the time axis.
     pieces
         Times, values, and whether the curve is interrupted before a row.
     """
@@ -60,7 +60,7 @@ def curve_of(
     count = held = groups = 0
     for t, values, breaks in pieces:
         known = np.flatnonzero(np.isfinite(values))
-        # A row begins anew after a break or a row that is not known.
+        # A line starts again after a break or an unknown row.
         group = groups + np.cumsum(breaks) + np.cumsum(~np.isfinite(values))
         groups = int(group[-1])
         count, held = count + len(known), held + len(known)
@@ -79,7 +79,7 @@ def _joined(drawn: list[tuple[Any, ...]]) -> tuple[Any, ...]:
 
 
 def _thinned(end: float, t: Floats, values: Floats, group: np.ndarray) -> tuple[Any, ...]:  # type: ignore[type-arg]
-    # Of what stays of pieces stays what would stay of the whole.
+    # Thinning the thinned pieces gives the same as thinning the whole.
     column = np.minimum(across(t, end) * (COLUMNS / WIDTH), COLUMNS - 1).astype(np.int64)
     edges = np.flatnonzero(np.diff(column, prepend=-1) | (np.diff(group, prepend=-1) != 0))
     low, high = np.minimum.reduceat(values, edges), np.maximum.reduceat(values, edges)

@@ -1,6 +1,4 @@
-"""
-The poses of a second source beside those of the recording: the frame doctor's part of an audit.
-"""
+"""The poses of a second source beside those of the recording: the frame check of an audit."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -19,8 +17,8 @@ from ..frame_check import FrameDiagnosis, FrameLimits, diagnose_frames
 from .neighbourhoods import Track, joined
 from .timeline import Timeline
 
-# Joint positions are interpolated between two states so many usual intervals apart, but within
-# these bounds (s): a lost message or two does no harm, a second of unknown motion does.
+# Largest gap between two states for the interpolation of joint positions, in usual intervals, and
+# its bounds (s): a lost message or two does no harm, a second of unknown motion does.
 INTERVALS, LEAST_GAP, MOST_GAP = 3.0, 0.05, 0.5
 # Poses needed to compare at all.
 LEAST = 3
@@ -33,9 +31,9 @@ class FrameSettings(NamedTuple):
     Attributes
     ----------
     gap : s
-        Joint states around a pose may be so far apart; None: three usual intervals.
+        Largest time between the joint states around a pose; None: three usual intervals.
     limits
-        From where on what remains is worth a warning, and bad.
+        Remainders from which on there is a warning, and an error.
     """
 
     gap: float | None = None
@@ -50,24 +48,24 @@ class FrameReport:
     Attributes
     ----------
     name, frame
-        Where the poses come from, and the frame they are in.
+        Source of the poses, and their frame.
     poses, considered, matched
-        How many there are; how many of them, evenly spread, were considered; and how many of these
-        have joint positions at their time.
+        Number of poses; of those considered, evenly spread; and of those with joint positions at
+        their time.
     unmatched
-        Why others have none, in words; empty where all have.
+        Why others have none, in words; empty if all have.
     doubts
         Numbers beyond what a pose can have, each a sentence.
     diagnosis
-        Of the frame doctor.
+        Of the frame check.
     level, sentence
-        What is found against the limits.
+        The result of the comparison with the limits.
     limits
-        From where on what remains is worth a warning, and bad.
+        Remainders from which on there is a warning, and an error.
     t : shape (M,), s
         Time in the recording of each compared pose.
     position, rotation : shape (M,), m and rad
-        What remains with the constant offsets.
+        Remainders with the constant offsets.
     """
 
     name: str
@@ -87,7 +85,7 @@ class FrameReport:
 
     @property
     def failed(self) -> bool:
-        """Return whether a gate that asks for agreement is to fail."""
+        """Return whether a gate that requires agreement fails."""
         return self.level == Level.ERROR
 
 
@@ -101,7 +99,9 @@ class NotCompared(NamedTuple):
 
     @property
     def failed(self) -> bool:
-        """Return whether a gate that asks for agreement is to fail: nothing is known of any."""
+        """
+        Return whether a gate that requires agreement fails: it does, since agreement is unknown.
+        """
         return True
 
 
@@ -149,7 +149,7 @@ def frames_of(
 
 
 def _matched(found: Track, longest: float | None) -> tuple[Flags, str]:
-    # Which poses have joint positions, and in words why others have none.
+    # Returns which poses have joint positions, and in words why others have none.
     if longest is None:
         longest = min(max(INTERVALS * found.interval, LEAST_GAP), MOST_GAP)
     outside, unknown = ~found.within, found.within & ~np.all(np.isfinite(found.q), axis=1)

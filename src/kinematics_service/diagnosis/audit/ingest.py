@@ -2,7 +2,7 @@
 Blocks of messages through the estimator: which joints are known after each message.
 
 Messages in good order are taken in columns, by the rules of the estimator; the first and the last
-two of them go through the estimator itself, so that its memory is what it would have been.
+two of them go through the estimator itself, so that its memory is the same.
 """
 
 import math
@@ -13,18 +13,26 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...estimation.estimator import ACCEPTED, LARGEST, RESETS, UNREADABLE, Estimator, Refusal
-from ...formats.recordings.block import Block, Flags, Times, Unreadable
+from ...estimation.estimator import (
+    ACCEPTED,
+    LARGEST,
+    RESETS,
+    UNREADABLE,
+    Estimator,
+    RefusedMessage,
+)
+from ...formats.recordings.block import Block, Flags, Times, UnreadableMessage
 from ...kernel import Floats
 from ...robot.robot import Robot
 
-# Fewer messages than this are not worth columns.
+# Fewer messages than this are taken one by one.
 SHORTEST_RUN = 8
 
 
-class Silence(NamedTuple):
+class JointTimeout(NamedTuple):
     """
-    A joint was not heard for the timeout: the node says STALE at `moment` (ns, of the recording).
+    A joint had no position for the timeout: the node reports STALE at `moment` (ns, of the
+    recording).
     """
 
     moment: int
@@ -32,7 +40,7 @@ class Silence(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Known:
+class KnownJoints:
     """
     The joints that are known after each message that makes a state.
 
@@ -41,15 +49,15 @@ class Known:
     messages : shape (N,)
         Number of the message in the recording, from 0.
     stamps, arrivals : shape (N,), ns
-        Of the state; and of the receipt.
+        Stamp of the state, and time of the receipt.
     q, qdot : shape (N, n), rad or m, rad/s or m/s
-        In the order of the arm; a row of `qdot` is NaN where some velocity is not known.
+        In the order of the arm; a row of `qdot` is NaN if some velocity is unknown.
     differenced : shape (N,)
         Whether some velocity is a difference of positions.
     fresh : shape (N,)
         Whether the estimator forgot everything just before.
-    silences : by row
-        What was silent before a row.
+    timeouts : by row
+        The time-out before a row.
     """
 
     messages: Times
@@ -59,13 +67,13 @@ class Known:
     qdot: Floats
     differenced: Flags
     fresh: Flags
-    silences: dict[int, Silence]
+    timeouts: dict[int, JointTimeout]
 
     def __len__(self) -> int:
         return len(self.stamps)
 
 
-class Example(NamedTuple):
+class RefusedExample(NamedTuple):
     """The first message refused for a reason."""
 
     message: int
@@ -75,18 +83,18 @@ class Example(NamedTuple):
 
 class Ingest:
     """
-    An estimator and what it refused; the only thing of an audit that has a memory.
+    An estimator and the messages it refused; the only part of an audit with a memory.
 
     Attributes
     ----------
     counts
-        Messages by what became of them, as the node counts them.
+        Number of messages by outcome, as the node counts them.
     examples
         The first message of each reason.
     """
 
     def __init__(self, robot: Robot, estimator: Estimator) -> None:
-        self.examples: dict[str, Example] = {}
+        self.examples: dict[str, RefusedExample] = {}
         self._robot = robot
         self._estimator = estimator
         names = [estimator.settings.joint_prefix + name for name in robot.joint_names]
@@ -95,16 +103,16 @@ class Ingest:
         self._message = 0
         self._started: int | None = None
         self._stale = False
-        self._pending: tuple[Silence | None, bool] = (None, False)
+        self._pending: tuple[JointTimeout | None, bool] = (None, False)
 
     @property
     def counts(self) -> Counter[str]:
         """Return the estimator's own counts."""
         return self._estimator.counts
 
-    def take(self, block: Block) -> Known:
-        """Return what is known after each message of the next block that makes a state."""
-        rows = _Rows(*self._pending)
+    def take(self, block: Block) -> KnownJoints:
+        """Return the known joints after each message of the next block that makes a state."""
+        rows = _KnownRows(*self._pending)
         for begin, end in self._runs(block):
             k = begin
             while k < end:
@@ -112,38 +120,39 @@ class Ingest:
                 k += 1
                 if accepted and end - k >= SHORTEST_RUN:
                     self._columns(block, k - 1, end - 1, rows)
-                    # What the estimator makes of it is known; what it remembers of it is not.
+                    # The result of the estimator is known, but not its memory afterwards.
                     self._estimator.accept(block.sample(end - 2))
                     k = end - 1
         self._message += len(block)
-        self._pending = (rows.silence, rows.reset)
+        self._pending = (rows.timeout, rows.reset)
         return rows.known(self._robot.dof)
 
-    def refuse(self, message: Unreadable) -> None:
+    def refuse(self, message: UnreadableMessage) -> None:
         """Count a message that cannot be read, as the node does."""
         self.counts[UNREADABLE] += 1
         if UNREADABLE not in self.examples:
-            self.examples[UNREADABLE] = Example(self._message, 0, message.reason)
+            self.examples[UNREADABLE] = RefusedExample(self._message, 0, message.reason)
         self._message += 1
 
     def _runs(self, block: Block) -> Iterator[tuple[int, int]]:
         # Runs of messages that can be taken in columns once the first of them is accepted; others
         # are runs of one.
         count = len(block)
-        places = self._places(block)
-        if places is None:
+        columns = self._joint_columns(block)
+        if columns is None:
             yield from ((k, k + 1) for k in range(count))
             return
         with np.errstate(invalid='ignore'):
-            good = np.all(np.abs(block.positions[:, places]) <= LARGEST, axis=1)
+            good = np.all(np.abs(block.positions[:, columns]) <= LARGEST, axis=1)
         good &= block.stamps > 0
         follows = np.zeros(count, dtype=bool)
         follows[1:] = good[1:] & good[:-1] & (np.diff(block.stamps) > 0)
         starts = [*np.flatnonzero(~follows).tolist(), count]
         yield from zip(starts, starts[1:])
 
-    def _places(self, block: Block) -> list[int] | None:
-        # Where each of our joints stands; None unless each is there once and has a position.
+    def _joint_columns(self, block: Block) -> list[int] | None:
+        # Returns the column of each joint of the arm; None unless each occurs once and has a
+        # position.
         if block.positions.shape[1] != len(block.names):
             return None
         at = {name: place for place, name in enumerate(block.names)}
@@ -152,7 +161,7 @@ class Ingest:
             return None
         return [at[name] for name in self._names]
 
-    def _one(self, block: Block, k: int, rows: '_Rows') -> bool:
+    def _one(self, block: Block, k: int, rows: '_KnownRows') -> bool:
         # One message through the estimator itself.
         estimator, sample = self._estimator, block.sample(k)
         self._started = sample.arrival if self._started is None else self._started
@@ -160,9 +169,9 @@ class Ingest:
         resets = estimator.counts[RESETS]
         outcome = estimator.accept(sample)
         rows.reset |= estimator.counts[RESETS] != resets
-        if isinstance(outcome, Refusal):
+        if isinstance(outcome, RefusedMessage):
             if outcome.reason not in self.examples:
-                self.examples[outcome.reason] = Example(
+                self.examples[outcome.reason] = RefusedExample(
                     self._message + k, sample.stamp, outcome.sentence
                 )
             return False
@@ -177,8 +186,8 @@ class Ingest:
         )
         return True
 
-    def _listen(self, arrival: int, rows: '_Rows') -> None:
-        # The node's watchdog, which looks between the messages.
+    def _listen(self, arrival: int, rows: '_KnownRows') -> None:
+        # The node's watchdog, which checks between the messages.
         assert self._started is not None
         timeout = self._estimator.settings.timeout
         if self._stale or arrival - self._started <= timeout:
@@ -189,21 +198,21 @@ class Ingest:
             age = self._estimator.age(arrival)
             heard = self._started if math.isinf(age) else arrival - round(age * 1e9)
             moment = max(heard, self._started) + timeout
-            rows.silence = Silence(min(moment, arrival), missing)
+            rows.timeout = JointTimeout(min(moment, arrival), missing)
 
-    def _columns(self, block: Block, first: int, end: int, rows: '_Rows') -> None:
+    def _columns(self, block: Block, first: int, end: int, rows: '_KnownRows') -> None:
         # Messages first + 1 to end - 1, message `first` being the last one accepted.
         settings = self._estimator.settings
-        places = self._places(block)
-        assert places is not None
-        q = block.positions[first:end, places]
+        columns = self._joint_columns(block)
+        assert columns is not None
+        q = block.positions[first:end, columns]
         stamps, arrivals = block.stamps[first:end], block.received[first:end]
         heard = np.zeros(len(q), dtype=bool)
         qdot = np.full_like(q, math.nan)
         if settings.velocity_source != 'difference' and (
             block.velocities.shape[1] == len(block.names)
         ):
-            velocities = block.velocities[first:end, places]
+            velocities = block.velocities[first:end, columns]
             with np.errstate(invalid='ignore'):
                 heard = np.all(np.abs(velocities) <= LARGEST, axis=1)
             qdot[heard] = velocities[heard]
@@ -218,7 +227,7 @@ class Ingest:
         before = len(rows)
         for k in late.tolist():
             moment = int(arrivals[k]) + settings.timeout
-            rows.silences[before + k] = Silence(moment, self._names)
+            rows.timeouts[before + k] = JointTimeout(moment, self._names)
         rows.add(
             np.arange(first + 1, end) + self._message,
             stamps[1:],
@@ -243,12 +252,12 @@ class Ingest:
         return np.asarray(differences)
 
 
-class _Rows:
-    """The rows of a `Known` while they are collected."""
+class _KnownRows:
+    """The rows of a `KnownJoints` while they are collected."""
 
-    def __init__(self, silence: Silence | None, reset: bool) -> None:
-        self.silences: dict[int, Silence] = {}
-        self.silence, self.reset = silence, reset
+    def __init__(self, timeout: JointTimeout | None, reset: bool) -> None:
+        self.timeouts: dict[int, JointTimeout] = {}
+        self.timeout, self.reset = timeout, reset
         self._parts: list[tuple[Floats, ...]] = []
         self._fresh: list[int] = []
         self._count = 0
@@ -257,23 +266,23 @@ class _Rows:
         return self._count
 
     def add(self, *columns: object) -> None:
-        if self.silence is not None:
-            self.silences[self._count] = self.silence
+        if self.timeout is not None:
+            self.timeouts[self._count] = self.timeout
         if self.reset:
             self._fresh.append(self._count)
-        self.silence, self.reset = None, False
+        self.timeout, self.reset = None, False
         self._parts.append(tuple(np.asarray(column) for column in columns))
         self._count += len(self._parts[-1][0])
 
-    def known(self, dof: int) -> Known:
+    def known(self, dof: int) -> KnownJoints:
         fresh = np.zeros(self._count, dtype=bool)
         fresh[self._fresh] = True
         if not self._parts:
             none, table = np.zeros(0, dtype=np.int64), np.zeros((0, dof))
-            return Known(none, none, none, table, table, none.astype(bool), fresh, {})
+            return KnownJoints(none, none, none, table, table, none.astype(bool), fresh, {})
         columns = [np.concatenate(column) for column in zip(*self._parts)]
         messages, stamps, arrivals, q, qdot, differenced = columns
-        return Known(
+        return KnownJoints(
             messages.astype(np.int64),
             stamps.astype(np.int64),
             arrivals.astype(np.int64),
@@ -281,5 +290,5 @@ class _Rows:
             qdot,
             differenced.astype(bool),
             fresh,
-            self.silences,
+            self.timeouts,
         )

@@ -1,4 +1,6 @@
-"""What each joint did: range, limits, jumps, and its reported velocity against its positions."""
+"""
+The motion of each joint: range, limits, jumps, and its reported velocity against its positions.
+"""
 
 import math
 from collections.abc import Iterator
@@ -14,14 +16,14 @@ from ...robot.robot import Robot
 from .reported_velocities import Unwrapped, VelocityCheck, longest_interval, velocity_check
 from .timeline import Timeline
 
-# A step is a jump where it exceeds, by so much (rad, m), what three times the larger reported
-# speed covers; without reported speeds, twice the velocity limit; without that, these speeds.
+# A step is a jump if it exceeds, by this much (rad, m), the way at three times the larger reported
+# speed; without reported speeds, twice the velocity limit; without that, these speeds.
 JUMP = (0.02, 0.005)
 SPEED_MARGIN, LIMIT_MARGIN = 3.0, 2.0
 FREE_SPEED = (10.0, 2.0)
 # A position this near to its limit touches it (rad, m).
 TOUCHES = (math.radians(0.5), 1e-3)
-# Positions beyond their limits by more than a turn are perhaps degrees.
+# Positions beyond their limits by more than a turn may be in degrees.
 DEGREES_BEYOND = math.tau
 MOST_JUMPS = 100
 
@@ -44,18 +46,18 @@ class JointReport(NamedTuple):
     Attributes
     ----------
     least, greatest
-        Of its positions.
+        Range of its positions.
     lower, upper
-        Its limits; infinite where there are none.
+        Its limits; infinite if there are none.
     beyond, touching
         States beyond a limit, and at one.
     first_beyond, worst_beyond
-        Row of the first state beyond a limit, -1 where there is none; by how much it is beyond.
+        Row of the first state beyond a limit, -1 if there is none; largest distance beyond it.
     fastest, velocity_limit, too_fast
         Largest speed known, its limit, and states above it.
     check
-        None where the messages report no velocity, or the joint stands still as far as the noise
-        of its positions lets one tell.
+        None if the messages report no velocity, or if the joint stands still within the noise of
+        its positions.
     """
 
     name: str
@@ -75,7 +77,7 @@ class JointReport(NamedTuple):
 
 
 def joint_reports(robot: Robot, timeline: Timeline) -> tuple[JointReport, ...]:
-    """Return what each joint did, in the order of the arm."""
+    """Return a report of each joint, in the order of the arm."""
     return tuple(_report(robot, timeline, j) for j in range(robot.dof))
 
 
@@ -128,7 +130,7 @@ def look_like_degrees(reports: tuple[JointReport, ...]) -> bool:
 
 
 def jumps_of(robot: Robot, timeline: Timeline) -> tuple[int, tuple[Jump, ...]]:
-    """Return how many jumps there are, and the first of them."""
+    """Return the number of jumps, and the first of them."""
     longest = longest_interval(median(lambda: _forwards(timeline)))
     joints = [Unwrapped(bool(wraps)) for wraps in robot.continuous]
     before: list[Floats] = [np.zeros(0)] * robot.dof
@@ -162,7 +164,8 @@ def jumps_of(robot: Robot, timeline: Timeline) -> tuple[int, tuple[Jump, ...]]:
 
 
 def _explained(robot: Robot, j: int, speeds: Floats, intervals: Floats) -> Floats:
-    # Steps of a joint that are no jumps, from speeds (N + 1,) at the ends of intervals (N,).
+    # Returns the steps of a joint that are no jumps, from speeds (N + 1,) at the ends of intervals
+    # (N,).
     sliding = robot.joint_types[j] == 'prismatic'
     reported = SPEED_MARGIN * np.fmax(speeds[1:], speeds[:-1])
     limit = LIMIT_MARGIN * float(robot.velocity_limits[j])

@@ -1,7 +1,7 @@
 """
 Joint positions around the times of poses, gathered while the states of a recording pass by.
 
-Nothing else is kept in memory: some hundred poses, and half a second around each.
+Only some hundred poses, and half a second around each, are kept in memory.
 """
 
 from typing import NamedTuple
@@ -16,7 +16,7 @@ from ..frame_check.joint_motion import WINDOW
 from ..frame_check.lag import REACH
 from .timeline import Timeline
 
-# States so long before and after a pose are kept (ns): lags are searched within.
+# States within this time (ns) before and after a pose are kept: lags are searched in this range.
 AROUND = round((REACH + 2.0 * WINDOW) * 1e9)
 
 
@@ -29,13 +29,13 @@ class Track(NamedTuple):
     poses, stamps, t : shape (M,)
         Rows of the pose track; ns; s since the first state, a step back taking no time.
     q : shape (M, n), rad or m
-        Joint positions, NaN where there are none.
+        Joint positions, NaN if there are none.
     gaps : shape (M,), s
-        How far the joint states around each are apart; 0 for positions of the same row or stamp.
+        Time between the joint states around each; 0 for positions of the same row or stamp.
     within : shape (M,)
         Whether the time of each is within the recording.
     interval : s
-        The usual one of the states, NaN where there are fewer than two.
+        The usual interval of the states, NaN if there are fewer than two.
     states_at, states : shapes (K,), ns, and (K, n), rad or m
         The states around the poses, by rising stamp.
     """
@@ -64,9 +64,9 @@ class Neighbourhoods:
     """
     Takes states in the order of the recording.
 
-    Poses that bring their joint positions along are followed at even steps. Of others it is not
-    known which are within the recording: all are followed, and every second one is given up each
-    time that there are twice as many as are wanted.
+    Poses with their own joint positions are taken at even steps. For others it is unknown which
+    are within the recording: all are taken, and every second one is dropped each time that there
+    are twice as many as are wanted.
     """
 
     def __init__(self, robot: Robot, track: PoseTrack) -> None:
@@ -86,7 +86,7 @@ class Neighbourhoods:
         """Keep those of the next states that are around a pose."""
         if not len(self._order):
             return
-        # Where stamps step back, only what goes beyond all before is used.
+        # If stamps step back, only states later than all before are used.
         highest = np.maximum.accumulate(np.concatenate([[self._latest], stamps[:-1]]))
         rising = stamps > highest
         part = stamps[rising], t[rising], q[rising]
@@ -105,7 +105,7 @@ class Neighbourhoods:
         self._t = np.concatenate([self._t, *(part[1] for part in self._parts)])
         self._q = np.concatenate([self._q, *(part[2] for part in self._parts)])
         self._parts, self._waiting = [], 0
-        # Up to twice as many are followed.
+        # Up to twice as many are taken.
         while self._track.q is None and self._count_within() > 2 * MOST_POSES:
             self._stride *= 2
         keep = self._around()
@@ -116,7 +116,7 @@ class Neighbourhoods:
         return int(end - begin)
 
     def _around(self) -> Flags:
-        # Both states of an interval are kept where it meets the time around a pose; the last state
+        # Both states of an interval are kept if it meets the time around a pose; the last state
         # may be the first of such an interval.
         wanted = self._sorted[:: self._stride]
         begins, ends = wanted - AROUND, wanted + AROUND
@@ -129,7 +129,7 @@ class Neighbourhoods:
         return keep
 
     def track(self) -> Track:
-        """Return the poses followed, with the joint positions at their times."""
+        """Return the poses taken, with the joint positions at their times."""
         if self._parts:
             self._gather()
         order, at, stamps = (
@@ -157,8 +157,8 @@ class Neighbourhoods:
         )
 
     def _between(self, at: Times) -> tuple[Floats, Floats]:
-        # Joint positions (M, n) on the line between the states around each time, and how far (s)
-        # these are apart; no time where a state has just that stamp.
+        # Returns joint positions (M, n) on the line between the states around each time, and the
+        # time (s) between these; 0 if a state has exactly that stamp.
         stamps = self._stamps
         right = np.clip(np.searchsorted(stamps, at), 0, len(stamps) - 1)
         left = np.where(stamps[right] == at, right, np.maximum(right - 1, 0))

@@ -13,16 +13,18 @@ from ...kernel import Floats
 from .smooth_motion import SmoothMotion
 from .timeline import Timeline
 
-# Lags tried, in median intervals; and messages they are tried on.
+# Lags tried, in median intervals; and the number of messages for the trials.
 LAGS, LAG_ROWS = 12, 50_000
-# A lag is believed where it takes this share of the difference away, and a scale likewise.
+# A lag or a scale is believed if it removes this share of the difference.
 BELIEVED = 0.6
-# Differences below this share of the speed need no explanation; scales this near to 1 are none.
+# Differences below this share of the speed need no explanation; scales this near to 1 are no
+# finding.
 WORTH, SAME_SCALE = 0.002, 0.05
-# Slower than this (rad/s, m/s; RMS) there is nothing to compare; nor where so many standard errors
-# of the noise could be the motion, or the way is no longer than so many jitters of a position.
+# There is nothing to compare below this speed (rad/s, m/s; RMS), nor if the motion could be this
+# many standard errors of the noise, or if the way is no longer than this many jitters of a
+# position.
 STILL, SURE, MANY_JITTERS = 1e-3, math.sqrt(6.0), 20.0
-# Intervals longer than so many median ones mean nothing.
+# Intervals longer than this many median ones are not used.
 LONGEST = 5.0
 
 
@@ -33,15 +35,15 @@ class VelocityCheck(NamedTuple):
     Attributes
     ----------
     rms, typical, worst
-        RMS, median and largest of their difference; `row` is where it is worst.
+        RMS, median and largest of their difference; `row` is the worst row.
     speed
         RMS of the differences themselves.
     noise
-        RMS of what in them is noise of the positions.
+        RMS of their part that is noise of the positions.
     lag : s
-        By which the velocities come late, 0 where none is believable.
+        Delay of the velocities, 0 if none is believable.
     scale
-        Reported over differentiated: -1 a wrong sign, 57.3 degrees; 1 where none is believable.
+        Reported over differentiated: -1 a wrong sign, 57.3 degrees; 1 if none is believable.
     """
 
     rms: float
@@ -56,7 +58,7 @@ class VelocityCheck(NamedTuple):
 
 @dataclass
 class Unwrapped:
-    """Positions of a joint without the jumps of a full turn, as `numpy.unwrap` takes them all."""
+    """Positions of a joint without the jumps of a full turn, as from `numpy.unwrap`."""
 
     wraps: bool
     _last: Floats = field(default_factory=lambda: np.zeros(0))
@@ -78,12 +80,15 @@ class Unwrapped:
 
 
 def longest_interval(forwards: float) -> float:
-    """Return up to which interval (ns) a state follows the one before it, from their median."""
+    """
+    Return the longest interval (ns) after which a state still follows the one before, from the
+    median.
+    """
     return LONGEST * forwards
 
 
-class _Piece(NamedTuple):
-    """Messages with news of a joint, after the one that came before them."""
+class _JointSamples(NamedTuple):
+    """Messages with new values of a joint, after the one before them."""
 
     q: Floats
     reported: Floats
@@ -93,7 +98,10 @@ class _Piece(NamedTuple):
 
 
 class _Intervals(NamedTuple):
-    """Between them: mean velocity, mean of the reported ones at the ends, and which to use."""
+    """
+    The intervals between samples: mean velocity, mean of the reported ones at the ends, and which
+    to use.
+    """
 
     mean: Floats
     ends: Floats
@@ -109,7 +117,7 @@ class _Joint:
     wraps: bool
     longest: float = 0.0
 
-    def pieces(self) -> Iterator[_Piece]:
+    def pieces(self) -> Iterator[_JointSamples]:
         timeline, unwrapped = self.timeline, Unwrapped(self.wraps)
         last = np.array([math.nan]), np.array([math.nan])
         before: list[Any] | None = None
@@ -117,7 +125,7 @@ class _Joint:
             q = unwrapped.take(timeline.q.columns[self.j][rows])
             velocities = timeline.qdot.columns[self.j][rows]
             reported = np.where(timeline.differenced[rows], np.nan, velocities)
-            # Where neither changes, the joint stood still or was in none of the messages.
+            # If neither changes, the joint stood still or was in none of the messages.
             news = np.flatnonzero(
                 (np.diff(q, prepend=last[0]) != 0.0) | (np.diff(reported, prepend=last[1]) != 0.0)
             )
@@ -127,10 +135,10 @@ class _Joint:
             if before is not None:
                 piece = [np.concatenate(pair) for pair in zip(before, piece)]
             if len(piece[0]):
-                yield _Piece(*piece)
+                yield _JointSamples(*piece)
                 before = [column[-1:] for column in piece]
 
-    def intervals(self) -> Iterator[tuple[_Piece, _Intervals]]:
+    def intervals(self) -> Iterator[tuple[_JointSamples, _Intervals]]:
         for piece in self.pieces():
             steps, known = np.diff(piece.stamps), ~np.isnan(piece.reported)
             use = (steps > 0) & (steps <= self.longest) & known[1:] & known[:-1]
@@ -155,9 +163,7 @@ class _Joint:
 
 
 def velocity_check(timeline: Timeline, j: int, wraps: bool) -> VelocityCheck | None:
-    """
-    Return how the reported velocities of joint j agree; None where there is nothing to compare.
-    """
+    """Return how the reported velocities of joint j agree; None if there is nothing to compare."""
     joint = _Joint(timeline, j, wraps)
     joint.longest = longest_interval(median(joint.forwards))
     count, row, worst = 0, 0, -1.0
@@ -195,7 +201,7 @@ def velocity_check(timeline: Timeline, j: int, wraps: bool) -> VelocityCheck | N
 
 
 def _scale(joint: _Joint, scale: float, count: int, rms: float) -> float:
-    # By which factor the reported velocities are too large, 0 where none explains them.
+    # Returns the factor by which the reported velocities are too large, 0 if none explains them.
     left = 0.0
     for _, (mean, ends, use) in joint.intervals():
         left += float(np.sum((ends - scale * mean)[use] ** 2))
@@ -204,11 +210,11 @@ def _scale(joint: _Joint, scale: float, count: int, rms: float) -> float:
 
 
 def _lag(joint: _Joint, count: int, rms: float) -> float:
-    # The shift of the reported velocities that brings them nearest, s.
+    # Returns the shift of the reported velocities that brings them nearest, s.
     interval = median(joint.times)
     shifts = interval * np.linspace(-LAGS, LAGS, 8 * LAGS + 1)
     stride = max(1, count // LAG_ROWS)
-    trial, seen, first = _Trial(shifts), 0, True
+    trial, seen, first = _ShiftTrial(shifts), 0, True
     for piece, (mean, _, use) in joint.intervals():
         at = np.flatnonzero(use)
         at, seen = at[-seen % stride :: stride], seen + len(at)
@@ -228,8 +234,8 @@ def _lag(joint: _Joint, count: int, rms: float) -> float:
     return float(shifts[best])
 
 
-class _Trial:
-    """Velocities looked up at shifted times, as soon as what comes after them is known."""
+class _ShiftTrial:
+    """Velocities looked up at shifted times, as soon as the samples after them are known."""
 
     def __init__(self, shifts: Floats) -> None:
         self._shifts = shifts
@@ -244,7 +250,7 @@ class _Trial:
         self._mean = np.concatenate([self._mean, mean])
         if len(self._t):
             self._look_up(int(np.searchsorted(self._middle, self._t[-1] - 2.0 * self._shifts[-1])))
-        # What comes next begins where this ends; of what is earlier one velocity is enough.
+        # The next piece begins at the end of this one; one earlier velocity is enough.
         needed = self._middle[0] if len(self._middle) else self._t[-1:].sum()
         keep = max(int(np.searchsorted(self._t, needed + self._shifts[0])) - 1, 0)
         self._t, self._reported = self._t[keep:], self._reported[keep:]

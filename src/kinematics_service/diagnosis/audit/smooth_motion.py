@@ -1,4 +1,4 @@
-"""The motion in differences of positions, told from the noise of the positions."""
+"""The motion in differences of positions, separated from the noise of the positions."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from ...kernel import Floats
 
 class SmoothMotion:
     """
-    Mean square of the differences without that noise, of pieces as of all at once.
+    Mean square of the differences without that noise, the same in pieces as at once.
 
     The noise of one position is in two differences, next to each other; the product of one and the
     next but one is free of it, and the speed hardly changes in between.
@@ -19,7 +19,7 @@ class SmoothMotion:
         self._before, self._use_before = np.zeros(0), np.zeros(0, dtype=bool)
 
     def take(self, differences: Floats, use: Flags) -> None:
-        """Take the next differences, and which of them mean something, shape (N,)."""
+        """Take the next differences, and which of them are valid, shape (N,)."""
         all_, usable = np.append(self._before, differences), np.append(self._use_before, use)
         both = usable[2:] & usable[1:-1] & usable[:-2]
         self._sum += float(np.sum((all_[2:] * all_[:-2])[both]))
@@ -27,7 +27,5 @@ class SmoothMotion:
         self._before, self._use_before = all_[-2:], usable[-2:]
 
     def square(self, otherwise: float) -> float:
-        """
-        Return the mean square of the motion, `otherwise` where there are too few differences.
-        """
+        """Return the mean square of the motion, `otherwise` if there are too few differences."""
         return max(self._sum / self._count, 0.0) if self._count else otherwise

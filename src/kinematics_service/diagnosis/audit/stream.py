@@ -1,4 +1,6 @@
-"""How the messages of a recording came: rate, gaps, repeated stamps, names that change order."""
+"""
+The timing of the messages of a recording: rate, gaps, repeated stamps, names that change order.
+"""
 
 from collections import Counter
 from collections.abc import Iterator
@@ -7,12 +9,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...formats.recordings.block import Block, Times, Unreadable
+from ...formats.recordings.block import Block, Times, UnreadableMessage
 from ...formats.recordings.columns import Column, median, spans
 
-# A gap is this many times the median interval of stamps, and at least so long (ns).
+# A gap is this many times the median interval of stamps, and at least this long (ns).
 GAP, SHORTEST_GAP = 5.0, 20_000_000
-# Gaps and orders of names told one by one.
+# Number of gaps and orders of names that are listed.
 MOST_LISTED = 100
 
 
@@ -38,32 +40,33 @@ class NameOrder(NamedTuple):
 @dataclass(frozen=True)
 class Stream:
     """
-    What there is to say of the messages themselves, whoever the arm is.
+    Findings about the messages themselves, which hold for any arm.
 
     Attributes
     ----------
     messages
-        How many there are.
+        Their number.
     first_stamp, last_stamp : ns
-        0 where no message is stamped.
+        0 if no message is stamped.
     median_interval, longest_interval : s
-        Of stamps, 0 where there are none.
+        Of stamps, 0 if there are none.
     duration : s
         Sum of the intervals that go forwards.
     gap_count, gaps
-        How many, and the longest of them.
+        Number of gaps, and the longest of them.
     repeated, backwards, unstamped
-        Messages whose stamp is that of the message before; that step back; that have none.
+        Numbers of messages with the stamp of the message before, with an earlier one, and without
+        one.
     largest_step_back : s
         Of the stamps.
     identical
         Messages with stamp and positions of the message before.
     orders
-        How the arm's joints are named, most frequent first.
+        The orders in which the arm's joints are named, most frequent first.
     changes_of_order
-        How often two messages in a row name them differently.
+        Number of times that two messages in a row name them differently.
     delay_median, delay_longest : s
-        From stamp to receipt; 0 where there are no stamps.
+        From stamp to receipt; 0 if there are no stamps.
     """
 
     messages: int
@@ -86,16 +89,16 @@ class Stream:
 
     @property
     def rate(self) -> float:
-        """Return messages per second by the median interval, 0 where there are no stamps."""
+        """Return messages per second by the median interval, 0 if there are no stamps."""
         return 1.0 / self.median_interval if self.median_interval > 0.0 else 0.0
 
 
 class StreamWatch:
-    """Collects what a `Stream` says while blocks go by."""
+    """Collects the data of a `Stream`, block by block."""
 
     def __init__(self, joint_names: tuple[str, ...]) -> None:
         self._ours = set(joint_names)
-        # Of the messages with a stamp.
+        # The messages with a stamp.
         self._stamps, self._delays = Column(np.int64), Column(np.int64)
         self._numbers = Column(np.int64)
         self._orders: Counter[tuple[str, ...]] = Counter()
@@ -106,9 +109,9 @@ class StreamWatch:
         self._last: tuple[int, list[float]] | None = None
         self._count = 0
 
-    def take(self, block: Block | Unreadable) -> None:
-        """Look at the next block."""
-        if isinstance(block, Unreadable):
+    def take(self, block: Block | UnreadableMessage) -> None:
+        """Take the next block."""
+        if isinstance(block, UnreadableMessage):
             self._count += 1
             return
         order = tuple(name for name in block.names if name in self._ours)
@@ -129,7 +132,7 @@ class StreamWatch:
         self._count += len(block)
 
     def stream(self) -> Stream:
-        """Return what there was."""
+        """Return the findings."""
         stamps, delays = self._stamps, self._delays
         forwards = median(lambda: (steps[steps > 0] for _, steps in self._steps()))
         longest = max(GAP * forwards, SHORTEST_GAP)

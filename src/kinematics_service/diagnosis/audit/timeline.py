@@ -1,17 +1,17 @@
-"""What is known of an arm at every message of a recording, in columns."""
+"""The states of an arm at every message of a recording, in columns."""
 
 from typing import NamedTuple
 
 import numpy as np
 
-from ...estimation.status_text import Notice
+from ...estimation.status_text import StatusText
 from ...formats.recordings.block import Flags, Times
-from ...formats.recordings.columns import Column, Table
+from ...formats.recordings.columns import Column, StateTable
 from ...kernel import Floats
 from ...kinematics.singularity import Singularity
 from ...kinematics.tool_state import ToolState
 from ...robot.robot import Robot
-from .ingest import Known
+from .ingest import KnownJoints
 from .judging import Levels
 
 MEASURE_NAMES = (
@@ -23,22 +23,22 @@ MEASURE_NAMES = (
 )
 
 
-class Said(NamedTuple):
+class PublishedWarning(NamedTuple):
     """
     A warning as the node would have published it; `row` is the state it belongs to or precedes.
     """
 
     row: int
     moment: int
-    notice: Notice
+    status_text: StatusText
 
 
 class Timeline:
     """
     Every state of a recording; N of them, in columns that are read in pieces.
 
-    What is not here (Jacobian, quaternion, twist, other measures) is computed anew where it is
-    wanted for some rows, from `q` and `qdot`.
+    Other values (Jacobian, quaternion, twist, other measures) are computed again from `q` and
+    `qdot` for the rows that need them.
 
     Attributes
     ----------
@@ -49,36 +49,40 @@ class Timeline:
     t : shape (N,), s
         Time since the first state by the stamps; a step back takes no time.
     q, qdot : shape (N, n), rad or m, rad/s or m/s
-        Rows of `qdot` are NaN where unknown.
+        Rows of `qdot` are NaN if unknown.
     differenced : shape (N,)
         Whether the velocities are differences of positions.
     turned : shape (N,)
         Whether the tool's quaternion is published with the opposite sign of the kernel's.
     position : shape (N, 3), m; speed : shape (N,), m/s; turning : shape (N,), rad/s
-        Of the tool in the base frame; speeds are NaN where unknown.
+        Of the tool in the base frame; speeds are NaN if unknown.
     measures : by name, shape (N,)
         As in `Singularity`: the watched one, smallest singular value, and condition number.
     factors : shape (N, F), rad
-        Distance to the zero of each named factor; F is 0 where the file lists none.
+        Distance to the zero of each named factor; F is 0 if the file lists none.
     levels : shape (N,)
         OK, WARN or ERROR, with hysteresis.
     silent : shape (N,)
         Whether the state was stale just before.
-    said
-        What the node would have said.
+    warnings
+        The warnings that the node would have published.
     """
 
     def __init__(self, robot: Robot) -> None:
         self.messages, self.stamps = Column(np.int64), Column(np.int64)
         self.t = Column(np.float64)
-        self.q, self.qdot = Table(robot.dof), Table(robot.dof)
+        self.q, self.qdot = StateTable(robot.dof), StateTable(robot.dof)
         self.differenced, self.turned = Column(bool), Column(bool)
-        self.position, self.speed, self.turning = Table(3), Column(np.float64), Column(np.float64)
+        self.position, self.speed, self.turning = (
+            StateTable(3),
+            Column(np.float64),
+            Column(np.float64),
+        )
         kept = (robot.thresholds.measure, 'smallest_singular_value', 'condition_number')
         self.measures = {name: Column(np.float64) for name in kept}
-        self.factors = Table(len(robot.factors.names))
+        self.factors = StateTable(len(robot.factors.names))
         self.levels, self.silent = Column(np.int8), Column(bool)
-        self.said: list[Said] = []
+        self.warnings: list[PublishedWarning] = []
         self._clock: tuple[int, int] | None = None
 
     def __len__(self) -> int:
@@ -91,7 +95,7 @@ class Timeline:
 
     def append(
         self,
-        known: Known,
+        known: KnownJoints,
         state: ToolState,
         singularity: Singularity,
         levels: Levels,
@@ -101,7 +105,7 @@ class Timeline:
         moving = ~np.any(np.isnan(known.qdot), axis=1)
         twist = np.where(moving[:, None], state.twist, np.nan)
         silent = np.zeros(len(known), dtype=bool)
-        silent[list(known.silences)] = True
+        silent[list(known.timeouts)] = True
         self.messages.append(known.messages)
         self.t.append(self._times(known.stamps))
         self.stamps.append(known.stamps)
@@ -129,16 +133,16 @@ class Timeline:
         return times
 
 
-class Part(NamedTuple):
+class TimelineBatch(NamedTuple):
     """
     A batch of states with everything the node would publish of them.
 
-    `first` is the number of its first state, and `said` what is said at its states.
+    `first` is the number of its first state, and `warnings` are those at its states.
     """
 
     first: int
-    known: Known
+    known: KnownJoints
     state: ToolState
     quaternion_xyzw: Floats
     singularity: Singularity
-    said: list[Said]
+    warnings: list[PublishedWarning]

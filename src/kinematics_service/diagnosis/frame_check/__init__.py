@@ -1,8 +1,9 @@
 """
-Compares the tool poses of a robot file with those of a second source, and says what is wrong.
+Compares the tool poses of a robot file with those of a second source, and finds the cause of a
+difference.
 """
 
-from .causes import Cause as Cause
+from .causes import TestedCause as TestedCause
 from .diagnosis import FrameDiagnosis as FrameDiagnosis
 from .diagnosis import FramesError as FramesError
 from .diagnosis import diagnose_frames as diagnose_frames

@@ -1,4 +1,4 @@
-"""The diagnosis: constant offsets, what remains, and the cause that was tested to explain it."""
+"""The diagnosis: constant offsets, the remainder, and the tested cause that explains it."""
 
 from dataclasses import dataclass
 
@@ -11,20 +11,20 @@ from ...kernel import Floats
 from ...kinematics.tool_state import evaluate
 from ...rigid_motion import rotation_vector
 from ...robot.robot import Robot
-from .causes import Cause, Causes, causes_of
+from .causes import Causes, TestedCause, causes_of
 from .errors import Errors, errors_of
-from .hypotheses import Given
-from .joint_motion import JointMotion
+from .hypotheses import ComparedData
+from .joint_motion import SampledMotion
 from .lag import Extrapolated, Later, LookedUp
 from .offsets import equations_of, fit_offsets, free_directions, scale_of
 
 # A remainder below both (m, rad) needs no cause: encoders and factory calibrations are coarser.
 FINE, FINE_ANGLE = 2e-5, 2e-5
-# A remainder that falls by more than this falls to nothing.
+# A remainder that falls by more than this factor vanishes.
 MANY = 1e6
-# R^T R may be so far from the identity: float32 and printed digits.
+# Deviation of R^T R from the identity that float32 and printed digits explain.
 NO_ROTATION = 0.01
-# Poses needed for offsets at all, and to name a cause.
+# Number of poses needed for offsets, and to name a cause.
 LEAST, LEAST_FOR_CAUSE = 3, 8
 
 
@@ -35,29 +35,29 @@ class FramesError(KinematicsError, ValueError):
 @dataclass(frozen=True, eq=False)
 class FrameDiagnosis:
     """
-    How the poses of a robot file and those of a second source hang together.
+    The relation between the poses of a robot file and those of a second source.
 
     Attributes
     ----------
     sentence
-        All of it for a person.
+        The whole diagnosis in words.
     count
         Number of poses compared.
     as_given
-        How far the poses are apart as they are.
+        The differences of the poses without offsets.
     base_offset, tool_offset : shape (4, 4)
         X and Y of B = X A Y: the file's base frame in that of the second source, and the second
         source's tool in that of the file.
     errors
-        What remains with them.
+        The remainders with these offsets.
     undetermined
         Directions of the offsets these poses do not determine, in words.
     cause
-        The likely cause of what remains; None where none is decisive.
+        The likely cause of the remainder; None if none is decisive.
     causes
         All that explain about as much, the likely one first.
     likely
-        Where no cause is decisive: those that explain most of it, though not two thirds.
+        If no cause is decisive: those that explain most of it, though not two thirds.
     """
 
     sentence: str
@@ -67,9 +67,9 @@ class FrameDiagnosis:
     tool_offset: Floats
     errors: Errors
     undetermined: tuple[str, ...]
-    cause: Cause | None
-    causes: tuple[Cause, ...]
-    likely: tuple[Cause, ...] = ()
+    cause: TestedCause | None
+    causes: tuple[TestedCause, ...]
+    likely: tuple[TestedCause, ...] = ()
 
 
 def diagnose_frames(
@@ -90,11 +90,11 @@ def diagnose_frames(
     q : shape (N, n), rad or m
         Joint positions.
     poses : shape (N, 4, 4)
-        The tool by the second source, at the same times.
+        The tool's poses by the second source, at the same times.
     stamps : shape (N,), s
-        When; needed only to find a lag in seconds.
+        Times of the poses; needed only to find a lag in seconds.
     rates : shape (N, n), rad/s or m/s
-        Joint velocities, to find a lag where q says nothing of the motion between the poses.
+        Joint velocities, to find a lag if q does not tell the motion between the poses.
     motion : shapes (K,), s, and (K, n), rad or m
         Rising times and joint positions around the stamps, to find a lag; default: those of the
         poses themselves.
@@ -140,7 +140,7 @@ def _given(
     stamps: npt.ArrayLike | None,
     rates: npt.ArrayLike | None,
     motion: tuple[npt.ArrayLike, npt.ArrayLike] | None,
-) -> Given:
+) -> ComparedData:
     q, B = np.array(q, dtype=np.float64), np.array(poses, dtype=np.float64)
     if q.ndim != 2 or q.shape[1] != robot.dof or B.shape != (len(q), 4, 4):
         raise FramesError(
@@ -152,7 +152,7 @@ def _given(
     if len(q) < LEAST:
         raise FramesError(f'{len(q)} poses are too few: at least {LEAST} are needed')
     _check_rotations(B[:, :3, :3])
-    return Given(robot, q, B, _later(robot, q, stamps, rates, motion))
+    return ComparedData(robot, q, B, _later(robot, q, stamps, rates, motion))
 
 
 def _check_rotations(R: Floats) -> None:
@@ -177,13 +177,13 @@ def _later(
     rates: npt.ArrayLike | None,
     motion: tuple[npt.ArrayLike, npt.ArrayLike] | None,
 ) -> Later | None:
-    # How to look the joints up at another time, by the best that is known of their motion.
+    # Returns how to look the joints up at another time, by the best knowledge of their motion.
     t = None if stamps is None else np.array(stamps, dtype=np.float64)
     if t is not None and t.shape != (len(q),):
         raise FramesError(f'stamps must have the shape {(len(q),)}, not {t.shape}')
     if motion is not None:
         if t is None:
-            raise FramesError('a motion is of use only with stamps of the poses')
+            raise FramesError('a motion needs the stamps of the poses')
         times, positions = (np.array(part, dtype=np.float64) for part in motion)
         if times.ndim != 1 or positions.shape != (len(times), robot.dof):
             raise FramesError(
@@ -192,7 +192,7 @@ def _later(
             )
         if len(times) < 2 or not (np.all(np.diff(times) > 0.0) and np.all(np.isfinite(positions))):
             raise FramesError('the motion must have rising times and finite joint positions')
-        return LookedUp(JointMotion(times, positions, robot.continuous), t)
+        return LookedUp(SampledMotion(times, positions, robot.continuous), t)
     if rates is not None:
         speeds = np.nan_to_num(np.array(rates, dtype=np.float64))
         if speeds.shape != q.shape:
@@ -200,9 +200,9 @@ def _later(
         return Extrapolated(q, speeds)
     if t is None:
         samples = np.arange(len(q), dtype=np.float64)
-        return LookedUp(JointMotion(samples, q, robot.continuous, 1.5), samples, 'samples')
+        return LookedUp(SampledMotion(samples, q, robot.continuous, 1.5), samples, 'samples')
     if np.all(np.diff(t) > 0.0):
-        return LookedUp(JointMotion(t, q, robot.continuous), t)
+        return LookedUp(SampledMotion(t, q, robot.continuous), t)
     return None
 
 
@@ -240,7 +240,7 @@ def _sentence(
         text += (
             f', and no single cause explains them{_mention(causes.likely)}'
             if count >= LEAST_FOR_CAUSE
-            else f'; fewer than {LEAST_FOR_CAUSE} poses name no cause'
+            else f'; fewer than {LEAST_FOR_CAUSE} poses are too few to name a cause'
         )
     if len(undetermined):
         text += (
@@ -249,12 +249,12 @@ def _sentence(
     return text
 
 
-def _others(causes: tuple[Cause, ...]) -> str:
+def _others(causes: tuple[TestedCause, ...]) -> str:
     others = '; '.join(other.sentence for other in causes[1:])
-    return f' (as well possible: {others})' if others else ''
+    return f' (also possible:  {others})' if others else ''
 
 
-def _mention(likely: tuple[Cause, ...]) -> str:
+def _mention(likely: tuple[TestedCause, ...]) -> str:
     if not likely:
         return ''
     sentence = f'{likely[0].sentence}{_others(likely)}'

@@ -1,4 +1,4 @@
-"""How far poses are apart, and lengths, angles and times in words."""
+"""Differences of poses, and lengths, angles and times in words."""
 
 import math
 from typing import NamedTuple
@@ -9,7 +9,8 @@ from ...kernel import Floats
 
 # Smaller than this (mm, deg, ms) is round-off.
 NOTHING = 1e-6
-# Longer (mm, ms) than this reads better in m and s; than this (m, deg) without digits behind.
+# Values larger than this (mm, ms) are shown in m and s; larger than this (m, deg) without
+# decimals.
 LONG, FAR = 1e3, 1e3
 
 
@@ -40,7 +41,7 @@ def time_in_words(time: float) -> str:
 
 
 class Errors(NamedTuple):
-    """How far poses are apart: RMS and largest, position in m, orientation in rad."""
+    """Differences of poses: RMS and largest, position in m, orientation in rad."""
 
     position_rms: float
     position_max: float
@@ -53,7 +54,7 @@ class Errors(NamedTuple):
 
 
 def errors_of(position: Floats, rotation: Floats) -> Errors:
-    """Return the errors of what remains, position (N, 3) in m and rotation (N, 3) in rad."""
+    """Return the errors of remainders, position (N, 3) in m and rotation (N, 3) in rad."""
     p, r = np.linalg.norm(position, axis=1), np.linalg.norm(rotation, axis=1)
     return Errors(
         float(np.sqrt(np.mean(p**2))),

@@ -9,16 +9,17 @@ from ...kernel import Floats
 
 Flags = npt.NDArray[np.bool_]
 
-# Rates are the slope of a straight line through the samples of so long a window (s): neighbours at
-# 1 kHz differ by less than their noise; over this time an arm's speed hardly changes.
+# Rates are the slope of a straight line through the samples of a window of this length (s):
+# neighbours at 1 kHz differ by less than their noise; over this time an arm's speed hardly
+# changes.
 WINDOW = 0.02
-# Samples of a line: two join neighbours, more than this tell little more.
+# Number of samples of a line: two join neighbours, more than this hardly add information.
 FEWEST, MOST = 2, 64
-# Nobody knows what an arm did between two samples further apart (s).
+# The motion between two samples further apart (s) is unknown.
 LONGEST_GAP = 0.5
 
 
-class Lookup(NamedTuple):
+class JointsAtTimes(NamedTuple):
     """
     Joint positions q (N, n), rad or m, their rates (N, n) per s, and whether each row is known.
     """
@@ -28,7 +29,7 @@ class Lookup(NamedTuple):
     known: Flags
 
 
-class JointMotion:
+class SampledMotion:
     """
     Samples of joint positions.
 
@@ -65,7 +66,7 @@ class JointMotion:
         """Return the time from the first to the last sample, s."""
         return float(self._times[-1] - self._times[0])
 
-    def at(self, times: Floats) -> Lookup:
+    def at(self, times: Floats) -> JointsAtTimes:
         """
         Return the joint positions at times (N,): of the best straight line through those around.
         """
@@ -78,4 +79,4 @@ class JointMotion:
         middle_t, middle_q = t.mean(axis=1, keepdims=True), q.mean(axis=1, keepdims=True)
         t, q = t - middle_t, q - middle_q
         rates = np.einsum('nk,nkj->nj', t, q) / np.sum(t**2, axis=1)[:, None]
-        return Lookup(middle_q[:, 0] - middle_t * rates, rates, known)
+        return JointsAtTimes(middle_q[:, 0] - middle_t * rates, rates, known)

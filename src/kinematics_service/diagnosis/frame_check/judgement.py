@@ -1,4 +1,4 @@
-"""How bad it is when two sources of poses disagree: the remainder against two limits."""
+"""The level of a disagreement between two sources of poses: the remainder against two limits."""
 
 import math
 from typing import NamedTuple
@@ -9,7 +9,7 @@ from .errors import angle_in_words, length_in_words
 
 
 class PoseLimit(NamedTuple):
-    """What may remain (RMS, with constant offsets of base and tool): m and rad."""
+    """Largest remainder (RMS, with constant offsets of base and tool): m and rad."""
 
     position: float
     angle: float
@@ -21,10 +21,10 @@ class PoseLimit(NamedTuple):
 
 class FrameLimits(NamedTuple):
     """
-    From where on a remainder is worth a warning, and from where on it is bad.
+    The remainders from which on there is a warning, and an error.
 
-    An arm with the nominal table of its type, not the calibrated one of the unit, is 1 to 3 mm and
-    up to 0.4 deg away from itself: that warns nobody. No calibration leaves 20 mm or 2 deg.
+    An arm with the nominal table of its type, not the calibrated one of the unit, is off by 1 to 3
+    mm and up to 0.4 deg: that is no warning. No calibration leaves 20 mm or 2 deg.
     """
 
     warn: PoseLimit = PoseLimit(4e-3, math.radians(0.5))
@@ -32,7 +32,8 @@ class FrameLimits(NamedTuple):
 
     def level(self, diagnosis: FrameDiagnosis) -> Level:
         """
-        Return ERROR where a cause is named or the remainder is bad, WARN where it is worth one.
+        Return ERROR if a cause is named or the remainder is bad, WARN if it is beyond the first
+        limit.
         """
         p, r = diagnosis.errors.position_rms, diagnosis.errors.rotation_rms
         if diagnosis.cause is not None or p >= self.bad.position or r >= self.bad.angle:
@@ -40,7 +41,7 @@ class FrameLimits(NamedTuple):
         return Level.WARN if p >= self.warn.position or r >= self.warn.angle else Level.OK
 
     def sentence(self, diagnosis: FrameDiagnosis) -> str:
-        """Return what is found, with the limit it exceeds where no cause says more."""
+        """Return the result in words, with the limit that is exceeded if no cause is named."""
         level = self.level(diagnosis)
         if diagnosis.cause is not None or level == Level.OK:
             return diagnosis.sentence

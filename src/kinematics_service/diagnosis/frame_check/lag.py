@@ -1,5 +1,5 @@
 """
-The lag between two sources: the joints are looked up at another time, and what remains compared.
+The lag between two sources: the joints are looked up at other times, and the remainders compared.
 """
 
 from typing import NamedTuple, Protocol
@@ -11,18 +11,18 @@ from ... import kernel
 from ...kernel import Floats
 from ...kinematics.tool_state import evaluate
 from ...robot.robot import Robot
-from .joint_motion import JointMotion, Lookup
-from .offsets import Columns, Fit, fit_offsets, lifted, parameter_step, scale_of
+from .joint_motion import JointsAtTimes, SampledMotion
+from .offsets import Fit, PoseDerivative, fit_offsets, lifted, parameter_step, scale_of
 
 Indices = npt.NDArray[np.intp]
 
-# Lags are tried up to this (s, or samples where no time is known), so many of them.
+# Largest lag tried (s, or samples if times are unknown), and the number of lags tried.
 REACH, REACH_IN_SAMPLES, TRIED = 0.5, 10.0, 51
 # But only up to this share of the whole motion.
 SHARE = 0.25
-# Poses they are tried on, steps of the offsets, how many are refined, and in how many rounds.
+# Number of poses for the trials, steps of the offsets, number of lags refined, and rounds of that.
 SIFTED, SIFT_STEPS, REFINED, ROUNDS = 40, 4, 2, 6
-# Fewer poses with joint positions at every lag tried say nothing.
+# Fewer poses with joint positions at every lag tried are not enough.
 LEAST = 8
 
 
@@ -32,7 +32,7 @@ class Later(Protocol):
     unit: str
     reach: float
 
-    def at(self, lag: float) -> Lookup:
+    def at(self, lag: float) -> JointsAtTimes:
         """Return the joint positions `lag` after the poses."""
 
 
@@ -44,20 +44,22 @@ class Extrapolated:
     def __init__(self, q: Floats, rates: Floats) -> None:
         self._q, self._rates = q, rates
 
-    def at(self, lag: float) -> Lookup:
+    def at(self, lag: float) -> JointsAtTimes:
         """Return the joint positions a lag later, at constant speed."""
-        return Lookup(self._q + lag * self._rates, self._rates, np.ones(len(self._q), dtype=bool))
+        return JointsAtTimes(
+            self._q + lag * self._rates, self._rates, np.ones(len(self._q), dtype=bool)
+        )
 
 
 class LookedUp:
     """Joints looked up in a motion; `stamps` (N,) are those of the poses, `unit` s or samples."""
 
-    def __init__(self, motion: JointMotion, stamps: Floats, unit: str = 's') -> None:
+    def __init__(self, motion: SampledMotion, stamps: Floats, unit: str = 's') -> None:
         reach = REACH if unit == 's' else REACH_IN_SAMPLES
         self.unit, self.reach = unit, min(reach, SHARE * motion.duration)
         self._motion, self._stamps = motion, stamps
 
-    def at(self, lag: float) -> Lookup:
+    def at(self, lag: float) -> JointsAtTimes:
         """Return the joint positions a lag later."""
         return self._motion.at(self._stamps + lag)
 
@@ -74,7 +76,7 @@ class Lagged(NamedTuple):
 
 def lagged(robot: Robot, later: Later, poses: Floats, A: Floats, fit: Fit) -> Lagged | None:
     """
-    Return the lag that leaves least, None where the joints are not known around the poses.
+    Return the lag with the least remainder, None if the joints are unknown around the poses.
 
     Parameters
     ----------
@@ -101,7 +103,7 @@ def lagged(robot: Robot, later: Later, poses: Floats, A: Floats, fit: Fit) -> La
 
 
 def _valleys(scores: Floats) -> list[int]:
-    # The deepest places that are no deeper on either side.
+    # Returns the deepest minima of the scores.
     around = np.pad(scores, 1, constant_values=np.inf)
     lowest = np.flatnonzero((scores <= around[:-2]) & (scores <= around[2:]))
     order = np.argsort(scores[lowest], kind='stable')[:REFINED]
@@ -121,7 +123,7 @@ def _refined(
         fit = fit_offsets(state.pose[None], B[None], begin=begin).one(0)
         if best is None or fit.score < best.fit.score:
             best = Lagged(lag, before, fit)
-        columns = Columns(state.twist[:, :3], state.twist[:, 3:])
+        columns = PoseDerivative(state.twist[:, :3], state.twist[:, 3:])
         lag += parameter_step(state.pose, fit, columns, scale)
         lag = min(max(lag, -later.reach), later.reach)
     assert best is not None

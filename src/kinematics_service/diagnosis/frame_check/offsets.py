@@ -1,7 +1,7 @@
 """
 Constant offsets of base and tool between two sources of poses: X and Y of B_i = X A_i Y.
 
-Everything here is done for H such problems at once: a hypothesis more costs little.
+Every function solves H such problems at once: one more hypothesis costs little.
 """
 
 from typing import NamedTuple
@@ -13,28 +13,28 @@ from ...rigid_motion import exponential, nearest_rotation, rotation_vector, skew
 
 # Gauss-Newton steps at most.
 STEPS = 12
-# A step that takes less than this share of the score away is the last.
+# A step that reduces the score by less than this share is the last.
 ENOUGH = 1e-9
-# Positions that spread less than this share of their distance do not spread.
+# Positions that spread less than this share of their distance count as one point.
 STANDING = 0.05
 # Directions of the offsets that move the poses less than this share of the strongest are left.
 LEFT_ALONE = 1e-4
-# Where the orientation turns about one axis alone, so many angles about it are tried.
+# Number of angles tried about the only axis that the orientation turns about.
 GAUGES = 8
-# Below this (sine of the angles turned) rotations about a second axis mean nothing.
+# Below this (sine of the angles turned) rotations about a second axis are noise.
 VARIETY = 0.02
 
 
 class Fit(NamedTuple):
     """
-    Offsets of H problems and what remains; `fit.one(k)` is one of them.
+    Offsets of H problems and the remainders; `fit.one(k)` is one of them.
 
     Attributes
     ----------
     X, Y : shape (H, 4, 4)
         Base and tool offset: B_i is about X A_i Y.
     position, rotation : shape (H, N, 3)
-        What remains, m and rad (rotation vector), in the axes of the second source's base.
+        Remainders, m and rad (rotation vector), in the axes of the second source's base.
     score : shape (H,)
         RMS of both together, positions divided by the scale.
     """
@@ -55,7 +55,7 @@ def lifted(fit: Fit) -> Fit:
     return Fit(*(np.asarray(values)[None] for values in fit))
 
 
-class Columns(NamedTuple):
+class PoseDerivative(NamedTuple):
     """
     How A changes with a parameter: linear and angular velocity (N, 3) of its tool, base axes.
     """
@@ -72,9 +72,9 @@ def spread(positions: Floats) -> Floats:
 
 def scale_of(poses: Floats) -> Floats:
     """
-    Return what a length counts in rad, shape (...,): how far the positions spread.
+    Return the length that counts as one rad, shape (...,): the spread of the positions.
 
-    So the unit of length makes no difference. Poses that hardly move count by how far they are.
+    So the unit of length makes no difference. For poses that hardly move it is their distance.
     """
     p = poses[..., :3, 3]
     far = np.sqrt(np.mean(np.sum(p**2, axis=-1), axis=-1))
@@ -90,7 +90,7 @@ def fit_offsets(A: Floats, B: Floats, begin: Fit | None = None, steps: int = STE
     A, B : shape (H, N, 4, 4)
         Poses of the two sources.
     begin
-        Where to begin; default: from a closed form.
+        Initial offsets; default: from a closed form.
     steps
         Gauss-Newton steps at most.
     """
@@ -122,7 +122,7 @@ def _fit(A: Floats, B: Floats, X: Floats, Y: Floats, scale: Floats) -> Fit:
 
 
 def residual(fit: Fit, scale: Floats) -> Floats:
-    """Return what remains in one column, shape (H, 6 N): positions over the scale, rotations."""
+    """Return the remainder in one column, shape (H, 6 N): positions over the scale, rotations."""
     rows = np.concatenate([fit.position / scale, fit.rotation], axis=-1)
     return rows.reshape(len(rows), -1)
 
@@ -145,7 +145,7 @@ def jacobian(A: Floats, fit: Fit, scale: Floats) -> Floats:
     return J.reshape(len(J), -1, 12)
 
 
-def parameter_columns(A: Floats, fit: Fit, columns: Columns, scale: Floats) -> Floats:
+def parameter_columns(A: Floats, fit: Fit, columns: PoseDerivative, scale: Floats) -> Floats:
     """
     Return how X A Y moves with a parameter of A, shape (6 N,); A (N, 4, 4) and fit of one problem.
     """
@@ -161,7 +161,7 @@ def equations_of(A: Floats, fit: Fit, scale: Floats) -> tuple[Floats, Floats]:
     return jacobian(A[None], lifted(fit), scales)[0], residual(lifted(fit), scales)[0]
 
 
-def parameter_step(A: Floats, fit: Fit, columns: Columns, scale: Floats) -> float:
+def parameter_step(A: Floats, fit: Fit, columns: PoseDerivative, scale: Floats) -> float:
     """
     Return the step of a parameter of A that brings X A Y nearer, the offsets stepping with it.
     """
@@ -172,7 +172,8 @@ def parameter_step(A: Floats, fit: Fit, columns: Columns, scale: Floats) -> floa
 
 def solved(J: Floats, r: Floats) -> Floats:
     """
-    Return the least step s of J s = r by least squares, shape (H, k); what J ignores stays 0.
+    Return the least step s of J s = r by least squares, shape (H, k); directions that J ignores
+    stay 0.
     """
     # Normal equations, scaled alike: of a dozen unknowns, and the next step makes up for them.
     Jt = np.swapaxes(J, 1, 2)
@@ -184,8 +185,8 @@ def solved(J: Floats, r: Floats) -> Floats:
 
 
 def span_of(J: Floats) -> Floats:
-    """Return an orthonormal basis (6 N, k) of what J (6 N, 12) of one problem can do."""
-    # Ten times faster than a QR where threads of the linear algebra wait for each other.
+    """Return an orthonormal basis (6 N, k) of the range of J (6 N, 12) of one problem."""
+    # Ten times faster than a QR if threads of the linear algebra wait for each other.
     values, vectors = np.linalg.eigh(J.T @ J)
     strong = values > LEFT_ALONE**2 * values[-1]
     return np.asarray(J @ (vectors[:, strong] / np.sqrt(values[strong])))
@@ -211,7 +212,7 @@ def _small(step: Floats, scale: Floats) -> Floats:
 
 
 def _closed_form(A: Floats, B: Floats, scale: Floats) -> tuple[Floats, Floats]:
-    # Of several rotations, each with its best translations, the one that leaves least.
+    # Returns that of several rotations, each with its best translations, that leaves least.
     best: Fit | None = None
     for RX, RY in _rotations(A, B):
         X, Y = np.zeros((len(A), 4, 4)), np.zeros((len(A), 4, 4))
@@ -260,7 +261,7 @@ def _rotations(A: Floats, B: Floats) -> list[tuple[Floats, Floats]]:
     for RY in tools:
         RAY = RA @ RY[:, None]
         found.append((nearest_rotation(np.einsum('hnij,hnkj->hik', RB, RAY)), RY))
-    # Positions alone know X where the tool is turned little or carried near the flange.
+    # Positions alone determine X if the tool turns little or is close to the flange.
     pA = A[..., :3, 3] - A[..., :3, 3].mean(axis=1, keepdims=True)
     pB = B[..., :3, 3] - B[..., :3, 3].mean(axis=1, keepdims=True)
     RX = nearest_rotation(np.swapaxes(pB, 1, 2) @ pA)

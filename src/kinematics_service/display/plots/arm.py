@@ -17,13 +17,13 @@ from .skeleton import Skeleton, skeleton_of
 # Lengths as shares of the drawn cube's edge.
 FRAME, AXIS, TOOL_FRAME, LOST = 0.06, 0.24, 0.11, 0.22
 MARGIN = 0.08
-# Height of the eye, and where it stands around the arm, degrees: never along x or y, whose labels
-# would fall together. The first of equal ones is taken.
+# Elevation and azimuths of the view, degrees: never along x or y, whose labels would overlap. The
+# first of equally good ones is taken.
 ELEVATION = 22.0
 AZIMUTHS = (-55.0, *(float(a) for a in range(-175, 180, 10) if 10 < a % 90 < 80))
-# Points of a link that are looked at.
+# Number of points of a link that count for the view.
 ALONG = 9
-# What the length of an arm on paper counts beside its area: an arm in a line has none.
+# Weight of the arm's length on paper beside its area: an arm in a line has no area.
 LENGTH_SHARE = 0.1
 
 
@@ -73,10 +73,8 @@ def edge_of(cube: Floats) -> float:
 
 def azimuth_of(skeleton: Skeleton) -> float:
     """
-    Return from where around the vertical an arm is seen largest, degrees.
-
-    Largest is the area over which its links spread on paper: the product of the spreads along the
-    principal directions there.
+    Return the azimuth from which an arm looks largest, degrees. Its size is the area over which
+    its links spread on paper: the product of the spreads along the principal directions there.
     """
     segments = skeleton.segments
     if not segments:
@@ -116,9 +114,7 @@ def set_space(axes: Any, cube: Floats, azimuth: float, small: bool = False) -> N
 
 
 def draw_skeleton(axes: Any, skeleton: Skeleton, cube: Floats, label_size: float | None) -> None:
-    """
-    Draw an arm into axes in space; labels of joints and tool where a size of letters is given.
-    """
+    """Draw an arm into axes in space; labels of joints and tool if a size of letters is given."""
     edge, floor = edge_of(cube), cube[2, 0]
     thick = 1.0 if label_size else 0.7
     for segment in skeleton.segments:
@@ -191,7 +187,7 @@ def _draw_frames(axes: Any, skeleton: Skeleton, edge: float, thick: float) -> No
 
 
 def _draw_lost(axes: Any, point: Floats, direction: Floats, edge: float) -> None:
-    # The translation that is lost, both ways; a lost rotation has no arrow.
+    # Draws the lost translation, both ways; a lost rotation has no arrow.
     norm = float(np.linalg.norm(direction))
     if norm < 0.1:
         return

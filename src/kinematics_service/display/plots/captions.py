@@ -1,6 +1,4 @@
-"""
-What pictures say in words: joint positions with their units, the distance to a singular pose.
-"""
+"""Texts in pictures: joint positions with their units, the distance to a singular pose."""
 
 import math
 import textwrap
@@ -20,7 +18,7 @@ LONGEST_NAME = 16
 
 
 def short(name: str) -> str:
-    """Return a name as pictures show it."""
+    """Return a name, cut for a picture."""
     return words(name if len(name) <= LONGEST_NAME else name[: LONGEST_NAME - 1] + '…')
 
 
@@ -47,7 +45,7 @@ def positions(robot: Robot, q: Floats, width: int, skip: Sequence[int] = ()) -> 
 
 
 def nearness(robot: Robot, singularity: Singularity) -> str:
-    """Return how far one pose is from a singular one, and by which factor it is judged."""
+    """Return in words how far one pose is from a singular one, and the factor that decides it."""
     distance = float(singularity.distance)
     if singularity.rank < singularity.generic_rank:
         text = 'singular pose'

@@ -1,4 +1,4 @@
-"""Where in a plane the tool's position is stuck in one direction, whatever the joints do."""
+"""Points of a plane at which no joint motion moves the tool in some direction of the plane."""
 
 from dataclasses import dataclass
 
@@ -14,14 +14,14 @@ from .ranges import finite_ranges, random_positions, sliding
 
 # Random starts, steps of Newton's method from each, and its damping.
 STARTS, STEPS, DAMPING = 2500, 25, 1e-9
-# Step of the differences of J (rad, or m over the length), and what has arrived.
+# Step of the differences of J (rad, or m over the length), and the residual of a solution.
 DIFFERENCE, ARRIVED = 1e-5, 1e-8
 # A factor is zero below this distance to its zero, rad.
 AT_ZERO = 1e-5
 
 
 @dataclass(frozen=True, eq=False)
-class Critical:
+class CriticalPoints:
     """
     Singular poses of the position in a plane, as points.
 
@@ -30,14 +30,14 @@ class Critical:
     points : shape (k, 2), m
         Coordinates in the plane.
     names : k
-        The named factors that are zero there, joined by ` + `; empty where none is.
+        The named factors that are zero there, joined by ` + `; empty if none is.
     """
 
     points: Floats
     names: tuple[str, ...]
 
 
-def critical_points(robot: Robot, plane: Plane, starts: int = STARTS) -> Critical:
+def critical_points(robot: Robot, plane: Plane, starts: int = STARTS) -> CriticalPoints:
     """
     Return points of the curves on which the position loses a direction of the plane.
 
@@ -63,28 +63,30 @@ def critical_points(robot: Robot, plane: Plane, starts: int = STARTS) -> Critica
         q = np.where(sliding(robot), q, np.remainder(q + np.pi, 2.0 * np.pi) - np.pi)
     F, _ = _system(robot, plane, q, c)
     inside = np.all((q >= ranges[:, 0]) & (q <= ranges[:, 1]), axis=1)
-    # c across the plane alone says that the arm cannot leave it, which ends nothing in it.
+    # A c across the plane only means that the arm cannot leave it, which is no border within it.
     within = np.linalg.norm(c[:, :2], axis=1) > 1e-3
     q = q[(np.linalg.norm(F, axis=1) < ARRIVED) & inside & within]
-    return Critical(plane.coordinates(evaluate(robot, q).position), _names(robot, q))
+    return CriticalPoints(plane.coordinates(evaluate(robot, q).position), _names(robot, q))
 
 
 def _gradients(robot: Robot, plane: Plane, q: Floats) -> Floats:
-    # The position's scaled Jacobian along the plane's vectors, over the reach, (..., k, n).
+    # Returns the position's scaled Jacobian along the plane's vectors, over the reach, (..., k,
+    # n).
     state = evaluate(robot, q)
     J = state.jacobian[..., :3, :] * robot.task.column_scales
     return plane.gradients(state.position) @ J / robot.task.reach
 
 
 def _rows(robot: Robot, plane: Plane, q: Floats) -> int:
-    # How many vectors of the plane the arm can move along: fewer for a planar arm.
+    # Returns the number of vectors of the plane along which the arm can move: fewer for a planar
+    # arm.
     A = _gradients(robot, plane, q[:50])
     moved = np.max(np.abs(A), axis=(0, 2)) > 1e-9
     return 2 if len(moved) == 2 or not moved[2] else 3
 
 
 def _system(robot: Robot, plane: Plane, q: Floats, c: Floats) -> tuple[Floats, Floats]:
-    # Residuals (N, n + 1 or 2) and their derivatives by q (scaled) and c.
+    # Returns residuals (N, n + 1 or 2) and their derivatives by q (scaled) and c.
     n, k = robot.dof, c.shape[1]
     scales = robot.task.column_scales
     A = _gradients(robot, plane, q)[:, :k]

@@ -13,9 +13,9 @@ from ...robot.task import SEED
 from .picture import PlotError
 from .ranges import clear_pose, finite_ranges, random_positions
 
-# Poses of each joint that tell which joints matter, and poses of the others it is tried at.
+# Number of positions of each joint for the test which joints matter, and of poses of the others.
 TRIED, AROUND = 24, 16
-# A factor this small all over the map is zero because of the joints that are held.
+# A factor this small on the whole map is zero because of the joints that are held.
 ZERO = 1e-12
 LARGEST = 4000
 
@@ -23,23 +23,23 @@ LARGEST = 4000
 @dataclass(frozen=True, eq=False)
 class DistanceMap:
     """
-    What is known over a grid of two joints.
+    The distance to singular poses over a grid of two joints.
 
     Attributes
     ----------
     joints
         Indices of the horizontal and of the vertical joint.
     q : shape (n,), rad or m
-        Where the others are held.
+        Positions of the other joints.
     horizontal, vertical : shape (size,), rad or m
         The grid.
     distance : shape (size, size), rad
         [i, k] at vertical[i], horizontal[k].
     functions
-        By name, what is zero on singular poses, shape (size, size) each: the named factors, and
-        the determinant where they do not account for all of it.
+        Functions that are zero on singular poses, by name, shape (size, size) each: the named
+        factors, and the determinant if their product is not the determinant.
     everywhere
-        Names of the factors that the joints held make zero all over the map.
+        Names of the factors that the held joints make zero on the whole map.
     """
 
     joints: tuple[int, int]
@@ -92,7 +92,8 @@ def distance_map(
 
 def joint_pair(robot: Robot, names: Sequence[str] | None) -> tuple[int, int]:
     """
-    Return the indices of two joints given by name or variable; without names the two that matter.
+    Return the indices of two joints given by name or variable; without names the two that matter
+    most.
 
     Raises
     ------
@@ -111,7 +112,7 @@ def joint_pair(robot: Robot, names: Sequence[str] | None) -> tuple[int, int]:
         elif name in robot.variables:
             found.append(robot.variables.index(name))
         else:
-            raise PlotError(f'--joints: {robot.name} has no joint {name!r}; choose of {choices}')
+            raise PlotError(f'--joints: {robot.name} has no joint {name!r}; choose from {choices}')
     if len(found) != 2 or found[0] == found[1]:
         raise PlotError(
             f'--joints: give two different joints, such as '
@@ -126,7 +127,7 @@ def _either(robot: Robot, j: int) -> str:
 
 
 def _pair_that_matters(robot: Robot) -> tuple[int, int]:
-    # The joints that change the distance most, in the arm's order.
+    # Returns the joints that change the distance most, in the arm's order.
     ranges = finite_ranges(robot)
     others = random_positions(robot, np.random.default_rng(SEED), AROUND)
     starts = np.vstack([clear_pose(robot), others])

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...kernel import Floats
 
-# Directions a label may stand in from its point, and how far, in points of 1/72 inch.
+# Directions and distances of a label from its point, in points of 1/72 inch.
 DIRECTIONS = [(np.cos(a), np.sin(a)) for a in np.arange(12) * np.pi / 6.0]
 RADII = (9.0, 15.0, 23.0, 33.0)
 # Width of a letter and height of a line as shares of the font size.
@@ -37,13 +37,13 @@ def place_labels(
     Parameters
     ----------
     axes
-        Of matplotlib's toolkit mplot3d.
+        Axes of matplotlib's toolkit mplot3d.
     labels
         Texts at one point are written as one, separated by commas.
     lines
         Pairs of points (3,) in m, that should stay visible.
     size
-        Of the letters, in points.
+        Size of the letters, in points.
     """
     axes.apply_aspect()
     scale = 72.0 / axes.figure.dpi
@@ -61,14 +61,14 @@ def place_labels(
 
 
 def _on_paper(axes: Any, points: Floats) -> Floats:
-    # Pixels of points (k, 3).
+    # Returns the pixels of points (k, 3).
     homogeneous = np.column_stack([points, np.ones(len(points))]) @ axes.get_proj().T
     flat = homogeneous[:, :2] / homogeneous[:, 3:]
     return np.asarray(axes.transData.transform(flat))
 
 
 def _merged(axes: Any, labels: Sequence[Label], near: float) -> list[Label]:
-    # Labels of one colour whose points fall together on paper become one.
+    # Merges labels of one colour whose points coincide on paper.
     merged: list[Label] = []
     for label in labels:
         at = _on_paper(axes, label.point[None])[0]

@@ -14,10 +14,10 @@ from .picture import Draw, with_unit, words
 from .ranges import sliding
 from .set_styles import set_styles
 
-# A factor this small on the border, as a share of its largest value, is zero there.
+# A factor that is this small on the border, as a share of its largest value, is zero there.
 AT_BORDER = 1e-9
 QUARTER = math.pi / 4.0
-# The first-order estimate says little beyond, rad.
+# The first-order estimate is poor beyond this distance, rad.
 FAR = 1.0
 
 
@@ -152,6 +152,6 @@ def _title(robot: Robot, numbers: DistanceMap) -> str:
         text += f'\nthe other joints at {positions(robot, numbers.q, 80, skip=numbers.joints)}'
     if numbers.everywhere:
         names = ', '.join(numbers.everywhere)
-        held = f'all of it is singular: {words(names)} = 0 by the joints that are held'
+        held = f'the whole map is singular: {words(names)} = 0 because of the joints that are held'
         text += '\n' + textwrap.fill(held, 90)
     return text

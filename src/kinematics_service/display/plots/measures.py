@@ -10,15 +10,15 @@ from ...kinematics.singularity import Singularity, singularity
 from ...robot.measure_units import volume_power
 from ...robot.measures import MEASURES
 from ...robot.robot import Robot
-from .motion import Motion
+from .motion import PlottedMotion
 from .over_time import draw_curves, draw_legend, finite_range, panels, shade
 from .picture import BLUE, GREY, VERMILION, Draw, with_unit, words
 
-# Names of factors above the first panel: as wide as this share of it a letter, at most so many.
+# Names of factors above the first panel: width of a letter as a share of it, and most names.
 LETTER, NAMED = 0.014, 12
-# A valley of the distance is named below this share of the largest.
+# A minimum of the distance is named if it is below this share of the largest.
 LOW = 0.3
-# What is beyond is round-off of a singular pose and would flatten the rest.
+# Values beyond are round-off at a singular pose and would flatten the curve.
 LARGEST_CONDITION = 1e4
 LABELS = {
     'distance': 'distance to\nsingularity',
@@ -29,7 +29,7 @@ LABELS = {
 }
 
 
-def measures_picture(robot: Robot, motion: Motion) -> Draw:
+def measures_picture(robot: Robot, motion: PlottedMotion) -> Draw:
     """
     Return the picture of every measure along a motion.
 
@@ -75,7 +75,7 @@ def measure_units(robot: Robot) -> dict[str, str]:
     """
     Return the unit of each measure: those of determinant and manipulability depend on the task.
 
-    `mixed` where the minors of a J_t that is not square differ.
+    `mixed` if the minors of a J_t that is not square differ.
     """
     power = volume_power(robot)
     product = {None: 'mixed', 0: '', 1: 'm'}.get(power, f'm$^{{{power}}}$')
@@ -118,9 +118,9 @@ def _scale_condition(axes: Any, values: Floats) -> None:
     axes.yaxis.set_minor_formatter(lambda value, _: '')
 
 
-def _name_factors(axes: Any, motion: Motion, near: Singularity) -> None:
-    # The nearest factor's name above each valley of the distance, the lowest first, as far as
-    # there is room.
+def _name_factors(axes: Any, motion: PlottedMotion, near: Singularity) -> None:
+    # Writes the nearest factor's name above each minimum of the distance, the lowest first, as far
+    # as there is room.
     factors = near.factors
     if factors is None:
         return

@@ -12,14 +12,14 @@ from ...robot.measures import Level
 from ...robot.robot import Robot
 from .picture import PlotError
 
-# Points a trajectory is drawn with over one period.
+# Number of points of one period of a trajectory.
 SAMPLES = 2001
-# A pause between two rows is a gap from here (s), or from so many usual steps if that is more.
+# A pause between two rows is a gap if it is longer than this (s) and than this many usual steps.
 GAP, STEPS = 1.0, 5.0
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
+class PlottedMotion:
     """
     Joint positions and velocities over time.
 
@@ -29,9 +29,9 @@ class Motion:
         Strictly increasing, from the first row.
     q, qdot : shape (N, n), rad or m, rad/s or m/s
     name
-        Where it comes from, in words.
+        Its source, in words.
     differentiated
-        Whether qdot is a difference of positions, for want of velocities.
+        Whether qdot is a difference of positions, since there are no velocities.
     """
 
     times: Floats
@@ -52,7 +52,7 @@ class Motion:
         return np.insert(self.times, at, middles), np.insert(values, at, np.nan, axis=0)
 
 
-def motion_of(robot: Robot, path: str) -> Motion:
+def motion_of(robot: Robot, path: str) -> PlottedMotion:
     """
     Return the motion of a CSV file, or the built-in one of this name over one period.
 
@@ -67,7 +67,7 @@ def motion_of(robot: Robot, path: str) -> Motion:
         trajectory = TRAJECTORIES[path](robot)
         times = np.linspace(0.0, trajectory.period, SAMPLES)
         q, qdot = trajectory.at(times)
-        return Motion(times, q, qdot, f'trajectory {path}', False)
+        return PlottedMotion(times, q, qdot, f'trajectory {path}', False)
     file = Path(path)
     if not file.exists():
         raise PlotError(
@@ -80,10 +80,12 @@ def motion_of(robot: Robot, path: str) -> Motion:
     first = np.append(True, np.diff(times) > 0.0)
     times, q = times[first], recording.positions[first]
     if len(times) < 2:
-        raise PlotError(f'{path}: has rows of one time only: nothing to draw over time')
+        raise PlotError(
+            f'{path}: all rows have the same time, so there is nothing to draw over time'
+        )
     q[:, robot.continuous] = np.unwrap(q[:, robot.continuous], axis=0)
     if recording.velocities is not None:
-        return Motion(times, q, recording.velocities[first], file.name, False)
+        return PlottedMotion(times, q, recording.velocities[first], file.name, False)
     return _differentiated(times, q, file.name)
 
 
@@ -93,7 +95,7 @@ def _gaps(times: Floats) -> Integers:
     return np.asarray(np.flatnonzero(steps > longest) + 1, dtype=np.int64)
 
 
-def _differentiated(times: Floats, q: Floats, name: str) -> Motion:
+def _differentiated(times: Floats, q: Floats, name: str) -> PlottedMotion:
     # Not across a gap; a row between two of them has no velocity and is left out.
     parts = [
         (t, positions)
@@ -104,11 +106,11 @@ def _differentiated(times: Floats, q: Floats, name: str) -> Motion:
         raise PlotError(f'{name}: has no velocities, and no two rows within {GAP:g} s')
     qdot = [np.gradient(positions, t, axis=0) for t, positions in parts]
     kept, positions = (np.concatenate(column) for column in zip(*parts))
-    return Motion(kept, positions, np.concatenate(qdot), name, True)
+    return PlottedMotion(kept, positions, np.concatenate(qdot), name, True)
 
 
 @dataclass(frozen=True)
-class Stretch:
+class ShadedStretch:
     """A time from `start` to `end`, s, in which the level is not OK."""
 
     start: float
@@ -116,7 +118,7 @@ class Stretch:
     level: Level
 
 
-def stretches(times: Floats, levels: Floats) -> tuple[Stretch, ...]:
+def stretches(times: Floats, levels: Floats) -> tuple[ShadedStretch, ...]:
     """
     Return the stretches of equal level other than OK, each up to the next row.
 
@@ -124,13 +126,13 @@ def stretches(times: Floats, levels: Floats) -> tuple[Stretch, ...]:
     ----------
     times : shape (N,), s
     levels : shape (N,)
-        As `Singularity.level` of a batch.
+        Levels like `Singularity.level` of a batch.
     """
     changes = np.flatnonzero(np.diff(levels)) + 1
     starts = np.concatenate([[0], changes]).astype(int)
     ends = np.append(changes, len(levels) - 1).astype(int)
     return tuple(
-        Stretch(float(times[a]), float(times[b]), Level(int(levels[a])))
+        ShadedStretch(float(times[a]), float(times[b]), Level(int(levels[a])))
         for a, b in zip(starts, ends)
         if levels[a] != Level.OK
     )

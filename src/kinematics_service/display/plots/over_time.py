@@ -7,7 +7,7 @@ import numpy as np
 
 from ...kernel import Floats
 from ...robot.measures import Level
-from .motion import Motion, stretches
+from .motion import PlottedMotion, stretches
 from .picture import DASHES, SERIES, VERMILION, YELLOW, with_unit
 
 WIDTH, HEAD = 8.5, 1.3  # inches
@@ -25,9 +25,9 @@ def panels(figure: Any, heights: Sequence[float], title: str) -> list[Any]:
     figure
         Empty.
     heights
-        Of the panels, inches.
+        Heights of the panels, inches.
     title
-        Of the whole picture.
+        Title of the whole picture.
     """
     figure.set_size_inches(WIDTH, sum(heights) + HEAD)
     figure.set_layout_engine('constrained', h_pad=0.06)
@@ -41,12 +41,12 @@ def panels(figure: Any, heights: Sequence[float], title: str) -> list[Any]:
 
 def draw_curves(
     axes: Any,
-    motion: Motion,
+    motion: PlottedMotion,
     values: Floats,
     names: Sequence[str],
     colors: Sequence[str] = SERIES,
 ) -> None:
-    """Draw columns of values (N, k) over time; told apart by colour and by dashes."""
+    """Draw columns of values (N, k) over time; which differ in colour and in dashes."""
     times, broken = motion.broken(values)
     for k, name in enumerate(names):
         axes.plot(
@@ -65,7 +65,7 @@ def draw_legend(axes: Any) -> None:
     axes.legend(loc='upper left', bbox_to_anchor=(1.005, 1.02), frameon=False, borderaxespad=0.2)
 
 
-def shade(rows: Sequence[Any], motion: Motion, levels: Floats) -> list[Any]:
+def shade(rows: Sequence[Any], motion: PlottedMotion, levels: Floats) -> list[Any]:
     """
     Shade the stretches of WARN and ERROR in all panels; return the entries of a legend for them.
     """

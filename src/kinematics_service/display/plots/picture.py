@@ -1,4 +1,4 @@
-"""A picture: how it looks, how it becomes a file, and how it is shown in a window."""
+"""The style of pictures, and their output to a file or a window."""
 
 import io
 import os
@@ -11,8 +11,8 @@ from typing import Any
 from ...errors import KinematicsError
 from ...printing import plain
 
-# Colours that people of every colour vision tell apart: M. Okabe, K. Ito, Color Universal Design,
-# 2008.
+# Colours that people with any colour vision can tell apart: M. Okabe, K. Ito, Color Universal
+# Design, 2008.
 BLACK, ORANGE, SKY, GREEN = '#000000', '#E69F00', '#56B4E9', '#009E73'
 YELLOW, BLUE, VERMILION, PURPLE = '#F0E442', '#0072B2', '#D55E00', '#CC79A7'
 GREY, LIGHT = '#606060', '#C8C8C8'
@@ -42,7 +42,7 @@ STYLE = {
     # The same picture gives the same bytes.
     'svg.hashsalt': 'kinematics_service',
 }
-# What stands in each kind of file about its making: no date.
+# Metadata of each kind of file: no date.
 METADATA: dict[str, dict[str, Any]] = {
     '.png': {'Software': 'kinematics_service'},
     '.svg': {'Date': None, 'Creator': 'kinematics_service'},
@@ -59,7 +59,7 @@ class PlotError(KinematicsError, ValueError):
 
 def suffix_of(file: Path) -> str:
     """
-    Return which kind of file a name asks for.
+    Return the kind of file that a name asks for.
 
     Raises
     ------
@@ -75,7 +75,7 @@ def suffix_of(file: Path) -> str:
 
 def refuse_without_matplotlib() -> None:
     """
-    Say how to install matplotlib, where it is not.
+    Raise an error that says how to install matplotlib if it is missing.
 
     Raises
     ------
@@ -121,7 +121,7 @@ def save_picture(draw: Draw, file: Path) -> None:
     draw
         Draws into the figure it is given, and sets its size.
     file
-        Where to; one that is there is replaced when the new one is whole.
+        The file to write; an old one is replaced when the new one is complete.
 
     Raises
     ------
@@ -163,7 +163,7 @@ def show_picture(draw: Draw, title: str) -> None:
     Raises
     ------
     PlotError
-        No matplotlib, or no display it could open a window on.
+        No matplotlib, or no display for a window.
     """
     refuse_without_matplotlib()
     import matplotlib
@@ -174,7 +174,7 @@ def show_picture(draw: Draw, title: str) -> None:
         try:
             figure = pyplot.figure()
         except Exception as error:
-            # Each toolkit has errors of its own for a display that is not there.
+            # Each toolkit has its own errors for a missing display.
             reason = ' '.join(str(error).split()) or type(error).__name__
             raise PlotError(nowhere.format(reason)) from None
         backend = matplotlib.get_backend()
@@ -193,6 +193,7 @@ def with_unit(quantity: str, unit: str) -> str:
 
 def words(text: str) -> str:
     """
-    Return a text of the user's as matplotlib shows it letter by letter: no formulas, no control.
+    Return a user's text in a form that matplotlib shows letter by letter: no formulas, no control
+    characters.
     """
     return plain(text).replace('$', r'\$')

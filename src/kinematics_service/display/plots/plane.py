@@ -1,5 +1,6 @@
 """
-The plane a workspace is cut by: the half plane of joint 1's axis, or one along two base axes.
+The plane of a section of the workspace: the half plane of joint 1's axis, or one along two base
+axes.
 """
 
 import math
@@ -19,7 +20,7 @@ from .skeleton import JointAxis, skeleton_of
 
 AXES = {'xy': (0, 1), 'xz': (0, 2), 'yz': (1, 2)}
 PLANES = ('rz', *AXES)
-# Random poses that tell whether the tool leaves a plane, and what counts as not.
+# Number of random poses for the test whether the tool leaves a plane, and its tolerance.
 TRIED, FLAT = 500, 1e-9
 
 
@@ -36,11 +37,11 @@ class Plane(FrozenArrays):
         A point of the plane; of the half plane, of its edge, the axis.
     across, up : shape (3,)
         Unit vectors of the coordinates; `up` of the half plane is along its edge, and `across` is
-        then not used: the radius points wherever the tool is.
+        then not used: the radius points to the tool.
     at
-        Of a plane along base axes: where it cuts the third axis, m.
+        Position on the third axis of a plane along base axes, m.
     labels
-        Of both coordinates, with units.
+        Labels of both coordinates, with units.
     title
         The plane in words.
     """
@@ -77,7 +78,7 @@ class Plane(FrozenArrays):
         """
         Return unit vectors (..., k, 3) along which the coordinates grow: both, then the normal.
 
-        k is 2 for the half plane, whose normal the first joint takes care of.
+        k is 2 for the half plane, since the first joint moves the tool along its normal.
         """
         up = np.broadcast_to(self.up, points.shape)
         if not self.half:
@@ -99,19 +100,19 @@ def plane_of(robot: Robot, name: str | None = None, at: float | None = None) -> 
     robot
         The arm.
     name
-        One of `PLANES`; without it `rz` where joint 1 turns and the tool leaves its plane of
-        turning, else the two base axes the tool moves along farthest.
+        One of `PLANES`; without it `rz` if joint 1 turns and the tool leaves its plane of turning,
+        else the two base axes along which the tool moves farthest.
     at
-        Where a plane along base axes cuts the third one, m; without it 0 where the tool gets
-        there, else the middle of what it reaches.
+        Position on the third axis of a plane along base axes, m; without it 0 if the tool reaches
+        it, else the middle of the reach.
 
     Raises
     ------
     PlotError
-        No such plane, or not for this arm.
+        There is no such plane, or not for this arm.
     """
     if name is not None and name not in PLANES:
-        raise PlotError(f'--plane: no plane {name!r}; choose of {", ".join(PLANES)}')
+        raise PlotError(f'--plane: there is no plane {name!r}; choose from {", ".join(PLANES)}')
     axis = skeleton_of(robot, clear_pose(robot)).axes[0]
     turns = not axis.slides and len(axis.variables) == 1
     points = _seen(robot)
@@ -123,8 +124,8 @@ def plane_of(robot: Robot, name: str | None = None, at: float | None = None) -> 
     if name == 'rz':
         if not turns:
             raise PlotError(
-                f'--plane rz is about an axis the first joint turns on; {robot.name} has none: '
-                f'choose of {", ".join(AXES)}'
+                f'--plane rz needs a first joint that turns; {robot.name} has none: '
+                f'choose from {", ".join(AXES)}'
             )
         if at is not None:
             raise PlotError('--at goes with --plane xy, xz or yz: rz is about the axis of joint 1')

@@ -15,8 +15,9 @@ from ...robot.task import SEED
 
 # What a sliding joint without an end is looked at over, m.
 SLIDES = 1.0
-# A clear pose is chosen out of so many. Farther than this from a singular one (rad) is far enough;
-# taken off are so much of it per rad from the middle, and all that hangs below the base.
+# Number of poses from which a clear pose is chosen. Farther than this from a singular one (rad) is
+# far enough; taken off are so much of it per rad from the middle, and all that hangs below the
+# base.
 CANDIDATES, FAR, TIDINESS = 4000, 0.9, 0.06
 
 

@@ -39,9 +39,7 @@ class JointAxis:
 
 @dataclass(frozen=True, eq=False)
 class Segment:
-    """
-    A straight piece of the arm between two points (3,), m; `slides` where its length changes.
-    """
+    """A straight piece of the arm between two points (3,), m; `slides` if its length changes."""
 
     start: Floats
     end: Floats

@@ -20,7 +20,7 @@ from .skeleton import skeleton_of
 
 # More poses than this are not drawn, only counted.
 MOST = 16
-# Of a panel, of its words, below it, above them all, of a line, inches.
+# Heights in inches: of a panel, of its words, below it, above all panels, and of a line.
 WIDTH, HEIGHT, WORDS, BELOW, HEAD, LINE = 3.4, 4.1, 0.85, 0.12, 0.2, 0.18
 TEXT = 8.5
 LETTERS = 12.5  # of the title to an inch
@@ -28,27 +28,29 @@ COLUMNS = {1: 1, 2: 2, 3: 3, 4: 4, 5: 3, 6: 3, 7: 4, 8: 4, 9: 3}
 
 
 @dataclass(frozen=True, eq=False)
-class Pose:
-    """Joint positions (n,) that a panel shows, its heading, and whether the arm may be there."""
+class SolutionPose:
+    """Joint positions (n,) of a panel, its heading, and whether they are inside the limits."""
 
     q: Floats
     heading: str
     allowed: bool
 
 
-def poses_of(result: IkResult) -> tuple[Pose, ...]:
-    """Return what there is to show: solutions, then families, or else the nearest pose."""
+def poses_of(result: IkResult) -> tuple[SolutionPose, ...]:
+    """Return the poses to show: solutions, then families, or else the nearest pose."""
     poses = []
     for k, solution in enumerate(result.solutions):
         beyond = _beyond(solution.beyond)
         posture = f': {solution.posture}' if str(solution.posture) else ''
-        poses.append(Pose(solution.q, f'{k + 1}{posture}{beyond}', solution.feasible))
+        poses.append(SolutionPose(solution.q, f'{k + 1}{posture}{beyond}', solution.feasible))
     for family in result.families:
-        poses.append(Pose(family.q, _family(family) + _beyond(family.beyond), family.feasible))
+        poses.append(
+            SolutionPose(family.q, _family(family) + _beyond(family.beyond), family.feasible)
+        )
     nearest = result.nearest
     if not poses and nearest is not None:
         off = f'{nearest.position_error:.3g} m and {math.degrees(nearest.rotation_error):.3g}°'
-        poses.append(Pose(nearest.q, f'nearest pose: {off} off the target', False))
+        poses.append(SolutionPose(nearest.q, f'nearest pose: {off} off the target', False))
     return tuple(poses)
 
 
@@ -63,7 +65,7 @@ def _beyond(names: Sequence[str]) -> str:
 
 
 def solutions_picture(robot: Robot, target: Floats, result: IkResult) -> Draw:
-    """Return the picture of what inverse kinematics answered for a target (4, 4) or (3,)."""
+    """Return the picture of the inverse kinematics of a target (4, 4) or (3,)."""
     poses = poses_of(result)
     point = target[:3, 3] if target.ndim == 2 else target
     shown = poses[:MOST]
@@ -94,7 +96,12 @@ def solutions_picture(robot: Robot, target: Floats, result: IkResult) -> Draw:
 
 
 def _write_heading(
-    figure: Any, robot: Robot, pose: Pose, distance: float, panel: Sequence[float], height: float
+    figure: Any,
+    robot: Robot,
+    pose: SolutionPose,
+    distance: float,
+    panel: Sequence[float],
+    height: float,
 ) -> None:
     left, bottom, width, up = panel
     top = bottom + up + (WORDS - LINE / 2.0) / height

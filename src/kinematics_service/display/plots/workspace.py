@@ -1,5 +1,6 @@
 """
-The reachable workspace in a plane: where the tool gets, and how far from singular it can be there.
+The reachable workspace in a plane: the points the tool reaches, and how far from singular it can
+be there.
 """
 
 from dataclasses import dataclass
@@ -22,22 +23,22 @@ from .ranges import finite_ranges, random_positions
 CELLS = 150
 # A workspace less wide than this share of the reach is a point.
 SMALL = 1e-6
-# Steps that bring a pose into the plane, and how near is in it (share of the reach).
+# Steps that bring a pose into the plane, and the tolerance (share of the reach).
 STEPS, IN_PLANE = 8, 1e-9
-# Rounds of changing what has been found, and how much: shares of the joints' ranges, from to.
-ROUNDS, SHARE = 24, 2  # all of them together so many times the points to begin with
+# Rounds that change poses found so far, and the change: shares of the joints' ranges, from to.
+ROUNDS, SHARE = 24, 2  # number of poses in all rounds, as a multiple of the first poses
 SMALLEST, LARGEST = -3.0, -0.7  # powers of ten
 
 
 @dataclass(frozen=True, eq=False)
 class Workspace:
     """
-    The cells of a plane the tool was brought into.
+    The cells of a plane that the tool reached.
 
     Attributes
     ----------
     plane
-        What is drawn.
+        The plane of the section.
     size
         Edge of a cell, m.
     corner : shape (2,), m
@@ -59,8 +60,8 @@ def section_rows(robot: Robot, q: Floats, plane: Plane) -> Floats:
     """
     Return both coordinates, distance to singularity, and joint positions, shape (N, 3 + n).
 
-    Of a plane along base axes each pose is moved into it by its least joint motion first; rows of
-    those that do not get there inside their limits are nan.
+    For a plane along base axes each pose is first moved into it by its least joint motion; rows of
+    poses that do not reach it inside their limits are nan.
     """
     rows = np.full((len(q), 3 + robot.dof), np.nan)
     there = np.full(len(q), True)
@@ -74,7 +75,7 @@ def section_rows(robot: Robot, q: Floats, plane: Plane) -> Floats:
 
 
 def _into_plane(robot: Robot, q: Floats, plane: Plane) -> tuple[Floats, npt.NDArray[np.bool_]]:
-    # Newton's method with the least motion, a unit of each joint counting alike.
+    # Newton's method with the least motion, in which a unit of each joint counts the same.
     ranges, near = finite_ranges(robot), IN_PLANE * robot.task.reach
     scales, normal = robot.task.column_scales, plane.normal
     at = float(plane.origin @ normal)
@@ -100,9 +101,9 @@ def workspace(robot: Robot, plane: Plane, points: int, workers: str | None = Non
     """
     Return the workspace in a plane, from random joint positions inside the limits.
 
-    Then what has been found is changed a little and kept where it is better than what its cell
-    had, and tried hardest where the neighbouring cell is empty, so that the border fills too:
-    J.-B. Mouret, J. Clune, *Illuminating search spaces by mapping elites*, 2015.
+    Then the poses found are changed a little and kept if they are better than the pose of their
+    cell, mostly those beside an empty cell, so that the border fills, too: J.-B. Mouret, J. Clune,
+    *Illuminating search spaces by mapping elites*, 2015.
 
     Parameters
     ----------
@@ -120,7 +121,7 @@ def workspace(robot: Robot, plane: Plane, points: int, workers: str | None = Non
     SweepError
         The workers cannot be used.
     PlotError
-        The tool does not get into the plane.
+        The tool does not reach the plane.
     """
     random = np.random.default_rng(SEED)
     ranges = finite_ranges(robot)
@@ -130,7 +131,7 @@ def workspace(robot: Robot, plane: Plane, points: int, workers: str | None = Non
     found = map_batches(function, robot, tried, workers)
     found = found[np.isfinite(found[:, 0])]
     if not len(found):
-        raise PlotError(f'{robot.name}: the tool does not get into the {plane.title}')
+        raise PlotError(f'{robot.name}: the tool does not reach the {plane.title}')
     widest = max(float(np.max(np.ptp(found[:, :2], axis=0))), SMALL * robot.task.reach)
     size = widest / CELLS
     found = _kept(found, size)
@@ -142,7 +143,7 @@ def workspace(robot: Robot, plane: Plane, points: int, workers: str | None = Non
         change = random.normal(size=(each, robot.dof)) * scale * span
         tried = np.clip(parents + change, ranges[:, 0], ranges[:, 1])
         count += each
-        # A round is over before it could pay to send it away.
+        # A round takes less time than sending it to workers.
         found = _kept(np.vstack([found, function(robot, tried)]), size)
     return _gridded(plane, found, size, count)
 
@@ -152,7 +153,7 @@ def _cells(coordinates: Floats, size: float) -> Integers:
 
 
 def _kept(rows: Floats, size: float) -> Floats:
-    # The row with the largest distance of each cell.
+    # Returns the row with the largest distance of each cell.
     rows = rows[np.isfinite(rows[:, 0])]
     cells = _cells(rows[:, :2], size)
     order = np.lexsort((-rows[:, 2], cells[:, 0], cells[:, 1]))

@@ -7,20 +7,20 @@ import numpy as np
 
 from ...kernel import Floats
 from ...robot.robot import Robot
-from .critical import Critical
+from .critical import CriticalPoints
 from .picture import BLACK, Draw, with_unit, words
 from .set_styles import set_styles
 from .workspace import Workspace
 
-# So many kinds of singular points are drawn, those with most points first.
+# Most kinds of singular points that are drawn, those with most points first.
 MOST_SETS = 4
 LONGEST, BAR = 7.0, 1.6  # of the plane's longer side, and beside it, inches
-# The scale goes from the smallest to this percentile, so that few cells do not take it all; and
-# what a scale spans at least, rad.
+# The scale goes from the smallest to this percentile, so that few cells do not dominate it; and
+# the least span of a scale, rad.
 HIGH, LEAST = 98.0, 1e-3
 
 
-def workspace_picture(robot: Robot, space: Workspace, critical: Critical) -> Draw:
+def workspace_picture(robot: Robot, space: Workspace, critical: CriticalPoints) -> Draw:
     """Return the picture of a workspace."""
 
     def draw(figure: Any) -> None:
@@ -39,7 +39,7 @@ def workspace_picture(robot: Robot, space: Workspace, critical: Critical) -> Dra
         _draw_critical(axes, critical)
         axes.plot(0.0, 0.0, marker='+', markersize=11, color=BLACK, markeredgewidth=1.5, zorder=7)
         margin = 0.04 * float(np.max(high - low))
-        # A workspace that is a line needs room beside it.
+        # A workspace on a line needs room beside it.
         beside = max(margin, 0.1 * float(np.max(high - low)) - float(high[0] - low[0]))
         left = 0.0 if space.plane.half else low[0] - beside
         axes.set(
@@ -72,7 +72,7 @@ def scale_of(values: Floats) -> tuple[float, float]:
     """
     Return the ends of a scale for distances, rad; values may be nan.
 
-    It begins at 0, unless all of them are so far from it that they would look the same.
+    It begins at 0, unless all distances are so far from 0 that they would look the same.
     """
     finite = values[np.isfinite(values)]
     low, high = float(np.min(finite)), float(np.percentile(finite, HIGH))
@@ -81,7 +81,8 @@ def scale_of(values: Floats) -> tuple[float, float]:
 
 
 def _draw_border(axes: Any, space: Workspace) -> None:
-    # The outline of the cells that were reached, a margin around them so that it closes.
+    # Draws the outline of the cells that were reached, with a margin around them so that it
+    # closes.
     reached = np.pad(np.isfinite(space.best), 2).astype(float)
     if np.max(_blurred(reached)) < 1.0:
         return  # a line has no inside
@@ -98,7 +99,7 @@ def _blurred(values: Floats) -> Floats:
     return np.asarray(np.mean(nine, axis=0))
 
 
-def _draw_critical(axes: Any, critical: Critical) -> None:
+def _draw_critical(axes: Any, critical: CriticalPoints) -> None:
     names = np.array(critical.names)
     most = [name for name, _ in collections.Counter(names.tolist()).most_common()]
     styles = set_styles(most)

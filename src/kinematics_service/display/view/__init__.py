@@ -1,3 +1,3 @@
 """
-The arm as a picture: what is to be seen of a pose as plain data, and a web page that shows it.
+The arm as a picture: the visible content of a pose as plain data, and a web page that shows it.
 """

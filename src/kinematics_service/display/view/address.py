@@ -1,4 +1,4 @@
-"""The host and the port that the page is served at."""
+"""The host and the port of the page."""
 
 import errno
 import socket
@@ -9,14 +9,14 @@ from ...errors import KinematicsError
 
 class Address(NamedTuple):
     """
-    Where the page is served.
+    Host and port of the page.
 
     Attributes
     ----------
     host, port
-        As a server takes them; port 0 means any free one.
+        Port 0 means any free one.
     more_names
-        Names under which it is reached besides.
+        Further names of this computer.
     """
 
     host: str
@@ -59,6 +59,6 @@ def check_address(host: str, port: int) -> None:
                 '127.0.0.1 is for this computer only, 0.0.0.0 for all of the network'
             ) from None
         raise ServerAddressError(
-            f'--port {port}: taken by another program on {host}; '
+            f'--port {port}: another program uses it on {host}; '
             f'choose another, such as --port {port + 1}, or 0 for any that is free'
         ) from None

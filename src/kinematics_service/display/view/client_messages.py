@@ -1,8 +1,8 @@
 """
-What the page may tell its server: where its camera is, and new values of what people can change.
+The messages that the page may send to its server: its camera, and new values of its inputs.
 
-Everything else that viser's clients could say (other attributes of a thing of the panel, files,
-shares) is refused before viser reads it.
+All other messages of viser's clients (other attributes of an element of the panel, files, shares)
+are refused before viser reads them.
 """
 
 import math
@@ -25,7 +25,7 @@ class Camera(
     forbid_unknown_fields=True,
     frozen=True,
 ):
-    """Where a page looks from, as viser's `ViewerCameraMessage`."""
+    """The camera of a page, as viser's `ViewerCameraMessage`."""
 
     wxyz: Four
     position: Three
@@ -38,47 +38,47 @@ class Camera(
     up_direction: Three
 
 
-class Value(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
-    """The one attribute of a thing of the panel that a page may change."""
+class PanelValue(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
+    """The only attribute of an element of the panel that a page may change."""
 
     value: bool | float | str
 
 
-class Change(
+class PanelChange(
     msgspec.Struct,
     tag='GuiUpdateMessage',
     tag_field='type',
     forbid_unknown_fields=True,
     frozen=True,
 ):
-    """A new value of a thing of the panel, as viser's `GuiUpdateMessage`."""
+    """A new value of an element of the panel, as viser's `GuiUpdateMessage`."""
 
     uuid: str
-    updates: Value
+    updates: PanelValue
 
 
-DECODER = msgspec.msgpack.Decoder(Camera | Change)
+DECODER = msgspec.msgpack.Decoder(Camera | PanelChange)
 
 
 class MessageError(ValueError):
-    """A message that no page of ours sends."""
+    """A message that the page never sends."""
 
 
 def is_taken(data: object, panel: Mapping[str, Any]) -> bool:
     """
-    Return whether viser is to read a message; False where it comes too late to mean anything.
+    Return whether viser should read a message; False if its element no longer exists.
 
     Parameters
     ----------
     data
-        The message as it came.
+        The message as it was received.
     panel
-        The things of the panel by their identifiers.
+        The elements of the panel by their identifiers.
 
     Raises
     ------
     MessageError
-        No page of ours says so.
+        The page never sends such a message.
     """
     if not isinstance(data, bytes):
         raise MessageError('messages are binary')

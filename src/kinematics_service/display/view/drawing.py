@@ -12,10 +12,10 @@ from . import scene as look
 from .ellipsoids import Ellipsoid
 from .scene import Scene
 
-# The trail has so many points; the tool makes one after this share of the arm's size.
+# Number of points of the trail, and their distance as a share of the arm's size.
 TRAIL_POINTS, TRAIL_STEP = 300, 0.004
 ELLIPSOID_OPACITY = 0.3
-# Radii of the lines along what is lost, as shares of the size.
+# Radii of the lines along lost motions, as shares of the size.
 LOST_RADII = {'linear': 0.012, 'angular': 0.007}
 NOWHERE = np.zeros((1, 2, 3), dtype=np.float32)
 
@@ -34,7 +34,7 @@ class Drawing:
     Attributes
     ----------
     shown
-        Which groups are switched on: linear, angular, frames, axes, trail, velocity.
+        The groups that are switched on: linear, angular, frames, axes, trail, velocity.
     """
 
     def __init__(self, server: viser.ViserServer, scene: Scene) -> None:
@@ -125,7 +125,7 @@ class Drawing:
         )
 
     def clear_trail(self) -> None:
-        """Forget where the tool was."""
+        """Forget the tool's path."""
         self._trail.clear()
 
     def draw(self, scene: Scene) -> None:
@@ -155,7 +155,7 @@ class Drawing:
         self._draw_trail(scene)
 
     def _set(self, handle: Any, name: str, value: Any) -> None:
-        # viser sends whatever is assigned, the same value too.
+        # viser sends every assigned value, even if it has not changed.
         key = (id(handle), name)
         if key in self._values and np.array_equal(self._values[key], value):
             return

@@ -1,5 +1,5 @@
 """
-Manipulability ellipsoids: which tool velocities joint velocities of unit norm can make.
+Manipulability ellipsoids: the tool velocities that joint velocities of unit norm can cause.
 
 The image of the unit ball of joint velocities under a block of the Jacobian is an ellipsoid, its
 radii the singular values of the block and its axes the left singular vectors (Yoshikawa 1985).
@@ -17,7 +17,7 @@ from ...robot.task import seeded_poses
 
 # In an ordinary pose the longest radius is drawn as this share of the arm's reach.
 SHARE = {'linear': 0.3, 'angular': 0.15}
-# Poses that say what is ordinary.
+# Number of poses whose median is ordinary.
 POSES = 200
 
 
@@ -56,7 +56,10 @@ def ellipsoid_of(block: Floats) -> Ellipsoid:
 
 @lru_cache(maxsize=8)
 def ellipsoid_scales(robot: Robot, size: float) -> EllipsoidScales:
-    """Return the scales that suit an arm of a size (m): constant, so that growing can be seen."""
+    """
+    Return the scales that suit an arm of a size (m): constant, so that changes of size are
+    visible.
+    """
     slides = [kind == 'prismatic' for kind in robot.joint_types]
     J = evaluate(robot, seeded_poses(robot.limits, slides)[:POSES]).jacobian
 

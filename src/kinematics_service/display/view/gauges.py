@@ -1,5 +1,5 @@
 """
-What gauges show: how near a singular pose is, how soon, and how near each joint is to its limits.
+The values of gauges: how near a singular pose is, how soon it comes, and each joint's limits.
 """
 
 import math
@@ -10,10 +10,10 @@ from ...robot.measures import MEASURES, Level
 from .observation import Observation
 from .scene import factor_name
 
-# A gauge is full at so many times the warning threshold, or after so many seconds.
+# A gauge is full at this multiple of the warning threshold, or at this time (s).
 FULL = 5.0
 LONG = 10.0
-# Less time than this to the threshold is itself a reason for a colour (s).
+# A time to the threshold below this (s) gives the gauge a colour.
 SOON = 2.0
 # A joint is near a limit within this share of its range.
 NEAR = 0.05
@@ -33,11 +33,11 @@ class Gauge(NamedTuple):
     Attributes
     ----------
     name, title, text
-        A word for programs, what is shown, its value in words.
+        A key for programs, the title, and the value in words.
     fraction
         How full, 0 to 1.
     marks
-        Places on it with their values: where ERROR and WARN begin.
+        Marks on it with their values: where ERROR and WARN begin.
     level
         Its colour.
     """
@@ -57,9 +57,9 @@ class JointReading(NamedTuple):
     Attributes
     ----------
     name, text
-        Its name, its position in words with unit.
+        Its name, and its position with unit.
     fraction
-        Where it is between its limits, 0 to 1; None where it has not both.
+        Its position between its limits, 0 to 1; None if it has not both.
     remark
         `near lower limit`, `beyond upper limit`, or empty.
     level

@@ -1,11 +1,11 @@
 """
-viser's server with our own rules for who may connect, and for what a client may say.
+viser's server with stricter rules for connections and for the messages of clients.
 
-Of viser this takes for granted that its server is made by one call of
-`websockets.asyncio.server.serve` with keywords, reads messages by `recv`, and keeps the things of
-the panel in `gui._gui_input_handle_from_uuid`; all else are documented parameters of `serve`. Each
-time a page is served, two connections of our own try whether a foreign page and a false message
-are refused: where they are not, as with a viser made otherwise, nothing is served.
+This relies on viser to make its server by one call of `websockets.asyncio.server.serve` with
+keywords, reads messages by `recv`, and keeps the things of the panel in
+`gui._gui_input_handle_from_uuid`; all else are documented parameters of `serve`. Each time a page
+is served, two test connections try whether a foreign page and a false message are refused: if they
+are not, as with a viser of another design, nothing is served.
 """
 
 import io
@@ -22,18 +22,18 @@ from websockets.http11 import Request, Response
 from websockets.sync.client import connect
 
 from ...errors import KinematicsError
-from .admission import FORBIDDEN, Admission
 from .client_messages import MessageError, is_taken
+from .origin_check import FORBIDDEN, OriginCheck
 
 # The websocket code for a violated policy (RFC 6455, 7.4.1).
 POLICY = 1008
 # Pages send values and cameras: some hundred bytes.
 LARGEST_MESSAGE = 16_384
-# Our own server answers within this (s), however busy the computer is.
-PATIENCE = 20.0
+# The server answers the test connections within this (s), even on a busy computer.
+CONNECT_TIMEOUT = 20.0
 PROTOCOL = f'viser-v{viser.__version__}'
 HEADERS = {
-    # Nobody puts the page into one of his own to have it clicked; it talks to its server only.
+    # No other site may frame the page to have it clicked; the page connects to its server only.
     'Content-Security-Policy': "frame-ancestors 'none'; connect-src 'self' data: blob:",
     'X-Frame-Options': 'DENY',
     'X-Content-Type-Options': 'nosniff',
@@ -42,37 +42,37 @@ HEADERS = {
 
 
 class UnknownViserError(KinematicsError):
-    """This viser does not let connections be refused as the page needs it."""
+    """This version of viser does not let the page refuse connections."""
 
 
 @contextmanager
 def guarded_server(
-    host: str, port: int, label: str, admission: Admission
+    host: str, port: int, label: str, origin_check: OriginCheck
 ) -> Iterator[viser.ViserServer]:
     """
-    Serve within the block to those who are let in.
+    Serve within the block to clients that pass the origin check.
 
     Raises
     ------
     UnknownViserError
-        Somebody else could talk to it.
+        Foreign pages could connect to it.
     """
     panel: dict[str, Any] = {}
-    silence = io.StringIO()  # what viser prints on its own
-    with redirect_stdout(silence), _serving(admission, lambda: panel):
+    discarded = io.StringIO()  # the output that viser prints itself
+    with redirect_stdout(discarded), _serving(origin_check, lambda: panel):
         server = viser.ViserServer(host=host, port=port, label=label, verbose=False)
     try:
         panel = server.gui._gui_input_handle_from_uuid
-        _try_out(host, server.get_port(), admission)
+        _try_out(host, server.get_port(), origin_check)
         yield server
     finally:
-        with redirect_stdout(silence):
+        with redirect_stdout(discarded):
             server.stop()
 
 
 @contextmanager
-def _serving(admission: Admission, panel: Callable[[], Mapping[str, Any]]) -> Iterator[None]:
-    # Within the block `serve` makes servers with the rules.
+def _serving(origin_check: OriginCheck, panel: Callable[[], Mapping[str, Any]]) -> Iterator[None]:
+    # Within the block `serve` makes servers with these rules.
     original = websocket_server.serve
 
     class PageConnection(websocket_server.ServerConnection):  # type: ignore[misc]
@@ -84,12 +84,12 @@ def _serving(admission: Admission, panel: Callable[[], Mapping[str, Any]]) -> It
                         return data
                 except MessageError as error:
                     await self.close(POLICY, str(error)[:100])
-                    # What came before the end of the closing is not for anybody either.
+                    # Messages that came before the end of the closing are dropped, too.
                     raise ConnectionClosedError(None, None) from None
 
     def serve(*arguments: Any, process_request: Any, **options: Any) -> Any:
         def check(connection: Any, request: Request) -> Response | None:
-            refusal = admission.refusal(
+            refusal = origin_check.refusal(
                 request.path, request.headers, connection.local_address[:2], PROTOCOL
             )
             if refusal is not None:
@@ -99,9 +99,9 @@ def _serving(admission: Admission, panel: Callable[[], Mapping[str, Any]]) -> It
         def complete(connection: Any, request: Request, response: Response) -> None:
             for name, value in HEADERS.items():
                 response.headers[name] = value
-            if admission.token and response.status_code == 200:
+            if origin_check.token and response.status_code == 200:
                 port = connection.local_address[1]
-                response.headers['Set-Cookie'] = admission.cookie(port)
+                response.headers['Set-Cookie'] = origin_check.cookie(port)
 
         rules = {
             'process_request': check,
@@ -120,7 +120,7 @@ def _serving(admission: Admission, panel: Callable[[], Mapping[str, Any]]) -> It
 
 
 def _logger() -> logging.Logger:
-    # What a client does wrong is not written to the terminal.
+    # Faults of clients are not written to the terminal.
     logger = logging.getLogger(__name__)
     if not os.environ.get('KINEMATICS_TRACEBACK'):
         logger.propagate = False
@@ -128,13 +128,13 @@ def _logger() -> logging.Logger:
     return logger
 
 
-def _try_out(host: str, port: int, admission: Admission) -> None:
+def _try_out(host: str, port: int, origin_check: OriginCheck) -> None:
     here = {'0.0.0.0': '127.0.0.1', '::': '::1'}.get(host, host)
     netloc = f'[{here}]:{port}' if ':' in here else f'{here}:{port}'
     options: Any = {
         'subprotocols': [PROTOCOL],
-        'open_timeout': PATIENCE,
-        'additional_headers': {'Cookie': admission.cookie(port)},
+        'open_timeout': CONNECT_TIMEOUT,
+        'additional_headers': {'Cookie': origin_check.cookie(port)},
         'max_size': None,
         'proxy': None,
     }
@@ -148,7 +148,7 @@ def _try_out(host: str, port: int, admission: Admission) -> None:
         connection.send(b'no message')
         try:
             while True:
-                connection.recv(timeout=PATIENCE)
+                connection.recv(timeout=CONNECT_TIMEOUT)
         except ConnectionClosed as error:
             closed = error.rcvd is not None and error.rcvd.code == POLICY
         except TimeoutError:

@@ -1,4 +1,4 @@
-"""What is known of an arm at one moment: all that a picture of it is made from."""
+"""The observation of an arm at one moment: all data of its picture."""
 
 from dataclasses import dataclass
 
@@ -11,13 +11,13 @@ from ...kinematics.singularity import Singularity, singularity_of
 from ...kinematics.tool_state import ToolState, evaluate
 from ...robot.measures import Level
 from ...robot.robot import Robot
-from .axes import Axis, axes_of
+from .axes import RowAxis, axes_of
 
 
 @dataclass(frozen=True, eq=False)
 class Observation:
     """
-    One pose of an arm with its measures, computed here or heard from a node.
+    One pose of an arm with its measures, computed here or received from a node.
 
     Attributes
     ----------
@@ -32,13 +32,13 @@ class Observation:
     jacobian : shape (6, n)
         Rows vx vy vz wx wy wz, base axes, at the tool's origin.
     twist : shape (6,), m/s and rad/s, or None
-        J qdot in base axes, where the velocities are known.
+        J qdot in base axes, if the velocities are known.
     axes
-        Where the moving rows turn or slide.
+        The axes of the moving rows.
     singularity
         The measures.
     level
-        OK, WARN, ERROR, or STALE where nothing new is heard.
+        OK, WARN, ERROR, or STALE if no new joint states arrive.
     """
 
     robot: Robot
@@ -47,7 +47,7 @@ class Observation:
     pose: Floats
     jacobian: Floats
     twist: Floats | None
-    axes: tuple[Axis, ...]
+    axes: tuple[RowAxis, ...]
     singularity: Singularity
     level: Level
 
@@ -56,7 +56,7 @@ def observation_of(
     state: ToolState, singularity: Singularity, level: Level | None = None
 ) -> Observation:
     """
-    Return what is known of a state evaluated with all frames; its own level unless one is given.
+    Return the observation of a state evaluated with all frames; its own level unless one is given.
     """
     return Observation(
         robot=state.robot,
@@ -75,7 +75,7 @@ def observe(
     robot: Robot, q: npt.ArrayLike, qdot: npt.ArrayLike | None = None, level: Level | None = None
 ) -> Observation:
     """
-    Return what is known of an arm at joint positions q (n,), in rad and m.
+    Return the observation of an arm at joint positions q (n,), in rad and m.
 
     Raises
     ------

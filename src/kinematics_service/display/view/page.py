@@ -1,4 +1,4 @@
-"""The web page: the picture, the panel beside it, and what people can switch."""
+"""The web page: the picture, the panel beside it, and its switches."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -8,10 +8,10 @@ import viser
 from ...kernel import Floats
 from ...robot.robot import Robot
 from .address import Address, ServerAddressError, check_address
-from .admission import admission_to
 from .drawing import Drawing
 from .guarded_server import guarded_server
 from .observation import Observation, observe
+from .origin_check import origin_check_of
 from .panel import facts_html, gauges_html, jacobian_html, joints_html
 from .scene import scene_of
 from .sliders import Sliders, singular_pose
@@ -34,9 +34,9 @@ class Page:
     Parameters
     ----------
     server
-        Its server; what another page has put there is gone.
+        Its server; elements of a former page are removed.
     viewpoint
-        Where it looks from.
+        The camera's viewpoint.
     robot
         The arm.
     publishable
@@ -76,7 +76,7 @@ class Page:
                 'publish joint states',
                 False,
                 visible=publishable,
-                hint='the sliders speak as the robot would, on its topic',
+                hint='the sliders publish joint states, as the robot would',
             )
             self._add_buttons(self.sliders.positions)
         with gui.add_folder('Tool and measures'):
@@ -101,9 +101,9 @@ class Page:
         Parameters
         ----------
         nodes
-            Full names of the nodes there are.
+            Full names of the present nodes.
         node
-            The one whose arm is shown.
+            The node whose arm is shown.
         """
         options = nodes if node in nodes else (node, *nodes)
         if self._nodes.options != options:
@@ -128,12 +128,12 @@ class Page:
         return bool(self._publish.visible and self._publish.value)
 
     def follow(self, q: Floats) -> None:
-        """Show joint positions on the sliders, which nobody can move then."""
+        """Show joint positions on the sliders, which are locked then."""
         self._change_hands(False)
         self.sliders.jump(q)
 
     def lead(self) -> tuple[Floats, Floats | None]:
-        """Return what the sliders say, q and qdot, and let people move them."""
+        """Return the values of the sliders, q and qdot, and unlock them."""
         self._change_hands(True)
         wish, self._wish = self._wish, None
         if wish is not None:
@@ -152,9 +152,7 @@ class Page:
             button.disabled = not people
 
     def show(self, seen: Observation, title: str, status: str) -> None:
-        """
-        Show an observation, whose it is and where it comes from; nothing is sent that is known.
-        """
+        """Show an observation, its node and its source; only changes are sent."""
         for name, switch in self._switches.items():
             self._drawing.shown[name] = bool(switch.value)
         scene = scene_of(seen)
@@ -180,12 +178,12 @@ def serve(address: Address, label: str) -> Iterator[tuple[viser.ViserServer, str
     ServerAddressError
         The port is taken, or the host is no address of this computer.
     UnknownViserError
-        Pages of others could talk to this one.
+        Pages of other sites could connect to this one.
     """
     host, port, more_names = address
     check_address(host, port)
-    admission = admission_to(host, more_names)
-    with guarded_server(host, port, label, admission) as server:
-        if port not in (0, server.get_port()):  # taken in the meantime: viser went on to the next
-            raise ServerAddressError(f'--port {port}: taken by another program on {host}')
-        yield server, admission.address(host, server.get_port())
+    origin_check = origin_check_of(host, more_names)
+    with guarded_server(host, port, label, origin_check) as server:
+        if port not in (0, server.get_port()):  # taken in the meantime: viser took the next one
+            raise ServerAddressError(f'--port {port}: another program uses it on {host}')
+        yield server, origin_check.address(host, server.get_port())

@@ -20,10 +20,10 @@ from .scene import LEVEL_COLOURS, Scene, short_names
 ROWS = ('vx', 'vy', 'vz', 'wx', 'wy', 'wz')
 # Level colours as backgrounds ask for this colour of text.
 INK = {Level.OK: '#fff', Level.WARN: '#000', Level.ERROR: '#fff', Level.STALE: '#fff'}
-# The same for people who do not see the colour, and for print.
+# Symbols for people who do not see the colour, and for print.
 SIGNS = {Level.OK: '●', Level.WARN: '▲', Level.ERROR: '■', Level.STALE: '○'}
 
-# On a narrow screen viser's panel is a sheet over the picture: it leaves the arm to be seen.
+# On a narrow screen viser's panel covers the picture: this keeps the arm visible.
 STYLE = """<style>
 .kin{font-size:12px;line-height:1.35;padding:2px 10px 4px 8px}
 .kin table{border-collapse:collapse;width:100%;font-variant-numeric:tabular-nums}
@@ -58,7 +58,7 @@ def _box(name: str, content: str) -> str:
 
 
 def gauges_html(seen: Observation, title: str, status: str) -> str:
-    """Return whose arm it is, the headline, where the numbers come from, and the gauges."""
+    """Return the arm's name, the headline, the source of the numbers, and the gauges."""
     level = seen.level
     head = (
         f'<div id="kin-title">{escape(title)}</div>'

@@ -1,4 +1,6 @@
-"""The loop behind the page: hear or read the sliders, look, show; some thirty times a second."""
+"""
+The loop behind the page: take messages or sliders, compute, show; some thirty times a second.
+"""
 
 import sys
 import time
@@ -8,24 +10,24 @@ from typing import Protocol
 from ...kernel import Floats
 from ...robot.robot import Robot
 from .address import Address
-from .admission import ANYWHERE
 from .observation import Observation, observe
+from .origin_check import ANYWHERE
 from .page import Page, serve
 from .viewpoint import Viewpoint
 
 PERIOD = 1.0 / 30.0
 
 
-class Source(Protocol):
-    """Whose arm is shown, and where its joint states come from; `ros.view_session` has one."""
+class ArmSource(Protocol):
+    """The arm to show, and the source of its joint states; `ros.view_session` has one."""
 
     @property
     def robot(self) -> Robot:
-        """Return the arm to show now: another object where it has changed."""
+        """Return the arm to show now: another object if it has changed."""
 
     @property
     def title(self) -> str:
-        """Return whose arm it is."""
+        """Return the title of the arm."""
 
     @property
     def node(self) -> str:
@@ -39,22 +41,20 @@ class Source(Protocol):
         """Show the arm of another node."""
 
     def listen(self, seconds: float) -> None:
-        """Hear what comes for so long."""
+        """Take messages for this time, s."""
 
     def observation(self) -> Observation | None:
-        """Return the newest observation; None while no joint states come."""
+        """Return the newest observation; None while no joint states arrive."""
 
     @property
     def status(self) -> str:
-        """Return in a line where the observation comes from, or why there is none."""
+        """Return the source of the observation in one line, or why there is none."""
 
     def publish(self, q: Floats) -> str:
-        """
-        Publish joint positions; return a reason where that is refused, empty where it is done.
-        """
+        """Publish joint positions; return the reason of a refusal, or an empty text."""
 
 
-class Silence:
+class SliderSource:
     """The source of a page without ROS: an arm that is moved by sliders alone."""
 
     node = ''
@@ -80,7 +80,7 @@ class Silence:
 
 
 def run_page(
-    source: Source, address: Address, publishable: bool, ended: Callable[[], bool]
+    source: ArmSource, address: Address, publishable: bool, ended: Callable[[], bool]
 ) -> None:
     """
     Serve a page of an arm.
@@ -88,9 +88,9 @@ def run_page(
     Parameters
     ----------
     source
-        The arm and where its joint states come from; the sliders move it while none come.
+        The arm and the source of its joint states; the sliders move it while there are none.
     address
-        Where to serve it.
+        Host and port of the page.
     publishable
         Whether to offer to publish the sliders.
     ended
@@ -101,7 +101,7 @@ def run_page(
     ServerAddressError
         The port is taken, or the host is no address of this computer.
     UnknownViserError
-        Pages of others could talk to this one.
+        Pages of other sites could connect to this one.
     """
     with serve(address, source.robot.name) as (server, url):
         viewpoint = Viewpoint(server)
@@ -109,8 +109,8 @@ def run_page(
         print(f'{url} shows {source.title}; {source.status}; Ctrl-C ends it', flush=True)
         if address.host in ANYWHERE:
             print(
-                f'kinematics_service: {address.host}: whoever has this address, with its token '
-                'and a name of this computer, sees it from anywhere on the network',
+                f'kinematics_service: {address.host}: anyone on the network sees the page who '
+                'has this address, with its token and a name of this computer',
                 file=sys.stderr,
             )
         while not ended():
@@ -119,12 +119,12 @@ def run_page(
                 page = Page(server, viewpoint, source.robot, publishable)
                 print(f'it shows {source.title}', flush=True)
             turn(page, source)
-            # At least a little rest: where drawing is slow the page stays slow, not the computer.
+            # The loop always rests a little: slow drawing makes the page slow, not the computer.
             source.listen(max(0.2 * PERIOD, PERIOD - (time.monotonic() - begin)))
 
 
-def turn(page: Page, source: Source) -> None:
-    """Show what is to be seen now, or go to the node that somebody has chosen."""
+def turn(page: Page, source: ArmSource) -> None:
+    """Show the present observation, or go to the node that a user has chosen."""
     chosen = page.offer(source.nodes, source.node)
     if chosen != source.node:
         source.choose(chosen)

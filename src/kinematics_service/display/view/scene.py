@@ -16,12 +16,12 @@ from ...estimation.status_text import NEGLIGIBLE, direction_in_words
 from ...kernel import Floats
 from ...robot.measures import Level
 from ...robot.robot import Robot
-from .axes import Axis
+from .axes import RowAxis
 from .ellipsoids import Ellipsoid, EllipsoidScales, ellipsoid_of, ellipsoid_scales
 from .observation import Observation
 
-# Colours that people with any kind of colour vision tell apart (after Okabe and Ito); whatever is
-# coloured says the same in words.
+# Colours that people with any colour vision can tell apart (after Okabe and Ito); words repeat the
+# meaning of each colour.
 LEVEL_COLOURS = {
     Level.OK: (0, 114, 178),
     Level.WARN: (230, 159, 0),
@@ -47,25 +47,26 @@ LOST_LENGTH = 0.42
 RING_RADIUS, RING_SIDES = 0.2, 36
 # An ellipsoid that has lost a direction is drawn this thick, so that it can be seen edge-on.
 THINNEST = 0.003
-# The velocity arrow ends where the tool would be after this time (s); the angular one, along the
-# axis of rotation, has this length (share of the size) for 1 rad/s; neither is beyond LONGEST.
+# The velocity arrow ends at the tool's position after this time (s); the angular one, along the
+# axis of rotation, has this length (share of the size) for 1 rad/s; neither is longer than
+# LONGEST.
 AHEAD, TURN_LENGTH, LONGEST = 0.5, 0.25, 0.8
-# Shorter than this share of the size nothing is drawn.
+# Arrows shorter than this share of the size are not drawn.
 SHORTEST = 1e-4
 
 
-class Lost(NamedTuple):
+class LostDirection(NamedTuple):
     """
     The tool motion that is lost near a singular pose.
 
     Attributes
     ----------
     linear : shape (2, 3), m, or None
-        Ends of a line through the tool along the lost motion; None where none is lost.
+        Ends of a line through the tool along the lost motion; None if none is lost.
     angular : shape (2, 3), m, or None
         Ends of a line through the tool along the axis of the lost rotation.
     name
-        Of the factor that is zero, where the robot file has one; otherwise empty.
+        Name of the factor that is zero, if the robot file has one; otherwise empty.
     words
         Both in words.
     """
@@ -84,7 +85,7 @@ class Scene:
     Attributes
     ----------
     size
-        The arm's size, m: what thicknesses are shares of.
+        The arm's size, m, the unit of thicknesses.
     links : shape (rows + 2, 2, 3)
         Segments from the base to frame 0, between the frames, to the tool; some of length 0.
     frames : shape (rows + 1, 4, 4)
@@ -98,9 +99,9 @@ class Scene:
     linear, angular
         Ellipsoids of the two blocks of J about the tool.
     scales
-        What a radius of 1 of an ellipsoid is drawn as, m.
+        Length drawn for a radius of 1 of an ellipsoid, m.
     lost
-        None where the level is OK.
+        None if the level is OK.
     level
         OK, WARN, ERROR, STALE.
     """
@@ -109,14 +110,14 @@ class Scene:
     links: Floats
     frames: Floats
     tool: Floats
-    axes: tuple[Axis, ...]
+    axes: tuple[RowAxis, ...]
     axis_labels: tuple[str, ...]
     velocity: Floats | None
     rotation: Floats | None
     linear: Ellipsoid
     angular: Ellipsoid
     scales: EllipsoidScales
-    lost: Lost | None
+    lost: LostDirection | None
     level: Level
 
     def drawn_radii(self, ellipsoid: Ellipsoid, scale: float) -> Floats:
@@ -126,7 +127,7 @@ class Scene:
 
 @lru_cache(maxsize=8)
 def size_of(robot: Robot) -> float:
-    """Return an arm's size in m: its reach, or 1 where the tool does not leave frame 0."""
+    """Return an arm's size in m: its reach, or 1 if the tool does not leave frame 0."""
     reach = float(robot.task.reach)
     return reach if reach > 1e-6 else 1.0
 
@@ -165,7 +166,7 @@ def _arrow(start: Floats, motion: Floats, size: float) -> Floats | None:
     return np.stack([start, start + motion * min(1.0, LONGEST * size / length)])
 
 
-def _lost(seen: Observation, size: float) -> Lost:
+def _lost(seen: Observation, size: float) -> LostDirection:
     direction = seen.singularity.lost_direction
     tool = seen.pose[:3, 3]
 
@@ -173,17 +174,17 @@ def _lost(seen: Observation, size: float) -> Lost:
         share = float(np.linalg.norm(part))
         if share < NEGLIGIBLE * float(np.linalg.norm(direction)):
             return None
-        # The square root: a small part is still to be seen.
+        # The square root keeps a small part visible.
         half = LOST_LENGTH * size * part / share**0.5
         return np.stack([tool - half, tool + half])
 
     words = f'lost: {direction_in_words(direction)}'
-    return Lost(line(direction[:3]), line(direction[3:]), factor_name(seen), words)
+    return LostDirection(line(direction[:3]), line(direction[3:]), factor_name(seen), words)
 
 
 def short_names(names: Sequence[str]) -> tuple[str, ...]:
     """
-    Return joint names without `_joint` at the end, where all of them end so and differ without.
+    Return joint names without `_joint` at the end, if all of them have it and differ without it.
     """
     short = tuple(name.removesuffix('_joint') for name in names)
     fit = all(s and s != name for s, name in zip(short, names)) and len(set(short)) == len(short)
@@ -221,14 +222,12 @@ def ring(ends: Floats, size: float) -> Floats:
 
 
 def factor_name(seen: Observation) -> str:
-    """
-    Return the name of the singular factor that is nearest to zero, empty where there is none.
-    """
+    """Return the name of the singular factor that is nearest to zero, empty if there is none."""
     factors = seen.singularity.factors
     if factors is None:
         return ''
     k: int = factors.nearest
-    # An incomplete list may not hold what is near.
+    # An incomplete list may lack the nearest factor.
     if not seen.robot.factors.complete and factors.distances[k] > 1.5 * seen.singularity.distance:
         return ''
     return factors.names[k]

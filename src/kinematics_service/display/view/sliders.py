@@ -1,4 +1,4 @@
-"""A slider for each joint, and where they begin."""
+"""A slider for each joint, and their initial values."""
 
 import math
 import time
@@ -16,9 +16,9 @@ from ...robot.task import seeded_poses
 from .scene import short_names
 
 STEP = 0.001
-# Velocities are differences over so many seconds.
+# Time of the differences that give velocities, s.
 MEMORY = 0.25
-# Poses looked at for one that is far from singular.
+# Number of poses tried for one that is far from singular.
 POSES = 200
 
 
@@ -55,7 +55,7 @@ def regular_pose(robot: Robot, inside: Floats) -> Floats:
 
 def singular_pose(robot: Robot, inside: Floats, near: Floats) -> Floats | None:
     """
-    Return the singular pose (n,) inside a range that is nearest to one; None where none was found.
+    Return the singular pose (n,) inside a range that is nearest to one; None if none was found.
     """
     found = singular_poses(robot, inside)
     if not len(found):
@@ -70,7 +70,7 @@ class Sliders:
     Parameters
     ----------
     server
-        Its panel's current folder gets them.
+        The server whose panel's current folder gets the sliders.
     robot
         The arm.
 
@@ -100,19 +100,19 @@ class Sliders:
                     step=min(STEP, (high - low) / 100.0) if high > low else STEP,
                     initial_value=float(start[j]),
                     marks=((low, f'{low:.2f}'), (high, f'{high:.2f}')) if limited else None,
-                    hint=f'{kind}; ' + ('its limits are the ends' if limited else 'no limits'),
+                    hint=f'{kind}; ' + ('it ends at the limits' if limited else 'no limits'),
                 )
             )
 
     @property
     def positions(self) -> Floats:
-        """Return where they stand, shape (n,), rad or m, inside their ranges."""
+        """Return the positions of the sliders, shape (n,), rad or m, inside their ranges."""
         q = np.array([float(handle.value) for handle in self._handles])
         inside: Floats = np.clip(np.nan_to_num(q), self.ranges[:, 0], self.ranges[:, 1])
         return inside
 
     def velocities(self, q: Floats) -> Floats | None:
-        """Return how fast they are being moved, shape (n,); None while they stand still."""
+        """Return the velocities of the sliders, shape (n,); None while they stand still."""
         now = time.monotonic()
         self._history.append((now, q))
         while now - self._history[0][0] > MEMORY:
@@ -124,7 +124,7 @@ class Sliders:
 
     def move(self, q: Floats) -> None:
         """
-        Put them where the joints are; angles without limits go to the same angle within a turn.
+        Move the sliders to the joints' positions; angles without limits are taken within a turn.
         """
         for handle, value, continuous in zip(self._handles, q.tolist(), self._continuous):
             if continuous:
@@ -133,12 +133,12 @@ class Sliders:
                 handle.value = value
 
     def jump(self, q: Floats) -> None:
-        """Put them somewhere at once: no velocity comes of it."""
+        """Set the sliders at once, without a velocity."""
         self._history.clear()
         self.move(q)
 
     def enable(self, enabled: bool) -> None:
-        """Let people move them, or show only."""
+        """Unlock the sliders, or lock them."""
         for handle in self._handles:
             if handle.disabled == enabled:
                 handle.disabled = not enabled

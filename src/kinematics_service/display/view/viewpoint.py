@@ -1,4 +1,4 @@
-"""Where pages look from: at the middle of the arm, the whole of it in the picture."""
+"""The viewpoint of pages: at the middle of the arm, with all of it in the picture."""
 
 import numpy as np
 import viser
@@ -6,7 +6,7 @@ import viser
 from ...kernel import Floats
 from .scene import Scene
 
-# From in front, a little above, in sizes of the arm.
+# Position in front and a little above, in sizes of the arm.
 OFFSET = np.array([0.85, 0.7, 0.4])
 # A picture narrower than this (width by height) shows the arm from further away.
 SQUARE = 1.0
@@ -14,7 +14,7 @@ SQUARE = 1.0
 
 class Viewpoint:
     """
-    Where the pages of a server look from when they are opened, and when another arm is shown.
+    The viewpoint of the pages of a server when they are opened, and when another arm is shown.
     """
 
     def __init__(self, server: viser.ViserServer) -> None:

@@ -1,1 +1,1 @@
-"""Recordings and plans as streams of joint states, whatever kind of file they come in."""
+"""Recordings and plans as streams of joint states, from any kind of file."""

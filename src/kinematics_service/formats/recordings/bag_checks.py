@@ -1,7 +1,7 @@
 """
-What a bag's own checksums and counts say of it, and where it has none.
+Faults of a bag by its own checksums and counts, and a remark if it has none.
 
-The checksums of MCAP's chunks are looked at where the chunks are read.
+The checksums of MCAP's chunks are checked when the chunks are read.
 """
 
 import sqlite3
@@ -22,13 +22,13 @@ HEAD = struct.Struct('<BQ')
 FOOTER, CHUNK_INDEX, DATA_END = 2, 8, 15
 FOOTER_LENGTH = HEAD.size + 20
 DATA_END_LENGTH = HEAD.size + 4
-# Where the checksum stands in a chunk, after its times and its size.
+# Offset of the checksum in a chunk, after its times and its size.
 CHUNK_SUM_AT = HEAD.size + 24
 AT_ONCE = 1 << 20
 
 
 def checked(path: Path) -> Iterator[Remark]:
-    """Yield what is to be said of a bag, a file or a directory, that could be read."""
+    """Yield remarks on a bag, a file or a directory, that could be read."""
     files = sorted(path.iterdir()) if path.is_dir() else [path]
     for file in files:
         if file.suffix == '.mcap':
@@ -41,7 +41,7 @@ def checked(path: Path) -> Iterator[Remark]:
 
 
 def missing(where: str, topic: str, promised: int, read: int) -> Iterator[Remark]:
-    """Yield a remark where an index promises other than what was read."""
+    """Yield a remark if an index promises other counts than what was read."""
     if promised != read:
         yield Remark(
             Level.WARN, f'{where} counts {promised:,} messages on {topic}, but holds {read:,}'
@@ -66,7 +66,7 @@ def _mcap(name: str, stream: BinaryIO) -> Iterator[Remark]:
 
 
 def _data_sum(stream: BinaryIO, at: int) -> int:
-    # The checksum of everything before the summary, 0 where there is none.
+    # Returns the checksum of everything before the summary, 0 if there is none.
     stream.seek(at)
     record = stream.read(DATA_END_LENGTH)
     if len(record) < DATA_END_LENGTH or HEAD.unpack_from(record) != (DATA_END, 4):
@@ -98,12 +98,12 @@ def _sqlite(file: Path) -> Iterator[Remark]:
     address = f'{file.absolute().as_uri()}?mode=ro&immutable=1'
     database = sqlite3.connect(address, uri=True)
     try:
-        said = str(database.execute('PRAGMA quick_check(1)').fetchone()[0])
+        answer = str(database.execute('PRAGMA quick_check(1)').fetchone()[0])
     except sqlite3.Error as error:
-        said = str(error)
+        answer = str(error)
     finally:
         database.close()
-    if said != 'ok':
-        reason = ' '.join(said.split())
+    if answer != 'ok':
+        reason = ' '.join(answer.split())
         yield Remark(Level.ERROR, f'{file.name} is damaged ({reason}): {CHANGED}')
     yield Remark(Level.OK, f'{file.name} {UNNOTICED} (sqlite3 bags have none)')

@@ -1,4 +1,6 @@
-"""A topic with poses of the tool in a bag: of a long one as many as the frame check can use."""
+"""
+A topic with poses of the tool in a bag: of a long topic only as many as the frame check can use.
+"""
 
 from collections.abc import Callable, Iterable
 from typing import Any
@@ -14,8 +16,8 @@ POSES = {
     'geometry_msgs/msg/PoseWithCovarianceStamped': lambda message: message.pose.pose,
 }
 SECOND = 1_000_000_000
-# So many poses are kept (13 MB): where there are more, every second one is given up, again and
-# again. The frame check follows some hundred of those within the recording.
+# Number of poses kept (13 MB): if there are more, every second one is dropped, again and again.
+# The frame check uses some hundred of those within the recording.
 HELD = 2**16
 
 
@@ -33,7 +35,7 @@ def track_of_messages(
     kind
         Their type, one of `POSES`.
     read
-        Makes a message of its bytes, or raises anything at all.
+        Makes a message of its bytes, or raises any exception.
     """
     rows, stamps = np.empty((HELD, 7)), np.empty(HELD, dtype=np.int64)
     stride, kept, count, looked_at, frame = 1, 0, 0, 0, ''
@@ -48,7 +50,7 @@ def track_of_messages(
         looked_at += 1
         try:
             message = read(raw)
-        except Exception:  # whatever the bytes make the reader raise
+        except Exception:  # bytes can make the reader raise any exception
             unreadable += 1
             continue
         stamp = message.header.stamp

@@ -14,7 +14,7 @@ from ...kernel import Floats
 Times: TypeAlias = npt.NDArray[np.int64]
 Flags: TypeAlias = npt.NDArray[np.bool_]
 
-# A block holds at most so many messages: what is worked on at once stays in some tens of MB.
+# Most messages of a block: the memory of one stays within some tens of MB.
 LARGEST_BLOCK = 16_384
 
 
@@ -32,9 +32,9 @@ class Block:
     names
         Joint names, as in the messages.
     stamps, received : shape (N,), ns
-        Of the header, 0 where there is none; and of the recording.
+        Stamps of the header, 0 if there is none; and times of the recording.
     positions, velocities : shape (N, k), rad or m, rad/s or m/s
-        As in the messages; k is mostly the number of names, and 0 where a message has none.
+        As in the messages; k is mostly the number of names, and 0 if a message has none.
     """
 
     names: tuple[str, ...]
@@ -62,8 +62,8 @@ class Block:
 
 
 @dataclass(frozen=True)
-class Unreadable:
-    """A message among the blocks that is no JointState; why, in words."""
+class UnreadableMessage:
+    """A message among the blocks that is no JointState, with the reason in words."""
 
     received: int
     reason: str

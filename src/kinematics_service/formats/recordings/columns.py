@@ -1,5 +1,6 @@
 """
-Numbers of every state of a recording, read again piece by piece: in memory while they are few.
+Numbers of every state of a recording, read again piece by piece; they are in memory while they are
+few.
 """
 
 import os
@@ -13,13 +14,13 @@ import numpy.typing as npt
 from ...kernel import Floats
 from .block import AuditError
 
-# Of a column so many numbers stay in memory; then they go to a file without a name, which is gone
-# when the process is, whatever ends it.
+# A column keeps this number of numbers in memory; then they go to a file without a name, which
+# disappears with the process, whatever ends it.
 HELD = 2**18
-# Findings look at so many states at once, and so what they sum up does not depend on anything
-# else: shorter recordings (17 minutes at 1 kHz) are looked at whole.
+# Number of states that findings process at once, so that their sums depend on nothing else:
+# shorter recordings (17 minutes at 1 kHz) are one piece.
 AT_ONCE = 2**20
-# Bits of a double that a median is narrowed down by, in each reading.
+# Bits of a double by which each reading narrows a median down.
 DIGITS = 16
 
 
@@ -91,7 +92,7 @@ class Column:
         return np.concatenate([own, self._joined()[: end - self._written]])
 
 
-class Table:
+class StateTable:
     """Some numbers for each state: columns side by side, read like an array (N, k)."""
 
     def __init__(self, columns: int) -> None:
@@ -117,17 +118,17 @@ class Table:
 
 
 def spans(count: int) -> Iterator[slice]:
-    """Yield the rows of `count` in pieces that findings look at at once."""
+    """Yield the rows of `count` in pieces that findings process at once."""
     for begin in range(0, count, AT_ONCE):
         yield slice(begin, min(begin + AT_ONCE, count))
 
 
 def median(pieces: Callable[[], Iterator[npt.NDArray[Any]]]) -> float:
     """
-    Return the median of numbers that are read in pieces, 0 where there are none.
+    Return the median of numbers that are read in pieces, 0 if there are none.
 
-    The same as numpy's of all of them, in the memory of one piece: by the leading bits of the
-    doubles it is known in which narrow band the middle lies, and those in the band are few.
+    It is the same as numpy's median of all of them, in the memory of one piece: the leading bits
+    of the doubles tell the narrow band of the middle, and few numbers are in that band.
 
     Parameters
     ----------
@@ -193,7 +194,7 @@ def _between(
 
 
 def _ordered(numbers: npt.NDArray[Any]) -> npt.NDArray[np.uint64]:
-    # Bits of doubles, turned so that they sort as the numbers do.
+    # Returns the bits of doubles, changed so that they sort like the numbers.
     bits = np.asarray(numbers, dtype=np.float64).view(np.uint64)
     sign = np.uint64(1 << 63)
     return np.where(bits & sign, ~bits, bits | sign)

@@ -17,11 +17,12 @@ from ...robot.robot import Robot
 
 STAMP = 'stamp'
 POSITION, VELOCITY = 'position.', 'velocity.'
-# What the seconds of a header's stamp can hold.
+# Largest seconds of a header's stamp.
 LATEST = Decimal(2**31)
-# Names a message lists at most.
+# Most names in an error message.
 LISTED = 20
-# What other programs read as a number too: `1_0` and digits of other scripts are Python's alone.
+# Only numbers that other programs read, too: `1_0` and digits of other scripts are numbers in
+# Python alone.
 NUMBER = re.compile(r'[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?|[-+]?(nan|inf(inity)?)', re.A | re.I)
 
 
@@ -41,7 +42,7 @@ class Recording:
     positions : shape (N, n), rad or m
         In the order of the arm's joints.
     velocities : shape (N, n), rad/s or m/s
-        None where the file has none.
+        None if the file has none.
     """
 
     stamps: npt.NDArray[np.int64]
@@ -61,8 +62,9 @@ def read_recording(file: Path, robot: Robot) -> Recording:
     """
     Return the recording of a CSV file with the header `stamp,position.<joint>,velocity.<joint>`.
 
-    Columns in any order, one position for each joint, velocities for all joints or none; stamps
-    in seconds, everything else in rad and m. Empty lines and a byte order mark do no harm.
+    Columns may have any order; each joint needs a position, and all joints or none a velocity;
+    stamps are in seconds, all other numbers in rad and m. Empty lines and a byte order mark are
+    ignored.
 
     Raises
     ------
@@ -71,7 +73,7 @@ def read_recording(file: Path, robot: Robot) -> Recording:
     """
     try:
         with file.open(encoding='utf-8-sig', newline='') as text:
-            return _Reader(file, robot, csv.reader(text)).read()
+            return _CsvReader(file, robot, csv.reader(text)).read()
     except OSError as error:
         raise RecordingError(f'{file}: cannot be read: {error.strerror}') from None
     except UnicodeDecodeError:
@@ -80,7 +82,7 @@ def read_recording(file: Path, robot: Robot) -> Recording:
         raise RecordingError(f'{file}: is not a CSV file: {error}') from None
 
 
-class _Reader:
+class _CsvReader:
     def __init__(self, file: Path, robot: Robot, rows: Iterator[list[str]]) -> None:
         self.file, self.robot, self.rows = file, robot, rows
         self.line = 0
@@ -118,7 +120,7 @@ class _Reader:
         known = {STAMP, *self._names(POSITION), *self._names(VELOCITY)}
         for k, name in enumerate(header):
             if name in header[:k]:
-                raise self._fault(f'column {_shown(name)} is there twice')
+                raise self._fault(f'column {_shown(name)} occurs twice')
             if name not in known:
                 raise self._fault(f'unknown column {_shown(name)}; {self._accepted()}')
         given = set(header)
@@ -165,15 +167,15 @@ class _Reader:
 
 
 def number_of(text: str) -> float:
-    """Return the number a cell holds; ValueError where it holds none."""
+    """Return the number in a cell; ValueError if it holds none."""
     if not NUMBER.fullmatch(text.strip()):
         raise ValueError(text)
     return float(text)
 
 
 def nanoseconds_of(text: str) -> int:
-    """Return the nanoseconds of a time in seconds, 0 to 2^31; ValueError where it is none."""
-    # Without a double in between: nanoseconds of a day in this century do not fit one.
+    """Return the nanoseconds of a time in seconds, 0 to 2^31; ValueError if it is none."""
+    # No double in between: it cannot hold the nanoseconds of a present time.
     text = text.strip()
     whole, _, fraction = text.partition('.')
     digits = whole + fraction

@@ -1,4 +1,6 @@
-"""Where joint states come from: one entry for every kind of file, found by what the file is."""
+"""
+The source of joint states: one function for every kind of file, which the file's content tells.
+"""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -8,7 +10,7 @@ from .bag_reader import open_bag
 from .block import AuditError
 from .plan_reader import open_planned
 from .pose_format import PoseFormat
-from .source import Source, Wanted
+from .source import RecordingSource, Selection
 from .table_reader import open_table
 
 BAGS = ('.mcap', '.db3', '.bag')
@@ -21,14 +23,14 @@ ACCEPTED = (
 
 
 @contextmanager
-def open_source(file: Path, wanted: Wanted) -> Iterator[Source]:
+def open_source(file: Path, wanted: Selection) -> Iterator[RecordingSource]:
     """
     Open a recording or a planned trajectory.
 
     Raises
     ------
     AuditError
-        It cannot be read; one sentence.
+        It cannot be read; the message is one sentence.
     """
     if not file.exists():
         raise AuditError(f'{file}: there is no such file')

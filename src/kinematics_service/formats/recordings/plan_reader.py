@@ -9,9 +9,9 @@ import numpy as np
 
 from ...kernel import Floats
 from ...robot.measures import Level
-from .between_points import Planned, sampled
+from .between_points import PlannedTrajectory, sampled
 from .block import LARGEST_BLOCK, AuditError, Block, Times
-from .source import Remark, Source, Wanted
+from .source import RecordingSource, Remark, Selection
 
 SECOND = 1_000_000_000
 # Trajectories of one topic follow each other with a pause longer than any timeout (ns).
@@ -21,14 +21,14 @@ BEGIN = SECOND
 LARGEST = 64 * 1024 * 1024
 
 
-def open_planned(file: Path, wanted: Wanted) -> Source:
+def open_planned(file: Path, wanted: Selection) -> RecordingSource:
     """
     Open a JointTrajectory in YAML, as `ros2 topic echo` prints it, or in JSON.
 
     Raises
     ------
     AuditError
-        It is none; one sentence.
+        It is no trajectory; the message is one sentence.
     """
     try:
         data = file.read_bytes()
@@ -50,7 +50,7 @@ def open_planned(file: Path, wanted: Wanted) -> Source:
             'time_from_start, and perhaps velocities and accelerations)'
         )
     planned = [_planned(one, str(file)) for one in found]
-    return Source(
+    return RecordingSource(
         'planned trajectory',
         'points',
         True,
@@ -78,17 +78,18 @@ def _documents(file: Path, text: str) -> list[Any]:
 
 
 def _mapping(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    # Of a key that is there twice, json.loads would take the last in silence.
+    # json.loads would silently take the last value of a key that occurs twice.
     mapping = dict(pairs)
     if len(mapping) < len(pairs):
         keys = [key for key, _ in pairs]
         twice = next(key for key in mapping if keys.count(key) > 1)
-        raise ValueError(f'the key {twice[:40]!a} is there twice')
+        raise ValueError(f'the key {twice[:40]!a} occurs twice')
     return mapping
 
 
 def _trajectories(document: Any, depth: int = 0) -> Iterator[Mapping[str, Any]]:
-    # A JointTrajectory, or what holds one: RobotTrajectory, DisplayTrajectory, an action's goal.
+    # Finds a JointTrajectory in a message or in its parents: RobotTrajectory, DisplayTrajectory,
+    # an action's goal.
     if depth > 8:
         return
     if isinstance(document, Mapping):
@@ -102,7 +103,7 @@ def _trajectories(document: Any, depth: int = 0) -> Iterator[Mapping[str, Any]]:
             yield from _trajectories(value, depth + 1)
 
 
-def _planned(data: Mapping[str, Any], where: str) -> Planned:
+def _planned(data: Mapping[str, Any], where: str) -> PlannedTrajectory:
     points = data['points'] or []
     names = data['joint_names'] or []
     if not isinstance(points, list) or not all(isinstance(point, Mapping) for point in points):
@@ -117,7 +118,7 @@ def _planned(data: Mapping[str, Any], where: str) -> Planned:
     times = [_seconds(point.get('time_from_start'), k, where) for k, point in enumerate(points)]
     positions = column('positions')
     return _checked(
-        Planned(
+        PlannedTrajectory(
             tuple(map(str, names)),
             np.array(times),
             np.zeros((0, 0)) if positions is None else positions,
@@ -128,7 +129,7 @@ def _planned(data: Mapping[str, Any], where: str) -> Planned:
     )
 
 
-def trajectory_of_message(message: Any) -> Planned:
+def trajectory_of_message(message: Any) -> PlannedTrajectory:
     """Return the trajectory of a JointTrajectory message."""
     names = tuple(map(str, message.joint_names))
 
@@ -143,7 +144,7 @@ def trajectory_of_message(message: Any) -> Planned:
     ]
     positions = column('positions')
     return _checked(
-        Planned(
+        PlannedTrajectory(
             names,
             np.array(times),
             np.zeros((0, 0)) if positions is None else positions,
@@ -161,8 +162,8 @@ def _table(rows: Sequence[Any], names: tuple[str, ...], key: str, where: str) ->
         if not isinstance(row, (list, np.ndarray)) or len(row) != len(names):
             if key != 'positions':
                 return None
-            raise AuditError(f'{where}: points[{k}] has not one position for each joint')
-        # Truth values and texts, which numpy would take for numbers.
+            raise AuditError(f'{where}: points[{k}] must have one position for each joint')
+        # These are truth values and texts, which numpy would take for numbers.
         if isinstance(row, list) and not {type(value) for value in row} <= {int, float}:
             raise AuditError(f'{where}: points[{k}]: {key} must be numbers')
     try:
@@ -181,7 +182,7 @@ def _seconds(time: Any, k: int, where: str) -> float:
     raise AuditError(f'{where}: points[{k}]: time_from_start must be sec and nanosec, or seconds')
 
 
-def _checked(planned: Planned, where: str) -> Planned:
+def _checked(planned: PlannedTrajectory, where: str) -> PlannedTrajectory:
     if not len(planned.times):
         raise AuditError(f'{where}: the trajectory has no points')
     for name, table in (
@@ -203,13 +204,14 @@ def _checked(planned: Planned, where: str) -> Planned:
 
 
 def blocks_of_trajectories(
-    trajectories: Iterable[Planned], wanted: Wanted, where: str
+    trajectories: Iterable[PlannedTrajectory], wanted: Selection, where: str
 ) -> Iterator[Block]:
     """
     Yield the joint states of the motions that controllers make of trajectories.
 
-    Between points as joint_trajectory_controller: straight where there are positions alone, cubic
-    with velocities, quintic with accelerations; a trajectory of one point stays there.
+    The motion between points is that of joint_trajectory_controller: straight with positions
+    alone, cubic with velocities, quintic with accelerations; a trajectory of one point stays
+    there.
 
     Raises
     ------

@@ -1,8 +1,8 @@
 """
-The YAML of a plan, read by libyaml's events, each looked at before anything is built.
+The YAML of a plan, read by libyaml's events, each checked before anything is built.
 
-What could build objects or grow (tags, anchors, aliases) is refused at the event that brings it. A
-plain scalar is a number where YAML 1.2 says so: `1e-3` is one, `1_0` and `0o7` are texts.
+Syntax that could build objects or grow (tags, anchors, aliases) is refused at its event. A plain
+scalar is a number if YAML 1.2 says so: `1e-3` is one, `1_0` and `0o7` are texts.
 """
 
 import re
@@ -38,9 +38,9 @@ def read_documents(text: str) -> list[Any]:
     ------
     PlanYamlError
         It is not YAML, or something that is refused: anchors, aliases, tags, directives, a key
-        that is there twice, too many values, nested too deeply.
+        that occurs twice, too many values, nested too deeply.
     """
-    builder = _Builder()
+    builder = _DocumentBuilder()
     try:
         for event in yaml.parse(text, Loader=LOADER):
             builder.take(event)
@@ -57,7 +57,7 @@ def read_documents(text: str) -> list[Any]:
     return [document for document in builder.documents if document is not None]
 
 
-class _Builder:
+class _DocumentBuilder:
     """The documents under construction: open lists and mappings, innermost last."""
 
     def __init__(self) -> None:
@@ -108,7 +108,7 @@ class _Builder:
             if type(event) is not yaml.ScalarEvent:
                 raise _refusal(event, 'a key must be a word, not a list or mapping')
             if event.value in innermost:
-                raise _refusal(event, f'the key {event.value[:40]!a} is there twice')
+                raise _refusal(event, f'the key {event.value[:40]!a} occurs twice')
             self._keys[-1] = event.value
 
 

@@ -1,4 +1,4 @@
-"""How the columns of a table say a pose: the kind of its orientation, and the units."""
+"""The meaning of the columns of a pose in a table: the kind of its orientation, and the units."""
 
 from typing import NamedTuple
 
@@ -14,8 +14,8 @@ def _numbers(count: int) -> tuple[str, ...]:
     return tuple(map(str, range(count)))
 
 
-# Ends of columns with the kind of orientation they are by default, in the order they are sought:
-# the numbers of a matrix begin as those of a quaternion.
+# Endings of column names with their default kind of orientation, in the order of the search: the
+# numbers of a matrix begin like those of a quaternion.
 ENDS = (
     ((*XYZ, 'qx', 'qy', 'qz', 'qw'), 'xyzw'),
     ((*XYZ, 'rx', 'ry', 'rz'), 'rotvec'),
@@ -37,12 +37,12 @@ ACCEPTED_POSES = (
 
 class PoseFormat(NamedTuple):
     """
-    What the numbers of a pose are.
+    The meaning of the numbers of a pose.
 
     Attributes
     ----------
     kind
-        One of `KINDS`, empty where the names of the columns say it: a quaternion by the order of
+        One of `KINDS`, empty if the names of the columns tell it: a quaternion by the order of
         its numbers, a rotation vector, roll pitch yaw (R = Rz(yaw) Ry(pitch) Rx(roll)), or a
         matrix (rows of four).
     length, angle
@@ -61,7 +61,7 @@ def pose_format(text: str) -> PoseFormat:
     Raises
     ------
     AuditError
-        A word is none, or there are two of a sort.
+        A word is unknown, or there are two of one kind.
     """
     fields = {'kind': KINDS, 'length': LENGTHS, 'angle': ANGLES}
     found: dict[str, str] = {}
@@ -80,7 +80,8 @@ def pose_columns(
     header: list[str], prefix: str, wanted: PoseFormat
 ) -> tuple[list[str], PoseFormat] | None:
     """
-    Return the columns of a pose that begin with `prefix`, and what they are; None without any.
+    Return the columns of a pose that begin with `prefix`, and their format; None if there are
+    none.
     """
     for ends, kind in ENDS:
         columns = [prefix + end for end in ends]

@@ -1,4 +1,4 @@
-"""What is read of a recording or a planned trajectory, whatever kind of file it is."""
+"""The content of a recording or a planned trajectory, from any kind of file."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -7,10 +7,10 @@ from typing import NamedTuple
 from ...kernel import Floats
 from ...robot.measures import Level
 from ...robot.robot import Robot
-from .block import Block, Times, Unreadable
+from .block import Block, Times, UnreadableMessage
 from .pose_format import PoseFormat
 
-# Poses of a track that are compared; more would not tell more.
+# Number of poses of a track that are compared; more would not tell more.
 MOST_POSES = 600
 
 
@@ -21,20 +21,20 @@ class PoseTrack(NamedTuple):
     Attributes
     ----------
     name
-        Topic or columns they come from.
+        The topic or the columns of the poses.
     frame
-        The frame they are given in, empty where nothing says so.
+        The frame they are given in, empty if it is unknown.
     stamps : shape (M,), ns
     poses : shape (M, 4, 4)
     q : shape (M, n), rad or m
-        Joint positions of the same rows, in the order of the arm; None where poses and joints have
+        Joint positions of the same rows, in the order of the arm; None if poses and joints have
         only their time in common.
     refused
-        Why the poses cannot be used, a sentence; empty where they can.
+        A sentence why the poses cannot be used; empty if they can.
     doubts
         Numbers beyond what a pose can have, each a sentence.
     total
-        How many poses the source has; these may be some of them, evenly spread. 0: just these.
+        Number of poses of the source; these may be some of them, evenly spread. 0: just these.
     """
 
     name: str
@@ -47,8 +47,8 @@ class PoseTrack(NamedTuple):
     total: int = 0
 
 
-class Wanted(NamedTuple):
-    """What to read of a file: topics by name, or columns by what they begin with."""
+class Selection(NamedTuple):
+    """The parts of a file to read: topics by name, or columns by the beginnings of their names."""
 
     robot: Robot
     topic: str | None = None
@@ -59,14 +59,14 @@ class Wanted(NamedTuple):
 
 
 class Remark(NamedTuple):
-    """What is to be said of a file itself: `level` OK, WARN, or ERROR where it is damaged."""
+    """A remark on a file itself: `level` OK, WARN, or ERROR if it is damaged."""
 
     level: Level
     text: str
 
 
 @dataclass(frozen=True, eq=False)
-class Source:
+class RecordingSource:
     """
     An open file.
 
@@ -75,7 +75,7 @@ class Source:
     what
         Kind of file, in words.
     topic
-        Topic or columns the joint states come from.
+        The topic or the columns of the joint states.
     planned
         Whether it is a planned trajectory rather than a recording.
     total
@@ -85,13 +85,13 @@ class Source:
     poses
         Returns the second source of the tool pose when the blocks are read; None without any.
     remarks
-        What is to be said of the file itself, complete when the blocks are read.
+        Remarks on the file itself, complete when the blocks are read.
     """
 
     what: str
     topic: str
     planned: bool
     total: int | None
-    blocks: Iterator[Block | Unreadable]
+    blocks: Iterator[Block | UnreadableMessage]
     poses: Callable[[], PoseTrack | None] = lambda: None
     remarks: list[Remark] = field(default_factory=list)

@@ -10,18 +10,18 @@ import numpy as np
 from .block import AuditError, Block
 from .joint_csv import POSITION, STAMP, VELOCITY
 from .pose_format import ACCEPTED_POSES, PoseFormat, pose_columns
-from .source import MOST_POSES, PoseTrack, Source, Wanted
+from .source import MOST_POSES, PoseTrack, RecordingSource, Selection
 from .table_rows import NO_TEXT, RowReader
 from .tool_poses import PoseRows
 
 SHOWN = 12
-# Bytes read at once where lines are counted.
+# Bytes read at once to count lines.
 AT_ONCE = 2**20
-HOW = '--columns stamp=...,position=...,velocity=...,pose=... says what columns begin with'
+HOW = '--columns stamp=...,position=...,velocity=...,pose=... says how column names begin'
 
 
-class Names(NamedTuple):
-    """What the columns of a layout begin with; the stamp's whole name."""
+class ColumnNames(NamedTuple):
+    """The beginnings of the column names of a layout; the stamp's whole name."""
 
     stamp: str
     position: str
@@ -30,13 +30,13 @@ class Names(NamedTuple):
 
 
 LAYOUTS = (
-    Names(STAMP, POSITION, VELOCITY, 'pose.'),
-    # What the recorder of Universal Robots' RTDE client writes.
-    Names('timestamp', 'actual_q_', 'actual_qd_', 'actual_TCP_pose_'),
+    ColumnNames(STAMP, POSITION, VELOCITY, 'pose.'),
+    # The columns that the recorder of Universal Robots' RTDE client writes.
+    ColumnNames('timestamp', 'actual_q_', 'actual_qd_', 'actual_TCP_pose_'),
 )
 
 
-def open_table(file: Path, wanted: Wanted) -> Source:
+def open_table(file: Path, wanted: Selection) -> RecordingSource:
     """
     Open a table.
 
@@ -45,12 +45,12 @@ def open_table(file: Path, wanted: Wanted) -> Source:
     AuditError
         It cannot be read, or columns are missing; the message names line and column.
     """
-    table = _Table(file, wanted)
+    table = _CsvTable(file, wanted)
     return table.source()
 
 
-class _Table:
-    def __init__(self, file: Path, wanted: Wanted) -> None:
+class _CsvTable:
+    def __init__(self, file: Path, wanted: Selection) -> None:
         self.file, self.wanted = file, wanted
         robot = wanted.robot
         self.joints = [wanted.joint_prefix + name for name in robot.joint_names]
@@ -71,10 +71,10 @@ class _Table:
         ]
         if len(set(self.header)) < len(self.header):
             twice = next(name for name in self.header if self.header.count(name) > 1)
-            raise AuditError(f'{file}: column {ascii(twice)} is there twice')
+            raise AuditError(f'{file}: column {ascii(twice)} occurs twice')
         self.names = self._layout()
 
-    def source(self) -> Source:
+    def source(self) -> RecordingSource:
         positions, velocities = self._family(self.names.position), self._velocity_columns()
         found = self._pose_columns()
         columns, form = found or ([], PoseFormat())
@@ -96,7 +96,8 @@ class _Table:
                     rows = numbers[:, m:]
                     known = np.all(np.isfinite(rows), axis=1)
                     poses.take(stamps[known], rows[known], numbers[known, :n])
-                # Received when it was measured; where the stamps step back, time goes on.
+                # The time of receipt is that of the measurement; if the stamps step back, time
+                # goes on.
                 last, passed = before or (int(stamps[0]), int(stamps[0]))
                 steps = np.maximum(np.diff(stamps, prepend=last), 0)
                 received = passed + np.cumsum(steps)
@@ -107,9 +108,9 @@ class _Table:
             return poses.track(f'{self.names.pose}*', '', MOST_POSES) if poses.count else None
 
         topic, total = f'{self.names.position}*', _lines_of(self.file) - 1
-        return Source('table', topic, False, total, blocks(), track, reader.remarks)
+        return RecordingSource('table', topic, False, total, blocks(), track, reader.remarks)
 
-    def _layout(self) -> Names:
+    def _layout(self) -> ColumnNames:
         if self.wanted.columns is not None:
             given = self._given(self.wanted.columns)
             names = LAYOUTS[0]._replace(**given)
@@ -121,7 +122,8 @@ class _Table:
         names = LAYOUTS[0]
         self._positions(names, required=True)
         raise AuditError(
-            f'{self.file}: no column {names.stamp!r} (seconds); the header has {self._shown()}; '
+            f'{self.file}: there is no column {names.stamp!r} (seconds); the header has '
+            f'{self._shown()}; '
             f'{HOW}'
         )
 
@@ -129,7 +131,7 @@ class _Table:
         given = {}
         for item in text.split(','):
             key, equals, value = (part.strip() for part in item.partition('='))
-            if not equals or key not in Names._fields:
+            if not equals or key not in ColumnNames._fields:
                 raise AuditError(
                     f'--columns: {item!r} is not accepted; write for instance '
                     'stamp=time,position=q_,velocity=qd_,pose=tcp_'
@@ -137,24 +139,25 @@ class _Table:
             given[key] = value.rstrip('*')
         if given.get('stamp', STAMP) not in self.header:
             raise AuditError(
-                f'{self.file}: no column {given.get("stamp", STAMP)!r}; '
+                f'{self.file}: there is no column {given.get("stamp", STAMP)!r}; '
                 f'the header has {self._shown()}'
             )
         return given
 
-    def _positions(self, names: Names, required: bool) -> list[str]:
+    def _positions(self, names: ColumnNames, required: bool) -> list[str]:
         found = self._family(names.position)
         if not found and required:
             missing = [j for j in self.joints if names.position + j not in self.header]
             raise AuditError(
-                f'{self.file}: no column {names.position + missing[0]!r} for joint '
+                f'{self.file}: there is no column {names.position + missing[0]!r} for joint '
                 f'{missing[0]!r} of {self.wanted.robot.name}; the header has {self._shown()}; '
                 f'{HOW}'
             )
         return found
 
     def _family(self, prefix: str) -> list[str]:
-        # Columns of the joints, by name or by number from 0 or from 1; none if one is missing.
+        # Returns the columns of the joints, by name or by number from 0 or from 1; none if one is
+        # missing.
         n = len(self.joints)
         bare = self.wanted.robot.joint_names
         for ends in (self.joints, bare, range(n), range(1, n + 1)):

@@ -14,15 +14,13 @@ from .block import LARGEST_BLOCK, AuditError, Times
 from .joint_csv import nanoseconds_of, number_of
 from .source import Remark
 
-# Lines that one piece is sought in; empty ones count. More would be a quote that nobody closes.
+# Most lines of one piece, empty ones included. More would be a quote that is never closed.
 MOST_LINES = 8 * LARGEST_BLOCK
 NO_TEXT = 'is not UTF-8 text, so not a table'
 
 
-class Rows(NamedTuple):
-    """
-    Consecutive rows: stamps (N,), ns, and the wanted numbers (N, k), NaN where a cell is empty.
-    """
+class TableRows(NamedTuple):
+    """Consecutive rows: stamps (N,), ns, and the wanted numbers (N, k), NaN for an empty cell."""
 
     stamps: Times
     numbers: Floats
@@ -35,12 +33,12 @@ class RowReader:
     Parameters
     ----------
     stamp, columns
-        Names of the column of stamps, and of those wanted.
+        Names of the column of stamps, and of the wanted columns.
 
     Attributes
     ----------
     remarks
-        What is to be said of the file, complete when the rows are read.
+        Remarks on the file, complete when the rows are read.
     """
 
     def __init__(
@@ -51,7 +49,7 @@ class RowReader:
         self._stamp_at = header.index(stamp)
         self._at = [header.index(column) for column in columns]
 
-    def pieces(self) -> Iterator[Rows]:
+    def pieces(self) -> Iterator[TableRows]:
         """
         Yield the rows in their order, at most `LARGEST_BLOCK` at once.
 
@@ -77,7 +75,7 @@ class RowReader:
         except csv.Error as error:
             raise AuditError(f'{self._file}: cannot be read as a table: {error}') from None
 
-    def _quickly(self) -> Iterator[Rows]:
+    def _quickly(self) -> Iterator[TableRows]:
         with self._file.open(encoding='utf-8-sig') as stream:
             while not stream.readline().strip():
                 pass
@@ -87,11 +85,11 @@ class RowReader:
                 length = len(table)
                 if length:
                     stamps = np.ascontiguousarray(table[:, 0]).view(np.int64)
-                    yield Rows(stamps, table[:, 1:])
+                    yield TableRows(stamps, table[:, 1:])
 
     def _table(self, lines: Iterable[str]) -> Floats:
         with warnings.catch_warnings():
-            warnings.simplefilter('ignore')  # that there are no rows is said elsewhere
+            warnings.simplefilter('ignore')  # the caller reports that there are no rows
             return np.loadtxt(
                 lines,
                 delimiter=None if self._delimiter == ' ' else self._delimiter,
@@ -103,9 +101,9 @@ class RowReader:
                 max_rows=LARGEST_BLOCK,
             )
 
-    def _line_by_line(self, known: int) -> Iterator[Rows]:
-        # The long way, which knows what to say of a bad line; also of one among the rows known
-        # already, since the quick way overlooks cells too many.
+    def _line_by_line(self, known: int) -> Iterator[TableRows]:
+        # The slow way, which can describe a bad line; it also reads rows that are known already,
+        # since the quick way overlooks superfluous cells.
         stamps: list[int] = []
         numbers: list[list[float]] = []
         count = 0
@@ -116,15 +114,15 @@ class RowReader:
             stamps.append(self._nanoseconds(line, cells[self._stamp_at]))
             numbers.append([self._number(line, column, cells[column]) for column in self._at])
             if len(stamps) == LARGEST_BLOCK:
-                yield Rows(np.array(stamps, dtype=np.int64), np.array(numbers))
+                yield TableRows(np.array(stamps, dtype=np.int64), np.array(numbers))
                 stamps, numbers = [], []
         if not count:
             raise AuditError(f'{self._file}: has a header but no rows')
         if stamps:
-            yield Rows(np.array(stamps, dtype=np.int64), np.array(numbers))
+            yield TableRows(np.array(stamps, dtype=np.int64), np.array(numbers))
 
     def _lines(self) -> Iterator[tuple[int, list[str]]]:
-        # Rows with their line; the last one may be cut off.
+        # Yields rows with their line; the last one may be cut off.
         with self._file.open(encoding='utf-8-sig', newline='') as stream:
             rows = csv.reader(stream, delimiter=self._delimiter)
             filled = (
@@ -174,5 +172,5 @@ def _few(lines: Iterable[str]) -> Iterator[str]:
 
 
 def _nanoseconds_as_double(text: str) -> float:
-    # The bits of an integer in the one table of doubles that numpy reads.
+    # Returns the bits of an integer in the one table of doubles that numpy reads.
     return float(np.int64(nanoseconds_of(text)).view(np.float64))

@@ -8,38 +8,39 @@ import numpy as np
 from ...kernel import Floats
 from ...rigid_motion import exponential, rotation_of_quaternion, rotation_of_roll_pitch_yaw
 from .block import Flags, Times
-from .columns import Column, Table, spans
+from .columns import Column, StateTable, spans
 from .pose_format import PoseFormat
 from .source import PoseTrack
 
-# A quaternion may be so far from unit length: float32 and printed digits, not another thing.
+# Deviation of a quaternion from unit length that float32 and printed digits explain.
 UNIT = 0.05
-# Up to this share of the rows may be no pose and are left out; more are refused.
+# Share of the rows that may be no pose and are left out; more are refused.
 FEW = 0.05
-# No arm on a fixed base is so far (m) from the origin of a cell.
+# No arm on a fixed base is this far (m) from the origin of a cell.
 FARTHEST = 20.0
 # A rotation vector or an angle is at most a turn (rad); printed digits may be a little above.
 TURN = 1.001 * math.tau
 TURNS = {'rotvec': 'a rotation vector has the length', 'rpy': 'an angle is'}
-# What the length of a quaternion should be.
+# The right length of a quaternion.
 USUAL = {'xyzw': 1.0, 'wxyz': 1.0}
 LENGTHS = {'m': 1.0, 'mm': 1e-3}
 
 
 class PoseRows:
     """
-    Rows of numbers of a second source, taken as they pass by; poses when they all have been seen.
+    Rows of numbers of a second source, taken one piece after the other; poses when all have been
+    seen.
 
-    Single rows that are no pose are left out, and told: uninitialised first messages, say.
+    Single rows that are no pose, such as uninitialised first messages, are left out and reported.
 
     Parameters
     ----------
     form
-        What the numbers are.
+        The format of the numbers.
     columns
-        How many there are in a row.
+        Number of columns.
     dof
-        Number of joint positions that come with each row; 0 without any.
+        Number of joint positions with each row; 0 if there are none.
 
     Attributes
     ----------
@@ -50,16 +51,16 @@ class PoseRows:
     def __init__(self, form: PoseFormat, columns: int, dof: int = 0) -> None:
         self.count = 0
         self._form = form
-        self._stamps, self._rows, self._q = Column(np.int64), Table(columns), Table(dof)
+        self._stamps, self._rows, self._q = Column(np.int64), StateTable(columns), StateTable(dof)
         self._finite = self._rising = True
         self._latest = -1
-        # The number farthest from what it can be: length of a quaternion or vector, or an angle.
+        # The number farthest from its range: length of a quaternion or vector, or an angle.
         self._worst = USUAL.get(form.kind, 0.0)
         # Whether each matrix of sixteen numbers may stand in rows, and in columns.
         self._upright = self._turned = True
 
     def take(self, stamps: Times, rows: Floats, q: Floats | None = None) -> None:
-        """Look at the next rows (N, k) with their stamps (N,) and joint positions (N, n)."""
+        """Take the next rows (N, k) with their stamps (N,) and joint positions (N, n)."""
         finite = np.all(np.isfinite(rows), axis=1)
         self.count += len(rows)
         self._finite &= bool(np.all(finite))
@@ -97,9 +98,7 @@ class PoseRows:
         return np.ones(len(rows), dtype=bool)
 
     def track(self, name: str, frame: str, most: int | None = None) -> PoseTrack:
-        """
-        Return the poses, or of more than `most` so many, at even steps in the order of stamps.
-        """
+        """Return the poses, at most `most` of them, at even steps in the order of stamps."""
         total = len(self._stamps)
         many = (self.count - total) / self.count > FEW
         refused = self._refusal(many)

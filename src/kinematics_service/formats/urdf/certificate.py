@@ -1,4 +1,4 @@
-"""How exactly a robot file says what a URDF says, measured over random configurations."""
+"""How exactly a robot file agrees with a URDF, measured over random configurations."""
 
 import math
 from dataclasses import dataclass

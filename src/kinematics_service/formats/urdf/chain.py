@@ -1,5 +1,5 @@
 """
-A chain of a URDF as its joints say it, and its pose as their plain product.
+A chain of a URDF with its joints, and its pose as their plain product.
 
 The product shares nothing with the kernel or the table made from the chain, so it can judge them.
 """
@@ -11,7 +11,7 @@ import numpy as np
 
 from ...kernel import Floats
 from ...rigid_motion import turn_about
-from .document import Element
+from .document import XmlElement
 from .elements import EXTENSION
 from .joints import MOVING, Angle, UrdfJoint, read_joint
 from .tree import UrdfTree
@@ -25,9 +25,9 @@ class Variable:
     Parameters
     ----------
     type
-        `revolute`, `prismatic`, or `helical` where joints that mimic it slide too.
+        `revolute`, `prismatic`, or `helical` if joints that mimic it slide, too.
     lower, upper, velocity
-        rad or m, infinite where there is none.
+        rad or m, infinite if there is none.
     """
 
     name: str
@@ -38,16 +38,16 @@ class Variable:
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
+class MovingJoint:
     """
-    One moving joint of the chain: `before`, then about or along its axis.
+    One moving joint of the chain: the motion `before`, then one about or along its axis.
 
     Parameters
     ----------
     turns
-        Rather than slides.
+        Whether the joint turns rather than slides.
     before : shape (4, 4)
-        Everything that stands still since the last motion, the joint's own origin included.
+        The constant motion since the last joint, this joint's own origin included.
     axis : shape (3,)
         Unit vector.
     variable, factor, offset
@@ -75,14 +75,14 @@ class UrdfChain:
     robot
         The name in the URDF.
     end : shape (4, 4)
-        What stands still after the last motion.
+        The constant motion after the last joint.
     """
 
     robot: str
     base: str
     tip: str
     variables: tuple[Variable, ...]
-    motions: tuple[Motion, ...]
+    motions: tuple[MovingJoint, ...]
     end: Floats
 
     def poses(self, q: Floats) -> Floats:
@@ -95,7 +95,7 @@ class UrdfChain:
 
 
 def moved(turns: bool, axis: Floats, position: Floats) -> Floats:
-    """Return what joints at positions (k,) do, about or along an axis: shape (k, 4, 4)."""
+    """Return the motions of joints at positions (k,), about or along an axis: shape (k, 4, 4)."""
     T = np.tile(np.eye(4), (len(position), 1, 1))
     if turns:
         T[:, :3, :3] = turn_about(axis, position)
@@ -111,7 +111,7 @@ def read_chain(tree: UrdfTree, base: str, tip: str, angle: Angle = float) -> Urd
     Raises
     ------
     UrdfError
-        There is none, no joint moves it, or a robot file cannot say what one of its joints does.
+        There is none, no joint moves it, or a robot file cannot express one of its joints.
     """
     way = [read_joint(element, angle) for element in tree.chain(base, tip)]
     leaders = {joint.name: _followed(tree, joint) for joint in way if joint.type in MOVING}
@@ -126,12 +126,12 @@ def read_chain(tree: UrdfTree, base: str, tip: str, angle: Angle = float) -> Urd
         if joint.name not in leaders:
             continue
         leader, turns = leaders[joint.name], joint.type != 'prismatic'
-        if leader.multiplier == 0.0:  # it mimics, and so it stands still
+        if leader.multiplier == 0.0:  # it mimics a fixed joint, and so it does not move
             still = still @ moved(turns, joint.axis, np.array([leader.offset]))[0]
             continue
         variable, follows = names.index(leader.mimics), bool(joint.mimics)
         factor, offset = leader.multiplier, leader.offset
-        motions.append(Motion(turns, still, joint.axis, variable, factor, offset, follows))
+        motions.append(MovingJoint(turns, still, joint.axis, variable, factor, offset, follows))
         still = np.eye(4)
     variables = [_variable(tree, name, moving, leaders) for name in names]
     robot = tree.root.attributes.get('name', '')
@@ -139,8 +139,8 @@ def read_chain(tree: UrdfTree, base: str, tip: str, angle: Angle = float) -> Urd
 
 
 def _followed(tree: UrdfTree, joint: UrdfJoint) -> UrdfJoint:
-    # The joint with `mimics` the actuated joint at the end of the mimicry, itself if there is
-    # none, and multiplier and offset to match.
+    # Returns the joint with `mimics` naming the actuated joint at the end of the mimicry (itself
+    # if there is none), and with multiplier and offset to match.
     factor, offset, leader = 1.0, 0.0, joint
     passed = set()
     while leader.mimics:
@@ -156,11 +156,11 @@ def _followed(tree: UrdfTree, joint: UrdfJoint) -> UrdfJoint:
     return replace(joint, mimics=leader.name, multiplier=factor, offset=offset)
 
 
-def _ordered(root: Element, names: list[str]) -> list[str]:
-    # As the chain has them, unless the file is one of ours and says otherwise.
+def _ordered(root: XmlElement, names: list[str]) -> list[str]:
+    # The order of the chain, unless a file of this package names another one.
     extension = root.first(EXTENSION)
-    said = [] if extension is None else extension.attributes.get('joint_order', '').split()
-    return sorted(names, key=said.index) if set(names) <= set(said) else names
+    named = [] if extension is None else extension.attributes.get('joint_order', '').split()
+    return sorted(names, key=named.index) if set(names) <= set(named) else names
 
 
 def _variable(
@@ -171,10 +171,10 @@ def _variable(
     ours = [joint for joint in moving if leaders[joint.name].mimics == name]
     others = [joint for joint in ours if (joint.type != 'prismatic') != turns]
     if others and (not turns or len(others) == len(ours)):
-        does, said = ('turns', 'slides') if turns else ('slides', 'turns')
+        does, itself = ('turns', 'slides') if turns else ('slides', 'turns')
         others[0].element.refuse(
-            f'it {said}, and {name!r}, which it mimics, {does}; a robot file can say that only of '
-            'a joint that turns in the same chain (type: helical)'
+            f'it {itself}, and {name!r}, which it mimics, {does}; a robot file can say that only '
+            'of a joint that turns in the same chain (type: helical)'
         )
     kind = 'helical' if others else 'revolute' if turns else 'prismatic'
     return Variable(name, kind, leader.lower, leader.upper, leader.velocity)

@@ -1,8 +1,8 @@
 """
 The only reader of XML: the elements of a URDF with their lines, hostile files refused.
 
-Entities are what makes XML dangerous (they grow without bound, or read other files), and only a
-DOCTYPE can declare them: it is refused where it begins, before anything behind it is read.
+Entities make XML dangerous (they grow without bound, or read other files), and only a DOCTYPE can
+declare them: it is refused at its beginning, before anything behind it is read.
 """
 
 from collections.abc import Iterator, Mapping
@@ -21,11 +21,11 @@ MOST_LISTED = 30  # names in a message
 
 
 class UrdfError(KinematicsError, ValueError):
-    """A URDF that cannot be read, or a chain in it that no robot file can say."""
+    """A URDF that cannot be read, or a chain in it that no robot file can express."""
 
 
 @dataclass(frozen=True)
-class Element:
+class XmlElement:
     """
     An element of the file.
 
@@ -34,20 +34,20 @@ class Element:
     tag, attributes, children
         Text between elements is not kept: URDF has none.
     file, line
-        Where it begins; lines are counted from 1.
+        File and line of its beginning; lines are counted from 1.
     """
 
     tag: str
     attributes: Mapping[str, str]
-    children: tuple['Element', ...]
+    children: tuple['XmlElement', ...]
     file: str
     line: int
 
-    def all(self, tag: str) -> Iterator['Element']:
+    def all(self, tag: str) -> Iterator['XmlElement']:
         """Yield the children of a tag."""
         return (child for child in self.children if child.tag == tag)
 
-    def first(self, tag: str) -> 'Element | None':
+    def first(self, tag: str) -> 'XmlElement | None':
         """Return the first child of a tag, or None."""
         return next(self.all(tag), None)
 
@@ -82,7 +82,7 @@ def listed(names: tuple[str, ...]) -> str:
     return ', '.join(shown(name)[1:-1] for name in names[:MOST_LISTED]) + more or 'none'
 
 
-def read_urdf(path: Path) -> Element:
+def read_urdf(path: Path) -> XmlElement:
     """
     Return the root of a URDF file.
 
@@ -99,7 +99,7 @@ def read_urdf(path: Path) -> Element:
     return parse_urdf(content, str(path))
 
 
-def parse_urdf(content: bytes, file: str) -> Element:
+def parse_urdf(content: bytes, file: str) -> XmlElement:
     """
     Return the root element of the bytes of a URDF.
 
@@ -111,7 +111,7 @@ def parse_urdf(content: bytes, file: str) -> Element:
     """
     if len(content) > MAX_BYTES:
         raise UrdfError(f'{file}: larger than {MAX_BYTES // 2**20} MiB: not a URDF')
-    root = _Reader(file).read(content)
+    root = _XmlReader(file).read(content)
     if root.tag != 'robot':
         other = {'sdf': 'SDF', 'mujoco': 'MuJoCo XML'}.get(root.tag)
         what = f'this is {other}, not URDF; ' if other else ''
@@ -119,26 +119,26 @@ def parse_urdf(content: bytes, file: str) -> Element:
     return root
 
 
-class _Reader:
+class _XmlReader:
     # The elements that are open, innermost last; children gather until their parent closes.
     def __init__(self, file: str) -> None:
         self.file = file
-        self.open: list[tuple[str, dict[str, str], int, list[Element]]] = []
-        self.root: Element | None = None
+        self.open: list[tuple[str, dict[str, str], int, list[XmlElement]]] = []
+        self.root: XmlElement | None = None
         self.elements = 0
         self.parser = expat.ParserCreate()
         self.parser.StartDoctypeDeclHandler = self._doctype
         self.parser.StartElementHandler = self._start
         self.parser.EndElementHandler = self._end
 
-    def read(self, content: bytes) -> Element:
+    def read(self, content: bytes) -> XmlElement:
         try:
             self.parser.Parse(content, True)
         except expat.ExpatError as error:
             reason = expat.errors.messages.get(error.code, 'malformed')
             self._refuse(error.lineno, f'not valid XML: {reason}')
         except UrdfError:
-            raise  # from a handler; it is a ValueError too
+            raise  # from a handler; it is a ValueError, too
         except (ValueError, LookupError) as error:
             self._refuse(0, f'not valid XML: {error}')  # an encoding that does not exist
         assert self.root is not None  # expat accepts no document without one
@@ -167,7 +167,7 @@ class _Reader:
 
     def _end(self, _: str) -> None:
         tag, attributes, line, children = self.open.pop()
-        element = Element(tag, attributes, tuple(children), self.file, line)
+        element = XmlElement(tag, attributes, tuple(children), self.file, line)
         if self.open:
             self.open[-1][3].append(element)
         else:

@@ -5,17 +5,17 @@ from dataclasses import dataclass
 from ...kernel import Floats
 from ...robot.file.quantities import LARGEST
 
-# URDF wants numbers where a robot file has none: the largest that a robot file accepts.
+# URDF requires numbers that a robot file may lack: the largest that a robot file accepts.
 UNLIMITED = LARGEST
-# Where the order of the joints in the robot file is not that of the chain, the root carries this
-# element with the attribute joint_order; readers of URDF skip elements they do not know.
+# If the order of the joints in the robot file is not that of the chain, the root has this element
+# with the attribute joint_order; readers of URDF skip elements they do not know.
 EXTENSION = 'kinematics_service'
 
 
 @dataclass(frozen=True)
 class Limit:
     """
-    What URDF asks of a joint that is not continuous; UNLIMITED stands for infinity.
+    The limits that URDF requires of a joint that is not continuous; UNLIMITED stands for infinity.
 
     Parameters
     ----------
@@ -47,11 +47,11 @@ class PlannedJoint:
     name, type, parent, child
         Type: `fixed`, `revolute`, `continuous` or `prismatic`.
     origin : shape (4, 4), m
-        Of the child in the parent, at position 0.
+        Pose of the child in the parent, at position 0.
     sign
         The joint turns about, or slides along, sign times z.
     limit, mimic
-        None where there is none.
+        None if there is none.
     hub
         Whether it is drawn: of several joints on one axis only the first is.
     """
@@ -68,7 +68,7 @@ class PlannedJoint:
 
 
 @dataclass(frozen=True)
-class Plan:
+class UrdfPlan:
     """
     A URDF: links and joints, root first.
 
@@ -79,7 +79,7 @@ class Plan:
     tool
         The link that is the tool frame.
     joint_order
-        The names of the actuated joints where the chain's order is another; else empty.
+        The names of the actuated joints if the chain's order is another; else empty.
     """
 
     links: tuple[str, ...]
@@ -92,7 +92,7 @@ class Plan:
 @dataclass(frozen=True)
 class FrameNames:
     """
-    What the frames and joints are called where that is not as in the robot file.
+    The names of frames and joints if they are not those of the robot file.
 
     Parameters
     ----------

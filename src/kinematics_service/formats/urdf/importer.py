@@ -12,21 +12,21 @@ from ...robot.robot import Robot, robot_from_text
 from ...version import __version__
 from .certificate import Certificate, certify, configurations
 from .chain import UrdfChain, read_chain
-from .document import Element, UrdfError, parse_urdf, read_urdf
+from .document import UrdfError, XmlElement, parse_urdf, read_urdf
 from .quantity import as_rounded_part_of_pi
 from .robot_text import robot_file_text
 from .table import modified, table_of
 from .tree import read_tree
 
-# What a robot file may be off, as a share of the arm's size, before this package says it has
-# failed; a hundred times what the worst of thousands of random chains was.
+# Largest error of a robot file, as a share of the arm's size; a hundred times the worst of
+# thousands of random chains.
 ACCEPTED = 1e-10
 
 
 @dataclass(frozen=True)
 class UrdfImport:
     """
-    What became of a chain.
+    The result of the import of a chain.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ class UrdfImport:
     certificate: Certificate
 
 
-Convention = Literal['standard', 'modified']
+TableConvention = Literal['standard', 'modified']
 
 
 def import_urdf(
@@ -51,7 +51,7 @@ def import_urdf(
     base: str,
     tip: str,
     name: str = '',
-    convention: Convention = 'standard',
+    convention: TableConvention = 'standard',
     round_angles: bool = False,
 ) -> UrdfImport:
     """
@@ -64,9 +64,9 @@ def import_urdf(
     base, tip
         Links: they become the base frame and the tool frame.
     name
-        Of the robot; default: that in the URDF.
+        Name of the robot; default: that in the URDF.
     convention
-        Of the table.
+        Convention of the table.
     round_angles
         Take an angle for the part of pi whose rounding it is, `1.5708` for pi/2. The certificate
         compares with the file as it is written, and so shows what that changes.
@@ -74,7 +74,7 @@ def import_urdf(
     Raises
     ------
     UrdfError
-        The text is no URDF, has no such chain, or holds a joint that no robot file can say.
+        The text is no URDF, has no such chain, or holds a joint that no robot file can express.
     """
     root = parse_urdf(urdf.encode('utf-8'), '<text>')
     return _imported(root, 'URDF', base, tip, name, convention, round_angles)
@@ -85,7 +85,7 @@ def import_file(
     base: str,
     tip: str,
     name: str = '',
-    convention: Convention = 'standard',
+    convention: TableConvention = 'standard',
     round_angles: bool = False,
 ) -> UrdfImport:
     """
@@ -102,7 +102,7 @@ def import_file(
 
 
 def _imported(
-    root: Element,
+    root: XmlElement,
     origin: str,
     base: str,
     tip: str,

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...kernel import Floats
 from ...rigid_motion import pose_of
-from .document import Element, shown
+from .document import XmlElement, shown
 from .elements import UNLIMITED
 
 NUMBER = re.compile(r'[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?')
@@ -19,7 +19,7 @@ WHY_NOT = {
     'floating': 'a floating joint moves in six ways at once: begin the chain below it',
     'planar': 'a planar joint moves in three ways at once: begin the chain below it',
 }
-# Shorter than this an axis is not a direction but a slip.
+# An axis shorter than this is not a direction but a mistake.
 SHORTEST_AXIS = 1e-6
 
 Angle = Callable[[str], float]
@@ -39,12 +39,12 @@ class UrdfJoint:
     axis : shape (3,)
         Unit vector in the child's frame.
     lower, upper, velocity
-        Infinite where there is none.
+        Infinite if there is none.
     mimics
         The joint it follows, or empty: its position is multiplier times that one's plus offset.
     """
 
-    element: Element
+    element: XmlElement
     name: str
     type: str
     origin: Floats
@@ -57,7 +57,7 @@ class UrdfJoint:
     offset: float
 
 
-def read_joint(element: Element, angle: Angle = float) -> UrdfJoint:
+def read_joint(element: XmlElement, angle: Angle = float) -> UrdfJoint:
     """
     Return a joint, all of it checked.
 
@@ -66,12 +66,12 @@ def read_joint(element: Element, angle: Angle = float) -> UrdfJoint:
     element
         `<joint>`.
     angle
-        What the text of an angle of `<origin rpy>` is worth, in rad.
+        Converts the text of an angle of `<origin rpy>` to rad.
 
     Raises
     ------
     UrdfError
-        Of a type that is no joint of an arm, or with an attribute that is no number.
+        Its type is no joint of an arm, or an attribute is no number.
     """
     kind = element.attributes.get('type', '')
     if kind not in (*MOVING, 'fixed'):
@@ -97,7 +97,7 @@ def read_joint(element: Element, angle: Angle = float) -> UrdfJoint:
     )
 
 
-def _origin(element: Element, angle: Angle) -> Floats:
+def _origin(element: XmlElement, angle: Angle) -> Floats:
     origin = element.first('origin')
     if origin is None:
         return np.eye(4)
@@ -106,7 +106,7 @@ def _origin(element: Element, angle: Angle) -> Floats:
     return pose_of((x, y, z), (roll, pitch, yaw))
 
 
-def _axis(element: Element) -> Floats:
+def _axis(element: XmlElement) -> Floats:
     axis = element.first('axis')
     direction = np.array([1.0, 0.0, 0.0])
     if axis is not None:
@@ -114,17 +114,17 @@ def _axis(element: Element) -> Floats:
         length = float(np.linalg.norm(direction))
         if length < SHORTEST_AXIS:
             axis.refuse(f'xyz={shown(axis.attributes.get("xyz", ""))} has no direction')
-        # One that is a unit vector to the last bits stays as it is written.
+        # A vector that is a unit vector up to its last bits stays as it is written.
         if abs(length - 1.0) > 1e-15:
             direction = direction / length
     return direction
 
 
-def _limits(element: Element, kind: str) -> tuple[float, float, float]:
+def _limits(element: XmlElement, kind: str) -> tuple[float, float, float]:
     limit = element.first('limit')
     velocity = _number(limit, 'velocity', 0.0)
     if not 0.0 < velocity < UNLIMITED:
-        velocity = math.inf  # 0 is how many files say that it is not known
+        velocity = math.inf  # many files have 0 for an unknown velocity
     if kind not in ('revolute', 'prismatic'):
         return -math.inf, math.inf, velocity
     if limit is None:
@@ -143,7 +143,7 @@ def _limits(element: Element, kind: str) -> tuple[float, float, float]:
     )
 
 
-def _number(element: Element | None, attribute: str, default: float) -> float:
+def _number(element: XmlElement | None, attribute: str, default: float) -> float:
     text = None if element is None else element.attributes.get(attribute)
     if element is None or text is None:
         return default
@@ -152,7 +152,7 @@ def _number(element: Element | None, attribute: str, default: float) -> float:
     return _value(element, attribute, text.strip(), float)
 
 
-def _value(element: Element, attribute: str, text: str, worth: Angle) -> float:
+def _value(element: XmlElement, attribute: str, text: str, worth: Angle) -> float:
     if '$' in text:
         element.refuse(f'{attribute}={shown(text)} is xacro: expand the file first')
     if not NUMBER.fullmatch(text) or not abs(float(text)) <= UNLIMITED:
@@ -162,7 +162,7 @@ def _value(element: Element, attribute: str, text: str, worth: Angle) -> float:
     return worth(text)
 
 
-def _three(element: Element, attribute: str, default: str, worth: Angle) -> list[float]:
+def _three(element: XmlElement, attribute: str, default: str, worth: Angle) -> list[float]:
     text = element.attributes.get(attribute, default)
     words = text.split()
     if len(words) != 3 and '$' not in text:

@@ -1,34 +1,34 @@
-"""Numbers of a table as they will be written: text and value are one and the same."""
+"""Numbers of a table as they will be written: text and value agree exactly."""
 
 import math
 from dataclasses import dataclass
 from fractions import Fraction
 
-# Products of a few dozen rotations and lengths near 1 leave this much in what should be round.
+# Round-off of products of a few dozen rotations and lengths near 1.
 ROUND_OFF = 2e-15
-DECIMALS = 12  # what is this round within ROUND_OFF, is
+DECIMALS = 12  # a value that is this round within ROUND_OFF is taken as round
 PARTS = 12  # of pi: 15 degrees, the angles that arms are built of
-# A rounded part of pi is off by so many units of its last digit, and by at most so much (rad).
+# Largest error of a rounded part of pi, in units of its last digit and in rad.
 LAST_DIGITS, ROUNDED = 2.5, 1e-3
 
 
 @dataclass(frozen=True)
-class Quantity:
+class WrittenNumber:
     """A number and its text in a robot file, in rad or m."""
 
     text: str
     value: float
 
 
-def length_of(value: float) -> Quantity:
+def length_of(value: float) -> WrittenNumber:
     """Return a length without the last digits that are round-off, 0.4 for 0.40000000000000013."""
-    value = float(value)  # repr of a numpy number is no number
+    value = float(value)  # the repr of a numpy number is not a number
     near = round(value, DECIMALS)
     value = (near if abs(value - near) <= ROUND_OFF * max(1.0, abs(value)) else value) + 0.0
-    return Quantity(repr(value).removesuffix('.0'), value)
+    return WrittenNumber(repr(value).removesuffix('.0'), value)
 
 
-def angle_of(value: float) -> Quantity:
+def angle_of(value: float) -> WrittenNumber:
     """Return an angle likewise, and parts of pi by their name, -pi/2 for -1.5707963267948966."""
     part = Fraction(round(value / math.pi * PARTS), PARTS)
     over, under = part.numerator, part.denominator
@@ -36,7 +36,7 @@ def angle_of(value: float) -> Quantity:
     if over == 0 or abs(value - exact) > ROUND_OFF * max(1.0, abs(value)):
         return length_of(value)
     name = {1: 'pi', -1: '-pi'}.get(over, f'{over}*pi')
-    return Quantity(name if under == 1 else f'{name}/{under}', exact)
+    return WrittenNumber(name if under == 1 else f'{name}/{under}', exact)
 
 
 def as_rounded_part_of_pi(text: str) -> float:
@@ -44,7 +44,7 @@ def as_rounded_part_of_pi(text: str) -> float:
     Return an angle, and for one that is a part of pi rounded to its digits, that part.
 
     `1.57`, `1.5707` (cut off) and `1.570796325` (half of a rounded pi) are pi/2; an angle with as
-    many digits that differs earlier, such as a calibrated one, stays what it is.
+    many digits that differs earlier, such as a calibrated one, stays as it is.
     """
     value = float(text)
     decimals = len(text.partition('.')[2])

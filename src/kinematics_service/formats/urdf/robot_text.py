@@ -10,20 +10,20 @@ from ...rigid_motion import exact_rpy
 from ...robot.file.expression_syntax import why_no_name
 from .chain import UrdfChain, Variable
 from .document import UrdfError, shown
-from .quantity import Quantity
-from .table import Pose, Table, TableRow
+from .quantity import WrittenNumber
+from .table import ConstantPose, UrdfRow, UrdfTable
 
-# Longer joint names make a table nobody can read: then the variables are q1, q2, ...
+# Longer joint names make a table unreadable: then the variables are q1, q2, ...
 LONGEST_VARIABLE = 8
 LONGEST_NAME, LONGEST_SOURCE = 256, 2000  # of a robot file
 NOT_IN_JOINTS, NOT_IN_FRAMES = r'[,\s]', r'\s|^/'
-# What means something else in YAML 1.2, or did in 1.1, unless in quotes.
+# Words that mean something else in YAML 1.2 or 1.1 unless they are in quotes.
 WORDS = ('true', 'false', 'null', 'yes', 'no', 'on', 'off')
 
 
 def robot_file_text(
     chain: UrdfChain,
-    table: Table,
+    table: UrdfTable,
     convention: str,
     name: str,
     source: str,
@@ -35,9 +35,9 @@ def robot_file_text(
     Parameters
     ----------
     chain, table, convention
-        What to write; the table is by that convention.
+        The content; the table follows that convention.
     name, source
-        Of the robot.
+        Name and source of the robot.
     known
         Joint positions (n,) and poses of the tip (4, 4), for `known_poses`.
 
@@ -112,12 +112,12 @@ def _number(value: float) -> str:
     return repr(float(value) + 0.0).removesuffix('.0')
 
 
-def _link(row: TableRow, names: Sequence[str]) -> str:
+def _link(row: UrdfRow, names: Sequence[str]) -> str:
     theta, d = (_expression(row, turns, names) for turns in (True, False))
     return f'  - {{a: {row.a.text}, alpha: {row.alpha.text}, d: {d}, theta: {theta}}}'
 
 
-def _expression(row: TableRow, turns: bool, names: Sequence[str]) -> str:
+def _expression(row: UrdfRow, turns: bool, names: Sequence[str]) -> str:
     constant = row.theta if turns else row.d
     text = ''
     for term in row.terms:
@@ -137,7 +137,7 @@ def _added(text: str, negative: bool, term: str) -> str:
     return f'{text} {"-" if negative else "+"} {term}'
 
 
-def _placement(frame: str, pose: Pose) -> str:
+def _placement(frame: str, pose: ConstantPose) -> str:
     entry = [f'frame: {_name(frame, "link", NOT_IN_FRAMES)}']
     for key, values in (('xyz', pose.xyz), ('rpy', pose.rpy)):
         if any(value.value for value in values):
@@ -145,7 +145,7 @@ def _placement(frame: str, pose: Pose) -> str:
     return f'{{{", ".join(entry)}}}'
 
 
-def _texts(values: Sequence[Quantity]) -> str:
+def _texts(values: Sequence[WrittenNumber]) -> str:
     return f'[{", ".join(value.text for value in values)}]'
 
 

@@ -1,8 +1,8 @@
 """
-Something to look at: rods between frames, hubs on joint axes, sized from the arm's own reach.
+Shapes for viewers: rods between frames, hubs on joint axes, sized from the arm's own reach.
 
-A robot file has no shapes, so these are signs, not the arm's outline: nothing may be tested for
-collision against them.
+A robot file has no shapes, so these are symbols, not the arm's outline: they are of no use for
+collision checks.
 """
 
 from collections.abc import Iterator
@@ -11,14 +11,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...kernel import Floats
-from .elements import UNLIMITED, Plan, PlannedJoint
+from .elements import UNLIMITED, PlannedJoint, UrdfPlan
 
 # Shares of the arm's characteristic length.
 ROD_RADIUS = 0.025
 HUB_RADIUS = 0.045
 HUB_LENGTH = 0.11
 TOOL_RADIUS = 0.035
-# What is drawn of a slide without an end.
+# Length drawn of a slide without an end.
 ENDLESS = 0.5
 
 
@@ -44,7 +44,7 @@ class Shape:
     colour: str
 
 
-def shapes_of(plan: Plan, length: float) -> dict[str, tuple[Shape, ...]]:
+def shapes_of(plan: UrdfPlan, length: float) -> dict[str, tuple[Shape, ...]]:
     """Return the shapes of each link, for an arm of the characteristic length (m)."""
     shapes: dict[str, list[Shape]] = {link: [] for link in plan.links}
     for joint in plan.joints:
@@ -56,12 +56,12 @@ def shapes_of(plan: Plan, length: float) -> dict[str, tuple[Shape, ...]]:
 
 
 def _sized(value: float) -> float:
-    # Four digits: a sign needs no more.
+    # Four digits: a symbol needs no more.
     return float(f'{value:.4g}')
 
 
 def _rod(end: Floats, length: float) -> Iterator[Shape]:
-    # From the link's own origin to where the next link hangs.
+    # From the link's own origin to that of the next link.
     distance = float(np.linalg.norm(end))
     if distance < ROD_RADIUS * length:
         return
@@ -83,7 +83,7 @@ def _hub(joint: PlannedJoint, length: float) -> Iterator[Shape]:
     stroke = max(strokes, default=0.0)
     if len(strokes) < 2 or stroke == 0.0:
         stroke = ENDLESS * length
-    # The boom that comes out of the link before: it reaches back as far as the joint can go.
+    # The boom that comes out of the previous link: it reaches back as far as the joint can go.
     pose = np.eye(4)
     pose[2, 3] = -joint.sign * stroke / 2.0
     yield Shape('cylinder', (_sized(ROD_RADIUS * length), _sized(stroke)), pose, 'sliding')

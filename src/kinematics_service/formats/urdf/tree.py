@@ -4,13 +4,13 @@ import difflib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from .document import Element, UrdfError, listed, shown
+from .document import UrdfError, XmlElement, listed, shown
 
 
 @dataclass(frozen=True)
 class UrdfTree:
     """
-    What hangs on what; nothing else of the file has been looked at.
+    Parents and children of the links; the rest of the file has not been checked.
 
     Parameters
     ----------
@@ -19,22 +19,22 @@ class UrdfTree:
     links, joints
         Elements by name, in the order of the file.
     above
-        The joints whose child a link is; in a tree one or none.
+        The joints that have a link as their child; in a tree one or none.
     """
 
-    root: Element
-    links: Mapping[str, Element]
-    joints: Mapping[str, Element]
-    above: Mapping[str, Sequence[Element]]
+    root: XmlElement
+    links: Mapping[str, XmlElement]
+    joints: Mapping[str, XmlElement]
+    above: Mapping[str, Sequence[XmlElement]]
 
-    def chain(self, base: str, tip: str) -> tuple[Element, ...]:
+    def chain(self, base: str, tip: str) -> tuple[XmlElement, ...]:
         """
         Return the joints from the base link to the tip link.
 
         Raises
         ------
         UrdfError
-            A link is not there, the tip does not hang on the base, or the way is a loop.
+            A link does not exist, the tip is not below the base, or the way is a loop.
         """
         for link, option in ((base, 'base'), (tip, 'tip')):
             if link not in self.links:
@@ -42,13 +42,13 @@ class UrdfTree:
                 hint = f', did you mean {near[0]!r}?' if near else ''
                 names = listed(tuple(self.links))
                 self.root.refuse(f'no link {shown(link)} for the {option}{hint} (links: {names})')
-        way: list[Element] = []
+        way: list[XmlElement] = []
         links = [tip]
         while links[-1] != base:
             above = self.above.get(links[-1], ())
             if not above:
                 self.root.refuse(
-                    f'{shown(tip)} does not hang on {shown(base)}; it hangs on: '
+                    f'{shown(tip)} is not below {shown(base)}; it is below: '
                     f'{listed(tuple(links[1:]))}'
                 )
             if len(above) > 1:
@@ -60,18 +60,18 @@ class UrdfTree:
             way.append(above[0])
             links.append(end_of(above[0], 'parent'))
             if links[-1] in links[:-1]:
-                above[0].refuse('a loop: its parent link hangs on its own child')
+                above[0].refuse('a loop: its parent link is below its own child')
         return tuple(reversed(way))
 
 
-def end_of(joint: Element, end: str) -> str:
+def end_of(joint: XmlElement, end: str) -> str:
     """
     Return the link at one end of a joint, `parent` or `child`.
 
     Raises
     ------
     UrdfError
-        It is not said.
+        The joint does not name it.
     """
     element = joint.first(end)
     link = None if element is None else element.attributes.get('link')
@@ -80,19 +80,19 @@ def end_of(joint: Element, end: str) -> str:
     return link
 
 
-def read_tree(root: Element) -> UrdfTree:
+def read_tree(root: XmlElement) -> UrdfTree:
     """
     Return the links and joints of a file.
 
     Raises
     ------
     UrdfError
-        One has no name, the name of another, or hangs on nothing.
+        One has no name, has the name of another, or refers to a link that does not exist.
     """
     links, joints = _named(root, 'link'), _named(root, 'joint')
     if not links:
         raise UrdfError(f'{root.file}: there is no <link> in it')
-    above: dict[str, list[Element]] = {}
+    above: dict[str, list[XmlElement]] = {}
     for joint in joints.values():
         for end in ('parent', 'child'):
             if end_of(joint, end) not in links:
@@ -102,8 +102,8 @@ def read_tree(root: Element) -> UrdfTree:
     return UrdfTree(root, links, joints, above)
 
 
-def _named(root: Element, tag: str) -> dict[str, Element]:
-    found: dict[str, Element] = {}
+def _named(root: XmlElement, tag: str) -> dict[str, XmlElement]:
+    found: dict[str, XmlElement] = {}
     for element in root.all(tag):
         name = element.attributes.get('name')
         if not name:

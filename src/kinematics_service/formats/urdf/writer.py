@@ -10,7 +10,7 @@ from ...kernel import Floats
 from ...rigid_motion import exact_rpy
 from ...robot.robot import Robot
 from ...version import __version__
-from .elements import AS_IN_THE_FILE, EXTENSION, UNLIMITED, FrameNames, Plan, PlannedJoint
+from .elements import AS_IN_THE_FILE, EXTENSION, UNLIMITED, FrameNames, PlannedJoint, UrdfPlan
 from .plan import plan_of
 from .shapes import Shape, shapes_of
 
@@ -30,7 +30,7 @@ def urdf_text(robot: Robot, names: FrameNames = AS_IN_THE_FILE) -> str:
 
     Its root is the base frame, its last leaf the tool frame; `<robot name>_frame_<i>` are the
     frames of the table, as `link_frames` gives them. Numbers are written so that they are read
-    back to the last bit. There is no `<inertial>` and no `<collision>`: the robot file knows
+    back to the last bit. There is no `<inertial>` and no `<collision>`: the robot file has
     neither.
 
     Parameters
@@ -60,14 +60,15 @@ def urdf_text(robot: Robot, names: FrameNames = AS_IN_THE_FILE) -> str:
     return f'<?xml version="1.0"?>\n{ElementTree.tostring(root, encoding="unicode")}\n'
 
 
-def _about(robot: Robot, plan: Plan) -> Iterable[str]:
+def _about(robot: Robot, plan: UrdfPlan) -> Iterable[str]:
     table = f'its {robot.convention} table'
     yield f'{robot.name}, made from {table} by kinematics_service {__version__}.'
     if robot.source:
         yield f'Source of the table: {robot.source}'
     yield (
-        f'{plan.frames[0]} to {plan.frames[-1]} are the frames of the table. The shapes are signs '
-        'of joints and links, not their outline; inertia and collision shapes are not known.'
+        f'{plan.frames[0]} to {plan.frames[-1]} are the frames of the table. The shapes only '
+        'mark joints and links and are not their outline; inertia and collision shapes are not '
+        'known.'
     )
     if any(joint.limit for joint in plan.joints):
         yield (

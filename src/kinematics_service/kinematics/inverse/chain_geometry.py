@@ -1,6 +1,4 @@
-"""
-What can be recognised in the screws of an arm: parallel axes, axes that meet, links in a plane.
-"""
+"""Features of the screws of an arm: parallel axes, axes that meet, links in a plane."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -10,8 +8,8 @@ import numpy as np
 from ...kernel import Floats
 from .screws import Screws
 
-# Axes are parallel, or meet, where they do so to this share of the arm's size: what ten digits of
-# a table leave, and far above what a product of matrices rounds.
+# Axes are parallel, or meet, within this share of the arm's size: the round-off of ten digits in a
+# table, and far more than that of a product of matrices.
 SAME = 1e-9
 
 
@@ -28,7 +26,7 @@ def parallel(a: Floats, b: Floats) -> bool:
 
 def meeting_point(screws: Screws, which: Sequence[int]) -> Floats | None:
     """
-    Return the point (3,) in which rotation axes meet at rest, m; None where they do not.
+    Return the point (3,) in which rotation axes meet at rest, m; None if they do not.
 
     Neighbours among them must not be parallel: they would share an axis, or miss each other.
     """
@@ -55,7 +53,7 @@ def with_feet(screws: Screws) -> Screws:
     """
     Return the screws with the points of axes 1 and 2 at the feet of their common perpendicular.
 
-    What is parallel, or meets, to the last digits does so exactly then.
+    Axes that are parallel, or meet, up to the last digits do so exactly then.
     """
     axes, points = screws.axes.copy(), screws.points.copy()
     coupling = screws.coupling.copy()
@@ -93,8 +91,8 @@ def with_links_merged(screws: Screws) -> Screws:
     Return screws that move the tool's origin alike, its last parallel rotations made two.
 
     In a plane each link is a vector turned by the sum of the angles before it. Links that turn
-    together, as in a parallelogram, are one link; links that do not turn stand before the others.
-    Where that does not leave two, the screws are returned as they are.
+    together, as in a parallelogram, are one link; links that do not turn come before the others.
+    If more than two remain, the screws are returned unchanged.
     """
     k = len(screws.axes)
     start = k

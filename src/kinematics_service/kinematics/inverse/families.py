@@ -7,26 +7,26 @@ import numpy as np
 from ... import kernel
 from ...kernel import Floats
 from ...robot.robot import Robot
-from .plan import Plan, signed
-from .search import PROVED, Found, apart, errors_at, refined
-from .target import Aim
+from .plan import InversePlan, signed
+from .search import PROVED, DistinctSolutions, apart, errors_at, refined
+from .target import IkTarget
 
 # Below this share of the largest singular value a motion may be free (then it is tried out).
 MAYBE_FREE = 1e-5
 # A last pivot above this share cannot belong to such a singular value.
 SUSPECT = 1e-3
-# So far it is tried out (rad), and so much of that has to be left after the way back to the
-# target: at the border of the workspace, where J is singular too, the way back leads home.
+# Step of the trial (rad), and the share of it that must be left after the correction to the
+# target: at the border of the workspace, where J is singular, too, the correction leads back.
 TRIED, LEFT = 0.05, 0.01
-# On a family the way back ends as near to the target as the solution itself, or round-off (a
-# share of the length): so next to a singular pose two solutions are two, not a family.
+# On a family the correction ends as near to the target as the solution itself, or round-off (a
+# share of the length): so two solutions next to a singular pose are two, and no family.
 AS_GOOD = 1e-13
-# How far out, in rad, a straight family is looked at.
+# Distance, in rad, at which a straight family is checked.
 FAR_OUT = (-2.0, 0.7, 3.0)
 TIMES = 6
 
 
-class Family(NamedTuple):
+class SolutionFamily(NamedTuple):
     """
     A solution that is not isolated, and the motions along its family.
 
@@ -35,7 +35,7 @@ class Family(NamedTuple):
     q : shape (n,), rad or m
         The solution.
     error
-        What is left of it, m.
+        Its residual, m.
     motions : shape (k, n)
         Orthonormal, scaled.
     straight
@@ -49,59 +49,63 @@ class Family(NamedTuple):
 
 
 def isolated_or_not(
-    robot: Robot, aim: Aim, plan: Plan, found: Found
-) -> tuple[Found, tuple[Family, ...]]:
+    robot: Robot, target: IkTarget, plan: InversePlan, found: DistinctSolutions
+) -> tuple[DistinctSolutions, tuple[SolutionFamily, ...]]:
     """Return the isolated ones of proved solutions, and the families of the others."""
     n = robot.dof
     shares = np.empty(len(found.q))
-    kernel.pivots(aim.residual, plan.scales, found.q, shares)
+    kernel.pivots(target.residual, plan.scales, found.q, shares)
     suspect = shares < SUSPECT
     if not suspect.any():
         return found, ()
     m = len(found.q)
     sigma, motions = np.zeros((m, n)), np.zeros((m, n, n))
-    kernel.free_motions(aim.residual, plan.scales, found.q, sigma, motions)
+    kernel.free_motions(target.residual, plan.scales, found.q, sigma, motions)
     singular = sigma[:, -1] < MAYBE_FREE * sigma[:, 0]
     if not singular.any():
         return found, ()
-    families: list[Family] = []
+    families: list[SolutionFamily] = []
     isolated = np.ones(m, dtype=bool)
     for k in np.flatnonzero(singular):
         null = motions[k][sigma[k] < MAYBE_FREE * sigma[k, 0]]
-        along = _along(robot, aim, plan, found.q[k], null, float(found.errors[k]))
+        along = _along(robot, target, plan, found.q[k], null, float(found.errors[k]))
         if len(along):
             isolated[k] = False
-            straight = _straight(robot, aim, plan, found.q[k], along)
-            families.append(Family(found.q[k], float(found.errors[k]), along, straight))
-    return Found(found.q[isolated], found.errors[isolated]), tuple(_merged(plan, families))
+            straight = _straight(robot, target, plan, found.q[k], along)
+            families.append(SolutionFamily(found.q[k], float(found.errors[k]), along, straight))
+    return DistinctSolutions(found.q[isolated], found.errors[isolated]), tuple(
+        _merged(plan, families)
+    )
 
 
-def _along(robot: Robot, aim: Aim, plan: Plan, q: Floats, null: Floats, error: float) -> Floats:
-    # The part of the null space in which the pose can really be kept.
+def _along(
+    robot: Robot, target: IkTarget, plan: InversePlan, q: Floats, null: Floats, error: float
+) -> Floats:
+    # Returns the part of the null space along which the pose stays.
     trials = np.concatenate([null, -null]) * TRIED
-    gone = refined(aim, plan, q + trials * plan.scales, far=True)
+    gone = refined(target, plan, q + trials * plan.scales, far=True)
     ways = apart(plan, q, gone.q) / plan.scales
     size = np.linalg.norm(ways, axis=1)
     as_good = max(AS_GOOD * robot.task.length, 4.0 * error)
     kept = (gone.errors < as_good) & (size > LEFT) & (size < 4 * TRIED)
     if not np.any(kept):
         return np.empty((0, len(q)))
-    # The ways bend a little; what they have in common with the null space is the tangent.
+    # The ways bend a little; their projection onto the null space is the tangent.
     tangents = ways[kept] @ null.T @ null
     _, strength, right = np.linalg.svd(tangents, full_matrices=False)
     along = right[strength > 0.2 * TRIED]
     return signed(along)
 
 
-def _straight(robot: Robot, aim: Aim, plan: Plan, q: Floats, along: Floats) -> bool:
+def _straight(robot: Robot, target: IkTarget, plan: InversePlan, q: Floats, along: Floats) -> bool:
     out = np.concatenate([q + t * along * plan.scales for t in FAR_OUT])
     # A direction known to some ten digits.
-    return bool(np.all(errors_at(aim, plan, out) < 1e-6 * robot.task.length))
+    return bool(np.all(errors_at(target, plan, out) < 1e-6 * robot.task.length))
 
 
-def _merged(plan: Plan, families: list[Family]) -> list[Family]:
-    # Straight families that are the same line; curved ones that stand near each other.
-    kept: list[Family] = []
+def _merged(plan: InversePlan, families: list[SolutionFamily]) -> list[SolutionFamily]:
+    # Merges straight families that are the same line, and curved ones that are near each other.
+    kept: list[SolutionFamily] = []
     for family in families:
         for one in kept:
             away = apart(plan, one.q, family.q) / plan.scales
@@ -114,10 +118,8 @@ def _merged(plan: Plan, families: list[Family]) -> list[Family]:
     return kept
 
 
-def away_from_line(plan: Plan, away: Floats, motions: Floats) -> Floats:
-    """
-    Return what of a scaled way (n,) does not run along straight motions, full turns left out.
-    """
+def away_from_line(plan: InversePlan, away: Floats, motions: Floats) -> Floats:
+    """Return the part of a scaled way (n,) across straight motions, without full turns."""
     for motion in motions:
         j = int(np.argmax(np.abs(motion)))
         away = away - motion * (away[j] / motion[j])
@@ -125,8 +127,13 @@ def away_from_line(plan: Plan, away: Floats, motions: Floats) -> Floats:
 
 
 def nearer(
-    robot: Robot, aim: Aim, plan: Plan, family: Family, near: Floats, limits: Floats
-) -> Family:
+    robot: Robot,
+    target: IkTarget,
+    plan: InversePlan,
+    family: SolutionFamily,
+    near: Floats,
+    limits: Floats,
+) -> SolutionFamily:
     """Return the family at the pose nearest to `near` that some steps along it lead to."""
     q, error = family.q, family.error
     motions = family.motions
@@ -137,19 +144,21 @@ def nearer(
         if largest < 1e-4:
             break
         trial = q + step * plan.scales * min(1.0, 0.5 / largest)
-        gone = refined(aim, plan, np.clip(trial, *limits.T)[None], True, limits)
+        gone = refined(target, plan, np.clip(trial, *limits.T)[None], True, limits)
         closer = np.linalg.norm((near - gone.q[0]) / plan.scales) < np.linalg.norm(away)
         if gone.errors[0] >= PROVED or not closer:
             break
         q, error = gone.q[0], float(gone.errors[0])
         if not family.straight:
-            motions = tangent(robot, aim, plan, q, len(motions))
-    return Family(q, error, motions, family.straight)
+            motions = tangent(robot, target, plan, q, len(motions))
+    return SolutionFamily(q, error, motions, family.straight)
 
 
-def tangent(robot: Robot, aim: Aim, plan: Plan, q: Floats, dimension: int) -> Floats:
+def tangent(
+    robot: Robot, target: IkTarget, plan: InversePlan, q: Floats, dimension: int
+) -> Floats:
     """Return the joint motions (k, n), scaled and orthonormal, that J maps to least."""
     n = robot.dof
     sigma, motions = np.zeros((1, n)), np.zeros((1, n, n))
-    kernel.free_motions(aim.residual, plan.scales, q[None].copy(), sigma, motions)
+    kernel.free_motions(target.residual, plan.scales, q[None].copy(), sigma, motions)
     return np.array(motions[0, n - dimension :])

@@ -1,5 +1,5 @@
 """
-How an arm's inverse is found: recognised once from its screws, then the same for every target.
+The plan of an arm's inverse: recognised once from its screws, then the same for every target.
 """
 
 import functools
@@ -26,27 +26,27 @@ from .chain_geometry import (
 from .screws import Screws, screws_of
 from .target import IDENTITY, residual_of
 
-# Poses the rank is found over, and what counts as a singular value of zero.
+# Number of poses for the rank, and the largest singular value that counts as zero.
 POSES = 50
 RANK = 1e-9
 WHOLE = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
-class Plan(FrozenArrays):
+class InversePlan(FrozenArrays):
     """
-    What is known of an arm and the rows asked for before there is a target.
+    The properties of an arm and the wanted rows that no target changes.
 
     Attributes
     ----------
     closed
         Its closed form, if it has one.
     joints
-        What the joints mean to the kernel: their scales, periods and limits.
+        The joints for the kernel: their scales, periods and limits.
     scales : shape (n,)
-        What a unit of each joint counts (the length for prismatic ones).
+        Weight of a unit of each joint (the length for prismatic ones).
     held : shape (n,)
-        The same, 0 where a joint is held, so that solutions are isolated.
+        The same, 0 for a joint that is held, so that solutions are isolated.
     idle : shape (k, n)
         Scaled joint motions that never move the rows; two joints on one axis have one.
     redundant
@@ -54,7 +54,7 @@ class Plan(FrozenArrays):
     periods : shape (n,)
         Turn after which a joint is back: 2 pi, or infinite.
     middle : shape (n,), rad or m
-        The middle of the limits, 0 where there are none.
+        The middle of the limits, 0 if there are none.
     limits, unlimited : shape (n, 2), rad or m
         The limits, and none.
     """
@@ -74,8 +74,8 @@ class Plan(FrozenArrays):
 
 
 @functools.lru_cache(maxsize=128)
-def plan_for(robot: Robot, rows: tuple[str, ...]) -> Plan:
-    """Return the plan of an arm, for the rows asked for."""
+def plan_for(robot: Robot, rows: tuple[str, ...]) -> InversePlan:
+    """Return the plan of an arm for the wanted rows."""
     screws = screws_of(robot.chain)
     scales = np.array(robot.task.column_scales)
     idle, rank = _idle_motions(robot, rows, scales)
@@ -92,7 +92,7 @@ def plan_for(robot: Robot, rows: tuple[str, ...]) -> Plan:
     middle = np.where(bounded, (np.where(bounded, low, 0.0) + np.where(bounded, high, 0.0)) / 2, 0)
     middle = np.clip(middle, low, high)
     periods, limits = _periods(screws, robot), np.array(robot.limits)
-    return Plan(
+    return InversePlan(
         closed=closed,
         joints=kernel.Joints(scales, periods, limits),
         scales=scales,
@@ -107,12 +107,12 @@ def plan_for(robot: Robot, rows: tuple[str, ...]) -> Plan:
 
 
 def _idle_motions(robot: Robot, rows: tuple[str, ...], scales: Floats) -> tuple[Floats, int]:
-    # Motions in the null space of every J at once, and the rank of J at most poses.
+    # Returns the motions in the null space of every J, and the rank of J at most poses.
     slides = [kind == 'prismatic' for kind in robot.joint_types]
     q = np.ascontiguousarray(seeded_poses(robot.limits, slides)[:POSES])
     n = robot.dof
     sigma, motions = np.zeros((POSES, n)), np.zeros((POSES, n, n))
-    residual = residual_of(robot, IDENTITY, rows)  # of any pose: its rows are what matters
+    residual = residual_of(robot, IDENTITY, rows)  # of any pose: only its rows matter
     kernel.free_motions(residual, scales, q, sigma, motions)
     rank = int(np.max(np.sum(sigma > RANK * sigma[:, :1], axis=1)))
     # sigma V are the rows of J^T J's root: their common null space is that of all of them.
@@ -132,7 +132,7 @@ def signed(motions: Floats) -> Floats:
 
 
 def _pivots(idle: Floats) -> list[int]:
-    # A joint to hold for each idle motion: the last one it moves most, by elimination.
+    # Returns a joint to hold for each idle motion: the last one it moves most, by elimination.
     left, pivots = idle.copy(), []
     for k in range(len(left)):
         j = left.shape[1] - 1 - int(np.argmax(np.round(np.abs(left[k][::-1]), 9)))
@@ -157,7 +157,7 @@ def _whole(numbers: Floats) -> bool:
 
 
 def _one_to_one(screws: Screws, robot: Robot) -> bool:
-    # Whether positions of the screws, modulo full turns, are positions of the joints.
+    # Returns whether positions of the screws, modulo full turns, are positions of the joints.
     C = screws.coupling
     if C.shape[0] != C.shape[1] or abs(np.linalg.det(C)) < WHOLE:
         return False
@@ -194,8 +194,8 @@ def _turns_in_a_plane(screws: Screws) -> bool:
 
 
 def _solvable(screws: Screws) -> bool:
-    # Three joints for three coordinates: not where the first two share an axis, or all are
-    # parallel; those are left to the search.
+    # Three joints for three coordinates, unless the first two share an axis, or all are parallel;
+    # the search solves those.
     first = with_feet(screws)
     z1, z2, z3 = first.axes[:3]
     both_turn = not first.slides[0] and not first.slides[1]
@@ -221,7 +221,7 @@ def _closed(way: int, screws: Screws, point: Floats, backwards: bool) -> kernel.
 
 
 def _same_directions(screws: Screws) -> Screws:
-    # The closed form of parallel axes wants them to point alike: the others are turned over.
+    # The closed form of parallel axes needs them in one direction: the others are turned over.
     axes, coupling = screws.axes.copy(), screws.coupling.copy()
     for k in (2, 3):
         sign = np.sign(axes[k] @ axes[1])

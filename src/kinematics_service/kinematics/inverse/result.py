@@ -1,4 +1,4 @@
-"""What inverse kinematics answers: solutions, families of them, or the nearest pose."""
+"""The result of inverse kinematics: solutions, families of them, or the nearest pose."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -12,23 +12,23 @@ from ...robot.chain import FrozenArrays
 Status = Literal['solved', 'family', 'outside_limits', 'unreachable']
 Method = Literal['closed form', 'search']
 
-# Angles that belong to a family may differ by so much from what they should (rad).
+# Tolerance of angles that belong to a family (rad).
 ON_FAMILY = 1e-6
 
 
 @dataclass(frozen=True)
 class Posture:
     """
-    Which of the arm's postures a solution is; empty where the arm has no such thing.
+    The arm's posture in a solution; a word is empty if the arm has no such feature.
 
     Attributes
     ----------
     shoulder
-        `right` where the wrist centre is on the side of axis 1 that z2 x z1 points to, or `left`.
+        `right` if the wrist centre is on the side of axis 1 that z2 x z1 points to, or `left`.
     elbow
-        `up` where axis 3 is above the line from axis 2 to the wrist (z1 is up), else `down`.
+        `up` if axis 3 is above the line from axis 2 to the wrist (z1 is up), else `down`.
     wrist
-        `flip` where (z4 x z5) . z6 is negative, else `no_flip`.
+        `flip` if (z4 x z5) . z6 is negative, else `no_flip`.
     """
 
     shoulder: str = ''
@@ -51,12 +51,12 @@ class IkSolution(FrozenArrays):
     q : shape (n,), rad or m
         Read-only.
     residual
-        What is left, by forward kinematics: norm of the position error (m) and of the rotation
-        vector times the arm's length, over the rows asked for.
+        The remaining error by forward kinematics: norm of the position error (m) and of the
+        rotation vector times the arm's length, over the wanted rows.
     feasible
         Whether every joint is inside its limits.
     beyond
-        Names of the joints outside theirs.
+        Names of the joints outside their limits.
     margin
         Distance to the nearest limit, rad or m; negative beyond one; infinite without any.
     posture
@@ -86,8 +86,8 @@ class IkFamily(FrozenArrays):
         Orthonormal joint motions (prismatic ones divided by the arm's length) along the family at
         `q`; k is its dimension there.
     straight
-        Whether q + any multiple of the motions is in the family, as where two joints share an
-        axis (`theta1 + theta2` constant).
+        Whether q + any multiple of the motions is in the family, as for two joints on one axis
+        (`theta1 + theta2` constant).
     joints
         Names of the joints that move along it.
     residual, feasible, beyond, margin, posture
@@ -144,7 +144,7 @@ class NearestPose(FrozenArrays):
     residual
         As in `IkSolution`.
     position_error, rotation_error
-        Its parts, over the rows asked for: m, rad.
+        Its parts, over the wanted rows: m, rad.
     """
 
     READ_ONLY: ClassVar = ('q',)
@@ -173,9 +173,9 @@ class IkResult(Sequence[IkSolution]):
     reason
         The same in a sentence.
     method
-        `closed form`: all there are. `search`: all that many starts found.
+        `closed form`: all solutions. `search`: all that many starts found.
     nearest
-        The nearest pose, where no solution is inside the limits; of a family its representative.
+        The nearest pose, if no solution is inside the limits; of a family its representative.
     """
 
     solutions: tuple[IkSolution, ...]

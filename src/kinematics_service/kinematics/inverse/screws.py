@@ -2,7 +2,7 @@
 An arm as screws: the axis of each moving element while all joints are at zero, and the tool there.
 
 The tool's pose is exp(s_1 psi_1) ... exp(s_k psi_k) home, psi = coupling q: the product of
-exponentials (Brockett 1984), in which a geometry can be recognised whatever the convention.
+exponentials (Brockett 1984), in which a geometry can be recognised for any convention.
 """
 
 from dataclasses import dataclass
@@ -27,9 +27,9 @@ class Screws(FrozenArrays):
     slides : shape (k,)
         Whether a screw is a translation; otherwise it is a rotation.
     coupling : shape (k, n)
-        How each moves with the joints.
+        Motion of each screw per joint.
     home : shape (4, 4)
-        The tool where every joint is zero.
+        The tool's pose with every joint at zero.
     """
 
     READ_ONLY: ClassVar = ('axes', 'points', 'coupling', 'home')

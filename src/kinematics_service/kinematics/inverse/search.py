@@ -7,18 +7,18 @@ import numpy as np
 from ... import kernel
 from ...kernel import Floats, Integers
 from ...robot.robot import Robot
-from .plan import Plan
-from .target import Aim
+from .plan import InversePlan
+from .target import IkTarget
 
-# What counts as a solution (m): forward kinematics misses the target by less.
+# Largest error of a solution by forward kinematics (m).
 PROVED = 1e-10
 BATCH = 48
-# Every solution must have been met so often (Good 1953: what has been met once hints at what has
-# not been met), or the search ends at so many starts, fewer where no start arrives at all.
+# The search ends when every solution has been met this often (Good 1953: solutions met once hint
+# at others not met), or after this many starts, fewer if no start arrives.
 MET, MOST_STARTS, HOPELESS = 4, 1920, 384
 
 
-class Found(NamedTuple):
+class DistinctSolutions(NamedTuple):
     """
     Distinct solutions.
 
@@ -27,14 +27,14 @@ class Found(NamedTuple):
     q : shape (m, n), rad or m
         Joint positions, each a solution.
     errors : shape (m,), m
-        What is left of each.
+        Residual of each.
     """
 
     q: Floats
     errors: Floats
 
 
-class Best(NamedTuple):
+class LeastError(NamedTuple):
     """The least error of a search, and where: shape (n,), rad or m."""
 
     q: Floats
@@ -42,12 +42,16 @@ class Best(NamedTuple):
 
 
 def refinement(
-    aim: Aim, plan: Plan, far: bool = False, limits: Floats | None = None, held: bool = False
+    target: IkTarget,
+    plan: InversePlan,
+    far: bool = False,
+    limits: Floats | None = None,
+    held: bool = False,
 ) -> kernel.Refinement:
     """Return the refinement that leads to a target: see `refined`."""
     damping, steps = (kernel.FAR_DAMPING, kernel.FAR_STEPS) if far else (0.0, kernel.NEAR_STEPS)
     return kernel.Refinement(
-        aim.residual,
+        target.residual,
         plan.held if held else plan.scales,
         plan.unlimited if limits is None else limits,
         damping,
@@ -56,46 +60,46 @@ def refinement(
 
 
 def refined(
-    aim: Aim,
-    plan: Plan,
+    target: IkTarget,
+    plan: InversePlan,
     q: Floats,
     far: bool = False,
     limits: Floats | None = None,
     held: bool = False,
-) -> Found:
+) -> DistinctSolutions:
     """
     Return joint positions (m, n) moved to where they miss the target least.
 
     Parameters
     ----------
-    aim, plan
+    target, plan
         The target, and the arm's plan for it.
     q : shape (m, n), rad or m
         Starts.
     far
         Whether they are starts from anywhere, rather than candidates.
     limits : shape (n, 2), rad or m
-        Where the joints must stay; default: nowhere in particular.
+        The range where the joints must stay; default: no limits.
     held
         Whether the joints that the plan holds stay where they are.
     """
-    return _refined(refinement(aim, plan, far, limits, held), q)
+    return _refined(refinement(target, plan, far, limits, held), q)
 
 
-def errors_at(aim: Aim, plan: Plan, q: Floats) -> Floats:
+def errors_at(target: IkTarget, plan: InversePlan, q: Floats) -> Floats:
     """Return by how much the tool misses the target at joint positions (m, n), shape (m,), m."""
-    still = kernel.Refinement(aim.residual, plan.scales, plan.unlimited, 0.0, 0)
+    still = kernel.Refinement(target.residual, plan.scales, plan.unlimited, 0.0, 0)
     return _refined(still, q).errors
 
 
-def _refined(refinement: kernel.Refinement, q: Floats) -> Found:
+def _refined(refinement: kernel.Refinement, q: Floats) -> DistinctSolutions:
     q = np.array(q, dtype=np.float64, order='C')
     errors = np.empty(len(q))
     kernel.refine(refinement, q, errors)
-    return Found(q, errors)
+    return DistinctSolutions(q, errors)
 
 
-def apart(plan: Plan, a: Floats, b: Floats) -> Floats:
+def apart(plan: InversePlan, a: Floats, b: Floats) -> Floats:
     """Return b - a (..., n), full turns left out."""
     away = b - a
     turning = np.isfinite(plan.periods)
@@ -105,19 +109,22 @@ def apart(plan: Plan, a: Floats, b: Floats) -> Floats:
     return away
 
 
-def distinct(aim: Aim, plan: Plan, found: Found) -> tuple[Found, Integers]:
-    """Return the proved ones of what was found, each once, and how often each was met."""
+def distinct(
+    target: IkTarget, plan: InversePlan, found: DistinctSolutions
+) -> tuple[DistinctSolutions, Integers]:
+    """Return the proved solutions, each once, and how often each was met."""
     order = np.argsort(found.errors, kind='stable')
     q, errors = found.q[order], found.errors[order]
     which, met = np.empty(len(q), dtype=np.int64), np.empty(len(q), dtype=np.int64)
-    count = kernel.distinct(aim.residual, plan.joints, PROVED, q, errors, which, met)
+    count = kernel.distinct(target.residual, plan.joints, PROVED, q, errors, which, met)
     kept = which[:count]
-    return Found(q[kept], errors[kept]), met[:count]
+    return DistinctSolutions(q[kept], errors[kept]), met[:count]
 
 
-def starts(robot: Robot, plan: Plan, random: np.random.Generator, count: int) -> Floats:
+def starts(robot: Robot, plan: InversePlan, random: np.random.Generator, count: int) -> Floats:
     """
-    Return random joint positions (count, n): full turns, and where a joint has no turn its limits.
+    Return random joint positions (count, n): over full turns, or over the limits of a joint
+    without a turn.
 
     A joint that slides without limits starts within twice the arm's reach.
     """
@@ -138,13 +145,13 @@ def starts(robot: Robot, plan: Plan, random: np.random.Generator, count: int) ->
 
 
 def search(
-    robot: Robot, aim: Aim, plan: Plan, near: Floats, random: np.random.Generator
-) -> tuple[Found, Best]:
+    robot: Robot, target: IkTarget, plan: InversePlan, near: Floats, random: np.random.Generator
+) -> tuple[DistinctSolutions, LeastError]:
     """Return all solutions met, limits left aside, and the least error."""
-    everything = Found(np.empty((0, robot.dof)), np.empty(0))
+    everything = DistinctSolutions(np.empty((0, robot.dof)), np.empty(0))
     all_met: list[int] = []
-    best = Best(near, np.inf)
-    # What is held is held where it was asked to be near.
+    best = LeastError(near, np.inf)
+    # Held joints stay at their position in `near`.
     frozen = plan.held == 0.0
     tried = 0
     while tried < MOST_STARTS:
@@ -153,15 +160,15 @@ def search(
             q[0] = near
         q[:, frozen] = near[frozen]
         tried += BATCH
-        arrived = refined(aim, plan, q, far=True, held=True)
+        arrived = refined(target, plan, q, far=True, held=True)
         k = int(np.argmin(arrived.errors))
         if arrived.errors[k] < best.error:
-            best = Best(arrived.q[k], float(arrived.errors[k]))
-        new, met = distinct(aim, plan, arrived)
-        merged = Found(
+            best = LeastError(arrived.q[k], float(arrived.errors[k]))
+        new, met = distinct(target, plan, arrived)
+        merged = DistinctSolutions(
             np.concatenate([everything.q, new.q]), np.concatenate([everything.errors, new.errors])
         )
-        everything, all_met = _merged(aim, plan, merged, [*all_met, *met.tolist()])
+        everything, all_met = _merged(target, plan, merged, [*all_met, *met.tolist()])
         if not all_met and tried >= HOPELESS:
             break
         if len(all_met) > MOST_STARTS // 40:  # not points but a continuum
@@ -171,8 +178,10 @@ def search(
     return everything, best
 
 
-def _merged(aim: Aim, plan: Plan, found: Found, met: list[int]) -> tuple[Found, list[int]]:
-    result, _ = distinct(aim, plan, found)
+def _merged(
+    target: IkTarget, plan: InversePlan, found: DistinctSolutions, met: list[int]
+) -> tuple[DistinctSolutions, list[int]]:
+    result, _ = distinct(target, plan, found)
     counts = [0] * len(result.q)
     for q, count in zip(found.q, met):
         away = np.max(np.abs(apart(plan, result.q, q[None, :])) / plan.scales, axis=1)

@@ -32,7 +32,7 @@ class TwistError(KinematicsError, ValueError):
 
 
 class ServoSettingsError(KinematicsError, ValueError):
-    """Settings of the servo that mean nothing."""
+    """Settings of the servo that are invalid."""
 
 
 @dataclass(frozen=True)
@@ -48,8 +48,8 @@ class ServoSettings:
         Singular values of the scaled J_t below this share of the length are damped. With half of
         it as damping no joint motion per tool motion exceeds 1.16 / damped_below.
     horizon
-        In s: no joint nears its limit faster than what is left of the way over this time. No less
-        than the time until the next step.
+        In s: no joint nears its limit faster than what is left of the way over this time. It must
+        not be less than the time until the next step.
     default_rate, default_speed
         Velocity limits, rad/s and m/s, of joints the robot file gives none for.
     rows
@@ -69,7 +69,7 @@ class ServoSettings:
     rows: tuple[str, ...] | None = None
 
     def __post_init__(self) -> None:
-        """Refuse what means nothing."""
+        """Refuse invalid settings."""
         for name in ('damping', 'damped_below', 'horizon', 'default_rate', 'default_speed'):
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0.0):
@@ -83,16 +83,16 @@ class ServoSettings:
 @dataclass(frozen=True, eq=False)
 class ServoStep(FrozenArrays):
     """
-    Joint velocities, and what kept them from bringing the whole twist about.
+    Joint velocities, and the limits that kept them from the whole twist.
 
     Attributes
     ----------
     qdot : shape (n,), rad/s or m/s
         Always finite and inside the velocity limits; read-only.
     twist : shape (6,), m/s and rad/s
-        What they really do, J qdot: vx vy vz wx wy wz in base axes; read-only.
+        The tool's twist from them, J qdot: vx vy vz wx wy wz in base axes; read-only.
     scale
-        To which share the velocities were shortened for their limits, in (0, 1].
+        The share to which the velocities were shortened for their limits, in (0, 1].
     slowest
         Name of the joint whose velocity limit asked for that; empty for none.
     held
@@ -166,8 +166,7 @@ def joint_velocity(
     state
         The state of one pose, with its Jacobian, or joint positions (n,), rad or m.
     twist : shape (6,), m/s and rad/s
-        Wanted: vx vy vz wx wy wz at the tool's origin. Rows the task has not are left to
-        themselves.
+        Wanted: vx vy vz wx wy wz at the tool's origin. Rows outside the task are free.
     settings
         Damping, limits, rows.
     frame
@@ -192,7 +191,7 @@ def joint_velocity(
     elif frame != 'base':
         raise TwistError(f"frame must be 'base' or 'tool', not {frame!r}")
     qdot = np.empty(robot.chain.dof)
-    step = kernel.ServoStep(servo, qdot)
+    step = kernel.ServoOutput(servo, qdot)
     kernel.servo(step, state.q, state.numbers, wanted)
     return ServoStep(
         qdot=qdot,

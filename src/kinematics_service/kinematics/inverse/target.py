@@ -1,4 +1,4 @@
-"""What is aimed at: a target and the rows of it that count, checked."""
+"""A target and its rows that count, checked."""
 
 import functools
 from collections.abc import Sequence
@@ -20,18 +20,18 @@ class TargetError(KinematicsError, ValueError):
     """A target that is neither a pose nor a position, or not finite; rows that do not exist."""
 
 
-class Aim(NamedTuple):
+class IkTarget(NamedTuple):
     """
     A target.
 
     Attributes
     ----------
     rows
-        Which rows count, a part of x y z rx ry rz: axes of the table's frame 0.
+        The rows that count, a part of x y z rx ry rz: axes of the table's frame 0.
     pose : shape (4, 4)
         The tool in the base frame; for a position its rotation is the identity.
     residual
-        What the tool lacks of it.
+        The residual of the tool against the target.
     """
 
     rows: tuple[str, ...]
@@ -39,9 +39,11 @@ class Aim(NamedTuple):
     residual: kernel.Residual
 
 
-def aim_at(robot: Robot, target: npt.ArrayLike, rows: Sequence[str] | None = None) -> Aim:
+def ik_target_of(
+    robot: Robot, target: npt.ArrayLike, rows: Sequence[str] | None = None
+) -> IkTarget:
     """
-    Return the aim of a target.
+    Return a checked target.
 
     Parameters
     ----------
@@ -73,7 +75,7 @@ def aim_at(robot: Robot, target: npt.ArrayLike, rows: Sequence[str] | None = Non
             raise TargetError(f'rows must be some of {" ".join(known)}, not {" ".join(rows)!r}')
         ordered = tuple(name for name in ROW_NAMES if name in rows)
     pose = IDENTITY.copy()
-    state = kernel.take_aim(given, pose)
+    state = kernel.take_target(given, pose)
     if state != kernel.FINE:
         if state == kernel.NOT_FINE:
             raise TargetError(f'target must be finite: {given.tolist()}')
@@ -83,11 +85,11 @@ def aim_at(robot: Robot, target: npt.ArrayLike, rows: Sequence[str] | None = Non
             )
         left, _, right = np.linalg.svd(given[:3, :3])
         pose[:3, :3] = left @ right
-    return Aim(ordered, pose, residual_of(robot, pose, ordered))
+    return IkTarget(ordered, pose, residual_of(robot, pose, ordered))
 
 
 def residual_of(robot: Robot, pose: Floats, rows: tuple[str, ...]) -> kernel.Residual:
-    """Return what the tool lacks of a pose (4, 4), in the rows that count."""
+    """Return the residual of the tool against a pose (4, 4), in the rows that count."""
     weights = _weights(robot.task.length, rows)
     return kernel.Residual(robot.chain, pose, robot.task.rotation, weights)
 

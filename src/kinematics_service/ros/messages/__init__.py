@@ -1,1 +1,1 @@
-"""The messages the node hears and speaks, and how they are made."""
+"""The messages that the node receives and publishes, and how they are made."""

@@ -1,4 +1,7 @@
-"""JointState messages read straight from their bytes where they are plain CDR, else officially."""
+"""
+JointState messages read straight from their bytes if they are plain CDR, else by ROS's
+deserializer.
+"""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -11,14 +14,15 @@ from ...kernel import Floats
 from .message_check import read_message
 from .messages import SECOND, stamp_of
 
-# Forms known at a time: a few drivers on one topic. Larger messages are read officially.
+# Forms known at a time: a few drivers on one topic. Larger messages are read by ROS's
+# deserializer.
 MOST_FORMS = 8
 LARGEST_KEPT = 1 << 16
 
 
 class WireJointState(NamedTuple):
     """
-    What a JointState says, without its header's text and its efforts.
+    The content of a JointState, without its header's text and its efforts.
 
     Attributes
     ----------
@@ -27,7 +31,7 @@ class WireJointState(NamedTuple):
     positions, velocities : rad or m, rad/s or m/s
         As in the message: of any length, with any number in them; read-only.
     stamp : ns
-        0 where the message has none.
+        0 if the message has none.
     """
 
     names: tuple[str, ...]
@@ -40,15 +44,15 @@ class JointStateReader:
     """
     Reads JointState messages from their bytes, as the official deserializer would, only faster.
 
-    What it holds does not grow with time.
+    Its memory does not grow with time.
     """
 
     def __init__(self) -> None:
-        self._forms: list[JointStateForm] = []  # the one heard last first
+        self._forms: list[JointStateForm] = []  # the most recent first
 
     def read(self, data: bytes) -> WireJointState:
         """
-        Return what a serialized JointState says.
+        Return the content of a serialized JointState.
 
         Raises
         ------
@@ -67,7 +71,7 @@ class JointStateReader:
         )
 
     def forms(self, size: int) -> Iterator[JointStateForm]:
-        """Yield the forms known of messages of so many bytes, the one heard last first."""
+        """Yield the known forms of messages of `size` bytes, the most recent first."""
         for form in self._forms:
             if form.size == size:
                 yield form

@@ -1,8 +1,8 @@
 """
 The arm as markers, for RViz, Foxglove and whatever else draws a MarkerArray.
 
-Each message holds every marker an arm can have, by namespace and id: what is not there now is
-deleted, so a reader needs no memory, and nothing flickers.
+Each message holds every marker an arm can have, by namespace and id: a marker without a shape now
+is deleted, so a reader needs no memory, and nothing flickers.
 """
 
 import math
@@ -21,11 +21,11 @@ from ...display.view.observation import observation_of
 from ...display.view.scene import Scene, scene_of
 from ...kernel import Floats
 from ...robot.measures import Level
-from .messages import Report, time_message
+from .messages import StateReport, time_message
 
 Colour = tuple[int, int, int]
 ELLIPSOID_OPACITY = 0.35
-# Of an arrow, as shares of the arm's size: shaft, head, length of the head.
+# Sizes of an arrow, as shares of the arm's size: shaft, head, length of the head.
 ARROW = (0.018, 0.044, 0.06)
 LOST_WIDTH, TEXT_HEIGHT = 0.02, 0.05
 
@@ -34,7 +34,7 @@ LINKS, JOINTS, AXES, NAMES = 'links', 'joints', 'axes', 'joint_names'
 ELLIPSOID, TWIST, LOST = 'ellipsoid', 'twist', 'lost_direction'
 
 
-def markers_message(report: Report) -> MarkerArray:
+def markers_message(report: StateReport) -> MarkerArray:
     """
     Return links, joints, axes, velocity ellipsoid, twist and lost direction, in the base frame.
     """
@@ -50,7 +50,8 @@ def markers_message(report: Report) -> MarkerArray:
 
 
 class _Maker:
-    # Makes markers with what all of them share, and numbers them within their namespace.
+    # Makes markers with the fields that all of them share, and numbers them within their
+    # namespace.
     def __init__(self, stamp: Time, frame: str) -> None:
         self.markers: list[Any] = []
         self._stamp, self._frame = stamp, frame
@@ -80,7 +81,7 @@ class _Maker:
     def cylinder(
         self, namespace: str, ends: Floats, radius: float, colour: Colour, shortest: float
     ) -> None:
-        """Add a cylinder from end to end (2, 3), or delete it where it is too short."""
+        """Add a cylinder from end to end (2, 3), or delete it if it is too short."""
         line = ends[1] - ends[0]
         length = math.sqrt(float(line @ line))
         if length < shortest:
@@ -100,7 +101,7 @@ class _Maker:
         colour: Colour,
     ) -> None:
         """
-        Add an arrow or a list of lines through points (k, 3), or delete it where there are none.
+        Add an arrow or a list of lines through points (k, 3), or delete it if there are none.
         """
         marker = self.add(namespace, points is not None)
         marker.type = kind

@@ -1,8 +1,8 @@
 """
 Whether bytes can be a message at all: their encapsulation and their lengths.
 
-The official deserializer writes to standard error whenever it refuses, and nobody can stop it; so
-bytes that it would refuse are not given to it. What passes here is still read by it.
+ROS's deserializer writes to standard error whenever it refuses, which cannot be switched off; so
+bytes that it would refuse are not given to it. It still reads all bytes that pass here.
 """
 
 from collections.abc import Callable
@@ -13,12 +13,12 @@ from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState
 
 from ...errors import KinematicsError
-from ...estimation.cdr import STAMP, CdrError, Reader
+from ...estimation.cdr import STAMP, CdrError, CdrReader
 from ...estimation.joint_state_form import fields_of
 
 
-def _stamped_doubles(count: int) -> Callable[[Reader], object]:
-    def walk(reader: Reader) -> object:
+def _stamped_doubles(count: int) -> Callable[[CdrReader], object]:
+    def walk(reader: CdrReader) -> object:
         reader.skip(STAMP.size)
         reader.text()
         return reader.doubles(count)
@@ -26,8 +26,8 @@ def _stamped_doubles(count: int) -> Callable[[Reader], object]:
     return walk
 
 
-# What walks over a message of each type.
-WALKS: dict[Any, Callable[[Reader], object]] = {
+# The function that walks over a message of each type.
+WALKS: dict[Any, Callable[[CdrReader], object]] = {
     JointState: fields_of,
     PoseStamped: _stamped_doubles(7),
     TwistStamped: _stamped_doubles(6),
@@ -35,22 +35,22 @@ WALKS: dict[Any, Callable[[Reader], object]] = {
 
 
 class WireError(KinematicsError, ValueError):
-    """Bytes that are no message of their type: the official deserializer refuses them too."""
+    """Bytes that are no message of their type: ROS's deserializer refuses them, too."""
 
 
 def read_message(data: bytes, kind: Any) -> Any:
     """
-    Return the message that bytes are, one of `WALKS`.
+    Return the message in the bytes, of a type in `WALKS`.
 
     Raises
     ------
     WireError
-        The bytes are none.
+        The bytes are no message of this type.
     """
     if is_whole(data, kind):
         try:
             return deserialize_message(data, kind)
-        except Exception:  # whatever it raises, a message it is not
+        except Exception:  # whatever it raises: the bytes are no message
             pass
     raise WireError(f'{len(data)} bytes that are no {kind.__name__}')
 
@@ -58,7 +58,7 @@ def read_message(data: bytes, kind: Any) -> Any:
 def is_whole(data: bytes, kind: Any) -> bool:
     """Return whether the lengths in a serialized message fit into its bytes."""
     try:
-        WALKS[kind](Reader(data))
+        WALKS[kind](CdrReader(data))
     except CdrError:
         return False
     return True

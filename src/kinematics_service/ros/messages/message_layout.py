@@ -1,7 +1,8 @@
 """
-A message of which everything is known but its stamp and its numbers: as an object, and as bytes.
+A message that is known except for its stamp and its numbers: as an object, and as bytes.
 
-Both are filled from the same places, in the order in which the message's type declares its fields.
+Both are filled from the same numbers, in the order in which the message's type declares its
+fields.
 """
 
 import struct
@@ -14,19 +15,19 @@ from builtin_interfaces.msg import Time
 from rclpy.serialization import deserialize_message, serialize_message
 
 from ... import kernel
-from ...estimation.cdr import DOUBLE, WHOLE, Writer
+from ...estimation.cdr import DOUBLE, WHOLE, CdrWriter
 from ...kernel import LARGEST_SECOND, Bytes, Floats, OutgoingMessages, OutgoingTable
 from .messages import SECOND, set_time
 
-# Stamps that a wrong place or a clamp forgotten would show: a usual one, one before the epoch, and
-# those beyond what a message can hold.
+# Stamps that show a wrong offset or a forgotten clamp: a usual one, one before the epoch, and
+# those beyond the range of a message.
 STAMPS = (
     1_732_000_000_123_456_789,
     -1,
     (LARGEST_SECOND + 7) * SECOND + 5,
     -(LARGEST_SECOND + 7) * SECOND + 5,
 )
-# Numbers that any conversion on the way would change: signed zero, the smallest and largest
+# Numbers that any conversion would change: signed zero, the smallest and largest
 # doubles, infinities, and a NaN with a payload.
 NUMBERS = (
     *(-0.0, 5e-324, -2.2250738585072014e-308, 1.7976931348623157e308),
@@ -38,51 +39,52 @@ _NONE = np.empty(0)
 
 class MessageLayout:
     """
-    Where the stamp and the numbers of a message go, in the object and in its plain CDR.
+    The positions of a message's stamp and numbers, in the object and in its plain CDR.
 
     It fills one object and one buffer, so it is not for several threads.
 
     Parameters
     ----------
-    blank
-        The message; its stamp and its numbers count for nothing, its texts and lengths stay.
+    template
+        The message; its stamp and its numbers are replaced, its texts and lengths stay.
 
     Attributes
     ----------
     data
-        Its bytes, blank.
+        Its bytes, with zeros for stamp and numbers.
     written
-        255 for a byte that says something, 0 for one skipped for alignment.
+        255 for a byte with a meaning, 0 for one skipped for alignment.
     count
-        How many numbers there are, next to each other.
+        The number of its numbers, which are next to each other.
     number_at, stamp_at
-        Where in the bytes they begin, and the stamp; None for a message without one.
+        Offsets in the bytes of the numbers and of the stamp; None for a message without a stamp.
     """
 
-    def __init__(self, blank: Any) -> None:
-        self._blank = blank
+    def __init__(self, template: Any) -> None:
+        self._template = template
         self._time: Time | None = None
-        self._fields: list[tuple[Any, str, int | None]] = []  # of doubles: owner, name, how many
-        self._is_known = True  # False where a field is of another kind, or numbers are apart
+        self._fields: list[tuple[Any, str, int | None]] = []  # of doubles: owner, name, count
+        self._is_known = True  # False if a field is of another kind, or numbers are apart
         self.count, self.number_at = 0, 0
         self.stamp_at: int | None = None
-        writer = Writer()
-        self._write(writer, blank)
+        writer = CdrWriter()
+        self._write(writer, template)
         self.data, self.written = bytes(writer.data), bytes(writer.written)
         self._buffer: Bytes = np.frombuffer(writer.data, np.uint8)
         self._filled = OutgoingMessages(
-            OutgoingTable(self._buffer, *self.places(0), np.arange(self.count))
+            OutgoingTable(self._buffer, *self.offsets(0), np.arange(self.count))
         )
 
-    def places(self, begin: int) -> tuple[Any, Any]:
+    def offsets(self, begin: int) -> tuple[Any, Any]:
         """
-        Return where stamps and numbers go in a buffer in which the message begins at `begin`.
+        Return the offsets of stamps and numbers in a buffer in which the message begins at
+        `begin`.
         """
         stamps = [] if self.stamp_at is None else [begin + self.stamp_at]
         numbers = begin + self.number_at + DOUBLE * np.arange(self.count, dtype=np.int64)
         return np.array(stamps, dtype=np.int64), numbers
 
-    def _write(self, writer: Writer, message: Any) -> None:
+    def _write(self, writer: CdrWriter, message: Any) -> None:
         if isinstance(message, Time):
             self._time, self.stamp_at = message, writer.room(WHOLE, 2)
             return
@@ -103,7 +105,7 @@ class MessageLayout:
             else:
                 self._is_known = False
 
-    def _write_doubles(self, writer: Writer, owner: Any, name: str, value: Any) -> None:
+    def _write_doubles(self, writer: CdrWriter, owner: Any, name: str, value: Any) -> None:
         many = None if isinstance(value, float) else len(value)
         if many is not None:
             writer.whole(many)
@@ -117,14 +119,14 @@ class MessageLayout:
         self._fields.append((owner, name, many))
 
     def message(self, stamp: int, numbers: Floats) -> Any:
-        """Return the message as an object, which the next call fills anew."""
+        """Return the message as an object, which the next call fills again."""
         if self._time is not None:
             set_time(self._time, stamp)
         values = iter(numbers.tolist())
         for owner, name, many in self._fields:
             value = next(values) if many is None else array('d', islice(values, many))
             setattr(owner, name, value)
-        return self._blank
+        return self._template
 
     def bytes_of(self, stamp: int, numbers: Floats) -> bytes:
         """Return the message as bytes."""
@@ -132,15 +134,18 @@ class MessageLayout:
         return self._buffer.tobytes()
 
     def is_official(self) -> bool:
-        """Return whether the official serializer writes the same, and reads the same from it."""
+        """
+        Return whether ROS's serializer writes the same bytes, and reads the same message from
+        them.
+        """
         if not self._is_known:
             return False
-        kind = type(self._blank)
+        kind = type(self._template)
         for k, stamp in enumerate(STAMPS):
             numbers = np.resize(np.roll(NUMBERS, k), self.count)
             official = serialize_message(self.message(stamp, numbers))
             ours = self.bytes_of(stamp, numbers)
-            # Only then: the deserializer complains of what it cannot read.
+            # Only then: the deserializer complains about bytes that it cannot read.
             if not self._alike(ours, official):
                 return False
             if not self._alike(ours, serialize_message(deserialize_message(ours, kind))):
@@ -150,6 +155,6 @@ class MessageLayout:
     def _alike(self, one: bytes, other: bytes) -> bool:
         if len(one) != len(other):
             return False
-        said = np.frombuffer(self.written, np.uint8)
+        written_bits = np.frombuffer(self.written, np.uint8)
         differing = np.frombuffer(one, np.uint8) ^ np.frombuffer(other, np.uint8)
-        return not np.any(differing & said)
+        return not np.any(differing & written_bits)

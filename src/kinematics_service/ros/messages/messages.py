@@ -1,7 +1,7 @@
 """
 From JointState to plain data, and from plain data to messages: no decision is made here.
 
-A scalar field of a message takes anything silently, so every number passes through float() or
+A scalar field of a message silently accepts any value, so every number passes through float() or
 int().
 """
 
@@ -13,12 +13,12 @@ from geometry_msgs.msg import TransformStamped
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
-from ...estimation.estimator import Answer
+from ...estimation.estimator import EstimatorOutput
 from ...estimation.joint_sample import JointSample
-from ...estimation.status_text import Notice
+from ...estimation.status_text import StatusText
 from ...kernel import LARGEST_SECOND
 from ...kinematics.singularity import Singularity
-from ..parameters.settings import Settings
+from ..parameters.settings import NodeSettings
 
 LEVELS = (
     DiagnosticStatus.OK,
@@ -29,23 +29,24 @@ LEVELS = (
 SECOND = 1_000_000_000
 
 
-class Report(NamedTuple):
-    """All that one accepted message leads to, for the builders of messages."""
+class StateReport(NamedTuple):
+    """All results of one accepted message, for the builders of messages."""
 
-    answer: Answer
+    answer: EstimatorOutput
     singularity: Singularity
-    settings: Settings
+    settings: NodeSettings
 
 
 def stamp_of(message: JointState) -> int:
-    """Return the stamp of a message in ns; 0 where it has none."""
+    """Return the stamp of a message in ns; 0 if it has none."""
     stamp = message.header.stamp
     return int(stamp.sec) * SECOND + int(stamp.nanosec)
 
 
 def sample_of(message: JointState, received: int, arrival: int) -> JointSample:
     """
-    Return what a JointState says, heard at `received` (ROS clock, ns) and `arrival` (steady, ns).
+    Return the content of a JointState received at `received` (ROS clock, ns) and `arrival`
+    (steady, ns).
     """
     return JointSample(
         message.name, message.position, message.velocity, stamp_of(message), received, arrival
@@ -65,7 +66,7 @@ def time_message(stamp: int) -> Time:
     return set_time(Time(), stamp)
 
 
-def transform_message(report: Report) -> TransformStamped:
+def transform_message(report: StateReport) -> TransformStamped:
     """Return the tool in the base frame, for /tf."""
     message = TransformStamped()
     message.header.stamp = time_message(report.answer.stamp)
@@ -82,12 +83,12 @@ def full_name(node: Node) -> str:
     return str(node.get_fully_qualified_name()).lstrip('/')
 
 
-def status_message(name: str, notice: Notice) -> DiagnosticStatus:
-    """Return a notice as a DiagnosticStatus."""
+def status_message(name: str, status_text: StatusText) -> DiagnosticStatus:
+    """Return a status text as a DiagnosticStatus."""
     message = DiagnosticStatus()
-    message.level = LEVELS[notice.level]
+    message.level = LEVELS[status_text.level]
     message.name = name
-    message.message = notice.sentence
-    message.hardware_id = dict(notice.values).get('robot', '')
-    message.values = [KeyValue(key=key, value=value) for key, value in notice.values]
+    message.message = status_text.sentence
+    message.hardware_id = dict(status_text.values).get('robot', '')
+    message.values = [KeyValue(key=key, value=value) for key, value in status_text.values]
     return message

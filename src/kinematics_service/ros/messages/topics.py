@@ -12,21 +12,21 @@ from std_msgs.msg import Float64, Float64MultiArray
 from visualization_msgs.msg import MarkerArray
 
 from ... import kernel
-from ..parameters.settings import Settings
-from .messages import Report
+from ..parameters.settings import NodeSettings
+from .messages import StateReport
 from .output_messages import (
     Numbers,
-    jacobian_blank,
     jacobian_numbers,
-    link_frames_blank,
+    jacobian_template,
     link_frames_numbers,
+    link_frames_template,
     measure_numbers,
-    pose_blank,
     pose_numbers,
-    scalar_blank,
-    twist_blank,
+    pose_template,
+    scalar_template,
     twist_numbers,
-    velocity_blank,
+    twist_template,
+    velocity_template,
 )
 
 # Reliable where every publisher offers that; room for a second at 1 kHz in which the process does
@@ -43,7 +43,7 @@ WARNING_QOS = QoSProfile(
     durability=DurabilityPolicy.TRANSIENT_LOCAL,
 )
 DIAGNOSTICS_QOS = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
-# Each pose is a question and gets its answer; of twists only the newest is still meant.
+# Each pose is a request that gets its answer; only the newest twist is still valid.
 TARGET_POSE_QOS = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
 TARGET_TWIST_QOS = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 
@@ -59,19 +59,19 @@ IK_JOINT_VELOCITY, IK_STATUS = '~/ik/joint_velocity', '~/ik/status'
 
 
 @dataclass(frozen=True)
-class Topic:
+class OutputTopic:
     """
     A topic: its name, message type, and how its messages come about.
 
     Attributes
     ----------
-    blank, numbers
-        Return, for settings, the message without stamp and numbers, and which numbers of a state
-        go into it; None where an arm has none.
+    template, numbers
+        Functions of the settings that return the message without stamp and numbers, and the
+        numbers of a state that go into it; None if an arm has none.
     build
-        Instead of both: returns the message of a report, None for nothing to say.
+        Instead of both: returns the message of a report, or None.
     of_motion
-        Whether there is a message only where the velocities are known.
+        Whether there is a message only if the velocities are known.
     depth
         What the kernel must have computed.
     period : ns
@@ -80,28 +80,28 @@ class Topic:
 
     name: str
     type: Any
-    blank: Callable[[Settings], Any] | None = None
-    numbers: Callable[[Settings], Numbers | None] = lambda settings: None
-    build: Callable[[Report], Any] | None = None
+    template: Callable[[NodeSettings], Any] | None = None
+    numbers: Callable[[NodeSettings], Numbers | None] = lambda settings: None
+    build: Callable[[StateReport], Any] | None = None
     of_motion: bool = False
     depth: int = kernel.JACOBIAN
     period: int = 0
 
 
-def _markers(report: Report) -> Any:
-    # Imported when somebody looks: the node itself needs no scene.
+def _markers(report: StateReport) -> Any:
+    # Imported when somebody subscribes: the node itself needs no scene.
     from .markers import markers_message
 
     return markers_message(report)
 
 
 TOPICS = (
-    Topic('~/pose', PoseStamped, pose_blank, pose_numbers),
-    Topic('~/jacobian', Float64MultiArray, jacobian_blank, jacobian_numbers),
-    Topic('~/twist', TwistStamped, twist_blank, twist_numbers, of_motion=True),
-    Topic('~/velocity', VelocityStamped, velocity_blank, twist_numbers, of_motion=True),
+    OutputTopic('~/pose', PoseStamped, pose_template, pose_numbers),
+    OutputTopic('~/jacobian', Float64MultiArray, jacobian_template, jacobian_numbers),
+    OutputTopic('~/twist', TwistStamped, twist_template, twist_numbers, of_motion=True),
+    OutputTopic('~/velocity', VelocityStamped, velocity_template, twist_numbers, of_motion=True),
     *(
-        Topic(f'~/singularity/{name}', Float64, scalar_blank, measure_numbers(column))
+        OutputTopic(f'~/singularity/{name}', Float64, scalar_template, measure_numbers(column))
         for name, column in (
             ('determinant', kernel.DETERMINANT),
             ('manipulability', kernel.MANIPULABILITY),
@@ -110,15 +110,15 @@ TOPICS = (
             ('distance', kernel.DISTANCE),
         )
     ),
-    Topic(
+    OutputTopic(
         '~/link_frames',
         PoseArray,
-        link_frames_blank,
+        link_frames_template,
         link_frames_numbers,
         depth=kernel.ALL_FRAMES,
     ),
-    # For eyes: some fifty markers are a hundred times the work of a pose.
-    Topic(
+    # Markers are for viewers: some fifty of them are a hundred times the work of a pose.
+    OutputTopic(
         '~/markers',
         MarkerArray,
         build=_markers,

@@ -1,8 +1,8 @@
 """
-A subscription that is reliable where every publisher offers that, and hears the others, too.
+A subscription that is reliable if every publisher offers that, and receives from the others, too.
 
 `ReliabilityPolicy.BEST_AVAILABLE` is settled when a subscription is created, by the publishers
-known then: one that comes later and offers less would never be heard.
+known then: messages of one that comes later and offers less would never be received.
 """
 
 import copy
@@ -26,9 +26,10 @@ from rclpy.topic_endpoint_info import TopicEndpointInfo
 from .losses import Losses
 
 RELIABLE, BEST_EFFORT = ReliabilityPolicy.RELIABLE, ReliabilityPolicy.BEST_EFFORT
-# Messages remembered while two subscriptions hear the same, so that each is taken once.
+# Number of messages remembered while two subscriptions receive the same ones, so that each is
+# taken once.
 REMEMBERED = 4096
-# The former one ends so many seconds after the new one hears every publisher.
+# The former one ends this time (s) after the new one is connected to every publisher.
 OVERLAP = 1.0
 
 Take = Callable[[bytes], None]
@@ -37,11 +38,11 @@ Info = Mapping[str, Any]
 
 class BestSubscription:
     """
-    Hears a topic as bytes, as reliably as its publishers offer, and counts what is lost.
+    Subscribes to a topic as bytes, as reliably as its publishers offer, and counts lost messages.
 
     It begins reliable. When a publisher comes that offers best effort only, a second subscription
-    hears all of them so, and the first one ends after it; when the last such publisher is gone, it
-    is the other way round. While there are two, each message is taken once.
+    with best effort replaces the first one; when the last such publisher is gone, a reliable one
+    replaces that. While there are two, each message is taken once.
 
     Parameters
     ----------
@@ -57,10 +58,10 @@ class BestSubscription:
         self._node, self._kind, self._topic, self._take = node, kind, topic, take
         self._adapts = False
         self._lost: int | None = 0  # by subscriptions that are closed
-        # What was taken of late, while some of it may come once more.
+        # The messages taken recently, while some of them may come once more.
         self._recent: dict[tuple[int | None, int], None] | None = None
         self._former: _Numbered | None = None
-        self._all_heard_since = 0.0  # since when all publishers are heard, s
+        self._all_heard_since = 0.0  # time since which all publishers are connected, s
         self._qos = copy.copy(qos)  # overrides are written into it
         self._current = self._open(
             QoSOverridingOptions.with_default_policies(callback=self._settle_reliability)
@@ -91,22 +92,22 @@ class BestSubscription:
 
     @property
     def publisher_count(self) -> int:
-        """Return the number of publishers that are heard."""
+        """Return the number of publishers that are connected."""
         return int(self._current.subscription.get_publisher_count())
 
     @property
     def is_reliable(self) -> bool:
-        """Return whether messages that are lost on the way are sent again."""
+        """Return whether lost messages are sent again."""
         return self._current.reliability is RELIABLE
 
     @property
     def lost(self) -> int | None:
-        """Return the number of messages lost, None where the middleware does not number them."""
+        """Return the number of messages lost, None if the middleware does not number them."""
         now = self._current.losses.count
         return None if now is None or self._lost is None else now + self._lost
 
     def settle(self, publishers: Sequence[TopicEndpointInfo]) -> None:
-        """Take the publishers of the topic: to be called now and then."""
+        """Adapt to the publishers of the topic; the node calls it periodically."""
         now = time.monotonic()
         if self.publisher_count < len(publishers):
             self._all_heard_since = now
@@ -156,8 +157,8 @@ class BestSubscription:
                 self._change(BEST_EFFORT)
             return
         self._node.get_logger().warning(
-            f'a publisher of {self.topic_name} is not heard: what it offers does not fit '
-            f'({qos_policy_name_from_kind(kind)})'
+            f'messages of a publisher of {self.topic_name} are not received: its quality of '
+            f'service does not match ({qos_policy_name_from_kind(kind)})'
         )
 
 
@@ -183,7 +184,7 @@ class _Numbered:
             heard(info['publication_sequence_number'])
             take(self, data, info)
 
-        # What rclpy looks at to see whether the information is wanted.
+        # rclpy looks at this to see whether the information is wanted.
         setattr(taken, '__signature__', inspect.signature(lambda data, info: None))  # noqa: B010
         self.subscription = node.create_subscription(
             kind,
@@ -201,7 +202,7 @@ class _Numbered:
         self._taken = taken
 
     def take_what_waits(self) -> None:
-        """Take the messages that the executor has not come to."""
+        """Take the messages that the executor has not handled."""
         handle = self.subscription.handle
         with handle:
             while (message := handle.take_message(self.subscription.msg_type, True)) is not None:

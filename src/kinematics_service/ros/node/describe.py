@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from ..parameters.settings import ROW_LABELS, Settings
+from ..parameters.settings import ROW_LABELS, NodeSettings
 
 
 def _finite(value: float) -> float | None:
@@ -12,11 +12,9 @@ def _finite(value: float) -> float | None:
 
 
 def description_of(
-    settings: Settings, joint_states: str, topics: Sequence[str], targets: Sequence[str]
+    settings: NodeSettings, joint_states: str, topics: Sequence[str], targets: Sequence[str]
 ) -> dict[str, Any]:
-    """
-    Return what a program needs to read the node's topics; limits are null where there are none.
-    """
+    """Return what a program needs to read the node's topics; limits that do not exist are null."""
     # Imported here: what it needs loads for 15 ms.
     from ...version import __version__
 

@@ -1,5 +1,5 @@
 """
-The state of the input as a DiagnosticArray: what was heard, what became of it, what is missing.
+The state of the input as a DiagnosticArray: the messages received, their outcomes, missing joints.
 """
 
 import math
@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from ...estimation import estimator
-from ...estimation.status_text import Notice
+from ...estimation.status_text import StatusText
 from ...robot.measures import Level
 
 REJECTED = (
@@ -18,7 +18,7 @@ REJECTED = (
     estimator.TOO_LARGE,
 )
 INTERNAL_ERROR = 'internal error'
-# A loss is warned of for so many seconds.
+# Time for which a loss is warned of, s.
 RECENT = 10.0
 LEFT_OUT = 'left out'
 
@@ -40,36 +40,37 @@ class Work:
 
     @property
     def mean(self) -> float:
-        """Return the mean time, 0 where nothing was processed."""
+        """Return the mean time, 0 if nothing was processed."""
         return self.total / self.count if self.count else 0.0
 
 
 @dataclass(frozen=True)
 class InputState:
     """
-    What the diagnostics are made of.
+    The data that the diagnostics are made of.
 
     Attributes
     ----------
     counts, news
-        Messages by what became of them: since the start, and since the last diagnostics.
+        Number of messages by outcome: since the start, and since the last diagnostics.
     interval
         Seconds since the last diagnostics.
     age
-        Seconds since the joint longest unheard, inf where one never was.
+        Age in seconds of the oldest joint position, inf if a joint has none.
     missing, beyond, disputed
-        Names of joints that are stale, beyond their limits, and told differently by publishers.
+        Names of joints that are stale, that are beyond their limits, and about which publishers
+        disagree.
     publishers
         Names of the nodes that publish joint states.
     velocity_source
-        Of the last answer.
+        Source of the velocities of the last answer.
     topic, robot
         Resolved name of the input topic, name of the arm.
     reliable
-        Whether what is lost on the way is sent again.
+        Whether lost messages are sent again.
     lost, lost_of_late
-        Messages that were published and not taken: since the first was heard, None where the
-        middleware does not number them; and within the last `RECENT` seconds.
+        Messages that were published and not received: since the first one was received, None if
+        the middleware does not number them; and within the last `RECENT` seconds.
     work
         Processing times.
     """
@@ -91,7 +92,7 @@ class InputState:
     work: Work = field(default_factory=Work)
 
 
-def input_notice(state: InputState) -> Notice:
+def input_status(state: InputState) -> StatusText:
     """Return level, sentence and values of the input."""
     level, sentence = _verdict(state)
     rate = state.news.get(estimator.ACCEPTED, 0) / state.interval if state.interval > 0.0 else 0.0
@@ -123,7 +124,7 @@ def input_notice(state: InputState) -> Notice:
         ('processing time, mean', f'{state.work.mean * 1e-3:.0f} us'),
         ('processing time, longest', f'{state.work.longest * 1e-3:.0f} us'),
     ]
-    return Notice(level, sentence, tuple(values))
+    return StatusText(level, sentence, tuple(values))
 
 
 def _verdict(state: InputState) -> tuple[Level, str]:
@@ -132,7 +133,8 @@ def _verdict(state: InputState) -> tuple[Level, str]:
             who = f'{len(state.publishers)} publishers' if state.publishers else 'no publisher'
             return (
                 Level.ERROR,
-                f'no joint state yet on {state.topic} ({who}): missing {", ".join(state.missing)}',
+                f'no joint state was received on {state.topic} ({who}): missing '
+                f'{", ".join(state.missing)}',
             )
         return Level.ERROR, f'joint states are stale: missing {", ".join(state.missing)}'
     warnings = tuple(_warnings(state))
@@ -162,4 +164,4 @@ def _warnings(state: InputState) -> Iterator[str]:
     if left_out:
         yield f'messages come faster than they can be answered: {left_out} left out'
     if state.news.get(INTERNAL_ERROR, 0):
-        yield 'messages met an internal error; see the log'
+        yield 'messages caused an internal error; see the log'

@@ -1,4 +1,4 @@
-"""The node's diagnostics: once a second, what it hears and what becomes of it."""
+"""The node's diagnostics: once a second, its input and the outcome of each message."""
 
 import time
 from collections import Counter, deque
@@ -9,23 +9,23 @@ from rclpy.clock import Clock
 from rclpy.node import Node
 
 from ...estimation.estimator import Estimator
-from ...estimation.status_text import Notice
+from ...estimation.status_text import StatusText
 from ..messages.messages import full_name, status_message
 from ..messages.topics import DIAGNOSTICS, DIAGNOSTICS_QOS
 from .best_subscription import BestSubscription
-from .diagnostics import RECENT, InputState, Work, input_notice
+from .diagnostics import RECENT, InputState, Work, input_status
 
 PERIOD = 1.0
 
 
 class Health:
     """
-    Counts work and says once a second how the input is.
+    Counts work and publishes the state of the input once a second.
 
     Attributes
     ----------
     work
-        What messages have cost since the last word.
+        Processing times of messages since the last diagnostics.
     """
 
     def __init__(
@@ -33,7 +33,7 @@ class Health:
         node: Node,
         estimator: Estimator,
         subscription: BestSubscription,
-        frames: Callable[[], Notice | None],
+        frames: Callable[[], StatusText | None],
         velocity_source: Callable[[], str],
         steady: Clock,
     ) -> None:
@@ -45,7 +45,7 @@ class Health:
         self._velocity_source = velocity_source
         self._counts_said: Counter[str] = Counter()
         self._said = time.monotonic()
-        # When diagnostics were said, s, and how many messages had been lost by then.
+        # Times of diagnostics, s, and the number of messages lost by then.
         self._losses: deque[tuple[float, int]] = deque([(self._said, 0)])
         self._publisher = node.create_publisher(DiagnosticArray, DIAGNOSTICS, DIAGNOSTICS_QOS)
         node.create_timer(PERIOD, self.say, clock=steady)
@@ -63,7 +63,7 @@ class Health:
         return lost - losses[0][1]
 
     def say(self) -> None:
-        """Publish the state of the input since the last word."""
+        """Publish the state of the input since the last diagnostics."""
         node, estimator, subscription = self._node, self._estimator, self._subscription
         now, arrival = time.monotonic(), time.monotonic_ns()
         counts = Counter(estimator.counts)
@@ -93,7 +93,7 @@ class Health:
         message = DiagnosticArray()
         message.header.stamp = node.get_clock().now().to_msg()
         name = full_name(node)
-        message.status = [status_message(f'{name}: input', input_notice(state))]
+        message.status = [status_message(f'{name}: input', input_status(state))]
         frames = self._frames()
         if frames is not None:
             message.status.append(status_message(f'{name}: frames', frames))

@@ -1,4 +1,4 @@
-"""Joint states as they come in: as bytes, or as messages of rclpy."""
+"""The input of joint states: as bytes, or as messages of rclpy."""
 
 import time
 from collections.abc import Callable
@@ -28,15 +28,15 @@ class Input:
     take
         Called with each sample.
     take_bytes
-        Called first with a serialized message, its form and its arrival; returns whether that was
-        enough, otherwise the message is read and given to `take`.
+        Called first with a serialized message, its form and its arrival; returns whether it took
+        the message, which otherwise is read and given to `take`.
     refuse
-        Called with a sentence where bytes are no JointState.
+        Called with a sentence if bytes are no JointState.
 
     Attributes
     ----------
     subscription
-        What it hears, how reliably, and how much of it is lost.
+        The subscription, which knows how reliable it is, and how many messages are lost.
     """
 
     def __init__(

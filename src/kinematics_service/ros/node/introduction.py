@@ -1,4 +1,4 @@
-"""What a node says of itself when it starts."""
+"""The lines that a node logs when it starts."""
 
 from collections.abc import Sequence
 
@@ -8,12 +8,12 @@ from ... import kernel
 from ...estimation.status_text import structure_in_words
 from ..parameters.node_parameters import NodeParameters
 
-# Of parameters that nobody knows so many are named.
+# Number of unknown parameters that are named.
 NAMED = 5
 
 
 def introduce(node: Node, parameters: NodeParameters, topic: str) -> None:
-    """Log the arm, the topic that is listened to, and what is odd about the parameters."""
+    """Log the arm, the topic of the subscription, and unknown parameters."""
     settings, logger = parameters.settings, node.get_logger()
     if notice := kernel.notice():
         logger.warning(notice)
@@ -34,7 +34,7 @@ def introduce(node: Node, parameters: NodeParameters, topic: str) -> None:
 
 
 def unknown_in_words(names: Sequence[str]) -> str:
-    """Return the sentence about parameters that nobody declared; of many it names the first."""
+    """Return the sentence about unknown parameters; it names the first ones of many."""
     if len(names) == 1:
         return f'parameter {names[0]} is unknown and has no effect'
     shown = ', '.join(names[:NAMED]) + (', ...' if len(names) > NAMED else '')

@@ -1,4 +1,4 @@
-"""How many messages of a topic were lost, told by the numbers that the middleware gives them."""
+"""How many messages of a topic were lost, by the numbers that the middleware gives them."""
 
 from collections.abc import Callable
 
@@ -7,29 +7,29 @@ class Losses:
     """
     Counts the gaps in the numbers of messages; each publisher counts its own by one.
 
-    A message does not say whose it is. The numbers of several publishers are kept apart by the
-    rule that a message follows the nearest number below its own. Where two publishers have like
-    numbers it may be taken for the other's, which leaves the sum of all gaps what it is.
+    A message does not name its publisher. The numbers of several publishers are kept apart by the
+    rule that a message follows the nearest number below its own. If two publishers have similar
+    numbers, a message may be taken for the other's, which does not change the sum of all gaps.
 
     Parameters
     ----------
     publishers
-        Returns how many publishers there are; asked where a number follows no other.
+        Returns the number of publishers; called when a number follows no other.
 
     Attributes
     ----------
     count
-        Messages lost since the start, None where the middleware numbers none.
+        Messages lost since the start, None if the middleware does not number them.
     """
 
     def __init__(self, publishers: Callable[[], int]) -> None:
         self.count: int | None = 0
         self._count_publishers = publishers
         self._publishers = 0
-        self._last: list[int] = []  # numbers; that of the publisher heard last at the end
+        self._last: list[int] = []  # numbers; that of the most recent publisher is the last
 
     def forget(self) -> None:
-        """Begin anew: publishers have come or gone."""
+        """Start again: publishers have come or gone."""
         self._last.clear()
 
     def heard(self, number: int | None) -> None:
@@ -52,7 +52,7 @@ class Losses:
             last.clear()
         before = max((one for one in last if one < number), default=None)
         if before is None or len(last) < publishers:
-            # The first message of a publisher. It takes the place of one that is gone.
+            # The first message of a publisher. It replaces one that is gone.
             del last[: len(last) + 1 - publishers]
         else:
             last.remove(before)

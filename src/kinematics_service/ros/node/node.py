@@ -10,31 +10,31 @@ from rclpy.duration import Duration
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
-from ...estimation.estimator import RESETS, UNREADABLE, Answer, Estimator, Refusal
+from ...estimation.estimator import RESETS, UNREADABLE, Estimator, EstimatorOutput, RefusedMessage
 from ...estimation.joint_sample import JointSample
 from ...estimation.joint_state_form import JointStateForm
-from ...estimation.status_text import Notice, notice_of, stale_notice
+from ...estimation.status_text import StatusText, singularity_status, stale_status
 from ...kinematics.singularity import Singularity, singularity_of
 from ...robot.measures import Level
 from ..messages.messages import full_name, status_message
 from ..messages.topics import DESCRIBE, WARNING, WARNING_QOS
 from ..parameters.node_parameters import NodeParameters
-from ..parameters.settings import Settings
+from ..parameters.settings import NodeSettings
 from .describe import description_of
 from .diagnostics import INTERNAL_ERROR, LEFT_OUT
 from .health import Health
 from .input import Input
 from .introduction import introduce
-from .outputs import Heard, Outputs
+from .outputs import ActiveTopics, Outputs
 from .reference import Reference
-from .robot_description import RobotDescription
+from .robot_description import DescriptionPublisher
 from .stamp_grid import StampGrid
 from .targets import Targets
 from .throttle import Throttle
 
 NODE_NAME = 'kinematics'
 
-# The watchdog looks so often, as a share of the timeout, and at most and at least so often (s).
+# Period of the watchdog as a share of the timeout, and its shortest and longest value (s).
 WATCHDOG_SHARE, WATCHDOG_SHORTEST, WATCHDOG_LONGEST = 0.25, 0.02, 0.25
 
 
@@ -67,8 +67,8 @@ class KinematicsNode(Node):
         self._own = NodeParameters(self, robot)
         settings = self._settings = self._own.settings
         self._estimator = Estimator(settings.robot, settings.estimator)
-        self._latest: Answer | None = None
-        self._resets = 0  # of the estimator, as far as they are known here
+        self._latest: EstimatorOutput | None = None
+        self._resets = 0  # the estimator's resets that are handled here
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._grid = StampGrid()
         self._throttle = Throttle(5.0)
@@ -81,7 +81,7 @@ class KinematicsNode(Node):
             self,
             self._estimator,
             self._input.subscription,
-            self._reference.notice,
+            self._reference.status_text,
             lambda: self._latest.velocity_source if self._latest else 'none',
             self._steady,
         )
@@ -96,18 +96,18 @@ class KinematicsNode(Node):
     def _open_topics(self) -> None:
         transport = self._own.transport
         self._outputs = Outputs(self, self.settings, transport)
-        self._description = RobotDescription(self, self.settings)
+        self._description = DescriptionPublisher(self, self.settings)
         self._warning = self.create_publisher(DiagnosticStatus, WARNING, WARNING_QOS)
         self._targets = Targets(self, self.settings, self._present, self._steady)
         self._input = Input(self, transport, self._on_sample, self._on_bytes, self._refuse)
         self.create_service(Trigger, DESCRIBE, self._describe)
 
     def trust_the_order_of_events(self) -> None:
-        """Be told that the executor handles events in the order they come in."""
+        """Note that the executor handles events in the order of their arrival."""
         self._outputs.events_in_order = True
 
     def events_were_left_out(self, messages: int) -> None:
-        """Be told that events were thrown away, and with them so many messages of the process."""
+        """Note that events were thrown away, and with them this many messages of the process."""
         self._outputs.ask_who_listens()
         self._estimator.counts[LEFT_OUT] += messages
         if self._throttle.passes(LEFT_OUT):
@@ -116,11 +116,11 @@ class KinematicsNode(Node):
             )
 
     def end_motion(self) -> None:
-        """Stop what the last target twist began: to be called before the node goes."""
+        """Stop the motion of the last target twist; called before the node ends."""
         self._targets.close()
 
     @property
-    def settings(self) -> Settings:
+    def settings(self) -> NodeSettings:
         """Return the settings in force."""
         return self._settings
 
@@ -128,92 +128,100 @@ class KinematicsNode(Node):
 
     def _refuse(self, sentence: str) -> None:
         self._estimator.counts[UNREADABLE] += 1
-        self._follow(Refusal(UNREADABLE, sentence), 0, self._outputs.heard(), False)
+        self._follow(RefusedMessage(UNREADABLE, sentence), 0, self._outputs.active(), False)
 
     def _on_sample(self, sample: JointSample) -> None:
         try:
-            heard = self._outputs.heard()
-            outcome = self._estimator.take(sample, heard.depth)
-            self._follow(outcome, sample.arrival, heard, False)
-        except Exception as error:  # nothing a robot sends may stop the node
-            self._own_fault(error)
+            active = self._outputs.active()
+            outcome = self._estimator.take(sample, active.depth)
+            self._follow(outcome, sample.arrival, active, False)
+        except Exception as error:  # no message of a robot may stop the node
+            self._internal_error(error)
         self._health.work.add(time.monotonic_ns() - sample.arrival)
 
     def _on_bytes(self, form: JointStateForm, data: bytes, arrival: int) -> bool:
         try:
-            heard = self._outputs.heard()
-            outcome = self._estimator.take_bytes(form, data, arrival, heard.depth, heard.messages)
+            active = self._outputs.active()
+            outcome = self._estimator.take_bytes(
+                form, data, arrival, active.depth, active.messages
+            )
             if outcome is None:
                 return False
-            self._follow(outcome, arrival, heard, True)
-        except Exception as error:  # nothing a robot sends may stop the node
-            self._own_fault(error)
+            self._follow(outcome, arrival, active, True)
+        except Exception as error:  # no message of a robot may stop the node
+            self._internal_error(error)
         self._health.work.add(time.monotonic_ns() - arrival)
         return True
 
-    def _own_fault(self, error: Exception) -> None:
+    def _internal_error(self, error: Exception) -> None:
         self._estimator.counts[INTERNAL_ERROR] += 1
         if self._throttle.passes('internal'):
-            self.get_logger().error(f'internal error at a message, please report it: {error!a}')
+            self.get_logger().error(
+                f'internal error while handling a message, please report it: {error!a}'
+            )
 
     def _follow(
-        self, outcome: Answer | Refusal, arrival: int, heard: Heard, is_filled: bool
+        self,
+        outcome: EstimatorOutput | RefusedMessage,
+        arrival: int,
+        active: ActiveTopics,
+        is_filled: bool,
     ) -> None:
-        # What follows from a message.
+        # Publishes the consequences of a message.
         if self._estimator.counts.get(RESETS, 0) != self._resets:
             self._start_anew()
-        if isinstance(outcome, Refusal):
+        if isinstance(outcome, RefusedMessage):
             if outcome.sentence and self._throttle.passes(outcome.reason):
                 self.get_logger().warning(f'joint state rejected: {outcome.sentence}')
             return
         self._latest = outcome
         if self._reference.is_there:
             self._reference.note(outcome)
-        # Publishing wakes those who listen, who take this core: what else is to be done is cheaper
-        # before. A warning comes after the pose it is about.
+        # Publishing wakes subscribers, who take this core: other work is cheaper before it. A
+        # warning comes after the pose it is about.
         warned = None
         if not self._estimator.is_settled(outcome.state, arrival):
             singularity = singularity_of(outcome.state)
             level, say = self._estimator.judge(singularity, arrival)
             warned = (singularity, level) if say else None
-        wanted = heard.channels or self._settings.publish_tf
+        wanted = active.channels or self._settings.publish_tf
         try:
             if wanted and self._grid.passes(outcome.stamp, self._settings.period):
-                self._outputs.publish(outcome, heard, is_filled)
+                self._outputs.publish(outcome, active, is_filled)
         finally:
-            if warned is not None:  # the alarm counts it as said
+            if warned is not None:  # the alarm counts it as published
                 self._warn(*warned)
 
     def _start_anew(self) -> None:
-        # The estimator has: a stamp stepped back.
+        # The estimator has started again: a stamp stepped back.
         self._resets = self._estimator.counts.get(RESETS, 0)
         self._grid.forget()
         self._reference.forget()
         if self._throttle.passes(RESETS):
             self.get_logger().info(
-                'stamps stepped back by more than joint_state_timeout: starting anew'
+                'stamps stepped back by more than joint_state_timeout: the state starts again'
             )
 
-    def _present(self) -> Answer | str:
-        # The arm's present state, or why it is not known.
+    def _present(self) -> EstimatorOutput | str:
+        # Returns the arm's present state, or a sentence why it is unknown.
         missing = self._estimator.missing(time.monotonic_ns())
         if missing or self._latest is None:
-            return self._silence(missing)
+            return self._missing_text(missing)
         return self._latest
 
     def _warn(self, singularity: Singularity, level: Level) -> None:
         settings = self._settings
-        notice = notice_of(
+        status_text = singularity_status(
             settings.robot,
             singularity,
             level,
             settings.base_frame,
             settings.estimator.joint_prefix,
         )
-        self._say(notice)
+        self._say(status_text)
 
-    def _say(self, notice: Notice) -> None:
-        self._warning.publish(status_message(f'{full_name(self)}: singularity', notice))
+    def _say(self, status_text: StatusText) -> None:
+        self._warning.publish(status_message(f'{full_name(self)}: singularity', status_text))
 
     # Clocks and watches
 
@@ -221,7 +229,7 @@ class KinematicsNode(Node):
         period = self.settings.estimator.timeout * 1e-9 * WATCHDOG_SHARE
         return min(max(period, WATCHDOG_SHORTEST), WATCHDOG_LONGEST)
 
-    def _silence(self, missing: tuple[str, ...]) -> str:
+    def _missing_text(self, missing: tuple[str, ...]) -> str:
         return f'no joint state of {", ".join(missing)} on {self._input.topic_name}'
 
     def _watch(self) -> None:
@@ -230,7 +238,7 @@ class KinematicsNode(Node):
             return
         missing = self._estimator.missing(now)
         if missing and self._estimator.go_stale(now):
-            self._say(stale_notice(self.settings.robot, self._silence(missing)))
+            self._say(stale_status(self.settings.robot, self._missing_text(missing)))
 
     def _on_clock_jump(self, jump: TimeJump) -> None:
         back = -jump.delta.nanoseconds
@@ -240,11 +248,11 @@ class KinematicsNode(Node):
             self._resets = self._estimator.counts.get(RESETS, 0)
             self._grid.forget()
             self._reference.forget()
-            self.get_logger().info('the ROS clock jumped back: starting anew')
+            self.get_logger().info('the ROS clock jumped back: the state starts again')
 
     # Parameters
 
-    def _take_settings(self, settings: Settings) -> None:
+    def _take_settings(self, settings: NodeSettings) -> None:
         self._settings = settings
         self._estimator.configure(settings.robot, settings.estimator)
         self._grid.forget()

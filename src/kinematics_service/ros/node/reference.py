@@ -1,4 +1,6 @@
-"""A second source of the tool's pose, compared with the node's: the frame doctor's patient."""
+"""
+A second source of the tool's pose, compared with the node's: a frame check while the node runs.
+"""
 
 import copy
 import threading
@@ -12,8 +14,8 @@ from rclpy.node import Node
 from rclpy.qos_overriding_options import QoSOverridingOptions
 
 from ...errors import KinematicsError
-from ...estimation.estimator import Answer
-from ...estimation.status_text import Notice
+from ...estimation.estimator import EstimatorOutput
+from ...estimation.status_text import StatusText
 from ...kernel import Floats
 from ...rigid_motion import roll_pitch_yaw
 from ...robot.measures import Level
@@ -30,13 +32,13 @@ if TYPE_CHECKING:
 LONGEST_GAP = 100_000_000
 # States kept for poses that come late.
 REMEMBERED = 256
-# Poses whose joints differ by less (rad, prismatic joints by length) say nothing new.
+# Poses whose joints differ by less (rad, prismatic joints by length) are not new.
 VARIETY = 0.02
-# So many poses are kept; then every second one goes, so that early ones stay among them.
+# Number of poses kept; then every second one is dropped, so that early ones stay among them.
 MOST = 256
-# The way of the joints is kept in steps of this (ns), so many of them, to find a lag.
+# The joints' path is kept in steps of this (ns), and this number of them, to find a lag.
 WAY_STEP, WAY = 10_000_000, 6_000
-# The first diagnosis needs so many; the next this many times as many.
+# Number of poses that the first diagnosis needs; the next one needs this many times as many.
 FIRST, AGAIN = 20, 1.25
 
 
@@ -44,7 +46,7 @@ class Reference:
     """
     Collects poses of a second source with the joint positions at their stamps, and compares them.
 
-    Both clocks must be the same. The comparison takes some 20 ms: it has a thread of its own.
+    Both must have the same clock. The comparison takes some 20 ms, so it has a thread of its own.
 
     Parameters
     ----------
@@ -56,7 +58,7 @@ class Reference:
     Attributes
     ----------
     is_there
-        Whether poses have come, so that states are to be noted.
+        Whether poses have arrived, so that states must be noted.
     """
 
     def __init__(self, node: Node, robot: Callable[[], Robot]) -> None:
@@ -69,7 +71,7 @@ class Reference:
         self._collected, self._due = 0, FIRST
         self._refused = ''
         self._thread: threading.Thread | None = None
-        self._notice: Notice | None = None
+        self._notice: StatusText | None = None
         self._subscription = node.create_subscription(
             PoseStamped,
             REFERENCE_POSE,
@@ -85,7 +87,7 @@ class Reference:
         return str(self._subscription.topic_name)
 
     def forget(self) -> None:
-        """Begin anew: the stamps or the arm are others."""
+        """Start again: the stamps or the arm have changed."""
         self._pending = self._notice = None
         self.is_there = False
         self._recent.clear()
@@ -102,7 +104,7 @@ class Reference:
         except (RefusedTargetError, WireError) as error:
             self._refused = str(error)
 
-    def note(self, answer: Answer) -> None:
+    def note(self, answer: EstimatorOutput) -> None:
         """Take a new state of the arm; a pose is compared once states around it are known."""
         self._recent.append((answer.stamp, answer.state.q))
         if not self._way or answer.stamp - self._way[-1][0] >= WAY_STEP:
@@ -121,7 +123,7 @@ class Reference:
                 break
             later = state
         else:
-            return None  # before all that is remembered
+            return None  # older than all states in memory
         if later is None:
             return state[1]
         gap = later[0] - state[0]
@@ -137,8 +139,8 @@ class Reference:
         if len(self._pairs) > MOST:
             del self._pairs[1::2]
 
-    def notice(self) -> Notice | None:
-        """Return what is known of the frames, None where there is no second source."""
+    def status_text(self) -> StatusText | None:
+        """Return the status of the frames, None if there is no second source."""
         busy = self._thread is not None and self._thread.is_alive()
         if self._collected >= self._due and not busy:
             self._due = int(self._collected * AGAIN) + 1
@@ -151,9 +153,13 @@ class Reference:
         if self._notice is not None:
             return self._notice
         if self._refused:
-            return Notice(Level.WARN, f'pose of {self.topic_name} refused: {self._refused}', ())
+            return StatusText(
+                Level.WARN, f'pose of {self.topic_name} refused: {self._refused}', ()
+            )
         if self._collected or self._pending is not None:
-            return Notice(Level.OK, f'{self._collected} of {FIRST} different poses collected', ())
+            return StatusText(
+                Level.OK, f'{self._collected} of {FIRST} different poses collected', ()
+            )
         return None
 
     def _diagnose(
@@ -162,7 +168,7 @@ class Reference:
         pairs: list[tuple[int, Floats, Floats]],
         way: list[tuple[int, Floats]],
     ) -> None:
-        # Imported where there is a second source: most nodes have none.
+        # Imported if there is a second source: most nodes have none.
         from ...diagnosis.frame_check import diagnose_frames
 
         pairs = sorted(pairs, key=lambda pair: pair[0])
@@ -177,12 +183,12 @@ class Reference:
                 (stamps - stamps[0]) * 1e-9,
                 motion=motion if len(way) > 1 else None,
             )
-            self._notice = frames_notice(found)
+            self._notice = frames_status(found)
         except KinematicsError as error:
-            self._notice = Notice(Level.WARN, str(error), ())
+            self._notice = StatusText(Level.WARN, str(error), ())
 
 
-def frames_notice(found: 'FrameDiagnosis') -> Notice:
+def frames_status(found: 'FrameDiagnosis') -> StatusText:
     """Return a diagnosis of frames, by the limits that `audit` has by default."""
     from ...diagnosis.frame_check import FrameLimits
 
@@ -200,7 +206,7 @@ def frames_notice(found: 'FrameDiagnosis') -> Notice:
         ('cause', found.cause.key if found.cause else ''),
         ('likely, not decisive', found.likely[0].sentence if found.likely else ''),
     ]
-    return Notice(limits.level(found), limits.sentence(found), tuple(values))
+    return StatusText(limits.level(found), limits.sentence(found), tuple(values))
 
 
 def _offset(name: str, T: Floats) -> tuple[tuple[str, str], tuple[str, str]]:

@@ -1,4 +1,4 @@
-"""The arm as a URDF on `robot_description`, for those who draw robots."""
+"""The arm as a URDF on `robot_description`, for programs that draw robots."""
 
 from rclpy.node import Node
 from rclpy.publisher import Publisher
@@ -6,30 +6,30 @@ from std_msgs.msg import String
 
 from ...errors import KinematicsError
 from ..messages.topics import ROBOT_DESCRIPTION, WARNING_QOS
-from ..parameters.settings import Settings
+from ..parameters.settings import NodeSettings
 
 
-class RobotDescription:
+class DescriptionPublisher:
     """
-    Publishes the URDF once for each change of the settings; who comes late gets the last one.
+    Publishes the URDF once for each change of the settings; late subscribers get the last one.
 
-    It is off unless asked for: on a robot with a URDF of its own the topic is that one's.
+    It is off by default: a robot with a URDF of its own publishes that on this topic.
     """
 
-    def __init__(self, node: Node, settings: Settings) -> None:
+    def __init__(self, node: Node, settings: NodeSettings) -> None:
         self._node = node
         self._publisher: Publisher | None = None
         self.configure(settings)
 
-    def configure(self, settings: Settings) -> None:
-        """Take other settings: frames and joints may have other names."""
+    def configure(self, settings: NodeSettings) -> None:
+        """Apply other settings: frames and joints may have other names."""
         if not settings.publish_robot_description:
             if self._publisher is not None:
                 self._node.destroy_publisher(self._publisher)
                 self._publisher = None
             return
         from ...formats.urdf.elements import FrameNames
-        from ...formats.urdf.writer import urdf_text  # only where it is asked for
+        from ...formats.urdf.writer import urdf_text  # imported only if it is asked for
 
         robot, prefix = settings.robot, settings.frame_prefix
         names = FrameNames(
@@ -41,7 +41,7 @@ class RobotDescription:
         try:
             text = urdf_text(robot, names)
         except KinematicsError as error:
-            self._node.get_logger().warning(f'no robot_description: {error}')
+            self._node.get_logger().warning(f'robot_description is not published: {error}')
             return
         if self._publisher is None:
             self._publisher = self._node.create_publisher(String, ROBOT_DESCRIPTION, WARNING_QOS)

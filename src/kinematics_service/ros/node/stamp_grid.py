@@ -1,4 +1,4 @@
-"""Thins out answers by their stamps."""
+"""Limits the rate of answers by their stamps."""
 
 
 class StampGrid:
@@ -22,5 +22,5 @@ class StampGrid:
         return True
 
     def forget(self) -> None:
-        """Begin anew: the next answer passes."""
+        """Start again: the next answer passes."""
         self._last = None

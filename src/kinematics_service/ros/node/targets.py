@@ -16,8 +16,8 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 
 from ...errors import KinematicsError
-from ...estimation.estimator import Answer
-from ...estimation.status_text import Notice
+from ...estimation.estimator import EstimatorOutput
+from ...estimation.status_text import StatusText
 from ...kinematics.inverse.plan import plan_for
 from ...kinematics.inverse.servo import joint_velocity
 from ...kinematics.inverse.solve import inverse_kinematics
@@ -46,13 +46,13 @@ from ..messages.topics import (
     TARGET_TWIST,
     TARGET_TWIST_QOS,
 )
-from ..parameters.settings import Settings
-from .target_notices import pose_notice, twist_notice
+from ..parameters.settings import NodeSettings
+from .target_status import pose_status, twist_status
 from .throttle import Throttle
 
-# The silence of a stream of twists is looked for so often, as a share of its timeout.
+# Period of the check that twists still arrive, as a share of their timeout.
 WATCH_SHARE = 0.25
-# At the end of the node the last message is waited for so long.
+# Longest time that the end of the node waits for the last message to go out, s.
 LAST_WORD = Duration(seconds=0.2)
 
 
@@ -60,17 +60,17 @@ class Targets:
     """
     Answers targets, each with a status; a target that is refused moves nothing.
 
-    A twist is a command for now: where the next one is refused or does not come within
-    `ik.target_timeout`, one message of zero velocities stops what the last one began.
+    A twist is a command for now: if the next one is refused or does not arrive within
+    `ik.target_timeout`, one message of zero velocities stops the motion that the last one began.
 
     Parameters
     ----------
     node
-        The node they belong to; names its topics and its statuses.
+        The node they belong to; topics and statuses carry its name.
     settings
         The settings in force.
     latest
-        Returns the arm's present state, or says in a sentence why it is not known.
+        Returns the arm's present state, or a sentence why it is unknown.
     steady
         Clock of the timer.
     """
@@ -78,8 +78,8 @@ class Targets:
     def __init__(
         self,
         node: Node,
-        settings: Settings,
-        latest: Callable[[], Answer | str],
+        settings: NodeSettings,
+        latest: Callable[[], EstimatorOutput | str],
         steady: Clock,
     ) -> None:
         self._node = node
@@ -109,30 +109,30 @@ class Targets:
                 name,
                 take,
                 copy.copy(qos),
-                raw=True,  # what is no message is refused here, in words, and not by rclpy
+                raw=True,  # refused here with a reason
                 qos_overriding_options=QoSOverridingOptions.with_default_policies(),
             )
-        # Turns only while a twist is in force: its thread would wake for nothing otherwise.
+        # Runs only while a twist is in force: its thread would wake for nothing otherwise.
         self._timer = node.create_timer(
             self._watch_period(), self._watch, clock=steady, autostart=False
         )
 
     @property
     def topics(self) -> tuple[list[str], list[str]]:
-        """Return the full names of the topics heard and published."""
+        """Return the full names of the topics of subscriptions and publishers."""
         resolve = self._node.resolve_topic_name
         heard = (TARGET_POSE, TARGET_TWIST)
         told = (IK_JOINT_STATES, IK_SOLUTIONS, IK_JOINT_VELOCITY, IK_STATUS)
         return [resolve(name) for name in heard], [resolve(name) for name in told]
 
-    def configure(self, settings: Settings) -> None:
-        """Take other settings; a motion in force is stopped."""
+    def configure(self, settings: NodeSettings) -> None:
+        """Apply other settings; a motion in force is stopped."""
         self._stop()
         self._settings = _planned(settings)
         self._timer.timer_period_ns = round(self._watch_period() * 1e9)
 
     def close(self) -> None:
-        """End a motion in force, before the node goes."""
+        """End a motion in force, before the node ends."""
         if self._moving_since is not None:
             self._stop()
             self._joint_velocity.wait_for_all_acked(LAST_WORD)
@@ -140,7 +140,7 @@ class Targets:
     def _watch_period(self) -> float:
         return self._settings.target_timeout * 1e-9 * WATCH_SHARE
 
-    def _present(self) -> Answer:
+    def _present(self) -> EstimatorOutput:
         latest = self._latest()
         if isinstance(latest, str):
             raise RefusedTargetError(f'the joint positions are not known: {latest}')
@@ -150,12 +150,12 @@ class Targets:
 
     def _on_pose(self, data: bytes) -> None:
         try:
-            notice = self._answer_pose(read_message(data, PoseStamped))
-        except Exception as error:  # nothing that is sent may stop the node
-            notice = self._refused(error)
-        self._say('target_pose', notice)
+            status_text = self._answer_pose(read_message(data, PoseStamped))
+        except Exception as error:  # no message may stop the node
+            status_text = self._refused(error)
+        self._say('target_pose', status_text)
 
-    def _answer_pose(self, message: PoseStamped) -> Notice:
+    def _answer_pose(self, message: PoseStamped) -> StatusText:
         settings = self._settings
         given = pose_of(message)
         present = self._present().state
@@ -167,7 +167,7 @@ class Targets:
         if choice.q is not None:
             stamp = _stamp(message)
             self._joint_states.publish(joint_positions_message(choice.q, stamp, settings))
-        return pose_notice(result, choice, present.q)
+        return pose_status(result, choice, present.q)
 
     # Twists
 
@@ -176,13 +176,13 @@ class Targets:
         try:
             message = read_message(data, TwistStamped)
             stamp = _stamp(message)
-            notice = self._answer_twist(message)
-        except Exception as error:  # nothing that is sent may stop the node
+            status_text = self._answer_twist(message)
+        except Exception as error:  # no message may stop the node
             self._stop(stamp)
-            notice = self._refused(error)
-        self._say('target_twist', notice)
+            status_text = self._refused(error)
+        self._say('target_twist', status_text)
 
-    def _answer_twist(self, message: TwistStamped) -> Notice:
+    def _answer_twist(self, message: TwistStamped) -> StatusText:
         settings = self._settings
         given = twist_of(message)
         present = self._present().state
@@ -197,18 +197,19 @@ class Targets:
         elif not moving:
             self._timer.cancel()
         self._moving_since = time.monotonic() if moving else None
-        return twist_notice(step)
+        return twist_status(step)
 
     def _watch(self) -> None:
         since = self._moving_since
         timeout = self._settings.target_timeout * 1e-9
         if since is not None and time.monotonic() - since > timeout:
             self._stop()
-            sentence = f'no target_twist for {timeout:g} s: stopped'
-            self._say('target_twist', Notice(Level.STALE, sentence, ()))
+            sentence = f'no target_twist for {timeout:g} s: the joints are stopped'
+            self._say('target_twist', StatusText(Level.STALE, sentence, ()))
 
     def _stop(self, stamp: int | None = None) -> None:
-        # Velocity controllers hold the last command: what was begun must be ended, once.
+        # Velocity controllers hold the last command: a motion that was begun must be stopped,
+        # once.
         if self._moving_since is None:
             return
         self._moving_since = None
@@ -220,24 +221,26 @@ class Targets:
 
     # Statuses
 
-    def _refused(self, error: Exception) -> Notice:
+    def _refused(self, error: Exception) -> StatusText:
         if isinstance(error, KinematicsError):
-            return Notice(Level.ERROR, f'refused: {error}', ())
+            return StatusText(Level.ERROR, f'refused: {error}', ())
         if self._throttle.passes('internal'):
             self._node.get_logger().error(
-                f'internal error at a target, please report it: {error!a}'
+                f'internal error while handling a target, please report it: {error!a}'
             )
-        return Notice(Level.ERROR, 'refused: internal error', ())
+        return StatusText(Level.ERROR, 'refused: internal error', ())
 
-    def _say(self, topic: str, notice: Notice) -> None:
+    def _say(self, topic: str, status_text: StatusText) -> None:
         if self._status.get_subscription_count() > 0:
             name = full_name(self._node)
             robot = ('robot', self._settings.robot.name)
-            notice = Notice(notice.level, notice.sentence, (robot, *notice.values))
-            self._status.publish(status_message(f'{name}: {topic}', notice))
+            status_text = StatusText(
+                status_text.level, status_text.sentence, (robot, *status_text.values)
+            )
+            self._status.publish(status_message(f'{name}: {topic}', status_text))
 
 
-def _planned(settings: Settings) -> Settings:
+def _planned(settings: NodeSettings) -> NodeSettings:
     # The arm's plan is made now, in some milliseconds, so that no joint state waits for it later.
     plan_for(settings.robot, settings.target_rows)
     return settings

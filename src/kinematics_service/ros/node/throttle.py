@@ -8,7 +8,7 @@ import time
 
 
 class Throttle:
-    """Remembers when each kind of line last passed; kinds are few and fixed."""
+    """Remembers when each kind of line last passed; there are few and fixed kinds."""
 
     def __init__(self, seconds: float) -> None:
         self._seconds = seconds

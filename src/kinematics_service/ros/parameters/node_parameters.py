@@ -12,7 +12,7 @@ from rclpy.parameter import Parameter as RosParameter
 
 from ...errors import KinematicsError
 from ...robot.robot import load_robot
-from .settings import Settings, SettingsError, defaults, settings_from
+from .settings import NodeSettings, SettingsError, defaults, settings_from
 from .table import PARAMETERS, ROBOT, TRANSPORT
 
 KINDS = {str: 'a string', bool: 'true or false', float: 'a number with a point'}
@@ -58,27 +58,29 @@ class NodeParameters:
         self._settings = self._settings_with({})
 
     @property
-    def settings(self) -> Settings:
+    def settings(self) -> NodeSettings:
         """Return the settings in force."""
         return self._settings
 
-    def listen(self, apply: Callable[[Settings], None]) -> None:
-        """From now on check changes before they are made, and call `apply` after."""
+    def listen(self, apply: Callable[[NodeSettings], None]) -> None:
+        """Check changes from now on before they are made, and call `apply` after each."""
 
         def changed(parameters: Sequence[RosParameter]) -> None:
             if any(parameter.name in NAMES for parameter in parameters):
                 self._settings = self._settings_with({})
                 try:
                     apply(self._settings)
-                except Exception as error:  # whoever set it would get no answer
-                    self._own_fault(error)
+                except Exception as error:  # the client that set it would get no answer
+                    self._internal_error(error)
 
         self._node.add_on_set_parameters_callback(self._check)
         self._node.add_post_set_parameters_callback(changed)
 
     def unknown(self) -> tuple[str, ...]:
-        """Return the names of parameters that were given at start and that nobody declared."""
-        given = getattr(self._node, '_parameter_overrides', {})  # rclpy has no public way
+        """Return the names of parameters that were given at start and that are not declared."""
+        given = getattr(
+            self._node, '_parameter_overrides', {}
+        )  # rclpy has no public function for it
         return tuple(sorted(name for name in given if not self._node.has_parameter(name)))
 
     def _declare(self, name: str, default: Any, descriptor: Any) -> Any:
@@ -101,12 +103,13 @@ class NodeParameters:
             )
         return str(value)
 
-    def _settings_with(self, changes: Mapping[str, Any]) -> Settings:
+    def _settings_with(self, changes: Mapping[str, Any]) -> NodeSettings:
         values = {name: self._node.get_parameter(name).value for name in NAMES}
         return settings_from({**values, **changes}, self._robot)
 
     def _check(self, parameters: Sequence[RosParameter]) -> SetParametersResult:
-        # After an exception here whoever sets the parameter would get no answer: it is a refusal.
+        # After an exception here the client that sets the parameter would get no answer, so it is
+        # refused.
         changes = {p.name: p.value for p in parameters if p.name in NAMES}
         reason = ''
         try:
@@ -115,10 +118,10 @@ class NodeParameters:
         except KinematicsError as error:
             reason = str(error)
         except Exception as error:
-            reason = self._own_fault(error)
+            reason = self._internal_error(error)
         return SetParametersResult(successful=not reason, reason=reason)
 
-    def _own_fault(self, error: Exception) -> str:
-        sentence = f'internal error at a parameter, please report it: {error!a}'
+    def _internal_error(self, error: Exception) -> str:
+        sentence = f'internal error while handling a parameter, please report it: {error!a}'
         self._node.get_logger().error(sentence)
         return sentence

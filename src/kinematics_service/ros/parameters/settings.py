@@ -25,7 +25,7 @@ class SettingsError(KinematicsError, ValueError):
 
 
 @dataclass(frozen=True)
-class Settings:
+class NodeSettings:
     """
     All settings of a running node, valid together.
 
@@ -50,9 +50,9 @@ class Settings:
     publish_robot_description
         Whether to publish a URDF.
     target_rows
-        Which rows of target poses count.
+        The rows of target poses that count.
     target_timeout : ns
-        How long a target twist is in force.
+        Time for which a target twist is in force.
     servo
         How target twists become joint velocities.
     """
@@ -74,13 +74,13 @@ class Settings:
 
     @property
     def joint_names(self) -> tuple[str, ...]:
-        """Return the names of the joints as messages have them, prefix included."""
+        """Return the names of the joints in messages, prefix included."""
         prefix = self.estimator.joint_prefix
         return tuple(prefix + name for name in self.robot.joint_names)
 
 
 def tf_is_importable() -> bool:
-    """Return whether tf2_msgs is there, which the wheels on PyPI do not carry."""
+    """Return whether tf2_msgs can be imported, which the wheels on PyPI lack."""
     return find_spec('tf2_msgs') is not None
 
 
@@ -95,21 +95,21 @@ def _checked_name(name: str, value: str, what: str) -> str:
     return value
 
 
-def settings_from(values: Mapping[str, Any], robot: Robot) -> Settings:
+def settings_from(values: Mapping[str, Any], robot: Robot) -> NodeSettings:
     """
-    Return the settings that parameter values mean.
+    Return the settings that follow from parameter values.
 
     Parameters
     ----------
     values
         A value for each of `PARAMETERS`, of its type.
     robot
-        The arm as its file has it.
+        The arm of its file.
 
     Raises
     ------
     SettingsError
-        Some value is refused, alone or together with another.
+        A value is refused, alone or together with another.
     """
     for parameter in PARAMETERS:
         value = values[parameter.name]
@@ -135,7 +135,7 @@ def settings_from(values: Mapping[str, Any], robot: Robot) -> Settings:
     rate = values['publish_rate']
     judged = _judged(values, robot)
     rows = _rows(values['ik.rows'], judged)
-    return Settings(
+    return NodeSettings(
         robot=judged,
         estimator=EstimatorSettings(
             joint_prefix=_checked_name('joint_prefix', values['joint_prefix'], 'part of a name'),

@@ -24,7 +24,7 @@ class Parameter:
     description: str
     choices: tuple[str, ...] = ()
     range: tuple[float, float] | None = None
-    least: float = 0.0  # of what is not 0, where 0 has a meaning of its own
+    least: float = 0.0  # range of values other than 0, if 0 has a meaning of its own
     read_only: bool = False
 
     def descriptor(self) -> ParameterDescriptor:
@@ -68,13 +68,14 @@ PARAMETERS = (
     Parameter(
         'velocity_source',
         'auto',
-        'Joint velocities: of the message, differences of positions, or whichever there is.',
+        'Source of joint velocities: the message, differences of positions, or auto: the message '
+        'if it has velocities, else differences.',
         VELOCITY_SOURCES,
     ),
     Parameter(
         'publish_rate',
         0.0,
-        'Answers a second at most, by stamp; 0: every message.',
+        'Most answers per second, by stamp; 0: every message.',
         (),
         (0.0, 1e6),
         least=1e-3,
@@ -82,7 +83,7 @@ PARAMETERS = (
     Parameter(
         'joint_state_timeout',
         1.0,
-        'A joint unheard for so many seconds is stale.',
+        'A joint without a new position for this many seconds is stale.',
         (),
         (1e-3, 3600.0),
     ),
@@ -92,7 +93,9 @@ PARAMETERS = (
         False,
         'Publish a URDF made from the table on robot_description.',
     ),
-    Parameter('singularity.measure', 'distance', 'Measure the warning watches.', tuple(MEASURES)),
+    Parameter(
+        'singularity.measure', 'distance', ('Measure that the warning watches.'), tuple(MEASURES)
+    ),
     Parameter(
         'singularity.warn',
         0.0,
@@ -123,7 +126,7 @@ PARAMETERS = (
     Parameter(
         'ik.target_timeout',
         0.2,
-        'A twist is in force for so many seconds; then the joints are stopped.',
+        'A twist holds for this many seconds; then the joints are stopped.',
         (),
         (1e-3, 3600.0),
     ),
@@ -144,7 +147,7 @@ PARAMETERS = (
     Parameter(
         'ik.horizon',
         0.1,
-        'A joint may approach its limit so fast that it would be there after so many seconds.',
+        'A joint approaches its limit no faster than would take it there in this many seconds.',
         (),
         (1e-3, 3600.0),
     ),

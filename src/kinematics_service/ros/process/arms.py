@@ -57,7 +57,9 @@ def _arm(choice: str) -> ArmChoice:
     if not equals or '/' in space.lstrip('/') and not NAMESPACE.fullmatch(space):
         return ArmChoice(choice, None)
     if not NAMESPACE.fullmatch(space):
-        raise ArmsError(f'--robot {choice}: {space!r} is no namespace (letters, digits, _ and /)')
+        raise ArmsError(
+            f'--robot {choice}: {space!r} is not a namespace (letters, digits, _ and /)'
+        )
     if not robot:
         raise ArmsError(f'--robot {choice}: no robot after the namespace')
     return ArmChoice(robot, '/' + space.lstrip('/'))

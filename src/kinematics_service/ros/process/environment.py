@@ -1,4 +1,4 @@
-"""Whether this machine's ROS environment is one the node may start in."""
+"""Reasons why the node must not start in this machine's ROS environment."""
 
 import os
 import sys
@@ -9,7 +9,7 @@ import rclpy
 
 def security_refusal() -> str | None:
     """
-    Return why not to start where ROS_SECURITY_ENABLE asks for security that is not there.
+    Return why not to start if ROS_SECURITY_ENABLE asks for security that this ROS lacks.
 
     The wheels' Fast DDS is built without DDS security, and the default strategy, Permissive, then
     starts unsecured without a word.
@@ -29,7 +29,7 @@ def rclpy_is_a_wheel() -> bool:
 
 
 def mixture_refusal() -> str | None:
-    """Return why not to start where the wheels' rclpy and a sourced ROS installation are mixed."""
+    """Return why not to start if the wheels' rclpy and a sourced ROS installation are mixed."""
     here = Path(rclpy.__file__).resolve()
     version = f'python{sys.version_info.major}.{sys.version_info.minor}'
     prefixes = [Path(p) for p in os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep) if p]
@@ -50,9 +50,8 @@ def mixture_refusal() -> str | None:
 
 def log_refusal() -> str | None:
     """
-    Return why ROS can write no log file, None where it can.
-
-    It would not start then: on a read-only file system, or where nothing says where home is.
+    Return why ROS can write no log file, None if it can. It would not start then: on a read-only
+    file system, or if no variable names the home folder.
     """
     try:
         folder = _log_folder()
@@ -65,7 +64,7 @@ def log_refusal() -> str | None:
 
 
 def _log_folder() -> Path:
-    # As rcl finds it.
+    # The same search as in rcl.
     for name, below in (('ROS_LOG_DIR', ''), ('ROS_HOME', 'log'), ('HOME', '.ros/log')):
         if os.environ.get(name):
             return Path(os.environ[name], below)

@@ -1,4 +1,4 @@
-"""What was heard on one topic: the last message, how many there were, and how often they come."""
+"""The messages of one topic: the last one, their number, and their rate."""
 
 import time
 from collections import deque
@@ -9,13 +9,13 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.serialization import deserialize_message
 
-# Rates are taken over so many seconds.
+# Rates are taken over this time, s.
 WINDOW = 2.0
 
 
-class Heard:
+class LatestMessage:
     """
-    A subscription that keeps the last message, as bytes until somebody wants to read it.
+    A subscription that keeps the last message, as bytes until it is read.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ class Heard:
 
     @property
     def age(self) -> float:
-        """Return the seconds since the last message was heard, or since the start of listening."""
+        """Return the seconds since the last message, or since the start of the subscription."""
         return time.monotonic() - self._arrival
 
     def rate(self) -> float:

@@ -1,21 +1,22 @@
-"""What is asked of the middleware beyond the quality of service that ROS knows."""
+"""Fast DDS profiles: settings of the middleware beyond ROS's quality of service."""
 
 import os
 from collections.abc import MutableMapping
 from pathlib import Path
 
 PROFILES = Path(__file__).with_name('fastdds.xml')
-# Where Fast DDS looks for profiles (2.14, of Jazzy): the file named by the variable, and one in
-# the working directory unless it is told to skip that.
+# Fast DDS (2.14, of Jazzy) reads profiles from the file named by the variable, and from one in the
+# working directory unless it is told to skip that.
 VARIABLE = 'FASTRTPS_DEFAULT_PROFILES_FILE'
 LOCAL = 'DEFAULT_FASTRTPS_PROFILES.xml'
 
 
 def take_profiles(environment: MutableMapping[str, str] = os.environ) -> bool:
     """
-    Let Fast DDS read our profiles; return False where the user has profiles, which stand.
+    Let Fast DDS read this package's profiles; return False if the user has profiles, which stay.
 
-    To be called before the first participant is made; means nothing to another middleware.
+    It must be called before the first participant is made, and has no effect on another
+    middleware.
     """
     if environment.get(VARIABLE) or Path(LOCAL).exists():
         return False

@@ -1,4 +1,4 @@
-"""Why nothing is heard on a topic: what the ROS graph shows, and what keeps nodes apart."""
+"""Why no messages arrive on a topic: what the ROS graph shows, and what keeps nodes apart."""
 
 import os
 
@@ -6,7 +6,7 @@ from rclpy.node import Node
 
 from ..messages.topics import WARNING
 
-# A node of this kind is known by this topic, whatever it is called.
+# A kinematics node is recognised by this topic, whatever its name is.
 MARK = WARNING.replace('~', '')
 STATUS = 'diagnostic_msgs/msg/DiagnosticStatus'
 RANGE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
@@ -21,28 +21,32 @@ def kinematics_nodes(node: Node) -> list[str]:
     )
 
 
-def reason_of_silence(node: Node, topic: str) -> str:
+def why_no_messages(node: Node, topic: str) -> str:
     """
-    Return what is waited for, who publishes it, and what to look at.
+    Return the awaited topic, its publishers, and what to check.
 
     Parameters
     ----------
     node
-        The node that listens.
+        The node that subscribes.
     topic
         Resolved name of the silent topic.
     """
     publishers = node.count_publishers(topic)
     if publishers > 0:
         who = (
-            '1 publisher, which says' if publishers == 1 else f'{publishers} publishers, which say'
+            '1 publisher, which has sent'
+            if publishers == 1
+            else f'{publishers} publishers, which have sent'
         )
         return (
             f'waiting for {topic}: it has {who} nothing; the node answers joint states, so look '
             'whether any arrive (/diagnostics says which are missing)'
         )
     found = kinematics_nodes(node)
-    nodes = f'kinematics nodes here: {", ".join(found)}' if found else 'no kinematics node is here'
+    nodes = (
+        f'kinematics nodes here: {", ".join(found)}' if found else 'no kinematics node runs here'
+    )
     hint = f'try --node {found[0]}' if found else f'is one running, {_environment()}?'
     return f'waiting for {topic}: nobody publishes it; {nodes}; {hint}'
 

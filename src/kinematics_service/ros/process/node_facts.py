@@ -1,4 +1,4 @@
-"""What a kinematics node says of itself: its robot, its topics, the axes of its numbers."""
+"""The description that a kinematics node gives of itself: robot, topics, axes of its numbers."""
 
 import json
 import time
@@ -13,7 +13,7 @@ from ...robot.measures import Thresholds
 from ...robot.robot import Robot, with_singularity
 from ..messages.topics import DESCRIBE, WARNING
 
-# A service that is there is asked so often, and waited for so long each time (s).
+# Number of calls of a service that exists, and time to wait for each answer (s).
 TRIES, TRY = 5, 1.0
 
 
@@ -26,7 +26,7 @@ class NodeFacts(NamedTuple):
     source
         Its full name.
     text
-        Its description as it came.
+        Its description as it was received.
     robot
         Its parameter `robot`: a bundled name or a file.
     name
@@ -34,11 +34,11 @@ class NodeFacts(NamedTuple):
     joints
         Names of the joints, prefix included.
     joint_states
-        The topic it hears.
+        The topic it subscribes to.
     axes
         Axes of the Jacobian and of the twist, `base` or `tool` each.
     thresholds, length
-        What singularities are judged by.
+        The thresholds and the length that singularities are judged by.
     """
 
     source: str
@@ -52,11 +52,11 @@ class NodeFacts(NamedTuple):
     length: float
 
     def prefix(self, robot: Robot) -> str:
-        """Return what stands before the joint names of the robot file."""
+        """Return the prefix of the joint names of the robot file."""
         return self.joints[0].removesuffix(robot.joint_names[0]) if self.joints else ''
 
     def mismatch(self, robot: Robot) -> str:
-        """Return why the node's numbers are not those of this arm; empty where they are."""
+        """Return why the node's numbers are not those of this arm; empty if they are."""
         prefix = self.prefix(robot)
         names = tuple(prefix + name for name in robot.joint_names)
         if self.joints == names and self.name == robot.name:
@@ -74,18 +74,18 @@ class NodeFacts(NamedTuple):
             return robot
 
 
-def ask_node(node: Node, executor: Any, source: str, patience: float) -> NodeFacts | None:
+def ask_node(node: Node, executor: Any, source: str, timeout: float) -> NodeFacts | None:
     """
-    Return what a node says of itself; None where none is found in `patience` (s).
+    Return a node's description of itself; None if no node answers in `timeout` (s).
 
     Parameters
     ----------
     node, executor
-        Who asks, and what turns it.
+        The node that asks, and its executor.
     source
         Full name of the node that is asked.
     """
-    deadline = time.monotonic() + patience
+    deadline = time.monotonic() + timeout
     while not node.count_publishers(WARNING.replace('~', source)):
         if time.monotonic() > deadline:
             return None
@@ -114,15 +114,14 @@ def ask_node(node: Node, executor: Any, source: str, patience: float) -> NodeFac
             ),
             length=float(judged['length']),
         )
-    except (ValueError, KeyError, TypeError):  # a service of that name that is not ours
+    except (ValueError, KeyError, TypeError):  # a service of that name of another program
         return None
 
 
 def _call(
     node: Node, executor: Any, kind: Any, service: str, request: Any, deadline: float
 ) -> Any:
-    # Whoever is there is given time: a response is lost while the node has not yet discovered
-    # where to send it, so it is asked for again.
+    # A response is lost while the node has not yet discovered its client, so the call is repeated.
     client = node.create_client(kind, service)
     try:
         while not client.service_is_ready():

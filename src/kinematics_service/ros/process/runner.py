@@ -24,7 +24,7 @@ from .middleware import take_profiles
 from .spin import Spinner
 
 FINE, FAULT, WRONG_USAGE = 0, 1, 2
-# What rclpy makes of QoS overrides; its constructor says no more than that it refuses them.
+# rclpy's message about QoS overrides; its constructor only says that it refuses them.
 QOS_PROFILE = 'rmw_qos_profile_t'
 
 
@@ -34,7 +34,7 @@ def tell(sentence: str) -> None:
 
 
 def start_refusal(allow_unsecured: bool, allow_mixed_ros: bool) -> str | None:
-    """Return why this environment is not one to start in, None where it is."""
+    """Return why the node must not start in this environment, None if it may."""
     return (None if allow_unsecured else security_refusal()) or (
         None if allow_mixed_ros else mixture_refusal()
     )
@@ -44,15 +44,15 @@ def open_context(ros_args: Sequence[str]) -> Context | None:
     """
     Return a context initialised with ROS arguments, without rclpy's signal handlers.
 
-    None, after one line to standard error, where the arguments are wrong.
+    None, after one line to standard error, if the arguments are wrong.
     """
     take_profiles()
     context = Context()
     unlogged = log_refusal()
     if unlogged is not None:
-        tell(f'what is said is not written to a log file: {unlogged}')
+        tell(f'messages are not written to a log file: {unlogged}')
         ros_args = [*ros_args, '--ros-args', '--disable-external-lib-logs', '--']
-    set_logger_level('rcl', LoggingSeverity.FATAL)  # it repeats what is told below
+    set_logger_level('rcl', LoggingSeverity.FATAL)  # it repeats the message below
     try:
         rclpy.init(
             args=['kinematics_service', *ros_args],
@@ -68,7 +68,7 @@ def open_context(ros_args: Sequence[str]) -> Context | None:
 
 
 def _first_clause(error: Exception) -> str:
-    # rcl appends the places in its source, each after ', at '.
+    # rcl appends positions in its source, each after ', at '.
     return str(error).split(', at ')[0].replace('\n', ' ')
 
 
@@ -89,7 +89,7 @@ def run_node(
     ros_args
         ROS arguments, `--ros-args` included.
     allow_unsecured, allow_mixed_ros
-        Start although security is asked for and missing, or two ROS installations are mixed.
+        Start although security is requested and missing, or two ROS installations are mixed.
 
     Returns
     -------
@@ -121,9 +121,10 @@ def run_node(
 
 def leave(code: int, stop: StopSignal) -> int:
     """
-    End the process where all is put in order and a signal asked for it; else return the code.
+    End the process if a signal asked for it; else return the code. Everything must be closed
+    before.
 
-    The end of the interpreter takes seconds on a busy machine and hears no signal.
+    The end of the interpreter takes seconds on a busy machine and ignores signals.
     """
     if stop.came:
         for stream in (sys.stdout, sys.stderr):
@@ -146,7 +147,7 @@ def _run(
         tell(str(error))
         return FAULT
     except (ParameterException, RuntimeError) as error:
-        # What rclpy itself reads: use_sim_time, QoS overrides, the names of the node.
+        # Settings that rclpy itself reads: use_sim_time, QoS overrides, the names of the node.
         tell(f'rclpy cannot start the node: {_first_clause(error)}')
         return FAULT
     except TypeError as error:
@@ -163,8 +164,8 @@ def _run(
     if spinner.in_order:
         for node in nodes:
             node.trust_the_order_of_events()
-    # What is there now stays. To look through it takes the garbage collector some 80 ms, which
-    # would fall between two messages, and more on the way out.
+    # All present objects stay. The garbage collector takes some 80 ms to look through them, which
+    # would fall between two messages, and more at the end.
     gc.freeze()
     gc.enable()
     stop.then = spinner.interrupt

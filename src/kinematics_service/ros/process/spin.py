@@ -18,42 +18,42 @@ from rclpy.node import Node
 from rclpy.subscription import Subscription
 from rclpy.task import Future
 
-# Whether it is over is looked at so often where nothing happens (s).
+# Period of the check for the end while no event comes (s).
 TURN = 0.1
 # The events executor must fire a timer within this (s), or the default one is used.
 SELF_TEST = 1.0
-# So many failures of the executor in a row mean that it is broken, not that a message was.
+# Number of failures in a row from which on the executor is broken, and not a message.
 FAILURES = 100
-# A turn that has not come back after so long (s) is ended: its queue has not been empty since.
+# A turn that has not returned after this time (s) is ended: its queue has not been empty since.
 OVERDUE = 0.3
-# What waits in the queue is given up when it has not been worked off for so long (s): longer than
+# The events in the queue are given up when they have waited for longer than this (s): longer than
 # the second of messages that a subscription keeps, so that a process starved for a moment catches
 # up and loses none.
 BACKLOG = 2.5
-# Of a subscription's messages that wait when the queue is given up, the newest are answered.
+# When the queue is given up, this number of each subscription's newest messages is answered.
 KEPT = 10
-# No more than so many are taken out then: others come in the meantime.
+# Largest number of messages taken out then: others arrive in the meantime.
 MOST_TAKEN = 100_000
 
 
 class Spinner:
     """
-    Turns the executor of some nodes; whatever comes, it can be stopped and its queue is bounded.
+    Turns the executor of some nodes; under any load it can be stopped and its queue is bounded.
 
     Parameters
     ----------
     context
-        Of the nodes.
+        The context of the nodes.
     nodes
-        What is spun; the first one's logger is used.
+        The nodes to spin; the first one's logger is used.
     left_out
-        Called when events came faster than they could be handled for so long that they were given
-        up, with the number of messages that were thrown away unanswered.
+        Called when events were given up because they came faster than they could be handled, with
+        the number of messages that were thrown away unanswered.
 
     Attributes
     ----------
     in_order
-        Whether events are handled in the order they come in.
+        Whether events are handled in the order of their arrival.
     """
 
     def __init__(
@@ -67,8 +67,8 @@ class Spinner:
         self._executor, self.in_order = _executor_for(nodes[0], context)
         for node in nodes[1:]:
             self._executor.add_node(node)
-        self._mark: Any = None  # a task at what was the end of the queue
-        self._marked = 0.0  # when it was put there, s
+        self._mark: Any = None  # a task at the former end of the queue
+        self._marked = 0.0  # the time it was put there, s
         self._over: Future = Future()
         self._began: float | None = None  # the turn that is running
         self._closed = threading.Event()
@@ -76,7 +76,7 @@ class Spinner:
             threading.Thread(target=self._watch, daemon=True).start()
 
     def spin(self, stopped: Callable[[], bool]) -> bool:
-        """Handle what comes until `stopped()`; return False where the executor broke down."""
+        """Handle events until `stopped()`; return False if the executor broke down."""
         failures = 0
         while not stopped():
             try:
@@ -84,7 +84,7 @@ class Spinner:
                 failures = 0
             except ExternalShutdownException:
                 return True
-            except Exception as error:  # a message that cannot be taken must not end the node
+            except Exception as error:  # a message that fails must not end the node
                 failures += 1
                 if failures in (1, FAILURES):
                     self._logger.error(f'executor: {error!a}')
@@ -93,7 +93,7 @@ class Spinner:
         return True
 
     def spin_once(self, timeout_sec: float) -> None:
-        """Handle one event, waiting for it so long at most."""
+        """Handle one event, or wait for it at most this long."""
         self._executor.spin_once(timeout_sec=timeout_sec)
 
     def interrupt(self) -> None:
@@ -102,7 +102,7 @@ class Spinner:
             self._over.set_result(None)
 
     def start_anew(self) -> None:
-        """Throw away the events that wait, and but for the newest the messages they are about."""
+        """Throw away the waiting events, and their messages except for the newest."""
         self._mark = None
         if not self.in_order:
             return  # without a queue of its own
@@ -114,7 +114,7 @@ class Spinner:
         self._left_out(left_out)
 
     def close(self) -> None:
-        """Let go of the nodes."""
+        """Release the nodes."""
         self._closed.set()
         self._release()
 
@@ -154,7 +154,7 @@ class Spinner:
 
 
 def _executor_for(node: Node, context: Context) -> tuple[Any, bool]:
-    # The events executor where it works, else the default one, and whether it is the former.
+    # Returns the events executor if it works, else the default one, and whether it is the former.
     try:
         executor = _events_executor(context)
     except ImportError:
@@ -195,7 +195,7 @@ def _fires_a_timer(executor: Any, node: Node) -> bool:
 
 
 def _thin_out(subscription: Subscription) -> int:
-    # Answer the newest messages that wait for a subscription; return the number of the others.
+    # Answers the newest messages that wait for a subscription; returns the number of the others.
     taken: list[Any] = []
     handle = subscription.handle
     count = 0
@@ -208,6 +208,6 @@ def _thin_out(subscription: Subscription) -> int:
             taken = [*taken[-KEPT + 1 :], message]
     with_info = subscription._callback_type is Subscription.CallbackType.WithMessageInfo
     for one in taken:
-        # As the executor hands them over: with their information as one tuple.
+        # In the form in which the executor hands them over: with their information as one tuple.
         subscription.callback(one if with_info else one[0])
     return count - len(taken)

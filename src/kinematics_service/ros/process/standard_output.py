@@ -19,7 +19,7 @@ class StandardOutput:
 
     @property
     def is_terminal(self) -> bool:
-        """Return whether somebody looks at a screen."""
+        """Return whether the output is a terminal."""
         return sys.stdout.isatty() and os.environ.get('TERM', '') not in ('', 'dumb')
 
     @property
@@ -36,5 +36,5 @@ class StandardOutput:
             sys.stdout.flush()
         except BrokenPipeError:
             self.closed = True
-            # What is still in the buffer must not raise again when the interpreter ends.
+            # The rest of the buffer must not raise again when the interpreter ends.
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -1,6 +1,4 @@
-"""
-The demo: one process with an arm that is not there, the node, and a live table of its outputs.
-"""
+"""The demo: one process with a simulated arm, the node, and a live table of its outputs."""
 
 import os
 import time
@@ -23,7 +21,7 @@ from ..parameters.node_parameters import RobotConflictError
 from ..process.runner import FAULT, FINE, WRONG_USAGE, leave, open_context, start_refusal, tell
 from ..process.spin import Spinner
 from ..process.standard_output import StandardOutput
-from .demo_listener import Listener
+from .demo_listener import DemoListener
 from .demo_report import PlainReport, invitation, motion_in_words, summary
 from .demo_screen import screen
 from .virtual_arm import (
@@ -34,7 +32,7 @@ from .virtual_arm import (
 )
 
 NAMESPACE = '/demo'
-# The node's own rules come before the user's, so that nothing of the demo leaves its namespace.
+# The demo's own remappings come before the user's, so that the demo stays in its namespace.
 RULES = (
     f'__ns:={NAMESPACE}',
     '__node:=kinematics',
@@ -42,16 +40,16 @@ RULES = (
     f'/diagnostics:={NAMESPACE}/diagnostics',
     f'/tf:={NAMESPACE}/tf',
 )
-# The node's introduction would be torn apart by the live table.
+# The live table would tear the node's introduction apart.
 QUIET = ('--ros-args', '--log-level', f'{NAMESPACE[1:]}.kinematics:=warn', '--')
 RANGE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
-# What would lead discovery off this host all the same.
+# Variables that would lead discovery off this host all the same.
 LEADS_ELSEWHERE = ('ROS_STATIC_PEERS', 'ROS_DISCOVERY_SERVER')
 
-# The live table is drawn anew after so many seconds, the plain line is written after so many.
+# Periods of the live table and of the plain line, s.
 REDRAW, SECOND = 0.1, 1.0
-# Waiting at most so long for the parts to find each other, and for the last answers (after a
-# signal too), in s.
+# Longest waits for the parts to find each other, and for the last answers (after a signal, too),
+# in s.
 MEETING, FAREWELL = 5.0, 0.4
 # Back to the terminal's own screen, with its cursor.
 LEAVE_SCREEN = b'\x1b[?1049l\x1b[?25h'
@@ -65,7 +63,7 @@ def run_demo(
     ros_args: Sequence[str],
 ) -> int:
     """
-    Move an arm that is not there through a singular pose and show what the node says of it.
+    Move a simulated arm through a singular pose and show the node's outputs.
 
     Parameters
     ----------
@@ -123,7 +121,7 @@ def stay_on_this_host() -> tuple[str, ...]:
 def _arm(
     node: KinematicsNode, trajectory: str, replay: str | os.PathLike[str] | None
 ) -> tuple[VirtualArm, str]:
-    # The arm, and what it does in words.
+    # Returns the arm, and its motion in words.
     robot, names = node.settings.robot, node.settings.joint_names
     if replay is not None:
         recording = read_recording(Path(replay), robot)
@@ -146,7 +144,7 @@ def _play(
     stop: StopSignal,
 ) -> int:
     display = _helper(node, 'display')
-    listener = Listener(display, node.get_fully_qualified_name())
+    listener = DemoListener(display, node.get_fully_qualified_name())
     output = StandardOutput()
     spinner = Spinner(node.context, [node, arm.node, display], node.events_were_left_out)
     stop.then = spinner.interrupt
@@ -193,9 +191,9 @@ def _helper(node: KinematicsNode, name: str) -> Node:
 
 @contextmanager
 def _report(
-    display: Node, listener: Listener, output: StandardOutput, unit: str
+    display: Node, listener: DemoListener, output: StandardOutput, unit: str
 ) -> Iterator[None]:
-    # On a terminal the table on a screen of its own, which restores what was there before.
+    # On a terminal the table has a screen of its own; the former one is restored in the end.
     steady = Clock(clock_type=ClockType.STEADY_TIME)
     if not output.is_terminal:
         report = PlainReport(listener, output)

@@ -1,4 +1,4 @@
-"""What the demo hears on the topics of its own node, and what is worth remembering of it."""
+"""The messages that the demo receives from its own node, and the values it remembers."""
 
 import math
 import time
@@ -13,44 +13,44 @@ from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, Float64MultiArray
 
-from ..messages.readings import Pose, Warned, pose_of, warned_of
+from ..messages.readings import PoseReading, WarningReading, pose_of, warned_of
 from ..messages.topics import JOINT_STATES, OUTPUT_QOS, WARNING, WARNING_QOS
-from ..process.latest_message import Heard
+from ..process.latest_message import LatestMessage
 
 DISTANCE = 'singularity/distance'
 MEASURES = ('determinant', 'manipulability', 'condition_number', 'smallest_singular_value')
-# The history has an entry for so many seconds, and so many entries.
+# The time of an entry of the history, s, and the number of entries.
 INTERVAL = 0.25
 LONGEST_HISTORY = 400
 
 
 class Nearest(NamedTuple):
-    """The smallest distance heard (rad), and when (s) and where (the tool, m) that was."""
+    """The smallest distance received (rad), its time (s) and the tool's position then (m)."""
 
     distance: float
     time: float
-    pose: Pose | None
+    pose: PoseReading | None
 
 
-class Listener:
+class DemoListener:
     """
-    Hears a node's outputs and remembers what the summary needs.
+    Subscribes to a node's outputs and remembers what the summary needs.
 
     Parameters
     ----------
     node
-        The node to listen with.
+        The node of the subscriptions.
     source
-        Full name of the node to listen to.
+        Full name of the node that publishes.
 
     Attributes
     ----------
     nearest
         The worst pose so far.
     history
-        The smallest distance in each INTERVAL, rad; inf where none was heard.
+        The smallest distance in each INTERVAL, rad; inf if there was none.
     joints
-        What the node hears, from `start` on; None before.
+        The joint states, from `start` on; None before.
     speeds
         The speed of the fastest joint in each INTERVAL, rad/s or m/s.
     warned, levels
@@ -65,26 +65,28 @@ class Listener:
         self.nearest = Nearest(math.inf, 0.0, None)
         self.history: deque[float] = deque(maxlen=LONGEST_HISTORY)
         self.speeds: deque[float] = deque(maxlen=LONGEST_HISTORY)
-        self.joints: Heard | None = None
+        self.joints: LatestMessage | None = None
         self._node = node
         self._intervals = 0
-        self.warned: Warned | None = None
+        self.warned: WarningReading | None = None
         self.levels: list[str] = []
-        self.then: Callable[[Warned], None] = lambda warned: None
+        self.then: Callable[[WarningReading], None] = lambda warned: None
 
-        def hear(topic: str, kind: Any, then: Callable[[bytes], None] | None = None) -> Heard:
-            return Heard(node, f'{source}/{topic}', kind, OUTPUT_QOS, then)
+        def subscribe(
+            topic: str, kind: Any, then: Callable[[bytes], None] | None = None
+        ) -> LatestMessage:
+            return LatestMessage(node, f'{source}/{topic}', kind, OUTPUT_QOS, then)
 
-        self.pose = hear('pose', PoseStamped)
-        self.jacobian = hear('jacobian', Float64MultiArray)
-        self.twist = hear('twist', TwistStamped)
-        self.measures = {name: hear(f'singularity/{name}', Float64) for name in MEASURES}
-        self.distance = hear(DISTANCE, Float64, self._note)
+        self.pose = subscribe('pose', PoseStamped)
+        self.jacobian = subscribe('jacobian', Float64MultiArray)
+        self.twist = subscribe('twist', TwistStamped)
+        self.measures = {name: subscribe(f'singularity/{name}', Float64) for name in MEASURES}
+        self.distance = subscribe(DISTANCE, Float64, self._note)
         warning = WARNING.replace('~', source)
-        self.warning = Heard(node, warning, DiagnosticStatus, WARNING_QOS, self._warn)
+        self.warning = LatestMessage(node, warning, DiagnosticStatus, WARNING_QOS, self._warn)
 
     def found(self, node: Node) -> bool:
-        """Return whether the node's publishers have found all that is listened to."""
+        """Return whether the node's publishers have found all subscriptions."""
         ours = [
             self.pose,
             self.jacobian,
@@ -98,10 +100,10 @@ class Listener:
         return topics <= found
 
     def start(self) -> None:
-        """Count the time from now on, and hear the joints too."""
-        # Not before: that somebody hears the joints is how the node is known to.
+        """Count the time from now on, and subscribe to the joint states, too."""
+        # Not before: the arm recognises the node by its subscription to the joint states.
         topic = f'{self.source.rpartition("/")[0]}/{JOINT_STATES}'
-        self.joints = Heard(self._node, topic, JointState, OUTPUT_QOS)
+        self.joints = LatestMessage(self._node, topic, JointState, OUTPUT_QOS)
         self.started = time.monotonic()
 
     @property
@@ -111,16 +113,19 @@ class Listener:
 
     @property
     def answered(self) -> int:
-        """Return how many messages were answered to the end: the distance is published last."""
+        """
+        Return the number of messages that were answered completely: the distance is published
+        last.
+        """
         return self.distance.count
 
     def measure(self, name: str) -> float | None:
-        """Return the last value of a measure, None where none came."""
+        """Return the last value of a measure, None if there was none."""
         message = (self.distance if name == 'distance' else self.measures[name]).message
         return None if message is None else float(message.data)
 
     def joint_speeds(self) -> dict[str, float]:
-        """Return the last velocities by joint name, rad/s or m/s; none where none came."""
+        """Return the last velocities by joint name, rad/s or m/s; none if there was none."""
         message = None if self.joints is None else self.joints.message
         return {} if message is None else dict(zip(message.name, message.velocity))
 

@@ -1,6 +1,4 @@
-"""
-What the demo says in lines: how to join in, what happens where there is no screen, and a summary.
-"""
+"""The demo's lines of text: how to join in, what happens if there is no screen, and a summary."""
 
 import math
 import os
@@ -10,37 +8,40 @@ from ...kinematics.motion import Trajectory
 from ...kinematics.singularity import singularity
 from ...printing import plain
 from ...robot.robot import Robot
-from ..messages.readings import Warned, pose_of
+from ..messages.readings import WarningReading, pose_of
 from ..process.standard_output import StandardOutput
-from .demo_listener import Listener
+from .demo_listener import DemoListener
 from .live_table import number
 
 COMMAND = 'python -m kinematics_service'
-# Variables another terminal must have as this one has them.
+# Variables that must be the same in another terminal.
 MUST_MATCH = ('ROS_DOMAIN_ID', 'RMW_IMPLEMENTATION')
 
 
 def motion_in_words(robot: Robot, trajectory: Trajectory) -> str:
-    """Return what the smooth path does."""
+    """Return the motion along the smooth path in words."""
     distance = float(singularity(robot, trajectory.centre).distance)
     if distance > robot.thresholds.warn:
-        return f'{robot.name} moves; inside its limits no singular pose with room around was found'
+        return (
+            f'{robot.name} moves; no singular pose with enough room around it was found inside '
+            'its limits'
+        )
     joints = ' '.join(number(position, 3) for position in trajectory.centre)
     return (
         f'{robot.name} moves through the singular pose q = {joints} '
-        f'once in {trajectory.period / 2.0:.0f} s, its tool at one speed until damping '
+        f'once in {trajectory.period / 2.0:.0f} s, with its tool at one speed until damping '
         'bounds the joints'
     )
 
 
 def invitation(motion: str, source: str, discovery: str, set_aside: Sequence[str]) -> list[str]:
     """
-    Return what happens, and how to look at it from another terminal.
+    Return what the demo does, and how to watch it from another terminal.
 
     Parameters
     ----------
     motion
-        What the arm does.
+        The arm's motion.
     source
         Full name of the node.
     discovery
@@ -58,18 +59,18 @@ def invitation(motion: str, source: str, discovery: str, set_aside: Sequence[str
         f'  {environment} ros2 topic echo {source}/jacobian',
     ]
     if set_aside:
-        lines.append(f'{" and ".join(set_aside)} set aside: unset there too')
+        lines.append(f'{" and ".join(set_aside)} ignored here: unset it there, too')
     return [*lines, 'Ctrl-C ends it']
 
 
 class PlainReport:
     """One line a second, and one for each change of level."""
 
-    def __init__(self, listener: Listener, output: StandardOutput) -> None:
+    def __init__(self, listener: DemoListener, output: StandardOutput) -> None:
         self._listener, self._output = listener, output
         self._level = ''
 
-    def warn(self, warned: Warned) -> None:
+    def warn(self, warned: WarningReading) -> None:
         """Write a warning whose level is new."""
         if warned.level != self._level:
             self._level = warned.level
@@ -89,8 +90,8 @@ class PlainReport:
         self._output.line(f'{listener.time:6.1f} s  tool {xyz} m{left}  {self._level}'.rstrip())
 
 
-def summary(listener: Listener, sent: int) -> list[str]:
-    """Return what was sent, what was heard, and the worst of it."""
+def summary(listener: DemoListener, sent: int) -> list[str]:
+    """Return the numbers of messages sent and received, and the pose nearest to a singular one."""
     lines = [
         f'{listener.time:.1f} s: {sent} joint states sent; heard {listener.pose.count} poses, '
         f'{listener.jacobian.count} Jacobians, {listener.twist.count} twists, '
@@ -113,5 +114,5 @@ def summary(listener: Listener, sent: int) -> list[str]:
     return lines
 
 
-# The summary lists so many changes of level.
+# Number of changes of level in the summary.
 LEVELS = 12

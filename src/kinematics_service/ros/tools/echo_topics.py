@@ -1,4 +1,4 @@
-"""What `echo` can show: a topic each, as lines for people and as an object for programs."""
+"""The topics that `echo` can show, each as lines for people and as an object for programs."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -22,13 +22,13 @@ class EchoTopic:
     Attributes
     ----------
     name
-        As in `topics`, `~` standing for the node.
+        Its name as in `topics`, where `~` stands for the node.
     lines
-        From a message and a width to lines; LayoutError where it cannot be read.
+        From a message and a width to lines; LayoutError if it cannot be read.
     document
         From a message to what `--json` prints.
     rare
-        Whether silence after the first message is nothing to wonder about.
+        Whether messages are rare, so that none after the first is normal.
     """
 
     name: str
@@ -40,7 +40,7 @@ class EchoTopic:
 
 
 def _stamp(stamp: tuple[int, int]) -> dict[str, int]:
-    # Two integers: a double does not hold nanoseconds of this century.
+    # Two integers: a double cannot hold the nanoseconds of a present time.
     return {'sec': stamp[0], 'nanosec': stamp[1]}
 
 

@@ -9,7 +9,7 @@ from rich.text import Text
 from ...kernel import Floats
 from ...printing import broken_name, plain
 from ...robot.measures import Level
-from ..messages.readings import Matrix, Pose, Velocity, Warned
+from ..messages.readings import MatrixReading, PoseReading, TwistReading, WarningReading
 
 # Width of a number and a gap, and how wide a column may grow for its joint's name.
 CELL, WIDEST_CELL = 9, 14
@@ -27,7 +27,7 @@ def number(value: float, decimals: int = 4) -> str:
     """
     Return a number with its sign, without a negative zero, in at most eight characters.
 
-    Where they do not suffice, with fewer decimals, or in short (`+1.5e+03`).
+    If they do not suffice, it has fewer decimals, or an exponent (`+1.5e+03`).
     """
     if not math.isfinite(value):
         return f'{value:+}'
@@ -39,12 +39,12 @@ def number(value: float, decimals: int = 4) -> str:
 
 
 def numbers(values: Sequence[float] | Floats, decimals: int = 4) -> str:
-    """Return numbers below each other from one time to the next."""
+    """Return numbers of fixed width, so that those of successive lines align."""
     return ' '.join(number(float(value), decimals).rjust(CELL) for value in values)
 
 
-def matrix_lines(matrix: Matrix, width: int) -> list[str]:
-    """Return a matrix with its labels; columns that find no room stand below the others."""
+def matrix_lines(matrix: MatrixReading, width: int) -> list[str]:
+    """Return a matrix with its labels; columns that do not fit follow below the others."""
     columns = [plain(name) for name in matrix.columns]
     rows = [plain(name) for name in matrix.rows]
     margin = max(ROW_LABEL, *map(len, rows))
@@ -71,7 +71,7 @@ def _header(name: str, width: int) -> list[str]:
     return [line if len(line) <= width else f'{line[: width - 1]}~' for line in lines]
 
 
-def pose_lines(pose: Pose) -> list[str]:
+def pose_lines(pose: PoseReading) -> list[str]:
     """Return a pose: position, roll pitch yaw in degrees, quaternion."""
     degrees = [math.degrees(angle) for angle in pose.roll_pitch_yaw]
     return [
@@ -81,7 +81,7 @@ def pose_lines(pose: Pose) -> list[str]:
     ]
 
 
-def velocity_lines(velocity: Velocity) -> list[str]:
+def velocity_lines(velocity: TwistReading) -> list[str]:
     """Return a twist: linear and angular part."""
     return [
         f'linear vx vy vz    {numbers(velocity.linear)}  m/s, axes of {plain(velocity.frame)}',
@@ -89,7 +89,7 @@ def velocity_lines(velocity: Velocity) -> list[str]:
     ]
 
 
-def warned_lines(warned: Warned, width: int) -> list[str]:
+def warned_lines(warned: WarningReading, width: int) -> list[str]:
     """Return a warning: level and sentence, then its keys and values."""
     label = max(map(len, warned.values), default=0)
     lines = textwrap.wrap(f'{warned.level}  {plain(warned.sentence)}', width) or [warned.level]
@@ -107,6 +107,8 @@ def coloured(line: str, level: str) -> Text:
 
 
 def bars(values: Sequence[float], highest: float) -> str:
-    """Return a line of bars, one a value: the lowest for 0, the highest for `highest` and more."""
+    """
+    Return a line of bars, one per value: the lowest for 0, the highest for `highest` and more.
+    """
     steps = len(BARS) - 1
     return ''.join(BARS[round(min(max(value / highest, 0.0), 1.0) * steps)] for value in values)

@@ -1,9 +1,10 @@
 """
-What the live view hears: joint states, and what a node says of them.
+The inputs of the live view: joint states, and the outputs of a node.
 
-The node's pose, frames, Jacobian, twist, distance and level are shown as it publishes them. What
-it does not publish with every message (the time to the threshold, the lost direction, the joint
-axes) comes from the same joint states by the same functions. Without a node everything does.
+The node's pose, frames, Jacobian, twist, distance and level are shown as it publishes them. Values
+that it does not publish with every message (the time to the threshold, the lost direction, the
+joint axes) are computed from the same joint states by the same functions. Without a node all
+values are.
 """
 
 import os
@@ -16,7 +17,7 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
 from ...display.view.observation import Observation, observation_of
-from ...estimation.estimator import Answer, Estimator, EstimatorSettings
+from ...estimation.estimator import Estimator, EstimatorOutput, EstimatorSettings
 from ...kernel import Floats
 from ...kinematics.singularity import singularity_of
 from ...robot.robot import Robot
@@ -26,20 +27,20 @@ from ..process.node_facts import NodeFacts, ask_node
 from ..process.spin import Spinner
 from .view_outputs import FRESH, ViewOutputs
 
-# Where messages come faster than they can be taken, the page still moves (s).
+# Longest time (s) without an update of the page when messages come faster than they can be taken.
 LONGEST_CATCHING_UP = 0.2
-# A node is asked so often what it is (s), and waited for so long where it has become another one.
-ASK_AGAIN, PATIENCE = 1.0, 0.5
+# Period of the calls of a node's description (s), and the wait for it if the node has changed.
+ASK_AGAIN, ANSWER_TIMEOUT = 1.0, 0.5
 
 
 class ViewListener:
     """
-    A node that hears an arm for the view, and publishes its sliders when it is told to.
+    A node that subscribes to an arm for the view, and publishes its sliders when it is told to.
 
     Parameters
     ----------
     context
-        Where the node lives; `close` leaves it open.
+        The context of the node; `close` leaves it open.
     source
         Full name of the kinematics node.
     """
@@ -57,7 +58,7 @@ class ViewListener:
         self._known: frozenset[bytes] = frozenset()
         self._asked = -ASK_AGAIN
         self._estimator: Estimator | None = None
-        self._answer: Answer | None = None
+        self._answer: EstimatorOutput | None = None
         self._arrival = 0.0
         self._joint_states = 0
         self._publisher: Any = None
@@ -74,7 +75,7 @@ class ViewListener:
 
     def listen(self, seconds: float) -> None:
         """
-        Hear what comes for so long, and longer where more has come already: old news is no news.
+        Take messages for this time, and longer if more have come already: only the newest count.
         """
         deadline = time.monotonic() + seconds
         while (left := deadline - time.monotonic()) > 0.0:
@@ -90,25 +91,24 @@ class ViewListener:
     def _heard_so_far(self) -> int:
         return self._joint_states + self.outputs.count
 
-    def ask(self, patience: float) -> NodeFacts | None:
+    def ask(self, timeout: float) -> NodeFacts | None:
         """
-        Return what the node says of itself, waiting so many seconds; None where there is none.
+        Return the node's description of itself, after a wait of at most `timeout` (s); None if
+        there is none.
         """
         self._asked, self._description = time.monotonic(), None
-        facts = ask_node(self._node, self._spinner, self.source, patience)
+        facts = ask_node(self._node, self._spinner, self.source, timeout)
         if facts is not None:
             self._facts, self._known = facts, self._publishers()
         return self._facts
 
     @property
     def facts(self) -> NodeFacts | None:
-        """Return what the node last said of itself; None while it has not."""
+        """Return the node's last description of itself; None before the first."""
         return self._facts
 
     def changed(self) -> bool:
-        """
-        Return whether the node has come, come back, or says other things of itself; ask it then.
-        """
+        """Return whether the node has come, come back, or changed its description; ask it then."""
         told = self._description
         if told is not None and told.done():
             self._description = None
@@ -117,23 +117,23 @@ class ViewListener:
             if text and (
                 before is None or text != before.text or self._publishers() - self._known
             ):
-                return self.ask(PATIENCE) is not before
+                return self.ask(ANSWER_TIMEOUT) is not before
         if time.monotonic() - self._asked > ASK_AGAIN:
             self._asked = time.monotonic()
-            if self._description is not None:  # lost, with the node that it was for
+            if self._description is not None:  # lost, together with its node
                 self._watch.remove_pending_request(self._description)
             ready = self._watch.service_is_ready()
             self._description = self._watch.call_async(Trigger.Request()) if ready else None
         return False
 
     def _publishers(self) -> frozenset[bytes]:
-        # A node that comes back has other ones, by their identifiers.
+        # A node that comes back has other publishers, by their identifiers.
         topic = WARNING.replace('~', self.source)
         infos = self._node.get_publishers_info_by_topic(topic)
         return frozenset(bytes(info.endpoint_gid) for info in infos)
 
     def sources(self) -> tuple[str, ...]:
-        """Return the full names of the kinematics nodes there are."""
+        """Return the full names of the present kinematics nodes."""
         end = WARNING.removeprefix('~')
         return tuple(
             sorted(
@@ -144,7 +144,7 @@ class ViewListener:
         )
 
     def show(self, robot: Robot) -> None:
-        """Hear the joint states of this arm from now on."""
+        """Subscribe to the joint states of this arm from now on."""
         facts, self._answer, self._mismatch = self._facts, None, ''
         namespace = self.source.rpartition('/')[0]
         topic, prefix = f'{namespace}/{JOINT_STATES}', ''
@@ -167,10 +167,10 @@ class ViewListener:
         sample = sample_of(message, received, time.monotonic_ns())
         try:
             answer = self._estimator.take(sample)
-        except Exception as error:  # nothing a robot sends may end the view
+        except Exception as error:  # no message of a robot may end the view
             self._node.get_logger().error(f'joint state: {error!a}')
             return
-        if isinstance(answer, Answer):
+        if isinstance(answer, EstimatorOutput):
             self._answer, self._arrival = answer, time.monotonic()
 
     @property
@@ -183,19 +183,19 @@ class ViewListener:
 
     @property
     def status(self) -> str:
-        """Return in a line where the picture comes from."""
+        """Return the source of the picture in one line."""
         if self._mismatch:
             return self._mismatch
         topic = JOINT_STATES if self._subscription is None else self._subscription.topic_name
         if not self._live:
-            return f'moved by the sliders: nothing comes on {topic}'
+            return f'moved by the sliders: no joint states arrive on {topic}'
         if self._node_live:
             return f'live from {self.source}, {self.outputs.pose.rate():.0f} Hz'
-        silent = 'is silent' if self._facts is not None else 'is not there'
+        silent = 'sends nothing' if self._facts is not None else 'does not run'
         return f'live from {topic}; the node {self.source} {silent}'
 
     def observation(self) -> Observation | None:
-        """Return the newest observation; None while no joint states come."""
+        """Return the newest observation; None while no joint states arrive."""
         if not self._live or self._mismatch:
             return None
         assert self._answer is not None
@@ -206,7 +206,7 @@ class ViewListener:
         return seen
 
     def publish(self, q: Floats) -> str:
-        """Publish joint positions; return why not where somebody else does already."""
+        """Publish joint positions; return why not if another publisher does already."""
         assert self._subscription is not None
         topic = self._subscription.topic_name
         if self._publisher is None or self._publisher.topic_name != topic:
@@ -214,7 +214,7 @@ class ViewListener:
                 self._node.destroy_publisher(self._publisher)
             self._publisher = self._node.create_publisher(JointState, topic, OUTPUT_QOS)
         if self._node.count_publishers(topic) > 1:
-            return f'another publisher speaks on {topic}'
+            return f'there is another publisher on {topic}'
         message = JointState(name=self._names, position=q.tolist())
         message.header.stamp = time_message(self._node.get_clock().now().nanoseconds)
         self._publisher.publish(message)

@@ -1,4 +1,6 @@
-"""What a kinematics node publishes, as the live view shows it: in base axes, linear rows first."""
+"""
+The outputs of a kinematics node, as the live view shows them: in base axes, linear rows first.
+"""
 
 from dataclasses import replace
 from typing import Any
@@ -16,9 +18,9 @@ from ...rigid_motion import rotation_of_quaternion
 from ...robot.measures import Level
 from ..messages.readings import LayoutError, matrix_of, velocity_of, warned_of
 from ..messages.topics import WARNING, WARNING_QOS
-from ..process.latest_message import Heard
+from ..process.latest_message import LatestMessage
 
-# Older than this (s) nothing is shown as live.
+# Messages older than this (s) are not shown as live.
 FRESH = 1.0
 # Only the last message of a topic is shown.
 LAST_QOS = QoSProfile(depth=5, reliability=ReliabilityPolicy.RELIABLE)
@@ -31,21 +33,23 @@ class ViewOutputs:
     Parameters
     ----------
     node
-        Who listens.
+        The node of the subscriptions.
     source
         Full name of the kinematics node.
     """
 
     def __init__(self, node: Node, source: str) -> None:
-        def hear(topic: str, kind: Any) -> Heard:
-            return Heard(node, f'{source}/{topic}', kind, LAST_QOS)
+        def subscribe(topic: str, kind: Any) -> LatestMessage:
+            return LatestMessage(node, f'{source}/{topic}', kind, LAST_QOS)
 
-        self.pose = hear('pose', PoseStamped)
-        self.jacobian = hear('jacobian', Float64MultiArray)
-        self.frames = hear('link_frames', PoseArray)
-        self.twist = hear('twist', TwistStamped)
-        self.distance = hear('singularity/distance', Float64)
-        self.warning = Heard(node, WARNING.replace('~', source), DiagnosticStatus, WARNING_QOS)
+        self.pose = subscribe('pose', PoseStamped)
+        self.jacobian = subscribe('jacobian', Float64MultiArray)
+        self.frames = subscribe('link_frames', PoseArray)
+        self.twist = subscribe('twist', TwistStamped)
+        self.distance = subscribe('singularity/distance', Float64)
+        self.warning = LatestMessage(
+            node, WARNING.replace('~', source), DiagnosticStatus, WARNING_QOS
+        )
 
     @property
     def count(self) -> int:
@@ -55,7 +59,7 @@ class ViewOutputs:
 
     @property
     def live(self) -> bool:
-        """Return whether the node answers."""
+        """Return whether the node publishes answers."""
         return _fresh(self.pose)
 
     def shown(self, seen: Observation, axes: tuple[str, str]) -> Observation:
@@ -65,7 +69,7 @@ class ViewOutputs:
         Parameters
         ----------
         seen
-            What the joint states alone say.
+            The observation that follows from the joint states alone.
         axes
             Axes of the node's Jacobian and of its twist, `base` or `tool` each.
         """
@@ -94,7 +98,7 @@ class ViewOutputs:
         return replace(seen, **values)
 
 
-def _fresh(heard: Heard) -> bool:
+def _fresh(heard: LatestMessage) -> bool:
     return heard.count > 0 and heard.age < FRESH
 
 

@@ -17,31 +17,31 @@ from ..process.runner import FAULT, FINE, WRONG_USAGE, open_context, start_refus
 from .view_listener import ViewListener
 
 # A node that runs answers within this (s).
-PATIENCE = 2.0
-# Nodes that come and go are looked for in every so many turns.
+ANSWER_TIMEOUT = 2.0
+# Number of turns between two looks for nodes that come and go.
 TURNS = 30
 DEFAULT_NODE = '/kinematics'
 
 
 class ViewSession:
     """
-    The arms that the view can show: of nodes that come, go and change, or of its own.
+    The arms that the view can show: those of nodes that come, go and change, or its own.
 
     Parameters
     ----------
     context
-        Where the view lives; `close` leaves it open.
+        The context of the view; `close` leaves it open.
     robot
-        The arm to show; None for that of the node, or `otherwise` where there is no node.
+        The arm to show; None for that of the node, or `otherwise` if there is no node.
     node
-        Full name of the node to show first; empty for the first that is heard.
+        Full name of the node to show first; empty for the first one found.
 
     Attributes
     ----------
     robot
         The arm that is shown now.
     nodes
-        Full names of the nodes there are.
+        Full names of the present nodes.
     """
 
     def __init__(self, context: Context, robot: Robot | None, otherwise: str, node: str) -> None:
@@ -49,7 +49,7 @@ class ViewSession:
         self._listener = ViewListener(context, node or DEFAULT_NODE)
         self._found = bool(node)
         self._turns = 0
-        facts = self._listener.ask(PATIENCE)
+        facts = self._listener.ask(ANSWER_TIMEOUT)
         self._found |= facts is not None
         self.nodes = self._listener.sources()
         self.robot = robot or self._robot_of(facts)
@@ -58,12 +58,12 @@ class ViewSession:
             self._go_to(self.nodes[0])
 
     def close(self) -> None:
-        """Hear nothing more."""
+        """End all subscriptions."""
         self._listener.close()
 
     @property
     def node(self) -> str:
-        """Return the full name of the node whose arm is shown, whether it is there or not."""
+        """Return the full name of the node whose arm is shown, whether it runs or not."""
         return self._listener.source
 
     @property
@@ -72,7 +72,7 @@ class ViewSession:
         if self._listener.facts is not None:
             return f'{self.robot.name} of {self.node}'
         heard = f' {self.node}' if self._found else ''
-        return f'{self.robot.name}; no node{heard} is heard'
+        return f'{self.robot.name}; no node{heard} runs'
 
     def choose(self, node: str) -> None:
         """Show the arm of another node."""
@@ -80,7 +80,7 @@ class ViewSession:
         self._go_to(node)
 
     def listen(self, seconds: float) -> None:
-        """Hear what comes for so long, and follow nodes that come, come back or change."""
+        """Take messages for this time, and follow nodes that come, come back or change."""
         self._listener.listen(seconds)
         if self._listener.changed():
             self._found = True
@@ -92,23 +92,23 @@ class ViewSession:
                 self._go_to(self.nodes[0])
 
     def observation(self) -> Observation | None:
-        """Return the newest observation; None while no joint states come."""
+        """Return the newest observation; None while no joint states arrive."""
         return self._listener.observation()
 
     @property
     def status(self) -> str:
-        """Return in a line where the picture comes from."""
+        """Return the source of the picture in one line."""
         return self._listener.status
 
     def publish(self, q: Floats) -> str:
-        """Publish joint positions; return why not where somebody else does already."""
+        """Publish joint positions; return why not if another publisher does already."""
         return self._listener.publish(q)
 
     def _go_to(self, node: str) -> None:
         self._listener.close()
         self._listener = ViewListener(self._context, node)
         self._found = True
-        self._take(self._listener.ask(PATIENCE))
+        self._take(self._listener.ask(ANSWER_TIMEOUT))
 
     def _take(self, facts: NodeFacts | None) -> None:
         self.robot = self._given or self._robot_of(facts)
@@ -140,7 +140,7 @@ def run_view(
     Parameters
     ----------
     robot
-        The arm; None for that of the node, or `otherwise` where there is no node.
+        The arm; None for that of the node, or `otherwise` if there is no node.
     node
         Full name of the node, of which the leading slash may be missing; empty for any.
     address, publishable

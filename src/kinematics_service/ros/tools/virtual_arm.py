@@ -1,6 +1,4 @@
-"""
-An arm that is not there: a node that publishes joint states along a path or from a recording.
-"""
+"""A simulated arm: a node that publishes joint states along a path or from a recording."""
 
 import time
 from array import array
@@ -18,19 +16,17 @@ from ...kinematics.motion import Trajectory
 from ..messages.messages import time_message
 from ..messages.topics import JOINT_STATES
 
-# Joint states a second along a path.
+# Joint states per second along a path.
 RATE = 50.0
 # After a longer pause (the process was stopped, say) the motion goes on where it was, in s.
 LATE = 0.5
 QUEUE = 1000
-# Of a recording faster than that, several joint states are published at once (s).
+# Shortest period (s): joint states of a faster recording are published several at once.
 SHORTEST = 0.001
 
 
-class Moment(NamedTuple):
-    """
-    One joint state: when it is due after the start (s), its stamp (ns), positions, velocities.
-    """
+class TimedJointState(NamedTuple):
+    """One joint state: its time after the start (s), its stamp (ns), positions, velocities."""
 
     due: float
     stamp: int
@@ -38,27 +34,27 @@ class Moment(NamedTuple):
     qdot: Floats | None
 
 
-def moments_of_trajectory(trajectory: Trajectory, start: int) -> Iterator[Moment]:
+def moments_of_trajectory(trajectory: Trajectory, start: int) -> Iterator[TimedJointState]:
     """Yield joint states along a path without end, stamped from `start` (ns) on."""
     k = 0
     while True:
         due = k / RATE
-        yield Moment(due, start + round(due * 1e9), *trajectory.at(due))
+        yield TimedJointState(due, start + round(due * 1e9), *trajectory.at(due))
         k += 1
 
 
 def period_of_recording(recording: Recording) -> float:
-    """Return how often to look which joint states of a recording are due, in s."""
+    """Return the period of looks for joint states of a recording that are due, in s."""
     steps = np.diff(recording.due)
     return min(max(float(np.median(steps)), SHORTEST), 1.0 / RATE) if steps.size else 1.0 / RATE
 
 
-def moments_of_recording(recording: Recording) -> Iterator[Moment]:
+def moments_of_recording(recording: Recording) -> Iterator[TimedJointState]:
     """Yield the joint states of a recording, with its own stamps."""
     velocities = recording.velocities
     for k, due in enumerate(recording.due.tolist()):
         qdot = None if velocities is None else velocities[k]
-        yield Moment(due, int(recording.stamps[k]), recording.positions[k], qdot)
+        yield TimedJointState(due, int(recording.stamps[k]), recording.positions[k], qdot)
 
 
 class VirtualArm:
@@ -74,7 +70,7 @@ class VirtualArm:
     moments
         What to publish.
     period
-        How often to look what is due, in s.
+        Period of looks for joint states that are due, in s.
 
     Attributes
     ----------
@@ -90,7 +86,7 @@ class VirtualArm:
         self,
         node: Node,
         names: Sequence[str],
-        moments: Iterator[Moment],
+        moments: Iterator[TimedJointState],
         period: float = 1.0 / RATE,
     ) -> None:
         self.node = node
@@ -99,16 +95,16 @@ class VirtualArm:
         self._message = JointState(name=names)
         self._moments = moments
         self._publisher = node.create_publisher(JointState, JOINT_STATES, QUEUE)
-        # Of one period, and started once: each reset of a timer, and each call of one that is due
-        # again, adds an event to the executor's queue. A timer that is set anew in its own
-        # callback doubles its calls whenever the queue is longer than its pause, without end.
+        # The timer has one period and is started once: each reset of a timer, and each call of one
+        # that is due again, adds an event to the executor's queue. A timer that is reset in its
+        # own callback doubles its calls without end whenever the queue is longer than its pause.
         self._timer = node.create_timer(
             period, self._turn, clock=Clock(clock_type=ClockType.STEADY_TIME), autostart=False
         )
 
     @property
     def heard(self) -> bool:
-        """Return whether anybody listens."""
+        """Return whether there is a subscriber."""
         return bool(self._publisher.get_subscription_count() > 0)
 
     def start(self) -> None:
@@ -138,7 +134,7 @@ class VirtualArm:
         if self.finished:
             self._timer.cancel()
 
-    def _publish(self, moment: Moment) -> None:
+    def _publish(self, moment: TimedJointState) -> None:
         message = self._message
         message.header.stamp = time_message(moment.stamp)
         message.position = array('d', moment.q.tobytes())

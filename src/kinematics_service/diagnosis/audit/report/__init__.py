@@ -1,1 +1,1 @@
-"""An audit on paper: text, page, document, and a bag of what was computed."""
+"""The reports of an audit: text, page, document, and a bag of the computed messages."""

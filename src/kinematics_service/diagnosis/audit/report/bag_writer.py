@@ -1,7 +1,7 @@
 """
 The topics a node would have published, as an MCAP file, written without ROS.
 
-The messages of a topic are copies of the same bytes with their own stamps and numbers in them.
+The messages of a topic are copies of the same bytes with their own stamps and numbers.
 """
 
 import os
@@ -14,12 +14,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ....estimation.cdr import DOUBLE, STAMP_AT, WHOLE, Writer
-from ....estimation.status_text import Notice
+from ....estimation.cdr import DOUBLE, STAMP_AT, WHOLE, CdrWriter
+from ....estimation.status_text import StatusText
 from ....formats.recordings.block import AuditError, Times
 from ....kernel import Floats
 from ....robot.robot import Robot
-from ..timeline import MEASURE_NAMES, Part
+from ..timeline import MEASURE_NAMES, TimelineBatch
 
 NODE = '/kinematics'
 WARNING = f'{NODE}/singularity/warning'
@@ -27,7 +27,7 @@ SECOND = 1_000_000_000
 ROWS = 'vx,vy,vz,wx,wy,wz'
 
 
-class _Topic(NamedTuple):
+class _BagTopic(NamedTuple):
     connection: Any
     raw: bytes
     numbers_at: int
@@ -52,7 +52,7 @@ def _bytes(values: Times, kind: str) -> np.ndarray:  # type: ignore[type-arg]
 @contextmanager
 def open_writer(file: Path, robot: Robot, joint_prefix: str) -> Iterator['BagWriter']:
     """
-    Open an MCAP file to write; it stands there whole in the end, or not at all.
+    Open an MCAP file to write; in the end it exists as a whole, or not at all.
 
     Raises
     ------
@@ -103,7 +103,7 @@ class BagWriter:
         ]
         self._warning = self._connection(WARNING, 'diagnostic_msgs/msg/DiagnosticStatus', True)
 
-    def write(self, part: Part) -> None:
+    def write(self, part: TimelineBatch) -> None:
         """Write all messages of a batch, each at the time of the receipt of its joint state."""
         known, state = part.known, part.state
         count, n = len(known), self._robot.dof
@@ -128,29 +128,29 @@ class BagWriter:
             (topic.connection, memoryview(table.tobytes()), table.shape[1], there.tolist())
             for topic, table, there in topics
         ]
-        said = iter(part.said)
-        one = next(said, None)
+        warnings = iter(part.warnings)
+        one = next(warnings, None)
         first = part.first
         write = self._writer.write
         for k, arrival in enumerate(known.arrivals.tolist()):
             while one is not None and one.row == first + k and one.moment < arrival:
-                self._warn(one.moment, one.notice)  # a silence before it
-                one = next(said, None)
+                self._warn(one.moment, one.status_text)  # a time-out before it
+                one = next(warnings, None)
             for connection, data, size, there in columns:
                 if there[k]:
                     write(connection, arrival, data[k * size : (k + 1) * size])
             while one is not None and one.row == first + k:
-                self._warn(one.moment, one.notice)
-                one = next(said, None)
+                self._warn(one.moment, one.status_text)
+                one = next(warnings, None)
 
-    def _warn(self, moment: int, notice: Notice) -> None:
+    def _warn(self, moment: int, status_text: StatusText) -> None:
         pair = self._type('diagnostic_msgs/msg/KeyValue')
         message = self._type('diagnostic_msgs/msg/DiagnosticStatus')(
-            level=int(notice.level),
+            level=int(status_text.level),
             name=f'{NODE[1:]}: singularity',
-            message=notice.sentence,
-            hardware_id=dict(notice.values).get('robot', ''),
-            values=[pair(key=key, value=value) for key, value in notice.values],
+            message=status_text.sentence,
+            hardware_id=dict(status_text.values).get('robot', ''),
+            values=[pair(key=key, value=value) for key, value in status_text.values],
         )
         raw = self._store.serialize_cdr(message, 'diagnostic_msgs/msg/DiagnosticStatus')
         self._writer.write(self._warning, moment, bytes(raw))
@@ -163,19 +163,19 @@ class BagWriter:
             topic, kind, typestore=self._store, offered_qos_profiles=[_quality(latched)]
         )
 
-    def _add(self, name: str, kind: str, numbers: int, *texts: str) -> _Topic:
-        # A message is a stamp and texts, or neither, and numbers.
-        writer = Writer()
+    def _add(self, name: str, kind: str, numbers: int, *texts: str) -> _BagTopic:
+        # A message has a stamp and texts, or neither, and numbers.
+        writer = CdrWriter()
         if texts:
             writer.room(WHOLE, 2)
         for text in texts:
             writer.text(text)
         return self._filling(name, kind, writer, numbers, bool(texts))
 
-    def _add_jacobian(self, names: str) -> _Topic:
+    def _add_jacobian(self, names: str) -> _BagTopic:
         n = self._robot.dof
         dimensions = (ROWS, 6, 6 * n), (names, n, n)
-        writer = Writer()
+        writer = CdrWriter()
         writer.whole(len(dimensions))
         for label, size, stride in dimensions:
             writer.text(label)
@@ -186,15 +186,15 @@ class BagWriter:
         return self._filling('jacobian', 'std_msgs/msg/Float64MultiArray', writer, 6 * n, False)
 
     def _filling(
-        self, name: str, kind: str, writer: Writer, numbers: int, stamped: bool
-    ) -> _Topic:
+        self, name: str, kind: str, writer: CdrWriter, numbers: int, stamped: bool
+    ) -> _BagTopic:
         at = writer.room(DOUBLE, numbers)
         connection = self._connection(f'{NODE}/{name}', kind)
-        return _Topic(connection, bytes(writer.data), at, stamped)
+        return _BagTopic(connection, bytes(writer.data), at, stamped)
 
 
 def _quality(latched: bool) -> Any:
-    # As the node offers them, so that a player of bags offers the same.
+    # The node's profiles, so that a player of bags offers the same.
     from rosbags.interfaces import (
         Qos,
         QosDurability,

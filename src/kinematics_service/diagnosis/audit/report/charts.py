@@ -31,7 +31,7 @@ class Band:
 
 
 @dataclass(frozen=True)
-class Level:
+class LevelLine:
     """A horizontal line with a name."""
 
     value: float
@@ -47,11 +47,11 @@ class Chart:
     Attributes
     ----------
     title, unit
-        What is shown, and in which unit.
+        The quantity and its unit.
     levels
-        Lines across; the axis shows those that it must, or that a curve comes near.
+        Horizontal lines; the axis shows those that it must, or that a curve comes near.
     end : s
-        Of the time axis.
+        End of the time axis.
     height
         In px.
     """
@@ -60,14 +60,14 @@ class Chart:
     unit: str
     curves: Sequence[Curve]
     bands: Sequence[Band] = ()
-    levels: Sequence[Level] = ()
+    levels: Sequence[LevelLine] = ()
     log: bool = False
     height: int = 150
     end: float = field(default=0.0)
 
     def html(self) -> str:
         """Return the figure."""
-        axis = _Axis.of(self)
+        axis = _Scale.of(self)
         keys = ''.join(
             f'<span class="key"><svg viewBox="0 0 30 10"><line class="{curve.style}" x1="0" '
             f'x2="30" y1="5" y2="5"/></svg>{escape(curve.name)}</span>'
@@ -96,7 +96,7 @@ class Chart:
             '</figure>\n'
         )
 
-    def _axes(self, axis: '_Axis', scale: float) -> tuple[str, str]:
+    def _axes(self, axis: '_Scale', scale: float) -> tuple[str, str]:
         marks, labels = [], []
         for value in axis.ticks():
             y = axis.at(value)
@@ -123,7 +123,7 @@ class Chart:
         width = max(WIDTH * (band.end - band.begin) / end, 2.0)
         return f'<rect class="{band.style}" x="{x:.2f}" y="0" width="{width:.2f}" height="100"/>'
 
-    def _path(self, curve: Curve, axis: '_Axis') -> str:
+    def _path(self, curve: Curve, axis: '_Scale') -> str:
         x, y = across(curve.t, self.end), axis.at_all(curve.values)
         if len(x) == 1:
             return f'M{x[0] - 3:.1f} {y[0]:.2f}L{x[0] + 3:.1f} {y[0]:.2f}'
@@ -134,13 +134,13 @@ class Chart:
 
 
 @dataclass(frozen=True)
-class _Axis:
+class _Scale:
     low: float
     high: float
     log: bool
 
     @classmethod
-    def of(cls, chart: Chart) -> '_Axis':
+    def of(cls, chart: Chart) -> '_Scale':
         values = [curve.values for curve in chart.curves]
         lows = [float(np.min(column)) for column in values if len(column)] or [0.0]
         highs = [float(np.max(column)) for column in values if len(column)] or [1.0]
@@ -197,7 +197,7 @@ def shown(value: float) -> str:
 
 
 def time_unit_of(end: float) -> tuple[float, str]:
-    """Return how many seconds the unit of a time axis of `end` seconds has, and its name."""
+    """Return the seconds in the unit of a time axis of `end` seconds, and its name."""
     if end >= 3 * 3600.0:
         return 3600.0, 'h'
     return (60.0, 'min') if end >= 300.0 else (1.0, 's')

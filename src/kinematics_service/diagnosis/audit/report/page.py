@@ -1,4 +1,4 @@
-"""An audit as one page that needs nothing else."""
+"""An audit as one page without other files."""
 
 import math
 from collections.abc import Callable
@@ -8,18 +8,18 @@ from ....estimation.estimator import ACCEPTED
 from ....robot.measures import MEASURES
 from ....version import __version__
 from ..auditing import Audit
-from ..verdict import Verdict, count, seconds, verdict_of
+from ..verdict import AuditVerdict, count, seconds, verdict_of
 from .page_charts import interval_chart, joint_charts, measure_charts, tool_charts
 from .page_frames import frame_section
-from .page_header import Origin, header
+from .page_header import Provenance, header
 from .page_style import SCRIPT, STYLE
 from .page_table import MOST, more_of, table
 
 SIGNS = {'OK': '&#10003; fine', 'WARN': '&#9650; WARN', 'ERROR': '&#9632; ERROR'}
 
 
-def page_of(audit: Audit, origin: Origin | None = None) -> str:
-    """Return the page as HTML, with files, sums and date at its head where an origin is given."""
+def page_of(audit: Audit, origin: Provenance | None = None) -> str:
+    """Return the page as HTML, with files, sums and date at its head if an origin is given."""
     title = f'Audit of {audit.file.rpartition("/")[2]}'
     verdict = verdict_of(audit)
     parts = [
@@ -46,7 +46,7 @@ def _introduction(audit: Audit) -> str:
     )
 
 
-def _verdict(verdict: Verdict) -> str:
+def _verdict(verdict: AuditVerdict) -> str:
     first, *others = verdict.sentences
     items = ''.join(
         f'<li>{_tag(sentence.level.name)} {escape(sentence.text)}</li>' for sentence in others
@@ -71,7 +71,7 @@ def _singularities(audit: Audit) -> str:
     unit = f', {measure.unit}' if measure.unit else ''
     text = ['<h2>Near singularities</h2>\n', measure_charts(audit)]
     if not audit.stretches:
-        return ''.join([*text, '<p>No stretch of it is near one.</p>\n'])
+        return ''.join([*text, '<p>No stretch of it is near a singularity.</p>\n'])
     rows = []
     for stretch in audit.stretches[:MOST]:
         names = '<br>'.join(
@@ -96,7 +96,7 @@ def _singularities(audit: Audit) -> str:
     headers = [
         'begins',
         'lasts',
-        'of it at stop',
+        'time at stop',
         'level',
         'which',
         f'worst {measure.name.replace("_", " ")}{unit}',

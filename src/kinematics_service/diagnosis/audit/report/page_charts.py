@@ -1,4 +1,4 @@
-"""The charts of the audit page: what is drawn, in which unit."""
+"""The charts of the audit page, with their units."""
 
 import math
 from collections.abc import Callable, Iterator
@@ -9,15 +9,14 @@ import numpy as np
 from ....formats.recordings.block import Flags
 from ....formats.recordings.columns import Column, spans
 from ....kernel import Floats
-from ....robot.measures import MEASURES
-from ....robot.measures import Level as Badness
+from ....robot.measures import MEASURES, Level
 from ..auditing import Audit
 from ..curves import Curve, curve_of
 from ..frames import FrameReport
 from ..stretches import watched_values
-from .charts import Band, Chart, Level
+from .charts import Band, Chart, LevelLine
 
-# The values of some rows, of which a curve is made.
+# Returns the values of some rows, for a curve.
 Values = Callable[[slice], Floats]
 
 # Stretches shaded at most; more would be a grey wall.
@@ -66,7 +65,7 @@ def _scaled(column: Column, scale: float) -> Values:
 @lru_cache(maxsize=1)
 def _bands(audit: Audit) -> list[Band]:
     timeline = audit.timeline
-    # Runs of one level; each lasts to the next message, but not through a silence.
+    # Runs of one level; each lasts to the next message, but not through a time-out.
     bands: list[tuple[int, int, int]] = []
     quiet: list[int] = []
     edges, levels = np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int8)
@@ -80,14 +79,14 @@ def _bands(audit: Audit) -> list[Band]:
         edges = np.append(edges, at + rows.start)
         levels, silent = np.append(levels, own[at]), np.append(silent, breaks[at])
         ends = edges[1:] - silent[1:]
-        bad = np.flatnonzero(levels[:-1] != Badness.OK)[: MOST_BANDS + 1 - len(bands)]
+        bad = np.flatnonzero(levels[:-1] != Level.OK)[: MOST_BANDS + 1 - len(bands)]
         bands += [(int(edges[k]), int(ends[k]), int(levels[k])) for k in bad]
         gaps = np.flatnonzero(breaks) + rows.start
         quiet += gaps[gaps > 0][: MOST_BANDS - len(quiet)].tolist()
         edges, levels, silent = edges[-1:], levels[-1:], silent[-1:]
     t = timeline.t
     shown = bands if len(bands) <= MOST_BANDS else []
-    return [Band(float(t[a]), float(t[b]), Badness(level).name) for a, b, level in shown] + [
+    return [Band(float(t[a]), float(t[b]), Level(level).name) for a, b, level in shown] + [
         Band(float(t[k - 1]), float(t[k]), 'gap') for k in quiet
     ]
 
@@ -102,8 +101,8 @@ def measure_charts(audit: Audit) -> str:
         return np.where(np.isinf(values), np.nan, values)
 
     levels = [
-        Level(robot.thresholds.warn, f'warn {robot.thresholds.warn:g}', 'warnline'),
-        Level(robot.thresholds.stop, f'stop {robot.thresholds.stop:g}'),
+        LevelLine(robot.thresholds.warn, f'warn {robot.thresholds.warn:g}', 'warnline'),
+        LevelLine(robot.thresholds.stop, f'stop {robot.thresholds.stop:g}'),
     ]
     name = MEASURED[measure.name]
     curve = _curve(audit, name, 'c0', watched)
@@ -129,7 +128,7 @@ def measure_charts(audit: Audit) -> str:
         text += (
             '<p class="soft">Shaded: <span class="swatch WARN">near</span> '
             '<span class="swatch ERROR">too near</span> '
-            '<span class="swatch gap">nothing heard</span></p>\n'
+            '<span class="swatch gap">no messages</span></p>\n'
         )
     return text
 
@@ -140,7 +139,7 @@ def _chart(
     unit: str,
     curves: list[Curve],
     log: bool = False,
-    levels: list[Level] | None = None,
+    levels: list[LevelLine] | None = None,
     height: int = 150,
 ) -> Chart:
     bands, end = _bands(audit), audit.timeline.end
@@ -154,7 +153,7 @@ def joint_charts(audit: Audit) -> str:
     for j, joint in enumerate(audit.joints):
         scale, unit = (1.0, 'm') if joint.sliding else (math.degrees(1.0), 'deg')
         limits = [
-            Level(scale * value, f'limit {scale * value:.4g}')
+            LevelLine(scale * value, f'limit {scale * value:.4g}')
             for value in (joint.lower, joint.upper)
             if math.isfinite(value)
         ]
@@ -164,7 +163,7 @@ def joint_charts(audit: Audit) -> str:
         if len(curve.values):
             top = scale * joint.velocity_limit
             speeds = (
-                [Level(-top, f'limit {-top:.4g}'), Level(top, f'limit {top:.4g}')]
+                [LevelLine(-top, f'limit {-top:.4g}'), LevelLine(top, f'limit {top:.4g}')]
                 if math.isfinite(top)
                 else []
             )

@@ -1,4 +1,4 @@
-"""What the audit page says of a second source of poses."""
+"""The section of the audit page on a second source of poses."""
 
 from html import escape
 
@@ -14,7 +14,7 @@ from .page_table import table
 
 
 def frame_section(audit: Audit) -> str:
-    """Return the section, empty where there is no second source."""
+    """Return the section, empty if there is no second source."""
     report = audit.frames
     if report is None:
         return ''
@@ -31,7 +31,7 @@ def frame_section(audit: Audit) -> str:
     ]
     causes = diagnosis.causes or diagnosis.likely
     rows += [_errors(f'and undone: {cause.sentence}', cause.errors) for cause in causes]
-    # Offsets mean something only where the cause is undone.
+    # Offsets are valid only with the cause undone.
     best = diagnosis.cause or diagnosis
     undone = ', that undone' if diagnosis.cause else ''
     offsets = [
@@ -59,12 +59,12 @@ def frame_section(audit: Audit) -> str:
 
 
 def _notes(report: FrameReport) -> str:
-    # How many poses were compared, by which limits, and what is odd about them.
+    # Returns the number of poses compared, the limits, and doubts about the poses.
     limits = report.limits
     compared = f'{report.diagnosis.count:,} of {report.poses:,} poses are compared.'
     unmatched = f' {escape(report.unmatched)}.' if report.unmatched else ''
     judged = (
-        f' What remains (rms) is a warning from {limits.warn.in_words()} on, and bad from '
+        f' A remainder (rms) is a warning from {limits.warn.in_words()} on, and bad from '
         f'{limits.bad.in_words()} on, or where its cause is named.'
     )
     doubts = ''.join(f'<p>{escape(doubt)}.</p>\n' for doubt in report.doubts)

@@ -1,4 +1,4 @@
-"""The head of the audit page: what was audited, against what, when and by which version."""
+"""The head of the audit page: the files, the date and the version."""
 
 import hashlib
 from dataclasses import dataclass
@@ -10,14 +10,14 @@ from ....robot.measures import MEASURES
 from ....version import __version__
 from ..auditing import Audit
 
-# A file is read in pieces of so many bytes.
+# Bytes of the pieces in which a file is read.
 PIECE = 1 << 20
 
 
 @dataclass(frozen=True)
-class Origin:
+class Provenance:
     """
-    Where an audit comes from: what its page says besides the findings.
+    The inputs of an audit, for the head of its page.
 
     Attributes
     ----------
@@ -37,10 +37,10 @@ class Origin:
     robot_sha256: str
 
 
-def origin_of(recording: Path, robot: str, date: str) -> Origin:
+def origin_of(recording: Path, robot: str, date: str) -> Provenance:
     """Return the origin of an audit of a recording, for a robot by name or file."""
     robot_file = find_robot_file(robot)
-    return Origin(date, str(recording), _sha256(recording), str(robot), _sha256(robot_file))
+    return Provenance(date, str(recording), _sha256(recording), str(robot), _sha256(robot_file))
 
 
 def _sha256(path: Path) -> str:
@@ -53,8 +53,8 @@ def _sha256(path: Path) -> str:
     return total.hexdigest()
 
 
-def header(audit: Audit, origin: Origin | None) -> str:
-    """Return the header as HTML; without an origin, without date and sums."""
+def header(audit: Audit, origin: Provenance | None) -> str:
+    """Return the header as HTML; it has date and sums only with an origin."""
     thresholds, robot = audit.robot.thresholds, audit.robot
     unit = MEASURES[thresholds.measure].unit
     warn, stop = (f'{value:g} {unit}'.strip() for value in (thresholds.warn, thresholds.stop))

@@ -2,13 +2,14 @@
 
 from collections.abc import Iterable, Sequence
 
-# Rows of a table at most.
+# Most rows of a table.
 MOST = 60
 
 
 def table(headers: Sequence[str], rows: Iterable[Sequence[str]], numbers: Sequence[int]) -> str:
     """
-    Return a table; cells are HTML already, those of the columns `numbers` stand to the right.
+    Return a table; cells are HTML already, those of the columns `numbers` are aligned to the
+    right.
     """
 
     def cells(tag: str, row: Sequence[str]) -> str:
@@ -23,7 +24,7 @@ def table(headers: Sequence[str], rows: Iterable[Sequence[str]], numbers: Sequen
 
 
 def more_of(number: int) -> str:
-    """Return a sentence on the rows a table leaves out; empty where there are none."""
+    """Return a sentence on the rows a table leaves out; empty if there are none."""
     if number <= MOST:
         return ''
     return f'<p class="soft">{number - MOST:,} more are in the JSON.</p>\n'

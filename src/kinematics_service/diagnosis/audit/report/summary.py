@@ -7,23 +7,23 @@ from rich.text import Text
 from ....printing import Output, heading, plain, table
 from ....robot.measures import Level
 from ..auditing import Audit
-from ..verdict import Sentence, count, seconds, verdict_of
+from ..verdict import Finding, count, seconds, verdict_of
 
 SIGNS = {Level.OK: ('fine', 'green'), Level.WARN: ('note', 'yellow'), Level.ERROR: ('bad', 'red')}
 MOST = 20
 
 
 class Summary(NamedTuple):
-    """What is printed of an audit: a heading, sentences, and the stretches as rows of a table."""
+    """The printed part of an audit: a heading, sentences, and the stretches as rows of a table."""
 
     heading: str
-    sentences: tuple[Sentence, ...]
+    sentences: tuple[Finding, ...]
     stretches: tuple[tuple[str, ...], ...]
     more: int
 
 
 def summary_of(audit: Audit) -> Summary:
-    """Return what there is to say, small enough to travel."""
+    """Return the printed part of an audit, small enough to send between processes."""
     noun = 'sample' if audit.planned else 'message'
     return Summary(
         f'{audit.file}: {audit.what}, {count(audit.stream.messages, noun)} over '
@@ -45,7 +45,7 @@ def summary_of(audit: Audit) -> Summary:
 
 
 def print_summary(summary: Summary) -> None:
-    """Print what there is to say."""
+    """Print a summary."""
     out = Output()
     out.print(heading(summary.heading))
     for sentence in summary.sentences:

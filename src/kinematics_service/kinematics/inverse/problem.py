@@ -1,6 +1,4 @@
-"""
-A question to an arm: a target, the plan to find what leads there, and where it should be near.
-"""
+"""A problem of inverse kinematics: a target, the arm's plan, and preferred joint positions."""
 
 from typing import NamedTuple
 
@@ -10,27 +8,27 @@ import numpy.typing as npt
 from ...errors import JointVectorError
 from ...kernel import Floats
 from ...robot.robot import Robot
-from .plan import Plan
-from .target import Aim
+from .plan import InversePlan
+from .target import IkTarget
 
 
-class Question(NamedTuple):
+class IkProblem(NamedTuple):
     """
-    What is asked.
+    A problem of inverse kinematics.
 
     Attributes
     ----------
-    robot, aim, plan
-        The arm, its target, and the plan for the rows asked for.
+    robot, target, plan
+        The arm, its target, and the plan for the wanted rows.
     near : shape (n,), rad or m
-        Where solutions should be near.
+        Joint positions that solutions should be near.
     seed
-        Of the starts of a search.
+        Seed of the starts of a search.
     """
 
     robot: Robot
-    aim: Aim
-    plan: Plan
+    target: IkTarget
+    plan: InversePlan
     near: Floats
     seed: int
 
@@ -39,7 +37,7 @@ class Question(NamedTuple):
         return np.random.default_rng(self.seed)
 
 
-def near_or_middle(robot: Robot, plan: Plan, near: npt.ArrayLike | None) -> Floats:
+def near_or_middle(robot: Robot, plan: InversePlan, near: npt.ArrayLike | None) -> Floats:
     """
     Return `near` as n finite numbers; None: the middle of the limits.
 

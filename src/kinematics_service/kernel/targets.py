@@ -1,11 +1,11 @@
-"""What is aimed at: whether a target is a pose, and how far from one."""
+"""Targets: whether a target is a pose, and how far it is from one."""
 
 import math
 
 from . import arrays, places, vectors
 from .arrays import Floats
 
-# A rotation matrix written with four digits is still meant as one; a better one is taken as it is.
+# A rotation matrix with four digits is still accepted as one; a better one is taken unchanged.
 NEARLY_ROTATION, ROTATION = 1e-3, 1e-13
 
 
@@ -22,13 +22,11 @@ def _off(T: Floats) -> float:
 
 
 def off_rotation(T: Floats) -> float:
-    """
-    Return by how much the rotation of a pose (4, 4) is not orthogonal; infinite for a mirror.
-    """
+    """Return how far the rotation of a pose (4, 4) is from orthogonal; infinite for a mirror."""
     return _off(arrays.numbers(T, 12))
 
 
-def take_aim(target: Floats, pose: Floats) -> int:
+def take_target(target: Floats, pose: Floats) -> int:
     """
     Write a target into a pose and return FINE, or what is wrong with it; ROUGH: almost a rotation.
 
@@ -37,7 +35,7 @@ def take_aim(target: Floats, pose: Floats) -> int:
     target : shape (16,) or (3,)
         Pose, row by row, or position (m).
     pose : shape (4, 4)
-        The identity, which a position leaves as it is but for its own three numbers.
+        The identity, of which a position changes three numbers only.
     """
     size = arrays.size(target)
     wanted = arrays.numbers(target, 3 if size == 3 else 16)

@@ -1,9 +1,9 @@
 """
-Who is let in: names under which the page is asked for, pages that may talk to it, and the token.
+The origin check: names of the page, pages that may connect to it, and the token.
 
-A browser lets every page it shows open connections to any server it can reach, and somebody's name
-server may say that his name is this computer's address. A page of somebody else must not move the
-sliders. The request alone decides, before anything else that a client sends is looked at.
+A browser lets every page it shows open connections to any server it can reach, and a foreign name
+server may give this computer's address for its name. A page of another site must not move the
+sliders. The request alone decides, before any message of a client is read.
 """
 
 import hmac
@@ -25,29 +25,30 @@ TOKEN_BYTES = 24
 
 
 class Headers(Protocol):
-    """Headers of a request, of which a name may stand there several times."""
+    """Headers of a request, in which a name may occur several times."""
 
     def get_all(self, key: str) -> list[str]:
         """Return all values of a header."""
 
 
-class Refusal(NamedTuple):
-    """A status of HTTP, and a sentence for whoever asked."""
+class HttpRefusal(NamedTuple):
+    """A status of HTTP, and a sentence for the client."""
 
     status: int
     sentence: str
 
 
-class Admission(NamedTuple):
+class OriginCheck(NamedTuple):
     """
-    Who may ask for the page, and who may open its websocket.
+    Decides which clients get the page and may open its websocket.
 
     Attributes
     ----------
     names
-        Host names under which it is served, in lower case, besides `localhost` and addresses.
+        Host names of the page, in lower case, besides `localhost` and addresses.
     token
-        What the address or a cookie must hold; empty where whoever uses this computer may look.
+        The token that the address or a cookie must hold; empty if every user of this computer may
+        look.
     """
 
     names: frozenset[str]
@@ -55,44 +56,46 @@ class Admission(NamedTuple):
 
     def refusal(
         self, path: str, headers: Headers, called: tuple[str, int], protocol: str
-    ) -> Refusal | None:
+    ) -> HttpRefusal | None:
         """
-        Return why a request is refused; None for one that is let in.
+        Return why a request is refused; None for one that passes.
 
         Parameters
         ----------
         path
-            What is asked for, with its query.
+            The path of the request, with its query.
         headers
             The headers of the request.
         called
-            The address and the port of this computer at which the request came in.
+            The address and the port of this computer that received the request.
         protocol
             The websocket protocol of the page's own client.
         """
         hosts, origins = headers.get_all('Host'), headers.get_all('Origin')
         if len(hosts) != 1 or len(origins) > 1:
-            return Refusal(BAD_REQUEST, 'A request has one Host, and at most one Origin.')
+            return HttpRefusal(BAD_REQUEST, 'A request has one Host, and at most one Origin.')
         if not self._is_served_as(hosts[0], called[0]):
-            return Refusal(
+            return HttpRefusal(
                 FORBIDDEN,
                 f'This page is not served as {hosts[0]!a}. '
-                'Where it should be, start the view with --allow-host NAME.',
+                'If it should be, start the view with --allow-host NAME.',
             )
-        # A browser always says whose page opens a websocket; a program need not.
+        # A browser always names the page that opens a websocket; a program need not.
         if origins and _netloc(origins[0]) != hosts[0]:
-            return Refusal(FORBIDDEN, 'Pages of others may not talk to this one.')
+            return HttpRefusal(FORBIDDEN, 'Pages of other sites may not connect to this one.')
         if any(name != TOKEN for name, _ in _query(path)):
-            # The page would connect to any server that its address names, and obey it.
-            return Refusal(FORBIDDEN, f'The address of this page has no parameter but {TOKEN}.')
+            # The page would connect to any server that its address names, and obey its messages.
+            return HttpRefusal(
+                FORBIDDEN, f'The address of this page takes no parameter except {TOKEN}.'
+            )
         if not (self.is_shown_by(path) or self._is_remembered(headers, called[1])):
-            return Refusal(
+            return HttpRefusal(
                 FORBIDDEN,
                 'This page needs its token: open the address that the command has printed, '
                 f'which ends with /?{TOKEN}=...',
             )
         if headers.get_all('Upgrade') and headers.get_all('Sec-WebSocket-Protocol') != [protocol]:
-            return Refusal(BAD_REQUEST, f'This server speaks {protocol}: load the page anew.')
+            return HttpRefusal(BAD_REQUEST, f'This server speaks {protocol}: reload the page.')
         return None
 
     def is_shown_by(self, path: str) -> bool:
@@ -108,7 +111,8 @@ class Admission(NamedTuple):
 
     def cookie(self, port: int) -> str:
         """
-        Return the cookie by which a browser remembers the token, for no page of anybody else.
+        Return the cookie by which a browser remembers the token; it is not sent for pages of other
+        sites.
         """
         return f'{COOKIE.format(port=port)}={self.token}; Path=/; HttpOnly; SameSite=Strict'
 
@@ -117,7 +121,7 @@ class Admission(NamedTuple):
             name = urlsplit(f'//{host}').hostname or ''
         except ValueError:
             return False
-        # A name can be bent to this computer by whoever owns it, an address cannot.
+        # The owner of a name can point it to this computer; an address cannot be changed so.
         return is_loopback(name) or name in self.names or name == called.removeprefix('::ffff:')
 
     def _is_remembered(self, headers: Headers, port: int) -> bool:
@@ -133,22 +137,22 @@ class Admission(NamedTuple):
         return hmac.compare_digest(text.encode(errors='surrogateescape'), self.token.encode())
 
 
-def admission_to(host: str, more_names: Sequence[str]) -> Admission:
+def origin_check_of(host: str, more_names: Sequence[str]) -> OriginCheck:
     """
-    Return who is let in to a page served at a host.
+    Return the origin check of a page served at a host.
 
     Parameters
     ----------
     host
-        Where it is served. Anything but this computer's own address makes the token.
+        The host of the page. Any host but this computer's own address needs a token.
     more_names
-        Names under which it is reached besides, through a proxy for instance; they do so too.
+        Further names of the page, through a proxy for instance; they need a token, too.
     """
     if is_loopback(host) and not more_names:
-        return Admission(frozenset(), '')
+        return OriginCheck(frozenset(), '')
     here = socket.gethostname().lower()
     names = {host.lower(), here, f'{here.partition(".")[0]}.local'} - set(ANYWHERE)
-    return Admission(
+    return OriginCheck(
         frozenset(names.union(name.lower() for name in more_names)),
         secrets.token_urlsafe(TOKEN_BYTES),
     )

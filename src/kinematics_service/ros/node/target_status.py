@@ -1,8 +1,8 @@
-"""What became of a target, in a sentence and as keys and values."""
+"""The outcome of a target, in a sentence and as keys and values."""
 
 import numpy as np
 
-from ...estimation.status_text import Notice
+from ...estimation.status_text import StatusText
 from ...kernel import Floats
 from ...kinematics.inverse.result import IkResult
 from ...kinematics.inverse.servo import ServoStep
@@ -10,11 +10,10 @@ from ...robot.measures import Level
 from ..messages.target_messages import Choice
 
 
-def pose_notice(result: IkResult, choice: Choice, near: Floats) -> Notice:
+def pose_status(result: IkResult, choice: Choice, near: Floats) -> StatusText:
     """
-    Return what became of a pose target: OK where the arm can be there, otherwise ERROR.
-
-    `near` are the present joint positions: who executes the answer sees how far it is.
+    Return the outcome of a pose target: OK if the arm can reach it, otherwise ERROR. `near` are
+    the present joint positions: the distance from them is part of the text.
     """
     values = [
         ('status', result.status),
@@ -26,7 +25,7 @@ def pose_notice(result: IkResult, choice: Choice, near: Floats) -> Notice:
         motion = float(np.max(np.abs(choice.answers[0].q - near)))
         values.append(('largest joint motion', f'{motion:.6g}'))
         values.append(('margin', f'{choice.answers[0].margin:.6g}'))
-        return Notice(Level.OK, result.reason, tuple(values))
+        return StatusText(Level.OK, result.reason, tuple(values))
     sentence = result.reason
     nearest = result.nearest
     if nearest is not None:
@@ -39,11 +38,11 @@ def pose_notice(result: IkResult, choice: Choice, near: Floats) -> Notice:
             f'; the nearest pose is {nearest.position_error:.4g} m and '
             f'{nearest.rotation_error:.4g} rad away'
         )
-    return Notice(Level.ERROR, sentence, tuple(values))
+    return StatusText(Level.ERROR, sentence, tuple(values))
 
 
-def twist_notice(step: ServoStep) -> Notice:
-    """Return what became of a twist target: WARN where the tool moves otherwise than asked."""
+def twist_status(step: ServoStep) -> StatusText:
+    """Return the outcome of a twist target: WARN if the tool moves otherwise than asked."""
     values = (
         ('limited by', ', '.join(step.limited_by) or 'nothing'),
         ('damping', f'{step.damping:.4g}'),
@@ -54,14 +53,14 @@ def twist_notice(step: ServoStep) -> Notice:
     )
     reasons = []
     if step.damping > 0.0:
-        reasons.append(f'damped near a singularity ({step.damping:.0%} of the most)')
+        reasons.append(f'damped near a singularity ({step.damping:.0%} of the maximum)')
     if step.slowest:
         reasons.append(f'slowed to {step.scale:.0%} by the velocity limit of {step.slowest}')
     if step.held:
         reasons.append(f'held at the limit of {", ".join(step.held)}')
     if reasons:
-        return Notice(Level.WARN, '; '.join(reasons), values)
-    return Notice(Level.OK, 'followed as asked', values)
+        return StatusText(Level.WARN, '; '.join(reasons), values)
+    return StatusText(Level.OK, 'followed as asked', values)
 
 
 def _numbers(values: Floats) -> str:
