@@ -69,11 +69,11 @@ def write_csv(path, robot, q, qdot):
 
 
 def one_audit(path, robot_name, out):
-    from kinematics_service.diagnosis.audit.auditing import Listener, audit
+    from kinematics_service.diagnosis.audit.auditing import AuditProgress, audit
     from kinematics_service.diagnosis.audit.report.document import document_of
     from kinematics_service.diagnosis.audit.report.page import page_of
     from kinematics_service.formats.recordings.open_file import open_source
-    from kinematics_service.formats.recordings.source import Wanted
+    from kinematics_service.formats.recordings.source import Selection
     from kinematics_service.printing import json_text
 
     robot = ks.load_robot(robot_name)
@@ -85,17 +85,20 @@ def one_audit(path, robot_name, out):
         phases[name] = time.perf_counter() - at
         at = time.perf_counter()
 
-    with open_source(path, Wanted(robot)) as source:
+    with open_source(path, Selection(robot)) as source:
         messages = sum(len(block) for block in source.blocks)
     phase('reading alone')
     if out:
         from kinematics_service.diagnosis.audit.report.bag_writer import open_writer
 
         written = path.parent / 'written.mcap'
-        with open_source(path, Wanted(robot)) as source, open_writer(written, robot, '') as writer:
-            audit(source, robot, str(path), None, Listener(part=writer.write))
+        with (
+            open_source(path, Selection(robot)) as source,
+            open_writer(written, robot, '') as writer,
+        ):
+            audit(source, robot, str(path), None, AuditProgress(part=writer.write))
         phase('all with --out')
-    with open_source(path, Wanted(robot)) as source:
+    with open_source(path, Selection(robot)) as source:
         result = audit(source, robot, str(path))
     phase('all but page and JSON')
     phases['mathematics'] = (

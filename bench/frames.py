@@ -22,7 +22,7 @@ import kinematics_service as ks
 from kinematics_service.diagnosis.audit.auditing import audit
 from kinematics_service.diagnosis.audit.frames import FrameReport
 from kinematics_service.formats.recordings.block import Block
-from kinematics_service.formats.recordings.source import PoseTrack, Source
+from kinematics_service.formats.recordings.source import PoseTrack, RecordingSource
 from kinematics_service.robot.robot import build_robot
 
 BEGIN = 1_700_000_000_000_000_000
@@ -212,7 +212,7 @@ def report_of(robot, t, q, poses):
     stamps = BEGIN + np.rint(1e9 * t).astype(np.int64)
     block = Block(robot.joint_names, stamps, stamps, q, np.zeros((len(q), 0)))
     track = PoseTrack('poses', '', stamps, poses, q)
-    source = Source('table', 'made up', False, len(q), iter([block]), track)
+    source = RecordingSource('table', 'made up', False, len(q), iter([block]), track)
     return audit(source, robot, 'made up').frames
 
 

@@ -18,7 +18,7 @@ from std_msgs.msg import Float64
 import kinematics_service as ks
 
 # Not part of the public interface: what is not named in kinematics_service may move.
-from kinematics_service.estimation.estimator import Estimator, EstimatorSettings, Refusal
+from kinematics_service.estimation.estimator import Estimator, EstimatorSettings, RefusedMessage
 from kinematics_service.estimation.joint_sample import JointSample
 
 
@@ -45,7 +45,7 @@ class SpeedScale(Node):
                 arrival=time.monotonic_ns(),
             )
         )
-        if isinstance(outcome, Refusal):
+        if isinstance(outcome, RefusedMessage):
             if outcome.sentence:
                 self.get_logger().warning(outcome.sentence, throttle_duration_sec=5.0)
             return

@@ -15,7 +15,7 @@ def built(topic, report):
     numbers = topic.numbers(report.settings)
     if numbers is None or topic.of_motion and not report.answer.state.moving:
         return None
-    layout = MessageLayout(topic.blank(report.settings))
+    layout = MessageLayout(topic.template(report.settings))
     return layout.message(report.answer.stamp, numbers.of(report))
 
 

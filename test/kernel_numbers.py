@@ -123,7 +123,7 @@ def steps_of_the_servo(arm, q, row, twist):
         limits=limits,
         fastest=fastest,
     )
-    step = kernel.ServoStep(servo, np.zeros(n))
+    step = kernel.ServoOutput(servo, np.zeros(n))
     kernel.servo(step, q, row, twist)
     yield 'servo', step.qdot
     yield 'servo', np.array([int(step.is_held(j)) for j in range(n)])

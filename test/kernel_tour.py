@@ -17,13 +17,13 @@ import numpy as np
 
 import kinematics_service as ks
 from kinematics_service import kernel
-from kinematics_service.estimation.cdr import STAMP_AT, Writer
+from kinematics_service.estimation.cdr import STAMP_AT, CdrWriter
 from kinematics_service.estimation.estimator import Estimator, EstimatorSettings
 from kinematics_service.estimation.joint_sample import JointSample
 from kinematics_service.estimation.joint_state_form import form_of
 from kinematics_service.kinematics.inverse.plan import plan_for
 from kinematics_service.kinematics.inverse.search import PROVED
-from kinematics_service.kinematics.inverse.target import aim_at
+from kinematics_service.kinematics.inverse.target import ik_target_of
 from kinematics_service.robot.robot import Robot
 from kinematics_service.robot.task import ROW_NAMES
 
@@ -77,7 +77,7 @@ def said_by(argument):
             for name in SAID_OF_ONE:
                 yield from said_by(getattr(argument, name)(k))
             yield from said_by([argument.is_beyond(k, j) for j in range(argument.q.shape[1])])
-    elif isinstance(argument, kernel.ServoStep):
+    elif isinstance(argument, kernel.ServoOutput):
         for name in SAID_OF_A_STEP:
             yield from said_by(getattr(argument, name))
         yield from said_by([argument.is_held(j) for j in range(len(argument.qdot))])
@@ -168,7 +168,7 @@ def messages(robot: Robot, random: np.random.Generator, source: str):
 
 def joint_state_bytes(names: Sequence[str], stamp: np.ndarray, numbers: np.ndarray) -> bytes:
     # A serialized JointState, its velocities after its positions.
-    writer = Writer()
+    writer = CdrWriter()
     writer.room(4, 2)
     writer.text('base')
     writer.whole(len(names))
@@ -232,7 +232,7 @@ def targets(robot: Robot, random: np.random.Generator):
         errors = np.array([0.0, 0.1, 0.2]) * PROVED
         plan = plan_for(robot, ROW_NAMES)
         kernel.distinct(
-            aim_at(robot, state.pose).residual,
+            ik_target_of(robot, state.pose).residual,
             plan.joints,
             PROVED,
             found,

@@ -191,11 +191,11 @@ class PlainEstimator:
 
 def same(outcome, expected):
     """Return whether an answer, an acceptance or a refusal is the model's, to the last bit."""
-    if isinstance(outcome, reasons.Refusal):
+    if isinstance(outcome, reasons.RefusedMessage):
         return tuple(outcome) == tuple(expected)
     if len(expected) == 2:
         return False
-    if isinstance(outcome, reasons.Accepted):
+    if isinstance(outcome, reasons.AcceptedMessage):
         found = [outcome.q, outcome.qdot]
     else:
         found = [outcome.state.q, outcome.state.qdot]

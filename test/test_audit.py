@@ -9,18 +9,23 @@ import pytest
 from arms import BUNDLED, robot_of
 from recordings import BEGIN, SECOND, awkward, motion, recorded, samples_of
 
-from kinematics_service.diagnosis.audit.auditing import Listener, audit
+from kinematics_service.diagnosis.audit.auditing import AuditProgress, audit
 from kinematics_service.diagnosis.audit.curves import curve_of
 from kinematics_service.diagnosis.audit.ingest import Ingest
 from kinematics_service.diagnosis.audit.report.document import document_of
 from kinematics_service.diagnosis.audit.timeline import MEASURE_NAMES
 from kinematics_service.diagnosis.audit.verdict import verdict_of
-from kinematics_service.estimation.estimator import RESETS, Answer, Estimator, EstimatorSettings
-from kinematics_service.estimation.status_text import notice_of
+from kinematics_service.estimation.estimator import (
+    RESETS,
+    EstimatorOutput,
+    Estimator,
+    EstimatorSettings,
+)
+from kinematics_service.estimation.status_text import singularity_status
 from kinematics_service.formats.recordings.block import AuditError, blocks_of
 from kinematics_service.formats.recordings.joint_state_cdr import columns_of
 from kinematics_service.formats.recordings.open_file import open_source
-from kinematics_service.formats.recordings.source import Source, Wanted
+from kinematics_service.formats.recordings.source import RecordingSource, Selection
 from kinematics_service.kinematics.singularity import singularity_of
 from kinematics_service.printing import json_text
 from kinematics_service.robot.measures import Level
@@ -31,8 +36,8 @@ SETTINGS = EstimatorSettings()
 def audited(samples, robot, settings=SETTINGS):
     """Return the audit of samples and the batches it was made of."""
     parts = []
-    source = Source('made up', '/joint_states', False, None, blocks_of(samples))
-    result = audit(source, robot, 'made_up', settings, Listener(part=parts.append))
+    source = RecordingSource('made up', '/joint_states', False, None, blocks_of(samples))
+    result = audit(source, robot, 'made_up', settings, AuditProgress(part=parts.append))
     return result, parts
 
 
@@ -41,23 +46,23 @@ class Live:
 
     def __init__(self, samples, robot, settings=SETTINGS):
         self.estimator = Estimator(robot, settings)
-        self.answers, self.singularities, self.levels, self.said = [], [], [], []
+        self.answers, self.singularities, self.levels, self.warnings = [], [], [], []
         started, stale = samples[0].arrival, False
         for sample in samples:
             late = sample.arrival - started > settings.timeout
             if late and not stale and (missing := self.estimator.missing(sample.arrival)):
                 stale = True
                 if self.estimator.go_stale(sample.arrival):
-                    self.said.append((len(self.answers), missing))
+                    self.warnings.append((len(self.answers), missing))
             answer = self.estimator.take(sample)
-            if not isinstance(answer, Answer):
+            if not isinstance(answer, EstimatorOutput):
                 continue
             stale = False
             singularity = singularity_of(answer.state)
             level, say = self.estimator.judge(singularity, sample.arrival)
             if say:
-                notice = notice_of(robot, singularity, level, robot.base_frame)
-                self.said.append((len(self.answers), notice))
+                notice = singularity_status(robot, singularity, level, robot.base_frame)
+                self.warnings.append((len(self.answers), notice))
             self.answers.append(answer)
             self.singularities.append(singularity)
             self.levels.append(level)
@@ -95,14 +100,14 @@ def assert_same(result, parts, live):
     times = [s.time_to_warning for s in live.singularities]
     times = [math.nan if time is None else time for time in times]
     np.testing.assert_array_equal(series['time_to_warning'], times)
-    assert len(timeline.said) == len(live.said)
-    for one, (row, said) in zip(timeline.said, live.said):
+    assert len(timeline.warnings) == len(live.warnings)
+    for one, (row, warnings) in zip(timeline.warnings, live.warnings):
         assert one.row == row
-        if isinstance(said, tuple):
+        if isinstance(warnings, tuple):
             assert one.notice.level == Level.STALE
-            assert all(name in one.notice.sentence for name in said)
+            assert all(name in one.notice.sentence for name in warnings)
         else:
-            assert one.notice == said
+            assert one.notice == warnings
 
 
 # The same as the node
@@ -164,11 +169,11 @@ def test_a_real_recording_gives_what_the_node_says(bag):
 def _of_bag(path, robot):
     pytest.importorskip('rosbags', reason='needs rosbags')
     samples, parts = [], []
-    with open_source(path, Wanted(robot)) as source:
+    with open_source(path, Selection(robot)) as source:
         for block in source.blocks:
             samples += [block.sample(k) for k in range(len(block))]
-    with open_source(path, Wanted(robot)) as source:
-        result = audit(source, robot, path.name, SETTINGS, Listener(part=parts.append))
+    with open_source(path, Selection(robot)) as source:
+        result = audit(source, robot, path.name, SETTINGS, AuditProgress(part=parts.append))
     return result, parts, samples
 
 
@@ -331,7 +336,7 @@ def test_the_document_is_strict_json_with_everything_in_it():
     assert document['series']['q'][3] == result.timeline.q[3].tolist()
     assert document['verdict'][0]['sentence'].startswith('The arm ')
     assert {stretch['level'] for stretch in document['stretches']} <= {'WARN', 'ERROR'}
-    assert len(document['warnings']) == len(result.timeline.said)
+    assert len(document['warnings']) == len(result.timeline.warnings)
 
 
 def test_no_state_is_a_sentence_that_names_both_sides():

@@ -20,9 +20,9 @@ from kinematics_service.__main__ import main
 from kinematics_service.diagnosis.audit.curves import curve_of
 from kinematics_service.diagnosis.audit.report.charts import Chart
 from kinematics_service.diagnosis.audit.report.page_header import origin_of
-from kinematics_service.estimation.estimator import Answer, Estimator, EstimatorSettings
-from kinematics_service.estimation.status_text import notice_of
-from kinematics_service.formats.recordings.between_points import Planned, sampled
+from kinematics_service.estimation.estimator import EstimatorOutput, Estimator, EstimatorSettings
+from kinematics_service.estimation.status_text import singularity_status
+from kinematics_service.formats.recordings.between_points import PlannedTrajectory, sampled
 from kinematics_service.formats.recordings.plan_yaml import PlanYamlError, read_documents
 from kinematics_service.kinematics.singularity import singularity_of
 from kinematics_service.version import __version__
@@ -354,7 +354,7 @@ def test_between_points_runs_the_polynomial_of_its_conditions():
     random = np.random.default_rng(0)
     p, v, a = random.normal(size=(3, 3, 2))
     for velocities, accelerations in ((None, None), (v, None), (v, a)):
-        samples = sampled(Planned(('a', 'b'), times, p, velocities, accelerations))
+        samples = sampled(PlannedTrajectory(('a', 'b'), times, p, velocities, accelerations))
         for time, position in zip(times, p):
             k = int(np.argmin(abs(samples.times - time)))
             np.testing.assert_allclose(samples.positions[k], position, atol=1e-12)
@@ -512,7 +512,7 @@ def test_what_is_written_is_what_the_nodes_builders_write(tmp_path, capsys, stor
     serialization = pytest.importorskip('rclpy.serialization', reason='needs ROS 2')
     from built_messages import built
 
-    from kinematics_service.ros.messages.messages import Report, status_message
+    from kinematics_service.ros.messages.messages import StateReport, status_message
     from kinematics_service.ros.messages.topics import TOPICS
     from kinematics_service.ros.parameters.settings import defaults, settings_from
 
@@ -530,10 +530,10 @@ def test_what_is_written_is_what_the_nodes_builders_write(tmp_path, capsys, stor
         if not stale and one.arrival - samples[0].arrival > SECOND:
             stale = bool(estimator.missing(one.arrival)) and estimator.go_stale(one.arrival)
         answer = estimator.take(one)
-        if not isinstance(answer, Answer):
+        if not isinstance(answer, EstimatorOutput):
             continue
         stale = False
-        report = Report(answer, singularity_of(answer.state), settings)
+        report = StateReport(answer, singularity_of(answer.state), settings)
         for topic in TOPICS:
             name = topic.name.replace('~', '/kinematics')
             message = built(topic, report) if name in expected else None
@@ -541,7 +541,7 @@ def test_what_is_written_is_what_the_nodes_builders_write(tmp_path, capsys, stor
                 expected[name].append((one.received, message))
         level, say = estimator.judge(report.singularity, one.arrival)
         if say:
-            notice = notice_of(robot, report.singularity, level, robot.base_frame)
+            notice = singularity_status(robot, report.singularity, level, robot.base_frame)
             status = status_message('kinematics: singularity', notice)
             expected['/kinematics/singularity/warning'].append((one.received, status))
     assert len(written) == 10

@@ -20,7 +20,7 @@ from kinematics_service.diagnosis.audit.smooth_motion import SmoothMotion
 from kinematics_service.diagnosis.audit.verdict import verdict_of
 from kinematics_service.formats.recordings import bag_poses
 from kinematics_service.formats.recordings.block import Block
-from kinematics_service.formats.recordings.source import MOST_POSES, PoseTrack, Source
+from kinematics_service.formats.recordings.source import MOST_POSES, PoseTrack, RecordingSource
 
 BEGIN = 1_700_000_000_000_000_000
 # Standard deviation of an encoder (rad), and of the poses of a controller (m).
@@ -100,7 +100,9 @@ def audited(robot, t, q, track):
         for k in range(0, len(q), 500)
     ]
     return audit(
-        Source('table', 'joints', False, len(q), iter(blocks), lambda: track), robot, 'made up'
+        RecordingSource('table', 'joints', False, len(q), iter(blocks), lambda: track),
+        robot,
+        'made up',
     )
 
 
@@ -213,7 +215,7 @@ def bare(robot, t, q, stamps, poses, gap=None):
     nanoseconds = BEGIN + np.rint(1e9 * t).astype(np.int64)
     block = Block(robot.joint_names, nanoseconds, nanoseconds, q, np.zeros((len(q), 0)))
     track = PoseTrack('/tcp', '', stamps, poses)
-    source = Source('bag', '/joint_states', False, len(q), iter([block]), lambda: track)
+    source = RecordingSource('bag', '/joint_states', False, len(q), iter([block]), lambda: track)
     return audit(source, robot, 'made up', frame_settings=FrameSettings(gap))
 
 
@@ -390,7 +392,9 @@ def test_a_joint_that_stands_still_is_not_accused_by_the_noise_of_its_encoder(si
     stamps = BEGIN + np.rint(1e9 * t).astype(np.int64)
     qdot[:, 2] *= math.degrees(1.0)
     block = Block(robot.joint_names, stamps, stamps, q, qdot)
-    result = audit(Source('table', 'joints', False, 2000, iter([block])), robot, 'made up')
+    result = audit(
+        RecordingSource('table', 'joints', False, 2000, iter([block])), robot, 'made up'
+    )
     assert result.joints[5].check is None
     said = [one.text for one in verdict_of(result).sentences if 'Reported velocities' in one.text]
     (text,) = said

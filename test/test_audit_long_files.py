@@ -12,7 +12,7 @@ from kinematics_service.formats.recordings import columns, table_rows
 from kinematics_service.formats.recordings.block import LARGEST_BLOCK
 from kinematics_service.formats.recordings.joint_state_cdr import columns_of
 from kinematics_service.formats.recordings.open_file import open_source
-from kinematics_service.formats.recordings.source import Wanted
+from kinematics_service.formats.recordings.source import Selection
 
 ROBOT = ('--robot', 'planar_2r')
 HEADER = 'stamp,position.q1,position.q2'
@@ -104,7 +104,7 @@ def test_a_table_is_judged_while_it_is_read(tmp_path):
     rows = lines()
     rows[-2] = 'nonsense'
     file = written(tmp_path / 'run.csv', rows)
-    with open_source(file, Wanted(robot_of('planar_2r'))) as source:
+    with open_source(file, Selection(robot_of('planar_2r'))) as source:
         first = next(source.blocks)
         assert len(first) == LARGEST_BLOCK
         assert source.total == ROWS - 1 + (rows[-1] == '')

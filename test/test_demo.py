@@ -28,7 +28,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray, MultiArrayDimension
 
 import kinematics_service as ks
-from kinematics_service.ros.messages.readings import Warned
+from kinematics_service.ros.messages.readings import WarningReading
 from kinematics_service.ros.tools.demo import RANGE, stay_on_this_host
 from kinematics_service.ros.tools.demo_screen import screen
 from kinematics_service.ros.tools.virtual_arm import RATE
@@ -323,7 +323,7 @@ def shown_on(columns, lines, level='ERROR', robot='panda'):
     listener = SimpleNamespace(
         source='/demo/kinematics',
         time=12.5,
-        warned=Warned(level, 'kinematics', sentence, values),
+        warned=WarningReading(level, 'kinematics', sentence, values),
         pose=SimpleNamespace(message=PoseStamped()),
         twist=SimpleNamespace(message=TwistStamped()),
         jacobian=SimpleNamespace(message=matrix, rate=lambda: 50.0),

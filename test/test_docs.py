@@ -25,7 +25,7 @@ import kinematics_service as ks
 from kinematics_service.__main__ import main
 from kinematics_service.cli.arguments import join_numbers, split_ros_arguments
 from kinematics_service.cli.command_line import app
-from kinematics_service.estimation.status_text import notice_of
+from kinematics_service.estimation.status_text import singularity_status
 
 ROOT = Path(__file__).parent.parent
 DOCS = ROOT / 'docs'
@@ -258,7 +258,7 @@ def test_messages_that_troubleshooting_quotes_are_those_of_the_code(words):
 def test_the_sentence_that_is_taken_apart_is_that_of_the_node():
     robot = ks.load_robot('ur5e')
     found = ks.singularity(robot, [0.1, -1.2, 1.4, -1.6, 0.02, 0.2], [0, 0, 0, 0, -0.1, 0])
-    sentence = notice_of(robot, found, found.level, 'base', '').sentence
+    sentence = singularity_status(robot, found, found.level, 'base', '').sentence
     page = (DOCS / 'tutorials' / 'warning.md').read_text(encoding='utf-8')
     assert f'```text\n{sentence}\n```' in page
 

@@ -17,7 +17,7 @@ from ros_harness import Peer
 from std_msgs.msg import Float64MultiArray, MultiArrayDimension
 
 import kinematics_service as ks
-from kinematics_service.ros.messages.readings import LayoutError, Warned, matrix_of
+from kinematics_service.ros.messages.readings import LayoutError, WarningReading, matrix_of
 from kinematics_service.ros.tools.live_table import bars, matrix_lines, number, warned_lines
 
 Q, QDOT = (0.3, -0.4, 1.2), (0.5, -0.25, 1.0)
@@ -336,7 +336,7 @@ def test_numbers_have_no_negative_zero_and_never_outgrow_their_cell():
 
 
 def test_what_a_terminal_would_obey_is_not_printed():
-    warned = Warned('WARN', 'name', 'near \x1b[31m red', {'key\x07': 'a\x1b]0;b'})
+    warned = WarningReading('WARN', 'name', 'near \x1b[31m red', {'key\x07': 'a\x1b]0;b'})
     lines = warned_lines(warned, 80)
     assert not any('\x1b' in line or '\x07' in line for line in lines)
 

@@ -10,7 +10,12 @@ from hypothesis import strategies as st
 
 import kinematics_service as ks
 from kinematics_service.estimation import estimator as reasons
-from kinematics_service.estimation.estimator import Answer, Estimator, EstimatorSettings, Refusal
+from kinematics_service.estimation.estimator import (
+    EstimatorOutput,
+    Estimator,
+    EstimatorSettings,
+    RefusedMessage,
+)
 from kinematics_service.estimation.joint_sample import JointSample
 from kinematics_service.robot.chain import fold
 from kinematics_service.robot.conventions import Row
@@ -43,7 +48,7 @@ def sample(positions=Q, velocities=(), at=START, names=NAMES, arrival=None):
 
 
 def refused(outcome, reason):
-    return isinstance(outcome, Refusal) and outcome.reason == reason
+    return isinstance(outcome, RefusedMessage) and outcome.reason == reason
 
 
 # Merging
@@ -52,7 +57,7 @@ def refused(outcome, reason):
 def test_an_answer_is_what_the_library_says(one, craig):
     qdot = (0.1, 0.2, -0.3)
     answer = one.take(sample(Q, qdot))
-    assert isinstance(answer, Answer)
+    assert isinstance(answer, EstimatorOutput)
     assert np.array_equal(answer.state.pose, ks.forward_kinematics(craig, Q))
     assert np.array_equal(answer.state.jacobian, ks.jacobian(craig, Q))
     assert np.array_equal(answer.state.twist, ks.twist(craig, Q, qdot))
@@ -99,7 +104,7 @@ def test_a_joint_that_fell_silent_makes_the_arm_stale_and_no_other_joint_can_hel
     assert one.missing(late) == NAMES
     assert refused(one.take(sample(Q[:2], names=NAMES[:2], at=late)), reasons.WAITING)
     assert one.missing(late) == ('q3',)
-    assert isinstance(one.take(sample(Q[2:], names=('q3',), at=late)), Answer)
+    assert isinstance(one.take(sample(Q[2:], names=('q3',), at=late)), EstimatorOutput)
 
 
 def test_age_is_that_of_the_joint_longest_unheard(one):
@@ -125,7 +130,7 @@ def test_a_prefix_stands_before_every_name(craig):
 def test_another_prefix_forgets_the_joints_and_other_settings_keep_them(one, craig):
     one.take(sample())
     one.configure(craig, EstimatorSettings(velocity_source='difference'))
-    assert isinstance(one.take(sample(Q[:1], names=('q1',), at=START + 1)), Answer)
+    assert isinstance(one.take(sample(Q[:1], names=('q1',), at=START + 1)), EstimatorOutput)
     one.configure(craig, EstimatorSettings(joint_prefix='left_'))
     assert one.missing(START + 2) == ('left_q1', 'left_q2', 'left_q3')
 
@@ -284,7 +289,7 @@ def test_an_equal_stamp_or_one_a_little_older_is_dropped(one, back):
 def test_a_big_step_back_is_a_new_start_and_its_message_counts(one, back):
     one.take(sample())
     answer = one.take(sample(at=START - back))
-    assert isinstance(answer, Answer)
+    assert isinstance(answer, EstimatorOutput)
     assert answer.velocity_source == 'none'
     assert one.counts[reasons.RESETS] == 1
     assert one.take(sample(at=START - back + 1)).stamp == START - back + 1
@@ -307,7 +312,7 @@ def test_messages_without_stamp_in_one_instant_give_no_infinite_velocity(one):
 
 def test_a_stamp_after_messages_without_is_taken_whatever_it_is(one):
     one.take(JointSample(NAMES, Q, (), 0, START, START))
-    assert isinstance(one.take(sample(at=5)), Answer)
+    assert isinstance(one.take(sample(at=5)), EstimatorOutput)
 
 
 @pytest.mark.parametrize('stamp', [-SECOND, -1, 1, 2**31 * SECOND, (2**31 - 1) * SECOND + 2**32])
@@ -332,7 +337,7 @@ def test_a_clock_that_steps_back_by_less_than_the_timeout_resets_too(one):
     one.take(sample())
     back = SECOND // 10
     assert one.clock_stepped_back(START - back, back)
-    assert isinstance(one.take(sample(at=START - back + 1)), Answer)
+    assert isinstance(one.take(sample(at=START - back + 1)), EstimatorOutput)
 
 
 def test_a_clock_that_steps_back_before_any_message_changes_nothing(one):
@@ -428,7 +433,7 @@ def test_no_sample_makes_it_raise_and_every_answer_is_finite(craig, samples, sou
     one = Estimator(craig, EstimatorSettings(velocity_source=source))
     for each in samples:
         outcome = one.take(each)
-        if isinstance(outcome, Answer):
+        if isinstance(outcome, EstimatorOutput):
             assert np.all(np.isfinite(outcome.state.numbers))
             assert abs(np.linalg.norm(outcome.quaternion_xyzw) - 1.0) < ROUND_OFF
             ks.singularity(craig, outcome.state.q, outcome.state.qdot)

@@ -16,7 +16,7 @@ from random_robots import random_arm
 import kinematics_service as ks
 from kinematics_service import kernel
 from kinematics_service.estimation import estimator as reasons
-from kinematics_service.estimation.estimator import Accepted, Estimator, EstimatorSettings
+from kinematics_service.estimation.estimator import AcceptedMessage, Estimator, EstimatorSettings
 from kinematics_service.estimation.joint_sample import JointSample
 
 MILLISECOND = 1_000_000
@@ -130,7 +130,7 @@ def test_accepting_alone_follows_the_same_rules(case):
         known_alike(one, plain, sample.arrival)
         # And so does `take`, whose answers are of the same joints.
         answer = both.take(sample)
-        if isinstance(outcome, Accepted) and not isinstance(answer, reasons.Refusal):
+        if isinstance(outcome, AcceptedMessage) and not isinstance(answer, reasons.RefusedMessage):
             assert np.array_equal(answer.state.q, outcome.q)
             assert answer[2:] == outcome[2:]
 

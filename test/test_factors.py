@@ -9,7 +9,7 @@ from tolerances import DIFFERENCE, DIFFERENCE_STEP
 import kinematics_service as ks
 from kinematics_service.estimation.estimator import Estimator, EstimatorSettings
 from kinematics_service.estimation.joint_sample import JointSample
-from kinematics_service.estimation.status_text import notice_of
+from kinematics_service.estimation.status_text import singularity_status
 from kinematics_service.robot.task import seeded_poses
 
 FACTORED = [name for name in ks.bundled_robots() if ks.load_robot(name).factors]
@@ -162,7 +162,7 @@ def test_an_incomplete_list_keeps_the_estimate_of_the_rest():
 def test_the_warning_names_the_nearest_factor_and_the_motion_to_its_zero():
     robot = ks.load_robot('ur5e')
     found = ks.singularity(robot, [0.3, -1.2, 0.02, -0.5, 1.0, 0.0], np.zeros(6))
-    notice = notice_of(robot, found, ks.Level.ERROR, 'base')
+    notice = singularity_status(robot, found, ks.Level.ERROR, 'base')
     assert notice.sentence.startswith('at a singularity: elbow: sin(q3) = 0.02, distance 0.02 rad')
     values = dict(notice.values)
     assert values['factor'] == 'elbow'

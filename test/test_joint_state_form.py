@@ -12,7 +12,7 @@ from sensor_msgs.msg import JointState
 
 import kinematics_service as ks
 from kinematics_service import kernel
-from kinematics_service.estimation.estimator import Estimator, EstimatorSettings, Refusal
+from kinematics_service.estimation.estimator import Estimator, EstimatorSettings, RefusedMessage
 from kinematics_service.estimation.joint_sample import JointSample
 from kinematics_service.kinematics.singularity import singularity_of
 from kinematics_service.ros.messages.joint_state_reader import JointStateReader
@@ -97,7 +97,7 @@ def test_the_state_is_the_same_to_the_last_bit(name, source):
         outcome, was_fast = from_bytes(readers[0], ours, data, arrival)
         expected = read_first(readers[1], official, data, arrival)
         fast += was_fast
-        if isinstance(expected, Refusal):
+        if isinstance(expected, RefusedMessage):
             assert outcome == expected
             continue
         accepted += 1

@@ -15,10 +15,10 @@ from visualization_msgs.msg import Marker
 
 import kinematics_service as ks
 from kinematics_service import kernel
-from kinematics_service.estimation.estimator import Answer
+from kinematics_service.estimation.estimator import EstimatorOutput
 from kinematics_service.kinematics.singularity import singularity_of
 from kinematics_service.ros.messages.markers import markers_message
-from kinematics_service.ros.messages.messages import Report
+from kinematics_service.ros.messages.messages import StateReport
 from kinematics_service.ros.parameters.settings import defaults, settings_from
 
 ROBOTS = tuple(ks.bundled_robots())
@@ -29,8 +29,8 @@ CLOSE = 1e-9
 
 def report_of(robot, q, qdot=None):
     state = ks.evaluate(robot, q, qdot, depth=kernel.ALL_FRAMES)
-    answer = Answer(state, state.quaternion_xyzw, STAMP, 'message')
-    return Report(answer, singularity_of(state), settings_from(defaults(robot), robot))
+    answer = EstimatorOutput(state, state.quaternion_xyzw, STAMP, 'message')
+    return StateReport(answer, singularity_of(state), settings_from(defaults(robot), robot))
 
 
 def over_the_wire(message):

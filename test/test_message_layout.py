@@ -19,8 +19,8 @@ from kinematics_service.ros.messages.message_layout import MessageLayout
 from kinematics_service.ros.messages.topics import TOPICS
 
 SECOND = 1_000_000_000
-FILLED = [topic for topic in TOPICS if topic.blank is not None]
-TYPES = {topic.blank: topic for topic in FILLED}.values()
+FILLED = [topic for topic in TOPICS if topic.template is not None]
+TYPES = {topic.template: topic for topic in FILLED}.values()
 
 
 def settings_of(n, text, order='linear_first', twist_frame='base', names=None):
@@ -51,7 +51,7 @@ def check(layout, random):
 
 
 def test_every_published_message_but_the_markers_is_filled():
-    assert [topic.name for topic in TOPICS if topic.blank is None] == ['~/markers']
+    assert [topic.name for topic in TOPICS if topic.template is None] == ['~/markers']
     assert {topic.name for topic in FILLED} >= {'~/pose', '~/jacobian', '~/link_frames'}
 
 
@@ -60,7 +60,7 @@ def test_frames_of_every_length(topic):
     random = np.random.default_rng(5)
     for text in range(10):
         for frame in ('base', 'tool'):
-            check(MessageLayout(topic.blank(settings_of(6, text, twist_frame=frame))), random)
+            check(MessageLayout(topic.template(settings_of(6, text, twist_frame=frame))), random)
 
 
 @pytest.mark.parametrize('order', ['linear_first', 'angular_first'])
@@ -70,7 +70,7 @@ def test_one_to_twelve_joints_with_names_of_every_length(name, order):
     random = np.random.default_rng(6)
     for n in range(1, 13):
         for length in range(9):
-            layout = MessageLayout(topic.blank(settings_of(n, length, order)))
+            layout = MessageLayout(topic.template(settings_of(n, length, order)))
             assert layout.count == (6 * n if 'jacobian' in name else 7 * (n + 1))
             if length < 3 or n == 6:
                 check(layout, random)
@@ -83,7 +83,7 @@ def test_texts_that_are_not_ascii():
     for topic in TYPES:
         settings = settings_of(3, 3, names=['é', 'ジョイント', 'q_3'])
         settings.base_frame = 'süß'
-        check(MessageLayout(topic.blank(settings)), random)
+        check(MessageLayout(topic.template(settings)), random)
 
 
 def pose_layout(frame='base_link'):
@@ -140,11 +140,11 @@ def without_its_zero(writer, text):
     writer.data[at:] = text.encode()
 
 
-def unaligned(writer, size, count=1, room=cdr.Writer.room):
+def unaligned(writer, size, count=1, room=cdr.CdrWriter.room):
     return room(writer, 1, size * count)
 
 
-def aligned_to_four(writer, size, count=1, room=cdr.Writer.room):
+def aligned_to_four(writer, size, count=1, room=cdr.CdrWriter.room):
     return room(writer, 4, 2 * count) if size == 8 else room(writer, size, count)
 
 
@@ -154,7 +154,7 @@ def aligned_to_four(writer, size, count=1, room=cdr.Writer.room):
 )
 def test_a_wrong_layout_is_found_out(monkeypatch, name, wrong):
     assert pose_layout('abcdef').is_official()
-    monkeypatch.setattr(cdr.Writer, name, wrong)
+    monkeypatch.setattr(cdr.CdrWriter, name, wrong)
     assert not pose_layout('abcdef').is_official()
 
 

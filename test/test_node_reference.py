@@ -96,20 +96,20 @@ def test_a_lag_of_the_second_source_is_named(arm):
         one.answer(joints(k).tolist())
 
     def diagnosed():
-        notice = one.node._reference.notice()
-        return notice is not None and 'behind' in notice.sentence
+        status_text = one.node._reference.status_text()
+        return status_text is not None and 'behind' in status_text.sentence
 
     one.spin_until(diagnosed, 'lag of the frames', 120.0)
-    notice = one.node._reference.notice()
-    assert f'the poses are {1e-6 * late * STEP:.0f} ms behind' in notice.sentence.lower()
-    assert notice.level == ERROR
+    status_text = one.node._reference.status_text()
+    assert f'the poses are {1e-6 * late * STEP:.0f} ms behind' in status_text.sentence.lower()
+    assert status_text.level == ERROR
 
 
 def test_without_a_second_source_nothing_is_said_of_frames(arm):
     one = arm('ur5e')
     one.answer([0.1] * 6)
     assert one.diagnose().name == 'kinematics: input'
-    assert one.node._reference.notice() is None
+    assert one.node._reference.status_text() is None
 
 
 def test_a_pose_that_is_none_is_refused_with_the_reason(arm):
@@ -119,5 +119,5 @@ def test_a_pose_that_is_none_is_refused_with_the_reason(arm):
     message = PoseStamped()
     message.pose.position.x = math.nan
     publisher.publish(message)
-    one.spin_until(lambda: one.node._reference.notice() is not None, 'notice')
-    assert 'not finite' in one.node._reference.notice().sentence
+    one.spin_until(lambda: one.node._reference.status_text() is not None, 'notice')
+    assert 'not finite' in one.node._reference.status_text().sentence

@@ -14,11 +14,11 @@ from sensor_msgs.msg import JointState
 
 import kinematics_service as ks
 from kinematics_service import kernel
-from kinematics_service.estimation.estimator import Answer, Estimator
+from kinematics_service.estimation.estimator import EstimatorOutput, Estimator
 from kinematics_service.kinematics.singularity import singularity_of
 from kinematics_service.ros.messages.joint_state_reader import JointStateReader
 from kinematics_service.ros.messages.message_layout import MessageLayout
-from kinematics_service.ros.messages.messages import Report
+from kinematics_service.ros.messages.messages import StateReport
 from kinematics_service.ros.messages.topics import TOPICS
 from kinematics_service.ros.node.outputs import Channel, filled_by_the_kernel
 from kinematics_service.ros.parameters.settings import settings_from
@@ -49,8 +49,8 @@ def channels_of(settings):
     channels = []
     for topic in TOPICS:
         numbers = topic.numbers(settings)
-        there = topic.blank is not None and numbers is not None
-        layout = MessageLayout(topic.blank(settings)) if there else None
+        there = topic.template is not None and numbers is not None
+        layout = MessageLayout(topic.template(settings)) if there else None
         channels.append(
             Channel(
                 *(None, None, None, topic, None),
@@ -70,7 +70,7 @@ def answers(settings, messages, depth, joint_states):
         reader.read(data)
         (form,) = reader.forms(len(data))
         answer = estimator.take_bytes(form, data, k, depth, messages)
-        assert isinstance(answer, Answer), answer
+        assert isinstance(answer, EstimatorOutput), answer
         yield answer
 
 
@@ -97,7 +97,7 @@ def test_every_message_says_what_the_built_message_says(name, moving):
     messages, filled = filled_by_the_kernel(channels, settings, kernel.ALL_FRAMES)
     heard = 0
     for answer in answers(settings, messages, kernel.ALL_FRAMES, joint_states(robot, moving)):
-        report = Report(answer, singularity_of(answer.state), settings)
+        report = StateReport(answer, singularity_of(answer.state), settings)
         for channel, message in zip(channels, filled):
             if message is None:
                 continue
@@ -128,7 +128,7 @@ def test_what_is_computed_is_not_copied(jacobian_frame, twist_frame, row_order):
     assert all(there[f'~/singularity/{name}'] for name in ('distance', 'manipulability'))
     message = next(joint_states(robot, True))
     (answer,) = answers(settings, messages, kernel.ALL_FRAMES, [message])
-    report = Report(answer, singularity_of(answer.state), settings)
+    report = StateReport(answer, singularity_of(answer.state), settings)
     for channel, message in zip(channels, filled):
         if message is not None:
             said = deserialize_message(message.tobytes(), channel.topic.type)
@@ -159,7 +159,7 @@ def test_a_refused_message_leaves_the_answers_as_they_were():
         (form,) = reader.forms(len(data))
         filled = data_of()
         answer = estimator.take_bytes(form, data, stamp, kernel.ALL_FRAMES, messages)
-        assert isinstance(answer, Answer) == taken
+        assert isinstance(answer, EstimatorOutput) == taken
         assert (data_of() == filled) == (not taken)
     assert data_of() != before
 

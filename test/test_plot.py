@@ -25,7 +25,7 @@ from kinematics_service.display.plots.critical import critical_points
 from kinematics_service.display.plots.distance_map import distance_map, joint_pair
 from kinematics_service.display.plots.map_picture import map_picture
 from kinematics_service.display.plots.measures import measure_units, measures_picture
-from kinematics_service.display.plots.motion import Motion, motion_of
+from kinematics_service.display.plots.motion import PlottedMotion, motion_of
 from kinematics_service.display.plots.picture import PlotError, drawn, save_picture
 from kinematics_service.display.plots.plane import plane_of
 from kinematics_service.display.plots.ranges import clear_pose, finite_ranges
@@ -259,7 +259,7 @@ def test_the_velocity_of_document_002_is_drawn():
     motion = sine_trajectory(robot).at(times)
     assert motion.q == pytest.approx(q, abs=ROUND_OFF)
     assert motion.qdot == pytest.approx(qdot, abs=ROUND_OFF)
-    figure = drawn(velocity_picture(robot, Motion(times, q, qdot, 'document 002', False)))
+    figure = drawn(velocity_picture(robot, PlottedMotion(times, q, qdot, 'document 002', False)))
     linear, angular, *joints = figure.axes
     v = np.array([sample['v'] for sample in samples])
     drawn_curves = curves(linear)

@@ -16,7 +16,7 @@ import pytest
 
 import kinematics_service as ks
 from kinematics_service.estimation import estimator as reasons
-from kinematics_service.estimation.estimator import Answer, Estimator, EstimatorSettings
+from kinematics_service.estimation.estimator import EstimatorOutput, Estimator, EstimatorSettings
 from kinematics_service.estimation.joint_sample import JointSample
 from kinematics_service.kinematics.singularity import singularity_of
 from kinematics_service.robot.measures import Level
@@ -143,7 +143,7 @@ def judged(rows, ur3e_file):
                 row.stamp,
             )
         )
-        assert isinstance(answer, Answer)
+        assert isinstance(answer, EstimatorOutput)
         singularity = singularity_of(answer.state)
         level, say = estimator.judge(singularity, row.stamp)
         levels.append(level)
@@ -331,7 +331,7 @@ def test_a_pr2s_arm_is_found_among_45_joints_and_its_pose_is_that_of_tf(side, y)
             if connection.topic == '/joint_states':
                 joints += 1
                 answer = estimator.take(sample_of(message, time))
-                if isinstance(answer, Answer):
+                if isinstance(answer, EstimatorOutput):
                     poses[answer.stamp] = answer.state.pose
                 continue
             for transform in message.transforms:
@@ -384,7 +384,7 @@ def test_messages_without_stamps_and_velocities_are_all_answered(bag, beyond):
         for connection, time, raw in reader.messages():
             message = reader.deserialize(raw, connection.msgtype)
             answer = estimator.take(sample_of(message, time))
-            assert isinstance(answer, Answer)
+            assert isinstance(answer, EstimatorOutput)
             assert answer.stamp == time
             assert np.all(np.isfinite(answer.state.numbers))
             singularity_of(answer.state)

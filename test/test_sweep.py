@@ -101,7 +101,7 @@ def test_a_map_by_workers_is_the_same_picture(cluster, tmp_path, capsys):
 
 
 def test_a_scheduler_that_is_not_there_is_an_error_within_seconds(monkeypatch):
-    assert sweep.PATIENCE <= 5
+    assert sweep.CONNECT_TIMEOUT <= 5
     monkeypatch.setattr(sweep, 'PATIENCE', 1)
     pytest.importorskip('distributed', reason='needs dask[distributed]')
     begin = time.monotonic()

@@ -27,7 +27,7 @@ from websockets.exceptions import ConnectionClosed
 
 import kinematics_service as ks
 from kinematics_service.display.view.address import Address
-from kinematics_service.display.view.admission import Admission, admission_to
+from kinematics_service.display.view.origin_check import OriginCheck, origin_check_of
 from kinematics_service.display.view.run import run_page
 
 ROUNDS = 60
@@ -230,7 +230,7 @@ def open_view():
 
 def test_the_token_is_printed_and_each_start_has_another(open_view):
     assert re.fullmatch(r'[\w-]{32}', open_view.token)
-    tokens = {admission_to('0.0.0.0', ()).token for _ in range(20)}
+    tokens = {origin_check_of('0.0.0.0', ()).token for _ in range(20)}
     assert len(tokens | {open_view.token}) == 21
 
 
@@ -290,7 +290,7 @@ class Headers(dict):
 
 
 def test_the_address_that_was_called_is_a_name():
-    admission = Admission(frozenset({'robot'}), '')
+    origin_check = OriginCheck(frozenset({'robot'}), '')
     called = ('10.0.0.4', 8080)
     for host, origin, admitted in (
         ('10.0.0.4:8080', 'http://10.0.0.4:8080', True),
@@ -301,9 +301,12 @@ def test_the_address_that_was_called_is_a_name():
         ('robot:8080', 'http://[', False),
     ):
         headers = Headers(Host=[host], Origin=[origin])
-        assert (admission.refusal('/', headers, called, 'p') is None) == admitted, (host, origin)
+        assert (origin_check.refusal('/', headers, called, 'p') is None) == admitted, (
+            host,
+            origin,
+        )
     mapped = ('::ffff:10.0.0.4', 8080)
-    assert admission.refusal('/', Headers(Host=['10.0.0.4']), mapped, 'p') is None
+    assert origin_check.refusal('/', Headers(Host=['10.0.0.4']), mapped, 'p') is None
 
 
 def test_a_viser_that_goes_round_the_rules_is_not_served(monkeypatch):
@@ -311,10 +314,10 @@ def test_a_viser_that_goes_round_the_rules_is_not_served(monkeypatch):
 
     # As if viser no longer asked `serve`, or no longer read by `recv`.
     begin = time.monotonic()
-    monkeypatch.setattr(module.Admission, 'refusal', lambda *_: None)
+    monkeypatch.setattr(module.OriginCheck, 'refusal', lambda *_: None)
     with (
         pytest.raises(module.UnknownViserError, match='nothing is served'),
-        module.guarded_server('127.0.0.1', 0, 'x', admission_to('127.0.0.1', ())),
+        module.guarded_server('127.0.0.1', 0, 'x', origin_check_of('127.0.0.1', ())),
     ):
         pytest.fail(f'it was served after {time.monotonic() - begin} s')
 

@@ -154,10 +154,10 @@ def audit(
     frames = given_frames(pose_gap, pose_warn, pose_stop)
     form = given_format(pose_format)
     from ..estimation.estimator import EstimatorSettings
-    from ..formats.recordings.source import Wanted
+    from ..formats.recordings.source import Selection
     from .audit_runs import Run, outcomes
 
-    reading = Wanted(arm, topic, pose_topic, columns, joint_prefix, form)
+    reading = Selection(arm, topic, pose_topic, columns, joint_prefix, form)
     settings = EstimatorSettings(joint_prefix, velocity_source.value, round(timeout * 1e9))
     date = datetime.now().astimezone().isoformat(' ', 'seconds')
     runs = [

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from ..diagnosis.audit.frames import FrameSettings
     from ..diagnosis.audit.report.summary import Summary
     from ..estimation.estimator import EstimatorSettings
-    from ..formats.recordings.source import Wanted
+    from ..formats.recordings.source import Selection
 
 Progress = Callable[[int], None]
 
@@ -90,7 +90,7 @@ def outcome_of(run: Run, bar: 'Callable[[int | None], Any] | None' = None) -> Ou
 
 
 def _audited(run: Run, bar: Callable[[int | None], Any]) -> 'Audit':
-    from ..diagnosis.audit.auditing import Listener, audit
+    from ..diagnosis.audit.auditing import AuditProgress, audit
     from ..formats.recordings.open_file import open_source
 
     reading = run.reading
@@ -103,7 +103,7 @@ def _audited(run: Run, bar: Callable[[int | None], Any]) -> 'Audit':
             writer = open_writer(run.out, reading.robot, reading.joint_prefix)
             part = stack.enter_context(writer).write
         progress = stack.enter_context(bar(source.total))
-        listener = Listener(progress, part)
+        listener = AuditProgress(progress, part)
         return audit(source, reading.robot, str(run.file), run.settings, listener, run.frames)
 
 

@@ -43,7 +43,7 @@ Files = Annotated[
 ]
 
 
-class Verdict(NamedTuple):
+class FileCheck(NamedTuple):
     """What is wrong with a file, and what is most likely a mistake, each a line."""
 
     faults: list[str]
@@ -76,20 +76,20 @@ def check(
         raise typer.Exit(1)
 
 
-def _checked(out: Output, file: str) -> Verdict:
+def _checked(out: Output, file: str) -> FileCheck:
     # Prints what there is to say of a file.
     try:
         robot = load_robot(file)
     except RobotFileError as error:
-        return Verdict([str(fault) for fault in error.faults], [])
+        return FileCheck([str(fault) for fault in error.faults], [])
     except KinematicsError as error:
-        return Verdict([str(error)], [])
+        return FileCheck([str(error)], [])
     errors = pose_errors(robot)
     faults = pose_faults(robot, errors)
     _print_robot(out, robot)
     _print_arm(out, robot, errors, faults)
     doubts = [replace(one, where=f'WARN {one.where}') for one in robot.description.warnings]
-    return Verdict(list(map(str, faults)), list(map(str, doubts)))
+    return FileCheck(list(map(str, faults)), list(map(str, doubts)))
 
 
 def _print_robot(out: Output, robot: Robot) -> None:

@@ -26,7 +26,7 @@ is printed and written into the file. xacro files are expanded first: xacro FILE
 """
 
 
-class Convention(str, Enum):
+class ImportedConvention(str, Enum):
     """What a table may be written by."""
 
     standard = 'standard'
@@ -45,7 +45,9 @@ def import_urdf(
     out: Annotated[
         str, typer.Option(metavar='FILE', help='Where to write it.', show_default='the screen')
     ] = '-',
-    convention: Annotated[Convention, typer.Option(help='Of the table.')] = Convention.standard,
+    convention: Annotated[
+        ImportedConvention, typer.Option(help='Of the table.')
+    ] = ImportedConvention.standard,
     round_angles: Annotated[
         bool,
         typer.Option(

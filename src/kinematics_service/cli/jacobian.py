@@ -59,7 +59,7 @@ The keys of --json, in m, rad, s; null: infinite, undefined, not asked for:
 """
 
 
-class Axes(str, Enum):
+class AxesOption(str, Enum):
     """The axes a Jacobian is written in."""
 
     base = 'base'
@@ -73,7 +73,7 @@ def jacobian(
         str | None,
         typer.Option(metavar='NUMBERS', help='Joint velocities in rad/s and m/s, for the twist.'),
     ] = None,
-    frame: Annotated[Axes, typer.Option(help='The axes of the rows.')] = Axes.base,
+    frame: Annotated[AxesOption, typer.Option(help='The axes of the rows.')] = AxesOption.base,
     deg: DegreesOption = False,
     json: JsonOption = False,
 ) -> None:
@@ -95,7 +95,7 @@ def jacobian(
 
 
 def _document(
-    state: ToolState, singularity: Singularity, frame: Axes, J: Floats, twist: Floats | None
+    state: ToolState, singularity: Singularity, frame: AxesOption, J: Floats, twist: Floats | None
 ) -> str:
     robot = state.robot
     return json_text(
@@ -116,11 +116,11 @@ def _document(
     )
 
 
-def _axes_name(robot: Robot, frame: Axes) -> str:
-    return robot.base_frame if frame is Axes.base else robot.tool_frame
+def _axes_name(robot: Robot, frame: AxesOption) -> str:
+    return robot.base_frame if frame is AxesOption.base else robot.tool_frame
 
 
-def _print_jacobian(out: Output, robot: Robot, frame: Axes, J: Floats) -> None:
+def _print_jacobian(out: Output, robot: Robot, frame: AxesOption, J: Floats) -> None:
     axes = _axes_name(robot, frame)
     out.print(
         heading(f'{robot.name}: Jacobian of the origin of {robot.tool_frame}, axes of {axes}')
@@ -143,7 +143,7 @@ def _print_jacobian(out: Output, robot: Robot, frame: Axes, J: Floats) -> None:
         out.print('', matrix) if first else out.print(matrix)
 
 
-def _print_twist(out: Output, robot: Robot, frame: Axes, twist: Floats) -> None:
+def _print_twist(out: Output, robot: Robot, frame: AxesOption, twist: Floats) -> None:
     rows = table('', '', '')
     for column in rows.columns:
         column.justify = 'right'

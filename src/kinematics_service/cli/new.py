@@ -31,7 +31,7 @@ DEFAULT_DOF = 6
 ROBOT_LINE = re.compile(r'^robot:.*$', re.MULTILINE)
 
 
-class Convention(str, Enum):
+class NewConvention(str, Enum):
     """What a table may be written by."""
 
     standard = 'standard'
@@ -49,7 +49,7 @@ def new(
         ),
     ] = None,
     convention: Annotated[
-        Convention | None, typer.Option(help='Of the table.', show_default='standard')
+        NewConvention | None, typer.Option(help='Of the table.', show_default='standard')
     ] = None,
     units: Annotated[
         str | None,
@@ -81,7 +81,7 @@ def new(
         if not 1 <= dof <= MOST_JOINTS:
             raise WrongUsage(f'--dof: {dof} joints; write a number from 1 to {MOST_JOINTS}')
         text = new_robot_text(
-            name, dof, (convention or Convention.standard).value, _units(units or '')
+            name, dof, (convention or NewConvention.standard).value, _units(units or '')
         )
     file = out or f'{name}.yaml'
     if file != '-':

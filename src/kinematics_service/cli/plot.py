@@ -133,7 +133,9 @@ def plot(
         '--path': path, '--joints': joints, '--plane': plane, '--at': at, '--points': points,
         '--workers': workers,
     }  # fmt: skip
-    _refuse_strangers(robot, kind, [name for name, value in given.items() if value is not None])
+    _refuse_unknown_options(
+        robot, kind, [name for name, value in given.items() if value is not None]
+    )
     if kind == 'ik' and xyz is None:
         raise WrongUsage('plot ik: say where the tool should be: --xyz 0.3,0.1,0.4')
     count = _points(kind, points)
@@ -167,7 +169,7 @@ def plot(
         raise typer.Exit(1)
 
 
-def _refuse_strangers(robot: str, kind: str, given: list[str]) -> None:
+def _refuse_unknown_options(robot: str, kind: str, given: list[str]) -> None:
     if kind not in OPTIONS:
         order = ': the robot comes first' if robot in OPTIONS else ''
         raise WrongUsage(f'plot: no kind {kind!r}{order}; choose of {", ".join(OPTIONS)}')

@@ -46,14 +46,14 @@ Examples:
 ONCE_TIMEOUT, SHORTEST_TIMEOUT, LONGEST_TIMEOUT = 10.0, 0.1, 86_400.0
 
 
-class Trajectory(str, Enum):
+class DemoTrajectory(str, Enum):
     """How the demo moves the joints."""
 
     sine = 'sine'
     smooth = 'smooth'
 
 
-class Topic(str, Enum):
+class EchoedTopic(str, Enum):
     """What `echo` can print."""
 
     jacobian = 'jacobian'
@@ -108,11 +108,11 @@ def demo(
         ),
     ] = None,
     trajectory: Annotated[
-        Trajectory,
+        DemoTrajectory,
         typer.Option(
             help='smooth: to and fro through a singular pose; sine: sines within the limits.'
         ),
-    ] = Trajectory.smooth,
+    ] = DemoTrajectory.smooth,
     replay: Annotated[
         Path | None,
         typer.Option(
@@ -138,7 +138,9 @@ def demo(
 
 def echo(
     context: typer.Context,
-    what: Annotated[Topic, typer.Argument(help='Which of its topics.')] = Topic.jacobian,
+    what: Annotated[
+        EchoedTopic, typer.Argument(help='Which of its topics.')
+    ] = EchoedTopic.jacobian,
     once: Annotated[bool, typer.Option('--once', help='Stop after the first message.')] = False,
     json: Annotated[bool, typer.Option('--json', help='One JSON object a line.')] = False,
     node: Annotated[

@@ -82,7 +82,7 @@ def view(
         raise WrongUsage('--sliders needs no ROS and --publish does: give one of them')
     try:
         from ..display.view.address import Address, check_address
-        from ..display.view.run import Silence, run_page
+        from ..display.view.run import SliderSource, run_page
     except ImportError as error:
         if _is_ours(error):
             raise
@@ -98,8 +98,8 @@ def view(
                 options = (node, address, publish, context.obj)
                 raise typer.Exit(run_view(arm, DEFAULT, *options, lambda: stop.came))
             status = 'sliders only: no ROS here'
-        silence = Silence(arm or given_robot(DEFAULT), status)
-        run_page(silence, address, False, lambda: stop.came)
+        source = SliderSource(arm or given_robot(DEFAULT), status)
+        run_page(source, address, False, lambda: stop.came)
 
 
 def _with_ros(publish: bool) -> Callable[..., int] | None:

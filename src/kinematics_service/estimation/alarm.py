@@ -35,14 +35,14 @@ class Alarm(NamedTuple):
 
     level: Level = Level.OK
     direction: Floats | None = None
-    said: int | None = None
+    last: int | None = None
     factor: int | None = None
 
     def is_settled(self, level: Level, arrival: int) -> bool:
         """Return whether `step` would say nothing and change nothing, whatever is lost or near."""
-        if self.said is None or level is not self.level:
+        if self.last is None or level is not self.level:
             return False
-        return level in _QUIET or arrival - self.said < TURNS_APART
+        return level in _QUIET or arrival - self.last < TURNS_APART
 
     def step(
         self,
@@ -57,12 +57,12 @@ class Alarm(NamedTuple):
         Said are the first state, each change of level, each turn of the lost direction and change
         of the nearest factor while not OK, and once a second while it is WARN or ERROR.
         """
-        if self.said is None or level != self.level:
+        if self.last is None or level != self.level:
             say = True
         elif level in _QUIET:
             say = False
         else:
-            since = arrival - self.said
+            since = arrival - self.last
             say = since >= REPEAT or (
                 since >= TURNS_APART and (factor != self.factor or self._turned(direction))
             )

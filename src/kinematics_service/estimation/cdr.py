@@ -27,7 +27,7 @@ class CdrError(KinematicsError, ValueError):
     """Bytes whose encapsulation or lengths cannot be those of a message."""
 
 
-class Writer:
+class CdrWriter:
     """
     Writes one message, field by field, with room for the numbers that come later.
 
@@ -63,7 +63,7 @@ class Writer:
         self.data[at:] = encoded
 
 
-class Reader:
+class CdrReader:
     """
     Walks over a message field by field, in either order of bytes, and looks at its lengths only.
 
@@ -137,7 +137,7 @@ class Reader:
         return self.skip(DOUBLE * count)
 
 
-class Ros1Reader(Reader):
+class Ros1Reader(CdrReader):
     """
     Walks over a message of ROS 1.
 

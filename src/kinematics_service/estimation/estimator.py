@@ -18,7 +18,7 @@ from ..kinematics.tool_state import ToolState, as_the_kernel_takes_it
 from ..robot.measures import Level
 from ..robot.robot import Robot
 from .alarm import Alarm
-from .joint_memory import JointTable, Layout
+from .joint_memory import JointTable, JointLayout
 from .joint_sample import JointSample
 from .joint_state_form import JointStateForm
 
@@ -45,7 +45,7 @@ class EstimatorSettings:
     timeout: int = 1_000_000_000
 
 
-class Answer(NamedTuple):
+class EstimatorOutput(NamedTuple):
     """
     A new state of the tool.
 
@@ -67,7 +67,7 @@ class Answer(NamedTuple):
     velocity_source: str
 
 
-class Accepted(NamedTuple):
+class AcceptedMessage(NamedTuple):
     """
     Joint positions and velocities that are known after a message.
 
@@ -89,7 +89,7 @@ class Accepted(NamedTuple):
     velocity_source: str
 
 
-class Refusal(NamedTuple):
+class RefusedMessage(NamedTuple):
     """
     A message that makes no new state.
 
@@ -127,9 +127,9 @@ JUMPS = 4
 # What `kernel.observe` says where there is a state: where the velocities come from.
 _SOURCES = ('none', 'message', 'difference')
 _REFUSALS = {
-    kernel.NOT_NEWER: Refusal(DROPPED),
-    kernel.INCOMPLETE: Refusal(WAITING),
-    kernel.NOT_COMPUTABLE: Refusal(
+    kernel.NOT_NEWER: RefusedMessage(DROPPED),
+    kernel.INCOMPLETE: RefusedMessage(WAITING),
+    kernel.NOT_COMPUTABLE: RefusedMessage(
         TOO_LARGE, 'positions or velocities are too large to compute with'
     ),
 }
@@ -271,7 +271,9 @@ class Estimator:
         self._alarm, say = self._alarm.step(Level.STALE, None, arrival)
         return say
 
-    def take(self, sample: JointSample, depth: int = kernel.ALL_FRAMES) -> Answer | Refusal:
+    def take(
+        self, sample: JointSample, depth: int = kernel.ALL_FRAMES
+    ) -> EstimatorOutput | RefusedMessage:
         """
         Return the new state a sample makes, or why it makes none.
 
@@ -283,12 +285,12 @@ class Estimator:
             `kernel.JACOBIAN`, or `kernel.ALL_FRAMES` where the link frames are asked for.
         """
         row = np.empty(self.robot.chain.single_widths[depth])
-        said = self._observe(sample, row)
-        if isinstance(said, Refusal):
-            return said
-        state = ToolState(self.robot, row, said != kernel.SAID_WITHOUT_VELOCITIES)
-        return Answer(
-            state, row[-kernel.ROW_TAIL :], sample.stamp or sample.received, _SOURCES[said]
+        outcome = self._observe(sample, row)
+        if isinstance(outcome, RefusedMessage):
+            return outcome
+        state = ToolState(self.robot, row, outcome != kernel.SAID_WITHOUT_VELOCITIES)
+        return EstimatorOutput(
+            state, row[-kernel.ROW_TAIL :], sample.stamp or sample.received, _SOURCES[outcome]
         )
 
     def take_bytes(
@@ -298,7 +300,7 @@ class Estimator:
         arrival: int,
         depth: int = kernel.ALL_FRAMES,
         answers: OutgoingMessages | None = None,
-    ) -> Answer | Refusal | None:
+    ) -> EstimatorOutput | RefusedMessage | None:
         """
         Return what `take` returns for a serialized message, with its measures already there.
 
@@ -322,7 +324,7 @@ class Estimator:
             return None
         arm, memory, widths, width = self._arguments
         row, measures = np.empty(widths[depth]), np.empty(width)
-        said: int = kernel.observe_bytes(
+        outcome: int = kernel.observe_bytes(
             arm,
             memory,
             incoming,
@@ -332,17 +334,19 @@ class Estimator:
             measures,
             answers,
         )
-        if said == kernel.NOT_THIS_FORM or said == kernel.BAD_POSITION:
+        if outcome == kernel.NOT_THIS_FORM or outcome == kernel.BAD_POSITION:
             return None
-        if said >= kernel.STARTED_ANEW:
+        if outcome >= kernel.STARTED_ANEW:
             self.counts[RESETS] += 1
-            said -= kernel.STARTED_ANEW
-        if said > kernel.SAID_WITH_DIFFERENCES:
-            return self._refused(said)
+            outcome -= kernel.STARTED_ANEW
+        if outcome > kernel.SAID_WITH_DIFFERENCES:
+            return self._refused(outcome)
         self.counts[ACCEPTED] += 1
-        moving = said != kernel.SAID_WITHOUT_VELOCITIES
+        moving = outcome != kernel.SAID_WITHOUT_VELOCITIES
         state = _new(ToolState, (self.robot, row, moving, None, measures))
-        return _new(Answer, (state, row[-kernel.ROW_TAIL :], incoming.stamp, _SOURCES[said]))
+        return _new(
+            EstimatorOutput, (state, row[-kernel.ROW_TAIL :], incoming.stamp, _SOURCES[outcome])
+        )
 
     def _keep(self, form: JointStateForm) -> IncomingForm | None:
         layout = self._table.layout(form.names)
@@ -355,7 +359,7 @@ class Estimator:
         self._forms[form] = incoming
         return incoming
 
-    def accept(self, sample: JointSample) -> Accepted | Refusal:
+    def accept(self, sample: JointSample) -> AcceptedMessage | RefusedMessage:
         """
         Return the joints that are known after a sample, or why it makes no new state.
 
@@ -364,19 +368,19 @@ class Estimator:
         """
         n = self.robot.dof
         row = np.empty(2 * n + kernel.ROW_TAIL)
-        said = self._observe(sample, row)
-        if isinstance(said, Refusal):
-            return said
-        qdot = None if said == kernel.SAID_WITHOUT_VELOCITIES else row[n : 2 * n]
-        return Accepted(row[:n], qdot, sample.stamp or sample.received, _SOURCES[said])
+        outcome = self._observe(sample, row)
+        if isinstance(outcome, RefusedMessage):
+            return outcome
+        qdot = None if outcome == kernel.SAID_WITHOUT_VELOCITIES else row[n : 2 * n]
+        return AcceptedMessage(row[:n], qdot, sample.stamp or sample.received, _SOURCES[outcome])
 
-    def _observe(self, sample: JointSample, row: Floats) -> int | Refusal:
+    def _observe(self, sample: JointSample, row: Floats) -> int | RefusedMessage:
         # One of the first three things that `kernel.observe` says, or a refusal; counted.
         layout = self._table.layout(sample.names)
         refusal = self._shape_refusal(sample, layout)
         if refusal is None:
             positions, velocities = _doubles(sample.positions), _doubles(sample.velocities)
-            said: int = kernel.observe(
+            outcome: int = kernel.observe(
                 self.robot.arm,
                 self._table.memory,
                 layout.ours,
@@ -387,48 +391,50 @@ class Estimator:
                 sample.arrival,
                 row,
             )
-            if sample.stamp == 0 and said != kernel.BAD_POSITION:
+            if sample.stamp == 0 and outcome != kernel.BAD_POSITION:
                 self.counts[NOT_STAMPED] += 1
-            if said >= kernel.STARTED_ANEW:
+            if outcome >= kernel.STARTED_ANEW:
                 self.counts[RESETS] += 1
-                said -= kernel.STARTED_ANEW
-            if said <= kernel.SAID_WITH_DIFFERENCES:
+                outcome -= kernel.STARTED_ANEW
+            if outcome <= kernel.SAID_WITH_DIFFERENCES:
                 self.counts[ACCEPTED] += 1
-                return said
-            if said in _REFUSALS:
-                return self._refused(said)
+                return outcome
+            if outcome in _REFUSALS:
+                return self._refused(outcome)
             refusal = self._bad_position(layout, positions)
         self.counts[refusal.reason] += 1
         return refusal
 
-    def _refused(self, said: int) -> Refusal:
-        if said == kernel.NOT_COMPUTABLE:
+    def _refused(self, outcome: int) -> RefusedMessage:
+        if outcome == kernel.NOT_COMPUTABLE:
             # The lengths of an arm made in Python can overflow; such a position must not be kept.
             self._table.forget()
-        refusal = _REFUSALS[said]
+        refusal = _REFUSALS[outcome]
         self.counts[refusal.reason] += 1
         return refusal
 
-    def _shape_refusal(self, sample: JointSample, layout: Layout) -> Refusal | None:
+    def _shape_refusal(self, sample: JointSample, layout: JointLayout) -> RefusedMessage | None:
         if not layout.joints:
-            return Refusal(NOT_OURS)
+            return RefusedMessage(NOT_OURS)
         if len(sample.positions) != len(sample.names):
             if len(sample.positions) == 0:
-                return Refusal(NO_POSITION)
-            return Refusal(
+                return RefusedMessage(NO_POSITION)
+            return RefusedMessage(
                 MALFORMED,
                 f'{len(sample.names)} names but {len(sample.positions)} positions',
             )
         if layout.duplicates:
-            return Refusal(DUPLICATE, f'joint {layout.duplicates[0]!r} is named twice')
+            return RefusedMessage(DUPLICATE, f'joint {layout.duplicates[0]!r} is named twice')
         return None
 
-    def _bad_position(self, layout: Layout, positions: Floats) -> Refusal:
-        for j, place in zip(layout.joints, layout.places):
+    def _bad_position(self, layout: JointLayout, positions: Floats) -> RefusedMessage:
+        for j, place in zip(layout.joints, layout.indices):
             position = float(positions[place])
             if not abs(position) <= kernel.LARGEST:
                 reason = TOO_LARGE if math.isfinite(position) else NOT_FINITE
-                return Refusal(reason, f'position of joint {self._table.names[j]!r} is {position}')
+                return RefusedMessage(
+                    reason, f'position of joint {self._table.names[j]!r} is {position}'
+                )
         raise AssertionError('the kernel found a position that is not finite or too large')
 
 

@@ -20,7 +20,7 @@ DISPUTE_WINDOW = 2_000_000_000
 LIMIT_SLACK = 1e-6
 
 
-class Layout(NamedTuple):
+class JointLayout(NamedTuple):
     """
     Where a message with certain names has our joints.
 
@@ -35,7 +35,7 @@ class Layout(NamedTuple):
     """
 
     joints: tuple[int, ...]
-    places: tuple[int, ...]
+    indices: tuple[int, ...]
     duplicates: tuple[str, ...]
     ours: OurJoints
 
@@ -64,7 +64,7 @@ class JointTable:
     def __init__(self, robot: Robot, prefix: str, source: int, timeout: int) -> None:
         self.names = tuple(prefix + name for name in robot.joint_names)
         self._index = {name: j for j, name in enumerate(self.names)}
-        self._layouts: dict[tuple[str, ...], Layout] = {}
+        self._layouts: dict[tuple[str, ...], JointLayout] = {}
         self.memory = JointMemory(len(self.names))
         self._columns = self.memory.columns
         self.configure(robot, source, timeout)
@@ -84,25 +84,25 @@ class JointTable:
         """Let the sign of the next quaternion be anew."""
         self.memory.is_new_tool = True
 
-    def layout(self, names: Sequence[str]) -> Layout:
+    def layout(self, names: Sequence[str]) -> JointLayout:
         """Return where our joints stand in a message with these names."""
         key = tuple(names)
         layout = self._layouts.get(key)
         if layout is not None:
             return layout
         joints: list[int] = []
-        places: list[int] = []
+        indices: list[int] = []
         duplicates: list[str] = []
-        for place, name in enumerate(key):
+        for index, name in enumerate(key):
             j = self._index.get(name)
             if j is None:
                 continue
             if j in joints:
                 duplicates.append(name)
             joints.append(j)
-            places.append(place)
-        ours = OurJoints(np.array(joints, dtype=np.int64), np.array(places, dtype=np.int64))
-        layout = Layout(tuple(joints), tuple(places), tuple(duplicates), ours)
+            indices.append(index)
+        ours = OurJoints(np.array(joints, dtype=np.int64), np.array(indices, dtype=np.int64))
+        layout = JointLayout(tuple(joints), tuple(indices), tuple(duplicates), ours)
         if len(self._layouts) >= LAYOUTS:
             self._layouts.pop(next(iter(self._layouts)))
         if len(key) <= 8 * len(self.names) + 256:  # a hostile list of names is not worth keeping

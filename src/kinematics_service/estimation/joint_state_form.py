@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..kernel import Bytes, Floats, FormTable, IncomingForm, OurJoints
-from .cdr import DOUBLE, PLAIN, STAMP, STAMP_AT, CdrError, Reader, Ros1Reader
+from .cdr import DOUBLE, PLAIN, STAMP, STAMP_AT, CdrError, CdrReader, Ros1Reader
 
 _EMPTY = np.empty(0)
 _EMPTY.setflags(write=False)
@@ -87,7 +87,7 @@ class JointStateFields(NamedTuple):
     velocities: slice
 
 
-def fields_of(reader: Reader) -> JointStateFields:
+def fields_of(reader: CdrReader) -> JointStateFields:
     """
     Return where the fields of a JointState are, in any encoding.
 
@@ -113,7 +113,7 @@ def form_of(data: bytes) -> JointStateForm | None:
     machine with another order of bytes: those are left to who reads every message.
     """
     try:
-        reader = Reader(data)
+        reader = CdrReader(data)
         if not reader.is_plain:
             return None
         return _form(data, reader, slice(len(PLAIN)), _plain_text)
@@ -132,7 +132,7 @@ def ros1_form_of(data: bytes) -> JointStateForm | None:
 
 
 def _form(
-    data: bytes, reader: Reader, head: slice, text_of: Callable[[bytes], str]
+    data: bytes, reader: CdrReader, head: slice, text_of: Callable[[bytes], str]
 ) -> JointStateForm | None:
     if sys.byteorder != 'little':
         return None

@@ -19,7 +19,7 @@ SHORT = 24
 
 
 @dataclass(frozen=True)
-class Notice:
+class StatusText:
     """A level, one sentence, and the same as keys and values."""
 
     level: Level
@@ -75,9 +75,9 @@ def _tendency(singularity: Singularity, robot: Robot) -> str:
     return 'towards' if worsening > 0.0 else 'away'
 
 
-def notice_of(
+def singularity_status(
     robot: Robot, singularity: Singularity, level: Level, base_frame: str, joint_prefix: str = ''
-) -> Notice:
+) -> StatusText:
     """
     Return the warning of a pose.
 
@@ -139,7 +139,7 @@ def notice_of(
     values += _factor_values(robot, singularity, names)
     if robot.task.structurally_deficient:
         values.append(('structural', structure_in_words(robot)))
-    return Notice(level, sentence, tuple(values))
+    return StatusText(level, sentence, tuple(values))
 
 
 def _nearest_factor(robot: Robot, singularity: Singularity) -> str:
@@ -194,6 +194,6 @@ def structure_in_words(robot: Robot) -> str:
     return f'{who}: rank {task.generic_rank} of {full} at best'
 
 
-def stale_notice(robot: Robot, sentence: str) -> Notice:
+def stale_status(robot: Robot, sentence: str) -> StatusText:
     """Return the notice that nothing is known of the arm."""
-    return Notice(Level.STALE, sentence, (('robot', robot.name),))
+    return StatusText(Level.STALE, sentence, (('robot', robot.name),))

@@ -51,7 +51,7 @@ from .residuals import Residual as Residual
 from .residuals import parts_of_error as parts_of_error
 from .searching import first_solution as first_solution
 from .servo_step import Servo as Servo
-from .servo_step import ServoStep as ServoStep
+from .servo_step import ServoOutput as ServoOutput
 from .servoing import servo as servo
 from .singular_values import decompose as decompose
 from .singular_values import determinant_of as determinant_of

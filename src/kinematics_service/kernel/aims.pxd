@@ -10,4 +10,4 @@ cdef double NEARLY_ROTATION, ROTATION
 cdef double _off(double* T) noexcept nogil
 cpdef double off_rotation(cnp.ndarray T) except? -9.0
 @cython.locals(size=Py_ssize_t, off=double, i=Py_ssize_t, k=Py_ssize_t)
-cpdef int take_aim(cnp.ndarray target, cnp.ndarray pose) except -9
+cpdef int take_target(cnp.ndarray target, cnp.ndarray pose) except -9

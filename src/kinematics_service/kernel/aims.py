@@ -28,7 +28,7 @@ def off_rotation(T: Floats) -> float:
     return _off(arrays.numbers(T, 12))
 
 
-def take_aim(target: Floats, pose: Floats) -> int:
+def take_target(target: Floats, pose: Floats) -> int:
     """
     Write a target into a pose and return FINE, or what is wrong with it; ROUGH: almost a rotation.
 

@@ -100,9 +100,9 @@ def let_go() -> np.errstate:
     Nor does numpy warn meanwhile of what the compiled kernel passes over in silence: lanes compute
     what they do not use.
     """
-    silence = np.errstate(all='ignore')
-    silence.__enter__()
-    return silence
+    errors_ignored = np.errstate(all='ignore')
+    errors_ignored.__enter__()
+    return errors_ignored
 
 
 def take_back(lock: np.errstate) -> None:

@@ -29,7 +29,7 @@ cdef bint _all_computable(double* numbers, OurJoints ours) noexcept nogil
 @cython.locals(latest='long long', j=Py_ssize_t, k=Py_ssize_t)
 cdef long long _latest_stamp(JointMemory memory, OurJoints ours) noexcept nogil
 @cython.locals(
-    anew=int, latest='long long', heard=cython.bint, at='long long', said=int, j=Py_ssize_t,
+    new_start=int, latest='long long', heard=cython.bint, at='long long', outcome=int, j=Py_ssize_t,
     unheard='long long',
 )
 cdef int _merge(
@@ -40,7 +40,7 @@ cdef int _merge(
 cdef void _write_continuous_quaternion(
     JointMemory memory, double* row, Py_ssize_t at
 ) noexcept nogil
-@cython.locals(said=int, moving=cython.bint, n=Py_ssize_t, j=Py_ssize_t)
+@cython.locals(outcome=int, moving=cython.bint, n=Py_ssize_t, j=Py_ssize_t)
 cdef int take(
     Arm arm, JointMemory memory, OurJoints ours, double* positions, double* velocities,
     bint has_velocities, long long stamp, long long received, long long arrival, double* row,

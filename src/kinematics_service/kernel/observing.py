@@ -110,7 +110,7 @@ def _merge(
         return places.BAD_POSITION
 
     # Stamps of our joints must grow; a large step back is a new start, not an old message.
-    anew = 0
+    new_start = 0
     if stamp != 0:
         latest = _latest_stamp(memory, ours)
         if stamp <= latest:
@@ -119,7 +119,7 @@ def _merge(
                 return places.NOT_NEWER
             joint_memory.clear(memory)
             memory.is_new_tool = True
-            anew = places.STARTED_ANEW
+            new_start = places.STARTED_ANEW
 
     heard = (
         has_velocities
@@ -129,16 +129,16 @@ def _merge(
     at = stamp if stamp != 0 else received
     _store(memory, ours, positions, velocities, heard, at, stamp != 0, arrival)
 
-    said = places.SAID_WITH_VELOCITIES
+    outcome = places.SAID_WITH_VELOCITIES
     for j in range(memory.joints):
         unheard = arrival - memory.arrival[j]
         if memory.known[j] == 0 or unheard > memory.timeout:
-            return places.INCOMPLETE + anew
+            return places.INCOMPLETE + new_start
         if math.isnan(memory.velocity[j]):
-            said = places.SAID_WITHOUT_VELOCITIES
-        elif memory.differenced[j] != 0 and said == places.SAID_WITH_VELOCITIES:
-            said = places.SAID_WITH_DIFFERENCES
-    return said + anew
+            outcome = places.SAID_WITHOUT_VELOCITIES
+        elif memory.differenced[j] != 0 and outcome == places.SAID_WITH_VELOCITIES:
+            outcome = places.SAID_WITH_DIFFERENCES
+    return outcome + new_start
 
 
 def _write_continuous_quaternion(memory: JointMemory, row: Floats, at: int) -> None:
@@ -167,20 +167,20 @@ def take(
     at: int,
 ) -> int:
     """Do what `observe` does; `at` is the width of the row."""
-    said = _merge(memory, ours, positions, velocities, has_velocities, stamp, received, arrival)
-    if said % places.STARTED_ANEW > places.SAID_WITH_DIFFERENCES:
-        return said
+    outcome = _merge(memory, ours, positions, velocities, has_velocities, stamp, received, arrival)
+    if outcome % places.STARTED_ANEW > places.SAID_WITH_DIFFERENCES:
+        return outcome
     n = memory.joints
-    moving = said % places.STARTED_ANEW != places.SAID_WITHOUT_VELOCITIES
+    moving = outcome % places.STARTED_ANEW != places.SAID_WITHOUT_VELOCITIES
     for j in range(n):
         row[at + j] = memory.position[j]
         row[at + n + j] = memory.velocity[j] if moving else 0.0
     if at == 0:
-        return said
+        return outcome
     if evaluation.evaluate_tail(arm.chain, row, at) >= 0:
-        return places.NOT_COMPUTABLE + said // places.STARTED_ANEW * places.STARTED_ANEW
+        return places.NOT_COMPUTABLE + outcome // places.STARTED_ANEW * places.STARTED_ANEW
     _write_continuous_quaternion(memory, row, at + 2 * n)
-    return said
+    return outcome
 
 
 def check_fit(arm: Arm, memory: JointMemory, ours: OurJoints, count: int, at: int) -> None:

@@ -24,7 +24,7 @@ cdef class Servo:
     cdef double lower(self, double* q, int j) noexcept nogil
 
 @cython.final
-cdef class ServoStep:
+cdef class ServoOutput:
     cdef Servo servo
     cdef readonly object qdot
     cdef readonly double damping

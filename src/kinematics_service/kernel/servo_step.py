@@ -58,7 +58,7 @@ class Servo:
         return min((self.limits[2 * j] - q[j]) / self.horizon, 0.0)
 
 
-class ServoStep:
+class ServoOutput:
     """
     A step of a servo to be filled in: joint velocities, and what shaped them.
 

@@ -2,13 +2,13 @@
 
 from . import arrays, places
 from .arrays import Floats
-from .servo_step import ServoStep
+from .servo_step import ServoOutput
 
 # A faster twist (m/s, rad/s) asks for nothing that a slower one of its direction does not.
 FASTEST = 1e9
 
 
-def _shorten_alike(step: ServoStep, size: float) -> None:
+def _shorten_alike(step: ServoOutput, size: float) -> None:
     # All velocities, so that the tool keeps its direction.
     rate = min(size, FASTEST)
     for j in range(step.servo.n):
@@ -23,7 +23,7 @@ def _shorten_alike(step: ServoStep, size: float) -> None:
         step.v[i] *= rate
 
 
-def _hold_back(step: ServoStep, q: Floats) -> None:
+def _hold_back(step: ServoOutput, q: Floats) -> None:
     # Joints that would run into their limits, while the others make up for it.
     for _ in range(step.servo.n):
         worst = step.worst(q)
@@ -37,7 +37,7 @@ def _hold_back(step: ServoStep, q: Floats) -> None:
             step.rates[step.free[k]] = step.u[step.free[k]]
 
 
-def _keep_to_limits(step: ServoStep, q: Floats) -> None:
+def _keep_to_limits(step: ServoOutput, q: Floats) -> None:
     # What making up for others has made too fast is shortened, all velocities alike.
     share = 1.0
     for j in range(step.servo.n):
@@ -50,7 +50,7 @@ def _keep_to_limits(step: ServoStep, q: Floats) -> None:
         step.rates[j] = min(max(step.rates[j] * share, lower), upper)
 
 
-def _fill(step: ServoStep, q: Floats, row: Floats, twist: Floats) -> None:
+def _fill(step: ServoOutput, q: Floats, row: Floats, twist: Floats) -> None:
     step.begin()
     size = 0.0
     for i in range(6):
@@ -65,7 +65,7 @@ def _fill(step: ServoStep, q: Floats, row: Floats, twist: Floats) -> None:
     _keep_to_limits(step, q)
 
 
-def servo(step: ServoStep, q: Floats, row: Floats, twist: Floats) -> None:
+def servo(step: ServoOutput, q: Floats, row: Floats, twist: Floats) -> None:
     """
     Fill a step with joint velocities that bring a twist about as far as the arm allows.
 

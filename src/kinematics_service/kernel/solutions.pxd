@@ -33,7 +33,7 @@ cdef class Solutions:
     cpdef tuple posture(self, Py_ssize_t k)
 
 @cython.final
-cdef class Found:
+cdef class SolutionCandidates:
     cdef double* room
     cdef double* q
     cdef double* errors
@@ -64,7 +64,7 @@ cdef int require_fit(
 ) except -1
 @cython.locals(
     n=Py_ssize_t, rows=Py_ssize_t, positions='double*', left='double*', kept='long long*',
-    times='long long*', found=Found, count=int, k=Py_ssize_t,
+    times='long long*', found=SolutionCandidates, count=int, k=Py_ssize_t,
 )
 cpdef int distinct(
     Residual residual, Joints joints, double proved, cnp.ndarray q,

@@ -88,7 +88,7 @@ class Solutions:
         return int(signs[0]), int(signs[1]), int(signs[2])
 
 
-class Found:
+class SolutionCandidates:
     """
     Joint positions that may be solutions, and room to sort them.
 
@@ -203,7 +203,7 @@ def distinct(
     n, rows = joints.n, arrays.extent(q, 0)
     positions, left = arrays.numbers(q, rows * n), arrays.numbers(errors, rows)
     kept, times = arrays.whole_results(which, rows), arrays.whole_results(met, rows)
-    found = Found(rows, n)
+    found = SolutionCandidates(rows, n)
     for k in range(rows * n):
         found.q[k] = positions[k]
     for k in range(rows):

@@ -5,26 +5,26 @@ from . cimport arrays, dependence, places, posture, solutions
 from .closed_forms cimport ClosedForm
 from .refinement cimport Refinement
 from .joints cimport Joints
-from .solutions cimport Found, Solutions
+from .solutions cimport SolutionCandidates, Solutions
 
 cdef double LAST
 
 @cython.locals(T='double[12]', free='double[6]', count=int, i=Py_ssize_t)
 cdef int _find(
-    ClosedForm form, double* pose, double* near, double* psi, Found found
+    ClosedForm form, double* pose, double* near, double* psi, SolutionCandidates found
 ) noexcept nogil
 @cython.locals(q='double*', misses=double, i=int)
 cdef int _keep_nearest(
     Refinement refinement, Joints joints, double* near, double proved,
-    int count, Found found, Solutions kept,
+    int count, SolutionCandidates found, Solutions kept,
 ) noexcept nogil
 @cython.locals(q='double*', distinct=int, best=int, row=Py_ssize_t, i=int)
 cdef int _keep_all(
     Refinement refinement, Joints joints, double* near, double proved,
-    int count, Found found, Solutions kept,
+    int count, SolutionCandidates found, Solutions kept,
 ) noexcept nogil
 @cython.locals(
-    most=Py_ssize_t, middle='double*', found=Found, psi='double*', count=int,
+    most=Py_ssize_t, middle='double*', found=SolutionCandidates, psi='double*', count=int,
     q='double*', i=Py_ssize_t,
 )
 cpdef closed_solutions(

@@ -5,7 +5,7 @@ from .arrays import Floats
 from .closed_forms import ClosedForm
 from .joints import Joints
 from .refinement import Refinement
-from .solutions import Found, Solutions
+from .solutions import SolutionCandidates, Solutions
 
 # What is added to the squared distance of a candidate outside the limits: not before the others.
 LAST = 1e200
@@ -16,7 +16,7 @@ def _find(
     pose: Floats,
     near: Floats,
     psi: Floats,
-    found: Found,
+    found: SolutionCandidates,
 ) -> int:
     # Fills in the candidates for a pose, with room psi for their screws; how many there are.
     T, free = [0.0] * 12, [0.0] * 6
@@ -34,7 +34,7 @@ def _keep_nearest(
     near: Floats,
     proved: float,
     count: int,
-    found: Found,
+    found: SolutionCandidates,
     kept: Solutions,
 ) -> int:
     # The nearest of the solutions inside the limits; how many there are, 0 or 1.
@@ -62,7 +62,7 @@ def _keep_all(
     near: Floats,
     proved: float,
     count: int,
-    found: Found,
+    found: SolutionCandidates,
     kept: Solutions,
 ) -> int:
     # All solutions, nearest first; how many there are.
@@ -119,7 +119,7 @@ def closed_solutions(
     if form.n != joints.n:
         raise TypeError('an arm and its closed form do not go together')
     middle = arrays.numbers(near, joints.n)
-    found, psi = Found(most, joints.n), arrays.scratch(most * form.k)
+    found, psi = SolutionCandidates(most, joints.n), arrays.scratch(most * form.k)
     count = _find(form, refinement.residual.pose, middle, psi, found)
     arrays.give_back(psi)
     if only_one:

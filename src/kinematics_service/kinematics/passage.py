@@ -39,7 +39,7 @@ SEEN = 0.35
 SLOWEST = (1.0, 0.5, 0.3, 0.2, 0.1, 0.05, 0.02, 0.01, 0.003, 0.001)
 TURN = 0.3
 # The path's clock is tabulated at so many places of a period.
-PLACES = 4096
+SAMPLES = 4096
 # What rounding may take from a period, as a share.
 ROUND_OFF = 1e-12
 # What interpolation between them may add to a velocity, as a share.
@@ -90,8 +90,8 @@ class Passage:
 
     def _turned(self, t: Floats) -> tuple[Floats, Floats]:
         # u and du/dt: a cubic between two places (Hermite), so that both are continuous.
-        k = np.clip(np.searchsorted(self.clock, t, side='right') - 1, 0, PLACES - 1)
-        length, turn = self.clock[k + 1] - self.clock[k], 2.0 * math.pi / PLACES
+        k = np.clip(np.searchsorted(self.clock, t, side='right') - 1, 0, SAMPLES - 1)
+        length, turn = self.clock[k + 1] - self.clock[k], 2.0 * math.pi / SAMPLES
         s = (t - self.clock[k]) / length
         begin, end = length * self.pace[k], length * self.pace[k + 1]
         a, b = begin + end - 2.0 * turn, 3.0 * turn - 2.0 * begin - end
@@ -157,7 +157,7 @@ def _clearest_way(robot: Robot, middles: Floats, inside: Floats) -> _Way | None:
 
 def _clocked(robot: Robot, way: _Way) -> Passage:
     # u goes round once in a period, and x = cos(u) to and fro.
-    u, step = np.linspace(0.0, 2.0 * math.pi, PLACES + 1, retstep=True)
+    u, step = np.linspace(0.0, 2.0 * math.pi, SAMPLES + 1, retstep=True)
     x, sine = np.cos(u), np.abs(np.sin(u))
     q, slope = way.at(x), way.slope(x)
     near, felt = singularity(robot, q), _tool_motion(robot, q, slope)

@@ -27,7 +27,7 @@ ROWS = 65_536
 # Batches under way for each thread of the cluster: enough that none waits for the wire.
 AHEAD = 3
 # How long a scheduler may take to answer, and to have a worker, s.
-PATIENCE = 5
+CONNECT_TIMEOUT = 5
 ADDRESS = re.compile(r'dask://(\[[0-9a-fA-F:]+\]|[\w.-]+):(\d{1,5})/?')
 INSTALL = "pip install '.[dask]' in its checkout, or pip install 'dask[distributed]'"
 
@@ -150,14 +150,14 @@ def _client(workers: str) -> Iterator[Any]:
     # What goes wrong is said in one sentence; dask would add pages.
     logging.getLogger('distributed').setLevel(logging.CRITICAL)
     try:
-        client = connect(address, timeout=PATIENCE, set_as_default=False)
+        client = connect(address, timeout=CONNECT_TIMEOUT, set_as_default=False)
     except (OSError, TimeoutError):
         raise SweepError(f'workers {workers}: no dask scheduler answers there') from None
     try:
         try:
-            client.wait_for_workers(1, timeout=PATIENCE)
+            client.wait_for_workers(1, timeout=CONNECT_TIMEOUT)
         except TimeoutError:
             raise SweepError(f'workers {workers}: the scheduler has no worker') from None
         yield client
     finally:
-        client.close(timeout=PATIENCE)
+        client.close(timeout=CONNECT_TIMEOUT)

@@ -17,25 +17,25 @@ from ...estimation.estimator import (
     Estimator,
     EstimatorSettings,
 )
-from ...formats.recordings.block import AuditError, Block, Unreadable
+from ...formats.recordings.block import AuditError, Block, UnreadableMessage
 from ...formats.recordings.columns import Column, spans
-from ...formats.recordings.source import Remark, Source
+from ...formats.recordings.source import Remark, RecordingSource
 from ...kernel import Floats
 from ...robot.measures import Level
 from ...robot.robot import Robot
 from .computer import Computer, NoStateError
 from .frames import FrameReport, FrameSettings, NotCompared, frames_of
-from .ingest import Example, Ingest
+from .ingest import RefusedExample, Ingest
 from .joints import JointReport, Jump, joint_reports, jumps_of
 from .stream import Stream, StreamWatch
 from .stretches import Stretch, badness, stretches_of, watched_values
-from .timeline import Part, Timeline
+from .timeline import TimelineBatch, Timeline
 
 # Names of joints shown where none is ours.
 MOST_NAMES = 12
 
 
-class Moment(NamedTuple):
+class WorstMoment(NamedTuple):
     """A worst moment: what was extreme, the row of the timeline, and the value in words."""
 
     what: str
@@ -69,14 +69,14 @@ class Audit:
     planned: bool
     remarks: tuple[Remark, ...]
     counts: dict[str, int]
-    examples: dict[str, Example]
+    examples: dict[str, RefusedExample]
     stream: Stream
     timeline: Timeline
     stretches: tuple[Stretch, ...]
     joints: tuple[JointReport, ...]
     jump_count: int
     jumps: tuple[Jump, ...]
-    moments: tuple[Moment, ...]
+    moments: tuple[WorstMoment, ...]
     frames: FrameReport | NotCompared | None
     phases: dict[str, float] = field(default_factory=dict)
 
@@ -92,19 +92,19 @@ class Audit:
         return any(remark.level == Level.ERROR for remark in self.remarks)
 
 
-class Listener(NamedTuple):
+class AuditProgress(NamedTuple):
     """Who is told of the work while it goes on: number of messages; each batch with its block."""
 
     progress: Callable[[int], None] = lambda messages: None
-    part: Callable[[Part], None] = lambda part: None
+    part: Callable[[TimelineBatch], None] = lambda part: None
 
 
 def audit(
-    source: Source,
+    source: RecordingSource,
     robot: Robot,
     file: str,
     settings: EstimatorSettings | None = None,
-    listener: Listener | None = None,
+    listener: AuditProgress | None = None,
     frame_settings: FrameSettings | None = None,
 ) -> Audit:
     """
@@ -116,14 +116,14 @@ def audit(
         No message makes a state of the arm, or the file is damaged.
     """
     settings = settings or EstimatorSettings()
-    listener = listener or Listener()
+    listener = listener or AuditProgress()
     begin = time.perf_counter()
     ingest = Ingest(robot, Estimator(robot, settings))
     names = tuple(settings.joint_prefix + name for name in robot.joint_names)
     watch = StreamWatch(names)
     heard: dict[str, None] = {}
 
-    def each(block: Block | Unreadable, part: Part | None) -> None:
+    def each(block: Block | UnreadableMessage, part: TimelineBatch | None) -> None:
         watch.take(block)
         if isinstance(block, Block) and len(heard) < MOST_NAMES:
             heard.update(dict.fromkeys(block.names))
@@ -168,7 +168,11 @@ def audit(
 
 
 def _why_nothing(
-    source: Source, robot: Robot, ingest: Ingest, names: tuple[str, ...], heard: tuple[str, ...]
+    source: RecordingSource,
+    robot: Robot,
+    ingest: Ingest,
+    names: tuple[str, ...],
+    heard: tuple[str, ...],
 ) -> str:
     wanted = ', '.join(names)
     if not ingest.counts:
@@ -191,17 +195,17 @@ def _moments(
     timeline: Timeline,
     joints: tuple[JointReport, ...],
     jumps: tuple[Jump, ...],
-) -> tuple[Moment, ...]:
+) -> tuple[WorstMoment, ...]:
     worst, value = _nearest(robot, timeline)
     measure = robot.thresholds.measure.replace('_', ' ')
-    moments = [Moment(f'nearest to a singularity ({measure})', worst, f'{value:.3g}')]
+    moments = [WorstMoment(f'nearest to a singularity ({measure})', worst, f'{value:.3g}')]
     for what, column, unit in (
         ('fastest tool motion', timeline.speed, 'm/s'),
         ('fastest tool rotation', timeline.turning, 'rad/s'),
     ):
         row, value = _largest(column)
         if value > 0.0:
-            moments.append(Moment(what, row, f'{value:.3g} {unit}'))
+            moments.append(WorstMoment(what, row, f'{value:.3g} {unit}'))
     for j, joint in enumerate(joints):
         unit = 'm' if joint.sliding else 'rad'
         if joint.beyond:
@@ -209,12 +213,12 @@ def _moments(
                 timeline.q.columns[j], partial(_excess, joint.lower, joint.upper)
             )
             moments.append(
-                Moment(f'{joint.name} farthest beyond its limit', row, f'{value:.3g} {unit}')
+                WorstMoment(f'{joint.name} farthest beyond its limit', row, f'{value:.3g} {unit}')
             )
         if joint.too_fast:
             row, _ = _largest(timeline.qdot.columns[j], np.abs)
             moments.append(
-                Moment(
+                WorstMoment(
                     f'{joint.name} above its velocity limit of {joint.velocity_limit:.3g}',
                     row,
                     f'{joint.fastest:.3g} {unit}/s',
@@ -222,7 +226,7 @@ def _moments(
             )
         if joint.check is not None and joint.check.worst > 0.1 * joint.check.speed:
             moments.append(
-                Moment(
+                WorstMoment(
                     f'{joint.name}: reported velocity farthest from its positions',
                     joint.check.row,
                     f'{joint.check.worst:.3g} {unit}/s',
@@ -231,7 +235,7 @@ def _moments(
     if jumps:
         largest = max(jumps, key=lambda jump: abs(jump.step))
         moments.append(
-            Moment(f'largest jump ({largest.joint})', largest.row, f'{largest.step:+.3g}')
+            WorstMoment(f'largest jump ({largest.joint})', largest.row, f'{largest.step:+.3g}')
         )
     return tuple(moments)
 

@@ -8,19 +8,19 @@ import numpy as np
 
 from ...errors import JointVectorError
 from ...estimation.estimator import ACCEPTED, TOO_LARGE
-from ...estimation.status_text import Notice, notice_of, stale_notice
-from ...formats.recordings.block import Block, Flags, Unreadable
+from ...estimation.status_text import StatusText, singularity_status, stale_status
+from ...formats.recordings.block import Block, Flags, UnreadableMessage
 from ...kernel import Floats
 from ...kinematics.singularity import FactorMeasures, Singularity, singularity_of
 from ...kinematics.tool_state import evaluate
 from ...robot.measures import Level
 from ...robot.robot import Robot
-from .ingest import Ingest, Known
+from .ingest import Ingest, KnownJoints
 from .judging import Judge
-from .timeline import MEASURE_NAMES, Part, Said, Timeline
+from .timeline import MEASURE_NAMES, TimelineBatch, PublishedWarning, Timeline
 
 # Sentences kept; an arm that chatters at a threshold for hours is told by its first ones.
-MOST_SAID = 10_000
+MOST_WARNINGS = 10_000
 
 
 def part_singularity(singularity: Singularity, k: int, moving: bool) -> Singularity:
@@ -64,12 +64,12 @@ class Computer:
 
     def run(
         self,
-        blocks: Iterable[Block | Unreadable],
-        each: Callable[[Block | Unreadable, Part | None], None],
+        blocks: Iterable[Block | UnreadableMessage],
+        each: Callable[[Block | UnreadableMessage, TimelineBatch | None], None],
     ) -> Timeline:
         """Return the timeline of all blocks; `each` is called with every one and what it made."""
         for block in blocks:
-            if isinstance(block, Unreadable):
+            if isinstance(block, UnreadableMessage):
                 self._ingest.refuse(block)
                 each(block, None)
                 continue
@@ -80,7 +80,7 @@ class Computer:
             raise NoStateError
         return self._timeline
 
-    def _part(self, known: Known) -> Part | None:
+    def _part(self, known: KnownJoints) -> TimelineBatch | None:
         robot, first = self._robot, len(self._timeline)
         try:
             state = evaluate(robot, known.q, np.nan_to_num(known.qdot, nan=0.0))
@@ -98,28 +98,28 @@ class Computer:
             singularity.lost_direction,
             nearest,
             known.arrivals,
-            known.silences,
+            known.timeouts,
         )
         moving = ~np.any(np.isnan(known.qdot), axis=1)
-        said = [
-            Said(first + k, silence.moment, self._stale_notice(silence.missing))
-            for k, silence in judged.silences
+        warnings = [
+            PublishedWarning(first + k, timeout.moment, self._stale_status(timeout.missing))
+            for k, timeout in judged.timeouts
         ]
-        for k in judged.said:
+        for k in judged.warnings:
             one = part_singularity(singularity, k, bool(moving[k]))
             level = Level(int(judged.levels[k]))
-            notice = notice_of(robot, one, level, self._base_frame, self._joint_prefix)
-            said.append(Said(first + k, int(known.arrivals[k]), notice))
-        said.sort(key=lambda one: (one.row, one.moment))
+            notice = singularity_status(robot, one, level, self._base_frame, self._joint_prefix)
+            warnings.append(PublishedWarning(first + k, int(known.arrivals[k]), notice))
+        warnings.sort(key=lambda one: (one.row, one.moment))
         signs = self._signs(state.quaternion_xyzw, known.fresh)
         quaternion = state.quaternion_xyzw * signs[:, None]
         self._quaternion = np.array(quaternion[-1])
         timeline = self._timeline
         timeline.append(known, state, singularity, judged.levels, signs < 0.0)
-        timeline.said += said[: max(0, MOST_SAID - len(timeline.said))]
-        return Part(first, known, state, quaternion, singularity, said)
+        timeline.warnings += warnings[: max(0, MOST_WARNINGS - len(timeline.warnings))]
+        return TimelineBatch(first, known, state, quaternion, singularity, warnings)
 
-    def _computable(self, known: Known) -> Known:
+    def _computable(self, known: KnownJoints) -> KnownJoints:
         # Lengths of the robot file can overflow with positions the estimator lets pass.
         good = np.ones(len(known), dtype=bool)
         for k in range(len(known)):
@@ -133,14 +133,14 @@ class Computer:
         at = np.cumsum(good) - 1
         columns = {
             field.name: getattr(known, field.name)[good]
-            for field in dataclasses.fields(Known)
+            for field in dataclasses.fields(KnownJoints)
             if field.name != 'silences'
         }
-        kept = {int(at[k]): silence for k, silence in known.silences.items() if good[k]}
-        return Known(**columns, silences=kept)
+        kept = {int(at[k]): timeout for k, timeout in known.timeouts.items() if good[k]}
+        return KnownJoints(**columns, timeouts=kept)
 
-    def _stale_notice(self, missing: tuple[str, ...]) -> Notice:
-        return stale_notice(self._robot, f'no joint state of {", ".join(missing)}')
+    def _stale_status(self, missing: tuple[str, ...]) -> StatusText:
+        return stale_status(self._robot, f'no joint state of {", ".join(missing)}')
 
     def _signs(self, quaternions: Floats, fresh: Flags) -> Floats:
         # As the estimator: turned where the last one, as published, points the other way.

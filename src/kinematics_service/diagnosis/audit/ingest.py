@@ -13,8 +13,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...estimation.estimator import ACCEPTED, LARGEST, RESETS, UNREADABLE, Estimator, Refusal
-from ...formats.recordings.block import Block, Flags, Times, Unreadable
+from ...estimation.estimator import (
+    ACCEPTED,
+    LARGEST,
+    RESETS,
+    UNREADABLE,
+    Estimator,
+    RefusedMessage,
+)
+from ...formats.recordings.block import Block, Flags, Times, UnreadableMessage
 from ...kernel import Floats
 from ...robot.robot import Robot
 
@@ -22,7 +29,7 @@ from ...robot.robot import Robot
 SHORTEST_RUN = 8
 
 
-class Silence(NamedTuple):
+class JointTimeout(NamedTuple):
     """
     A joint was not heard for the timeout: the node says STALE at `moment` (ns, of the recording).
     """
@@ -32,7 +39,7 @@ class Silence(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Known:
+class KnownJoints:
     """
     The joints that are known after each message that makes a state.
 
@@ -59,13 +66,13 @@ class Known:
     qdot: Floats
     differenced: Flags
     fresh: Flags
-    silences: dict[int, Silence]
+    timeouts: dict[int, JointTimeout]
 
     def __len__(self) -> int:
         return len(self.stamps)
 
 
-class Example(NamedTuple):
+class RefusedExample(NamedTuple):
     """The first message refused for a reason."""
 
     message: int
@@ -86,7 +93,7 @@ class Ingest:
     """
 
     def __init__(self, robot: Robot, estimator: Estimator) -> None:
-        self.examples: dict[str, Example] = {}
+        self.examples: dict[str, RefusedExample] = {}
         self._robot = robot
         self._estimator = estimator
         names = [estimator.settings.joint_prefix + name for name in robot.joint_names]
@@ -95,16 +102,16 @@ class Ingest:
         self._message = 0
         self._started: int | None = None
         self._stale = False
-        self._pending: tuple[Silence | None, bool] = (None, False)
+        self._pending: tuple[JointTimeout | None, bool] = (None, False)
 
     @property
     def counts(self) -> Counter[str]:
         """Return the estimator's own counts."""
         return self._estimator.counts
 
-    def take(self, block: Block) -> Known:
+    def take(self, block: Block) -> KnownJoints:
         """Return what is known after each message of the next block that makes a state."""
-        rows = _Rows(*self._pending)
+        rows = _KnownRows(*self._pending)
         for begin, end in self._runs(block):
             k = begin
             while k < end:
@@ -119,18 +126,18 @@ class Ingest:
         self._pending = (rows.silence, rows.reset)
         return rows.known(self._robot.dof)
 
-    def refuse(self, message: Unreadable) -> None:
+    def refuse(self, message: UnreadableMessage) -> None:
         """Count a message that cannot be read, as the node does."""
         self.counts[UNREADABLE] += 1
         if UNREADABLE not in self.examples:
-            self.examples[UNREADABLE] = Example(self._message, 0, message.reason)
+            self.examples[UNREADABLE] = RefusedExample(self._message, 0, message.reason)
         self._message += 1
 
     def _runs(self, block: Block) -> Iterator[tuple[int, int]]:
         # Runs of messages that can be taken in columns once the first of them is accepted; others
         # are runs of one.
         count = len(block)
-        places = self._places(block)
+        places = self._joint_columns(block)
         if places is None:
             yield from ((k, k + 1) for k in range(count))
             return
@@ -142,7 +149,7 @@ class Ingest:
         starts = [*np.flatnonzero(~follows).tolist(), count]
         yield from zip(starts, starts[1:])
 
-    def _places(self, block: Block) -> list[int] | None:
+    def _joint_columns(self, block: Block) -> list[int] | None:
         # Where each of our joints stands; None unless each is there once and has a position.
         if block.positions.shape[1] != len(block.names):
             return None
@@ -160,9 +167,9 @@ class Ingest:
         resets = estimator.counts[RESETS]
         outcome = estimator.accept(sample)
         rows.reset |= estimator.counts[RESETS] != resets
-        if isinstance(outcome, Refusal):
+        if isinstance(outcome, RefusedMessage):
             if outcome.reason not in self.examples:
-                self.examples[outcome.reason] = Example(
+                self.examples[outcome.reason] = RefusedExample(
                     self._message + k, sample.stamp, outcome.sentence
                 )
             return False
@@ -189,12 +196,12 @@ class Ingest:
             age = self._estimator.age(arrival)
             heard = self._started if math.isinf(age) else arrival - round(age * 1e9)
             moment = max(heard, self._started) + timeout
-            rows.silence = Silence(min(moment, arrival), missing)
+            rows.silence = JointTimeout(min(moment, arrival), missing)
 
     def _columns(self, block: Block, first: int, end: int, rows: '_Rows') -> None:
         # Messages first + 1 to end - 1, message `first` being the last one accepted.
         settings = self._estimator.settings
-        places = self._places(block)
+        places = self._joint_columns(block)
         assert places is not None
         q = block.positions[first:end, places]
         stamps, arrivals = block.stamps[first:end], block.received[first:end]
@@ -218,7 +225,7 @@ class Ingest:
         before = len(rows)
         for k in late.tolist():
             moment = int(arrivals[k]) + settings.timeout
-            rows.silences[before + k] = Silence(moment, self._names)
+            rows.timeouts[before + k] = JointTimeout(moment, self._names)
         rows.add(
             np.arange(first + 1, end) + self._message,
             stamps[1:],
@@ -243,11 +250,11 @@ class Ingest:
         return np.asarray(differences)
 
 
-class _Rows:
+class _KnownRows:
     """The rows of a `Known` while they are collected."""
 
-    def __init__(self, silence: Silence | None, reset: bool) -> None:
-        self.silences: dict[int, Silence] = {}
+    def __init__(self, silence: JointTimeout | None, reset: bool) -> None:
+        self.timeouts: dict[int, JointTimeout] = {}
         self.silence, self.reset = silence, reset
         self._parts: list[tuple[Floats, ...]] = []
         self._fresh: list[int] = []
@@ -258,22 +265,22 @@ class _Rows:
 
     def add(self, *columns: object) -> None:
         if self.silence is not None:
-            self.silences[self._count] = self.silence
+            self.timeouts[self._count] = self.silence
         if self.reset:
             self._fresh.append(self._count)
         self.silence, self.reset = None, False
         self._parts.append(tuple(np.asarray(column) for column in columns))
         self._count += len(self._parts[-1][0])
 
-    def known(self, dof: int) -> Known:
+    def known(self, dof: int) -> KnownJoints:
         fresh = np.zeros(self._count, dtype=bool)
         fresh[self._fresh] = True
         if not self._parts:
             none, table = np.zeros(0, dtype=np.int64), np.zeros((0, dof))
-            return Known(none, none, none, table, table, none.astype(bool), fresh, {})
+            return KnownJoints(none, none, none, table, table, none.astype(bool), fresh, {})
         columns = [np.concatenate(column) for column in zip(*self._parts)]
         messages, stamps, arrivals, q, qdot, differenced = columns
-        return Known(
+        return KnownJoints(
             messages.astype(np.int64),
             stamps.astype(np.int64),
             arrivals.astype(np.int64),
@@ -281,5 +288,5 @@ class _Rows:
             qdot,
             differenced.astype(bool),
             fresh,
-            self.silences,
+            self.timeouts,
         )

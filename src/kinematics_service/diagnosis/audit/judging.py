@@ -10,7 +10,7 @@ from ...estimation.alarm import Alarm
 from ...formats.recordings.block import Times
 from ...kernel import Floats
 from ...robot.measures import HYSTERESIS, MEASURES, Level, Thresholds
-from .ingest import Silence
+from .ingest import JointTimeout
 
 Levels = npt.NDArray[np.int8]
 
@@ -23,8 +23,8 @@ class Judged(NamedTuple):
     """
 
     levels: Levels
-    said: list[int]
-    silences: list[tuple[int, Silence]]
+    warnings: list[int]
+    timeouts: list[tuple[int, JointTimeout]]
 
 
 def _levels_after(thresholds: Thresholds, values: Floats) -> npt.NDArray[np.int8]:
@@ -55,7 +55,7 @@ class Judge:
         directions: Floats,
         factors: Times | None,
         arrivals: Times,
-        silences: dict[int, Silence],
+        timeouts: dict[int, JointTimeout],
     ) -> Judged:
         """
         Return levels and what is said.
@@ -73,33 +73,33 @@ class Judge:
         silences
             What was silent before a row.
         """
-        levels = self._levels(values, silences)
+        levels = self._levels(values, timeouts)
         before = np.concatenate([[self.alarm.level], levels[:-1]])
         # While it stays OK nothing is said and nothing remembered.
-        stirring = (levels != Level.OK) | (before != Level.OK)
-        if self.alarm.said is None:
-            stirring[:1] = True
-        stirring[list(silences)] = True
-        said: list[int] = []
-        stale: list[tuple[int, Silence]] = []
-        for k in np.flatnonzero(stirring).tolist():
-            if k in silences:
-                self.alarm, say = self.alarm.step(Level.STALE, None, silences[k].moment)
-                stale += [(k, silences[k])] if say else []
+        eventful = (levels != Level.OK) | (before != Level.OK)
+        if self.alarm.warnings is None:
+            eventful[:1] = True
+        eventful[list(timeouts)] = True
+        warnings: list[int] = []
+        stale: list[tuple[int, JointTimeout]] = []
+        for k in np.flatnonzero(eventful).tolist():
+            if k in timeouts:
+                self.alarm, say = self.alarm.step(Level.STALE, None, timeouts[k].moment)
+                stale += [(k, timeouts[k])] if say else []
             factor = None if factors is None else int(factors[k])
             self.alarm, say = self.alarm.step(
                 Level(int(levels[k])), directions[k], int(arrivals[k]), factor
             )
-            said += [k] if say else []
-        return Judged(levels, said, stale)
+            warnings += [k] if say else []
+        return Judged(levels, warnings, stale)
 
-    def _levels(self, values: Floats, silences: dict[int, Silence]) -> Levels:
+    def _levels(self, values: Floats, timeouts: dict[int, JointTimeout]) -> Levels:
         after = _levels_after(self.thresholds, values)
         levels: Levels = after[0].copy()
         # Where the level before makes no difference there is nothing to follow.
         open_ = np.any(after != after[0], axis=0)
         previous = self.alarm.level
         for k in np.flatnonzero(open_).tolist():
-            before = (int(levels[k - 1]) if k else previous) if k not in silences else Level.STALE
+            before = (int(levels[k - 1]) if k else previous) if k not in timeouts else Level.STALE
             levels[k] = after[0 if before == Level.STALE else before, k]
         return levels

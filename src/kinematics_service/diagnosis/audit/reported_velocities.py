@@ -82,7 +82,7 @@ def longest_interval(forwards: float) -> float:
     return LONGEST * forwards
 
 
-class _Piece(NamedTuple):
+class _JointSamples(NamedTuple):
     """Messages with news of a joint, after the one that came before them."""
 
     q: Floats
@@ -109,7 +109,7 @@ class _Joint:
     wraps: bool
     longest: float = 0.0
 
-    def pieces(self) -> Iterator[_Piece]:
+    def pieces(self) -> Iterator[_JointSamples]:
         timeline, unwrapped = self.timeline, Unwrapped(self.wraps)
         last = np.array([math.nan]), np.array([math.nan])
         before: list[Any] | None = None
@@ -127,10 +127,10 @@ class _Joint:
             if before is not None:
                 piece = [np.concatenate(pair) for pair in zip(before, piece)]
             if len(piece[0]):
-                yield _Piece(*piece)
+                yield _JointSamples(*piece)
                 before = [column[-1:] for column in piece]
 
-    def intervals(self) -> Iterator[tuple[_Piece, _Intervals]]:
+    def intervals(self) -> Iterator[tuple[_JointSamples, _Intervals]]:
         for piece in self.pieces():
             steps, known = np.diff(piece.stamps), ~np.isnan(piece.reported)
             use = (steps > 0) & (steps <= self.longest) & known[1:] & known[:-1]
@@ -208,7 +208,7 @@ def _lag(joint: _Joint, count: int, rms: float) -> float:
     interval = median(joint.times)
     shifts = interval * np.linspace(-LAGS, LAGS, 8 * LAGS + 1)
     stride = max(1, count // LAG_ROWS)
-    trial, seen, first = _Trial(shifts), 0, True
+    trial, seen, first = _ShiftTrial(shifts), 0, True
     for piece, (mean, _, use) in joint.intervals():
         at = np.flatnonzero(use)
         at, seen = at[-seen % stride :: stride], seen + len(at)
@@ -228,7 +228,7 @@ def _lag(joint: _Joint, count: int, rms: float) -> float:
     return float(shifts[best])
 
 
-class _Trial:
+class _ShiftTrial:
     """Velocities looked up at shifted times, as soon as what comes after them is known."""
 
     def __init__(self, shifts: Floats) -> None:

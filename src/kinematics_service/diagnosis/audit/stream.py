@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...formats.recordings.block import Block, Times, Unreadable
+from ...formats.recordings.block import Block, Times, UnreadableMessage
 from ...formats.recordings.columns import Column, median, spans
 
 # A gap is this many times the median interval of stamps, and at least so long (ns).
@@ -106,9 +106,9 @@ class StreamWatch:
         self._last: tuple[int, list[float]] | None = None
         self._count = 0
 
-    def take(self, block: Block | Unreadable) -> None:
+    def take(self, block: Block | UnreadableMessage) -> None:
         """Look at the next block."""
-        if isinstance(block, Unreadable):
+        if isinstance(block, UnreadableMessage):
             self._count += 1
             return
         order = tuple(name for name in block.names if name in self._ours)

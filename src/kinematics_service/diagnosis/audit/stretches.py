@@ -15,7 +15,7 @@ from ...robot.robot import Robot
 from .timeline import Timeline
 
 
-class Passed(NamedTuple):
+class FactorPassage(NamedTuple):
     """A named factor near its zero: its least distance (rad) and the row of the timeline."""
 
     name: str
@@ -58,7 +58,7 @@ class Stretch(NamedTuple):
     stopped: float
     value: float
     factor: str
-    factors: tuple[Passed, ...]
+    factors: tuple[FactorPassage, ...]
     lost: str
     fighting: str
     q: Floats
@@ -106,7 +106,7 @@ def _stretch(robot: Robot, timeline: Timeline, first: int, last: int) -> Stretch
     until = last + 1 if goes_on else last
     level, stopped = Level.OK, 0.0
     worst, worse = first, -math.inf
-    passed: dict[int, Passed] = {}
+    passed: dict[int, FactorPassage] = {}
     for span in spans(last + 1 - first):
         rows = slice(first + span.start, first + span.stop)
         t = timeline.t[rows.start : min(rows.stop, until) + 1]
@@ -139,7 +139,7 @@ def _stretch(robot: Robot, timeline: Timeline, first: int, last: int) -> Stretch
     )
 
 
-def _pass(robot: Robot, timeline: Timeline, rows: slice, passed: dict[int, Passed]) -> None:
+def _pass(robot: Robot, timeline: Timeline, rows: slice, passed: dict[int, FactorPassage]) -> None:
     # Where each factor that is the nearest at some time was least.
     if not robot.factors.names:
         return
@@ -150,4 +150,4 @@ def _pass(robot: Robot, timeline: Timeline, rows: slice, passed: dict[int, Passe
         row = int(own[np.argmin(distances[own, k])])
         distance = float(distances[row, k])
         if k not in passed or distance < passed[k].distance:
-            passed[k] = Passed(robot.factors.names[k], distance, rows.start + row)
+            passed[k] = FactorPassage(robot.factors.names[k], distance, rows.start + row)

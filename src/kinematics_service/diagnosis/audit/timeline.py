@@ -4,14 +4,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...estimation.status_text import Notice
+from ...estimation.status_text import StatusText
 from ...formats.recordings.block import Flags, Times
-from ...formats.recordings.columns import Column, Table
+from ...formats.recordings.columns import Column, StateTable
 from ...kernel import Floats
 from ...kinematics.singularity import Singularity
 from ...kinematics.tool_state import ToolState
 from ...robot.robot import Robot
-from .ingest import Known
+from .ingest import KnownJoints
 from .judging import Levels
 
 MEASURE_NAMES = (
@@ -23,14 +23,14 @@ MEASURE_NAMES = (
 )
 
 
-class Said(NamedTuple):
+class PublishedWarning(NamedTuple):
     """
     A warning as the node would have published it; `row` is the state it belongs to or precedes.
     """
 
     row: int
     moment: int
-    notice: Notice
+    notice: StatusText
 
 
 class Timeline:
@@ -71,14 +71,18 @@ class Timeline:
     def __init__(self, robot: Robot) -> None:
         self.messages, self.stamps = Column(np.int64), Column(np.int64)
         self.t = Column(np.float64)
-        self.q, self.qdot = Table(robot.dof), Table(robot.dof)
+        self.q, self.qdot = StateTable(robot.dof), StateTable(robot.dof)
         self.differenced, self.turned = Column(bool), Column(bool)
-        self.position, self.speed, self.turning = Table(3), Column(np.float64), Column(np.float64)
+        self.position, self.speed, self.turning = (
+            StateTable(3),
+            Column(np.float64),
+            Column(np.float64),
+        )
         kept = (robot.thresholds.measure, 'smallest_singular_value', 'condition_number')
         self.measures = {name: Column(np.float64) for name in kept}
-        self.factors = Table(len(robot.factors.names))
+        self.factors = StateTable(len(robot.factors.names))
         self.levels, self.silent = Column(np.int8), Column(bool)
-        self.said: list[Said] = []
+        self.warnings: list[PublishedWarning] = []
         self._clock: tuple[int, int] | None = None
 
     def __len__(self) -> int:
@@ -91,7 +95,7 @@ class Timeline:
 
     def append(
         self,
-        known: Known,
+        known: KnownJoints,
         state: ToolState,
         singularity: Singularity,
         levels: Levels,
@@ -101,7 +105,7 @@ class Timeline:
         moving = ~np.any(np.isnan(known.qdot), axis=1)
         twist = np.where(moving[:, None], state.twist, np.nan)
         silent = np.zeros(len(known), dtype=bool)
-        silent[list(known.silences)] = True
+        silent[list(known.timeouts)] = True
         self.messages.append(known.messages)
         self.t.append(self._times(known.stamps))
         self.stamps.append(known.stamps)
@@ -129,7 +133,7 @@ class Timeline:
         return times
 
 
-class Part(NamedTuple):
+class TimelineBatch(NamedTuple):
     """
     A batch of states with everything the node would publish of them.
 
@@ -137,8 +141,8 @@ class Part(NamedTuple):
     """
 
     first: int
-    known: Known
+    known: KnownJoints
     state: ToolState
     quaternion_xyzw: Floats
     singularity: Singularity
-    said: list[Said]
+    warnings: list[PublishedWarning]

@@ -17,17 +17,17 @@ FEW, SHARE = 2, 1e-3
 VELOCITY_SHARE = 0.2
 
 
-class Sentence(NamedTuple):
+class Finding(NamedTuple):
     """One finding: `level` OK, WARN or ERROR."""
 
     level: Level
     text: str
 
 
-class Verdict(NamedTuple):
+class AuditVerdict(NamedTuple):
     """The findings in the order to read them; the first says it all."""
 
-    sentences: tuple[Sentence, ...]
+    sentences: tuple[Finding, ...]
 
     @property
     def level(self) -> Level:
@@ -49,7 +49,7 @@ def count(number: int, noun: str) -> str:
     return f'{number:,} {noun}' + ('' if number == 1 else 's')
 
 
-def verdict_of(audit: Audit) -> Verdict:
+def verdict_of(audit: Audit) -> AuditVerdict:
     """Return the findings in words."""
     sentences = [*_not_judged(audit), _singular(audit), *_limits(audit), *_frames(audit)]
     if not audit.planned:
@@ -58,15 +58,15 @@ def verdict_of(audit: Audit) -> Verdict:
         jump = audit.jumps[0]
         at = seconds(float(audit.timeline.t[jump.row]))
         sentences.append(
-            Sentence(
+            Finding(
                 Level.WARN,
                 f'{count(audit.jump_count, "jump")} of a joint that its speed does not explain, '
                 f'the first of {jump.joint} by {jump.step:+.3g} at {at}.',
             )
         )
-    sentences += [Sentence(remark.level, f'{remark.text}.') for remark in audit.remarks]
+    sentences += [Finding(remark.level, f'{remark.text}.') for remark in audit.remarks]
     first, *others = sentences
-    return Verdict((first, *sorted(others, key=lambda sentence: -sentence.level)))
+    return AuditVerdict((first, *sorted(others, key=lambda sentence: -sentence.level)))
 
 
 def _unjudged(audit: Audit) -> int:
@@ -86,26 +86,26 @@ def _in_doubt(audit: Audit) -> bool:
     return not audit.planned and _unjudged(audit) > max(FEW, SHARE * audit.stream.messages)
 
 
-def _not_judged(audit: Audit) -> list[Sentence]:
+def _not_judged(audit: Audit) -> list[Finding]:
     if not audit.planned or not audit.refused:
         return []
     text = f'The planned motion could not be judged in {_unjudged_share(audit)}'
-    return [Sentence(Level.ERROR, f'{text}: {_reasons(audit.refused)}.')]
+    return [Finding(Level.ERROR, f'{text}: {_reasons(audit.refused)}.')]
 
 
 def _reasons(refused: dict[str, int]) -> str:
     return ', '.join(f'{reason} ({number:,})' for reason, number in refused.items())
 
 
-def _singular(audit: Audit) -> Sentence:
+def _singular(audit: Audit) -> Finding:
     found = _singular_poses(audit)
     if not _in_doubt(audit):
         return found
     level = max(found.level, Level.WARN)
-    return Sentence(level, f'{found.text} {_unjudged_share(audit)} could not be judged.')
+    return Finding(level, f'{found.text} {_unjudged_share(audit)} could not be judged.')
 
 
-def _singular_poses(audit: Audit) -> Sentence:
+def _singular_poses(audit: Audit) -> Finding:
     measure = MEASURES[audit.robot.thresholds.measure]
     thresholds = audit.robot.thresholds
     who = 'The planned motion' if audit.planned else 'The arm'
@@ -113,7 +113,7 @@ def _singular_poses(audit: Audit) -> Sentence:
     unit = f' {measure.unit}' if measure.unit else ''
     value = f'{measure.name.replace("_", " ")} {worst.value}{unit}'
     if not audit.stretches:
-        return Sentence(
+        return Finding(
             Level.OK,
             f'{who} keeps away from singular poses: the nearest is {value} '
             f'(warning at {thresholds.warn:g}).',
@@ -133,7 +133,7 @@ def _singular_poses(audit: Audit) -> Sentence:
     else:
         text = f'{who} comes near a singularity{named}'
     at = seconds(float(audit.timeline.t[stretch.worst]))
-    return Sentence(
+    return Finding(
         level,
         f'{text}: {value} at {at} (warning at {thresholds.warn:g}, stop at '
         f'{thresholds.stop:g}); {where}.',
@@ -144,7 +144,7 @@ def _goodness(audit: Audit, value: float) -> float:
     return value if MEASURES[audit.robot.thresholds.measure].small_is_bad else -value
 
 
-def _limits(audit: Audit) -> list[Sentence]:
+def _limits(audit: Audit) -> list[Finding]:
     sentences = []
     beyond = [joint for joint in audit.joints if joint.beyond]
     if beyond:
@@ -152,52 +152,52 @@ def _limits(audit: Audit) -> list[Sentence]:
         hint = ''
         if look_like_degrees(audit.joints):
             hint = ' by many turns: the positions may be in degrees'
-        sentences.append(Sentence(Level.ERROR, f'Beyond its limits: {names}{hint}.'))
+        sentences.append(Finding(Level.ERROR, f'Beyond its limits: {names}{hint}.'))
     elif look_like_degrees(audit.joints):
         sentences.append(
-            Sentence(Level.WARN, 'Joints turn many times: the positions may be in degrees.')
+            Finding(Level.WARN, 'Joints turn many times: the positions may be in degrees.')
         )
     touching = [joint.name for joint in audit.joints if joint.touching and not joint.beyond]
     if touching:
-        sentences.append(Sentence(Level.WARN, f'At its limit: {", ".join(touching)}.'))
+        sentences.append(Finding(Level.WARN, f'At its limit: {", ".join(touching)}.'))
     fast = [joint.name for joint in audit.joints if joint.too_fast]
     if fast:
-        sentences.append(Sentence(Level.WARN, f'Faster than its limit: {", ".join(fast)}.'))
+        sentences.append(Finding(Level.WARN, f'Faster than its limit: {", ".join(fast)}.'))
     return sentences
 
 
-def _frames(audit: Audit) -> list[Sentence]:
+def _frames(audit: Audit) -> list[Finding]:
     report = audit.frames
     if report is None:
         return []
     name = f'Poses of {report.name}'
     if isinstance(report, NotCompared):
-        return [Sentence(Level.WARN, f'{name} are not compared: {report.reason}.')]
-    sentences = [Sentence(report.level, f'{name}: {report.sentence}.')]
-    sentences += [Sentence(Level.WARN, f'{name}: {doubt}.') for doubt in report.doubts]
+        return [Finding(Level.WARN, f'{name} are not compared: {report.reason}.')]
+    sentences = [Finding(report.level, f'{name}: {report.sentence}.')]
+    sentences += [Finding(Level.WARN, f'{name}: {doubt}.') for doubt in report.doubts]
     if report.unmatched:
-        sentences.append(Sentence(Level.OK, f'{name}: {report.unmatched}.'))
+        sentences.append(Finding(Level.OK, f'{name}: {report.unmatched}.'))
     return sentences
 
 
-def _messages(audit: Audit) -> list[Sentence]:
+def _messages(audit: Audit) -> list[Finding]:
     refused = audit.refused
     dropped = refused.pop(DROPPED, 0)
     sentences = []
     if refused:
         number = count(sum(refused.values()), 'message')
         level = Level.WARN if _in_doubt(audit) else Level.OK
-        sentences.append(Sentence(level, f'{number} made no new state: {_reasons(refused)}.'))
+        sentences.append(Finding(level, f'{number} made no new state: {_reasons(refused)}.'))
     if dropped:
         stream = audit.stream
         text = f'{count(dropped, "message")} dropped, the stamp being not newer'
         if stream.identical:
             text += f' ({stream.identical:,} of them plain repetitions)'
-        sentences.append(Sentence(Level.WARN, f'{text}.'))
+        sentences.append(Finding(Level.WARN, f'{text}.'))
     resets = audit.counts.get(RESETS, 0)
     if resets:
         sentences.append(
-            Sentence(
+            Finding(
                 Level.WARN,
                 f'The stamps jump back {count(resets, "time")}, by up to '
                 f'{seconds(audit.stream.largest_step_back)}: the state began anew.',
@@ -206,13 +206,13 @@ def _messages(audit: Audit) -> list[Sentence]:
     return sentences
 
 
-def _stream(audit: Audit) -> list[Sentence]:
+def _stream(audit: Audit) -> list[Finding]:
     stream = audit.stream
     sentences = []
     if stream.gap_count:
         longest = max(stream.gaps, key=lambda gap: gap.seconds)
         sentences.append(
-            Sentence(
+            Finding(
                 Level.WARN,
                 f'{count(stream.gap_count, "gap")} in the stamps, the longest of '
                 f'{seconds(longest.seconds)} (usual interval {1e3 * stream.median_interval:.3g} '
@@ -221,7 +221,7 @@ def _stream(audit: Audit) -> list[Sentence]:
         )
     if stream.unstamped:
         sentences.append(
-            Sentence(
+            Finding(
                 Level.WARN,
                 f'{count(stream.unstamped, "message")} without stamp: the time of recording '
                 'stands in.',
@@ -229,7 +229,7 @@ def _stream(audit: Audit) -> list[Sentence]:
         )
     if stream.changes_of_order:
         sentences.append(
-            Sentence(
+            Finding(
                 Level.WARN,
                 f'The joints come in {len(stream.orders)} different orders, changing '
                 f'{count(stream.changes_of_order, "time")}; they were matched by name.',
@@ -238,7 +238,7 @@ def _stream(audit: Audit) -> list[Sentence]:
     return sentences
 
 
-def _velocities(audit: Audit) -> list[Sentence]:
+def _velocities(audit: Audit) -> list[Finding]:
     sentences = []
     for joint in audit.joints:
         check = joint.check
@@ -258,5 +258,5 @@ def _velocities(audit: Audit) -> list[Sentence]:
         elif check.typical > VELOCITY_SHARE * check.speed + check.noise:
             text = f'differ from its positions by {check.typical:.3g} {unit} (median)'
         if text:
-            sentences.append(Sentence(Level.WARN, f'Reported velocities of {joint.name} {text}.'))
+            sentences.append(Finding(Level.WARN, f'Reported velocities of {joint.name} {text}.'))
     return sentences

@@ -2,7 +2,7 @@
 Compares the tool poses of a robot file with those of a second source, and says what is wrong.
 """
 
-from .causes import Cause as Cause
+from .causes import TestedCause as TestedCause
 from .diagnosis import FrameDiagnosis as FrameDiagnosis
 from .diagnosis import FramesError as FramesError
 from .diagnosis import diagnose_frames as diagnose_frames

@@ -11,7 +11,13 @@ from ... import kernel
 from ...kernel import Floats
 from ...kinematics.tool_state import evaluate
 from .errors import Errors, angle_in_words, errors_of, length_in_words, time_in_words
-from .hypotheses import Change, Given, Slide, changes_of, slides_of
+from .hypotheses import (
+    ComparedData,
+    ComparedData,
+    NumberHypothesis,
+    hypotheses_of,
+    number_hypotheses_of,
+)
 from .lag import lagged
 from .offsets import (
     LEFT_ALONE,
@@ -41,7 +47,7 @@ ROUND_OFF = 1e-15
 
 
 @dataclass(frozen=True, eq=False)
-class Cause:
+class TestedCause:
     """
     A tested cause.
 
@@ -83,16 +89,16 @@ class Causes(NamedTuple):
         Those that explain most of it, but not two thirds; empty where some are named.
     """
 
-    named: tuple[Cause, ...] = ()
-    likely: tuple[Cause, ...] = ()
+    named: tuple[TestedCause, ...] = ()
+    likely: tuple[TestedCause, ...] = ()
 
 
-def causes_of(given: Given, A: Floats, fit: Fit) -> Causes:
+def causes_of(given: ComparedData, A: Floats, fit: Fit) -> Causes:
     """Return the causes that explain what `fit` leaves between A (N, 4, 4) and the poses."""
     tried = [*_whole(given, fit), *_numbers(given, A, fit), *_lag(given, A, fit)]
     best = max((cause.ratio for cause in tried), default=0.0)
 
-    def about(factor: float) -> tuple[Cause, ...]:
+    def about(factor: float) -> tuple[TestedCause, ...]:
         # Of what explains as much, a whole thing is likelier than a number that happens to fit.
         kept = [cause for cause in tried if cause.ratio * factor >= best]
         return tuple(sorted(kept, key=lambda cause: (cause.value is not None, -cause.ratio)))
@@ -105,11 +111,11 @@ def causes_of(given: Given, A: Floats, fit: Fit) -> Causes:
     return Causes()
 
 
-def _whole(given: Given, fit: Fit) -> list[Cause]:
+def _whole(given: ComparedData, fit: Fit) -> list[TestedCause]:
     # All are sifted with a few poses; the best are fitted with all of them.
     every = np.unique(np.linspace(0, len(given.q) - 1, SIFTED).astype(int))
     few = given._replace(q=given.q[every], poses=given.poses[every])
-    changes = list(changes_of(few))
+    changes = list(hypotheses_of(few))
     sifted = fit_offsets(*_undone(few, changes), steps=SIFT_STEPS)
     wanted = [
         k
@@ -118,7 +124,7 @@ def _whole(given: Given, fit: Fit) -> list[Cause]:
     ]
     if not wanted:
         return []
-    changes = [change for k, change in enumerate(changes_of(given)) if k in wanted]
+    changes = [change for k, change in enumerate(hypotheses_of(given)) if k in wanted]
     wanted.sort()
     begin = Fit(*(values[wanted] for values in sifted))
     fits = fit_offsets(*_undone(given, changes), begin=begin)
@@ -128,7 +134,7 @@ def _whole(given: Given, fit: Fit) -> list[Cause]:
     ]
 
 
-def _undone(given: Given, changes: list[Change]) -> tuple[Floats, Floats]:
+def _undone(given: ComparedData, changes: list[ComparedData]) -> tuple[Floats, Floats]:
     # Poses of both sources with each change undone, shape (H, N, 4, 4).
     q = np.stack([given.q if change.q is None else change.q for change in changes])
     A = evaluate(given.robot, q, depth=kernel.POSE).pose
@@ -139,12 +145,14 @@ def _undone(given: Given, changes: list[Change]) -> tuple[Floats, Floats]:
     return A, B
 
 
-def _numbers(given: Given, A: Floats, fit: Fit) -> list[Cause]:
+def _numbers(given: ComparedData, A: Floats, fit: Fit) -> list[TestedCause]:
     # By first order: what each takes away beyond what the offsets can; the best are fitted.
     scale = scale_of(given.poses)
     J, r = equations_of(A, fit, scale)
-    slides = list(slides_of(given))
-    columns = np.stack([parameter_columns(A, fit, slide.columns, scale) for slide in slides], 1)
+    slides = list(number_hypotheses_of(given))
+    columns = np.stack(
+        [parameter_columns(A, fit, hypothesis.columns, scale) for hypothesis in slides], 1
+    )
     basis = span_of(J)
     columns -= basis @ (basis.T @ columns)
     rest = r - basis @ (basis.T @ r)
@@ -159,23 +167,25 @@ def _numbers(given: Given, A: Floats, fit: Fit) -> list[Cause]:
     ]
 
 
-def _fitted(given: Given, A: Floats, before: Fit, slide: Slide) -> Cause:
+def _fitted(
+    given: ComparedData, A: Floats, before: Fit, hypothesis: NumberHypothesis
+) -> TestedCause:
     # Steps of the offsets and the number together; the poses are computed anew with it.
     scale, value, fit = scale_of(given.poses), 0.0, before
     for _ in range(ROUNDS):
-        value += parameter_step(A, fit, slide.columns, scale)
-        A = slide.model(value)
+        value += parameter_step(A, fit, hypothesis.columns, scale)
+        A = hypothesis.model(value)
         fit = fit_offsets(A[None], given.poses[None], begin=lifted(fit), steps=2).one(0)
-    shown = length_in_words(value) if slide.unit == 'm' else angle_in_words(value)
+    shown = length_in_words(value) if hypothesis.unit == 'm' else angle_in_words(value)
     shown = shown if value < 0.0 else f'+{shown}'
-    if slide.key == 'joint_offset':
+    if hypothesis.key == 'joint_offset':
         sentence = f'the zero of joint {slide.name} is off: its positions need {shown}'
     else:
         sentence = f'a length of the table is off: {slide.name} needs {shown}'
-    return _cause(slide.key, sentence, value, before, fit)
+    return _cause(hypothesis.key, sentence, value, before, fit)
 
 
-def _lag(given: Given, A: Floats, fit: Fit) -> list[Cause]:
+def _lag(given: ComparedData, A: Floats, fit: Fit) -> list[TestedCause]:
     if given.later is None:
         return []
     found = lagged(given.robot, given.later, given.poses, A, fit)
@@ -188,7 +198,7 @@ def _lag(given: Given, A: Floats, fit: Fit) -> list[Cause]:
     return [_cause('time_lag', sentence, found.value, found.before, found.fit)]
 
 
-def _cause(key: str, sentence: str, value: float | None, before: Fit, fit: Fit) -> Cause:
+def _cause(key: str, sentence: str, value: float | None, before: Fit, fit: Fit) -> TestedCause:
     ratio = float(before.score) / max(float(fit.score), ROUND_OFF)
     errors = errors_of(fit.position, fit.rotation)
-    return Cause(key, sentence, value, ratio, errors, fit.X, fit.Y)
+    return TestedCause(key, sentence, value, ratio, errors, fit.X, fit.Y)

@@ -11,10 +11,10 @@ from ...kernel import Floats
 from ...kinematics.tool_state import evaluate
 from ...rigid_motion import rotation_vector
 from ...robot.robot import Robot
-from .causes import Cause, Causes, causes_of
+from .causes import TestedCause, Causes, causes_of
 from .errors import Errors, errors_of
-from .hypotheses import Given
-from .joint_motion import JointMotion
+from .hypotheses import ComparedData
+from .joint_motion import SampledMotion
 from .lag import Extrapolated, Later, LookedUp
 from .offsets import equations_of, fit_offsets, free_directions, scale_of
 
@@ -67,9 +67,9 @@ class FrameDiagnosis:
     tool_offset: Floats
     errors: Errors
     undetermined: tuple[str, ...]
-    cause: Cause | None
-    causes: tuple[Cause, ...]
-    likely: tuple[Cause, ...] = ()
+    cause: TestedCause | None
+    causes: tuple[TestedCause, ...]
+    likely: tuple[TestedCause, ...] = ()
 
 
 def diagnose_frames(
@@ -140,7 +140,7 @@ def _given(
     stamps: npt.ArrayLike | None,
     rates: npt.ArrayLike | None,
     motion: tuple[npt.ArrayLike, npt.ArrayLike] | None,
-) -> Given:
+) -> ComparedData:
     q, B = np.array(q, dtype=np.float64), np.array(poses, dtype=np.float64)
     if q.ndim != 2 or q.shape[1] != robot.dof or B.shape != (len(q), 4, 4):
         raise FramesError(
@@ -152,7 +152,7 @@ def _given(
     if len(q) < LEAST:
         raise FramesError(f'{len(q)} poses are too few: at least {LEAST} are needed')
     _check_rotations(B[:, :3, :3])
-    return Given(robot, q, B, _later(robot, q, stamps, rates, motion))
+    return ComparedData(robot, q, B, _later(robot, q, stamps, rates, motion))
 
 
 def _check_rotations(R: Floats) -> None:
@@ -192,7 +192,7 @@ def _later(
             )
         if len(times) < 2 or not (np.all(np.diff(times) > 0.0) and np.all(np.isfinite(positions))):
             raise FramesError('the motion must have rising times and finite joint positions')
-        return LookedUp(JointMotion(times, positions, robot.continuous), t)
+        return LookedUp(SampledMotion(times, positions, robot.continuous), t)
     if rates is not None:
         speeds = np.nan_to_num(np.array(rates, dtype=np.float64))
         if speeds.shape != q.shape:
@@ -200,9 +200,9 @@ def _later(
         return Extrapolated(q, speeds)
     if t is None:
         samples = np.arange(len(q), dtype=np.float64)
-        return LookedUp(JointMotion(samples, q, robot.continuous, 1.5), samples, 'samples')
+        return LookedUp(SampledMotion(samples, q, robot.continuous, 1.5), samples, 'samples')
     if np.all(np.diff(t) > 0.0):
-        return LookedUp(JointMotion(t, q, robot.continuous), t)
+        return LookedUp(SampledMotion(t, q, robot.continuous), t)
     return None
 
 
@@ -249,12 +249,12 @@ def _sentence(
     return text
 
 
-def _others(causes: tuple[Cause, ...]) -> str:
+def _others(causes: tuple[TestedCause, ...]) -> str:
     others = '; '.join(other.sentence for other in causes[1:])
     return f' (as well possible: {others})' if others else ''
 
 
-def _mention(likely: tuple[Cause, ...]) -> str:
+def _mention(likely: tuple[TestedCause, ...]) -> str:
     if not likely:
         return ''
     sentence = f'{likely[0].sentence}{_others(likely)}'

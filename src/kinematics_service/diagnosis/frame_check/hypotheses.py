@@ -16,7 +16,7 @@ from ...robot.conventions import ROWS_OF, table_rows
 from ...robot.file.description import DhRow, ElementaryMotion
 from ...robot.robot import Robot
 from .lag import Later
-from .offsets import Columns
+from .offsets import PoseDerivative
 
 MODIFIED, STANDARD = 'modified', 'standard'
 # Arms with more joints than this are not searched for two joints that stand in each other's place.
@@ -24,7 +24,7 @@ MOST_SWAPPED = 12
 
 
 @dataclass(frozen=True, eq=False)
-class Change:
+class Hypothesis:
     """
     A whole thing that may be wrong: other joint positions, another table, or other poses.
 
@@ -49,17 +49,17 @@ class Change:
     poses: Floats | None = None
 
 
-class Slide(NamedTuple):
+class NumberHypothesis(NamedTuple):
     """A number that may be wrong: how the poses change with it, and the poses once it is known."""
 
     key: str
     name: str
     unit: str
-    columns: Columns
+    columns: PoseDerivative
     model: Callable[[float], Floats]
 
 
-class Given(NamedTuple):
+class ComparedData(NamedTuple):
     """
     What is compared.
 
@@ -79,41 +79,41 @@ class Given(NamedTuple):
     later: Later | None
 
 
-def changes_of(given: Given) -> Iterator[Change]:
+def hypotheses_of(given: ComparedData) -> Iterator[Hypothesis]:
     """Yield everything whole that may be wrong."""
     yield from _of_joints(given)
     yield from _of_table(given)
     yield from _of_poses(given.poses)
 
 
-def _of_joints(given: Given) -> Iterator[Change]:
+def _of_joints(given: ComparedData) -> Iterator[Hypothesis]:
     robot, q = given.robot, given.q
     names, n = robot.joint_names, robot.dof
     for j in range(n):
         signs = np.ones(n)
         signs[j] = -1.0
-        yield Change('joint_sign', f'joint {names[j]} counts the other way round', q * signs)
+        yield Hypothesis('joint_sign', f'joint {names[j]} counts the other way round', q * signs)
     if n > 1:
-        yield Change('joint_signs', 'all joints count the other way round', -q)
+        yield Hypothesis('joint_signs', 'all joints count the other way round', -q)
     seen = {tuple(range(n))}
     for order, sentence in _orders(names):
         if order not in seen:
             seen.add(order)
-            yield Change('joint_order', sentence, q[:, list(order)])
+            yield Hypothesis('joint_order', sentence, q[:, list(order)])
     turning = np.array([kind != 'prismatic' for kind in robot.joint_types])
     if np.any(turning):
-        yield Change(
+        yield Hypothesis(
             'degrees',
             'the joint positions are in degrees, not radians',
             np.where(turning, np.radians(q), q),
         )
-        yield Change(
+        yield Hypothesis(
             'degrees',
             'the joint positions were turned from degrees into radians twice',
             np.where(turning, np.degrees(q), q),
         )
     if not np.all(turning):
-        yield Change(
+        yield Hypothesis(
             'millimetres',
             'the positions of the sliding joints are in millimetres, not metres',
             np.where(turning, q, 1e-3 * q),
@@ -136,12 +136,12 @@ def _orders(names: tuple[str, ...]) -> Iterator[tuple[tuple[int, ...], str]]:
     yield (n - 1, *range(n - 1)), 'the joints stand one place too early'
 
 
-def _of_table(given: Given) -> Iterator[Change]:
+def _of_table(given: ComparedData) -> Iterator[Hypothesis]:
     robot = given.robot
     other = {STANDARD: MODIFIED, MODIFIED: STANDARD}.get(robot.convention)
     if other is not None:
         sentence = f'the table is {other}, and is read as {robot.convention}'
-        yield Change('convention', sentence, robot=read_as(robot, other))
+        yield Hypothesis('convention', sentence, robot=read_as(robot, other))
 
 
 def read_as(robot: Robot, convention: str) -> Robot:
@@ -154,7 +154,7 @@ def read_as(robot: Robot, convention: str) -> Robot:
     return replace(robot, chain=chain)
 
 
-def _of_poses(poses: Floats) -> Iterator[Change]:
+def _of_poses(poses: Floats) -> Iterator[Hypothesis]:
     R, p = poses[:, :3, :3], poses[:, :3, 3]
     Rt = np.swapaxes(R, 1, 2)
 
@@ -166,34 +166,34 @@ def _of_poses(poses: Floats) -> Iterator[Change]:
     def turned(M: Floats, v: Floats) -> Floats:
         return np.asarray(np.einsum('nij,nj->ni', M, v))
 
-    yield Change(
+    yield Hypothesis(
         'millimetres', 'the poses are in millimetres, not metres', poses=with_(R, 1e-3 * p)
     )
-    yield Change(
+    yield Hypothesis(
         'millimetres',
         'the lengths of the table are in millimetres, not metres',
         poses=with_(R, 1e3 * p),
     )
-    yield Change(
+    yield Hypothesis(
         'tool_axes',
         'the positions are in tool axes, not in base axes',
         poses=with_(R, turned(R, p)),
     )
-    yield Change(
+    yield Hypothesis(
         'tool_axes',
         'the poses are those of the base seen from the tool',
         poses=with_(Rt, -turned(Rt, p)),
     )
-    yield Change(
+    yield Hypothesis(
         'tool_axes', 'the orientations are those of the base in tool axes', poses=with_(Rt, p)
     )
     x, y, z, w = quaternions_of(poses).T
-    yield Change(
+    yield Hypothesis(
         'quaternion_order',
         'the quaternions are w x y z, and are read as x y z w',
         poses=with_(rotation_of_quaternion(np.stack([y, z, w, x], axis=1)), p),
     )
-    yield Change(
+    yield Hypothesis(
         'quaternion_order',
         'the quaternions are x y z w, and were read as w x y z',
         poses=with_(rotation_of_quaternion(np.stack([w, x, y, z], axis=1)), p),
@@ -207,7 +207,7 @@ def quaternions_of(poses: Floats) -> Floats:
     return quaternions_xyzw
 
 
-def slides_of(given: Given) -> Iterator[Slide]:
+def number_hypotheses_of(given: ComparedData) -> Iterator[NumberHypothesis]:
     """Yield every number of the robot that may be wrong: zero positions, lengths of the table."""
     robot, q = given.robot, given.q
     state = evaluate(robot, q, depth=kernel.ALL_FRAMES)
@@ -220,12 +220,12 @@ def slides_of(given: Given) -> Iterator[Slide]:
             shifted[:, j] += value
             return evaluate(robot, shifted).pose
 
-        columns = Columns(J[:, :3, j], J[:, 3:, j])
-        yield Slide('joint_offset', robot.joint_names[j], unit, columns, moved)
+        columns = PoseDerivative(J[:, :3, j], J[:, 3:, j])
+        yield NumberHypothesis('joint_offset', robot.joint_names[j], unit, columns, moved)
     yield from _lengths(robot, state.link_frames, A)
 
 
-def _lengths(robot: Robot, frames: Floats, A: Floats) -> Iterator[Slide]:
+def _lengths(robot: Robot, frames: Floats, A: Floats) -> Iterator[NumberHypothesis]:
     # A length moves the tool along an axis of the frame before or after its row.
     still = np.zeros((len(A), 3))
     for row, axis, name in _length_axes(robot, frames):
@@ -235,7 +235,9 @@ def _lengths(robot: Robot, frames: Floats, A: Floats) -> Iterator[Slide]:
             T[:, :3, 3] += value * axis
             return T
 
-        yield Slide('link_length', f'{name} of links[{row}]', 'm', Columns(axis, still), moved)
+        yield NumberHypothesis(
+            'link_length', f'{name} of links[{row}]', 'm', PoseDerivative(axis, still), moved
+        )
 
 
 def _length_axes(robot: Robot, frames: Floats) -> Iterator[tuple[int, Floats, str]]:

@@ -18,7 +18,7 @@ FEWEST, MOST = 2, 64
 LONGEST_GAP = 0.5
 
 
-class Lookup(NamedTuple):
+class JointsAtTimes(NamedTuple):
     """
     Joint positions q (N, n), rad or m, their rates (N, n) per s, and whether each row is known.
     """
@@ -28,7 +28,7 @@ class Lookup(NamedTuple):
     known: Flags
 
 
-class JointMotion:
+class SampledMotion:
     """
     Samples of joint positions.
 
@@ -65,7 +65,7 @@ class JointMotion:
         """Return the time from the first to the last sample, s."""
         return float(self._times[-1] - self._times[0])
 
-    def at(self, times: Floats) -> Lookup:
+    def at(self, times: Floats) -> JointsAtTimes:
         """
         Return the joint positions at times (N,): of the best straight line through those around.
         """
@@ -78,4 +78,4 @@ class JointMotion:
         middle_t, middle_q = t.mean(axis=1, keepdims=True), q.mean(axis=1, keepdims=True)
         t, q = t - middle_t, q - middle_q
         rates = np.einsum('nk,nkj->nj', t, q) / np.sum(t**2, axis=1)[:, None]
-        return Lookup(middle_q[:, 0] - middle_t * rates, rates, known)
+        return JointsAtTimes(middle_q[:, 0] - middle_t * rates, rates, known)

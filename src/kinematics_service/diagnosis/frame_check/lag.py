@@ -11,8 +11,8 @@ from ... import kernel
 from ...kernel import Floats
 from ...kinematics.tool_state import evaluate
 from ...robot.robot import Robot
-from .joint_motion import JointMotion, Lookup
-from .offsets import Columns, Fit, fit_offsets, lifted, parameter_step, scale_of
+from .joint_motion import JointsAtTimes, JointsAtTimes
+from .offsets import PoseDerivative, Fit, fit_offsets, lifted, parameter_step, scale_of
 
 Indices = npt.NDArray[np.intp]
 
@@ -32,7 +32,7 @@ class Later(Protocol):
     unit: str
     reach: float
 
-    def at(self, lag: float) -> Lookup:
+    def at(self, lag: float) -> JointsAtTimes:
         """Return the joint positions `lag` after the poses."""
 
 
@@ -44,20 +44,22 @@ class Extrapolated:
     def __init__(self, q: Floats, rates: Floats) -> None:
         self._q, self._rates = q, rates
 
-    def at(self, lag: float) -> Lookup:
+    def at(self, lag: float) -> JointsAtTimes:
         """Return the joint positions a lag later, at constant speed."""
-        return Lookup(self._q + lag * self._rates, self._rates, np.ones(len(self._q), dtype=bool))
+        return JointsAtTimes(
+            self._q + lag * self._rates, self._rates, np.ones(len(self._q), dtype=bool)
+        )
 
 
 class LookedUp:
     """Joints looked up in a motion; `stamps` (N,) are those of the poses, `unit` s or samples."""
 
-    def __init__(self, motion: JointMotion, stamps: Floats, unit: str = 's') -> None:
+    def __init__(self, motion: JointsAtTimes, stamps: Floats, unit: str = 's') -> None:
         reach = REACH if unit == 's' else REACH_IN_SAMPLES
         self.unit, self.reach = unit, min(reach, SHARE * motion.duration)
         self._motion, self._stamps = motion, stamps
 
-    def at(self, lag: float) -> Lookup:
+    def at(self, lag: float) -> JointsAtTimes:
         """Return the joint positions a lag later."""
         return self._motion.at(self._stamps + lag)
 
@@ -121,7 +123,7 @@ def _refined(
         fit = fit_offsets(state.pose[None], B[None], begin=begin).one(0)
         if best is None or fit.score < best.fit.score:
             best = Lagged(lag, before, fit)
-        columns = Columns(state.twist[:, :3], state.twist[:, 3:])
+        columns = PoseDerivative(state.twist[:, :3], state.twist[:, 3:])
         lag += parameter_step(state.pose, fit, columns, scale)
         lag = min(max(lag, -later.reach), later.reach)
     assert best is not None

@@ -55,7 +55,7 @@ def lifted(fit: Fit) -> Fit:
     return Fit(*(np.asarray(values)[None] for values in fit))
 
 
-class Columns(NamedTuple):
+class PoseDerivative(NamedTuple):
     """
     How A changes with a parameter: linear and angular velocity (N, 3) of its tool, base axes.
     """
@@ -145,7 +145,7 @@ def jacobian(A: Floats, fit: Fit, scale: Floats) -> Floats:
     return J.reshape(len(J), -1, 12)
 
 
-def parameter_columns(A: Floats, fit: Fit, columns: Columns, scale: Floats) -> Floats:
+def parameter_columns(A: Floats, fit: Fit, columns: PoseDerivative, scale: Floats) -> Floats:
     """
     Return how X A Y moves with a parameter of A, shape (6 N,); A (N, 4, 4) and fit of one problem.
     """
@@ -161,7 +161,7 @@ def equations_of(A: Floats, fit: Fit, scale: Floats) -> tuple[Floats, Floats]:
     return jacobian(A[None], lifted(fit), scales)[0], residual(lifted(fit), scales)[0]
 
 
-def parameter_step(A: Floats, fit: Fit, columns: Columns, scale: Floats) -> float:
+def parameter_step(A: Floats, fit: Fit, columns: PoseDerivative, scale: Floats) -> float:
     """
     Return the step of a parameter of A that brings X A Y nearer, the offsets stepping with it.
     """

@@ -21,7 +21,7 @@ AT_ZERO = 1e-5
 
 
 @dataclass(frozen=True, eq=False)
-class Critical:
+class CriticalPoints:
     """
     Singular poses of the position in a plane, as points.
 
@@ -37,7 +37,7 @@ class Critical:
     names: tuple[str, ...]
 
 
-def critical_points(robot: Robot, plane: Plane, starts: int = STARTS) -> Critical:
+def critical_points(robot: Robot, plane: Plane, starts: int = STARTS) -> CriticalPoints:
     """
     Return points of the curves on which the position loses a direction of the plane.
 
@@ -66,7 +66,7 @@ def critical_points(robot: Robot, plane: Plane, starts: int = STARTS) -> Critica
     # c across the plane alone says that the arm cannot leave it, which ends nothing in it.
     within = np.linalg.norm(c[:, :2], axis=1) > 1e-3
     q = q[(np.linalg.norm(F, axis=1) < ARRIVED) & inside & within]
-    return Critical(plane.coordinates(evaluate(robot, q).position), _names(robot, q))
+    return CriticalPoints(plane.coordinates(evaluate(robot, q).position), _names(robot, q))
 
 
 def _gradients(robot: Robot, plane: Plane, q: Floats) -> Floats:

@@ -10,7 +10,7 @@ from ...kinematics.singularity import Singularity, singularity
 from ...robot.measure_units import volume_power
 from ...robot.measures import MEASURES
 from ...robot.robot import Robot
-from .motion import Motion
+from .motion import PlottedMotion
 from .over_time import draw_curves, draw_legend, finite_range, panels, shade
 from .picture import BLUE, GREY, VERMILION, Draw, with_unit, words
 
@@ -29,7 +29,7 @@ LABELS = {
 }
 
 
-def measures_picture(robot: Robot, motion: Motion) -> Draw:
+def measures_picture(robot: Robot, motion: PlottedMotion) -> Draw:
     """
     Return the picture of every measure along a motion.
 
@@ -118,7 +118,7 @@ def _scale_condition(axes: Any, values: Floats) -> None:
     axes.yaxis.set_minor_formatter(lambda value, _: '')
 
 
-def _name_factors(axes: Any, motion: Motion, near: Singularity) -> None:
+def _name_factors(axes: Any, motion: PlottedMotion, near: Singularity) -> None:
     # The nearest factor's name above each valley of the distance, the lowest first, as far as
     # there is room.
     factors = near.factors

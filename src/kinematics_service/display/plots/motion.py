@@ -19,7 +19,7 @@ GAP, STEPS = 1.0, 5.0
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
+class PlottedMotion:
     """
     Joint positions and velocities over time.
 
@@ -52,7 +52,7 @@ class Motion:
         return np.insert(self.times, at, middles), np.insert(values, at, np.nan, axis=0)
 
 
-def motion_of(robot: Robot, path: str) -> Motion:
+def motion_of(robot: Robot, path: str) -> PlottedMotion:
     """
     Return the motion of a CSV file, or the built-in one of this name over one period.
 
@@ -67,7 +67,7 @@ def motion_of(robot: Robot, path: str) -> Motion:
         trajectory = TRAJECTORIES[path](robot)
         times = np.linspace(0.0, trajectory.period, SAMPLES)
         q, qdot = trajectory.at(times)
-        return Motion(times, q, qdot, f'trajectory {path}', False)
+        return PlottedMotion(times, q, qdot, f'trajectory {path}', False)
     file = Path(path)
     if not file.exists():
         raise PlotError(
@@ -83,7 +83,7 @@ def motion_of(robot: Robot, path: str) -> Motion:
         raise PlotError(f'{path}: has rows of one time only: nothing to draw over time')
     q[:, robot.continuous] = np.unwrap(q[:, robot.continuous], axis=0)
     if recording.velocities is not None:
-        return Motion(times, q, recording.velocities[first], file.name, False)
+        return PlottedMotion(times, q, recording.velocities[first], file.name, False)
     return _differentiated(times, q, file.name)
 
 
@@ -93,7 +93,7 @@ def _gaps(times: Floats) -> Integers:
     return np.asarray(np.flatnonzero(steps > longest) + 1, dtype=np.int64)
 
 
-def _differentiated(times: Floats, q: Floats, name: str) -> Motion:
+def _differentiated(times: Floats, q: Floats, name: str) -> PlottedMotion:
     # Not across a gap; a row between two of them has no velocity and is left out.
     parts = [
         (t, positions)
@@ -104,11 +104,11 @@ def _differentiated(times: Floats, q: Floats, name: str) -> Motion:
         raise PlotError(f'{name}: has no velocities, and no two rows within {GAP:g} s')
     qdot = [np.gradient(positions, t, axis=0) for t, positions in parts]
     kept, positions = (np.concatenate(column) for column in zip(*parts))
-    return Motion(kept, positions, np.concatenate(qdot), name, True)
+    return PlottedMotion(kept, positions, np.concatenate(qdot), name, True)
 
 
 @dataclass(frozen=True)
-class Stretch:
+class ShadedStretch:
     """A time from `start` to `end`, s, in which the level is not OK."""
 
     start: float
@@ -116,7 +116,7 @@ class Stretch:
     level: Level
 
 
-def stretches(times: Floats, levels: Floats) -> tuple[Stretch, ...]:
+def stretches(times: Floats, levels: Floats) -> tuple[ShadedStretch, ...]:
     """
     Return the stretches of equal level other than OK, each up to the next row.
 
@@ -130,7 +130,7 @@ def stretches(times: Floats, levels: Floats) -> tuple[Stretch, ...]:
     starts = np.concatenate([[0], changes]).astype(int)
     ends = np.append(changes, len(levels) - 1).astype(int)
     return tuple(
-        Stretch(float(times[a]), float(times[b]), Level(int(levels[a])))
+        ShadedStretch(float(times[a]), float(times[b]), Level(int(levels[a])))
         for a, b in zip(starts, ends)
         if levels[a] != Level.OK
     )

@@ -7,7 +7,7 @@ import numpy as np
 
 from ...kernel import Floats
 from ...robot.measures import Level
-from .motion import Motion, stretches
+from .motion import PlottedMotion, stretches
 from .picture import DASHES, SERIES, VERMILION, YELLOW, with_unit
 
 WIDTH, HEAD = 8.5, 1.3  # inches
@@ -41,7 +41,7 @@ def panels(figure: Any, heights: Sequence[float], title: str) -> list[Any]:
 
 def draw_curves(
     axes: Any,
-    motion: Motion,
+    motion: PlottedMotion,
     values: Floats,
     names: Sequence[str],
     colors: Sequence[str] = SERIES,
@@ -65,7 +65,7 @@ def draw_legend(axes: Any) -> None:
     axes.legend(loc='upper left', bbox_to_anchor=(1.005, 1.02), frameon=False, borderaxespad=0.2)
 
 
-def shade(rows: Sequence[Any], motion: Motion, levels: Floats) -> list[Any]:
+def shade(rows: Sequence[Any], motion: PlottedMotion, levels: Floats) -> list[Any]:
     """
     Shade the stretches of WARN and ERROR in all panels; return the entries of a legend for them.
     """

@@ -28,7 +28,7 @@ COLUMNS = {1: 1, 2: 2, 3: 3, 4: 4, 5: 3, 6: 3, 7: 4, 8: 4, 9: 3}
 
 
 @dataclass(frozen=True, eq=False)
-class Pose:
+class SolutionPose:
     """Joint positions (n,) that a panel shows, its heading, and whether the arm may be there."""
 
     q: Floats
@@ -36,19 +36,21 @@ class Pose:
     allowed: bool
 
 
-def poses_of(result: IkResult) -> tuple[Pose, ...]:
+def poses_of(result: IkResult) -> tuple[SolutionPose, ...]:
     """Return what there is to show: solutions, then families, or else the nearest pose."""
     poses = []
     for k, solution in enumerate(result.solutions):
         beyond = _beyond(solution.beyond)
         posture = f': {solution.posture}' if str(solution.posture) else ''
-        poses.append(Pose(solution.q, f'{k + 1}{posture}{beyond}', solution.feasible))
+        poses.append(SolutionPose(solution.q, f'{k + 1}{posture}{beyond}', solution.feasible))
     for family in result.families:
-        poses.append(Pose(family.q, _family(family) + _beyond(family.beyond), family.feasible))
+        poses.append(
+            SolutionPose(family.q, _family(family) + _beyond(family.beyond), family.feasible)
+        )
     nearest = result.nearest
     if not poses and nearest is not None:
         off = f'{nearest.position_error:.3g} m and {math.degrees(nearest.rotation_error):.3g}°'
-        poses.append(Pose(nearest.q, f'nearest pose: {off} off the target', False))
+        poses.append(SolutionPose(nearest.q, f'nearest pose: {off} off the target', False))
     return tuple(poses)
 
 
@@ -94,7 +96,12 @@ def solutions_picture(robot: Robot, target: Floats, result: IkResult) -> Draw:
 
 
 def _write_heading(
-    figure: Any, robot: Robot, pose: Pose, distance: float, panel: Sequence[float], height: float
+    figure: Any,
+    robot: Robot,
+    pose: SolutionPose,
+    distance: float,
+    panel: Sequence[float],
+    height: float,
 ) -> None:
     left, bottom, width, up = panel
     top = bottom + up + (WORDS - LINE / 2.0) / height

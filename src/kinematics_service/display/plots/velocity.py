@@ -9,13 +9,13 @@ from ...kinematics.forward import twist
 from ...kinematics.singularity import singularity
 from ...robot.robot import Robot
 from .captions import short
-from .motion import Motion
+from .motion import PlottedMotion
 from .over_time import draw_curves, draw_legend, panels, shade
 from .picture import AXIS_COLORS, BLACK, Draw, with_unit, words
 from .ranges import sliding
 
 
-def velocity_picture(robot: Robot, motion: Motion) -> Draw:
+def velocity_picture(robot: Robot, motion: PlottedMotion) -> Draw:
     """Return the picture of J qdot along a motion, in base axes, above the joints' velocities."""
     tool = twist(robot, motion.q, motion.qdot)
     levels = singularity(robot, motion.q).level

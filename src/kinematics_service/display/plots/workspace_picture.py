@@ -7,7 +7,7 @@ import numpy as np
 
 from ...kernel import Floats
 from ...robot.robot import Robot
-from .critical import Critical
+from .critical import CriticalPoints
 from .picture import BLACK, Draw, with_unit, words
 from .set_styles import set_styles
 from .workspace import Workspace
@@ -20,7 +20,7 @@ LONGEST, BAR = 7.0, 1.6  # of the plane's longer side, and beside it, inches
 HIGH, LEAST = 98.0, 1e-3
 
 
-def workspace_picture(robot: Robot, space: Workspace, critical: Critical) -> Draw:
+def workspace_picture(robot: Robot, space: Workspace, critical: CriticalPoints) -> Draw:
     """Return the picture of a workspace."""
 
     def draw(figure: Any) -> None:
@@ -98,7 +98,7 @@ def _blurred(values: Floats) -> Floats:
     return np.asarray(np.mean(nine, axis=0))
 
 
-def _draw_critical(axes: Any, critical: Critical) -> None:
+def _draw_critical(axes: Any, critical: CriticalPoints) -> None:
     names = np.array(critical.names)
     most = [name for name, _ in collections.Counter(names.tolist()).most_common()]
     styles = set_styles(most)

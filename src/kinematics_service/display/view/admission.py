@@ -31,14 +31,14 @@ class Headers(Protocol):
         """Return all values of a header."""
 
 
-class Refusal(NamedTuple):
+class HttpRefusal(NamedTuple):
     """A status of HTTP, and a sentence for whoever asked."""
 
     status: int
     sentence: str
 
 
-class Admission(NamedTuple):
+class OriginCheck(NamedTuple):
     """
     Who may ask for the page, and who may open its websocket.
 
@@ -55,7 +55,7 @@ class Admission(NamedTuple):
 
     def refusal(
         self, path: str, headers: Headers, called: tuple[str, int], protocol: str
-    ) -> Refusal | None:
+    ) -> HttpRefusal | None:
         """
         Return why a request is refused; None for one that is let in.
 
@@ -72,27 +72,29 @@ class Admission(NamedTuple):
         """
         hosts, origins = headers.get_all('Host'), headers.get_all('Origin')
         if len(hosts) != 1 or len(origins) > 1:
-            return Refusal(BAD_REQUEST, 'A request has one Host, and at most one Origin.')
+            return HttpRefusal(BAD_REQUEST, 'A request has one Host, and at most one Origin.')
         if not self._is_served_as(hosts[0], called[0]):
-            return Refusal(
+            return HttpRefusal(
                 FORBIDDEN,
                 f'This page is not served as {hosts[0]!a}. '
                 'Where it should be, start the view with --allow-host NAME.',
             )
         # A browser always says whose page opens a websocket; a program need not.
         if origins and _netloc(origins[0]) != hosts[0]:
-            return Refusal(FORBIDDEN, 'Pages of others may not talk to this one.')
+            return HttpRefusal(FORBIDDEN, 'Pages of others may not talk to this one.')
         if any(name != TOKEN for name, _ in _query(path)):
             # The page would connect to any server that its address names, and obey it.
-            return Refusal(FORBIDDEN, f'The address of this page has no parameter but {TOKEN}.')
+            return HttpRefusal(
+                FORBIDDEN, f'The address of this page has no parameter but {TOKEN}.'
+            )
         if not (self.is_shown_by(path) or self._is_remembered(headers, called[1])):
-            return Refusal(
+            return HttpRefusal(
                 FORBIDDEN,
                 'This page needs its token: open the address that the command has printed, '
                 f'which ends with /?{TOKEN}=...',
             )
         if headers.get_all('Upgrade') and headers.get_all('Sec-WebSocket-Protocol') != [protocol]:
-            return Refusal(BAD_REQUEST, f'This server speaks {protocol}: load the page anew.')
+            return HttpRefusal(BAD_REQUEST, f'This server speaks {protocol}: load the page anew.')
         return None
 
     def is_shown_by(self, path: str) -> bool:
@@ -133,7 +135,7 @@ class Admission(NamedTuple):
         return hmac.compare_digest(text.encode(errors='surrogateescape'), self.token.encode())
 
 
-def admission_to(host: str, more_names: Sequence[str]) -> Admission:
+def origin_check_of(host: str, more_names: Sequence[str]) -> OriginCheck:
     """
     Return who is let in to a page served at a host.
 
@@ -145,10 +147,10 @@ def admission_to(host: str, more_names: Sequence[str]) -> Admission:
         Names under which it is reached besides, through a proxy for instance; they do so too.
     """
     if is_loopback(host) and not more_names:
-        return Admission(frozenset(), '')
+        return OriginCheck(frozenset(), '')
     here = socket.gethostname().lower()
     names = {host.lower(), here, f'{here.partition(".")[0]}.local'} - set(ANYWHERE)
-    return Admission(
+    return OriginCheck(
         frozenset(names.union(name.lower() for name in more_names)),
         secrets.token_urlsafe(TOKEN_BYTES),
     )

@@ -14,7 +14,7 @@ from ...kernel import Floats
 from ...kinematics.tool_state import ToolState
 
 
-class Axis(NamedTuple):
+class RowAxis(NamedTuple):
     """
     The axis of one moving row, in the base frame.
 
@@ -36,7 +36,7 @@ class Axis(NamedTuple):
     joints: tuple[int, ...]
 
 
-def axes_of(state: ToolState) -> tuple[Axis, ...]:
+def axes_of(state: ToolState) -> tuple[RowAxis, ...]:
     """Return the axes of the moving rows, base to tool, of one pose evaluated with all frames."""
     chain = state.robot.chain
     first, joints = chain.table.first_entry, chain.table.joint
@@ -58,16 +58,16 @@ def axes_of(state: ToolState) -> tuple[Axis, ...]:
     return tuple(axes)
 
 
-def _axis(screw: Floats, tool: Floats, beside: Floats, joints: tuple[int, ...]) -> Axis:
+def _axis(screw: Floats, tool: Floats, beside: Floats, joints: tuple[int, ...]) -> RowAxis:
     v, w = screw[:3], screw[3:]
     speed = float(np.linalg.norm(w))
     if speed == 0.0:
-        return Axis(beside[0].copy(), v / np.linalg.norm(v), True, joints)
+        return RowAxis(beside[0].copy(), v / np.linalg.norm(v), True, joints)
     direction = w / speed
     point = tool + np.cross(w, v) / speed**2
     # Of the frames before and after the row, one has its origin on the axis in every convention:
     # the axis is drawn there.
     feet = point + np.outer((beside - point) @ direction, direction)
-    return Axis(
+    return RowAxis(
         feet[int(np.argmin(np.linalg.norm(feet - beside, axis=1)))], direction, False, joints
     )

@@ -38,13 +38,13 @@ class Camera(
     up_direction: Three
 
 
-class Value(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
+class PanelValue(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     """The one attribute of a thing of the panel that a page may change."""
 
     value: bool | float | str
 
 
-class Change(
+class PanelChange(
     msgspec.Struct,
     tag='GuiUpdateMessage',
     tag_field='type',
@@ -54,10 +54,10 @@ class Change(
     """A new value of a thing of the panel, as viser's `GuiUpdateMessage`."""
 
     uuid: str
-    updates: Value
+    updates: PanelValue
 
 
-DECODER = msgspec.msgpack.Decoder(Camera | Change)
+DECODER = msgspec.msgpack.Decoder(Camera | PanelChange)
 
 
 class MessageError(ValueError):

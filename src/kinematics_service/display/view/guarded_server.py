@@ -22,7 +22,7 @@ from websockets.http11 import Request, Response
 from websockets.sync.client import connect
 
 from ...errors import KinematicsError
-from .admission import FORBIDDEN, Admission
+from .origin_check import FORBIDDEN, OriginCheck
 from .client_messages import MessageError, is_taken
 
 # The websocket code for a violated policy (RFC 6455, 7.4.1).
@@ -30,7 +30,7 @@ POLICY = 1008
 # Pages send values and cameras: some hundred bytes.
 LARGEST_MESSAGE = 16_384
 # Our own server answers within this (s), however busy the computer is.
-PATIENCE = 20.0
+CONNECT_TIMEOUT = 20.0
 PROTOCOL = f'viser-v{viser.__version__}'
 HEADERS = {
     # Nobody puts the page into one of his own to have it clicked; it talks to its server only.
@@ -47,7 +47,7 @@ class UnknownViserError(KinematicsError):
 
 @contextmanager
 def guarded_server(
-    host: str, port: int, label: str, admission: Admission
+    host: str, port: int, label: str, origin_check: OriginCheck
 ) -> Iterator[viser.ViserServer]:
     """
     Serve within the block to those who are let in.
@@ -58,20 +58,20 @@ def guarded_server(
         Somebody else could talk to it.
     """
     panel: dict[str, Any] = {}
-    silence = io.StringIO()  # what viser prints on its own
-    with redirect_stdout(silence), _serving(admission, lambda: panel):
+    discarded = io.StringIO()  # what viser prints on its own
+    with redirect_stdout(discarded), _serving(origin_check, lambda: panel):
         server = viser.ViserServer(host=host, port=port, label=label, verbose=False)
     try:
         panel = server.gui._gui_input_handle_from_uuid
-        _try_out(host, server.get_port(), admission)
+        _try_out(host, server.get_port(), origin_check)
         yield server
     finally:
-        with redirect_stdout(silence):
+        with redirect_stdout(discarded):
             server.stop()
 
 
 @contextmanager
-def _serving(admission: Admission, panel: Callable[[], Mapping[str, Any]]) -> Iterator[None]:
+def _serving(origin_check: OriginCheck, panel: Callable[[], Mapping[str, Any]]) -> Iterator[None]:
     # Within the block `serve` makes servers with the rules.
     original = websocket_server.serve
 
@@ -89,7 +89,7 @@ def _serving(admission: Admission, panel: Callable[[], Mapping[str, Any]]) -> It
 
     def serve(*arguments: Any, process_request: Any, **options: Any) -> Any:
         def check(connection: Any, request: Request) -> Response | None:
-            refusal = admission.refusal(
+            refusal = origin_check.refusal(
                 request.path, request.headers, connection.local_address[:2], PROTOCOL
             )
             if refusal is not None:
@@ -99,9 +99,9 @@ def _serving(admission: Admission, panel: Callable[[], Mapping[str, Any]]) -> It
         def complete(connection: Any, request: Request, response: Response) -> None:
             for name, value in HEADERS.items():
                 response.headers[name] = value
-            if admission.token and response.status_code == 200:
+            if origin_check.token and response.status_code == 200:
                 port = connection.local_address[1]
-                response.headers['Set-Cookie'] = admission.cookie(port)
+                response.headers['Set-Cookie'] = origin_check.cookie(port)
 
         rules = {
             'process_request': check,
@@ -128,13 +128,13 @@ def _logger() -> logging.Logger:
     return logger
 
 
-def _try_out(host: str, port: int, admission: Admission) -> None:
+def _try_out(host: str, port: int, origin_check: OriginCheck) -> None:
     here = {'0.0.0.0': '127.0.0.1', '::': '::1'}.get(host, host)
     netloc = f'[{here}]:{port}' if ':' in here else f'{here}:{port}'
     options: Any = {
         'subprotocols': [PROTOCOL],
-        'open_timeout': PATIENCE,
-        'additional_headers': {'Cookie': admission.cookie(port)},
+        'open_timeout': CONNECT_TIMEOUT,
+        'additional_headers': {'Cookie': origin_check.cookie(port)},
         'max_size': None,
         'proxy': None,
     }
@@ -148,7 +148,7 @@ def _try_out(host: str, port: int, admission: Admission) -> None:
         connection.send(b'no message')
         try:
             while True:
-                connection.recv(timeout=PATIENCE)
+                connection.recv(timeout=CONNECT_TIMEOUT)
         except ConnectionClosed as error:
             closed = error.rcvd is not None and error.rcvd.code == POLICY
         except TimeoutError:

@@ -11,7 +11,7 @@ from ...kinematics.singularity import Singularity, singularity_of
 from ...kinematics.tool_state import ToolState, evaluate
 from ...robot.measures import Level
 from ...robot.robot import Robot
-from .axes import Axis, axes_of
+from .axes import RowAxis, axes_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +47,7 @@ class Observation:
     pose: Floats
     jacobian: Floats
     twist: Floats | None
-    axes: tuple[Axis, ...]
+    axes: tuple[RowAxis, ...]
     singularity: Singularity
     level: Level
 

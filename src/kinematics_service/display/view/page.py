@@ -8,7 +8,7 @@ import viser
 from ...kernel import Floats
 from ...robot.robot import Robot
 from .address import Address, ServerAddressError, check_address
-from .admission import admission_to
+from .origin_check import origin_check_of
 from .drawing import Drawing
 from .guarded_server import guarded_server
 from .observation import Observation, observe
@@ -184,8 +184,8 @@ def serve(address: Address, label: str) -> Iterator[tuple[viser.ViserServer, str
     """
     host, port, more_names = address
     check_address(host, port)
-    admission = admission_to(host, more_names)
-    with guarded_server(host, port, label, admission) as server:
+    origin_check = origin_check_of(host, more_names)
+    with guarded_server(host, port, label, origin_check) as server:
         if port not in (0, server.get_port()):  # taken in the meantime: viser went on to the next
             raise ServerAddressError(f'--port {port}: taken by another program on {host}')
-        yield server, admission.address(host, server.get_port())
+        yield server, origin_check.address(host, server.get_port())

@@ -16,7 +16,7 @@ from .viewpoint import Viewpoint
 PERIOD = 1.0 / 30.0
 
 
-class Source(Protocol):
+class ArmSource(Protocol):
     """Whose arm is shown, and where its joint states come from; `ros.view_session` has one."""
 
     @property
@@ -54,7 +54,7 @@ class Source(Protocol):
         """
 
 
-class Silence:
+class SliderSource:
     """The source of a page without ROS: an arm that is moved by sliders alone."""
 
     node = ''
@@ -80,7 +80,7 @@ class Silence:
 
 
 def run_page(
-    source: Source, address: Address, publishable: bool, ended: Callable[[], bool]
+    source: ArmSource, address: Address, publishable: bool, ended: Callable[[], bool]
 ) -> None:
     """
     Serve a page of an arm.
@@ -123,7 +123,7 @@ def run_page(
             source.listen(max(0.2 * PERIOD, PERIOD - (time.monotonic() - begin)))
 
 
-def turn(page: Page, source: Source) -> None:
+def turn(page: Page, source: ArmSource) -> None:
     """Show what is to be seen now, or go to the node that somebody has chosen."""
     chosen = page.offer(source.nodes, source.node)
     if chosen != source.node:

@@ -16,7 +16,7 @@ from ...estimation.status_text import NEGLIGIBLE, direction_in_words
 from ...kernel import Floats
 from ...robot.measures import Level
 from ...robot.robot import Robot
-from .axes import Axis
+from .axes import RowAxis
 from .ellipsoids import Ellipsoid, EllipsoidScales, ellipsoid_of, ellipsoid_scales
 from .observation import Observation
 
@@ -54,7 +54,7 @@ AHEAD, TURN_LENGTH, LONGEST = 0.5, 0.25, 0.8
 SHORTEST = 1e-4
 
 
-class Lost(NamedTuple):
+class LostDirection(NamedTuple):
     """
     The tool motion that is lost near a singular pose.
 
@@ -109,14 +109,14 @@ class Scene:
     links: Floats
     frames: Floats
     tool: Floats
-    axes: tuple[Axis, ...]
+    axes: tuple[RowAxis, ...]
     axis_labels: tuple[str, ...]
     velocity: Floats | None
     rotation: Floats | None
     linear: Ellipsoid
     angular: Ellipsoid
     scales: EllipsoidScales
-    lost: Lost | None
+    lost: LostDirection | None
     level: Level
 
     def drawn_radii(self, ellipsoid: Ellipsoid, scale: float) -> Floats:
@@ -165,7 +165,7 @@ def _arrow(start: Floats, motion: Floats, size: float) -> Floats | None:
     return np.stack([start, start + motion * min(1.0, LONGEST * size / length)])
 
 
-def _lost(seen: Observation, size: float) -> Lost:
+def _lost(seen: Observation, size: float) -> LostDirection:
     direction = seen.singularity.lost_direction
     tool = seen.pose[:3, 3]
 
@@ -178,7 +178,7 @@ def _lost(seen: Observation, size: float) -> Lost:
         return np.stack([tool - half, tool + half])
 
     words = f'lost: {direction_in_words(direction)}'
-    return Lost(line(direction[:3]), line(direction[3:]), factor_name(seen), words)
+    return LostDirection(line(direction[:3]), line(direction[3:]), factor_name(seen), words)
 
 
 def short_names(names: Sequence[str]) -> tuple[str, ...]:

@@ -98,12 +98,12 @@ def _sqlite(file: Path) -> Iterator[Remark]:
     address = f'{file.absolute().as_uri()}?mode=ro&immutable=1'
     database = sqlite3.connect(address, uri=True)
     try:
-        said = str(database.execute('PRAGMA quick_check(1)').fetchone()[0])
+        answer = str(database.execute('PRAGMA quick_check(1)').fetchone()[0])
     except sqlite3.Error as error:
-        said = str(error)
+        answer = str(error)
     finally:
         database.close()
-    if said != 'ok':
-        reason = ' '.join(said.split())
+    if answer != 'ok':
+        reason = ' '.join(answer.split())
         yield Remark(Level.ERROR, f'{file.name} is damaged ({reason}): {CHANGED}')
     yield Remark(Level.OK, f'{file.name} {UNNOTICED} (sqlite3 bags have none)')

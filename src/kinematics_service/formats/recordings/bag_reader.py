@@ -14,9 +14,9 @@ from ...errors import KinematicsError
 from ...estimation.joint_sample import JointSample
 from .bag_checks import checked, missing
 from .bag_poses import POSES, track_of_messages
-from .block import LARGEST_BLOCK, AuditError, Block, Unreadable, blocks_of
+from .block import LARGEST_BLOCK, AuditError, Block, UnreadableMessage, blocks_of
 from .joint_state_cdr import columns_of
-from .source import PoseTrack, Remark, Source, Wanted
+from .source import PoseTrack, Remark, RecordingSource, Selection
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 TRAJECTORY = 'trajectory_msgs/msg/JointTrajectory'
@@ -31,7 +31,7 @@ MAGIC = {
 
 
 @contextmanager
-def open_bag(path: Path, wanted: Wanted) -> Iterator[Source]:
+def open_bag(path: Path, wanted: Selection) -> Iterator[RecordingSource]:
     """
     Open a bag.
 
@@ -111,13 +111,13 @@ def _check(path: Path) -> None:
 
 
 class _Bag:
-    def __init__(self, path: Path, reader: Any, wanted: Wanted) -> None:
+    def __init__(self, path: Path, reader: Any, wanted: Selection) -> None:
         self.path, self.reader, self.wanted = path, reader, wanted
         self.types: dict[str, str] = {c.topic: c.msgtype for c in reader.connections}
         self.remarks: list[Remark] = []
         self.read = 0
 
-    def source(self) -> Source:
+    def source(self) -> RecordingSource:
         topic, kind = self._topic()
         connections = self._connections(topic)
         total = sum(connection.msgcount for connection in connections)
@@ -133,7 +133,7 @@ class _Bag:
             messages = (
                 trajectory_of_message(message) for message, _ in self._messages(connections)
             )
-            blocks: Iterator[Block | Unreadable] = blocks_of_trajectories(
+            blocks: Iterator[Block | UnreadableMessage] = blocks_of_trajectories(
                 messages, self.wanted, f'{self.path}: {topic}'
             )
             what, total = f'planned trajectory in a {what}', None
@@ -141,11 +141,11 @@ class _Bag:
             blocks = self._blocks(connections)
         planned = kind == TRAJECTORY
         guarded = self._guarded(blocks, connections)
-        return Source(what, topic, planned, total, guarded, lambda: poses, self.remarks)
+        return RecordingSource(what, topic, planned, total, guarded, lambda: poses, self.remarks)
 
     def _guarded(
-        self, blocks: Iterator[Block | Unreadable], connections: list[Any]
-    ) -> Iterator[Block | Unreadable]:
+        self, blocks: Iterator[Block | UnreadableMessage], connections: list[Any]
+    ) -> Iterator[Block | UnreadableMessage]:
         with _one_sentence(self.path):
             yield from blocks
             self.remarks += checked(self.path)
@@ -209,7 +209,7 @@ class _Bag:
             self.read += 1
             yield time, raw
 
-    def _blocks(self, connections: list[Any]) -> Iterator[Block | Unreadable]:
+    def _blocks(self, connections: list[Any]) -> Iterator[Block | UnreadableMessage]:
         messages = self._raw(connections)
         raws: list[bytes] = []
         times: list[int] = []
@@ -222,20 +222,26 @@ class _Bag:
         if raws:
             yield from self._alike(raws, times)
 
-    def _one_by_one(self, messages: Iterable[tuple[int, bytes]]) -> Iterator[Block | Unreadable]:
+    def _one_by_one(
+        self, messages: Iterable[tuple[int, bytes]]
+    ) -> Iterator[Block | UnreadableMessage]:
         samples: list[JointSample] = []
         for time, raw in messages:
             sample = self._sample(raw, time)
             if isinstance(sample, JointSample):
                 samples.append(sample)
-            if samples and (len(samples) >= LARGEST_BLOCK or isinstance(sample, Unreadable)):
+            if samples and (
+                len(samples) >= LARGEST_BLOCK or isinstance(sample, UnreadableMessage)
+            ):
                 yield from blocks_of(samples)
                 samples = []
-            if isinstance(sample, Unreadable):
+            if isinstance(sample, UnreadableMessage):
                 yield sample
         yield from blocks_of(samples)
 
-    def _alike(self, raws: Sequence[bytes], times: Sequence[int]) -> Iterator[Block | Unreadable]:
+    def _alike(
+        self, raws: Sequence[bytes], times: Sequence[int]
+    ) -> Iterator[Block | UnreadableMessage]:
         columns = columns_of(raws, not self.reader.is2) if len(raws) > 1 else None
         if columns is None:
             yield from self._one_by_one(zip(times, raws))
@@ -255,11 +261,11 @@ class _Bag:
                 columns.velocities[span],
             )
 
-    def _sample(self, raw: bytes, time: int) -> JointSample | Unreadable:
+    def _sample(self, raw: bytes, time: int) -> JointSample | UnreadableMessage:
         try:
             message: Any = self.reader.deserialize(raw, JOINT_STATE)
         except Exception as error:  # whatever the bytes make the reader raise
-            return Unreadable(time, ' '.join(str(error).split()) or type(error).__name__)
+            return UnreadableMessage(time, ' '.join(str(error).split()) or type(error).__name__)
         stamp = message.header.stamp
         return JointSample(
             tuple(message.name),

@@ -13,7 +13,7 @@ FINEST = 0.01
 FEWEST, MOST = 4, 2_000
 
 
-class Planned(NamedTuple):
+class PlannedTrajectory(NamedTuple):
     """
     A trajectory as it was planned.
 
@@ -35,7 +35,7 @@ class Planned(NamedTuple):
     accelerations: Floats | None
 
 
-class Samples(NamedTuple):
+class SampledSteps(NamedTuple):
     """A motion in steps: times (N,) in s, positions (N, k), velocities (N, k)."""
 
     times: Floats
@@ -43,17 +43,17 @@ class Samples(NamedTuple):
     velocities: Floats
 
 
-def sampled(planned: Planned) -> Samples:
+def sampled(planned: PlannedTrajectory) -> SampledSteps:
     """Return the motion along a trajectory, its points included."""
     times, q = planned.times, planned.positions
     if len(times) == 1:
-        return Samples(times, q, np.zeros_like(q))
+        return SampledSteps(times, q, np.zeros_like(q))
     parts = [_segment(planned, k) for k in range(len(times) - 1)]
     end = _segment(planned, len(times) - 2, at_its_end=True)
-    return Samples(*(np.concatenate(columns) for columns in zip(*parts, end)))
+    return SampledSteps(*(np.concatenate(columns) for columns in zip(*parts, end)))
 
 
-def _segment(planned: Planned, k: int, at_its_end: bool = False) -> Samples:
+def _segment(planned: PlannedTrajectory, k: int, at_its_end: bool = False) -> SampledSteps:
     duration = float(planned.times[k + 1] - planned.times[k])
     step = planned.positions[k + 1] - planned.positions[k]
     reach = float(np.max(np.abs(step)))
@@ -70,10 +70,10 @@ def _segment(planned: Planned, k: int, at_its_end: bool = False) -> Samples:
     qdot = s[:, None] ** powers[:-1] @ slope
     if at_its_end:
         q = planned.positions[k + 1 : k + 2]
-    return Samples(planned.times[k] + s * duration, q, qdot)
+    return SampledSteps(planned.times[k] + s * duration, q, qdot)
 
 
-def _polynomial(planned: Planned, k: int, T: float) -> Floats:
+def _polynomial(planned: PlannedTrajectory, k: int, T: float) -> Floats:
     # Coefficients by powers of s = t/T, shape (degree + 1, joints): Hermite's conditions at 0, 1.
     p0, p1 = planned.positions[k], planned.positions[k + 1]
     if planned.velocities is None:

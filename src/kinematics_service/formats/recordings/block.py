@@ -62,7 +62,7 @@ class Block:
 
 
 @dataclass(frozen=True)
-class Unreadable:
+class UnreadableMessage:
     """A message among the blocks that is no JointState; why, in words."""
 
     received: int

@@ -91,7 +91,7 @@ class Column:
         return np.concatenate([own, self._joined()[: end - self._written]])
 
 
-class Table:
+class StateTable:
     """Some numbers for each state: columns side by side, read like an array (N, k)."""
 
     def __init__(self, columns: int) -> None:

@@ -71,7 +71,7 @@ def read_recording(file: Path, robot: Robot) -> Recording:
     """
     try:
         with file.open(encoding='utf-8-sig', newline='') as text:
-            return _Reader(file, robot, csv.reader(text)).read()
+            return _CsvReader(file, robot, csv.reader(text)).read()
     except OSError as error:
         raise RecordingError(f'{file}: cannot be read: {error.strerror}') from None
     except UnicodeDecodeError:
@@ -80,7 +80,7 @@ def read_recording(file: Path, robot: Robot) -> Recording:
         raise RecordingError(f'{file}: is not a CSV file: {error}') from None
 
 
-class _Reader:
+class _CsvReader:
     def __init__(self, file: Path, robot: Robot, rows: Iterator[list[str]]) -> None:
         self.file, self.robot, self.rows = file, robot, rows
         self.line = 0

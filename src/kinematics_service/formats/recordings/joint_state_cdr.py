@@ -17,7 +17,7 @@ from .block import Flags, Times
 SECOND = 1_000_000_000
 
 
-class Columns(NamedTuple):
+class MessageColumns(NamedTuple):
     """Messages in columns; `alike` tells which rows mean something."""
 
     alike: Flags
@@ -27,7 +27,7 @@ class Columns(NamedTuple):
     velocities: Floats
 
 
-def columns_of(raws: Sequence[bytes], ros1: bool = False) -> Columns | None:
+def columns_of(raws: Sequence[bytes], ros1: bool = False) -> MessageColumns | None:
     """Return messages of equal length in columns; None where the first has no form."""
     form = ros1_form_of(raws[0]) if ros1 else form_of(raws[0])
     if form is None:
@@ -37,7 +37,7 @@ def columns_of(raws: Sequence[bytes], ros1: bool = False) -> Columns | None:
     alike = np.all(table[:, at] == table[0, at], axis=1)
     seconds = _view(table, slice(STAMP_AT, STAMP_AT + 4), '<i4')[:, 0].astype(np.int64)
     nanoseconds = _view(table, slice(STAMP_AT + 4, STAMP_AT + 8), '<u4')[:, 0].astype(np.int64)
-    return Columns(
+    return MessageColumns(
         alike,
         form.names,
         seconds * SECOND + nanoseconds,

@@ -8,7 +8,7 @@ from .bag_reader import open_bag
 from .block import AuditError
 from .plan_reader import open_planned
 from .pose_format import PoseFormat
-from .source import Source, Wanted
+from .source import RecordingSource, Selection
 from .table_reader import open_table
 
 BAGS = ('.mcap', '.db3', '.bag')
@@ -21,7 +21,7 @@ ACCEPTED = (
 
 
 @contextmanager
-def open_source(file: Path, wanted: Wanted) -> Iterator[Source]:
+def open_source(file: Path, wanted: Selection) -> Iterator[RecordingSource]:
     """
     Open a recording or a planned trajectory.
 

@@ -9,9 +9,9 @@ import numpy as np
 
 from ...kernel import Floats
 from ...robot.measures import Level
-from .between_points import Planned, sampled
+from .between_points import PlannedTrajectory, sampled
 from .block import LARGEST_BLOCK, AuditError, Block, Times
-from .source import Remark, Source, Wanted
+from .source import Remark, RecordingSource, Selection
 
 SECOND = 1_000_000_000
 # Trajectories of one topic follow each other with a pause longer than any timeout (ns).
@@ -21,7 +21,7 @@ BEGIN = SECOND
 LARGEST = 64 * 1024 * 1024
 
 
-def open_planned(file: Path, wanted: Wanted) -> Source:
+def open_planned(file: Path, wanted: Selection) -> RecordingSource:
     """
     Open a JointTrajectory in YAML, as `ros2 topic echo` prints it, or in JSON.
 
@@ -50,7 +50,7 @@ def open_planned(file: Path, wanted: Wanted) -> Source:
             'time_from_start, and perhaps velocities and accelerations)'
         )
     planned = [_planned(one, str(file)) for one in found]
-    return Source(
+    return RecordingSource(
         'planned trajectory',
         'points',
         True,
@@ -102,7 +102,7 @@ def _trajectories(document: Any, depth: int = 0) -> Iterator[Mapping[str, Any]]:
             yield from _trajectories(value, depth + 1)
 
 
-def _planned(data: Mapping[str, Any], where: str) -> Planned:
+def _planned(data: Mapping[str, Any], where: str) -> PlannedTrajectory:
     points = data['points'] or []
     names = data['joint_names'] or []
     if not isinstance(points, list) or not all(isinstance(point, Mapping) for point in points):
@@ -117,7 +117,7 @@ def _planned(data: Mapping[str, Any], where: str) -> Planned:
     times = [_seconds(point.get('time_from_start'), k, where) for k, point in enumerate(points)]
     positions = column('positions')
     return _checked(
-        Planned(
+        PlannedTrajectory(
             tuple(map(str, names)),
             np.array(times),
             np.zeros((0, 0)) if positions is None else positions,
@@ -128,7 +128,7 @@ def _planned(data: Mapping[str, Any], where: str) -> Planned:
     )
 
 
-def trajectory_of_message(message: Any) -> Planned:
+def trajectory_of_message(message: Any) -> PlannedTrajectory:
     """Return the trajectory of a JointTrajectory message."""
     names = tuple(map(str, message.joint_names))
 
@@ -143,7 +143,7 @@ def trajectory_of_message(message: Any) -> Planned:
     ]
     positions = column('positions')
     return _checked(
-        Planned(
+        PlannedTrajectory(
             names,
             np.array(times),
             np.zeros((0, 0)) if positions is None else positions,
@@ -181,7 +181,7 @@ def _seconds(time: Any, k: int, where: str) -> float:
     raise AuditError(f'{where}: points[{k}]: time_from_start must be sec and nanosec, or seconds')
 
 
-def _checked(planned: Planned, where: str) -> Planned:
+def _checked(planned: PlannedTrajectory, where: str) -> PlannedTrajectory:
     if not len(planned.times):
         raise AuditError(f'{where}: the trajectory has no points')
     for name, table in (
@@ -203,7 +203,7 @@ def _checked(planned: Planned, where: str) -> Planned:
 
 
 def blocks_of_trajectories(
-    trajectories: Iterable[Planned], wanted: Wanted, where: str
+    trajectories: Iterable[PlannedTrajectory], wanted: Selection, where: str
 ) -> Iterator[Block]:
     """
     Yield the joint states of the motions that controllers make of trajectories.

@@ -40,7 +40,7 @@ def read_documents(text: str) -> list[Any]:
         It is not YAML, or something that is refused: anchors, aliases, tags, directives, a key
         that is there twice, too many values, nested too deeply.
     """
-    builder = _Builder()
+    builder = _DocumentBuilder()
     try:
         for event in yaml.parse(text, Loader=LOADER):
             builder.take(event)
@@ -57,7 +57,7 @@ def read_documents(text: str) -> list[Any]:
     return [document for document in builder.documents if document is not None]
 
 
-class _Builder:
+class _DocumentBuilder:
     """The documents under construction: open lists and mappings, innermost last."""
 
     def __init__(self) -> None:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 from ...kernel import Floats
 from ...robot.measures import Level
 from ...robot.robot import Robot
-from .block import Block, Times, Unreadable
+from .block import Block, Times, UnreadableMessage
 from .pose_format import PoseFormat
 
 # Poses of a track that are compared; more would not tell more.
@@ -47,7 +47,7 @@ class PoseTrack(NamedTuple):
     total: int = 0
 
 
-class Wanted(NamedTuple):
+class Selection(NamedTuple):
     """What to read of a file: topics by name, or columns by what they begin with."""
 
     robot: Robot
@@ -66,7 +66,7 @@ class Remark(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Source:
+class RecordingSource:
     """
     An open file.
 
@@ -92,6 +92,6 @@ class Source:
     topic: str
     planned: bool
     total: int | None
-    blocks: Iterator[Block | Unreadable]
+    blocks: Iterator[Block | UnreadableMessage]
     poses: Callable[[], PoseTrack | None] = lambda: None
     remarks: list[Remark] = field(default_factory=list)

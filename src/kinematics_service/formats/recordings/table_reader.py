@@ -10,7 +10,7 @@ import numpy as np
 from .block import AuditError, Block
 from .joint_csv import POSITION, STAMP, VELOCITY
 from .pose_format import ACCEPTED_POSES, PoseFormat, pose_columns
-from .source import MOST_POSES, PoseTrack, Source, Wanted
+from .source import MOST_POSES, PoseTrack, RecordingSource, Selection
 from .table_rows import NO_TEXT, RowReader
 from .tool_poses import PoseRows
 
@@ -20,7 +20,7 @@ AT_ONCE = 2**20
 HOW = '--columns stamp=...,position=...,velocity=...,pose=... says what columns begin with'
 
 
-class Names(NamedTuple):
+class ColumnNames(NamedTuple):
     """What the columns of a layout begin with; the stamp's whole name."""
 
     stamp: str
@@ -30,13 +30,13 @@ class Names(NamedTuple):
 
 
 LAYOUTS = (
-    Names(STAMP, POSITION, VELOCITY, 'pose.'),
+    ColumnNames(STAMP, POSITION, VELOCITY, 'pose.'),
     # What the recorder of Universal Robots' RTDE client writes.
-    Names('timestamp', 'actual_q_', 'actual_qd_', 'actual_TCP_pose_'),
+    ColumnNames('timestamp', 'actual_q_', 'actual_qd_', 'actual_TCP_pose_'),
 )
 
 
-def open_table(file: Path, wanted: Wanted) -> Source:
+def open_table(file: Path, wanted: Selection) -> RecordingSource:
     """
     Open a table.
 
@@ -45,12 +45,12 @@ def open_table(file: Path, wanted: Wanted) -> Source:
     AuditError
         It cannot be read, or columns are missing; the message names line and column.
     """
-    table = _Table(file, wanted)
+    table = _CsvTable(file, wanted)
     return table.source()
 
 
-class _Table:
-    def __init__(self, file: Path, wanted: Wanted) -> None:
+class _CsvTable:
+    def __init__(self, file: Path, wanted: Selection) -> None:
         self.file, self.wanted = file, wanted
         robot = wanted.robot
         self.joints = [wanted.joint_prefix + name for name in robot.joint_names]
@@ -74,7 +74,7 @@ class _Table:
             raise AuditError(f'{file}: column {ascii(twice)} is there twice')
         self.names = self._layout()
 
-    def source(self) -> Source:
+    def source(self) -> RecordingSource:
         positions, velocities = self._family(self.names.position), self._velocity_columns()
         found = self._pose_columns()
         columns, form = found or ([], PoseFormat())
@@ -107,9 +107,9 @@ class _Table:
             return poses.track(f'{self.names.pose}*', '', MOST_POSES) if poses.count else None
 
         topic, total = f'{self.names.position}*', _lines_of(self.file) - 1
-        return Source('table', topic, False, total, blocks(), track, reader.remarks)
+        return RecordingSource('table', topic, False, total, blocks(), track, reader.remarks)
 
-    def _layout(self) -> Names:
+    def _layout(self) -> ColumnNames:
         if self.wanted.columns is not None:
             given = self._given(self.wanted.columns)
             names = LAYOUTS[0]._replace(**given)
@@ -129,7 +129,7 @@ class _Table:
         given = {}
         for item in text.split(','):
             key, equals, value = (part.strip() for part in item.partition('='))
-            if not equals or key not in Names._fields:
+            if not equals or key not in ColumnNames._fields:
                 raise AuditError(
                     f'--columns: {item!r} is not accepted; write for instance '
                     'stamp=time,position=q_,velocity=qd_,pose=tcp_'
@@ -142,7 +142,7 @@ class _Table:
             )
         return given
 
-    def _positions(self, names: Names, required: bool) -> list[str]:
+    def _positions(self, names: ColumnNames, required: bool) -> list[str]:
         found = self._family(names.position)
         if not found and required:
             missing = [j for j in self.joints if names.position + j not in self.header]

@@ -19,7 +19,7 @@ MOST_LINES = 8 * LARGEST_BLOCK
 NO_TEXT = 'is not UTF-8 text, so not a table'
 
 
-class Rows(NamedTuple):
+class TableRows(NamedTuple):
     """
     Consecutive rows: stamps (N,), ns, and the wanted numbers (N, k), NaN where a cell is empty.
     """
@@ -51,7 +51,7 @@ class RowReader:
         self._stamp_at = header.index(stamp)
         self._at = [header.index(column) for column in columns]
 
-    def pieces(self) -> Iterator[Rows]:
+    def pieces(self) -> Iterator[TableRows]:
         """
         Yield the rows in their order, at most `LARGEST_BLOCK` at once.
 
@@ -77,7 +77,7 @@ class RowReader:
         except csv.Error as error:
             raise AuditError(f'{self._file}: cannot be read as a table: {error}') from None
 
-    def _quickly(self) -> Iterator[Rows]:
+    def _quickly(self) -> Iterator[TableRows]:
         with self._file.open(encoding='utf-8-sig') as stream:
             while not stream.readline().strip():
                 pass
@@ -87,7 +87,7 @@ class RowReader:
                 length = len(table)
                 if length:
                     stamps = np.ascontiguousarray(table[:, 0]).view(np.int64)
-                    yield Rows(stamps, table[:, 1:])
+                    yield TableRows(stamps, table[:, 1:])
 
     def _table(self, lines: Iterable[str]) -> Floats:
         with warnings.catch_warnings():
@@ -103,7 +103,7 @@ class RowReader:
                 max_rows=LARGEST_BLOCK,
             )
 
-    def _line_by_line(self, known: int) -> Iterator[Rows]:
+    def _line_by_line(self, known: int) -> Iterator[TableRows]:
         # The long way, which knows what to say of a bad line; also of one among the rows known
         # already, since the quick way overlooks cells too many.
         stamps: list[int] = []
@@ -116,12 +116,12 @@ class RowReader:
             stamps.append(self._nanoseconds(line, cells[self._stamp_at]))
             numbers.append([self._number(line, column, cells[column]) for column in self._at])
             if len(stamps) == LARGEST_BLOCK:
-                yield Rows(np.array(stamps, dtype=np.int64), np.array(numbers))
+                yield TableRows(np.array(stamps, dtype=np.int64), np.array(numbers))
                 stamps, numbers = [], []
         if not count:
             raise AuditError(f'{self._file}: has a header but no rows')
         if stamps:
-            yield Rows(np.array(stamps, dtype=np.int64), np.array(numbers))
+            yield TableRows(np.array(stamps, dtype=np.int64), np.array(numbers))
 
     def _lines(self) -> Iterator[tuple[int, list[str]]]:
         # Rows with their line; the last one may be cut off.

@@ -8,7 +8,7 @@ import numpy as np
 from ...kernel import Floats
 from ...rigid_motion import exponential, rotation_of_quaternion, rotation_of_roll_pitch_yaw
 from .block import Flags, Times
-from .columns import Column, Table, spans
+from .columns import Column, StateTable, spans
 from .pose_format import PoseFormat
 from .source import PoseTrack
 
@@ -50,7 +50,7 @@ class PoseRows:
     def __init__(self, form: PoseFormat, columns: int, dof: int = 0) -> None:
         self.count = 0
         self._form = form
-        self._stamps, self._rows, self._q = Column(np.int64), Table(columns), Table(dof)
+        self._stamps, self._rows, self._q = Column(np.int64), StateTable(columns), StateTable(dof)
         self._finite = self._rising = True
         self._latest = -1
         # The number farthest from what it can be: length of a quaternion or vector, or an angle.

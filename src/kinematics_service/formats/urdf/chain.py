@@ -11,7 +11,7 @@ import numpy as np
 
 from ...kernel import Floats
 from ...rigid_motion import turn_about
-from .document import Element
+from .document import XmlElement
 from .elements import EXTENSION
 from .joints import MOVING, Angle, UrdfJoint, read_joint
 from .tree import UrdfTree
@@ -38,7 +38,7 @@ class Variable:
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
+class MovingJoint:
     """
     One moving joint of the chain: `before`, then about or along its axis.
 
@@ -82,7 +82,7 @@ class UrdfChain:
     base: str
     tip: str
     variables: tuple[Variable, ...]
-    motions: tuple[Motion, ...]
+    motions: tuple[MovingJoint, ...]
     end: Floats
 
     def poses(self, q: Floats) -> Floats:
@@ -131,7 +131,7 @@ def read_chain(tree: UrdfTree, base: str, tip: str, angle: Angle = float) -> Urd
             continue
         variable, follows = names.index(leader.mimics), bool(joint.mimics)
         factor, offset = leader.multiplier, leader.offset
-        motions.append(Motion(turns, still, joint.axis, variable, factor, offset, follows))
+        motions.append(MovingJoint(turns, still, joint.axis, variable, factor, offset, follows))
         still = np.eye(4)
     variables = [_variable(tree, name, moving, leaders) for name in names]
     robot = tree.root.attributes.get('name', '')
@@ -156,11 +156,11 @@ def _followed(tree: UrdfTree, joint: UrdfJoint) -> UrdfJoint:
     return replace(joint, mimics=leader.name, multiplier=factor, offset=offset)
 
 
-def _ordered(root: Element, names: list[str]) -> list[str]:
+def _ordered(root: XmlElement, names: list[str]) -> list[str]:
     # As the chain has them, unless the file is one of ours and says otherwise.
     extension = root.first(EXTENSION)
-    said = [] if extension is None else extension.attributes.get('joint_order', '').split()
-    return sorted(names, key=said.index) if set(names) <= set(said) else names
+    named = [] if extension is None else extension.attributes.get('joint_order', '').split()
+    return sorted(names, key=named.index) if set(names) <= set(named) else names
 
 
 def _variable(
@@ -171,7 +171,7 @@ def _variable(
     ours = [joint for joint in moving if leaders[joint.name].mimics == name]
     others = [joint for joint in ours if (joint.type != 'prismatic') != turns]
     if others and (not turns or len(others) == len(ours)):
-        does, said = ('turns', 'slides') if turns else ('slides', 'turns')
+        does, named = ('turns', 'slides') if turns else ('slides', 'turns')
         others[0].element.refuse(
             f'it {said}, and {name!r}, which it mimics, {does}; a robot file can say that only of '
             'a joint that turns in the same chain (type: helical)'

@@ -25,7 +25,7 @@ class UrdfError(KinematicsError, ValueError):
 
 
 @dataclass(frozen=True)
-class Element:
+class XmlElement:
     """
     An element of the file.
 
@@ -82,7 +82,7 @@ def listed(names: tuple[str, ...]) -> str:
     return ', '.join(shown(name)[1:-1] for name in names[:MOST_LISTED]) + more or 'none'
 
 
-def read_urdf(path: Path) -> Element:
+def read_urdf(path: Path) -> XmlElement:
     """
     Return the root of a URDF file.
 
@@ -99,7 +99,7 @@ def read_urdf(path: Path) -> Element:
     return parse_urdf(content, str(path))
 
 
-def parse_urdf(content: bytes, file: str) -> Element:
+def parse_urdf(content: bytes, file: str) -> XmlElement:
     """
     Return the root element of the bytes of a URDF.
 
@@ -111,7 +111,7 @@ def parse_urdf(content: bytes, file: str) -> Element:
     """
     if len(content) > MAX_BYTES:
         raise UrdfError(f'{file}: larger than {MAX_BYTES // 2**20} MiB: not a URDF')
-    root = _Reader(file).read(content)
+    root = _XmlReader(file).read(content)
     if root.tag != 'robot':
         other = {'sdf': 'SDF', 'mujoco': 'MuJoCo XML'}.get(root.tag)
         what = f'this is {other}, not URDF; ' if other else ''
@@ -119,19 +119,19 @@ def parse_urdf(content: bytes, file: str) -> Element:
     return root
 
 
-class _Reader:
+class _XmlReader:
     # The elements that are open, innermost last; children gather until their parent closes.
     def __init__(self, file: str) -> None:
         self.file = file
-        self.open: list[tuple[str, dict[str, str], int, list[Element]]] = []
-        self.root: Element | None = None
+        self.open: list[tuple[str, dict[str, str], int, list[XmlElement]]] = []
+        self.root: XmlElement | None = None
         self.elements = 0
         self.parser = expat.ParserCreate()
         self.parser.StartDoctypeDeclHandler = self._doctype
         self.parser.StartElementHandler = self._start
         self.parser.EndElementHandler = self._end
 
-    def read(self, content: bytes) -> Element:
+    def read(self, content: bytes) -> XmlElement:
         try:
             self.parser.Parse(content, True)
         except expat.ExpatError as error:
@@ -167,7 +167,7 @@ class _Reader:
 
     def _end(self, _: str) -> None:
         tag, attributes, line, children = self.open.pop()
-        element = Element(tag, attributes, tuple(children), self.file, line)
+        element = XmlElement(tag, attributes, tuple(children), self.file, line)
         if self.open:
             self.open[-1][3].append(element)
         else:

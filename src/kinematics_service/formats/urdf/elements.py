@@ -68,7 +68,7 @@ class PlannedJoint:
 
 
 @dataclass(frozen=True)
-class Plan:
+class UrdfPlan:
     """
     A URDF: links and joints, root first.
 

@@ -12,7 +12,7 @@ from ...robot.robot import Robot, robot_from_text
 from ...version import __version__
 from .certificate import Certificate, certify, configurations
 from .chain import UrdfChain, read_chain
-from .document import Element, UrdfError, parse_urdf, read_urdf
+from .document import XmlElement, UrdfError, parse_urdf, read_urdf
 from .quantity import as_rounded_part_of_pi
 from .robot_text import robot_file_text
 from .table import modified, table_of
@@ -43,7 +43,7 @@ class UrdfImport:
     certificate: Certificate
 
 
-Convention = Literal['standard', 'modified']
+TableConvention = Literal['standard', 'modified']
 
 
 def import_urdf(
@@ -51,7 +51,7 @@ def import_urdf(
     base: str,
     tip: str,
     name: str = '',
-    convention: Convention = 'standard',
+    convention: TableConvention = 'standard',
     round_angles: bool = False,
 ) -> UrdfImport:
     """
@@ -85,7 +85,7 @@ def import_file(
     base: str,
     tip: str,
     name: str = '',
-    convention: Convention = 'standard',
+    convention: TableConvention = 'standard',
     round_angles: bool = False,
 ) -> UrdfImport:
     """
@@ -102,7 +102,7 @@ def import_file(
 
 
 def _imported(
-    root: Element,
+    root: XmlElement,
     origin: str,
     base: str,
     tip: str,

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...kernel import Floats
 from ...rigid_motion import pose_of
-from .document import Element, shown
+from .document import XmlElement, shown
 from .elements import UNLIMITED
 
 NUMBER = re.compile(r'[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?')
@@ -44,7 +44,7 @@ class UrdfJoint:
         The joint it follows, or empty: its position is multiplier times that one's plus offset.
     """
 
-    element: Element
+    element: XmlElement
     name: str
     type: str
     origin: Floats
@@ -57,7 +57,7 @@ class UrdfJoint:
     offset: float
 
 
-def read_joint(element: Element, angle: Angle = float) -> UrdfJoint:
+def read_joint(element: XmlElement, angle: Angle = float) -> UrdfJoint:
     """
     Return a joint, all of it checked.
 
@@ -97,7 +97,7 @@ def read_joint(element: Element, angle: Angle = float) -> UrdfJoint:
     )
 
 
-def _origin(element: Element, angle: Angle) -> Floats:
+def _origin(element: XmlElement, angle: Angle) -> Floats:
     origin = element.first('origin')
     if origin is None:
         return np.eye(4)
@@ -106,7 +106,7 @@ def _origin(element: Element, angle: Angle) -> Floats:
     return pose_of((x, y, z), (roll, pitch, yaw))
 
 
-def _axis(element: Element) -> Floats:
+def _axis(element: XmlElement) -> Floats:
     axis = element.first('axis')
     direction = np.array([1.0, 0.0, 0.0])
     if axis is not None:
@@ -120,7 +120,7 @@ def _axis(element: Element) -> Floats:
     return direction
 
 
-def _limits(element: Element, kind: str) -> tuple[float, float, float]:
+def _limits(element: XmlElement, kind: str) -> tuple[float, float, float]:
     limit = element.first('limit')
     velocity = _number(limit, 'velocity', 0.0)
     if not 0.0 < velocity < UNLIMITED:
@@ -143,7 +143,7 @@ def _limits(element: Element, kind: str) -> tuple[float, float, float]:
     )
 
 
-def _number(element: Element | None, attribute: str, default: float) -> float:
+def _number(element: XmlElement | None, attribute: str, default: float) -> float:
     text = None if element is None else element.attributes.get(attribute)
     if element is None or text is None:
         return default
@@ -152,7 +152,7 @@ def _number(element: Element | None, attribute: str, default: float) -> float:
     return _value(element, attribute, text.strip(), float)
 
 
-def _value(element: Element, attribute: str, text: str, worth: Angle) -> float:
+def _value(element: XmlElement, attribute: str, text: str, worth: Angle) -> float:
     if '$' in text:
         element.refuse(f'{attribute}={shown(text)} is xacro: expand the file first')
     if not NUMBER.fullmatch(text) or not abs(float(text)) <= UNLIMITED:
@@ -162,7 +162,7 @@ def _value(element: Element, attribute: str, text: str, worth: Angle) -> float:
     return worth(text)
 
 
-def _three(element: Element, attribute: str, default: str, worth: Angle) -> list[float]:
+def _three(element: XmlElement, attribute: str, default: str, worth: Angle) -> list[float]:
     text = element.attributes.get(attribute, default)
     words = text.split()
     if len(words) != 3 and '$' not in text:

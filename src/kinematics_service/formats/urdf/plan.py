@@ -18,13 +18,13 @@ from ...kernel import Floats
 from ...rigid_motion import screw_z
 from ...robot.conventions import Row, table_rows
 from ...robot.robot import Robot
-from .elements import AS_IN_THE_FILE, UNLIMITED, FrameNames, Limit, Mimic, Plan, PlannedJoint
+from .elements import AS_IN_THE_FILE, UNLIMITED, FrameNames, Limit, Mimic, UrdfPlan, PlannedJoint
 
 IDENTITY = np.eye(4)
 
 
 @dataclass(frozen=True)
-class _Motion:
+class _JointTerm:
     # One term of theta or d: a variable (its index) times a factor. One of each joint's leads: it
     # is the joint itself.
     joint: int
@@ -33,7 +33,7 @@ class _Motion:
     leads: bool = False
 
 
-class _Names:
+class _UniqueNames:
     # Names given out once: a second taker gets an underscore more.
     def __init__(self, taken: Iterable[str]) -> None:
         self._taken = set(taken)
@@ -45,12 +45,12 @@ class _Names:
         return name
 
 
-def _motions(row: Row, index_of: Mapping[str, int]) -> list[_Motion]:
-    turning = [_Motion(index_of[v], True, c) for v, c in row.theta.coefficients]
-    return turning + [_Motion(index_of[v], False, c) for v, c in row.d.coefficients]
+def _motions(row: Row, index_of: Mapping[str, int]) -> list[_JointTerm]:
+    turning = [_JointTerm(index_of[v], True, c) for v, c in row.theta.coefficients]
+    return turning + [_JointTerm(index_of[v], False, c) for v, c in row.d.coefficients]
 
 
-def _with_leaders(robot: Robot, rows: list[list[_Motion]]) -> list[list[_Motion]]:
+def _with_leaders(robot: Robot, rows: list[list[_JointTerm]]) -> list[list[_JointTerm]]:
     # For each joint its first motion becomes the joint itself, with factor +-1, and a rest that
     # follows it. First, because Pinocchio wants whom to mimic before who mimics.
     led: set[int] = set()
@@ -78,10 +78,10 @@ class _Planner:
         self.base = names.frame_prefix + (names.base or robot.base_frame)
         self.tool = names.frame_prefix + (names.tool or robot.tool_frame)
         self._stem = f'{names.frame_prefix}{robot.name}_frame'
-        self._new_link = _Names((self.base, self.tool)).new
-        self._new_joint = _Names(self.joint_names).new
+        self._new_link = _UniqueNames((self.base, self.tool)).new
+        self._new_joint = _UniqueNames(self.joint_names).new
 
-    def plan(self) -> Plan:
+    def plan(self) -> UrdfPlan:
         robot, rows = self.robot, table_rows(self.robot.description)
         index_of = {variable: j for j, variable in enumerate(robot.variables)}
         motions = _with_leaders(robot, [_motions(row, index_of) for row in rows])
@@ -96,10 +96,10 @@ class _Planner:
         moved = {motion.joint for motion in itertools.chain(*motions)}
         joints += [self._idle(j) for j in range(robot.dof) if j not in moved]
         links = (self.base, *(joint.child for joint in joints))
-        return Plan(links, tuple(joints), tuple(frames), self.tool, order)
+        return UrdfPlan(links, tuple(joints), tuple(frames), self.tool, order)
 
     def _row(
-        self, i: int, row: Row, moving: list[_Motion], parent: str, child: str
+        self, i: int, row: Row, moving: list[_JointTerm], parent: str, child: str
     ) -> Iterator[PlannedJoint]:
         still = row.before @ screw_z(row.theta.constant, row.d.constant)
         if not moving:
@@ -145,7 +145,7 @@ class _Planner:
         )
 
     def _follower(
-        self, i: int, motion: _Motion, parent: str, child: str, origin: Floats, hub: bool
+        self, i: int, motion: _JointTerm, parent: str, child: str, origin: Floats, hub: bool
     ) -> PlannedJoint:
         j, factor = motion.joint, motion.factor
         # Revolute like the joint it follows, continuous like it: Pinocchio accepts no other.
@@ -175,7 +175,7 @@ def _number(value: float) -> float:
     return min(max(float(value), -UNLIMITED), UNLIMITED)
 
 
-def plan_of(robot: Robot, names: FrameNames = AS_IN_THE_FILE) -> Plan:
+def plan_of(robot: Robot, names: FrameNames = AS_IN_THE_FILE) -> UrdfPlan:
     """
     Return the links and joints of a robot, its base frame the root, its tool frame the last leaf.
     """

@@ -13,22 +13,22 @@ LAST_DIGITS, ROUNDED = 2.5, 1e-3
 
 
 @dataclass(frozen=True)
-class Quantity:
+class WrittenNumber:
     """A number and its text in a robot file, in rad or m."""
 
     text: str
     value: float
 
 
-def length_of(value: float) -> Quantity:
+def length_of(value: float) -> WrittenNumber:
     """Return a length without the last digits that are round-off, 0.4 for 0.40000000000000013."""
     value = float(value)  # repr of a numpy number is no number
     near = round(value, DECIMALS)
     value = (near if abs(value - near) <= ROUND_OFF * max(1.0, abs(value)) else value) + 0.0
-    return Quantity(repr(value).removesuffix('.0'), value)
+    return WrittenNumber(repr(value).removesuffix('.0'), value)
 
 
-def angle_of(value: float) -> Quantity:
+def angle_of(value: float) -> WrittenNumber:
     """Return an angle likewise, and parts of pi by their name, -pi/2 for -1.5707963267948966."""
     part = Fraction(round(value / math.pi * PARTS), PARTS)
     over, under = part.numerator, part.denominator
@@ -36,7 +36,7 @@ def angle_of(value: float) -> Quantity:
     if over == 0 or abs(value - exact) > ROUND_OFF * max(1.0, abs(value)):
         return length_of(value)
     name = {1: 'pi', -1: '-pi'}.get(over, f'{over}*pi')
-    return Quantity(name if under == 1 else f'{name}/{under}', exact)
+    return WrittenNumber(name if under == 1 else f'{name}/{under}', exact)
 
 
 def as_rounded_part_of_pi(text: str) -> float:

@@ -10,8 +10,8 @@ from ...rigid_motion import exact_rpy
 from ...robot.file.expression_syntax import why_no_name
 from .chain import UrdfChain, Variable
 from .document import UrdfError, shown
-from .quantity import Quantity
-from .table import Pose, Table, TableRow
+from .quantity import WrittenNumber
+from .table import ConstantPose, UrdfRow, UrdfRow
 
 # Longer joint names make a table nobody can read: then the variables are q1, q2, ...
 LONGEST_VARIABLE = 8
@@ -23,7 +23,7 @@ WORDS = ('true', 'false', 'null', 'yes', 'no', 'on', 'off')
 
 def robot_file_text(
     chain: UrdfChain,
-    table: Table,
+    table: UrdfRow,
     convention: str,
     name: str,
     source: str,
@@ -112,12 +112,12 @@ def _number(value: float) -> str:
     return repr(float(value) + 0.0).removesuffix('.0')
 
 
-def _link(row: TableRow, names: Sequence[str]) -> str:
+def _link(row: UrdfRow, names: Sequence[str]) -> str:
     theta, d = (_expression(row, turns, names) for turns in (True, False))
     return f'  - {{a: {row.a.text}, alpha: {row.alpha.text}, d: {d}, theta: {theta}}}'
 
 
-def _expression(row: TableRow, turns: bool, names: Sequence[str]) -> str:
+def _expression(row: UrdfRow, turns: bool, names: Sequence[str]) -> str:
     constant = row.theta if turns else row.d
     text = ''
     for term in row.terms:
@@ -137,7 +137,7 @@ def _added(text: str, negative: bool, term: str) -> str:
     return f'{text} {"-" if negative else "+"} {term}'
 
 
-def _placement(frame: str, pose: Pose) -> str:
+def _placement(frame: str, pose: ConstantPose) -> str:
     entry = [f'frame: {_name(frame, "link", NOT_IN_FRAMES)}']
     for key, values in (('xyz', pose.xyz), ('rpy', pose.rpy)):
         if any(value.value for value in values):
@@ -145,7 +145,7 @@ def _placement(frame: str, pose: Pose) -> str:
     return f'{{{", ".join(entry)}}}'
 
 
-def _texts(values: Sequence[Quantity]) -> str:
+def _texts(values: Sequence[WrittenNumber]) -> str:
     return f'[{", ".join(value.text for value in values)}]'
 
 

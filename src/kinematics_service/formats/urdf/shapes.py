@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...kernel import Floats
-from .elements import UNLIMITED, Plan, PlannedJoint
+from .elements import UNLIMITED, UrdfPlan, PlannedJoint
 
 # Shares of the arm's characteristic length.
 ROD_RADIUS = 0.025
@@ -44,7 +44,7 @@ class Shape:
     colour: str
 
 
-def shapes_of(plan: Plan, length: float) -> dict[str, tuple[Shape, ...]]:
+def shapes_of(plan: UrdfPlan, length: float) -> dict[str, tuple[Shape, ...]]:
     """Return the shapes of each link, for an arm of the characteristic length (m)."""
     shapes: dict[str, list[Shape]] = {link: [] for link in plan.links}
     for joint in plan.joints:

@@ -13,7 +13,7 @@ import numpy as np
 from ...kernel import Floats
 from ...rigid_motion import exact_rpy, inverse, pose_of, screw_x, screw_z
 from .chain import UrdfChain, moved
-from .quantity import ROUND_OFF, Quantity, angle_of, length_of
+from .quantity import ROUND_OFF, WrittenNumber, angle_of, length_of
 
 # Axes whose directions differ by less are parallel: that is round-off of the products that led to
 # them, and taking it for an angle would put their common normal anywhere.
@@ -38,7 +38,7 @@ class Term:
 
 
 @dataclass(frozen=True)
-class TableRow:
+class UrdfRow:
     """
     A row Rz(theta) Tz(d) Tx(a) Rx(alpha), and the terms that are added to theta and d.
 
@@ -48,20 +48,20 @@ class TableRow:
         Whether the joint it is made from mimics another.
     """
 
-    theta: Quantity
-    d: Quantity
-    a: Quantity
-    alpha: Quantity
+    theta: WrittenNumber
+    d: WrittenNumber
+    a: WrittenNumber
+    alpha: WrittenNumber
     terms: tuple[Term, ...] = ()
     follows: bool = False
 
 
 @dataclass(frozen=True)
-class Pose:
+class ConstantPose:
     """A constant pose R = Rz(yaw) Ry(pitch) Rx(roll), as it will be written."""
 
-    xyz: tuple[Quantity, ...]
-    rpy: tuple[Quantity, ...]
+    xyz: tuple[WrittenNumber, ...]
+    rpy: tuple[WrittenNumber, ...]
 
     @property
     def matrix(self) -> Floats:
@@ -71,12 +71,12 @@ class Pose:
 
 
 @dataclass(frozen=True)
-class Table:
+class UrdfTable:
     """The rows, frame 0 in the base link, and the tip link in the last row's frame."""
 
-    rows: tuple[TableRow, ...]
-    base: Pose
-    tool: Pose
+    rows: tuple[UrdfRow, ...]
+    base: ConstantPose
+    tool: ConstantPose
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,14 +90,14 @@ class _Line:
         return _Line(back[:3, :3] @ self.point + back[:3, 3], back[:3, :3] @ self.direction)
 
 
-def table_of(chain: UrdfChain) -> Table:
+def table_of(chain: UrdfChain) -> UrdfTable:
     """Return the standard table of a chain."""
     lines, tip = _lines(chain)
     size = sum(float(np.linalg.norm(motion.before[:3, 3])) for motion in chain.motions)
     size += float(np.linalg.norm(chain.end[:3, 3]))
     base = _base(lines[0])
     T, sign = base.matrix, 1.0
-    rows: list[TableRow] = []
+    rows: list[UrdfRow] = []
     for here, there, line in zip(chain.motions, [*chain.motions[1:], None], lines[1:]):
         line = line.seen_from(T)
         if there is not None and not there.turns:
@@ -114,10 +114,10 @@ def table_of(chain: UrdfChain) -> Table:
         for step in steps:
             T = T @ _matrix(step)
         sign = next_sign
-    return Table(tuple(_merged(rows)), base, _pose(inverse(T) @ tip))
+    return UrdfTable(tuple(_merged(rows)), base, _pose(inverse(T) @ tip))
 
 
-def modified(table: Table) -> Table:
+def modified(table: UrdfTable) -> UrdfTable:
     """
     Return the same table by Craig's convention: a and alpha stand one row further down.
 
@@ -131,7 +131,7 @@ def modified(table: Table) -> Table:
     tool = table.tool
     if (a.value, alpha.value) != (0.0, 0.0):
         tool = _pose(screw_x(alpha.value, a.value) @ tool.matrix)
-    return Table(tuple(rows), table.base, tool)
+    return UrdfTable(tuple(rows), table.base, tool)
 
 
 def _lines(chain: UrdfChain) -> tuple[list[_Line], Floats]:
@@ -146,24 +146,26 @@ def _lines(chain: UrdfChain) -> tuple[list[_Line], Floats]:
     return [*lines, _Line(T[:3, 3], T[:3, 2])], T
 
 
-def _base(line: _Line) -> Pose:
+def _base(line: _Line) -> ConstantPose:
     # Frame 0: z along the first axis, origin where that passes the base link's.
     theta, alpha = _turns(line.direction)
     nearest = line.point - (line.point @ line.direction) * line.direction
     zero = length_of(0.0)
-    return Pose(tuple(map(length_of, nearest)), (angle_of(alpha), zero, angle_of(theta)))
+    return ConstantPose(tuple(map(length_of, nearest)), (angle_of(alpha), zero, angle_of(theta)))
 
 
-def _pose(T: Floats) -> Pose:
-    return Pose(tuple(map(length_of, T[:3, 3])), tuple(map(angle_of, exact_rpy(T[:3, :3]))))
+def _pose(T: Floats) -> ConstantPose:
+    return ConstantPose(
+        tuple(map(length_of, T[:3, 3])), tuple(map(angle_of, exact_rpy(T[:3, :3])))
+    )
 
 
-def _matrix(row: TableRow) -> Floats:
+def _matrix(row: UrdfRow) -> Floats:
     return screw_z(row.theta.value, row.d.value) @ screw_x(row.alpha.value, row.a.value)
 
 
-def _row(theta: float, d: float, a: float, alpha: float) -> TableRow:
-    return TableRow(angle_of(theta), length_of(d), length_of(a), angle_of(alpha))
+def _row(theta: float, d: float, a: float, alpha: float) -> UrdfRow:
+    return UrdfRow(angle_of(theta), length_of(d), length_of(a), angle_of(alpha))
 
 
 def _parallel(direction: Floats) -> bool:
@@ -186,7 +188,7 @@ def _turns(direction: Floats) -> tuple[float, float]:
     return theta, alpha
 
 
-def _step(line: _Line) -> tuple[TableRow, float]:
+def _step(line: _Line) -> tuple[UrdfRow, float]:
     # The row to a line as seen from the frame before, and how far from the line's point the new
     # origin is. With n = (cos theta, sin theta, 0) and m = (-sin theta, cos theta, 0): the
     # direction is W = -sin(alpha) m + cos(alpha) z, so point + t W lies on the common normal n
@@ -205,7 +207,7 @@ def _step(line: _Line) -> tuple[TableRow, float]:
     return _row(theta, z + t * math.cos(alpha), c * x + s * y, alpha), abs(t)
 
 
-def _steps(line: _Line, size: float) -> list[TableRow]:
+def _steps(line: _Line, size: float) -> list[UrdfRow]:
     row, away = _step(line)
     if _parallel(line.direction) or away <= FAR * size:
         return [row]
@@ -221,7 +223,7 @@ def _steps(line: _Line, size: float) -> list[TableRow]:
     return [first, second]
 
 
-def _last_steps(line: _Line, size: float) -> list[TableRow]:
+def _last_steps(line: _Line, size: float) -> list[UrdfRow]:
     # To the tip's z axis; what is left over, about and along it, is the tool.
     z = line.direction[2]
     if math.hypot(*line.direction[:2]) < NEARLY_PARALLEL:
@@ -231,7 +233,7 @@ def _last_steps(line: _Line, size: float) -> list[TableRow]:
     return [row] if away <= FAR * size else [_row(0.0, 0.0, 0.0, 0.0)]
 
 
-def _merged(rows: list[TableRow]) -> list[TableRow]:
+def _merged(rows: list[UrdfRow]) -> list[UrdfRow]:
     # A joint and those that mimic it on the same axis are one row: theta: q3 - q2.
     result = rows[:1]
     for row in rows[1:]:

@@ -4,7 +4,7 @@ import difflib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from .document import Element, UrdfError, listed, shown
+from .document import XmlElement, UrdfError, listed, shown
 
 
 @dataclass(frozen=True)
@@ -22,12 +22,12 @@ class UrdfTree:
         The joints whose child a link is; in a tree one or none.
     """
 
-    root: Element
-    links: Mapping[str, Element]
-    joints: Mapping[str, Element]
-    above: Mapping[str, Sequence[Element]]
+    root: XmlElement
+    links: Mapping[str, XmlElement]
+    joints: Mapping[str, XmlElement]
+    above: Mapping[str, Sequence[XmlElement]]
 
-    def chain(self, base: str, tip: str) -> tuple[Element, ...]:
+    def chain(self, base: str, tip: str) -> tuple[XmlElement, ...]:
         """
         Return the joints from the base link to the tip link.
 
@@ -42,7 +42,7 @@ class UrdfTree:
                 hint = f', did you mean {near[0]!r}?' if near else ''
                 names = listed(tuple(self.links))
                 self.root.refuse(f'no link {shown(link)} for the {option}{hint} (links: {names})')
-        way: list[Element] = []
+        way: list[XmlElement] = []
         links = [tip]
         while links[-1] != base:
             above = self.above.get(links[-1], ())
@@ -64,7 +64,7 @@ class UrdfTree:
         return tuple(reversed(way))
 
 
-def end_of(joint: Element, end: str) -> str:
+def end_of(joint: XmlElement, end: str) -> str:
     """
     Return the link at one end of a joint, `parent` or `child`.
 
@@ -80,7 +80,7 @@ def end_of(joint: Element, end: str) -> str:
     return link
 
 
-def read_tree(root: Element) -> UrdfTree:
+def read_tree(root: XmlElement) -> UrdfTree:
     """
     Return the links and joints of a file.
 
@@ -92,7 +92,7 @@ def read_tree(root: Element) -> UrdfTree:
     links, joints = _named(root, 'link'), _named(root, 'joint')
     if not links:
         raise UrdfError(f'{root.file}: there is no <link> in it')
-    above: dict[str, list[Element]] = {}
+    above: dict[str, list[XmlElement]] = {}
     for joint in joints.values():
         for end in ('parent', 'child'):
             if end_of(joint, end) not in links:
@@ -102,8 +102,8 @@ def read_tree(root: Element) -> UrdfTree:
     return UrdfTree(root, links, joints, above)
 
 
-def _named(root: Element, tag: str) -> dict[str, Element]:
-    found: dict[str, Element] = {}
+def _named(root: XmlElement, tag: str) -> dict[str, XmlElement]:
+    found: dict[str, XmlElement] = {}
     for element in root.all(tag):
         name = element.attributes.get('name')
         if not name:

@@ -10,7 +10,7 @@ from ...kernel import Floats
 from ...rigid_motion import exact_rpy
 from ...robot.robot import Robot
 from ...version import __version__
-from .elements import AS_IN_THE_FILE, EXTENSION, UNLIMITED, FrameNames, Plan, PlannedJoint
+from .elements import AS_IN_THE_FILE, EXTENSION, UNLIMITED, FrameNames, UrdfPlan, PlannedJoint
 from .plan import plan_of
 from .shapes import Shape, shapes_of
 
@@ -60,7 +60,7 @@ def urdf_text(robot: Robot, names: FrameNames = AS_IN_THE_FILE) -> str:
     return f'<?xml version="1.0"?>\n{ElementTree.tostring(root, encoding="unicode")}\n'
 
 
-def _about(robot: Robot, plan: Plan) -> Iterable[str]:
+def _about(robot: Robot, plan: UrdfPlan) -> Iterable[str]:
     table = f'its {robot.convention} table'
     yield f'{robot.name}, made from {table} by kinematics_service {__version__}.'
     if robot.source:

@@ -9,11 +9,11 @@ from ... import kernel
 from ...kernel import Floats
 from ...robot.robot import Robot
 from .closed import NO_POSTURE, POSTURES
-from .families import Family, isolated_or_not, nearer
-from .question import Question
+from .families import SolutionFamily, isolated_or_not, nearer
+from .problem import IkProblem
 from .representatives import representatives
 from .result import IkFamily, IkResult, IkSolution, Method, NearestPose, Posture, Status
-from .search import PROVED, Best, Found, refined, starts
+from .search import PROVED, LeastError, DistinctSolutions, refined, starts
 
 # Starts, inside the limits, for the nearest pose.
 NEAREST_STARTS = 64
@@ -23,42 +23,46 @@ LEFT_FREE = 'the target leaves joints free to move: '
 
 
 def answer(
-    question: Question, found: Found, method: Method, best: Best, respect_limits: bool
+    problem: IkProblem,
+    found: DistinctSolutions,
+    method: Method,
+    best: LeastError,
+    respect_limits: bool,
 ) -> IkResult:
     """Return the result of proved solutions, told apart from families."""
-    robot, aim, plan = question.robot, question.aim, question.plan
-    families: tuple[Family, ...] = ()
+    robot, target, plan = problem.robot, problem.target, problem.plan
+    families: tuple[SolutionFamily, ...] = ()
     isolated = found
     if len(found.q):
-        isolated, families = isolated_or_not(robot, aim, plan, found)
-    result = result_of(question, isolated, families, method, best, respect_limits)
+        isolated, families = isolated_or_not(robot, target, plan, found)
+    result = result_of(problem, isolated, families, method, best, respect_limits)
     nearest = result.nearest
     if nearest is None or nearest.residual >= PROVED or result.status == 'family':
         return result
     # The search for the nearest pose met the target inside the limits.
     q = np.concatenate([found.q, nearest.q[None]])
-    more = Found(q, np.append(found.errors, nearest.residual))
-    isolated, families = isolated_or_not(robot, aim, plan, more)
-    return result_of(question, isolated, families, 'search', best, respect_limits)
+    more = DistinctSolutions(q, np.append(found.errors, nearest.residual))
+    isolated, families = isolated_or_not(robot, target, plan, more)
+    return result_of(problem, isolated, families, 'search', best, respect_limits)
 
 
 def result_of(
-    question: Question,
-    found: Found,
-    families: tuple[Family, ...],
+    problem: IkProblem,
+    found: DistinctSolutions,
+    families: tuple[SolutionFamily, ...],
     method: Method,
-    best: Best,
+    best: LeastError,
     respect_limits: bool,
 ) -> IkResult:
     """Return the result of isolated solutions and families."""
-    solutions = _solutions(question, found)
-    continua = tuple(family_of(question, family) for family in families)
+    solutions = _solutions(problem, found)
+    continua = tuple(family_of(problem, family) for family in families)
     inside = tuple(solution for solution in solutions if solution.feasible)
-    status, reason = _status(question, solutions, inside, continua, method)
+    status, reason = _status(problem, solutions, inside, continua, method)
     wanted = inside if respect_limits else solutions
     nearest = None
     if not inside:
-        nearest = _nearest(question, solutions, continua, best)
+        nearest = _nearest(problem, solutions, continua, best)
     if respect_limits:
         continua = tuple(family for family in continua if family.feasible)
     return IkResult(wanted, continua, status, reason, method, nearest)
@@ -73,7 +77,7 @@ def inside_limits(solutions: int, families: int) -> str:
 
 
 def _status(
-    question: Question,
+    problem: IkProblem,
     solutions: tuple[IkSolution, ...],
     inside: tuple[IkSolution, ...],
     families: tuple[IkFamily, ...],
@@ -95,12 +99,12 @@ def _status(
     )
 
 
-def _solutions(question: Question, found: Found) -> tuple[IkSolution, ...]:
+def _solutions(problem: IkProblem, found: DistinctSolutions) -> tuple[IkSolution, ...]:
     if not len(found.q):
         return ()
-    chosen = representatives(question.robot, question.plan, found.q, question.near)
-    away = np.linalg.norm((chosen.q - question.near) / question.plan.scales, axis=1)
-    postures = _postures(question, found.q)
+    chosen = representatives(problem.robot, problem.plan, found.q, problem.near)
+    away = np.linalg.norm((chosen.q - problem.near) / problem.plan.scales, axis=1)
+    postures = _postures(problem, found.q)
     errors, margins = found.errors.tolist(), chosen.margin.tolist()
     feasible = (~np.logical_or.reduce(chosen.outside, axis=1)).tolist()
     return tuple(
@@ -108,7 +112,7 @@ def _solutions(question: Question, found: Found) -> tuple[IkSolution, ...]:
             q=chosen.q[k],
             residual=errors[k],
             feasible=feasible[k],
-            beyond=() if feasible[k] else _named(question.robot, chosen.outside[k]),
+            beyond=() if feasible[k] else _named(problem.robot, chosen.outside[k]),
             margin=margins[k],
             posture=postures[k],
         )
@@ -126,17 +130,17 @@ def _named(robot: Robot, which: npt.NDArray[np.bool_]) -> tuple[str, ...]:
     return tuple(robot.joint_names[j] for j in np.flatnonzero(which))
 
 
-def family_of(question: Question, family: Family) -> IkFamily:
+def family_of(problem: IkProblem, family: SolutionFamily) -> IkFamily:
     """Return a family as the result has it, at a pose near to where it was asked to be."""
-    robot, plan = question.robot, question.plan
+    robot, plan = problem.robot, problem.plan
     if not plan.redundant:
-        q = representatives(robot, plan, family.q[None], question.near).q[0]
+        q = representatives(robot, plan, family.q[None], problem.near).q[0]
         limits = np.array(robot.limits)
         inside = bool(np.all((q >= limits[:, 0]) & (q <= limits[:, 1])))
         if not inside:
             limits = np.full_like(limits, np.inf) * [-1.0, 1.0]
-        family = nearer(robot, question.aim, plan, family._replace(q=q), question.near, limits)
-    chosen = representatives(robot, plan, family.q[None], question.near)
+        family = nearer(robot, problem.target, plan, family._replace(q=q), problem.near, limits)
+    chosen = representatives(robot, plan, family.q[None], problem.near)
     outside = chosen.outside[0]
     return IkFamily(
         q=chosen.q[0].copy(),
@@ -147,14 +151,14 @@ def family_of(question: Question, family: Family) -> IkFamily:
         feasible=not bool(np.any(outside)),
         beyond=_named(robot, outside),
         margin=float(chosen.margin[0]),
-        posture=_postures(question, family.q[None])[0],
+        posture=_postures(problem, family.q[None])[0],
         scales=plan.scales.copy(),
         periods=plan.periods.copy(),
     )
 
 
-def _postures(question: Question, q: Floats) -> list[Posture]:
-    closed = question.plan.closed
+def _postures(problem: IkProblem, q: Floats) -> list[Posture]:
+    closed = problem.plan.closed
     if closed is None:
         return [NO_POSTURE] * len(q)
     signs = np.zeros((len(q), 3), dtype=np.int64)
@@ -163,26 +167,26 @@ def _postures(question: Question, q: Floats) -> list[Posture]:
 
 
 def _nearest(
-    question: Question,
+    problem: IkProblem,
     solutions: tuple[IkSolution, ...],
     families: tuple[IkFamily, ...],
-    best: Best,
+    best: LeastError,
 ) -> NearestPose:
-    robot, aim, plan = question.robot, question.aim, question.plan
+    robot, target, plan = problem.robot, problem.target, problem.plan
     good = next((family for family in families if family.feasible), None)
     if good is not None:
-        return nearest_pose(question, good.q, good.residual)
-    q = starts(robot, plan, question.random(), NEAREST_STARTS)
+        return nearest_pose(problem, good.q, good.residual)
+    q = starts(robot, plan, problem.random(), NEAREST_STARTS)
     known = [*(one.q for one in solutions), *(one.q for one in families)]
-    q = np.vstack([question.near, best.q, *known, q])
+    q = np.vstack([problem.near, best.q, *known, q])
     q = np.clip(q, *robot.limits.T)
-    arrived = refined(aim, plan, q, True, plan.limits)
+    arrived = refined(target, plan, q, True, plan.limits)
     k = int(np.argmin(arrived.errors))
-    q = representatives(robot, plan, arrived.q[k][None], question.near).q[0]
-    return nearest_pose(question, q, float(arrived.errors[k]))
+    q = representatives(robot, plan, arrived.q[k][None], problem.near).q[0]
+    return nearest_pose(problem, q, float(arrived.errors[k]))
 
 
-def nearest_pose(question: Question, q: Floats, error: float) -> NearestPose:
+def nearest_pose(problem: IkProblem, q: Floats, error: float) -> NearestPose:
     """Return how near to the target the tool is at joint positions (n,)."""
-    linear, angular = kernel.parts_of_error(question.aim.residual, np.array(q))
+    linear, angular = kernel.parts_of_error(problem.target.residual, np.array(q))
     return NearestPose(q.copy(), error, linear, angular)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ... import kernel
-from .question import Question
+from .problem import IkProblem
 from .result import IkSolution, Posture
 from .search import PROVED, refinement
 
@@ -17,21 +17,21 @@ POSTURES = {
 NO_POSTURE = Posture()
 
 
-def room_for(count: int, question: Question) -> kernel.Solutions:
+def room_for(count: int, problem: IkProblem) -> kernel.Solutions:
     """Return room for so many solutions."""
-    return kernel.Solutions(np.empty((count, question.robot.chain.dof)))
+    return kernel.Solutions(np.empty((count, problem.robot.chain.dof)))
 
 
 def closed_solutions(
-    question: Question, form: kernel.ClosedForm, only_one: bool
+    problem: IkProblem, form: kernel.ClosedForm, only_one: bool
 ) -> kernel.Solutions:
     """Return all solutions of an arm with a closed form, or the nearest one inside the limits."""
-    solutions = room_for(1 if only_one else kernel.MOST_CANDIDATES, question)
+    solutions = room_for(1 if only_one else kernel.MOST_CANDIDATES, problem)
     kernel.closed_solutions(
         form,
-        refinement(question.aim, question.plan),
-        question.plan.joints,
-        question.near,
+        refinement(problem.target, problem.plan),
+        problem.plan.joints,
+        problem.near,
         PROVED,
         only_one,
         solutions,
@@ -39,9 +39,9 @@ def closed_solutions(
     return solutions
 
 
-def solutions_of(question: Question, proved: kernel.Solutions) -> tuple[IkSolution, ...]:
+def solutions_of(problem: IkProblem, proved: kernel.Solutions) -> tuple[IkSolution, ...]:
     """Return proved solutions as the result has them, in their order."""
-    names = question.robot.joint_names
+    names = problem.robot.joint_names
     solutions = []
     for k, q in enumerate(proved.q[: proved.count].copy()):
         margin = proved.margin(k)

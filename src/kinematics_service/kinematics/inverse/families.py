@@ -7,9 +7,9 @@ import numpy as np
 from ... import kernel
 from ...kernel import Floats
 from ...robot.robot import Robot
-from .plan import Plan, signed
-from .search import PROVED, Found, apart, errors_at, refined
-from .target import Aim
+from .plan import InversePlan, signed
+from .search import PROVED, DistinctSolutions, apart, errors_at, refined
+from .target import IkTarget
 
 # Below this share of the largest singular value a motion may be free (then it is tried out).
 MAYBE_FREE = 1e-5
@@ -26,7 +26,7 @@ FAR_OUT = (-2.0, 0.7, 3.0)
 TIMES = 6
 
 
-class Family(NamedTuple):
+class SolutionFamily(NamedTuple):
     """
     A solution that is not isolated, and the motions along its family.
 
@@ -49,8 +49,8 @@ class Family(NamedTuple):
 
 
 def isolated_or_not(
-    robot: Robot, aim: Aim, plan: Plan, found: Found
-) -> tuple[Found, tuple[Family, ...]]:
+    robot: Robot, aim: IkTarget, plan: InversePlan, found: DistinctSolutions
+) -> tuple[DistinctSolutions, tuple[SolutionFamily, ...]]:
     """Return the isolated ones of proved solutions, and the families of the others."""
     n = robot.dof
     shares = np.empty(len(found.q))
@@ -64,7 +64,7 @@ def isolated_or_not(
     singular = sigma[:, -1] < MAYBE_FREE * sigma[:, 0]
     if not singular.any():
         return found, ()
-    families: list[Family] = []
+    families: list[SolutionFamily] = []
     isolated = np.ones(m, dtype=bool)
     for k in np.flatnonzero(singular):
         null = motions[k][sigma[k] < MAYBE_FREE * sigma[k, 0]]
@@ -72,11 +72,15 @@ def isolated_or_not(
         if len(along):
             isolated[k] = False
             straight = _straight(robot, aim, plan, found.q[k], along)
-            families.append(Family(found.q[k], float(found.errors[k]), along, straight))
-    return Found(found.q[isolated], found.errors[isolated]), tuple(_merged(plan, families))
+            families.append(SolutionFamily(found.q[k], float(found.errors[k]), along, straight))
+    return DistinctSolutions(found.q[isolated], found.errors[isolated]), tuple(
+        _merged(plan, families)
+    )
 
 
-def _along(robot: Robot, aim: Aim, plan: Plan, q: Floats, null: Floats, error: float) -> Floats:
+def _along(
+    robot: Robot, aim: IkTarget, plan: InversePlan, q: Floats, null: Floats, error: float
+) -> Floats:
     # The part of the null space in which the pose can really be kept.
     trials = np.concatenate([null, -null]) * TRIED
     gone = refined(aim, plan, q + trials * plan.scales, far=True)
@@ -93,15 +97,15 @@ def _along(robot: Robot, aim: Aim, plan: Plan, q: Floats, null: Floats, error: f
     return signed(along)
 
 
-def _straight(robot: Robot, aim: Aim, plan: Plan, q: Floats, along: Floats) -> bool:
+def _straight(robot: Robot, aim: IkTarget, plan: InversePlan, q: Floats, along: Floats) -> bool:
     out = np.concatenate([q + t * along * plan.scales for t in FAR_OUT])
     # A direction known to some ten digits.
     return bool(np.all(errors_at(aim, plan, out) < 1e-6 * robot.task.length))
 
 
-def _merged(plan: Plan, families: list[Family]) -> list[Family]:
+def _merged(plan: InversePlan, families: list[SolutionFamily]) -> list[SolutionFamily]:
     # Straight families that are the same line; curved ones that stand near each other.
-    kept: list[Family] = []
+    kept: list[SolutionFamily] = []
     for family in families:
         for one in kept:
             away = apart(plan, one.q, family.q) / plan.scales
@@ -114,7 +118,7 @@ def _merged(plan: Plan, families: list[Family]) -> list[Family]:
     return kept
 
 
-def away_from_line(plan: Plan, away: Floats, motions: Floats) -> Floats:
+def away_from_line(plan: InversePlan, away: Floats, motions: Floats) -> Floats:
     """
     Return what of a scaled way (n,) does not run along straight motions, full turns left out.
     """
@@ -125,8 +129,13 @@ def away_from_line(plan: Plan, away: Floats, motions: Floats) -> Floats:
 
 
 def nearer(
-    robot: Robot, aim: Aim, plan: Plan, family: Family, near: Floats, limits: Floats
-) -> Family:
+    robot: Robot,
+    aim: IkTarget,
+    plan: InversePlan,
+    family: SolutionFamily,
+    near: Floats,
+    limits: Floats,
+) -> SolutionFamily:
     """Return the family at the pose nearest to `near` that some steps along it lead to."""
     q, error = family.q, family.error
     motions = family.motions
@@ -144,10 +153,10 @@ def nearer(
         q, error = gone.q[0], float(gone.errors[0])
         if not family.straight:
             motions = tangent(robot, aim, plan, q, len(motions))
-    return Family(q, error, motions, family.straight)
+    return SolutionFamily(q, error, motions, family.straight)
 
 
-def tangent(robot: Robot, aim: Aim, plan: Plan, q: Floats, dimension: int) -> Floats:
+def tangent(robot: Robot, aim: IkTarget, plan: InversePlan, q: Floats, dimension: int) -> Floats:
     """Return the joint motions (k, n), scaled and orthonormal, that J maps to least."""
     n = robot.dof
     sigma, motions = np.zeros((1, n)), np.zeros((1, n, n))

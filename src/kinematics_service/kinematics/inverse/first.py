@@ -9,7 +9,7 @@ from ...kernel import Floats
 from ...robot.robot import Robot
 from .closed import closed_solutions, room_for
 from .plan import plan_for
-from .question import Question
+from .problem import IkProblem
 from .redundant import into_limits
 from .search import PROVED, refinement, starts
 
@@ -17,24 +17,24 @@ from .search import PROVED, refinement, starts
 STARTS = 256
 
 
-def first_solution(question: Question) -> kernel.Solutions:
+def first_solution(problem: IkProblem) -> kernel.Solutions:
     """
     Return the first solution inside the limits, nothing if none was met.
 
     In closed form it is the nearest to `near`; by refinement from there, or from seeded starts if
     that leads nowhere, it is one near by.
     """
-    plan = question.plan
+    plan = problem.plan
     if plan.closed is not None:
-        return closed_solutions(question, plan.closed, True)
+        return closed_solutions(problem, plan.closed, True)
     bounds = plan.limits if plan.redundant else None
-    solution = room_for(1, question)
+    solution = room_for(1, problem)
     kernel.first_solution(
-        refinement(question.aim, plan, True, bounds, held=True),
+        refinement(problem.target, plan, True, bounds, held=True),
         plan.joints,
-        question.near,
+        problem.near,
         PROVED,
-        _starts(question.robot, question.aim.rows, question.seed),
+        _starts(problem.robot, problem.target.rows, problem.seed),
         solution,
     )
     return solution

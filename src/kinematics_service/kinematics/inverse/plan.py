@@ -33,7 +33,7 @@ WHOLE = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
-class Plan(FrozenArrays):
+class InversePlan(FrozenArrays):
     """
     What is known of an arm and the rows asked for before there is a target.
 
@@ -74,7 +74,7 @@ class Plan(FrozenArrays):
 
 
 @functools.lru_cache(maxsize=128)
-def plan_for(robot: Robot, rows: tuple[str, ...]) -> Plan:
+def plan_for(robot: Robot, rows: tuple[str, ...]) -> InversePlan:
     """Return the plan of an arm, for the rows asked for."""
     screws = screws_of(robot.chain)
     scales = np.array(robot.task.column_scales)
@@ -92,7 +92,7 @@ def plan_for(robot: Robot, rows: tuple[str, ...]) -> Plan:
     middle = np.where(bounded, (np.where(bounded, low, 0.0) + np.where(bounded, high, 0.0)) / 2, 0)
     middle = np.clip(middle, low, high)
     periods, limits = _periods(screws, robot), np.array(robot.limits)
-    return Plan(
+    return InversePlan(
         closed=closed,
         joints=kernel.Joints(scales, periods, limits),
         scales=scales,

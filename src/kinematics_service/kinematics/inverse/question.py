@@ -10,11 +10,11 @@ import numpy.typing as npt
 from ...errors import JointVectorError
 from ...kernel import Floats
 from ...robot.robot import Robot
-from .plan import Plan
-from .target import Aim
+from .plan import InversePlan
+from .target import IkTarget
 
 
-class Question(NamedTuple):
+class IkProblem(NamedTuple):
     """
     What is asked.
 
@@ -29,8 +29,8 @@ class Question(NamedTuple):
     """
 
     robot: Robot
-    aim: Aim
-    plan: Plan
+    aim: IkTarget
+    plan: InversePlan
     near: Floats
     seed: int
 
@@ -39,7 +39,7 @@ class Question(NamedTuple):
         return np.random.default_rng(self.seed)
 
 
-def near_or_middle(robot: Robot, plan: Plan, near: npt.ArrayLike | None) -> Floats:
+def near_or_middle(robot: Robot, plan: InversePlan, near: npt.ArrayLike | None) -> Floats:
     """
     Return `near` as n finite numbers; None: the middle of the limits.
 

@@ -7,21 +7,21 @@ import numpy as np
 from ... import kernel
 from ...kernel import Floats
 from ...robot.robot import Robot
-from .families import Family, nearer, tangent
-from .plan import Plan
-from .search import PROVED, Best, refined, starts
-from .target import Aim
+from .families import SolutionFamily, nearer, tangent
+from .plan import InversePlan
+from .search import PROVED, LeastError, refined, starts
+from .target import IkTarget
 
 # So many starts inside the limits, at first and when those have not arrived.
 FEW, MANY = 24, 240
 
 
 def redundant_family(
-    robot: Robot, aim: Aim, plan: Plan, near: Floats, random: np.random.Generator
-) -> tuple[Family | None, Best]:
+    robot: Robot, aim: IkTarget, plan: InversePlan, near: Floats, random: np.random.Generator
+) -> tuple[SolutionFamily | None, LeastError]:
     """Return the family of a target at a pose near `near`, inside the limits if any is."""
     limits = np.array(robot.limits)
-    best = Best(near, np.inf)
+    best = LeastError(near, np.inf)
     for count, bounded in ((FEW, True), (MANY, True), (FEW, False)):
         q = starts(robot, plan, random, count)
         q[0] = near
@@ -31,7 +31,7 @@ def redundant_family(
         arrived = refined(aim, plan, q, True, limits if bounded else None)
         k = int(np.argmin(arrived.errors))
         if bounded and arrived.errors[k] < best.error:
-            best = Best(arrived.q[k], float(arrived.errors[k]))
+            best = LeastError(arrived.q[k], float(arrived.errors[k]))
         good = np.flatnonzero(arrived.errors < PROVED)
         if not len(good):
             continue
@@ -39,14 +39,14 @@ def redundant_family(
         one = good[int(np.argmin(distance))]
         q_one = arrived.q[one]
         motions = tangent(robot, aim, plan, q_one, dimension(robot, aim))
-        family = Family(q_one, float(arrived.errors[one]), motions, False)
+        family = SolutionFamily(q_one, float(arrived.errors[one]), motions, False)
         slack = limits + [-kernel.AT_LIMIT / 2, kernel.AT_LIMIT / 2]
         open_limits = slack if bounded else np.full_like(slack, np.inf) * [-1.0, 1.0]
         return nearer(robot, aim, plan, family, near, open_limits), best
     return None, best
 
 
-def dimension(robot: Robot, aim: Aim) -> int:
+def dimension(robot: Robot, aim: IkTarget) -> int:
     """Return the dimension of the families of a redundant arm."""
     return max(robot.chain.dof - len(aim.rows), 1)
 

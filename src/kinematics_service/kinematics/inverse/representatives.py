@@ -10,7 +10,7 @@ import numpy.typing as npt
 from ... import kernel
 from ...kernel import Floats
 from ...robot.robot import Robot
-from .plan import Plan
+from .plan import InversePlan
 
 
 class Representatives(NamedTuple):
@@ -32,7 +32,7 @@ class Representatives(NamedTuple):
     margin: Floats
 
 
-def representatives(robot: Robot, plan: Plan, q: Floats, near: Floats) -> Representatives:
+def representatives(robot: Robot, plan: InversePlan, q: Floats, near: Floats) -> Representatives:
     """Return the representatives of joint positions (m, n) nearest to `near` (n,)."""
     q = np.array(q, dtype=np.float64, order='C')
     kernel.representatives(plan.joints, near, q)

@@ -7,8 +7,8 @@ import numpy as np
 from ... import kernel
 from ...kernel import Floats, Integers
 from ...robot.robot import Robot
-from .plan import Plan
-from .target import Aim
+from .plan import InversePlan
+from .target import IkTarget
 
 # What counts as a solution (m): forward kinematics misses the target by less.
 PROVED = 1e-10
@@ -18,7 +18,7 @@ BATCH = 48
 MET, MOST_STARTS, HOPELESS = 4, 1920, 384
 
 
-class Found(NamedTuple):
+class DistinctSolutions(NamedTuple):
     """
     Distinct solutions.
 
@@ -34,7 +34,7 @@ class Found(NamedTuple):
     errors: Floats
 
 
-class Best(NamedTuple):
+class LeastError(NamedTuple):
     """The least error of a search, and where: shape (n,), rad or m."""
 
     q: Floats
@@ -42,7 +42,11 @@ class Best(NamedTuple):
 
 
 def refinement(
-    aim: Aim, plan: Plan, far: bool = False, limits: Floats | None = None, held: bool = False
+    aim: IkTarget,
+    plan: InversePlan,
+    far: bool = False,
+    limits: Floats | None = None,
+    held: bool = False,
 ) -> kernel.Refinement:
     """Return the refinement that leads to a target: see `refined`."""
     damping, steps = (kernel.FAR_DAMPING, kernel.FAR_STEPS) if far else (0.0, kernel.NEAR_STEPS)
@@ -56,13 +60,13 @@ def refinement(
 
 
 def refined(
-    aim: Aim,
-    plan: Plan,
+    aim: IkTarget,
+    plan: InversePlan,
     q: Floats,
     far: bool = False,
     limits: Floats | None = None,
     held: bool = False,
-) -> Found:
+) -> DistinctSolutions:
     """
     Return joint positions (m, n) moved to where they miss the target least.
 
@@ -82,20 +86,20 @@ def refined(
     return _refined(refinement(aim, plan, far, limits, held), q)
 
 
-def errors_at(aim: Aim, plan: Plan, q: Floats) -> Floats:
+def errors_at(aim: IkTarget, plan: InversePlan, q: Floats) -> Floats:
     """Return by how much the tool misses the target at joint positions (m, n), shape (m,), m."""
     still = kernel.Refinement(aim.residual, plan.scales, plan.unlimited, 0.0, 0)
     return _refined(still, q).errors
 
 
-def _refined(refinement: kernel.Refinement, q: Floats) -> Found:
+def _refined(refinement: kernel.Refinement, q: Floats) -> DistinctSolutions:
     q = np.array(q, dtype=np.float64, order='C')
     errors = np.empty(len(q))
     kernel.refine(refinement, q, errors)
-    return Found(q, errors)
+    return DistinctSolutions(q, errors)
 
 
-def apart(plan: Plan, a: Floats, b: Floats) -> Floats:
+def apart(plan: InversePlan, a: Floats, b: Floats) -> Floats:
     """Return b - a (..., n), full turns left out."""
     away = b - a
     turning = np.isfinite(plan.periods)
@@ -105,17 +109,19 @@ def apart(plan: Plan, a: Floats, b: Floats) -> Floats:
     return away
 
 
-def distinct(aim: Aim, plan: Plan, found: Found) -> tuple[Found, Integers]:
+def distinct(
+    aim: IkTarget, plan: InversePlan, found: DistinctSolutions
+) -> tuple[DistinctSolutions, Integers]:
     """Return the proved ones of what was found, each once, and how often each was met."""
     order = np.argsort(found.errors, kind='stable')
     q, errors = found.q[order], found.errors[order]
     which, met = np.empty(len(q), dtype=np.int64), np.empty(len(q), dtype=np.int64)
     count = kernel.distinct(aim.residual, plan.joints, PROVED, q, errors, which, met)
     kept = which[:count]
-    return Found(q[kept], errors[kept]), met[:count]
+    return DistinctSolutions(q[kept], errors[kept]), met[:count]
 
 
-def starts(robot: Robot, plan: Plan, random: np.random.Generator, count: int) -> Floats:
+def starts(robot: Robot, plan: InversePlan, random: np.random.Generator, count: int) -> Floats:
     """
     Return random joint positions (count, n): full turns, and where a joint has no turn its limits.
 
@@ -138,12 +144,12 @@ def starts(robot: Robot, plan: Plan, random: np.random.Generator, count: int) ->
 
 
 def search(
-    robot: Robot, aim: Aim, plan: Plan, near: Floats, random: np.random.Generator
-) -> tuple[Found, Best]:
+    robot: Robot, aim: IkTarget, plan: InversePlan, near: Floats, random: np.random.Generator
+) -> tuple[DistinctSolutions, LeastError]:
     """Return all solutions met, limits left aside, and the least error."""
-    everything = Found(np.empty((0, robot.dof)), np.empty(0))
+    everything = DistinctSolutions(np.empty((0, robot.dof)), np.empty(0))
     all_met: list[int] = []
-    best = Best(near, np.inf)
+    best = LeastError(near, np.inf)
     # What is held is held where it was asked to be near.
     frozen = plan.held == 0.0
     tried = 0
@@ -156,9 +162,9 @@ def search(
         arrived = refined(aim, plan, q, far=True, held=True)
         k = int(np.argmin(arrived.errors))
         if arrived.errors[k] < best.error:
-            best = Best(arrived.q[k], float(arrived.errors[k]))
+            best = LeastError(arrived.q[k], float(arrived.errors[k]))
         new, met = distinct(aim, plan, arrived)
-        merged = Found(
+        merged = DistinctSolutions(
             np.concatenate([everything.q, new.q]), np.concatenate([everything.errors, new.errors])
         )
         everything, all_met = _merged(aim, plan, merged, [*all_met, *met.tolist()])
@@ -171,7 +177,9 @@ def search(
     return everything, best
 
 
-def _merged(aim: Aim, plan: Plan, found: Found, met: list[int]) -> tuple[Found, list[int]]:
+def _merged(
+    aim: IkTarget, plan: InversePlan, found: DistinctSolutions, met: list[int]
+) -> tuple[DistinctSolutions, list[int]]:
     result, _ = distinct(aim, plan, found)
     counts = [0] * len(result.q)
     for q, count in zip(found.q, met):

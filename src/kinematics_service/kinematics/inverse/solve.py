@@ -13,11 +13,11 @@ from .closed import NO_POSTURE, closed_solutions, solutions_of
 from .families import SUSPECT, tangent
 from .first import first_solution
 from .plan import plan_for
-from .question import Question, near_or_middle
+from .problem import IkProblem, near_or_middle
 from .redundant import dimension, redundant_family
 from .result import IkFamily, IkResult, Method
-from .search import Best, Found, search
-from .target import aim_at
+from .search import LeastError, DistinctSolutions, search
+from .target import ik_target_of
 
 
 def inverse_kinematics(
@@ -65,53 +65,53 @@ def inverse_kinematics(
     JointVectorError
         `near` is not n finite numbers.
     """
-    aim = aim_at(robot, target, rows)
-    plan = plan_for(robot, aim.rows)
-    question = Question(robot, aim, plan, near_or_middle(robot, plan, near), seed)
+    checked = ik_target_of(robot, target, rows)
+    plan = plan_for(robot, checked.rows)
+    problem = IkProblem(robot, checked, plan, near_or_middle(robot, plan, near), seed)
     if not all_solutions:
-        proved = first_solution(question)
+        proved = first_solution(problem)
         if proved.count:
-            return _one(question, proved)
-        result = _all(question, respect_limits)
+            return _one(problem, proved)
+        result = _all(problem, respect_limits)
         return replace(result, solutions=result.solutions[:1], families=result.families[:1])
-    return _all(question, respect_limits)
+    return _all(problem, respect_limits)
 
 
-def _all(question: Question, respect_limits: bool) -> IkResult:
-    robot, aim, plan, near, _ = question
-    best = Best(near, np.inf)
+def _all(problem: IkProblem, respect_limits: bool) -> IkResult:
+    robot, checked, plan, near, _ = problem
+    best = LeastError(near, np.inf)
     if plan.redundant:
-        family, best = redundant_family(robot, aim, plan, near, question.random())
+        family, best = redundant_family(robot, checked, plan, near, problem.random())
         alone = () if family is None else (family,)
-        nothing = Found(np.empty((0, robot.dof)), np.empty(0))
-        return result_of(question, nothing, alone, 'search', best, respect_limits)
+        nothing = DistinctSolutions(np.empty((0, robot.dof)), np.empty(0))
+        return result_of(problem, nothing, alone, 'search', best, respect_limits)
     if plan.closed is None:
-        found, best = search(robot, aim, plan, near, question.random())
-        return answer(question, found, 'search', best, respect_limits)
-    proved = closed_solutions(question, plan.closed, False)
+        found, best = search(robot, checked, plan, near, problem.random())
+        return answer(problem, found, 'search', best, respect_limits)
+    proved = closed_solutions(problem, plan.closed, False)
     if proved.count and min(map(proved.share, range(proved.count))) >= SUSPECT:
-        solutions = solutions_of(question, proved)
+        solutions = solutions_of(problem, proved)
         inside = tuple(solution for solution in solutions if solution.feasible)
         if inside:
             wanted = inside if respect_limits else solutions
             return IkResult(
                 wanted, (), 'solved', inside_limits(len(inside), 0), 'closed form', None
             )
-    return answer(question, _found(proved), 'closed form', best, respect_limits)
+    return answer(problem, _found(proved), 'closed form', best, respect_limits)
 
 
-def _found(proved: kernel.Solutions) -> Found:
+def _found(proved: kernel.Solutions) -> DistinctSolutions:
     errors = [proved.miss(k) for k in range(proved.count)]
-    return Found(proved.q[: proved.count].copy(), np.array(errors, dtype=np.float64))
+    return DistinctSolutions(proved.q[: proved.count].copy(), np.array(errors, dtype=np.float64))
 
 
-def _one(question: Question, proved: kernel.Solutions) -> IkResult:
-    robot, aim, plan, near, _ = question
+def _one(problem: IkProblem, proved: kernel.Solutions) -> IkResult:
+    robot, checked, plan, near, _ = problem
     method: Method = 'search' if plan.closed is None else 'closed form'
     error = proved.miss(0)
     motions = plan.idle
     if plan.redundant:
-        motions = tangent(robot, aim, plan, proved.q[0], dimension(robot, aim))
+        motions = tangent(robot, checked, plan, proved.q[0], dimension(robot, checked))
     if len(motions):
         continuum = IkFamily(
             q=proved.q[0].copy(),
@@ -126,11 +126,11 @@ def _one(question: Question, proved: kernel.Solutions) -> IkResult:
             scales=plan.scales.copy(),
             periods=plan.periods.copy(),
         )
-        nearest = nearest_pose(question, continuum.q, error)
+        nearest = nearest_pose(problem, continuum.q, error)
         joints = ', '.join(continuum.joints)
         return IkResult((), (continuum,), 'family', LEFT_FREE + joints, method, nearest)
     if proved.share(0) < SUSPECT:
         # Perhaps not isolated.
-        return answer(question, _found(proved), method, Best(near, np.inf), True)
+        return answer(problem, _found(proved), method, LeastError(near, np.inf), True)
     reason = 'a solution inside the limits; others were not looked for'
-    return IkResult(solutions_of(question, proved), (), 'solved', reason, method, None)
+    return IkResult(solutions_of(problem, proved), (), 'solved', reason, method, None)

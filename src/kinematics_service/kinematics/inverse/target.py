@@ -20,7 +20,7 @@ class TargetError(KinematicsError, ValueError):
     """A target that is neither a pose nor a position, or not finite; rows that do not exist."""
 
 
-class Aim(NamedTuple):
+class IkTarget(NamedTuple):
     """
     A target.
 
@@ -39,7 +39,9 @@ class Aim(NamedTuple):
     residual: kernel.Residual
 
 
-def aim_at(robot: Robot, target: npt.ArrayLike, rows: Sequence[str] | None = None) -> Aim:
+def ik_target_of(
+    robot: Robot, target: npt.ArrayLike, rows: Sequence[str] | None = None
+) -> IkTarget:
     """
     Return the aim of a target.
 
@@ -73,7 +75,7 @@ def aim_at(robot: Robot, target: npt.ArrayLike, rows: Sequence[str] | None = Non
             raise TargetError(f'rows must be some of {" ".join(known)}, not {" ".join(rows)!r}')
         ordered = tuple(name for name in ROW_NAMES if name in rows)
     pose = IDENTITY.copy()
-    state = kernel.take_aim(given, pose)
+    state = kernel.take_target(given, pose)
     if state != kernel.FINE:
         if state == kernel.NOT_FINE:
             raise TargetError(f'target must be finite: {given.tolist()}')
@@ -83,7 +85,7 @@ def aim_at(robot: Robot, target: npt.ArrayLike, rows: Sequence[str] | None = Non
             )
         left, _, right = np.linalg.svd(given[:3, :3])
         pose[:3, :3] = left @ right
-    return Aim(ordered, pose, residual_of(robot, pose, ordered))
+    return IkTarget(ordered, pose, residual_of(robot, pose, ordered))
 
 
 def residual_of(robot: Robot, pose: Floats, rows: tuple[str, ...]) -> kernel.Residual:

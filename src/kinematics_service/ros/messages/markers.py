@@ -21,7 +21,7 @@ from ...display.view.observation import observation_of
 from ...display.view.scene import Scene, scene_of
 from ...kernel import Floats
 from ...robot.measures import Level
-from .messages import Report, time_message
+from .messages import StateReport, time_message
 
 Colour = tuple[int, int, int]
 ELLIPSOID_OPACITY = 0.35
@@ -34,7 +34,7 @@ LINKS, JOINTS, AXES, NAMES = 'links', 'joints', 'axes', 'joint_names'
 ELLIPSOID, TWIST, LOST = 'ellipsoid', 'twist', 'lost_direction'
 
 
-def markers_message(report: Report) -> MarkerArray:
+def markers_message(report: StateReport) -> MarkerArray:
     """
     Return links, joints, axes, velocity ellipsoid, twist and lost direction, in the base frame.
     """

@@ -13,12 +13,12 @@ from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState
 
 from ...errors import KinematicsError
-from ...estimation.cdr import STAMP, CdrError, Reader
+from ...estimation.cdr import STAMP, CdrError, CdrReader
 from ...estimation.joint_state_form import fields_of
 
 
-def _stamped_doubles(count: int) -> Callable[[Reader], object]:
-    def walk(reader: Reader) -> object:
+def _stamped_doubles(count: int) -> Callable[[CdrReader], object]:
+    def walk(reader: CdrReader) -> object:
         reader.skip(STAMP.size)
         reader.text()
         return reader.doubles(count)
@@ -27,7 +27,7 @@ def _stamped_doubles(count: int) -> Callable[[Reader], object]:
 
 
 # What walks over a message of each type.
-WALKS: dict[Any, Callable[[Reader], object]] = {
+WALKS: dict[Any, Callable[[CdrReader], object]] = {
     JointState: fields_of,
     PoseStamped: _stamped_doubles(7),
     TwistStamped: _stamped_doubles(6),
@@ -58,7 +58,7 @@ def read_message(data: bytes, kind: Any) -> Any:
 def is_whole(data: bytes, kind: Any) -> bool:
     """Return whether the lengths in a serialized message fit into its bytes."""
     try:
-        WALKS[kind](Reader(data))
+        WALKS[kind](CdrReader(data))
     except CdrError:
         return False
     return True

@@ -14,7 +14,7 @@ from builtin_interfaces.msg import Time
 from rclpy.serialization import deserialize_message, serialize_message
 
 from ... import kernel
-from ...estimation.cdr import DOUBLE, WHOLE, Writer
+from ...estimation.cdr import DOUBLE, WHOLE, CdrWriter
 from ...kernel import LARGEST_SECOND, Bytes, Floats, OutgoingMessages, OutgoingTable
 from .messages import SECOND, set_time
 
@@ -59,22 +59,22 @@ class MessageLayout:
         Where in the bytes they begin, and the stamp; None for a message without one.
     """
 
-    def __init__(self, blank: Any) -> None:
-        self._blank = blank
+    def __init__(self, template: Any) -> None:
+        self._template = template
         self._time: Time | None = None
         self._fields: list[tuple[Any, str, int | None]] = []  # of doubles: owner, name, how many
         self._is_known = True  # False where a field is of another kind, or numbers are apart
         self.count, self.number_at = 0, 0
         self.stamp_at: int | None = None
-        writer = Writer()
-        self._write(writer, blank)
+        writer = CdrWriter()
+        self._write(writer, template)
         self.data, self.written = bytes(writer.data), bytes(writer.written)
         self._buffer: Bytes = np.frombuffer(writer.data, np.uint8)
         self._filled = OutgoingMessages(
-            OutgoingTable(self._buffer, *self.places(0), np.arange(self.count))
+            OutgoingTable(self._buffer, *self.offsets(0), np.arange(self.count))
         )
 
-    def places(self, begin: int) -> tuple[Any, Any]:
+    def offsets(self, begin: int) -> tuple[Any, Any]:
         """
         Return where stamps and numbers go in a buffer in which the message begins at `begin`.
         """
@@ -82,7 +82,7 @@ class MessageLayout:
         numbers = begin + self.number_at + DOUBLE * np.arange(self.count, dtype=np.int64)
         return np.array(stamps, dtype=np.int64), numbers
 
-    def _write(self, writer: Writer, message: Any) -> None:
+    def _write(self, writer: CdrWriter, message: Any) -> None:
         if isinstance(message, Time):
             self._time, self.stamp_at = message, writer.room(WHOLE, 2)
             return
@@ -103,7 +103,7 @@ class MessageLayout:
             else:
                 self._is_known = False
 
-    def _write_doubles(self, writer: Writer, owner: Any, name: str, value: Any) -> None:
+    def _write_doubles(self, writer: CdrWriter, owner: Any, name: str, value: Any) -> None:
         many = None if isinstance(value, float) else len(value)
         if many is not None:
             writer.whole(many)
@@ -124,7 +124,7 @@ class MessageLayout:
         for owner, name, many in self._fields:
             value = next(values) if many is None else array('d', islice(values, many))
             setattr(owner, name, value)
-        return self._blank
+        return self._template
 
     def bytes_of(self, stamp: int, numbers: Floats) -> bytes:
         """Return the message as bytes."""
@@ -135,7 +135,7 @@ class MessageLayout:
         """Return whether the official serializer writes the same, and reads the same from it."""
         if not self._is_known:
             return False
-        kind = type(self._blank)
+        kind = type(self._template)
         for k, stamp in enumerate(STAMPS):
             numbers = np.resize(np.roll(NUMBERS, k), self.count)
             official = serialize_message(self.message(stamp, numbers))
@@ -150,6 +150,6 @@ class MessageLayout:
     def _alike(self, one: bytes, other: bytes) -> bool:
         if len(one) != len(other):
             return False
-        said = np.frombuffer(self.written, np.uint8)
+        written_bits = np.frombuffer(self.written, np.uint8)
         differing = np.frombuffer(one, np.uint8) ^ np.frombuffer(other, np.uint8)
-        return not np.any(differing & said)
+        return not np.any(differing & written_bits)

@@ -13,12 +13,12 @@ from geometry_msgs.msg import TransformStamped
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
-from ...estimation.estimator import Answer
+from ...estimation.estimator import EstimatorOutput
 from ...estimation.joint_sample import JointSample
-from ...estimation.status_text import Notice
+from ...estimation.status_text import StatusText
 from ...kernel import LARGEST_SECOND
 from ...kinematics.singularity import Singularity
-from ..parameters.settings import Settings
+from ..parameters.settings import NodeSettings
 
 LEVELS = (
     DiagnosticStatus.OK,
@@ -29,12 +29,12 @@ LEVELS = (
 SECOND = 1_000_000_000
 
 
-class Report(NamedTuple):
+class StateReport(NamedTuple):
     """All that one accepted message leads to, for the builders of messages."""
 
-    answer: Answer
+    answer: EstimatorOutput
     singularity: Singularity
-    settings: Settings
+    settings: NodeSettings
 
 
 def stamp_of(message: JointState) -> int:
@@ -65,7 +65,7 @@ def time_message(stamp: int) -> Time:
     return set_time(Time(), stamp)
 
 
-def transform_message(report: Report) -> TransformStamped:
+def transform_message(report: StateReport) -> TransformStamped:
     """Return the tool in the base frame, for /tf."""
     message = TransformStamped()
     message.header.stamp = time_message(report.answer.stamp)
@@ -82,7 +82,7 @@ def full_name(node: Node) -> str:
     return str(node.get_fully_qualified_name()).lstrip('/')
 
 
-def status_message(name: str, notice: Notice) -> DiagnosticStatus:
+def status_message(name: str, notice: StatusText) -> DiagnosticStatus:
     """Return a notice as a DiagnosticStatus."""
     message = DiagnosticStatus()
     message.level = LEVELS[notice.level]

@@ -12,8 +12,8 @@ from ... import kernel
 from ...kernel import Floats, Integers
 from ...kinematics.forward import in_axes
 from ...kinematics.singularity import measured
-from ..parameters.settings import ROW_LABELS, Settings
-from .messages import Report
+from ..parameters.settings import ROW_LABELS, NodeSettings
+from .messages import StateReport
 
 
 class Copied(NamedTuple):
@@ -28,42 +28,42 @@ class Copied(NamedTuple):
         Whether in the measures.
     """
 
-    places: Integers
+    columns: Integers
     of_measures: bool = False
 
-    def of(self, report: Report) -> Floats:
+    def of(self, report: StateReport) -> Floats:
         """Return the numbers of a report."""
         state = report.answer.state
         row = measured(state).measures if self.of_measures else state.row
         assert row is not None
-        return row[self.places]
+        return row[self.columns]
 
     def sources(self, row: int) -> Integers:
         """Return their places in a row of so many numbers and, beyond its end, in the measures."""
-        return self.places + row if self.of_measures else self.places % row
+        return self.columns + row if self.of_measures else self.columns % row
 
 
 class Computed(NamedTuple):
     """Numbers that are computed of a state; `of` returns those of a report."""
 
-    of: Callable[[Report], Floats]
+    of: Callable[[StateReport], Floats]
 
 
 Numbers = Copied | Computed
 
 
-def pose_blank(settings: Settings) -> PoseStamped:
+def pose_template(settings: NodeSettings) -> PoseStamped:
     """Return the tool in the base frame."""
     return PoseStamped(header=Header(frame_id=settings.base_frame))
 
 
-def pose_numbers(settings: Settings) -> Numbers:
+def pose_numbers(settings: NodeSettings) -> Numbers:
     """Take position (3,) and quaternion (4,) x y z w of the tool in the base frame."""
     position = np.arange(kernel.POSE_AT + 3, kernel.POSE_AT + 12, 4)
     return Copied(np.concatenate([position, np.arange(-kernel.ROW_TAIL, 0)]))
 
 
-def jacobian_blank(settings: Settings) -> Float64MultiArray:
+def jacobian_template(settings: NodeSettings) -> Float64MultiArray:
     """Return J, row-major 6 x n, with labelled rows and columns."""
     names = ','.join(settings.joint_names)
     n = settings.robot.dof
@@ -75,7 +75,7 @@ def jacobian_blank(settings: Settings) -> Float64MultiArray:
     return message
 
 
-def jacobian_numbers(settings: Settings) -> Numbers:
+def jacobian_numbers(settings: NodeSettings) -> Numbers:
     """Take J, row-major, in the axes and row order that are set, shape (6 n,)."""
     axes = settings.jacobian_frame
     order = [3, 4, 5, 0, 1, 2] if settings.row_order == 'angular_first' else [0, 1, 2, 3, 4, 5]
@@ -83,37 +83,37 @@ def jacobian_numbers(settings: Settings) -> Numbers:
         n = settings.robot.dof
         return Copied(kernel.JACOBIAN_AT + np.arange(6 * n).reshape(6, n)[order].ravel())
 
-    def numbers(report: Report) -> Floats:
+    def numbers(report: StateReport) -> Floats:
         state = report.answer.state
         return in_axes(state, state.jacobian, axes)[order].ravel()
 
     return Computed(numbers)
 
 
-def twist_numbers(settings: Settings) -> Numbers:
+def twist_numbers(settings: NodeSettings) -> Numbers:
     """Take J qdot in the axes that are set, shape (6,)."""
     axes = settings.twist_frame
     if axes == 'base':
         return Copied(kernel.JACOBIAN_AT + 6 * settings.robot.dof + np.arange(6))
 
-    def numbers(report: Report) -> Floats:
+    def numbers(report: StateReport) -> Floats:
         state = report.answer.state
         return in_axes(state, state.twist[:, None], axes)[:, 0]
 
     return Computed(numbers)
 
 
-def _twist_header(settings: Settings) -> Header:
+def _twist_header(settings: NodeSettings) -> Header:
     of_base = settings.twist_frame == 'base'
     return Header(frame_id=settings.base_frame if of_base else settings.tool_frame)
 
 
-def twist_blank(settings: Settings) -> TwistStamped:
+def twist_template(settings: NodeSettings) -> TwistStamped:
     """Return J qdot."""
     return TwistStamped(header=_twist_header(settings))
 
 
-def velocity_blank(settings: Settings) -> VelocityStamped:
+def velocity_template(settings: NodeSettings) -> VelocityStamped:
     """Return J qdot with all three frames named."""
     return VelocityStamped(
         header=_twist_header(settings),
@@ -122,15 +122,15 @@ def velocity_blank(settings: Settings) -> VelocityStamped:
     )
 
 
-def scalar_blank(settings: Settings) -> Float64:
+def scalar_template(settings: NodeSettings) -> Float64:
     """Return a measure."""
     return Float64()
 
 
-def measure_numbers(column: int) -> Callable[[Settings], Numbers | None]:
+def measure_numbers(column: int) -> Callable[[NodeSettings], Numbers | None]:
     """Take a column of the measures; the determinant only of an arm that has one."""
 
-    def numbers(settings: Settings) -> Numbers | None:
+    def numbers(settings: NodeSettings) -> Numbers | None:
         if column == kernel.DETERMINANT and not settings.robot.task.square:
             return None
         return Copied(np.array([column]), of_measures=True)
@@ -138,16 +138,16 @@ def measure_numbers(column: int) -> Callable[[Settings], Numbers | None]:
     return numbers
 
 
-def link_frames_blank(settings: Settings) -> PoseArray:
+def link_frames_template(settings: NodeSettings) -> PoseArray:
     """Return every frame of the table in the base frame."""
     header = Header(frame_id=settings.base_frame)
     return PoseArray(header=header, poses=[Pose() for _ in range(settings.robot.chain.frames)])
 
 
-def link_frames_numbers(settings: Settings) -> Numbers:
+def link_frames_numbers(settings: NodeSettings) -> Numbers:
     """Take position and quaternion x y z w of every frame of the table, shape (7 (rows + 1),)."""
 
-    def numbers(report: Report) -> Floats:
+    def numbers(report: StateReport) -> Floats:
         frames = np.ascontiguousarray(report.answer.state.link_frames)
         quaternions_xyzw = np.empty((len(frames), 4))
         kernel.quaternions(frames, quaternions_xyzw)

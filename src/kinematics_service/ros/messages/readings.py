@@ -14,7 +14,7 @@ class LayoutError(KinematicsError, ValueError):
     """A Float64MultiArray whose layout does not describe a matrix with labels."""
 
 
-class Matrix(NamedTuple):
+class MatrixReading(NamedTuple):
     """A matrix with the labels of its rows and columns; values of shape (rows, columns)."""
 
     rows: tuple[str, ...]
@@ -22,7 +22,7 @@ class Matrix(NamedTuple):
     values: Floats
 
 
-class Pose(NamedTuple):
+class PoseReading(NamedTuple):
     """A pose in a frame: position (3,) in m, quaternion x y z w, roll pitch yaw (3,) in rad."""
 
     stamp: tuple[int, int]
@@ -32,7 +32,7 @@ class Pose(NamedTuple):
     roll_pitch_yaw: Floats
 
 
-class Velocity(NamedTuple):
+class TwistReading(NamedTuple):
     """A twist in the axes of a frame: linear (3,) in m/s, angular (3,) in rad/s."""
 
     stamp: tuple[int, int]
@@ -41,7 +41,7 @@ class Velocity(NamedTuple):
     angular: Floats
 
 
-class Warned(NamedTuple):
+class WarningReading(NamedTuple):
     """A singularity warning: level, sentence, and keys with values."""
 
     level: str
@@ -50,7 +50,7 @@ class Warned(NamedTuple):
     values: dict[str, str]
 
 
-def matrix_of(message: Any) -> Matrix:
+def matrix_of(message: Any) -> MatrixReading:
     """
     Return the labelled matrix a Float64MultiArray holds, whatever the order of its rows.
 
@@ -72,7 +72,7 @@ def matrix_of(message: Any) -> Matrix:
         raise LayoutError(f'{len(data)} numbers do not fill {sizes[0]} x {sizes[1]}')
     flat = np.asarray(data, dtype=np.float64)[at:]
     values = np.stack([flat[k * stride : k * stride + sizes[1]] for k in range(sizes[0])])
-    return Matrix(rows, columns, values)
+    return MatrixReading(rows, columns, values)
 
 
 def _stamp(message: Any) -> tuple[int, int]:
@@ -83,11 +83,11 @@ def _xyz(vector: Any) -> Floats:
     return np.array([vector.x, vector.y, vector.z])
 
 
-def pose_of(message: Any) -> Pose:
+def pose_of(message: Any) -> PoseReading:
     """Return the pose of a PoseStamped."""
     orientation = message.pose.orientation
     quaternion = np.array([orientation.x, orientation.y, orientation.z, orientation.w])
-    return Pose(
+    return PoseReading(
         _stamp(message),
         message.header.frame_id,
         _xyz(message.pose.position),
@@ -96,17 +96,17 @@ def pose_of(message: Any) -> Pose:
     )
 
 
-def velocity_of(message: Any) -> Velocity:
+def velocity_of(message: Any) -> TwistReading:
     """Return the twist of a TwistStamped."""
     twist = message.twist
-    return Velocity(
+    return TwistReading(
         _stamp(message), message.header.frame_id, _xyz(twist.linear), _xyz(twist.angular)
     )
 
 
-def warned_of(message: Any) -> Warned:
+def warned_of(message: Any) -> WarningReading:
     """Return the warning of a DiagnosticStatus."""
     level = ord(message.level)
     name = Level(level).name if level in list(Level) else f'LEVEL {level}'
     values = {value.key: value.value for value in message.values}
-    return Warned(name, message.name, message.message, values)
+    return WarningReading(name, message.name, message.message, values)

@@ -15,7 +15,7 @@ from ...kernel import Floats
 from ...kinematics.inverse.result import IkFamily, IkResult, IkSolution
 from ...rigid_motion import rotation_of_quaternion
 from ...robot.robot import Robot
-from ..parameters.settings import Settings
+from ..parameters.settings import NodeSettings
 from .messages import time_message
 
 # A quaternion printed with three digits is still a rotation; (0, 0, 0, 0) is not.
@@ -92,7 +92,7 @@ def twist_of(message: TwistStamped) -> Floats:
     return np.array(parts).ravel()
 
 
-def pose_in_base(T: Floats, frame: str, tool: Floats, settings: Settings) -> Floats:
+def pose_in_base(T: Floats, frame: str, tool: Floats, settings: NodeSettings) -> Floats:
     """
     Return a pose given in the base or the tool frame in the base frame; `tool` is the tool's.
 
@@ -104,7 +104,7 @@ def pose_in_base(T: Floats, frame: str, tool: Floats, settings: Settings) -> Flo
     return T if _is_base(frame, settings) else tool @ T
 
 
-def twist_in_base(twist: Floats, frame: str, tool: Floats, settings: Settings) -> Floats:
+def twist_in_base(twist: Floats, frame: str, tool: Floats, settings: NodeSettings) -> Floats:
     """
     Return a twist of the tool's origin, given in base or tool axes, in base axes.
 
@@ -119,7 +119,7 @@ def twist_in_base(twist: Floats, frame: str, tool: Floats, settings: Settings) -
     return np.concatenate([R @ twist[:3], R @ twist[3:]])
 
 
-def _is_base(frame: str, settings: Settings) -> bool:
+def _is_base(frame: str, settings: NodeSettings) -> bool:
     if frame == settings.base_frame:
         return True
     if frame == settings.tool_frame:
@@ -138,21 +138,21 @@ def _listed(values: Sequence[float]) -> str:
     return ' '.join(f'{value:g}' for value in values)
 
 
-def joint_positions_message(q: Floats, stamp: int, settings: Settings) -> JointState:
+def joint_positions_message(q: Floats, stamp: int, settings: NodeSettings) -> JointState:
     """Return joint positions with the stamp (ns) of their target."""
     message = JointState(name=settings.joint_names, position=array('d', q.tobytes()))
     message.header.stamp = time_message(stamp)
     return message
 
 
-def joint_velocities_message(qdot: Floats, stamp: int, settings: Settings) -> JointState:
+def joint_velocities_message(qdot: Floats, stamp: int, settings: NodeSettings) -> JointState:
     """Return joint velocities with the stamp (ns) of their target."""
     message = JointState(name=settings.joint_names, velocity=array('d', qdot.tobytes()))
     message.header.stamp = time_message(stamp)
     return message
 
 
-def solutions_message(choice: Choice, settings: Settings) -> Float64MultiArray:
+def solutions_message(choice: Choice, settings: NodeSettings) -> Float64MultiArray:
     """
     Return all answers, row-major solutions x joints, labelled like the Jacobian.
 

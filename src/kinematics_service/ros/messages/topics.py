@@ -12,21 +12,21 @@ from std_msgs.msg import Float64, Float64MultiArray
 from visualization_msgs.msg import MarkerArray
 
 from ... import kernel
-from ..parameters.settings import Settings
-from .messages import Report
+from ..parameters.settings import NodeSettings
+from .messages import StateReport
 from .output_messages import (
     Numbers,
-    jacobian_blank,
+    jacobian_template,
     jacobian_numbers,
-    link_frames_blank,
+    link_frames_template,
     link_frames_numbers,
     measure_numbers,
-    pose_blank,
+    pose_template,
     pose_numbers,
-    scalar_blank,
-    twist_blank,
+    scalar_template,
+    twist_template,
     twist_numbers,
-    velocity_blank,
+    velocity_template,
 )
 
 # Reliable where every publisher offers that; room for a second at 1 kHz in which the process does
@@ -59,7 +59,7 @@ IK_JOINT_VELOCITY, IK_STATUS = '~/ik/joint_velocity', '~/ik/status'
 
 
 @dataclass(frozen=True)
-class Topic:
+class OutputTopic:
     """
     A topic: its name, message type, and how its messages come about.
 
@@ -80,15 +80,15 @@ class Topic:
 
     name: str
     type: Any
-    blank: Callable[[Settings], Any] | None = None
-    numbers: Callable[[Settings], Numbers | None] = lambda settings: None
-    build: Callable[[Report], Any] | None = None
+    template: Callable[[NodeSettings], Any] | None = None
+    numbers: Callable[[NodeSettings], Numbers | None] = lambda settings: None
+    build: Callable[[StateReport], Any] | None = None
     of_motion: bool = False
     depth: int = kernel.JACOBIAN
     period: int = 0
 
 
-def _markers(report: Report) -> Any:
+def _markers(report: StateReport) -> Any:
     # Imported when somebody looks: the node itself needs no scene.
     from .markers import markers_message
 
@@ -96,12 +96,12 @@ def _markers(report: Report) -> Any:
 
 
 TOPICS = (
-    Topic('~/pose', PoseStamped, pose_blank, pose_numbers),
-    Topic('~/jacobian', Float64MultiArray, jacobian_blank, jacobian_numbers),
-    Topic('~/twist', TwistStamped, twist_blank, twist_numbers, of_motion=True),
-    Topic('~/velocity', VelocityStamped, velocity_blank, twist_numbers, of_motion=True),
+    OutputTopic('~/pose', PoseStamped, pose_template, pose_numbers),
+    OutputTopic('~/jacobian', Float64MultiArray, jacobian_template, jacobian_numbers),
+    OutputTopic('~/twist', TwistStamped, twist_template, twist_numbers, of_motion=True),
+    OutputTopic('~/velocity', VelocityStamped, velocity_template, twist_numbers, of_motion=True),
     *(
-        Topic(f'~/singularity/{name}', Float64, scalar_blank, measure_numbers(column))
+        OutputTopic(f'~/singularity/{name}', Float64, scalar_template, measure_numbers(column))
         for name, column in (
             ('determinant', kernel.DETERMINANT),
             ('manipulability', kernel.MANIPULABILITY),
@@ -110,15 +110,15 @@ TOPICS = (
             ('distance', kernel.DISTANCE),
         )
     ),
-    Topic(
+    OutputTopic(
         '~/link_frames',
         PoseArray,
-        link_frames_blank,
+        link_frames_template,
         link_frames_numbers,
         depth=kernel.ALL_FRAMES,
     ),
     # For eyes: some fifty markers are a hundred times the work of a pose.
-    Topic(
+    OutputTopic(
         '~/markers',
         MarkerArray,
         build=_markers,

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from ...version import __version__
-from ..parameters.settings import ROW_LABELS, Settings
+from ..parameters.settings import ROW_LABELS, NodeSettings
 
 
 def _finite(value: float) -> float | None:
@@ -13,7 +13,7 @@ def _finite(value: float) -> float | None:
 
 
 def description_of(
-    settings: Settings, joint_states: str, topics: Sequence[str], targets: Sequence[str]
+    settings: NodeSettings, joint_states: str, topics: Sequence[str], targets: Sequence[str]
 ) -> dict[str, Any]:
     """
     Return what a program needs to read the node's topics; limits are null where there are none.

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from ...estimation import estimator
-from ...estimation.status_text import Notice
+from ...estimation.status_text import StatusText
 from ...robot.measures import Level
 
 REJECTED = (
@@ -91,7 +91,7 @@ class InputState:
     work: Work = field(default_factory=Work)
 
 
-def input_notice(state: InputState) -> Notice:
+def input_status(state: InputState) -> StatusText:
     """Return level, sentence and values of the input."""
     level, sentence = _verdict(state)
     rate = state.news.get(estimator.ACCEPTED, 0) / state.interval if state.interval > 0.0 else 0.0
@@ -123,7 +123,7 @@ def input_notice(state: InputState) -> Notice:
         ('processing time, mean', f'{state.work.mean * 1e-3:.0f} us'),
         ('processing time, longest', f'{state.work.longest * 1e-3:.0f} us'),
     ]
-    return Notice(level, sentence, tuple(values))
+    return StatusText(level, sentence, tuple(values))
 
 
 def _verdict(state: InputState) -> tuple[Level, str]:

@@ -9,11 +9,11 @@ from rclpy.clock import Clock
 from rclpy.node import Node
 
 from ...estimation.estimator import Estimator
-from ...estimation.status_text import Notice
+from ...estimation.status_text import StatusText
 from ..messages.messages import full_name, status_message
 from ..messages.topics import DIAGNOSTICS, DIAGNOSTICS_QOS
 from .best_subscription import BestSubscription
-from .diagnostics import RECENT, InputState, Work, input_notice
+from .diagnostics import RECENT, InputState, Work, input_status
 
 PERIOD = 1.0
 
@@ -33,7 +33,7 @@ class Health:
         node: Node,
         estimator: Estimator,
         subscription: BestSubscription,
-        frames: Callable[[], Notice | None],
+        frames: Callable[[], StatusText | None],
         velocity_source: Callable[[], str],
         steady: Clock,
     ) -> None:
@@ -93,7 +93,7 @@ class Health:
         message = DiagnosticArray()
         message.header.stamp = node.get_clock().now().to_msg()
         name = full_name(node)
-        message.status = [status_message(f'{name}: input', input_notice(state))]
+        message.status = [status_message(f'{name}: input', input_status(state))]
         frames = self._frames()
         if frames is not None:
             message.status.append(status_message(f'{name}: frames', frames))

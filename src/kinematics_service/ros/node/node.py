@@ -10,24 +10,24 @@ from rclpy.duration import Duration
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
-from ...estimation.estimator import RESETS, UNREADABLE, Answer, Estimator, Refusal
+from ...estimation.estimator import RESETS, UNREADABLE, EstimatorOutput, Estimator, RefusedMessage
 from ...estimation.joint_sample import JointSample
 from ...estimation.joint_state_form import JointStateForm
-from ...estimation.status_text import Notice, notice_of, stale_notice
+from ...estimation.status_text import StatusText, singularity_status, stale_status
 from ...kinematics.singularity import Singularity, singularity_of
 from ...robot.measures import Level
 from ..messages.messages import full_name, status_message
 from ..messages.topics import DESCRIBE, WARNING, WARNING_QOS
 from ..parameters.node_parameters import NodeParameters
-from ..parameters.settings import Settings
+from ..parameters.settings import NodeSettings
 from .describe import description_of
 from .diagnostics import INTERNAL_ERROR, LEFT_OUT
 from .health import Health
 from .input import Input
 from .introduction import introduce
-from .outputs import Heard, Outputs
+from .outputs import ActiveTopics, Outputs
 from .reference import Reference
-from .robot_description import RobotDescription
+from .robot_description import DescriptionPublisher
 from .stamp_grid import StampGrid
 from .targets import Targets
 from .throttle import Throttle
@@ -67,7 +67,7 @@ class KinematicsNode(Node):
         self._own = NodeParameters(self, robot)
         settings = self._settings = self._own.settings
         self._estimator = Estimator(settings.robot, settings.estimator)
-        self._latest: Answer | None = None
+        self._latest: EstimatorOutput | None = None
         self._resets = 0  # of the estimator, as far as they are known here
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._grid = StampGrid()
@@ -96,7 +96,7 @@ class KinematicsNode(Node):
     def _open_topics(self) -> None:
         transport = self._own.transport
         self._outputs = Outputs(self, self.settings, transport)
-        self._description = RobotDescription(self, self.settings)
+        self._description = DescriptionPublisher(self, self.settings)
         self._warning = self.create_publisher(DiagnosticStatus, WARNING, WARNING_QOS)
         self._targets = Targets(self, self.settings, self._present, self._steady)
         self._input = Input(self, transport, self._on_sample, self._on_bytes, self._refuse)
@@ -120,7 +120,7 @@ class KinematicsNode(Node):
         self._targets.close()
 
     @property
-    def settings(self) -> Settings:
+    def settings(self) -> NodeSettings:
         """Return the settings in force."""
         return self._settings
 
@@ -128,7 +128,7 @@ class KinematicsNode(Node):
 
     def _refuse(self, sentence: str) -> None:
         self._estimator.counts[UNREADABLE] += 1
-        self._follow(Refusal(UNREADABLE, sentence), 0, self._outputs.heard(), False)
+        self._follow(RefusedMessage(UNREADABLE, sentence), 0, self._outputs.heard(), False)
 
     def _on_sample(self, sample: JointSample) -> None:
         try:
@@ -136,7 +136,7 @@ class KinematicsNode(Node):
             outcome = self._estimator.take(sample, heard.depth)
             self._follow(outcome, sample.arrival, heard, False)
         except Exception as error:  # nothing a robot sends may stop the node
-            self._own_fault(error)
+            self._internal_error(error)
         self._health.work.add(time.monotonic_ns() - sample.arrival)
 
     def _on_bytes(self, form: JointStateForm, data: bytes, arrival: int) -> bool:
@@ -147,22 +147,26 @@ class KinematicsNode(Node):
                 return False
             self._follow(outcome, arrival, heard, True)
         except Exception as error:  # nothing a robot sends may stop the node
-            self._own_fault(error)
+            self._internal_error(error)
         self._health.work.add(time.monotonic_ns() - arrival)
         return True
 
-    def _own_fault(self, error: Exception) -> None:
+    def _internal_error(self, error: Exception) -> None:
         self._estimator.counts[INTERNAL_ERROR] += 1
         if self._throttle.passes('internal'):
             self.get_logger().error(f'internal error at a message, please report it: {error!a}')
 
     def _follow(
-        self, outcome: Answer | Refusal, arrival: int, heard: Heard, is_filled: bool
+        self,
+        outcome: EstimatorOutput | RefusedMessage,
+        arrival: int,
+        heard: ActiveTopics,
+        is_filled: bool,
     ) -> None:
         # What follows from a message.
         if self._estimator.counts.get(RESETS, 0) != self._resets:
             self._start_anew()
-        if isinstance(outcome, Refusal):
+        if isinstance(outcome, RefusedMessage):
             if outcome.sentence and self._throttle.passes(outcome.reason):
                 self.get_logger().warning(f'joint state rejected: {outcome.sentence}')
             return
@@ -194,16 +198,16 @@ class KinematicsNode(Node):
                 'stamps stepped back by more than joint_state_timeout: starting anew'
             )
 
-    def _present(self) -> Answer | str:
+    def _present(self) -> EstimatorOutput | str:
         # The arm's present state, or why it is not known.
         missing = self._estimator.missing(time.monotonic_ns())
         if missing or self._latest is None:
-            return self._silence(missing)
+            return self._missing_text(missing)
         return self._latest
 
     def _warn(self, singularity: Singularity, level: Level) -> None:
         settings = self._settings
-        notice = notice_of(
+        notice = singularity_status(
             settings.robot,
             singularity,
             level,
@@ -212,7 +216,7 @@ class KinematicsNode(Node):
         )
         self._say(notice)
 
-    def _say(self, notice: Notice) -> None:
+    def _say(self, notice: StatusText) -> None:
         self._warning.publish(status_message(f'{full_name(self)}: singularity', notice))
 
     # Clocks and watches
@@ -221,7 +225,7 @@ class KinematicsNode(Node):
         period = self.settings.estimator.timeout * 1e-9 * WATCHDOG_SHARE
         return min(max(period, WATCHDOG_SHORTEST), WATCHDOG_LONGEST)
 
-    def _silence(self, missing: tuple[str, ...]) -> str:
+    def _missing_text(self, missing: tuple[str, ...]) -> str:
         return f'no joint state of {", ".join(missing)} on {self._input.topic_name}'
 
     def _watch(self) -> None:
@@ -230,7 +234,7 @@ class KinematicsNode(Node):
             return
         missing = self._estimator.missing(now)
         if missing and self._estimator.go_stale(now):
-            self._say(stale_notice(self.settings.robot, self._silence(missing)))
+            self._say(stale_status(self.settings.robot, self._missing_text(missing)))
 
     def _on_clock_jump(self, jump: TimeJump) -> None:
         back = -jump.delta.nanoseconds
@@ -244,7 +248,7 @@ class KinematicsNode(Node):
 
     # Parameters
 
-    def _take_settings(self, settings: Settings) -> None:
+    def _take_settings(self, settings: NodeSettings) -> None:
         self._settings = settings
         self._estimator.configure(settings.robot, settings.estimator)
         self._grid.forget()

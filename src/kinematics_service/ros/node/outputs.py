@@ -13,14 +13,14 @@ from rclpy.publisher import Publisher
 from rclpy.qos_overriding_options import QoSOverridingOptions
 
 from ... import kernel
-from ...estimation.estimator import Answer
+from ...estimation.estimator import EstimatorOutput
 from ...kernel import OutgoingMessages, OutgoingTable
 from ...kinematics.singularity import measured, singularity_of
 from ..messages.message_layout import MessageLayout
-from ..messages.messages import Report, transform_message
+from ..messages.messages import StateReport, transform_message
 from ..messages.output_messages import Copied, Numbers
-from ..messages.topics import OUTPUT_QOS, TOPICS, Topic
-from ..parameters.settings import Settings
+from ..messages.topics import OUTPUT_QOS, TOPICS, OutputTopic
+from ..parameters.settings import NodeSettings
 from .stamp_grid import StampGrid
 
 Sends = tuple[tuple[Callable[[bytes], None], Callable[[], bytes]], ...]
@@ -50,13 +50,13 @@ class Channel(NamedTuple):
     listeners: Callable[[], int]
     publish_bytes: Callable[[bytes], None]
     publisher: Publisher
-    topic: Topic
+    topic: OutputTopic
     grid: StampGrid
     numbers: Numbers | None = None
     layout: MessageLayout | None = None
     as_bytes: bool = False
 
-    def send(self, report: Report) -> None:
+    def send(self, report: StateReport) -> None:
         """Publish what a report has to say on this topic, if anything."""
         topic, stamp = self.topic, report.answer.stamp
         if topic.period and not self.grid.passes(stamp, topic.period):
@@ -76,7 +76,7 @@ class Channel(NamedTuple):
             self.publisher.publish(self.layout.message(stamp, numbers))
 
 
-class Heard(NamedTuple):
+class ActiveTopics(NamedTuple):
     """
     The channels somebody listens to, and what the kernel must compute for them.
 
@@ -103,7 +103,7 @@ class Heard(NamedTuple):
 
 
 def filled_by_the_kernel(
-    channels: Sequence[Channel], settings: Settings, depth: int
+    channels: Sequence[Channel], settings: NodeSettings, depth: int
 ) -> tuple[OutgoingMessages | None, tuple[memoryview | None, ...]]:
     """
     Return the messages whose numbers the kernel copies, and of each channel its own, or None.
@@ -119,7 +119,7 @@ def filled_by_the_kernel(
         begin = len(data)
         data += layout.data
         filled.append(slice(begin, len(data)))
-        of_stamp, of_numbers = layout.places(begin)
+        of_stamp, of_numbers = layout.offsets(begin)
         stamps.append(of_stamp)
         targets.append(of_numbers)
         sources.append(numbers.sources(row))
@@ -143,21 +143,21 @@ class Outputs:
         listen is known before the next joint state is, and need not be asked for every message.
     """
 
-    def __init__(self, node: Node, settings: Settings, transport: str) -> None:
+    def __init__(self, node: Node, settings: NodeSettings, transport: str) -> None:
         self._node = node
         self._transport = transport
         self.events_in_order = False
         self._told_of_listeners = True
         self._told_of: set[str] = set()  # topics whose layout is not the official one
         self._settings = settings
-        self._heard: Heard | None = None
+        self._active: ActiveTopics | None = None
         self.channels = [self._channel(topic) for topic in TOPICS]
         self._tf: Publisher | None = None
         self.configure(settings)
 
-    def configure(self, settings: Settings) -> None:
+    def configure(self, settings: NodeSettings) -> None:
         """Take other settings: frames and labels are part of the messages."""
-        self._settings, self._heard = settings, None
+        self._settings, self._active = settings, None
         self.channels = [self._configured(channel) for channel in self.channels]
         if settings.publish_tf and self._tf is None:
             from tf2_msgs.msg import TFMessage  # not among the wheels: only where it is asked for
@@ -169,16 +169,16 @@ class Outputs:
         """Return the full names of the topics."""
         return [channel.publisher.topic_name for channel in self.channels]
 
-    def heard(self) -> Heard:
+    def active(self) -> ActiveTopics:
         """Return the channels somebody listens to."""
-        heard = self._heard
-        if heard is None or not (self.events_in_order and self._told_of_listeners):
+        active = self._active
+        if active is None or not (self.events_in_order and self._told_of_listeners):
             channels = tuple(channel for channel in self.channels if channel.listeners() > 0)
-            if heard is None or channels != heard.channels:
-                heard = self._heard = self._heard_on(channels)
-        return heard
+            if active is None or channels != active.channels:
+                active = self._active = self._subscribed(channels)
+        return active
 
-    def _heard_on(self, channels: tuple[Channel, ...]) -> Heard:
+    def _subscribed(self, channels: tuple[Channel, ...]) -> ActiveTopics:
         depth = max((channel.topic.depth for channel in channels), default=kernel.JACOBIAN)
         messages, filled = filled_by_the_kernel(channels, self._settings, depth)
         sends = None
@@ -192,9 +192,9 @@ class Outputs:
                 for moves in (False, True)
             )
             sends = at_rest, moving
-        return Heard(channels, depth, messages, filled, sends)
+        return ActiveTopics(channels, depth, messages, filled, sends)
 
-    def publish(self, answer: Answer, heard: Heard, is_filled: bool) -> None:
+    def publish(self, answer: EstimatorOutput, active: ActiveTopics, is_filled: bool) -> None:
         """
         Publish an answer on channels, pose first, and on /tf where that is set.
 
@@ -207,30 +207,30 @@ class Outputs:
         is_filled
             Whether the kernel has filled the messages with this answer.
         """
-        if is_filled and heard.sends is not None:
-            for publish, data in heard.sends[answer.state.moving]:
+        if is_filled and active.sends is not None:
+            for publish, data in active.sends[answer.state.moving]:
                 publish(data())
             return
         settings, report = self._settings, None
-        for channel, message in zip(heard.channels, heard.filled):
+        for channel, message in zip(active.channels, active.filled):
             if is_filled and message is not None:
                 if answer.state.moving or not channel.topic.of_motion:
                     channel.publish_bytes(message.tobytes())
                 continue
             if report is None:
                 answer = answer._replace(state=measured(answer.state))
-                report = Report(answer, singularity_of(answer.state), settings)
+                report = StateReport(answer, singularity_of(answer.state), settings)
             channel.send(report)
         if settings.publish_tf:
-            self._publish_tf(Report(answer, singularity_of(answer.state), settings))
+            self._publish_tf(StateReport(answer, singularity_of(answer.state), settings))
 
     def _configured(self, channel: Channel) -> Channel:
         # With its layout for the settings in force, proved where messages go out as bytes.
         topic, settings = channel.topic, self._settings
         numbers = topic.numbers(settings)
-        if topic.blank is None or numbers is None:
+        if topic.template is None or numbers is None:
             return channel._replace(numbers=None, layout=None, as_bytes=False)
-        layout = MessageLayout(topic.blank(settings))
+        layout = MessageLayout(topic.template(settings))
         as_bytes = self._transport == 'bytes'
         if as_bytes and not layout.is_official():
             as_bytes = False
@@ -242,7 +242,7 @@ class Outputs:
                 )
         return channel._replace(numbers=numbers, layout=layout, as_bytes=as_bytes)
 
-    def _channel(self, topic: Topic) -> Channel:
+    def _channel(self, topic: OutputTopic) -> Channel:
         def publisher_with(callbacks: PublisherEventCallbacks | None) -> Publisher:
             return self._node.create_publisher(
                 topic.type,
@@ -266,12 +266,12 @@ class Outputs:
 
     def ask_who_listens(self) -> None:
         """Look who listens at the next message: one may have come or gone."""
-        self._heard = None
+        self._active = None
 
     def _on_listener(self, event: Any) -> None:
         self.ask_who_listens()
 
-    def _publish_tf(self, report: Report) -> None:
+    def _publish_tf(self, report: StateReport) -> None:
         from tf2_msgs.msg import TFMessage
 
         assert self._tf is not None

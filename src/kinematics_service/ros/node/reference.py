@@ -12,8 +12,8 @@ from rclpy.node import Node
 from rclpy.qos_overriding_options import QoSOverridingOptions
 
 from ...errors import KinematicsError
-from ...estimation.estimator import Answer
-from ...estimation.status_text import Notice
+from ...estimation.estimator import EstimatorOutput
+from ...estimation.status_text import StatusText
 from ...kernel import Floats
 from ...rigid_motion import roll_pitch_yaw
 from ...robot.measures import Level
@@ -69,7 +69,7 @@ class Reference:
         self._collected, self._due = 0, FIRST
         self._refused = ''
         self._thread: threading.Thread | None = None
-        self._notice: Notice | None = None
+        self._notice: StatusText | None = None
         self._subscription = node.create_subscription(
             PoseStamped,
             REFERENCE_POSE,
@@ -102,7 +102,7 @@ class Reference:
         except (RefusedTargetError, WireError) as error:
             self._refused = str(error)
 
-    def note(self, answer: Answer) -> None:
+    def note(self, answer: EstimatorOutput) -> None:
         """Take a new state of the arm; a pose is compared once states around it are known."""
         self._recent.append((answer.stamp, answer.state.q))
         if not self._way or answer.stamp - self._way[-1][0] >= WAY_STEP:
@@ -137,7 +137,7 @@ class Reference:
         if len(self._pairs) > MOST:
             del self._pairs[1::2]
 
-    def notice(self) -> Notice | None:
+    def notice(self) -> StatusText | None:
         """Return what is known of the frames, None where there is no second source."""
         busy = self._thread is not None and self._thread.is_alive()
         if self._collected >= self._due and not busy:
@@ -151,9 +151,13 @@ class Reference:
         if self._notice is not None:
             return self._notice
         if self._refused:
-            return Notice(Level.WARN, f'pose of {self.topic_name} refused: {self._refused}', ())
+            return StatusText(
+                Level.WARN, f'pose of {self.topic_name} refused: {self._refused}', ()
+            )
         if self._collected or self._pending is not None:
-            return Notice(Level.OK, f'{self._collected} of {FIRST} different poses collected', ())
+            return StatusText(
+                Level.OK, f'{self._collected} of {FIRST} different poses collected', ()
+            )
         return None
 
     def _diagnose(
@@ -177,12 +181,12 @@ class Reference:
                 (stamps - stamps[0]) * 1e-9,
                 motion=motion if len(way) > 1 else None,
             )
-            self._notice = frames_notice(found)
+            self._notice = frames_status(found)
         except KinematicsError as error:
-            self._notice = Notice(Level.WARN, str(error), ())
+            self._notice = StatusText(Level.WARN, str(error), ())
 
 
-def frames_notice(found: 'FrameDiagnosis') -> Notice:
+def frames_status(found: 'FrameDiagnosis') -> StatusText:
     """Return a diagnosis of frames, by the limits that `audit` has by default."""
     from ...diagnosis.frame_check import FrameLimits
 
@@ -200,7 +204,7 @@ def frames_notice(found: 'FrameDiagnosis') -> Notice:
         ('cause', found.cause.key if found.cause else ''),
         ('likely, not decisive', found.likely[0].sentence if found.likely else ''),
     ]
-    return Notice(limits.level(found), limits.sentence(found), tuple(values))
+    return StatusText(limits.level(found), limits.sentence(found), tuple(values))
 
 
 def _offset(name: str, T: Floats) -> tuple[tuple[str, str], tuple[str, str]]:

@@ -6,22 +6,22 @@ from std_msgs.msg import String
 
 from ...errors import KinematicsError
 from ..messages.topics import ROBOT_DESCRIPTION, WARNING_QOS
-from ..parameters.settings import Settings
+from ..parameters.settings import NodeSettings
 
 
-class RobotDescription:
+class DescriptionPublisher:
     """
     Publishes the URDF once for each change of the settings; who comes late gets the last one.
 
     It is off unless asked for: on a robot with a URDF of its own the topic is that one's.
     """
 
-    def __init__(self, node: Node, settings: Settings) -> None:
+    def __init__(self, node: Node, settings: NodeSettings) -> None:
         self._node = node
         self._publisher: Publisher | None = None
         self.configure(settings)
 
-    def configure(self, settings: Settings) -> None:
+    def configure(self, settings: NodeSettings) -> None:
         """Take other settings: frames and joints may have other names."""
         if not settings.publish_robot_description:
             if self._publisher is not None:

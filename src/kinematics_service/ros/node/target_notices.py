@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ...estimation.status_text import Notice
+from ...estimation.status_text import StatusText
 from ...kernel import Floats
 from ...kinematics.inverse.result import IkResult
 from ...kinematics.inverse.servo import ServoStep
@@ -10,7 +10,7 @@ from ...robot.measures import Level
 from ..messages.target_messages import Choice
 
 
-def pose_notice(result: IkResult, choice: Choice, near: Floats) -> Notice:
+def pose_status(result: IkResult, choice: Choice, near: Floats) -> StatusText:
     """
     Return what became of a pose target: OK where the arm can be there, otherwise ERROR.
 
@@ -26,7 +26,7 @@ def pose_notice(result: IkResult, choice: Choice, near: Floats) -> Notice:
         motion = float(np.max(np.abs(choice.answers[0].q - near)))
         values.append(('largest joint motion', f'{motion:.6g}'))
         values.append(('margin', f'{choice.answers[0].margin:.6g}'))
-        return Notice(Level.OK, result.reason, tuple(values))
+        return StatusText(Level.OK, result.reason, tuple(values))
     sentence = result.reason
     nearest = result.nearest
     if nearest is not None:
@@ -39,10 +39,10 @@ def pose_notice(result: IkResult, choice: Choice, near: Floats) -> Notice:
             f'; the nearest pose is {nearest.position_error:.4g} m and '
             f'{nearest.rotation_error:.4g} rad away'
         )
-    return Notice(Level.ERROR, sentence, tuple(values))
+    return StatusText(Level.ERROR, sentence, tuple(values))
 
 
-def twist_notice(step: ServoStep) -> Notice:
+def twist_status(step: ServoStep) -> StatusText:
     """Return what became of a twist target: WARN where the tool moves otherwise than asked."""
     values = (
         ('limited by', ', '.join(step.limited_by) or 'nothing'),
@@ -60,8 +60,8 @@ def twist_notice(step: ServoStep) -> Notice:
     if step.held:
         reasons.append(f'held at the limit of {", ".join(step.held)}')
     if reasons:
-        return Notice(Level.WARN, '; '.join(reasons), values)
-    return Notice(Level.OK, 'followed as asked', values)
+        return StatusText(Level.WARN, '; '.join(reasons), values)
+    return StatusText(Level.OK, 'followed as asked', values)
 
 
 def _numbers(values: Floats) -> str:

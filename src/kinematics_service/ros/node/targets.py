@@ -16,8 +16,8 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 
 from ...errors import KinematicsError
-from ...estimation.estimator import Answer
-from ...estimation.status_text import Notice
+from ...estimation.estimator import EstimatorOutput
+from ...estimation.status_text import StatusText
 from ...kinematics.inverse.plan import plan_for
 from ...kinematics.inverse.servo import joint_velocity
 from ...kinematics.inverse.solve import inverse_kinematics
@@ -46,8 +46,8 @@ from ..messages.topics import (
     TARGET_TWIST,
     TARGET_TWIST_QOS,
 )
-from ..parameters.settings import Settings
-from .target_notices import pose_notice, twist_notice
+from ..parameters.settings import NodeSettings
+from .target_status import pose_status, twist_status
 from .throttle import Throttle
 
 # The silence of a stream of twists is looked for so often, as a share of its timeout.
@@ -78,8 +78,8 @@ class Targets:
     def __init__(
         self,
         node: Node,
-        settings: Settings,
-        latest: Callable[[], Answer | str],
+        settings: NodeSettings,
+        latest: Callable[[], EstimatorOutput | str],
         steady: Clock,
     ) -> None:
         self._node = node
@@ -125,7 +125,7 @@ class Targets:
         told = (IK_JOINT_STATES, IK_SOLUTIONS, IK_JOINT_VELOCITY, IK_STATUS)
         return [resolve(name) for name in heard], [resolve(name) for name in told]
 
-    def configure(self, settings: Settings) -> None:
+    def configure(self, settings: NodeSettings) -> None:
         """Take other settings; a motion in force is stopped."""
         self._stop()
         self._settings = _planned(settings)
@@ -140,7 +140,7 @@ class Targets:
     def _watch_period(self) -> float:
         return self._settings.target_timeout * 1e-9 * WATCH_SHARE
 
-    def _present(self) -> Answer:
+    def _present(self) -> EstimatorOutput:
         latest = self._latest()
         if isinstance(latest, str):
             raise RefusedTargetError(f'the joint positions are not known: {latest}')
@@ -155,7 +155,7 @@ class Targets:
             notice = self._refused(error)
         self._say('target_pose', notice)
 
-    def _answer_pose(self, message: PoseStamped) -> Notice:
+    def _answer_pose(self, message: PoseStamped) -> StatusText:
         settings = self._settings
         given = pose_of(message)
         present = self._present().state
@@ -167,7 +167,7 @@ class Targets:
         if choice.q is not None:
             stamp = _stamp(message)
             self._joint_states.publish(joint_positions_message(choice.q, stamp, settings))
-        return pose_notice(result, choice, present.q)
+        return pose_status(result, choice, present.q)
 
     # Twists
 
@@ -182,7 +182,7 @@ class Targets:
             notice = self._refused(error)
         self._say('target_twist', notice)
 
-    def _answer_twist(self, message: TwistStamped) -> Notice:
+    def _answer_twist(self, message: TwistStamped) -> StatusText:
         settings = self._settings
         given = twist_of(message)
         present = self._present().state
@@ -197,7 +197,7 @@ class Targets:
         elif not moving:
             self._timer.cancel()
         self._moving_since = time.monotonic() if moving else None
-        return twist_notice(step)
+        return twist_status(step)
 
     def _watch(self) -> None:
         since = self._moving_since
@@ -205,7 +205,7 @@ class Targets:
         if since is not None and time.monotonic() - since > timeout:
             self._stop()
             sentence = f'no target_twist for {timeout:g} s: stopped'
-            self._say('target_twist', Notice(Level.STALE, sentence, ()))
+            self._say('target_twist', StatusText(Level.STALE, sentence, ()))
 
     def _stop(self, stamp: int | None = None) -> None:
         # Velocity controllers hold the last command: what was begun must be ended, once.
@@ -220,24 +220,24 @@ class Targets:
 
     # Statuses
 
-    def _refused(self, error: Exception) -> Notice:
+    def _refused(self, error: Exception) -> StatusText:
         if isinstance(error, KinematicsError):
-            return Notice(Level.ERROR, f'refused: {error}', ())
+            return StatusText(Level.ERROR, f'refused: {error}', ())
         if self._throttle.passes('internal'):
             self._node.get_logger().error(
                 f'internal error at a target, please report it: {error!a}'
             )
-        return Notice(Level.ERROR, 'refused: internal error', ())
+        return StatusText(Level.ERROR, 'refused: internal error', ())
 
-    def _say(self, topic: str, notice: Notice) -> None:
+    def _say(self, topic: str, notice: StatusText) -> None:
         if self._status.get_subscription_count() > 0:
             name = full_name(self._node)
             robot = ('robot', self._settings.robot.name)
-            notice = Notice(notice.level, notice.sentence, (robot, *notice.values))
+            notice = StatusText(notice.level, notice.sentence, (robot, *notice.values))
             self._status.publish(status_message(f'{name}: {topic}', notice))
 
 
-def _planned(settings: Settings) -> Settings:
+def _planned(settings: NodeSettings) -> NodeSettings:
     # The arm's plan is made now, in some milliseconds, so that no joint state waits for it later.
     plan_for(settings.robot, settings.target_rows)
     return settings

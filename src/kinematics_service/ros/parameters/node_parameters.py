@@ -12,7 +12,7 @@ from rclpy.parameter import Parameter as RosParameter
 
 from ...errors import KinematicsError
 from ...robot.robot import load_robot
-from .settings import Settings, SettingsError, defaults, settings_from
+from .settings import NodeSettings, SettingsError, defaults, settings_from
 from .table import PARAMETERS, ROBOT, TRANSPORT
 
 KINDS = {str: 'a string', bool: 'true or false', float: 'a number with a point'}
@@ -58,11 +58,11 @@ class NodeParameters:
         self._settings = self._settings_with({})
 
     @property
-    def settings(self) -> Settings:
+    def settings(self) -> NodeSettings:
         """Return the settings in force."""
         return self._settings
 
-    def listen(self, apply: Callable[[Settings], None]) -> None:
+    def listen(self, apply: Callable[[NodeSettings], None]) -> None:
         """From now on check changes before they are made, and call `apply` after."""
 
         def changed(parameters: Sequence[RosParameter]) -> None:
@@ -71,7 +71,7 @@ class NodeParameters:
                 try:
                     apply(self._settings)
                 except Exception as error:  # whoever set it would get no answer
-                    self._own_fault(error)
+                    self._internal_error(error)
 
         self._node.add_on_set_parameters_callback(self._check)
         self._node.add_post_set_parameters_callback(changed)
@@ -101,7 +101,7 @@ class NodeParameters:
             )
         return str(value)
 
-    def _settings_with(self, changes: Mapping[str, Any]) -> Settings:
+    def _settings_with(self, changes: Mapping[str, Any]) -> NodeSettings:
         values = {name: self._node.get_parameter(name).value for name in NAMES}
         return settings_from({**values, **changes}, self._robot)
 
@@ -115,10 +115,10 @@ class NodeParameters:
         except KinematicsError as error:
             reason = str(error)
         except Exception as error:
-            reason = self._own_fault(error)
+            reason = self._internal_error(error)
         return SetParametersResult(successful=not reason, reason=reason)
 
-    def _own_fault(self, error: Exception) -> str:
+    def _internal_error(self, error: Exception) -> str:
         sentence = f'internal error at a parameter, please report it: {error!a}'
         self._node.get_logger().error(sentence)
         return sentence

@@ -25,7 +25,7 @@ class SettingsError(KinematicsError, ValueError):
 
 
 @dataclass(frozen=True)
-class Settings:
+class NodeSettings:
     """
     All settings of a running node, valid together.
 
@@ -95,7 +95,7 @@ def _checked_name(name: str, value: str, what: str) -> str:
     return value
 
 
-def settings_from(values: Mapping[str, Any], robot: Robot) -> Settings:
+def settings_from(values: Mapping[str, Any], robot: Robot) -> NodeSettings:
     """
     Return the settings that parameter values mean.
 
@@ -135,7 +135,7 @@ def settings_from(values: Mapping[str, Any], robot: Robot) -> Settings:
     rate = values['publish_rate']
     judged = _judged(values, robot)
     rows = _rows(values['ik.rows'], judged)
-    return Settings(
+    return NodeSettings(
         robot=judged,
         estimator=EstimatorSettings(
             joint_prefix=_checked_name('joint_prefix', values['joint_prefix'], 'part of a name'),

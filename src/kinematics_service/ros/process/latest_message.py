@@ -13,7 +13,7 @@ from rclpy.serialization import deserialize_message
 WINDOW = 2.0
 
 
-class Heard:
+class LatestMessage:
     """
     A subscription that keeps the last message, as bytes until somebody wants to read it.
 

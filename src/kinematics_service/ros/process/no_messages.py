@@ -21,7 +21,7 @@ def kinematics_nodes(node: Node) -> list[str]:
     )
 
 
-def reason_of_silence(node: Node, topic: str) -> str:
+def why_no_messages(node: Node, topic: str) -> str:
     """
     Return what is waited for, who publishes it, and what to look at.
 

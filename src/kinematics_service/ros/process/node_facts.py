@@ -74,7 +74,7 @@ class NodeFacts(NamedTuple):
             return robot
 
 
-def ask_node(node: Node, executor: Any, source: str, patience: float) -> NodeFacts | None:
+def ask_node(node: Node, executor: Any, source: str, timeout: float) -> NodeFacts | None:
     """
     Return what a node says of itself; None where none is found in `patience` (s).
 
@@ -85,7 +85,7 @@ def ask_node(node: Node, executor: Any, source: str, patience: float) -> NodeFac
     source
         Full name of the node that is asked.
     """
-    deadline = time.monotonic() + patience
+    deadline = time.monotonic() + timeout
     while not node.count_publishers(WARNING.replace('~', source)):
         if time.monotonic() > deadline:
             return None

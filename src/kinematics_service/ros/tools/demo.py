@@ -23,7 +23,7 @@ from ..parameters.node_parameters import RobotConflictError
 from ..process.runner import FAULT, FINE, WRONG_USAGE, leave, open_context, start_refusal, tell
 from ..process.spin import Spinner
 from ..process.standard_output import StandardOutput
-from .demo_listener import Listener
+from .demo_listener import DemoListener
 from .demo_report import PlainReport, invitation, motion_in_words, summary
 from .demo_screen import screen
 from .virtual_arm import (
@@ -146,7 +146,7 @@ def _play(
     stop: StopSignal,
 ) -> int:
     display = _helper(node, 'display')
-    listener = Listener(display, node.get_fully_qualified_name())
+    listener = DemoListener(display, node.get_fully_qualified_name())
     output = StandardOutput()
     spinner = Spinner(node.context, [node, arm.node, display], node.events_were_left_out)
     stop.then = spinner.interrupt
@@ -193,7 +193,7 @@ def _helper(node: KinematicsNode, name: str) -> Node:
 
 @contextmanager
 def _report(
-    display: Node, listener: Listener, output: StandardOutput, unit: str
+    display: Node, listener: DemoListener, output: StandardOutput, unit: str
 ) -> Iterator[None]:
     # On a terminal the table on a screen of its own, which restores what was there before.
     steady = Clock(clock_type=ClockType.STEADY_TIME)

@@ -13,9 +13,9 @@ from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, Float64MultiArray
 
-from ..messages.readings import Pose, Warned, pose_of, warned_of
+from ..messages.readings import PoseReading, WarningReading, pose_of, warned_of
 from ..messages.topics import JOINT_STATES, OUTPUT_QOS, WARNING, WARNING_QOS
-from ..process.latest_message import Heard
+from ..process.latest_message import LatestMessage
 
 DISTANCE = 'singularity/distance'
 MEASURES = ('determinant', 'manipulability', 'condition_number', 'smallest_singular_value')
@@ -29,10 +29,10 @@ class Nearest(NamedTuple):
 
     distance: float
     time: float
-    pose: Pose | None
+    pose: PoseReading | None
 
 
-class Listener:
+class DemoListener:
     """
     Hears a node's outputs and remembers what the summary needs.
 
@@ -65,23 +65,25 @@ class Listener:
         self.nearest = Nearest(math.inf, 0.0, None)
         self.history: deque[float] = deque(maxlen=LONGEST_HISTORY)
         self.speeds: deque[float] = deque(maxlen=LONGEST_HISTORY)
-        self.joints: Heard | None = None
+        self.joints: LatestMessage | None = None
         self._node = node
         self._intervals = 0
-        self.warned: Warned | None = None
+        self.warned: WarningReading | None = None
         self.levels: list[str] = []
-        self.then: Callable[[Warned], None] = lambda warned: None
+        self.then: Callable[[WarningReading], None] = lambda warned: None
 
-        def hear(topic: str, kind: Any, then: Callable[[bytes], None] | None = None) -> Heard:
-            return Heard(node, f'{source}/{topic}', kind, OUTPUT_QOS, then)
+        def subscribe(
+            topic: str, kind: Any, then: Callable[[bytes], None] | None = None
+        ) -> LatestMessage:
+            return LatestMessage(node, f'{source}/{topic}', kind, OUTPUT_QOS, then)
 
-        self.pose = hear('pose', PoseStamped)
-        self.jacobian = hear('jacobian', Float64MultiArray)
-        self.twist = hear('twist', TwistStamped)
-        self.measures = {name: hear(f'singularity/{name}', Float64) for name in MEASURES}
-        self.distance = hear(DISTANCE, Float64, self._note)
+        self.pose = subscribe('pose', PoseStamped)
+        self.jacobian = subscribe('jacobian', Float64MultiArray)
+        self.twist = subscribe('twist', TwistStamped)
+        self.measures = {name: subscribe(f'singularity/{name}', Float64) for name in MEASURES}
+        self.distance = subscribe(DISTANCE, Float64, self._note)
         warning = WARNING.replace('~', source)
-        self.warning = Heard(node, warning, DiagnosticStatus, WARNING_QOS, self._warn)
+        self.warning = LatestMessage(node, warning, DiagnosticStatus, WARNING_QOS, self._warn)
 
     def found(self, node: Node) -> bool:
         """Return whether the node's publishers have found all that is listened to."""
@@ -101,7 +103,7 @@ class Listener:
         """Count the time from now on, and hear the joints too."""
         # Not before: that somebody hears the joints is how the node is known to.
         topic = f'{self.source.rpartition("/")[0]}/{JOINT_STATES}'
-        self.joints = Heard(self._node, topic, JointState, OUTPUT_QOS)
+        self.joints = LatestMessage(self._node, topic, JointState, OUTPUT_QOS)
         self.started = time.monotonic()
 
     @property

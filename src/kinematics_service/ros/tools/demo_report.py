@@ -10,9 +10,9 @@ from ...kinematics.motion import Trajectory
 from ...kinematics.singularity import singularity
 from ...printing import plain
 from ...robot.robot import Robot
-from ..messages.readings import Warned, pose_of
+from ..messages.readings import WarningReading, pose_of
 from ..process.standard_output import StandardOutput
-from .demo_listener import Listener
+from .demo_listener import DemoListener
 from .live_table import number
 
 COMMAND = 'python -m kinematics_service'
@@ -65,11 +65,11 @@ def invitation(motion: str, source: str, discovery: str, set_aside: Sequence[str
 class PlainReport:
     """One line a second, and one for each change of level."""
 
-    def __init__(self, listener: Listener, output: StandardOutput) -> None:
+    def __init__(self, listener: DemoListener, output: StandardOutput) -> None:
         self._listener, self._output = listener, output
         self._level = ''
 
-    def warn(self, warned: Warned) -> None:
+    def warn(self, warned: WarningReading) -> None:
         """Write a warning whose level is new."""
         if warned.level != self._level:
             self._level = warned.level
@@ -89,7 +89,7 @@ class PlainReport:
         self._output.line(f'{listener.time:6.1f} s  tool {xyz} m{left}  {self._level}'.rstrip())
 
 
-def summary(listener: Listener, sent: int) -> list[str]:
+def summary(listener: DemoListener, sent: int) -> list[str]:
     """Return what was sent, what was heard, and the worst of it."""
     lines = [
         f'{listener.time:.1f} s: {sent} joint states sent; heard {listener.pose.count} poses, '

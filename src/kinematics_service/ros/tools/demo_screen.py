@@ -14,8 +14,15 @@ from rich.text import Text
 from ...kernel import Floats
 from ...printing import plain
 from ...robot.measures import Level
-from ..messages.readings import LayoutError, Matrix, Warned, matrix_of, pose_of, velocity_of
-from .demo_listener import INTERVAL, MEASURES, Listener
+from ..messages.readings import (
+    LayoutError,
+    MatrixReading,
+    WarningReading,
+    matrix_of,
+    pose_of,
+    velocity_of,
+)
+from .demo_listener import INTERVAL, MEASURES, DemoListener
 from .live_table import BARS, STYLES, bars, coloured, matrix_lines, number
 
 # A sentence has so many lines, so that nothing below it jumps.
@@ -34,7 +41,7 @@ SCALE = 13
 QDOT = 'qdot'
 
 
-class Part(NamedTuple):
+class ScreenSection(NamedTuple):
     """
     Lines that are shown whole or not at all; where there is little room, those of low rank first.
     """
@@ -44,7 +51,7 @@ class Part(NamedTuple):
 
 
 def screen(
-    listener: Listener, size: ConsoleDimensions, blocks: bool, volume_unit: str
+    listener: DemoListener, size: ConsoleDimensions, blocks: bool, volume_unit: str
 ) -> RenderableType:
     """
     Return the live table: the level first, and of the rest what fits.
@@ -64,22 +71,28 @@ def screen(
     wide = width >= WIDE
     left = max(LEFT, (width - GAP) // 2) if wide else width
     right = width - left - GAP if wide else width
-    head = [Part(0, _warning(listener.warned, width)), Part(1, [_title(listener, width)])]
-    tool = [Part(9, [Text()]), Part(4, _motion(listener, left))]
-    joints = [Part(8, [Text()]), Part(5, _jacobian(listener, left))]
+    head = [
+        ScreenSection(0, _warning(listener.warned, width)),
+        ScreenSection(1, [_title(listener, width)]),
+    ]
+    tool = [ScreenSection(9, [Text()]), ScreenSection(4, _motion(listener, left))]
+    joints = [ScreenSection(8, [Text()]), ScreenSection(5, _jacobian(listener, left))]
     near = [
-        Part(9, [Text()]),
-        Part(2, [_distance(listener)]),
-        Part(3, _histories(listener, right) if blocks else []),
-        Part(6, _measures(listener, right, volume_unit)),
-        Part(7, _lost(listener)),
+        ScreenSection(9, [Text()]),
+        ScreenSection(2, [_distance(listener)]),
+        ScreenSection(3, _histories(listener, right) if blocks else []),
+        ScreenSection(6, _measures(listener, right, volume_unit)),
+        ScreenSection(7, _lost(listener)),
     ]
     elsewhere = f'elsewhere: python -m kinematics_service echo jacobian --node {listener.source}'
-    foot = [Part(9, [Text()]), Part(8, [Text(elsewhere)] if len(elsewhere) <= width else [])]
+    foot = [
+        ScreenSection(9, [Text()]),
+        ScreenSection(8, [Text(elsewhere)] if len(elsewhere) <= width else []),
+    ]
     if not wide:
         return Group(*_fitting([*head, *tool, *joints, *near, *foot[1:]], height))
     if blocks:
-        near += [Part(9, [Text()]), Part(7, _speed_bars(listener, right))]
+        near += [ScreenSection(9, [Text()]), ScreenSection(7, _speed_bars(listener, right))]
     room = height - sum(len(part.lines) for part in (*head, *foot))
     columns = Table.grid(padding=(0, GAP, 0, 0))
     columns.add_column(width=left)
@@ -88,7 +101,7 @@ def screen(
     return Group(*_fitting(head, height), columns, *_fitting(foot, height))
 
 
-def _fitting(parts: Sequence[Part], height: int) -> list[Text]:
+def _fitting(parts: Sequence[ScreenSection], height: int) -> list[Text]:
     kept: set[int] = set()
     for k in sorted(range(len(parts)), key=lambda k: parts[k].rank):
         if len(parts[k].lines) <= height:
@@ -102,7 +115,7 @@ def _fitting(parts: Sequence[Part], height: int) -> list[Text]:
     return lines
 
 
-def _histories(listener: Listener, width: int) -> list[Text]:
+def _histories(listener: DemoListener, width: int) -> list[Text]:
     shown = list(listener.history)[-(width - LABEL - SCALE) :]
     speeds = list(listener.speeds)[-(width - LABEL - SCALE) :]
     highest = max(speeds, default=0.0) or 1.0
@@ -113,7 +126,7 @@ def _histories(listener: Listener, width: int) -> list[Text]:
     return [_labelled(label, f'{history} {BARS[-1]} {full}') for label, history, full in lines]
 
 
-def _speed_bars(listener: Listener, width: int) -> list[Text]:
+def _speed_bars(listener: DemoListener, width: int) -> list[Text]:
     speeds = listener.joint_speeds()
     if not speeds:
         return []
@@ -133,14 +146,14 @@ def _labelled(label: str, rest: str, style: str = '') -> Text:
     return Text.assemble((label.ljust(LABEL), 'bold'), (rest, style))
 
 
-def _title(listener: Listener, width: int) -> Text:
+def _title(listener: DemoListener, width: int) -> Text:
     robot = listener.warned.values.get('robot', '') if listener.warned else ''
     left = f'{plain(robot)}  {listener.source}'
     right = f'{listener.time:.1f} s  {listener.jacobian.rate():.0f} Hz  Ctrl-C ends it'
     return Text(left + right.rjust(width - len(left)), style='bold')
 
 
-def _warning(warned: Warned | None, width: int) -> list[Text]:
+def _warning(warned: WarningReading | None, width: int) -> list[Text]:
     if warned is None:
         return [Text('waiting for the node'), *[Text()] * (SENTENCE_LINES - 1)]
     sentence = plain(warned.sentence)
@@ -163,7 +176,7 @@ def _warning(warned: Warned | None, width: int) -> list[Text]:
     return texts + [Text()] * (SENTENCE_LINES - len(texts))
 
 
-def _motion(listener: Listener, width: int) -> list[Text]:
+def _motion(listener: DemoListener, width: int) -> list[Text]:
     pose, twist = [NOTHING], [NOTHING]
     if listener.pose.message is not None:
         heard = pose_of(listener.pose.message)
@@ -185,7 +198,7 @@ def _narrow(values: Sequence[float] | Floats, decimals: int = 4) -> str:
     return ''.join(f' {number(float(value), decimals).rjust(NARROW - 1)}' for value in values)
 
 
-def _jacobian(listener: Listener, width: int) -> list[Text]:
+def _jacobian(listener: DemoListener, width: int) -> list[Text]:
     if listener.jacobian.message is None:
         return [_labelled('Jacobian', NOTHING)]
     try:
@@ -196,11 +209,13 @@ def _jacobian(listener: Listener, width: int) -> list[Text]:
     if set(matrix.columns) <= set(speeds):
         # Below each column how fast its joint moves.
         row = np.array([speeds[name] for name in matrix.columns])
-        matrix = Matrix((*matrix.rows, QDOT), matrix.columns, np.vstack([matrix.values, row]))
+        matrix = MatrixReading(
+            (*matrix.rows, QDOT), matrix.columns, np.vstack([matrix.values, row])
+        )
     return [Text(line) for line in matrix_lines(matrix, width)]
 
 
-def _distance(listener: Listener) -> Text:
+def _distance(listener: DemoListener) -> Text:
     distance = listener.measure('distance')
     level = listener.warned.level if listener.warned else ''
     shown = NOTHING
@@ -209,7 +224,7 @@ def _distance(listener: Listener) -> Text:
     return _labelled('distance', shown, STYLES.get(level, ''))
 
 
-def _measures(listener: Listener, width: int, volume_unit: str) -> list[Text]:
+def _measures(listener: DemoListener, width: int, volume_unit: str) -> list[Text]:
     value = {name: listener.measure(name) for name in MEASURES}
     each = (
         ('det(J)', 'determinant', volume_unit),
@@ -227,7 +242,7 @@ def _measures(listener: Listener, width: int, volume_unit: str) -> list[Text]:
     ]
 
 
-def _lost(listener: Listener) -> list[Text]:
+def _lost(listener: DemoListener) -> list[Text]:
     warned = listener.warned
     level = warned.level if warned else ''
     near = {}

@@ -17,8 +17,8 @@ from rich.text import Text
 from ...printing import json_text
 from ...stop_signals import stop_signals
 from ..messages.readings import LayoutError
-from ..process.latest_message import Heard
-from ..process.no_messages import reason_of_silence
+from ..process.latest_message import LatestMessage
+from ..process.no_messages import why_no_messages
 from ..process.runner import FAULT, FINE, WRONG_USAGE, leave, open_context, start_refusal, tell
 from ..process.spin import Spinner
 from ..process.standard_output import StandardOutput
@@ -27,7 +27,7 @@ from .live_table import coloured
 
 REDRAW = 0.1
 # Silence is explained after so many seconds.
-SILENCE = 5.0
+EXPLAIN_AFTER = 5.0
 UNBROKEN = 10_000
 SEPARATOR = '---'
 
@@ -115,7 +115,7 @@ class _Echo:
         self._once, self._as_json, self._timeout = once, as_json, timeout
         self._output = StandardOutput()
         self._live = self._output.is_terminal and not once and not as_json
-        self._heard = Heard(
+        self._latest = LatestMessage(
             node, topic, echoed.type, echoed.qos, None if self._live else self._write
         )
         self._explained = False
@@ -123,12 +123,12 @@ class _Echo:
     @property
     def over(self) -> bool:
         """Return whether there is nothing more to show."""
-        return (self._once and self._heard.count > 0) or self.in_vain or self._output.closed
+        return (self._once and self._latest.count > 0) or self.in_vain or self._output.closed
 
     @property
     def _silent(self) -> bool:
-        expected = not (self._echoed.rare and self._heard.count > 0)
-        return expected and self._heard.age >= SILENCE
+        expected = not (self._echoed.rare and self._latest.count > 0)
+        return expected and self._latest.age >= EXPLAIN_AFTER
 
     @contextmanager
     def shown(self) -> Iterator[None]:
@@ -153,7 +153,7 @@ class _Echo:
             live.update(self._screen(console.width), refresh=True)
 
     def _write(self, message: bytes) -> None:
-        if self._once and self._heard.count > 1:
+        if self._once and self._latest.count > 1:
             return
         decoded = deserialize_message(message, self._echoed.type)
         try:
@@ -175,29 +175,29 @@ class _Echo:
             return
         if not self._explained:
             self._explained = True
-            tell(reason_of_silence(self._node, self._heard.topic))
+            tell(why_no_messages(self._node, self._latest.topic))
 
     def _give_up(self) -> None:
         # At the time-out: where nothing came, what there is to hear is said at the latest now.
-        if self._heard.count > 0 or self.in_vain:
+        if self._latest.count > 0 or self.in_vain:
             return
         if not self._explained:
-            tell(reason_of_silence(self._node, self._heard.topic))
+            tell(why_no_messages(self._node, self._latest.topic))
         self.in_vain = True
         tell(f'gave up after {self._timeout:g} s without a message')
 
     def _screen(self, width: int) -> Group:
-        heard = self._heard
+        latest = self._latest
         title, lines = f'{heard.topic}   nothing yet', []
-        if heard.message is not None:
+        if latest.message is not None:
             title = f'{heard.topic}   {heard.rate():.1f} Hz   {heard.age:.1f} s ago'
             try:
-                lines = self._echoed.lines(heard.message, width)
+                lines = self._echoed.lines(latest.message, width)
             except LayoutError as error:
                 lines = [str(error)]
         level = lines[0].partition(' ')[0] if lines else ''
         texts = [coloured(line, level) for line in lines]
         if self._silent:
-            texts.append(Text(reason_of_silence(self._node, heard.topic), style='bold'))
+            texts.append(Text(why_no_messages(self._node, latest.topic), style='bold'))
         headline = Text(f'{title}   Ctrl-C ends it', 'bold', no_wrap=True, overflow='ellipsis')
         return Group(headline, *texts)

@@ -9,7 +9,7 @@ from rich.text import Text
 from ...kernel import Floats
 from ...printing import broken_name, plain
 from ...robot.measures import Level
-from ..messages.readings import Matrix, Pose, Velocity, Warned
+from ..messages.readings import MatrixReading, PoseReading, TwistReading, WarningReading
 
 # Width of a number and a gap, and how wide a column may grow for its joint's name.
 CELL, WIDEST_CELL = 9, 14
@@ -43,7 +43,7 @@ def numbers(values: Sequence[float] | Floats, decimals: int = 4) -> str:
     return ' '.join(number(float(value), decimals).rjust(CELL) for value in values)
 
 
-def matrix_lines(matrix: Matrix, width: int) -> list[str]:
+def matrix_lines(matrix: MatrixReading, width: int) -> list[str]:
     """Return a matrix with its labels; columns that find no room stand below the others."""
     columns = [plain(name) for name in matrix.columns]
     rows = [plain(name) for name in matrix.rows]
@@ -71,7 +71,7 @@ def _header(name: str, width: int) -> list[str]:
     return [line if len(line) <= width else f'{line[: width - 1]}~' for line in lines]
 
 
-def pose_lines(pose: Pose) -> list[str]:
+def pose_lines(pose: PoseReading) -> list[str]:
     """Return a pose: position, roll pitch yaw in degrees, quaternion."""
     degrees = [math.degrees(angle) for angle in pose.roll_pitch_yaw]
     return [
@@ -81,7 +81,7 @@ def pose_lines(pose: Pose) -> list[str]:
     ]
 
 
-def velocity_lines(velocity: Velocity) -> list[str]:
+def velocity_lines(velocity: TwistReading) -> list[str]:
     """Return a twist: linear and angular part."""
     return [
         f'linear vx vy vz    {numbers(velocity.linear)}  m/s, axes of {plain(velocity.frame)}',
@@ -89,7 +89,7 @@ def velocity_lines(velocity: Velocity) -> list[str]:
     ]
 
 
-def warned_lines(warned: Warned, width: int) -> list[str]:
+def warned_lines(warned: WarningReading, width: int) -> list[str]:
     """Return a warning: level and sentence, then its keys and values."""
     label = max(map(len, warned.values), default=0)
     lines = textwrap.wrap(f'{warned.level}  {plain(warned.sentence)}', width) or [warned.level]

@@ -16,7 +16,7 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
 from ...display.view.observation import Observation, observation_of
-from ...estimation.estimator import Answer, Estimator, EstimatorSettings
+from ...estimation.estimator import EstimatorOutput, Estimator, EstimatorSettings
 from ...kernel import Floats
 from ...kinematics.singularity import singularity_of
 from ...robot.robot import Robot
@@ -29,7 +29,7 @@ from .view_outputs import FRESH, ViewOutputs
 # Where messages come faster than they can be taken, the page still moves (s).
 LONGEST_CATCHING_UP = 0.2
 # A node is asked so often what it is (s), and waited for so long where it has become another one.
-ASK_AGAIN, PATIENCE = 1.0, 0.5
+ASK_AGAIN, ANSWER_TIMEOUT = 1.0, 0.5
 
 
 class ViewListener:
@@ -57,7 +57,7 @@ class ViewListener:
         self._known: frozenset[bytes] = frozenset()
         self._asked = -ASK_AGAIN
         self._estimator: Estimator | None = None
-        self._answer: Answer | None = None
+        self._answer: EstimatorOutput | None = None
         self._arrival = 0.0
         self._joint_states = 0
         self._publisher: Any = None
@@ -90,12 +90,12 @@ class ViewListener:
     def _heard_so_far(self) -> int:
         return self._joint_states + self.outputs.count
 
-    def ask(self, patience: float) -> NodeFacts | None:
+    def ask(self, timeout: float) -> NodeFacts | None:
         """
         Return what the node says of itself, waiting so many seconds; None where there is none.
         """
         self._asked, self._description = time.monotonic(), None
-        facts = ask_node(self._node, self._spinner, self.source, patience)
+        facts = ask_node(self._node, self._spinner, self.source, timeout)
         if facts is not None:
             self._facts, self._known = facts, self._publishers()
         return self._facts
@@ -117,7 +117,7 @@ class ViewListener:
             if text and (
                 before is None or text != before.text or self._publishers() - self._known
             ):
-                return self.ask(PATIENCE) is not before
+                return self.ask(ANSWER_TIMEOUT) is not before
         if time.monotonic() - self._asked > ASK_AGAIN:
             self._asked = time.monotonic()
             if self._description is not None:  # lost, with the node that it was for
@@ -170,7 +170,7 @@ class ViewListener:
         except Exception as error:  # nothing a robot sends may end the view
             self._node.get_logger().error(f'joint state: {error!a}')
             return
-        if isinstance(answer, Answer):
+        if isinstance(answer, EstimatorOutput):
             self._answer, self._arrival = answer, time.monotonic()
 
     @property

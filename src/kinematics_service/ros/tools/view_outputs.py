@@ -16,7 +16,7 @@ from ...rigid_motion import rotation_of_quaternion
 from ...robot.measures import Level
 from ..messages.readings import LayoutError, matrix_of, velocity_of, warned_of
 from ..messages.topics import WARNING, WARNING_QOS
-from ..process.latest_message import Heard
+from ..process.latest_message import LatestMessage
 
 # Older than this (s) nothing is shown as live.
 FRESH = 1.0
@@ -37,15 +37,17 @@ class ViewOutputs:
     """
 
     def __init__(self, node: Node, source: str) -> None:
-        def hear(topic: str, kind: Any) -> Heard:
-            return Heard(node, f'{source}/{topic}', kind, LAST_QOS)
+        def subscribe(topic: str, kind: Any) -> LatestMessage:
+            return LatestMessage(node, f'{source}/{topic}', kind, LAST_QOS)
 
-        self.pose = hear('pose', PoseStamped)
-        self.jacobian = hear('jacobian', Float64MultiArray)
-        self.frames = hear('link_frames', PoseArray)
-        self.twist = hear('twist', TwistStamped)
-        self.distance = hear('singularity/distance', Float64)
-        self.warning = Heard(node, WARNING.replace('~', source), DiagnosticStatus, WARNING_QOS)
+        self.pose = subscribe('pose', PoseStamped)
+        self.jacobian = subscribe('jacobian', Float64MultiArray)
+        self.frames = subscribe('link_frames', PoseArray)
+        self.twist = subscribe('twist', TwistStamped)
+        self.distance = subscribe('singularity/distance', Float64)
+        self.warning = LatestMessage(
+            node, WARNING.replace('~', source), DiagnosticStatus, WARNING_QOS
+        )
 
     @property
     def count(self) -> int:
@@ -94,7 +96,7 @@ class ViewOutputs:
         return replace(seen, **values)
 
 
-def _fresh(heard: Heard) -> bool:
+def _fresh(heard: LatestMessage) -> bool:
     return heard.count > 0 and heard.age < FRESH
 
 

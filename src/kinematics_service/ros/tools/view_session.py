@@ -17,7 +17,7 @@ from ..process.runner import FAULT, FINE, WRONG_USAGE, open_context, start_refus
 from .view_listener import ViewListener
 
 # A node that runs answers within this (s).
-PATIENCE = 2.0
+ANSWER_TIMEOUT = 2.0
 # Nodes that come and go are looked for in every so many turns.
 TURNS = 30
 DEFAULT_NODE = '/kinematics'
@@ -49,7 +49,7 @@ class ViewSession:
         self._listener = ViewListener(context, node or DEFAULT_NODE)
         self._found = bool(node)
         self._turns = 0
-        facts = self._listener.ask(PATIENCE)
+        facts = self._listener.ask(ANSWER_TIMEOUT)
         self._found |= facts is not None
         self.nodes = self._listener.sources()
         self.robot = robot or self._robot_of(facts)
@@ -108,7 +108,7 @@ class ViewSession:
         self._listener.close()
         self._listener = ViewListener(self._context, node)
         self._found = True
-        self._take(self._listener.ask(PATIENCE))
+        self._take(self._listener.ask(ANSWER_TIMEOUT))
 
     def _take(self, facts: NodeFacts | None) -> None:
         self.robot = self._given or self._robot_of(facts)

@@ -27,7 +27,7 @@ QUEUE = 1000
 SHORTEST = 0.001
 
 
-class Moment(NamedTuple):
+class TimedJointState(NamedTuple):
     """
     One joint state: when it is due after the start (s), its stamp (ns), positions, velocities.
     """
@@ -38,12 +38,12 @@ class Moment(NamedTuple):
     qdot: Floats | None
 
 
-def moments_of_trajectory(trajectory: Trajectory, start: int) -> Iterator[Moment]:
+def moments_of_trajectory(trajectory: Trajectory, start: int) -> Iterator[TimedJointState]:
     """Yield joint states along a path without end, stamped from `start` (ns) on."""
     k = 0
     while True:
         due = k / RATE
-        yield Moment(due, start + round(due * 1e9), *trajectory.at(due))
+        yield TimedJointState(due, start + round(due * 1e9), *trajectory.at(due))
         k += 1
 
 
@@ -53,12 +53,12 @@ def period_of_recording(recording: Recording) -> float:
     return min(max(float(np.median(steps)), SHORTEST), 1.0 / RATE) if steps.size else 1.0 / RATE
 
 
-def moments_of_recording(recording: Recording) -> Iterator[Moment]:
+def moments_of_recording(recording: Recording) -> Iterator[TimedJointState]:
     """Yield the joint states of a recording, with its own stamps."""
     velocities = recording.velocities
     for k, due in enumerate(recording.due.tolist()):
         qdot = None if velocities is None else velocities[k]
-        yield Moment(due, int(recording.stamps[k]), recording.positions[k], qdot)
+        yield TimedJointState(due, int(recording.stamps[k]), recording.positions[k], qdot)
 
 
 class VirtualArm:
@@ -90,7 +90,7 @@ class VirtualArm:
         self,
         node: Node,
         names: Sequence[str],
-        moments: Iterator[Moment],
+        moments: Iterator[TimedJointState],
         period: float = 1.0 / RATE,
     ) -> None:
         self.node = node
@@ -138,7 +138,7 @@ class VirtualArm:
         if self.finished:
             self._timer.cancel()
 
-    def _publish(self, moment: Moment) -> None:
+    def _publish(self, moment: TimedJointState) -> None:
         message = self._message
         message.header.stamp = time_message(moment.stamp)
         message.position = array('d', moment.q.tobytes())

@@ -15,11 +15,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ....estimation.cdr import DOUBLE, STAMP_AT, WHOLE, Writer
-from ....estimation.status_text import Notice
+from ....estimation.status_text import StatusText
 from ....formats.recordings.block import AuditError, Times
 from ....kernel import Floats
 from ....robot.robot import Robot
-from ..timeline import MEASURE_NAMES, Part
+from ..timeline import MEASURE_NAMES, TimelineBatch
 
 NODE = '/kinematics'
 WARNING = f'{NODE}/singularity/warning'
@@ -27,7 +27,7 @@ SECOND = 1_000_000_000
 ROWS = 'vx,vy,vz,wx,wy,wz'
 
 
-class _Topic(NamedTuple):
+class _BagTopic(NamedTuple):
     connection: Any
     raw: bytes
     numbers_at: int
@@ -103,7 +103,7 @@ class BagWriter:
         ]
         self._warning = self._connection(WARNING, 'diagnostic_msgs/msg/DiagnosticStatus', True)
 
-    def write(self, part: Part) -> None:
+    def write(self, part: TimelineBatch) -> None:
         """Write all messages of a batch, each at the time of the receipt of its joint state."""
         known, state = part.known, part.state
         count, n = len(known), self._robot.dof
@@ -128,22 +128,22 @@ class BagWriter:
             (topic.connection, memoryview(table.tobytes()), table.shape[1], there.tolist())
             for topic, table, there in topics
         ]
-        said = iter(part.said)
-        one = next(said, None)
+        warnings = iter(part.warnings)
+        one = next(warnings, None)
         first = part.first
         write = self._writer.write
         for k, arrival in enumerate(known.arrivals.tolist()):
             while one is not None and one.row == first + k and one.moment < arrival:
                 self._warn(one.moment, one.notice)  # a silence before it
-                one = next(said, None)
+                one = next(warnings, None)
             for connection, data, size, there in columns:
                 if there[k]:
                     write(connection, arrival, data[k * size : (k + 1) * size])
             while one is not None and one.row == first + k:
                 self._warn(one.moment, one.notice)
-                one = next(said, None)
+                one = next(warnings, None)
 
-    def _warn(self, moment: int, notice: Notice) -> None:
+    def _warn(self, moment: int, notice: StatusText) -> None:
         pair = self._type('diagnostic_msgs/msg/KeyValue')
         message = self._type('diagnostic_msgs/msg/DiagnosticStatus')(
             level=int(notice.level),
@@ -163,7 +163,7 @@ class BagWriter:
             topic, kind, typestore=self._store, offered_qos_profiles=[_quality(latched)]
         )
 
-    def _add(self, name: str, kind: str, numbers: int, *texts: str) -> _Topic:
+    def _add(self, name: str, kind: str, numbers: int, *texts: str) -> _BagTopic:
         # A message is a stamp and texts, or neither, and numbers.
         writer = Writer()
         if texts:
@@ -172,7 +172,7 @@ class BagWriter:
             writer.text(text)
         return self._filling(name, kind, writer, numbers, bool(texts))
 
-    def _add_jacobian(self, names: str) -> _Topic:
+    def _add_jacobian(self, names: str) -> _BagTopic:
         n = self._robot.dof
         dimensions = (ROWS, 6, 6 * n), (names, n, n)
         writer = Writer()
@@ -187,10 +187,10 @@ class BagWriter:
 
     def _filling(
         self, name: str, kind: str, writer: Writer, numbers: int, stamped: bool
-    ) -> _Topic:
+    ) -> _BagTopic:
         at = writer.room(DOUBLE, numbers)
         connection = self._connection(f'{NODE}/{name}', kind)
-        return _Topic(connection, bytes(writer.data), at, stamped)
+        return _BagTopic(connection, bytes(writer.data), at, stamped)
 
 
 def _quality(latched: bool) -> Any:

@@ -31,7 +31,7 @@ class Band:
 
 
 @dataclass(frozen=True)
-class Level:
+class LevelLine:
     """A horizontal line with a name."""
 
     value: float
@@ -60,14 +60,14 @@ class Chart:
     unit: str
     curves: Sequence[Curve]
     bands: Sequence[Band] = ()
-    levels: Sequence[Level] = ()
+    levels: Sequence[LevelLine] = ()
     log: bool = False
     height: int = 150
     end: float = field(default=0.0)
 
     def html(self) -> str:
         """Return the figure."""
-        axis = _Axis.of(self)
+        axis = _Scale.of(self)
         keys = ''.join(
             f'<span class="key"><svg viewBox="0 0 30 10"><line class="{curve.style}" x1="0" '
             f'x2="30" y1="5" y2="5"/></svg>{escape(curve.name)}</span>'
@@ -134,7 +134,7 @@ class Chart:
 
 
 @dataclass(frozen=True)
-class _Axis:
+class _Scale:
     low: float
     high: float
     log: bool

@@ -13,7 +13,7 @@ from ....kinematics.tool_state import evaluate
 from ....rigid_motion import roll_pitch_yaw
 from ....robot.measures import Level
 from ....version import __version__
-from ...frame_check import Cause
+from ...frame_check import TestedCause
 from ..auditing import Audit
 from ..frames import NotCompared
 from ..stretches import badness, watched_values
@@ -117,11 +117,11 @@ def document_of(audit: Audit) -> dict[str, Any]:
         ],
         'warnings': [
             {
-                't': float(timeline.t[said.row]),
-                'level': said.notice.level.name,
-                'sentence': said.notice.sentence,
+                't': float(timeline.t[warning.row]),
+                'level': warning.status_text.level.name,
+                'sentence': warning.status_text.sentence,
             }
-            for said in audit.timeline.said
+            for warning in audit.timeline.warning
         ],
         'frames': _frames(audit),
         'series': _series(audit, rows),
@@ -171,7 +171,7 @@ def _frames(audit: Audit) -> dict[str, Any] | None:
     }
 
 
-def _cause(cause: Cause) -> dict[str, Any]:
+def _cause(cause: TestedCause) -> dict[str, Any]:
     return {
         'key': cause.key,
         'sentence': cause.sentence,

@@ -8,17 +8,17 @@ from ....estimation.estimator import ACCEPTED
 from ....robot.measures import MEASURES
 from ....version import __version__
 from ..auditing import Audit
-from ..verdict import Verdict, count, seconds, verdict_of
+from ..verdict import AuditVerdict, count, seconds, verdict_of
 from .page_charts import interval_chart, joint_charts, measure_charts, tool_charts
 from .page_frames import frame_section
-from .page_header import Origin, header
+from .page_header import Provenance, header
 from .page_style import SCRIPT, STYLE
 from .page_table import MOST, more_of, table
 
 SIGNS = {'OK': '&#10003; fine', 'WARN': '&#9650; WARN', 'ERROR': '&#9632; ERROR'}
 
 
-def page_of(audit: Audit, origin: Origin | None = None) -> str:
+def page_of(audit: Audit, origin: Provenance | None = None) -> str:
     """Return the page as HTML, with files, sums and date at its head where an origin is given."""
     title = f'Audit of {audit.file.rpartition("/")[2]}'
     verdict = verdict_of(audit)
@@ -46,7 +46,7 @@ def _introduction(audit: Audit) -> str:
     )
 
 
-def _verdict(verdict: Verdict) -> str:
+def _verdict(verdict: AuditVerdict) -> str:
     first, *others = verdict.sentences
     items = ''.join(
         f'<li>{_tag(sentence.level.name)} {escape(sentence.text)}</li>' for sentence in others

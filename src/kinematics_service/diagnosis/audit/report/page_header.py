@@ -15,7 +15,7 @@ PIECE = 1 << 20
 
 
 @dataclass(frozen=True)
-class Origin:
+class Provenance:
     """
     Where an audit comes from: what its page says besides the findings.
 
@@ -37,10 +37,10 @@ class Origin:
     robot_sha256: str
 
 
-def origin_of(recording: Path, robot: str, date: str) -> Origin:
+def origin_of(recording: Path, robot: str, date: str) -> Provenance:
     """Return the origin of an audit of a recording, for a robot by name or file."""
     robot_file = find_robot_file(robot)
-    return Origin(date, str(recording), _sha256(recording), str(robot), _sha256(robot_file))
+    return Provenance(date, str(recording), _sha256(recording), str(robot), _sha256(robot_file))
 
 
 def _sha256(path: Path) -> str:
@@ -53,7 +53,7 @@ def _sha256(path: Path) -> str:
     return total.hexdigest()
 
 
-def header(audit: Audit, origin: Origin | None) -> str:
+def header(audit: Audit, origin: Provenance | None) -> str:
     """Return the header as HTML; without an origin, without date and sums."""
     thresholds, robot = audit.robot.thresholds, audit.robot
     unit = MEASURES[thresholds.measure].unit

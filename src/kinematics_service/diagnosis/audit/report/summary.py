@@ -7,7 +7,7 @@ from rich.text import Text
 from ....printing import Output, heading, plain, table
 from ....robot.measures import Level
 from ..auditing import Audit
-from ..verdict import Sentence, count, seconds, verdict_of
+from ..verdict import Finding, count, seconds, verdict_of
 
 SIGNS = {Level.OK: ('fine', 'green'), Level.WARN: ('note', 'yellow'), Level.ERROR: ('bad', 'red')}
 MOST = 20
@@ -17,7 +17,7 @@ class Summary(NamedTuple):
     """What is printed of an audit: a heading, sentences, and the stretches as rows of a table."""
 
     heading: str
-    sentences: tuple[Sentence, ...]
+    sentences: tuple[Finding, ...]
     stretches: tuple[tuple[str, ...], ...]
     more: int
 
