@@ -21,7 +21,7 @@ from websockets.exceptions import ConnectionClosed, ConnectionClosedError, Inval
 from websockets.http11 import Request, Response
 from websockets.sync.client import connect
 
-from ...errors import KinematicsError
+from ...errors import UnknownViserError
 from .origin_check import FORBIDDEN, OriginCheck
 from .client_messages import MessageError, is_taken
 
@@ -39,10 +39,6 @@ HEADERS = {
     'X-Content-Type-Options': 'nosniff',
     'Referrer-Policy': 'no-referrer',
 }
-
-
-class UnknownViserError(KinematicsError):
-    """This viser does not let connections be refused as the page needs it."""
 
 
 @contextmanager

@@ -10,8 +10,8 @@ from typing import IO, Any
 import numpy as np
 import numpy.typing as npt
 
+from ...errors import AuditError
 from ...kernel import Floats
-from .block import AuditError
 
 # Of a column so many numbers stay in memory; then they go to a file without a name, which is gone
 # when the process is, whatever ends it.

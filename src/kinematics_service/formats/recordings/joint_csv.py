@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from ...errors import KinematicsError
+from ...errors import RecordingError
 from ...kernel import Floats
 from ...robot.robot import Robot
 
@@ -23,10 +23,6 @@ LATEST = Decimal(2**31)
 LISTED = 20
 # What other programs read as a number too: `1_0` and digits of other scripts are Python's alone.
 NUMBER = re.compile(r'[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?|[-+]?(nan|inf(inity)?)', re.A | re.I)
-
-
-class RecordingError(KinematicsError, ValueError):
-    """A recording that cannot be replayed; the message names file, line and column."""
 
 
 @dataclass(frozen=True, eq=False)

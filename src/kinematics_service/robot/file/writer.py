@@ -15,13 +15,9 @@ from typing import Any
 from ruamel.yaml import YAML
 from ruamel.yaml.nodes import MappingNode, Node
 
-from ...errors import KinematicsError
+from ...errors import RobotFileWriteError
 
 Check = Callable[[str], None]
-
-
-class RobotFileWriteError(KinematicsError):
-    """A robot file that cannot be changed without touching what is not ours."""
 
 
 def with_factors(text: str, factors: Mapping[str, str]) -> str:

@@ -1,0 +1,80 @@
+"""The command `demo`: the node at work without a robot."""
+
+import math
+from enum import Enum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from .application import app
+from .options import WrongUsage, refuse_unknown_robot
+from .ros_variables import refuse_ros_variables
+from .run_node import without_ros
+
+HELP = """
+Show the node at work without a robot: an arm that is not there moves, and what the node says of
+it is printed. All of it stays on this computer, in the namespace /demo.
+
+\b
+Examples:
+  kinematics_service demo
+  kinematics_service demo --robot ur5e --duration 10 --trajectory sine
+  kinematics_service demo --robot ur5e --replay recorded.csv
+
+A recording has a line for each moment and these columns, in s, rad and m: stamp, position.JOINT
+for each joint of the robot, and, if known, velocity.JOINT.
+"""
+
+
+class DemoTrajectory(str, Enum):
+    """How the demo moves the joints."""
+
+    sine = 'sine'
+    smooth = 'smooth'
+
+
+@app.command(short_help='Show the node at work without a robot.', help=HELP)
+def demo(
+    context: typer.Context,
+    robot: Annotated[
+        str | None,
+        typer.Option(
+            metavar='FILE|NAME',
+            help='A robot file, or a bundled robot.',
+            show_default='puma560',
+        ),
+    ] = None,
+    duration: Annotated[
+        float | None,
+        typer.Option(
+            min=0.0, metavar='SECONDS', help='Stop after this time.', show_default='never'
+        ),
+    ] = None,
+    trajectory: Annotated[
+        DemoTrajectory,
+        typer.Option(
+            help='smooth: to and fro through a singular pose; sine: sines within the limits.'
+        ),
+    ] = DemoTrajectory.smooth,
+    replay: Annotated[
+        Path | None,
+        typer.Option(
+            exists=True,
+            dir_okay=False,
+            metavar='FILE.csv',
+            help='Publish recorded joint positions instead.',
+        ),
+    ] = None,
+) -> None:
+    """Run the command; `HELP` is what its user reads."""
+    if robot is not None:
+        refuse_unknown_robot(robot)
+    if duration is not None and not math.isfinite(duration):
+        raise WrongUsage(f'--duration: {duration} is not a time')
+    refuse_ros_variables()
+    try:
+        from ..ros.tools.demo import run_demo
+    except ImportError as error:
+        raise without_ros(error) from error
+    raise typer.Exit(run_demo(robot, duration, trajectory.value, replay, context.obj))
