@@ -45,6 +45,7 @@ setup(
     package_data={
         NAME: ['py.typed'],
         f'{NAME}.kernel': ['*.pxd'],
+        f'{NAME}.diagnosis.audit.report': ['page.css', 'page.js'],
         f'{NAME}.ros.process': ['fastdds.xml'],
         f'{NAME}.config': CONFIG,
     },

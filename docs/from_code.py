@@ -117,17 +117,20 @@ def topics() -> str:
     """Return the topics of a node with types and quality of service."""
     from sentences import HEARD_TOPICS, TOPICS
 
+    from kinematics_service.robot.measures import MEASURES
+
+    spoken = TOPICS | {f'~/singularity/{one.name}': one.meaning for one in MEASURES.values()}
     try:
         with some_node() as node:
             told, heard = _topic_rows(node)
     except ImportError:
         return WITHOUT_ROS
-    explained(list(told), TOPICS, 'the topic')
+    explained(list(told), spoken, 'the topic')
     explained(list(heard), HEARD_TOPICS, 'the topic')
     head = ('topic', 'type and content', 'quality of service')
     parts = []
     for title, rows, sentences in (
-        ('What the node publishes', told, TOPICS),
+        ('What the node publishes', told, spoken),
         ('What the node hears', heard, HEARD_TOPICS),
     ):
         cells = [
@@ -241,15 +244,12 @@ def _help(command: Any, context: Any) -> str:
 
 def measures() -> str:
     """Return the measures of singularity with their default thresholds."""
-    from sentences import MEASURES as SENTENCES
-
     from kinematics_service.robot.measures import MEASURES
 
-    explained(list(MEASURES), SENTENCES, 'the measure')
     rows = [
         [
             code(one.name),
-            SENTENCES[one.name],
+            one.meaning,
             'small' if one.small_is_bad else 'large',
             *('none' if t is None else f'{t:g} {one.unit}'.strip() for t in (one.warn, one.stop)),
         ]

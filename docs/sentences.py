@@ -14,11 +14,6 @@ TOPICS = {
     'joint names; it has no stamp: message k belongs to pose k',
     '~/twist': 'J qdot; `frame_id` is the frame whose axes are used',
     '~/velocity': 'the same with body, reference and axes named',
-    '~/singularity/determinant': 'det(J_t), where J_t is square',
-    '~/singularity/manipulability': 'product of the singular values of J_t',
-    '~/singularity/condition_number': 'of J_t, angular rows times the characteristic length',
-    '~/singularity/smallest_singular_value': 'likewise',
-    '~/singularity/distance': 'estimated joint motion to the nearest singular pose, rad',
     '~/link_frames': 'every frame of the table in the base frame',
     '~/markers': 'links, joint axes, velocity ellipsoid, twist, lost direction for RViz and '
     'Foxglove; at most thirty a second',
@@ -35,15 +30,6 @@ TOPICS = {
     'unreachable) and the reason',
     '/diagnostics': 'once a second: input rate, age, messages by what became of them, missing '
     'joints, publishers',
-}
-
-MEASURES = {
-    'distance': 'first-order estimate of the joint motion to the nearest singular pose',
-    'determinant': 'det(J_t), signed; it exists where J_t is square',
-    'manipulability': "Yoshikawa's: the product of the singular values of J_t",
-    'smallest_singular_value': 'of the scaled J_t: tool speed per joint speed in the worst '
-    'direction',
-    'condition_number': 'of the scaled J_t: the largest singular value over the smallest',
 }
 
 _XYZ = 'position'

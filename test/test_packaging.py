@@ -225,3 +225,15 @@ def test_what_is_packed_as_source_can_be_built(clone):
         names = {name.partition('/')[2] for name in archive.getnames()}
     assert {'package.xml', 'packaging/kernel_build.py', 'packaging/backend.py'} <= names
     assert {'src/kinematics_service/kernel/places.pxd', 'config/ur5e.yaml', 'README.md'} <= names
+
+
+def test_everything_that_is_no_python_is_installed_too(clone):
+    done = run([sys.executable, 'setup.py', '-q', 'build_py', '--build-lib', 'built'], clone)
+    assert done.returncode == 0, done.stderr
+    beside = {
+        file.relative_to(clone / 'src')
+        for file in (clone / 'src' / NAME).rglob('*')
+        if file.is_file() and file.suffix != '.py'
+    }
+    assert {file.suffix for file in beside} >= {'.pxd', '.css', '.js', '.xml'}
+    assert not [file for file in beside if not (clone / 'built' / file).exists()]

@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from .errors import KinematicsError as KinematicsError
     from .errors import RobotFileError as RobotFileError
     from .errors import RobotNotFoundError as RobotNotFoundError
+    from .errors import TargetError as TargetError
+    from .errors import TwistError as TwistError
     from .formats.urdf.importer import UrdfImport as UrdfImport
     from .formats.urdf.importer import import_urdf as import_urdf
     from .formats.urdf.writer import urdf_text as urdf_text
@@ -37,10 +39,8 @@ if TYPE_CHECKING:
     from .kinematics.inverse.result import IkSolution as IkSolution
     from .kinematics.inverse.servo import ServoSettings as ServoSettings
     from .kinematics.inverse.servo import ServoStep as ServoStep
-    from .kinematics.inverse.servo import TwistError as TwistError
     from .kinematics.inverse.servo import joint_velocity as joint_velocity
     from .kinematics.inverse.solve import inverse_kinematics as inverse_kinematics
-    from .kinematics.inverse.target import TargetError as TargetError
     from .kinematics.singularity import Singularity as Singularity
     from .kinematics.singularity import singularity as singularity
     from .kinematics.tool_state import ToolState as ToolState
@@ -62,13 +62,13 @@ _HOME = {
     'RobotNotFoundError': 'errors',
     'FrameDiagnosis': 'diagnosis.frame_check.diagnosis',
     'diagnose_frames': 'diagnosis.frame_check.diagnosis',
-    'TargetError': 'kinematics.inverse.target',
+    'TargetError': 'errors',
     'IkFamily': 'kinematics.inverse.result',
     'IkResult': 'kinematics.inverse.result',
     'IkSolution': 'kinematics.inverse.result',
     'ServoSettings': 'kinematics.inverse.servo',
     'ServoStep': 'kinematics.inverse.servo',
-    'TwistError': 'kinematics.inverse.servo',
+    'TwistError': 'errors',
     'joint_velocity': 'kinematics.inverse.servo',
     'inverse_kinematics': 'kinematics.inverse.solve',
     'forward_kinematics': 'kinematics.forward',

@@ -1,7 +1,41 @@
-"""The errors of the package: one base, a few kinds that are also ValueError."""
+"""
+The errors of the package: whatever it refuses is a KinematicsError, its text a sentence.
+
+Those with (V) are ValueErrors as well; behind a colon stands what an error carries besides.
+
+    KinematicsError
+    +-- RobotFileError (V): faults
+    +-- RobotNotFoundError (V): name, known
+    +-- RobotFileWriteError
+    +-- ExpressionError (V)
+    +-- ArgumentError (V): argument, expected, given
+    |   +-- JointVectorError: row
+    |   +-- TargetError
+    |   +-- TwistError
+    |   +-- ServoSettingsError
+    +-- SweepError
+    +-- DerivationError (V)
+    +-- FormulaError (V): line, column
+    +-- UrdfError (V)
+    +-- RecordingError (V)
+    +-- AuditError (V)
+    +-- FramesError (V)
+    +-- PlotError (V)
+    +-- ServerAddressError (V)
+    +-- ViewerMissingError
+    +-- UnknownViserError
+    +-- ArmsError (V)
+    +-- RobotConflictError (V)
+    +-- SettingsError (V)
+    +-- RefusedTargetError (V)
+    +-- LayoutError (V)
+    +-- CdrError (V)
+    +-- WireError (V)
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 
 @dataclass(frozen=True)
@@ -48,13 +82,158 @@ class RobotFileError(KinematicsError, ValueError):
         return type(self), (self.faults,)
 
 
+class RobotNotFoundError(KinematicsError, ValueError):
+    """
+    A name that is neither a file nor a bundled robot.
+
+    Attributes
+    ----------
+    name, known
+        The name, and those of the bundled robots.
+    """
+
+    def __init__(self, message: str, name: str = '', known: Sequence[str] = ()) -> None:
+        self.name, self.known = name, tuple(known)
+        super().__init__(message)
+
+
+class RobotFileWriteError(KinematicsError):
+    """A robot file that cannot be changed without touching what is not ours."""
+
+
 class ExpressionError(KinematicsError, ValueError):
     """A text that is not an accepted expression."""
 
 
-class RobotNotFoundError(KinematicsError, ValueError):
-    """A name that is neither a file nor a bundled robot."""
+class ArgumentError(KinematicsError, ValueError):
+    """
+    An argument that a function of the library cannot take.
+
+    Attributes
+    ----------
+    argument
+        Its name.
+    expected
+        What is accepted: shapes, leading dimensions left out, or words.
+    given
+        The shape or the words given; None where it has no shape.
+    """
+
+    def __init__(
+        self, message: str, argument: str = '', expected: Sequence[Any] = (), given: Any = None
+    ) -> None:
+        self.argument, self.expected, self.given = argument, tuple(expected), given
+        super().__init__(message)
 
 
-class JointVectorError(KinematicsError, ValueError):
-    """Joint values of the wrong shape, or not finite."""
+class JointVectorError(ArgumentError):
+    """
+    Joint values of the wrong shape, or not finite.
+
+    Attributes
+    ----------
+    row
+        Of a batch the first pose that is not finite, counted over all leading dimensions; None
+        where the shape is wrong.
+    """
+
+    def __init__(
+        self,
+        message: str,
+        argument: str = '',
+        expected: Sequence[Any] = (),
+        given: Any = None,
+        row: int | None = None,
+    ) -> None:
+        super().__init__(message, argument, expected, given)
+        self.row = row
+
+
+class TargetError(ArgumentError):
+    """A target that is neither a pose nor a position, or not finite; rows that do not exist."""
+
+
+class TwistError(ArgumentError):
+    """A twist that is not six finite numbers, or in axes that do not exist."""
+
+
+class ServoSettingsError(ArgumentError):
+    """Settings of the servo that mean nothing."""
+
+
+class SweepError(KinematicsError):
+    """Workers that cannot be used."""
+
+
+class DerivationError(KinematicsError, ValueError):
+    """What cannot be derived exactly, and why."""
+
+
+class FormulaError(KinematicsError, ValueError):
+    """A formula that cannot be read, and where."""
+
+    def __init__(self, message: str, line: int = 0, column: int = 0) -> None:
+        self.message = message
+        self.line = line
+        self.column = column
+        super().__init__(message)
+
+
+class UrdfError(KinematicsError, ValueError):
+    """A URDF that cannot be read, or a chain in it that no robot file can say."""
+
+
+class RecordingError(KinematicsError, ValueError):
+    """A recording that cannot be replayed; the message names file, line and column."""
+
+
+class AuditError(KinematicsError, ValueError):
+    """A recording that cannot be judged; one sentence says why and what is accepted."""
+
+
+class FramesError(KinematicsError, ValueError):
+    """Poses or joint positions that cannot be compared."""
+
+
+class PlotError(KinematicsError, ValueError):
+    """A picture that cannot be made."""
+
+
+class ServerAddressError(KinematicsError, ValueError):
+    """The page cannot be served at this host and port; the message says why and what to change."""
+
+
+class ViewerMissingError(KinematicsError):
+    """viser cannot be imported; its text says how to get it."""
+
+
+class UnknownViserError(KinematicsError):
+    """This viser does not let connections be refused as the page needs it."""
+
+
+class ArmsError(KinematicsError, ValueError):
+    """Arms that cannot run side by side: wrong usage."""
+
+
+class RobotConflictError(KinematicsError, ValueError):
+    """The command line and a parameter name different robots: wrong usage."""
+
+
+class SettingsError(KinematicsError, ValueError):
+    """A parameter's value is refused; the message names it, the value and what is accepted."""
+
+
+class RefusedTargetError(KinematicsError, ValueError):
+    """A target that cannot be understood, or not now; the message says why."""
+
+
+class LayoutError(KinematicsError, ValueError):
+    """A Float64MultiArray whose layout does not describe a matrix with labels."""
+
+
+class CdrError(KinematicsError, ValueError):
+    """Bytes whose encapsulation or lengths cannot be those of a message."""
+
+
+class WireError(KinematicsError, ValueError):
+    """Bytes that are no message of their type: the official deserializer refuses them too."""

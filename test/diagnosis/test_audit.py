@@ -13,8 +13,8 @@ from kinematics_service.diagnosis.audit.auditing import AuditProgress, audit
 from kinematics_service.diagnosis.audit.curves import curve_of
 from kinematics_service.diagnosis.audit.ingest import Ingest
 from kinematics_service.diagnosis.audit.report.document import document_of
-from kinematics_service.diagnosis.audit.timeline import MEASURE_NAMES
 from kinematics_service.diagnosis.audit.verdict import verdict_of
+from kinematics_service.errors import AuditError
 from kinematics_service.estimation.estimator import (
     RESETS,
     Estimator,
@@ -22,13 +22,13 @@ from kinematics_service.estimation.estimator import (
     EstimatorSettings,
 )
 from kinematics_service.estimation.status_text import singularity_status
-from kinematics_service.formats.recordings.block import AuditError, blocks_of
+from kinematics_service.formats.recordings.block import blocks_of
 from kinematics_service.formats.recordings.joint_state_cdr import columns_of
 from kinematics_service.formats.recordings.open_file import open_source
 from kinematics_service.formats.recordings.source import RecordingSource, Selection
 from kinematics_service.kinematics.singularity import singularity_of
 from kinematics_service.printing import json_text
-from kinematics_service.robot.measures import Level
+from kinematics_service.robot.measures import MEASURES, Level
 
 SETTINGS = EstimatorSettings()
 
@@ -93,7 +93,7 @@ def assert_same(result, parts, live):
     np.testing.assert_array_equal(series['quaternion_xyzw'], quaternions)
     twists = [np.full(6, math.nan) if s.qdot is None else s.twist for s in states]
     np.testing.assert_array_equal(series['twist'], twists)
-    for name in MEASURE_NAMES:
+    for name in MEASURES:
         values = [getattr(singularity, name) for singularity in live.singularities]
         if values[0] is not None:
             np.testing.assert_array_equal(series[name], values)

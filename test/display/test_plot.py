@@ -26,7 +26,7 @@ from kinematics_service.display.plots.distance_map import distance_map, joint_pa
 from kinematics_service.display.plots.map_picture import map_picture
 from kinematics_service.display.plots.measures import measure_units, measures_picture
 from kinematics_service.display.plots.motion import PlottedMotion, motion_of
-from kinematics_service.display.plots.picture import PlotError, drawn, save_picture
+from kinematics_service.display.plots.picture import drawn, save_picture
 from kinematics_service.display.plots.plane import plane_of
 from kinematics_service.display.plots.ranges import clear_pose, finite_ranges
 from kinematics_service.display.plots.set_styles import set_styles
@@ -35,6 +35,7 @@ from kinematics_service.display.plots.solutions import MOST, poses_of, solutions
 from kinematics_service.display.plots.velocity import velocity_picture
 from kinematics_service.display.plots.workspace import section_rows, workspace
 from kinematics_service.display.plots.workspace_picture import workspace_picture
+from kinematics_service.errors import PlotError
 
 ROUND_OFF = 1e-12
 BUNDLED = tuple(ks.bundled_robots())

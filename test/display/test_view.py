@@ -343,7 +343,8 @@ def test_the_colours_of_the_levels_differ_in_brightness_or_along_blue_and_yellow
 
 def test_a_taken_port_and_a_foreign_host_are_told():
     pytest.importorskip('viser', reason="needs viser: pip install '.[view]'")
-    from kinematics_service.display.view.address import ServerAddressError, check_address
+    from kinematics_service.display.view.address import check_address
+    from kinematics_service.errors import ServerAddressError
 
     with socket.socket() as taken:
         taken.bind(('127.0.0.1', 0))

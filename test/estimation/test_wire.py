@@ -22,9 +22,9 @@ pytest.importorskip('rclpy', reason='needs ROS 2: ros-jazzy-rclpy or a sourced J
 from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import JointState
 
+from kinematics_service.errors import WireError
 from kinematics_service.ros.messages import joint_state_reader as wire_reader
 from kinematics_service.ros.messages.joint_state_reader import JointStateReader
-from kinematics_service.ros.messages.message_check import WireError
 
 pytestmark = pytest.mark.ros
 

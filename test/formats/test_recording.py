@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from arms import robot_of
 
-from kinematics_service.formats.recordings.joint_csv import RecordingError, read_recording
+from kinematics_service.errors import RecordingError
+from kinematics_service.formats.recordings.joint_csv import read_recording
 
 HEADER = 'stamp,position.q1,position.q2'
 ACCEPTED = (

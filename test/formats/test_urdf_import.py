@@ -14,7 +14,8 @@ from tolerances import ROUND_OFF
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
-from kinematics_service.formats.urdf.document import MAX_BYTES, UrdfError
+from kinematics_service.errors import UrdfError
+from kinematics_service.formats.urdf.document import MAX_BYTES
 from kinematics_service.formats.urdf.importer import import_file
 
 CONVENTIONS = ('standard', 'modified')

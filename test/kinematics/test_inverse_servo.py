@@ -8,7 +8,8 @@ from arms import BUNDLED, EVERY_ARM, RANDOM, poses, robot_of, sliding
 
 import kinematics_service as ks
 from kinematics_service import ServoSettings, TwistError, joint_velocity
-from kinematics_service.kinematics.inverse.servo import DEFAULTS, ServoSettingsError
+from kinematics_service.errors import ServoSettingsError
+from kinematics_service.kinematics.inverse.servo import DEFAULTS
 from kinematics_service.robot.task import ROW_NAMES
 
 EXACT = 1e-9  # the contract: away from singular poses nothing is damped

@@ -1,7 +1,9 @@
 """The distance to the nearest singular pose, the directions that go with it, and the time left."""
 
+import copy
 import dataclasses
 import math
+import pickle
 
 import numpy as np
 import pytest
@@ -409,3 +411,37 @@ def test_results_are_frozen():
     for vector in (found.lost_direction, found.joint_motion, found.way_out, found.singular_values):
         with pytest.raises(ValueError, match='read-only'):
             vector[0] = 1.0
+
+
+# One pose asked for each value when it is wanted, and a batch filled with all of them.
+@pytest.mark.parametrize('q', [[0.3, -0.4, 0.5], [[0.3, -0.4, 0.5], [0.1, 0.2, 0.0]]])
+@pytest.mark.parametrize('name', ['craig_3r', 'spherical_rrp'])
+def test_a_result_is_a_value(name, q):
+    found = ks.singularity(ks.load_robot(name), q, np.ones(3))
+    again = ks.singularity(ks.load_robot(name), q, np.ones(3))
+    assert found is not again
+    assert found == again
+    assert found != ks.singularity(ks.load_robot(name), q)
+    assert found != ks.singularity(ks.load_robot(name), np.add(q, 1e-9), np.ones(3))
+    for same in (pickle.loads(pickle.dumps(found)), copy.copy(found), copy.deepcopy(found)):
+        assert same == again
+        assert repr(same).partition('(')[2] == repr(found).partition('(')[2]
+    values = dataclasses.asdict(found)
+    assert list(values) == [field.name for field in dataclasses.fields(ks.Singularity)]
+    np.testing.assert_array_equal(values['way_out'], found.way_out)
+    other = dataclasses.replace(found, level=ks.Level.STALE)
+    assert isinstance(other, ks.Singularity)
+    assert other.level is ks.Level.STALE
+    assert other != found
+    assert dataclasses.replace(other, level=found.level) == again
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        found.level = ks.Level.OK
+
+
+@pytest.mark.parametrize('name', ['puma560', 'panda'])
+def test_a_pickled_result_is_no_larger_than_its_numbers(name):
+    robot = robot_of(name)
+    found = ks.singularity(robot, np.full(robot.dof, 0.3), np.ones(robot.dof))
+    numbers = 8 * robot.measure_places.width
+    assert len(pickle.dumps(found)) < 2 * numbers + 1000
+    assert name.encode() not in pickle.dumps(found)

@@ -28,6 +28,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray, MultiArrayDimension
 
 import kinematics_service as ks
+from kinematics_service.robot.measure_units import measure_units
 from kinematics_service.ros.messages.readings import WarningReading
 from kinematics_service.ros.tools.demo import RANGE, stay_on_this_host
 from kinematics_service.ros.tools.demo_screen import screen
@@ -334,7 +335,8 @@ def shown_on(columns, lines, level='ERROR', robot='panda'):
     )
     console = Console(width=columns, height=lines, markup=False, highlight=False)
     with console.capture() as capture:
-        console.print(screen(listener, console.size, True, 'm^3'))
+        units = measure_units(ks.load_robot('puma560'))
+        console.print(screen(listener, console.size, True, units))
     return capture.get().splitlines()
 
 

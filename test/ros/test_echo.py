@@ -17,7 +17,8 @@ from ros_harness import Peer
 from std_msgs.msg import Float64MultiArray, MultiArrayDimension
 
 import kinematics_service as ks
-from kinematics_service.ros.messages.readings import LayoutError, WarningReading, matrix_of
+from kinematics_service.errors import LayoutError
+from kinematics_service.ros.messages.readings import WarningReading, matrix_of
 from kinematics_service.ros.tools.live_table import bars, matrix_lines, number, warned_lines
 
 Q, QDOT = (0.3, -0.4, 1.2), (0.5, -0.25, 1.0)

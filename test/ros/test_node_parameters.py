@@ -26,9 +26,8 @@ from std_msgs.msg import Float64, Float64MultiArray, String
 from target_harness import Targets, pose_target, twist_target
 
 import kinematics_service as ks
-from kinematics_service.errors import KinematicsError
+from kinematics_service.errors import KinematicsError, RobotConflictError
 from kinematics_service.kinematics.inverse.servo import ServoSettings, joint_velocity
-from kinematics_service.ros.parameters.node_parameters import RobotConflictError
 from kinematics_service.ros.parameters.table import PARAMETERS, ROBOT
 
 ROUND_OFF = 1e-12

@@ -218,7 +218,8 @@ def test_a_refused_twist_ends_a_motion_once(targets):
 
 
 def test_wrong_parameters_are_refused_with_the_reason():
-    from kinematics_service.ros.parameters.settings import SettingsError, defaults, settings_from
+    from kinematics_service.errors import SettingsError
+    from kinematics_service.ros.parameters.settings import defaults, settings_from
 
     robot = ks.load_robot('ur5e')
     values = defaults(robot)

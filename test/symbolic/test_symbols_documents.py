@@ -11,7 +11,7 @@ from derivations import GOLDEN, derived, same, zero
 from sympy import acos, cos, pi, sin
 
 import kinematics_service as ks
-from kinematics_service.symbolic.algebra.names import DerivationError
+from kinematics_service.errors import DerivationError
 from kinematics_service.symbolic.closed_loop import loop_coupling
 from kinematics_service.symbolic.path import along, parse_path
 

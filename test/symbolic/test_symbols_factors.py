@@ -10,8 +10,8 @@ import pytest
 from derivations import derived
 
 import kinematics_service as ks
-from kinematics_service.robot.file.writer import RobotFileWriteError, with_factors
-from kinematics_service.symbolic.algebra.names import DerivationError
+from kinematics_service.errors import DerivationError, RobotFileWriteError
+from kinematics_service.robot.file.writer import with_factors
 from kinematics_service.symbolic.file_factors import (
     checked_text,
     disagreement,

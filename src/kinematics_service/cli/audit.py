@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from .application import app
 from .frame_options import (
     STOP,
     WARN,
@@ -74,6 +75,7 @@ class VelocitySource(str, Enum):
     difference = 'difference'
 
 
+@app.command(short_help='Judge a recording or a planned trajectory.', help=HELP)
 def audit(
     files: Annotated[list[Path], typer.Argument(metavar='FILE...', help='Recordings or plans.')],
     robot: RobotOption,

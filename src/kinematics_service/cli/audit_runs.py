@@ -1,14 +1,11 @@
 """Recordings audited one after the other, by processes of this machine, or by a dask cluster."""
 
-import multiprocessing
 import os
 import signal
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
-from multiprocessing.connection import wait
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -149,6 +146,10 @@ def outcomes(runs: Sequence[Run], jobs: int, workers: str | None) -> Iterator[Ou
 
 
 def _by_processes(runs: Sequence[Run], jobs: int) -> Iterator[Outcome]:
+    # Every command is imported at every start, and these are heavy.
+    import multiprocessing
+    from concurrent.futures import ProcessPoolExecutor
+
     context = multiprocessing.get_context('spawn')
     with ProcessPoolExecutor(jobs, context, _live_with_the_parent) as pool:
         try:
@@ -161,6 +162,9 @@ def _by_processes(runs: Sequence[Run], jobs: int) -> Iterator[Outcome]:
 
 def _live_with_the_parent() -> None:
     # The parent handles signals; without it nobody needs the result.
+    import multiprocessing
+    from multiprocessing.connection import wait
+
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = multiprocessing.parent_process()
     assert parent is not None

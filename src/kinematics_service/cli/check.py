@@ -17,6 +17,7 @@ from ..printing import Output, facts, heading, plain, table
 from ..robot.file.description import Placement
 from ..robot.robot import Robot, load_robot
 from ..robot.task import SEEDED_POSES
+from .application import app
 from .known_poses import PoseError, pose_errors, pose_faults
 from .robots import joint_letters
 from .singularity_report import DEGREES, threshold_words
@@ -50,6 +51,7 @@ class FileCheck(NamedTuple):
     warnings: list[str]
 
 
+@app.command(short_help='Check robot files and print what they say.', help=HELP)
 def check(
     files: Files,
     strict: Annotated[

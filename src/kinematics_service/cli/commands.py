@@ -1,83 +1,60 @@
-"""The commands: their names, what they are for, and the options of the node."""
+"""All commands, found in the files of this folder, and the options of the node."""
 
 import os
+import pkgutil
 import sys
+from importlib import import_module
+from pathlib import Path
 from typing import Annotated
 
 import typer
+from typer.models import CommandInfo
 
 from .. import kernel
 from ..kernel.compiled import VARIABLE
 from ..version import __version__
-from . import (
-    audit,
-    check,
-    compare,
-    derive,
-    export,
-    fk,
-    ik,
-    import_urdf,
-    jacobian,
-    new,
-    plot,
-    robots,
-    ros_commands,
-    view,
-)
+from .application import app
 from .node import MIXED_ROS, ROBOT, UNSECURED, NodeOptions, start_node
 from .options import WrongUsage
 
-HELP = """
-Pose, Jacobian, twist and singularity warning of any arm given by its Denavit-Hartenberg table.
+__all__ = ['app']
 
-Without a command the ROS 2 node starts. It listens to joint_states and publishes ~/pose,
-~/jacobian, ~/twist, ~/singularity/warning and others. Arguments from --ros-args on are ROS's own.
-
-\b
-Examples:
-  kinematics_service --robot puma560
-  kinematics_service --robot arm.yaml --ros-args -r __ns:=/left
-  kinematics_service --robot left=ur5e --robot right=ur5e
-  kinematics_service check arm.yaml
-  kinematics_service COMMAND --help
-"""
-
-app = typer.Typer(
-    add_completion=False,
-    pretty_exceptions_enable=False,
-    rich_markup_mode=None,
-    invoke_without_command=True,
-    help=HELP,
-    context_settings={'help_option_names': ['-h', '--help']},
+# The commands in the order of the help; one that does not stand here comes after them.
+ORDER = (
+    'check',
+    'new',
+    'fk',
+    'ik',
+    'jacobian',
+    'compare',
+    'derive',
+    'audit',
+    'export',
+    'import',
+    'plot',
+    'robots',
+    'demo',
+    'echo',
+    'view',
 )
-app.command(short_help='Check robot files and print what they say.', help=check.HELP)(check.check)
-app.command(short_help='Write a robot file to begin with.', help=new.HELP)(new.new)
-app.command(short_help='Print the pose of the tool.', help=fk.HELP)(fk.fk)
-app.command(short_help='Find joint positions for a pose of the tool.', help=ik.HELP)(ik.ik)
-app.command(short_help='Print the Jacobian and the twist of the tool.', help=jacobian.HELP)(
-    jacobian.jacobian
-)
-app.command(short_help='Compare your own formulas with the right ones.', help=compare.HELP)(
-    compare.compare
-)
-app.command(short_help='Derive the kinematics exactly.', help=derive.HELP)(derive.derive)
-app.command(short_help='Judge a recording or a planned trajectory.', help=audit.HELP)(audit.audit)
-app.command(short_help='Write a robot as URDF.', help=export.HELP)(export.export)
-app.command('import', short_help='Make a robot file from a URDF.', help=import_urdf.HELP)(
-    import_urdf.import_urdf
-)
-app.command(short_help='Draw a pose, a path, a map or the workspace.', help=plot.HELP)(plot.plot)
-app.command(short_help='List the bundled robots.', help=robots.HELP)(robots.robots)
-app.command(short_help='Show the node at work without a robot.', help=ros_commands.DEMO_HELP)(
-    ros_commands.demo
-)
-app.command(short_help='Print what a running node says.', help=ros_commands.ECHO_HELP)(
-    ros_commands.echo
-)
-app.command(short_help='Show the arm live on a web page.', help=view.HELP)(view.view)
-
+# Those that hand on the arguments of ROS.
 WITH_ROS = ('demo', 'echo', 'view')
+
+
+def _collect_commands() -> None:
+    # Each file of this folder that is a command adds itself to the application.
+    for module in pkgutil.iter_modules([str(Path(__file__).parent)]):
+        import_module(f'.{module.name}', __package__)
+    order = {name: index for index, name in enumerate(ORDER)}
+    app.registered_commands.sort(key=lambda one: order.get(_name_of(one), len(ORDER)))
+
+
+def _name_of(command: CommandInfo) -> str:
+    # What a user writes.
+    return str(command.name or getattr(command.callback, '__name__', ''))
+
+
+_collect_commands()
 
 
 def _print_version(wanted: bool) -> None:

@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from ..printing import Output, json_text, plain
+from .application import app
 from .options import JsonOption, WrongUsage, given_robot
 
 LARGEST = 256 * 1024
@@ -72,6 +73,7 @@ The keys of --json: robot, file, agrees, poses, random_constants, formulas; of e
 """
 
 
+@app.command(short_help='Compare your own formulas with the right ones.', help=HELP)
 def compare(
     robot: Annotated[str, typer.Argument(metavar='ROBOT', help='A robot file, or a bundled one.')],
     file: Annotated[

@@ -10,6 +10,7 @@ import typer
 
 from ..robot.bundled import find_robot_file
 from ..robot.robot import load_robot
+from .application import app
 from .options import WrongUsage, refuse_unknown_robot
 
 if TYPE_CHECKING:
@@ -51,6 +52,7 @@ class Code(str, Enum):
     latex = 'latex'
 
 
+@app.command(short_help='Derive the kinematics exactly.', help=HELP)
 def derive(
     robot: Annotated[
         str, typer.Argument(metavar='ROBOT', help='A robot file, or a bundled robot.')

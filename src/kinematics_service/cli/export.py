@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from ..errors import KinematicsError
+from .application import app
 from .options import given_robot
 
 HELP = """
@@ -24,6 +25,7 @@ to see; inertia and collision shapes are not known and not written.
 """
 
 
+@app.command(short_help='Write a robot as URDF.', help=HELP)
 def export(
     robot: Annotated[
         str, typer.Argument(metavar='ROBOT', help='A robot file, or a bundled robot.')

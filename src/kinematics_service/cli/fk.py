@@ -7,6 +7,7 @@ from ..kinematics.singularity import Singularity, singularity_of
 from ..kinematics.tool_state import ToolState, evaluate
 from ..printing import Output, facts, heading, json_text, number, numbers
 from ..rigid_motion import roll_pitch_yaw
+from .application import app
 from .options import (
     DegreesOption,
     JsonOption,
@@ -47,6 +48,7 @@ The keys of --json, in m and rad; null: infinite or undefined:
 """
 
 
+@app.command(short_help='Print the pose of the tool.', help=HELP)
 def fk(
     robot: RobotOption,
     q: PositionsOption,

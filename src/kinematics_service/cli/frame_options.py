@@ -56,7 +56,7 @@ WARN, STOP = '4mm,0.5deg', '20mm,2deg'
 
 def given_format(text: str | None) -> 'PoseFormat':
     """Return the pose format that --pose-format names."""
-    from ..formats.recordings.block import AuditError
+    from ..errors import AuditError
     from ..formats.recordings.pose_format import PoseFormat, pose_format
 
     try:

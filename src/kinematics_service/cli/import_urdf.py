@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from .application import app
 from .export import write_document
 from .options import WrongUsage
 
@@ -33,6 +34,7 @@ class ImportedConvention(str, Enum):
     modified = 'modified'
 
 
+@app.command('import', short_help='Make a robot file from a URDF.', help=HELP)
 def import_urdf(
     urdf: Annotated[Path, typer.Option('--urdf', metavar='FILE', help='The URDF.')],
     base: Annotated[

@@ -12,6 +12,7 @@ from ..kinematics.singularity import Singularity, singularity_of
 from ..kinematics.tool_state import ToolState, evaluate
 from ..printing import Output, broken_name, heading, json_text, number, plain, table
 from ..robot.robot import Robot
+from .application import app
 from .options import (
     DegreesOption,
     JsonOption,
@@ -67,6 +68,7 @@ class AxesOption(str, Enum):
     tool = 'tool'
 
 
+@app.command(short_help='Print the Jacobian and the twist of the tool.', help=HELP)
 def jacobian(
     robot: RobotOption,
     q: PositionsOption,

@@ -11,6 +11,7 @@ from ..errors import RobotNotFoundError
 from ..robot.bundled import bundled_robots, find_robot_file
 from ..robot.file.description import AngleUnit, LengthUnit
 from ..robot.file.new_robot import MOST_JOINTS, Units, new_robot_text
+from .application import app
 from .export import write_document
 from .options import WrongUsage
 
@@ -41,6 +42,7 @@ class NewConvention(str, Enum):
     shape = 'shape'
 
 
+@app.command(short_help='Write a robot file to begin with.', help=HELP)
 def new(
     name: Annotated[str, typer.Argument(metavar='NAME', help='Name of the robot.')],
     dof: Annotated[

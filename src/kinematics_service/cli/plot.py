@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from .application import app
 from .ik import NearOption, QuaternionOption, RpyOption, target_from
 from .options import DegreesOption, WrongUsage, given_positions, given_robot, joint_values
 
@@ -54,6 +55,7 @@ MAP_POINTS, WORKSPACE_POINTS = 400, 100_000
 POINTS = {'map': (2, 4000), 'workspace': (1000, 100_000_000)}
 
 
+@app.command(short_help='Draw a pose, a path, a map or the workspace.', help=HELP)
 def plot(
     robot: Annotated[
         str, typer.Argument(metavar='ROBOT', help='A robot file, or a bundled robot.')
@@ -186,7 +188,7 @@ def _refuse_unknown_options(robot: str, kind: str, given: list[str]) -> None:
 @contextmanager
 def _wrong_usage() -> Iterator[None]:
     # An option's value that the library refuses is wrong usage here.
-    from ..display.plots.picture import PlotError
+    from ..errors import PlotError
 
     try:
         yield

@@ -1,6 +1,7 @@
 """The singularity measures of one pose, for a person at a robot and for a program."""
 
 import math
+import textwrap
 from collections.abc import Iterator
 from typing import Any
 
@@ -11,7 +12,7 @@ from ..kernel import Floats
 from ..kinematics.singularity import Singularity
 from ..kinematics.tool_state import ToolState
 from ..printing import Output, facts, heading, number, numbers, plain, table
-from ..robot.measures import MEASURES, Level, Thresholds
+from ..robot.measures import MEASURES, Level, Measure, Thresholds
 from ..robot.robot import Robot
 
 LEVEL_STYLES = {Level.OK: 'bold green', Level.WARN: 'bold yellow', Level.ERROR: 'bold red'}
@@ -20,10 +21,10 @@ DEGREES = 180.0 / math.pi
 STEADY = 1e-8
 LONG = 1e5
 
-JSON_KEYS = """\
+NUMBERS = (*MEASURES, 'singular_values', 'rank', 'generic_rank')
+JSON_KEYS = f"""\
   level, measure, warn, stop     OK, WARN or ERROR by the measure watched
-  distance, determinant, manipulability, condition_number,
-  smallest_singular_value, singular_values, rank, generic_rank
+{textwrap.indent(textwrap.fill(', '.join(NUMBERS), 74), '  ')}
   task, length                   rows of J judged, characteristic length
   lost_direction                 6 numbers, base axes; angular ones * length
   joint_motion, way_out          n numbers each, rad or m
@@ -44,7 +45,7 @@ def threshold_words(thresholds: Thresholds) -> str:
         return f'{value:g} rad ({in_degrees(value)})' if measure.unit == 'rad' else f'{value:g}'
 
     return (
-        f'{_spoken(measure.name)}: WARN {side} {amount(thresholds.warn)}, '
+        f'{measure.words}: WARN {side} {amount(thresholds.warn)}, '
         f'ERROR {side} {amount(thresholds.stop)}'
     )
 
@@ -62,14 +63,7 @@ def singularity_json(robot: Robot, singularity: Singularity) -> dict[str, Any]:
         'measure': robot.thresholds.measure,
         'warn': robot.thresholds.warn,
         'stop': robot.thresholds.stop,
-        'distance': singularity.distance,
-        'determinant': singularity.determinant,
-        'manipulability': singularity.manipulability,
-        'condition_number': singularity.condition_number,
-        'smallest_singular_value': singularity.smallest_singular_value,
-        'singular_values': singularity.singular_values,
-        'rank': singularity.rank,
-        'generic_rank': singularity.generic_rank,
+        **{name: getattr(singularity, name) for name in NUMBERS},
         'task': robot.task.rows,
         'length': robot.task.length,
         'lost_direction': singularity.lost_direction,
@@ -123,23 +117,11 @@ def _print_joints(out: Output, state: ToolState, singularity: Singularity) -> No
 
 
 def _measure_words(robot: Robot, singularity: Singularity) -> Iterator[tuple[str, str]]:
-    task, distance = robot.task, singularity.distance
+    task = robot.task
     full = min(len(task.rows), robot.dof)
     at_pose = singularity.rank < singularity.generic_rank
-    if at_pose:
-        meaning = 'this pose is singular'
-    elif distance >= math.pi:
-        meaning = 'far from singular poses: the first-order estimate ends at pi'
-    else:
-        meaning = f'about {in_degrees(distance)} of joint motion to a singular pose'
-    yield 'distance', f'{distance:.4g} rad: {meaning}'
-    if singularity.determinant is None:
-        yield 'determinant', f'none, J has {len(task.rows)} rows and {robot.dof} columns'
-    else:
-        yield 'determinant', f'{singularity.determinant:.6g}'
-    yield 'manipulability', f'{singularity.manipulability:.6g}'
-    yield 'condition number', f'{singularity.condition_number:.4g}'
-    yield 'smallest singular value', f'{singularity.smallest_singular_value:.4g}'
+    for measure in MEASURES.values():
+        yield measure.words, _value_words(measure, robot, singularity)
     yield (
         'rank',
         f'{singularity.rank} of {full}'
@@ -165,8 +147,24 @@ def _measure_words(robot: Robot, singularity: Singularity) -> Iterator[tuple[str
         yield 'along qdot', _motion_words(robot, singularity)
 
 
+def _value_words(measure: Measure, robot: Robot, singularity: Singularity) -> str:
+    value = getattr(singularity, measure.name)
+    if measure.name == 'distance':
+        if singularity.rank < singularity.generic_rank:
+            meaning = 'this pose is singular'
+        elif value >= math.pi:
+            meaning = 'far from singular poses: the first-order estimate ends at pi'
+        else:
+            meaning = f'about {in_degrees(value)} of joint motion to a singular pose'
+        return f'{value:.4g} rad: {meaning}'
+    if value is None:
+        return f'none, J has {len(robot.task.rows)} rows and {robot.dof} columns'
+    shown = f'{value:.6g}' if measure.of_volume else f'{value:.4g}'
+    return f'{shown} {measure.unit}'.rstrip()
+
+
 def _motion_words(robot: Robot, singularity: Singularity) -> str:
-    measure = _spoken(robot.thresholds.measure)
+    measure = MEASURES[robot.thresholds.measure].words
     time = singularity.time_to_warning
     if time == 0.0:
         when = 'beyond its WARN threshold now'
@@ -176,7 +174,3 @@ def _motion_words(robot: Robot, singularity: Singularity) -> str:
         when = f'WARN in {time:.3g} s'
     rate = 0.0 if abs(singularity.rate) < STEADY else singularity.rate
     return f'{measure} changes by {rate:.3g} per second: {when}'
-
-
-def _spoken(measure: str) -> str:
-    return measure.replace('_', ' ')

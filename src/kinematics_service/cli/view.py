@@ -6,8 +6,9 @@ from typing import Annotated
 
 import typer
 
-from ..errors import KinematicsError
+from ..errors import ViewerMissingError
 from ..stop_signals import stop_signals
+from .application import app
 from .missing_ros import RosMissingError, is_ours
 from .options import WrongUsage, given_robot
 from .ros_variables import refuse_ros_variables
@@ -37,10 +38,7 @@ joint states, for a node without a robot. Without ROS there are sliders only.
 """
 
 
-class ViewerMissingError(KinematicsError):
-    """viser cannot be imported; its text says how to get it."""
-
-
+@app.command(short_help='Show the arm live on a web page.', help=HELP)
 def view(
     context: typer.Context,
     robot: Annotated[

@@ -9,7 +9,7 @@ have no meaning, and serializers leave them undefined.
 
 import struct
 
-from ..errors import KinematicsError
+from ..errors import CdrError
 
 BODY = 4
 # The second byte of the encapsulation names the encoding; the lowest bit is set if the bytes are
@@ -21,10 +21,6 @@ LITTLE, BIG = struct.Struct('<I'), struct.Struct('>I')
 # A stamp: seconds, which may be negative, and nanoseconds.
 STAMP = struct.Struct('<iI')
 STAMP_AT = BODY
-
-
-class CdrError(KinematicsError, ValueError):
-    """Bytes whose encapsulation or lengths cannot be those of a message."""
 
 
 class CdrWriter:

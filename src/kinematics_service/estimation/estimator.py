@@ -135,8 +135,6 @@ _REFUSALS = {
     ),
 }
 _NOTHING = np.empty(0)
-# tuple.__new__ directly: the constructor of a NamedTuple is a call more.
-_new = tuple.__new__
 # Forms of streams kept.
 FORMS = 16
 _DOUBLES = 'd'
@@ -343,10 +341,8 @@ class Estimator:
             return self._refused(outcome)
         self.counts[ACCEPTED] += 1
         moving = outcome != kernel.SAID_WITHOUT_VELOCITIES
-        state = _new(ToolState, (self.robot, row, moving, None, measures))
-        return _new(
-            EstimatorOutput, (state, row[-kernel.ROW_TAIL :], incoming.stamp, _SOURCES[outcome])
-        )
+        state = ToolState(self.robot, row, moving, None, measures)
+        return EstimatorOutput(state, row[-kernel.ROW_TAIL :], incoming.stamp, _SOURCES[outcome])
 
     def _keep(self, form: JointStateForm) -> IncomingForm | None:
         layout = self._table.layout(form.names)

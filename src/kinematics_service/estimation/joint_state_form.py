@@ -12,8 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..errors import CdrError
 from ..kernel import Bytes, Floats, FormTable, IncomingForm, OurJoints
-from .cdr import DOUBLE, PLAIN, STAMP, STAMP_AT, CdrError, CdrReader, Ros1Reader
+from .cdr import DOUBLE, PLAIN, STAMP, STAMP_AT, CdrReader, Ros1Reader
 
 _EMPTY = np.empty(0)
 _EMPTY.setflags(write=False)

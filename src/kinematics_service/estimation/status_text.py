@@ -97,7 +97,7 @@ def singularity_status(
     value = watched_value(robot, singularity)
     unit = f' {measure.unit}' if measure.unit else ''
     shown = f'{measure.name} {value:.3g}{unit}'
-    if measure.name == 'distance':
+    if measure.unit == 'rad':
         shown += f' ({math.degrees(value):.1f} deg)'
     determinant = singularity.determinant
     if determinant is not None:
@@ -122,11 +122,7 @@ def singularity_status(
         ('value', f'{value:.9g}'),
         ('warn', f'{robot.thresholds.warn:g}'),
         ('stop', f'{robot.thresholds.stop:g}'),
-        ('determinant', 'none' if determinant is None else f'{determinant:.9g}'),
-        ('distance', f'{singularity.distance:.9g}'),
-        ('manipulability', f'{singularity.manipulability:.9g}'),
-        ('condition_number', f'{singularity.condition_number:.9g}'),
-        ('smallest_singular_value', f'{singularity.smallest_singular_value:.9g}'),
+        *((name, _amount(getattr(singularity, name))) for name in MEASURES),
         ('rank', f'{singularity.rank} of {singularity.generic_rank}'),
         ('lost_direction', ' '.join(f'{x:+.4f}' for x in singularity.lost_direction)),
         ('lost_direction_in_words', lost),
@@ -172,6 +168,10 @@ def _factor_values(
         ('factor_distance', f'{factors.distances[k]:.9g}'),
         ('joint_motion_to_its_zero', motion),
     ]
+
+
+def _amount(value: float | None) -> str:
+    return 'none' if value is None else f'{value:.9g}'
 
 
 def _seconds(time: float | None) -> str:

@@ -1,7 +1,9 @@
 """The named factors of a robot file at a pose."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
+
+import numpy as np
 
 from ..kernel import Floats
 from ..robot.factors import motions_to_zeros
@@ -29,6 +31,10 @@ class FactorMeasures:
     results: Floats
     column_scales: Floats
 
+    def __eq__(self, other: object) -> bool:
+        """Compare every value exactly; what is no number equals itself."""
+        return same_values(self, other) if isinstance(other, FactorMeasures) else NotImplemented
+
     @property
     def values(self) -> Floats:
         """Return the value of each factor, shape (..., F)."""
@@ -49,3 +55,14 @@ class FactorMeasures:
         """
         index = self.distances.argmin(axis=-1)
         return index if index.ndim else int(index)
+
+
+def same_values(one: Any, other: Any) -> bool:
+    """Return whether the fields of two results hold the same values; NaN is the same as NaN."""
+
+    def same(a: Any, b: Any) -> bool:
+        if isinstance(a, np.ndarray | float) and isinstance(b, np.ndarray | float):
+            return np.array_equal(a, b, equal_nan=True)
+        return type(a) is type(b) and bool(a == b)
+
+    return all(same(getattr(one, f.name), getattr(other, f.name)) for f in fields(one))

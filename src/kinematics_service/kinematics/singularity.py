@@ -1,18 +1,19 @@
 """How near a pose is to a singular one, which motion is lost there, and which way leads out."""
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import kernel
 from ..kernel import Floats
-from ..robot.measures import Level
+from ..robot.measure_places import MeasurePlaces
+from ..robot.measures import MEASURES, Level
 from ..robot.robot import Robot
 from . import singularity_rates as measure_rates
-from .factor_distances import FactorMeasures
+from .factor_distances import FactorMeasures, same_values
 from .tool_state import ToolState, evaluate
 
 
@@ -74,35 +75,135 @@ class Singularity:
     level: Any
     factors: FactorMeasures | None
 
+    def __eq__(self, other: object) -> bool:
+        """Compare every value exactly; what is no number equals itself."""
+        return same_values(self, other) if isinstance(other, Singularity) else NotImplemented
+
+
+T = TypeVar('T')
+
+
+class _cached(Generic[T]):
+    """functools.cached_property without the lock that costs 1 us a value before Python 3.12."""
+
+    def __init__(self, take: Callable[[Any], T]) -> None:
+        self._take = take
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self._name = name
+
+    def __get__(self, found: Any, owner: type) -> T:
+        value = found.__dict__[self._name] = self._take(found)
+        return value
+
 
 class _OnePose(Singularity):
-    """The measures of one pose, each taken out of the kernel's row when it is first asked for."""
+    """
+    The measures of one pose, each taken out of the kernel's row when it is first asked for.
+
+    Made of keywords it has their values: so `dataclasses.replace` makes one.
+    """
 
     _state: ToolState
     _row: Floats
 
+    def __init__(
+        self, state: ToolState | None = None, row: Floats | None = None, **values: Any
+    ) -> None:
+        if state is None:
+            super().__init__(**values)
+        else:
+            kept = self.__dict__
+            kept['_state'], kept['_row'] = state, row
 
-class _Field:
-    """A field of _OnePose: taken once, and then kept in its place."""
+    def __reduce__(self) -> tuple[type[Singularity], tuple[Any, ...]]:
+        """Copy and pickle the values alone, and not the arm they are of."""
+        return Singularity, tuple(getattr(self, field.name) for field in fields(self))
 
-    def __init__(self, name: str, take: Callable[[ToolState, Floats], Any]) -> None:
-        self.name, self.take = name, take
+    def _vector(self, begin: int, end: int) -> Floats:
+        return _read_only(self._row[begin:end])
 
-    def __get__(self, found: _OnePose, owner: type[_OnePose]) -> Any:
-        value = found.__dict__[self.name] = self.take(found._state, found._row)
-        return value
+    @property
+    def _places(self) -> MeasurePlaces:
+        return self._state.robot.measure_places
 
+    @_cached
+    def determinant(self) -> float | None:
+        return self._row.item(kernel.DETERMINANT) if self._state.robot.task.square else None
 
-def watched_value(robot: Robot, singularity: Singularity) -> float:
-    """Return the watched measure of one pose: |det| for the determinant."""
-    return abs(float(getattr(singularity, robot.thresholds.measure)))
+    @_cached
+    def manipulability(self) -> float:
+        return self._row.item(kernel.MANIPULABILITY)
+
+    @_cached
+    def condition_number(self) -> float:
+        return self._row.item(kernel.CONDITION_NUMBER)
+
+    @_cached
+    def smallest_singular_value(self) -> float:
+        return self._row.item(kernel.SMALLEST_SINGULAR_VALUE)
+
+    @_cached
+    def singular_values(self) -> Floats:
+        return self._vector(self._places.sigma, self._places.judged)
+
+    @_cached
+    def rank(self) -> int:
+        return int(self._row.item(kernel.RANK))
+
+    @_cached
+    def generic_rank(self) -> int:
+        return self._state.robot.task.generic_rank
+
+    @_cached
+    def distance(self) -> float:
+        return self._row.item(kernel.DISTANCE)
+
+    @_cached
+    def lost_direction(self) -> Floats:
+        return self._vector(self._places.lost, self._places.motion)
+
+    @_cached
+    def joint_motion(self) -> Floats:
+        return self._vector(self._places.motion, self._places.way)
+
+    @_cached
+    def way_out(self) -> Floats:
+        return self._vector(self._places.way, self._places.sigma)
+
+    @_cached
+    def rate(self) -> float | None:
+        if not self._state.moving:
+            return None
+        return float(measure_rates.rates(self._state, self._row[None])[0])
+
+    @_cached
+    def time_to_warning(self) -> float | None:
+        if self.rate is None:
+            return None
+        robot = self._state.robot
+        values = measure_rates.watched(robot, self._row[None])
+        return float(measure_rates.times_to_warning(robot, values, np.array([self.rate]))[0])
+
+    @_cached
+    def level(self) -> Level:
+        return _LEVELS[int(self._row.item(self._places.judged + kernel.LEVEL))]
+
+    @_cached
+    def factors(self) -> FactorMeasures | None:
+        robot, places = self._state.robot, self._places
+        names = robot.factors.names
+        if not names:
+            return None
+        return FactorMeasures(
+            names=names,
+            distances=self._vector(places.distances, places.results),
+            results=self._vector(places.results, places.width).reshape(len(names), 1 + robot.dof),
+            column_scales=robot.task.column_scales,
+        )
 
 
 _LEVELS = tuple(Level)
-
-
-def _scalar(column: int) -> Callable[[ToolState, Floats], float]:
-    return lambda state, row: row.item(column)
 
 
 def _read_only(vector: Floats) -> Floats:
@@ -110,94 +211,28 @@ def _read_only(vector: Floats) -> Floats:
     return vector
 
 
-def _vector(begin: str, end: str) -> Callable[[ToolState, Floats], Floats]:
-    def take(state: ToolState, row: Floats) -> Floats:
-        places = state.robot.measure_places
-        return _read_only(row[getattr(places, begin) : getattr(places, end)])
-
-    return take
-
-
-def _determinant(state: ToolState, row: Floats) -> float | None:
-    return row.item(kernel.DETERMINANT) if state.robot.task.square else None
-
-
-def _level(state: ToolState, row: Floats) -> Level:
-    return _LEVELS[int(row.item(state.robot.measure_places.judged + kernel.LEVEL))]
-
-
-def _rate(state: ToolState, row: Floats) -> float | None:
-    return float(measure_rates.rates(state, row[None])[0]) if state.moving else None
-
-
-def _time_to_warning(state: ToolState, row: Floats) -> float | None:
-    if not state.moving:
-        return None
-    rates = measure_rates.rates(state, row[None])
-    return float(
-        measure_rates.times_to_warning(
-            state.robot, measure_rates.watched(state.robot, row[None]), rates
-        )[0]
-    )
-
-
-def _factors(state: ToolState, row: Floats) -> FactorMeasures | None:
-    robot = state.robot
-    names = robot.factors.names
-    if not names:
-        return None
-    places = robot.measure_places
-    return FactorMeasures(
-        names=names,
-        distances=_read_only(row[places.distances : places.results]),
-        results=_read_only(row[places.results :].reshape(len(names), 1 + robot.dof)),
-        column_scales=robot.task.column_scales,
-    )
-
-
-# How each field is taken out of the row of one pose.
-_FIELDS: Mapping[str, Callable[[ToolState, Floats], Any]] = {
-    'determinant': _determinant,
-    'manipulability': _scalar(kernel.MANIPULABILITY),
-    'condition_number': _scalar(kernel.CONDITION_NUMBER),
-    'smallest_singular_value': _scalar(kernel.SMALLEST_SINGULAR_VALUE),
-    'singular_values': _vector('sigma', 'judged'),
-    'rank': lambda state, row: int(row.item(kernel.RANK)),
-    'generic_rank': lambda state, row: state.robot.task.generic_rank,
-    'distance': _scalar(kernel.DISTANCE),
-    'lost_direction': _vector('lost', 'motion'),
-    'joint_motion': _vector('motion', 'way'),
-    'way_out': _vector('way', 'sigma'),
-    'rate': _rate,
-    'time_to_warning': _time_to_warning,
-    'level': _level,
-    'factors': _factors,
-}
-
-
-for _name, _take in _FIELDS.items():
-    setattr(_OnePose, _name, _Field(_name, _take))
+def watched_value(robot: Robot, singularity: Singularity) -> float:
+    """Return the watched measure of one pose: |det| for the determinant."""
+    return abs(float(getattr(singularity, robot.thresholds.measure)))
 
 
 def measured(state: ToolState) -> ToolState:
     """Return the state of one pose with its measures there."""
-    if state.measures is not None:
-        return state
+    return state if state.measures is not None else state._replace(measures=_measure(state))
+
+
+def _measure(state: ToolState) -> Floats:
     row = np.empty(state.robot.measure_places.width)
     kernel.measure_one(state.robot.arm, state.row, row)
-    return state._replace(measures=row)
+    return row
 
 
 def singularity_of(state: ToolState) -> Singularity:
     """Return the measures of an evaluated state (depth JACOBIAN or more)."""
     if state.joints is not None:
         return _of_batch(state)
-    if state.measures is None:
-        state = measured(state)
-    found = _OnePose.__new__(_OnePose)
-    kept = found.__dict__
-    kept['_state'], kept['_row'] = state, state.measures
-    return found
+    row = state.measures
+    return _OnePose(state, _measure(state) if row is None else row)
 
 
 def _of_batch(state: ToolState) -> Singularity:
@@ -223,14 +258,15 @@ def _of_batch(state: ToolState) -> Singularity:
             column_scales=np.broadcast_to(robot.task.column_scales, (*leading, n)),
         )
     return Singularity(
-        determinant=table[..., kernel.DETERMINANT] if robot.task.square else None,
-        manipulability=table[..., kernel.MANIPULABILITY],
-        condition_number=table[..., kernel.CONDITION_NUMBER],
-        smallest_singular_value=table[..., kernel.SMALLEST_SINGULAR_VALUE],
+        **{
+            name: table[..., measure.column]
+            if robot.task.square or not measure.of_square
+            else None
+            for name, measure in MEASURES.items()
+        },
         singular_values=table[..., places.sigma : places.judged],
         rank=table[..., kernel.RANK].astype(int),
         generic_rank=robot.task.generic_rank,
-        distance=table[..., kernel.DISTANCE],
         lost_direction=table[..., places.lost : places.motion],
         joint_motion=table[..., places.motion : places.way],
         way_out=table[..., places.way : places.sigma],

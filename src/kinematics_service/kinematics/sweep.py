@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import KinematicsError
+from ..errors import KinematicsError, SweepError
 from ..kernel import Floats
 from ..robot.robot import Robot
 
@@ -30,10 +30,6 @@ AHEAD = 3
 CONNECT_TIMEOUT = 5
 ADDRESS = re.compile(r'dask://(\[[0-9a-fA-F:]+\]|[\w.-]+):(\d{1,5})/?')
 INSTALL = "pip install '.[dask]' in its checkout, or pip install 'dask[distributed]'"
-
-
-class SweepError(KinematicsError):
-    """Workers that cannot be used."""
 
 
 def cluster_address(workers: str) -> str:

@@ -86,5 +86,7 @@ def find_robot_file(name: str | os.PathLike[str]) -> Path:
     near = difflib.get_close_matches(text, bundled, n=1)
     hint = f'did you mean {near[0]!r}? ' if near else ''
     raise RobotNotFoundError(
-        f'no robot {text!r}: {hint}give a YAML file or one of: {", ".join(bundled)}'
+        f'no robot {text!r}: {hint}give a YAML file or one of: {", ".join(bundled)}',
+        text,
+        tuple(bundled),
     )

@@ -1,8 +1,4 @@
-"""
-The conventions of a robot file, each turned into the same rows: before, screw_z, after.
-
-Adding a convention is adding one function to `ROWS_OF`.
-"""
+"""The conventions of a robot file, each turned into the same rows: before, screw_z, after."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

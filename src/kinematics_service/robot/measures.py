@@ -1,4 +1,4 @@
-"""The measures of singularity and their thresholds: a new measure is one row of `MEASURES`."""
+"""Which measure is watched, where its thresholds are, and the level a value comes to."""
 
 import enum
 import math
@@ -7,9 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from .. import kernel
 from ..errors import KinematicsError
 from ..kernel import Floats
+from .file.measure_table import MEASURES as MEASURES
+from .file.measure_table import Measure as Measure
 from .task import Task
 
 
@@ -21,30 +22,6 @@ class Level(enum.IntEnum):
     ERROR = 2
     STALE = 3
 
-
-@dataclass(frozen=True)
-class Measure:
-    """One measure: its unit, on which side it is bad, its default thresholds, and its column."""
-
-    name: str
-    unit: str
-    small_is_bad: bool
-    warn: float | None
-    stop: float | None
-    column: int
-
-
-MEASURES = {
-    measure.name: measure
-    for measure in (
-        Measure('distance', 'rad', True, 0.1, 0.03, kernel.DISTANCE),
-        Measure('determinant', '', True, None, None, kernel.DETERMINANT),
-        Measure('manipulability', '', True, None, None, kernel.MANIPULABILITY),
-        Measure('smallest_singular_value', '', True, None, None, kernel.SMALLEST_SINGULAR_VALUE),
-        # MoveIt Servo's lower_singularity_threshold and hard_stop_singularity_threshold.
-        Measure('condition_number', '', False, 17.0, 30.0, kernel.CONDITION_NUMBER),
-    )
-}
 
 # A level is left only when the measure is better than its threshold by this factor, so that noise
 # at the threshold gives one warning and not a storm.
@@ -101,30 +78,28 @@ def thresholds_for(
             f'singularity measure {measure!r} is unknown (choose from {", ".join(MEASURES)})'
         )
     row = MEASURES[measure]
-    if measure == 'determinant' and not task.square:
+    if row.of_square and not task.square:
         raise KinematicsError(
-            f'the determinant needs a square Jacobian: the task has {len(task.rows)} rows '
+            f'the {row.words} needs a square Jacobian: the task has {len(task.rows)} rows '
             f'({" ".join(task.rows)}) for {len(task.column_scales)} joints; '
             'choose distance or manipulability'
         )
-    if measure == 'determinant' and task.structurally_deficient:
+    if row.of_square and task.structurally_deficient:
         raise KinematicsError(
-            'the determinant of this arm is zero at every pose '
+            f'the {row.words} of this arm is zero at every pose '
             f'(generic rank {task.generic_rank} of {len(task.rows)}); choose distance'
         )
     warn = row.warn if warn is None else warn
     stop = row.stop if stop is None else stop
     if warn is None or stop is None:
         raise KinematicsError(f'measure {measure} has no default thresholds: give warn and stop')
-    floor = 0.0 if row.small_is_bad else 1.0
     for name, value in (('warn', warn), ('stop', stop)):
-        if not (math.isfinite(value) and value > floor):
-            raise KinematicsError(
-                f'{name} of {measure} must be greater than {floor:g}, not {value:g}'
-            )
-    if measure == 'distance' and warn > math.pi:
-        raise KinematicsError(f'warn of distance is an angle of at most pi, not {warn:g}')
-    if (stop >= warn) if row.small_is_bad else (stop <= warn):
+        if not row.accepts(value):
+            wanted = f'must be greater than {row.least:g}'
+            if row.least < value < math.inf:
+                wanted = 'is an angle of at most pi'
+            raise KinematicsError(f'{name} of {measure} {wanted}, not {value:g}')
+    if not row.ordered(warn, stop):
         side = 'below' if row.small_is_bad else 'above'
         raise KinematicsError(f'stop ({stop:g}) of {measure} must be {side} warn ({warn:g})')
     return Thresholds(measure, float(warn), float(stop))

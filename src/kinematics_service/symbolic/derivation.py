@@ -8,11 +8,12 @@ from typing import Any
 
 import sympy
 
+from ..errors import DerivationError
 from ..robot.robot import Robot
 from . import jacobian as ways
 from .algebra.arithmetic import Arithmetic, arithmetic_of
 from .algebra.matrices import Matrix
-from .algebra.names import DerivationError, Names, names_of
+from .algebra.names import Names, names_of
 from .determinant import Minors, View, minors_of, simplest_view
 from .frames import Frames, frames_of
 from .minors import generic_rank, independent_columns, product_of, remainder_of

@@ -6,10 +6,9 @@ import numpy as np
 import sympy
 from sympy.printing.str import StrPrinter
 
-from ..errors import ExpressionError
+from ..errors import DerivationError, ExpressionError
 from ..robot.file.expression_syntax import MAX_CHARACTERS, syntax_tree
 from ..robot.robot import Robot, robot_from_text
-from .algebra.names import DerivationError
 from .derivation import Derivation
 from .singular_set import evaluated, file_factors
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import sympy
 
+from ..errors import DerivationError
 from ..rigid_motion import roll_pitch_yaw
 from ..robot.file.description import (
     DhRow,
@@ -16,7 +17,6 @@ from ..robot.file.description import (
 )
 from .algebra.arithmetic import NOTHING, Affine, Arithmetic, inverse, transposed
 from .algebra.matrices import Matrix, product
-from .algebra.names import DerivationError
 
 # The largest bundled arm, of seven joints, has 5000; beyond, products of entries take minutes.
 MOST_TERMS = 6000

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import sympy
 
+from ..errors import DerivationError
 from ..kernel import Floats
 from ..robot.file.expression_syntax import names_in
 from .algebra.expression import exact
-from .algebra.names import DerivationError
 from .derivation import Derivation
 
 TIME = sympy.Symbol('t', real=True)

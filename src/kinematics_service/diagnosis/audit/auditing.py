@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...errors import AuditError
 from ...estimation.estimator import (
     ACCEPTED,
     NOT_OURS,
@@ -17,7 +18,7 @@ from ...estimation.estimator import (
     Estimator,
     EstimatorSettings,
 )
-from ...formats.recordings.block import AuditError, Block, UnreadableMessage
+from ...formats.recordings.block import Block, UnreadableMessage
 from ...formats.recordings.columns import Column, spans
 from ...formats.recordings.source import RecordingSource, Remark
 from ...kernel import Floats

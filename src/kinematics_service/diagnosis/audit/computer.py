@@ -13,11 +13,11 @@ from ...formats.recordings.block import Block, Flags, UnreadableMessage
 from ...kernel import Floats
 from ...kinematics.singularity import FactorMeasures, Singularity, singularity_of
 from ...kinematics.tool_state import evaluate
-from ...robot.measures import Level
+from ...robot.measures import MEASURES, Level
 from ...robot.robot import Robot
 from .ingest import Ingest, KnownJoints
 from .judging import Judge
-from .timeline import MEASURE_NAMES, PublishedWarning, Timeline, TimelineBatch
+from .timeline import PublishedWarning, Timeline, TimelineBatch
 
 # Number of warnings kept; the first ones are enough for an arm that chatters at a threshold for
 # hours.
@@ -36,7 +36,7 @@ def part_singularity(singularity: Singularity, k: int, moving: bool) -> Singular
         elif isinstance(value, np.ndarray):
             value = value[k]
         values[field.name] = value
-    for name in MEASURE_NAMES:
+    for name in MEASURES:
         values[name] = None if values[name] is None else float(values[name])
     values['level'] = Level(int(values['level']))
     if not moving:

@@ -10,17 +10,10 @@ from ...formats.recordings.columns import Column, StateTable
 from ...kernel import Floats
 from ...kinematics.singularity import Singularity
 from ...kinematics.tool_state import ToolState
+from ...robot.measures import MEASURES
 from ...robot.robot import Robot
 from .ingest import KnownJoints
 from .judging import Levels
-
-MEASURE_NAMES = (
-    'determinant',
-    'manipulability',
-    'condition_number',
-    'smallest_singular_value',
-    'distance',
-)
 
 
 class PublishedWarning(NamedTuple):
@@ -57,7 +50,7 @@ class Timeline:
     position : shape (N, 3), m; speed : shape (N,), m/s; turning : shape (N,), rad/s
         Of the tool in the base frame; speeds are NaN if unknown.
     measures : by name, shape (N,)
-        As in `Singularity`: the watched one, smallest singular value, and condition number.
+        As in `Singularity`: the watched one, and those the page shows besides.
     factors : shape (N, F), rad
         Distance to the zero of each named factor; F is 0 if the file lists none.
     levels : shape (N,)
@@ -78,8 +71,8 @@ class Timeline:
             Column(np.float64),
             Column(np.float64),
         )
-        kept = (robot.thresholds.measure, 'smallest_singular_value', 'condition_number')
-        self.measures = {name: Column(np.float64) for name in kept}
+        kept = [one.name for one in MEASURES.values() if one.on_page]
+        self.measures = {name: Column(np.float64) for name in (robot.thresholds.measure, *kept)}
         self.factors = StateTable(len(robot.factors.names))
         self.levels, self.silent = Column(np.int8), Column(bool)
         self.warnings: list[PublishedWarning] = []

@@ -3,9 +3,9 @@ Compares the tool poses of a robot file with those of a second source, and finds
 difference.
 """
 
+from ...errors import FramesError as FramesError
 from .causes import TestedCause as TestedCause
 from .diagnosis import FrameDiagnosis as FrameDiagnosis
-from .diagnosis import FramesError as FramesError
 from .diagnosis import diagnose_frames as diagnose_frames
 from .judgement import FrameLimits as FrameLimits
 from .judgement import PoseLimit as PoseLimit

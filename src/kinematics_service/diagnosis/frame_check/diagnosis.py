@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ...errors import KinematicsError
+from ...errors import FramesError
 from ...estimation.status_text import direction_in_words
 from ...kernel import Floats
 from ...kinematics.tool_state import evaluate
@@ -26,10 +26,6 @@ MANY = 1e6
 NO_ROTATION = 0.01
 # Number of poses needed for offsets, and to name a cause.
 LEAST, LEAST_FOR_CAUSE = 3, 8
-
-
-class FramesError(KinematicsError, ValueError):
-    """Poses or joint positions that cannot be compared."""
 
 
 @dataclass(frozen=True, eq=False)

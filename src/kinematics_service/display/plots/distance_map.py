@@ -5,12 +5,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...errors import PlotError
 from ...kernel import Floats
 from ...kinematics.singularity import singularity
 from ...kinematics.sweep import map_batches
 from ...robot.robot import Robot
 from ...robot.task import SEED
-from .picture import PlotError
 from .ranges import clear_pose, finite_ranges, random_positions
 
 # Number of positions of each joint for the test which joints matter, and of poses of the others.

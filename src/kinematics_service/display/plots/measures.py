@@ -1,14 +1,15 @@
 """The picture of the measures of singularity along a path, with the thresholds of the warning."""
 
 import math
+import textwrap
 from typing import Any
 
 import numpy as np
 
 from ...kernel import Floats
 from ...kinematics.singularity import Singularity, singularity
-from ...robot.measure_units import volume_power
-from ...robot.measures import MEASURES
+from ...robot.measure_units import measure_units
+from ...robot.measures import MEASURES, Measure
 from ...robot.robot import Robot
 from .motion import PlottedMotion
 from .over_time import draw_curves, draw_legend, finite_range, panels, shade
@@ -20,13 +21,8 @@ LETTER, NAMED = 0.014, 12
 LOW = 0.3
 # Values beyond are round-off at a singular pose and would flatten the curve.
 LARGEST_CONDITION = 1e4
-LABELS = {
-    'distance': 'distance to\nsingularity',
-    'determinant': 'det($J_t$)',
-    'manipulability': 'manipulability',
-    'smallest_singular_value': 'smallest\nsingular value',
-    'condition_number': 'condition\nnumber',
-}
+# An axis has room for so many letters.
+LONGEST_LABEL = 14
 
 
 def measures_picture(robot: Robot, motion: PlottedMotion) -> Draw:
@@ -38,7 +34,7 @@ def measures_picture(robot: Robot, motion: PlottedMotion) -> Draw:
     """
     near = singularity(robot, motion.q)
     units = measure_units(robot)
-    names = [name for name in LABELS if name != 'determinant' or near.determinant is not None]
+    drawn = [one for one in MEASURES.values() if getattr(near, one.name) is not None]
 
     def draw(figure: Any) -> None:
         title = (
@@ -46,18 +42,18 @@ def measures_picture(robot: Robot, motion: PlottedMotion) -> Draw:
             f'task {" ".join(robot.task.rows)}, length {robot.task.length:.3g} m; '
             f'watched: {robot.thresholds.measure.replace("_", " ")}'
         )
-        rows = panels(figure, [2.3] + [1.5] * (len(names) - 1), title)
-        for name, axes in zip(names, rows):
-            values = np.asarray(getattr(near, name))
+        rows = panels(figure, [2.3] + [1.5] * (len(drawn) - 1), title)
+        for measure, axes in zip(drawn, rows):
+            values = np.asarray(getattr(near, measure.name))
             draw_curves(axes, motion, values[:, None], [''])
             axes.lines[-1].set_color(BLUE)
-            axes.set_ylabel(with_unit(LABELS[name], units[name]).replace(' (', '\n('))
-            if name == 'condition_number':
-                _scale_condition(axes, values)
+            axes.set_ylabel(_label(measure, units[measure.name]))
+            if not measure.small_is_bad:
+                _scale_without_end(axes, values, measure.least)
             else:
                 finite_range(axes, values)
                 axes.axhline(0.0, color=GREY, linewidth=0.8, zorder=1)
-            if name == robot.thresholds.measure:
+            if measure.name == robot.thresholds.measure:
                 _draw_thresholds(axes, robot)
             axes.margins(x=0.0)
         _name_factors(rows[0], motion, near)
@@ -71,26 +67,17 @@ def measures_picture(robot: Robot, motion: PlottedMotion) -> Draw:
     return draw
 
 
-def measure_units(robot: Robot) -> dict[str, str]:
-    """
-    Return the unit of each measure: those of determinant and manipulability depend on the task.
-
-    `mixed` if the minors of a J_t that is not square differ.
-    """
-    power = volume_power(robot)
-    product = {None: 'mixed', 0: '', 1: 'm'}.get(power, f'm$^{{{power}}}$')
-    return {
-        'distance': 'rad',
-        'determinant': product,
-        'manipulability': product,
-        'smallest_singular_value': 'm',
-        'condition_number': '',
-    }
+def _label(measure: Measure, unit: str) -> str:
+    label = measure.drawn or '\n'.join(textwrap.wrap(measure.words, LONGEST_LABEL))
+    base, _, power = unit.partition('^')
+    raised = f'{base}$^{{{power}}}$' if power else base
+    return with_unit(label, raised).replace(' (', '\n(')
 
 
 def _draw_thresholds(axes: Any, robot: Robot) -> None:
     limits = robot.thresholds
-    both = limits.measure == 'determinant'
+    measure = MEASURES[limits.measure]
+    both = measure.of_square  # it may be negative
     for value, name, style in ((limits.warn, 'warn', '--'), (limits.stop, 'stop', '-')):
         for sign in (1.0, -1.0) if both else (1.0,):
             axes.axhline(
@@ -101,19 +88,20 @@ def _draw_thresholds(axes: Any, robot: Robot) -> None:
                 label=f'{name} {value:g}' if sign > 0 else None,
                 zorder=2.5,
             )
-    if MEASURES[limits.measure].small_is_bad and not both:
+    if measure.small_is_bad and not both:
         axes.set_ylim(bottom=0.0)
     draw_legend(axes)
 
 
-def _scale_condition(axes: Any, values: Floats) -> None:
+def _scale_without_end(axes: Any, values: Floats, least: float) -> None:
+    # A measure that grows without end from its least value on.
     finite = values[np.isfinite(values)]
-    largest = min(float(np.max(finite, initial=1.0)), LARGEST_CONDITION)
-    if largest < 10.0:
-        axes.set_ylim(0.9, 1.05 * max(largest, 1.1))
+    largest = min(float(np.max(finite, initial=least)), LARGEST_CONDITION)
+    if largest < 10.0 or not least:
+        axes.set_ylim(0.9 * least, 1.05 * max(largest, 1.1 * least))
         return
     axes.set_yscale('log')
-    axes.set_ylim(0.8, 1.3 * largest)
+    axes.set_ylim(0.8 * least, 1.3 * largest)
     axes.yaxis.set_major_formatter(lambda value, _: f'{value:g}')
     axes.yaxis.set_minor_formatter(lambda value, _: '')
 

@@ -5,12 +5,12 @@ from pathlib import Path
 
 import numpy as np
 
+from ...errors import PlotError
 from ...formats.recordings.joint_csv import read_recording
 from ...kernel import Floats, Integers
 from ...kinematics.trajectory import TRAJECTORIES
 from ...robot.measures import Level
 from ...robot.robot import Robot
-from .picture import PlotError
 
 # Number of points of one period of a trajectory.
 SAMPLES = 2001

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from ...errors import KinematicsError
+from ...errors import PlotError
 from ...printing import plain
 
 # Colours that people with any colour vision can tell apart: M. Okabe, K. Ito, Color Universal
@@ -51,10 +51,6 @@ METADATA: dict[str, dict[str, Any]] = {
 INSTALL = "pip install '.[plot]' in its checkout, or pip install matplotlib"
 
 Draw = Callable[[Any], None]
-
-
-class PlotError(KinematicsError, ValueError):
-    """A picture that cannot be made."""
 
 
 def suffix_of(file: Path) -> str:

@@ -8,13 +8,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...errors import PlotError
 from ...kernel import Floats
 from ...kinematics.forward import forward_kinematics
 from ...robot.chain import FrozenArrays
 from ...robot.robot import Robot
 from ...robot.task import SEED
 from .captions import short
-from .picture import PlotError, with_unit
+from .picture import with_unit
 from .ranges import clear_pose, random_positions
 from .skeleton import JointAxis, skeleton_of
 

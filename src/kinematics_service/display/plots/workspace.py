@@ -9,13 +9,13 @@ from functools import partial
 import numpy as np
 import numpy.typing as npt
 
+from ...errors import PlotError
 from ...kernel import Floats, Integers
 from ...kinematics.singularity import singularity_of
 from ...kinematics.sweep import map_batches
 from ...kinematics.tool_state import evaluate
 from ...robot.robot import Robot
 from ...robot.task import SEED
-from .picture import PlotError
 from .plane import Plane
 from .ranges import finite_ranges, random_positions
 

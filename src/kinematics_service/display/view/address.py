@@ -4,7 +4,7 @@ import errno
 import socket
 from typing import NamedTuple
 
-from ...errors import KinematicsError
+from ...errors import ServerAddressError
 
 
 class Address(NamedTuple):
@@ -22,10 +22,6 @@ class Address(NamedTuple):
     host: str
     port: int
     more_names: tuple[str, ...] = ()
-
-
-class ServerAddressError(KinematicsError, ValueError):
-    """The page cannot be served at this host and port; the message says why and what to change."""
 
 
 def check_address(host: str, port: int) -> None:

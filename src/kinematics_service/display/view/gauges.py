@@ -96,7 +96,7 @@ def gauges_of(seen: Observation) -> tuple[Gauge, ...]:
 
     watched = Gauge(
         'measure',
-        measure.name.replace('_', ' ') + (' to a singular pose' if _is_distance(seen) else ''),
+        measure.long or measure.words,
         _distance_text(value) if _is_distance(seen) else f'{value:.4g}',
         fraction(value),
         tuple((fraction(limit), f'{limit:g}') for limit in (thresholds.stop, thresholds.warn)),
@@ -108,7 +108,7 @@ def gauges_of(seen: Observation) -> tuple[Gauge, ...]:
         gauges.append(
             Gauge(
                 'distance',
-                'distance to a singular pose',
+                MEASURES['distance'].long,
                 _distance_text(distance),
                 min(1.0, distance / 0.5),
                 (),

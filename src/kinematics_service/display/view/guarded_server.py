@@ -21,7 +21,7 @@ from websockets.exceptions import ConnectionClosed, ConnectionClosedError, Inval
 from websockets.http11 import Request, Response
 from websockets.sync.client import connect
 
-from ...errors import KinematicsError
+from ...errors import UnknownViserError
 from .client_messages import MessageError, is_taken
 from .origin_check import FORBIDDEN, OriginCheck
 
@@ -39,10 +39,6 @@ HEADERS = {
     'X-Content-Type-Options': 'nosniff',
     'Referrer-Policy': 'no-referrer',
 }
-
-
-class UnknownViserError(KinematicsError):
-    """This version of viser does not let the page refuse connections."""
 
 
 @contextmanager

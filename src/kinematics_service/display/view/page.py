@@ -5,9 +5,10 @@ from contextlib import contextmanager
 
 import viser
 
+from ...errors import ServerAddressError
 from ...kernel import Floats
 from ...robot.robot import Robot
-from .address import Address, ServerAddressError, check_address
+from .address import Address, check_address
 from .drawing import Drawing
 from .guarded_server import guarded_server
 from .observation import Observation, observe

@@ -12,7 +12,7 @@ import numpy as np
 from ...estimation.status_text import direction_in_words, joints_in_words, structure_in_words
 from ...kernel import Floats
 from ...rigid_motion import roll_pitch_yaw
-from ...robot.measures import Level
+from ...robot.measures import MEASURES, Level
 from .gauges import Gauge, JointReading, gauges_of, headline, joint_readings
 from .observation import Observation
 from .scene import LEVEL_COLOURS, Scene, short_names
@@ -99,11 +99,12 @@ def facts_html(seen: Observation, scene: Scene) -> str:
     else:
         rows.append(('velocity vx vy vz', f'{_numbers(seen.twist[:3])} m/s', 'velocity'))
         rows.append(('angular wx wy wz', f'{_numbers(seen.twist[3:])} rad/s', 'angular'))
-    if s.determinant is not None:
-        rows.append(('det(J)', f'{s.determinant:.4g}', 'determinant'))
+    for measure in MEASURES.values():
+        value = getattr(s, measure.name)
+        # The distance has a gauge.
+        if value is not None and measure.name != 'distance':
+            rows.append((measure.short or measure.words, _value(value), measure.name))
     rows += [
-        ('manipulability', f'{s.manipulability:.4g}', 'manipulability'),
-        ('condition number', _condition(s.condition_number), 'condition'),
         ('ellipsoid radii v', _numbers(scene.linear.radii), 'radii-v'),
         ('ellipsoid radii w', _numbers(scene.angular.radii), 'radii-w'),
     ]
@@ -122,7 +123,7 @@ def facts_html(seen: Observation, scene: Scene) -> str:
     return _box('facts', f'<table>{body}</table>')
 
 
-def _condition(value: float) -> str:
+def _value(value: float) -> str:
     return f'{value:.4g}' if math.isfinite(value) and value < 1e9 else 'infinite'
 
 

@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from ...errors import KinematicsError
+from ...errors import AuditError, KinematicsError
 from ...estimation.joint_sample import JointSample
 from .bag_checks import checked, missing
 from .bag_poses import POSES, track_of_messages
-from .block import LARGEST_BLOCK, AuditError, Block, UnreadableMessage, blocks_of
+from .block import LARGEST_BLOCK, Block, UnreadableMessage, blocks_of
 from .joint_state_cdr import columns_of
 from .source import PoseTrack, RecordingSource, Remark, Selection
 

@@ -7,7 +7,6 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from ...errors import KinematicsError
 from ...estimation.joint_sample import JointSample
 from ...kernel import Floats
 
@@ -16,10 +15,6 @@ Flags: TypeAlias = npt.NDArray[np.bool_]
 
 # Most messages of a block: the memory of one stays within some tens of MB.
 LARGEST_BLOCK = 16_384
-
-
-class AuditError(KinematicsError, ValueError):
-    """A recording that cannot be judged; one sentence says why and what is accepted."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,8 +11,8 @@ from typing import IO, Any
 import numpy as np
 import numpy.typing as npt
 
+from ...errors import AuditError
 from ...kernel import Floats
-from .block import AuditError
 
 # A column keeps this number of numbers in memory; then they go to a file without a name, which
 # disappears with the process, whatever ends it.

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from ...errors import KinematicsError
+from ...errors import RecordingError
 from ...kernel import Floats
 from ...robot.robot import Robot
 
@@ -24,10 +24,6 @@ LISTED = 20
 # Only numbers that other programs read, too: `1_0` and digits of other scripts are numbers in
 # Python alone.
 NUMBER = re.compile(r'[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?|[-+]?(nan|inf(inity)?)', re.A | re.I)
-
-
-class RecordingError(KinematicsError, ValueError):
-    """A recording that cannot be replayed; the message names file, line and column."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from ...errors import AuditError
 from .bag_reader import open_bag
-from .block import AuditError
 from .plan_reader import open_planned
 from .pose_format import PoseFormat
 from .source import RecordingSource, Selection

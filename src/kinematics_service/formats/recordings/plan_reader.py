@@ -7,10 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from ...errors import AuditError
 from ...kernel import Floats
 from ...robot.measures import Level
 from .between_points import PlannedTrajectory, sampled
-from .block import LARGEST_BLOCK, AuditError, Block, Times
+from .block import LARGEST_BLOCK, Block, Times
 from .source import RecordingSource, Remark, Selection
 
 SECOND = 1_000_000_000

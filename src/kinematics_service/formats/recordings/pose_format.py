@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from .block import AuditError
+from ...errors import AuditError
 
 KINDS = ('xyzw', 'wxyz', 'rotvec', 'rpy', 'matrix')
 LENGTHS = ('m', 'mm')

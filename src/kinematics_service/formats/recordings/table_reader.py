@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .block import AuditError, Block
+from ...errors import AuditError
+from .block import Block
 from .joint_csv import POSITION, STAMP, VELOCITY
 from .pose_format import ACCEPTED_POSES, PoseFormat, pose_columns
 from .source import MOST_POSES, PoseTrack, RecordingSource, Selection

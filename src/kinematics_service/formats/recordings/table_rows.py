@@ -8,9 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...errors import AuditError
 from ...kernel import Floats
 from ...robot.measures import Level
-from .block import LARGEST_BLOCK, AuditError, Times
+from .block import LARGEST_BLOCK, Times
 from .joint_csv import nanoseconds_of, number_of
 from .source import Remark
 

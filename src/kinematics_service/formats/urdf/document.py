@@ -11,17 +11,13 @@ from pathlib import Path
 from typing import NoReturn
 from xml.parsers import expat
 
-from ...errors import Fault, KinematicsError
+from ...errors import Fault, UrdfError
 
 # The largest descriptions of whole humanoids have half a megabyte.
 MAX_BYTES = 8 * 1024 * 1024
 MAX_DEPTH = 64
 MAX_ELEMENTS = 200_000
 MOST_LISTED = 30  # names in a message
-
-
-class UrdfError(KinematicsError, ValueError):
-    """A URDF that cannot be read, or a chain in it that no robot file can express."""
 
 
 @dataclass(frozen=True)

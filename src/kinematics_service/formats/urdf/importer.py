@@ -8,11 +8,12 @@ from typing import Literal
 
 import numpy as np
 
+from ...errors import UrdfError
 from ...robot.robot import Robot, robot_from_text
 from ...version import __version__
 from .certificate import Certificate, certify, configurations
 from .chain import UrdfChain, read_chain
-from .document import UrdfError, XmlElement, parse_urdf, read_urdf
+from .document import XmlElement, parse_urdf, read_urdf
 from .quantity import as_rounded_part_of_pi
 from .robot_text import robot_file_text
 from .table import modified, table_of

@@ -4,7 +4,8 @@ import difflib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from .document import UrdfError, XmlElement, listed, shown
+from ...errors import UrdfError
+from .document import XmlElement, listed, shown
 
 
 @dataclass(frozen=True)

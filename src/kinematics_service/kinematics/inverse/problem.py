@@ -51,10 +51,15 @@ def near_or_middle(robot: Robot, plan: InversePlan, near: npt.ArrayLike | None) 
     try:
         q = np.array(near, dtype=np.float64)
     except (TypeError, ValueError):
-        raise JointVectorError(f'near must be {robot.dof} numbers') from None
+        raise JointVectorError(
+            f'near must be {robot.dof} numbers', 'near', [(robot.dof,)]
+        ) from None
     if q.shape != (robot.chain.dof,) or not np.isfinite(q).all():
         raise JointVectorError(
             f'near must be {robot.dof} finite numbers ({", ".join(robot.joint_names)}), '
-            f'not {q.tolist()}'
+            f'not {q.tolist()}',
+            'near',
+            [(robot.dof,)],
+            q.shape,
         )
     return q

@@ -18,21 +18,13 @@ import numpy as np
 import numpy.typing as npt
 
 from ... import kernel
-from ...errors import KinematicsError
+from ...errors import ServoSettingsError, TwistError
 from ...kernel import Floats
 from ...robot.chain import FrozenArrays
 from ...robot.robot import Robot
 from ...robot.task import ROW_NAMES, find_task
 from ..forward import Axes
 from ..tool_state import ToolState, evaluate
-
-
-class TwistError(KinematicsError, ValueError):
-    """A twist that is not six finite numbers, or in axes that do not exist."""
-
-
-class ServoSettingsError(KinematicsError, ValueError):
-    """Settings of the servo that are invalid."""
 
 
 @dataclass(frozen=True)
@@ -73,10 +65,15 @@ class ServoSettings:
         for name in ('damping', 'damped_below', 'horizon', 'default_rate', 'default_speed'):
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0.0):
-                raise ServoSettingsError(f'{name} must be a positive number, not {value}')
+                raise ServoSettingsError(
+                    f'{name} must be a positive number, not {value}', name, ['above 0'], value
+                )
         if self.rows is not None and (not self.rows or set(self.rows) - set(ROW_NAMES)):
             raise ServoSettingsError(
-                f'rows must be some of {" ".join(ROW_NAMES)}, not {" ".join(self.rows)!r}'
+                f'rows must be some of {" ".join(ROW_NAMES)}, not {" ".join(self.rows)!r}',
+                'rows',
+                ROW_NAMES,
+                self.rows,
             )
 
 
@@ -183,13 +180,20 @@ def joint_velocity(
     if not isinstance(state, ToolState):
         state = evaluate(robot, state)
     if state.numbers.ndim != 1:
-        raise TwistError(f'one pose at a time, not {state.q.shape[:-1]} of them')
+        raise TwistError(
+            f'one pose at a time, not {state.q.shape[:-1]} of them',
+            'state',
+            [(robot.dof,)],
+            state.q.shape,
+        )
     wanted = _twist(twist)
     if frame == 'tool':
         turn = state.pose[:3, :3]
         wanted = np.concatenate([turn @ wanted[:3], turn @ wanted[3:]])
     elif frame != 'base':
-        raise TwistError(f"frame must be 'base' or 'tool', not {frame!r}")
+        raise TwistError(
+            f"frame must be 'base' or 'tool', not {frame!r}", 'frame', ('base', 'tool'), frame
+        )
     qdot = np.empty(robot.chain.dof)
     step = kernel.ServoOutput(servo, qdot)
     kernel.servo(step, state.q, state.numbers, wanted)
@@ -208,9 +212,12 @@ def _twist(twist: npt.ArrayLike) -> Floats:
     try:
         wanted = np.array(twist, dtype=np.float64)
     except (TypeError, ValueError):
-        raise TwistError('twist must be six numbers: vx vy vz wx wy wz') from None
+        raise TwistError('twist must be six numbers: vx vy vz wx wy wz', 'twist', [(6,)]) from None
     if wanted.shape != (6,) or not np.all(np.isfinite(wanted)):
         raise TwistError(
-            f'twist must be six finite numbers, vx vy vz wx wy wz, not {wanted.tolist()}'
+            f'twist must be six finite numbers, vx vy vz wx wy wz, not {wanted.tolist()}',
+            'twist',
+            [(6,)],
+            wanted.shape,
         )
     return wanted

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ... import kernel
-from ...errors import KinematicsError
+from ...errors import TargetError
 from ...kernel import Floats
 from ...robot.robot import Robot
 from ...robot.task import ROW_NAMES
@@ -16,8 +16,8 @@ from ...robot.task import ROW_NAMES
 IDENTITY = np.eye(4)
 
 
-class TargetError(KinematicsError, ValueError):
-    """A target that is neither a pose nor a position, or not finite; rows that do not exist."""
+# Of a pose and of a position.
+SHAPES = ((4, 4), (3,))
 
 
 class IkTarget(NamedTuple):
@@ -62,26 +62,43 @@ def ik_target_of(
     try:
         given = np.array(target, dtype=np.float64, order='C')
     except (TypeError, ValueError):
-        raise TargetError('target must be numbers: a pose (4, 4) or a position (3,)') from None
+        raise TargetError(
+            'target must be numbers: a pose (4, 4) or a position (3,)', 'target', SHAPES
+        ) from None
     known: tuple[str, ...] = ROW_NAMES
     if given.shape == (3,):
         known = ROW_NAMES[:3]
     elif given.shape != (4, 4):
-        raise TargetError(f'target has shape {given.shape}; it must be (4, 4) or (3,)')
+        raise TargetError(
+            f'target has shape {given.shape}; it must be (4, 4) or (3,)',
+            'target',
+            SHAPES,
+            given.shape,
+        )
     if rows is None:
         ordered = known
     else:
         if not rows or set(rows) - set(known):
-            raise TargetError(f'rows must be some of {" ".join(known)}, not {" ".join(rows)!r}')
+            raise TargetError(
+                f'rows must be some of {" ".join(known)}, not {" ".join(rows)!r}',
+                'rows',
+                known,
+                rows,
+            )
         ordered = tuple(name for name in ROW_NAMES if name in rows)
     pose = IDENTITY.copy()
     state = kernel.take_target(given, pose)
     if state != kernel.FINE:
         if state == kernel.NOT_FINE:
-            raise TargetError(f'target must be finite: {given.tolist()}')
+            raise TargetError(
+                f'target must be finite: {given.tolist()}', 'target', SHAPES, given.shape
+            )
         if state == kernel.NOT_RIGID:
             raise TargetError(
-                'target is no rigid motion: its rotation is not orthogonal, or a mirror'
+                'target is no rigid motion: its rotation is not orthogonal, or a mirror',
+                'target',
+                SHAPES,
+                given.shape,
             )
         left, _, right = np.linalg.svd(given[:3, :3])
         pose[:3, :3] = left @ right

@@ -14,13 +14,6 @@ Axis = Literal['Rx', 'Ry', 'Rz', 'Tx', 'Ty', 'Tz']
 Convention = Literal['standard', 'modified', 'elementary', 'shape']
 AngleUnit = Literal['rad', 'deg']
 LengthUnit = Literal['m', 'mm']
-Measure = Literal[
-    'distance',
-    'determinant',
-    'manipulability',
-    'smallest_singular_value',
-    'condition_number',
-]
 
 
 @dataclass(frozen=True)
@@ -185,7 +178,7 @@ class SingularityDescription:
 
     task: tuple[str, ...] | None
     length: float | None
-    measure: Measure
+    measure: str
     warn: float | None
     stop: float | None
     factors: tuple[Factor, ...]

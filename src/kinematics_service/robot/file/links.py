@@ -1,8 +1,4 @@
-"""
-The rows of a robot file's table, by its convention.
-
-Adding a convention is adding one function to `ROW_OF`.
-"""
+"""The rows of a robot file's table, by its convention."""
 
 import math
 import re

@@ -4,9 +4,11 @@ The shape of a robot file: which keys stand where, and which of them are texts, 
 What is missing or has been refused is None in an entry.
 """
 
-from typing import Annotated, Any
+from typing import Annotated, Any, get_args
 
+from .description import Convention
 from .entries import Citation, Entry, Number, Numbers, Pair, Triple, Truth, Word, Words, one_of
+from .measure_table import MEASURES
 
 # Other words for the accepted ones, of textbooks, URDF and other programs.
 CONVENTIONS = {
@@ -58,9 +60,7 @@ class RobotEntry(Entry):
 
     robot: Word = None
     source: Citation = None
-    convention: Annotated[
-        str | None, one_of('standard', 'modified', 'elementary', 'shape', also=CONVENTIONS)
-    ] = None
+    convention: Annotated[str | None, one_of(*get_args(Convention), also=CONVENTIONS)] = None
     units: Any = None
     constants: Any = None
     joints: Any = None
@@ -186,16 +186,7 @@ class SingularityEntry(Entry):
 
     task: Words = None
     length: Number = None
-    measure: Annotated[
-        str | None,
-        one_of(
-            'distance',
-            'determinant',
-            'manipulability',
-            'smallest_singular_value',
-            'condition_number',
-        ),
-    ] = None
+    measure: Annotated[str | None, one_of(*MEASURES)] = None
     warn: Number = None
     stop: Number = None
     factors: Any = None

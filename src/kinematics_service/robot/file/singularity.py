@@ -1,31 +1,28 @@
 """The singularity section of a robot file: task, thresholds, factors."""
 
-import math
 from collections.abc import Sequence
-from typing import Any, get_args
+from typing import Any
 
-from .description import Factor, Measure, SingularityDescription
+from .description import Factor, SingularityDescription
 from .entries import checked, checked_list, did_you_mean, meant_by
 from .expression_syntax import names_in
 from .fault_report import number, quoted
+from .measure_table import MEASURES, Measure
 from .quantities import Kind, Quantities
 from .schema import FactorEntry, SingularityEntry
 from .yaml_document import Path
 
 ROWS = ('x', 'y', 'z', 'rx', 'ry', 'rz')
-# distance: about 6 and 2 degrees. condition_number: MoveIt Servo's lower_singularity_threshold
-# and hard_stop_singularity_threshold.
-DEFAULTS: dict[str, tuple[float, float]] = {
-    'distance': (0.1, 0.03),
-    'condition_number': (17.0, 30.0),
-}
+# The measure of a file that names none.
+USUAL = 'distance'
 PATH: Path = ('singularity',)
 
 
 def read_singularity(data: Any, quantities: Quantities) -> SingularityDescription | None:
     """Return the section with its defaults, or None with its faults reported."""
     if data is None:
-        return SingularityDescription(None, None, 'distance', *DEFAULTS['distance'], ())
+        usual = MEASURES[USUAL]
+        return SingularityDescription(None, None, USUAL, usual.warn, usual.stop, ())
     report = quantities.report
     before = report.fault_count
     entry = checked(SingularityEntry, data, PATH, report)
@@ -37,11 +34,11 @@ def read_singularity(data: Any, quantities: Quantities) -> SingularityDescriptio
     factors = () if entry.factors is None else _factors(entry.factors, quantities)
     if not intact:
         return None  # what has been refused would be taken for the default
-    measure = next(name for name in get_args(Measure) if name == (entry.measure or 'distance'))
+    measure = MEASURES[entry.measure or USUAL]
     thresholds = _thresholds(entry, measure, quantities)
     if thresholds is None or report.fault_count > before:
         return None
-    return SingularityDescription(task, length, measure, *thresholds, factors)
+    return SingularityDescription(task, length, measure.name, *thresholds, factors)
 
 
 def _task(words: Sequence[str | None], quantities: Quantities) -> tuple[str, ...]:
@@ -64,50 +61,44 @@ def _thresholds(
     entry: SingularityEntry, measure: Measure, quantities: Quantities
 ) -> tuple[float, float] | None:
     report = quantities.report
-    kind: Kind = 'angle' if measure == 'distance' else 'number'
+    kind: Kind = 'angle' if measure.unit == 'rad' else 'number'
     texts = {'warn': entry.warn, 'stop': entry.stop}
+    defaults = {'warn': measure.warn, 'stop': measure.stop}
     values: dict[str, float] = {}
-    for position, (key, text) in enumerate(texts.items()):
-        path = (*PATH, key)
-        if text is None and measure in DEFAULTS:
-            values[key] = DEFAULTS[measure][position]
-            continue
-        if text is None:
-            message = f'the key {key!r} is missing: {measure} has no default threshold'
+    for key, text in texts.items():
+        path, value = (*PATH, key), defaults[key]
+        if text is not None:
+            value = quantities.fixed(text, kind, path, usual=False)
+            if value is not None and not measure.accepts(value):
+                report.fault(path, _accepted(value, measure, quantities))
+                continue
+        elif value is None:
+            message = f'the key {key!r} is missing: {measure.name} has no default threshold'
             report.fault(path, message)
-            continue
-        value = quantities.fixed(text, kind, path, usual=False)
-        if value is not None and _in_range(value, measure, path, quantities):
+        if value is not None:
             values[key] = value
     if len(values) < 2:
         return None
     warn, stop = values['warn'], values['stop']
-    ordered = warn < stop if measure == 'condition_number' else stop < warn
-    if not ordered:
-        word = 'above' if measure == 'condition_number' else 'below'
+    if not measure.ordered(warn, stop):
+        word = 'below' if measure.small_is_bad else 'above'
         stated = [
             f'{key} {number(values[key])}' + (' (the default)' if text is None else '')
             for key, text in texts.items()
         ]
         report.fault(
-            (*PATH, 'stop'), f'stop must be {word} warn for {measure}: {", ".join(stated)}'
+            (*PATH, 'stop'), f'stop must be {word} warn for {measure.name}: {", ".join(stated)}'
         )
         return None
     return warn, stop
 
 
-def _in_range(value: float, measure: Measure, path: Path, quantities: Quantities) -> bool:
-    if measure == 'distance' and not 0.0 < value <= math.pi:
+def _accepted(value: float, measure: Measure, quantities: Quantities) -> str:
+    if measure.unit == 'rad':
         half_turn = '180 deg' if quantities.units.angle == 'deg' else 'pi'
-        message = f'a distance is an angle above 0 and at most {half_turn}'
-    elif measure == 'condition_number' and value <= 1.0:
-        message = f'a condition number is above 1, not {number(value)}'
-    elif value <= 0.0:
-        message = f'must be above 0, not {number(value)}'
-    else:
-        return True
-    quantities.report.fault(path, message)
-    return False
+        return f'a {measure.words} is an angle above {measure.least:g} and at most {half_turn}'
+    what = f'a {measure.words} is' if measure.least else 'must be'
+    return f'{what} above {measure.least:g}, not {number(value)}'
 
 
 def _factors(data: Any, quantities: Quantities) -> tuple[Factor, ...]:

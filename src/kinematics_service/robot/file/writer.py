@@ -15,16 +15,12 @@ from typing import Any
 import yaml
 from yaml import MappingNode, Node
 
-from ...errors import KinematicsError
+from ...errors import RobotFileWriteError
 from .yaml_reader import LOADER
 
 BOM = '\ufeff'
 
 Check = Callable[[str], None]
-
-
-class RobotFileWriteError(KinematicsError):
-    """A robot file that cannot be changed without touching what is not ours."""
 
 
 def with_factors(text: str, factors: Mapping[str, str]) -> str:

@@ -12,8 +12,8 @@ from geometry_msgs.msg import PoseStamped, TwistStamped
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState
 
-from ...errors import KinematicsError
-from ...estimation.cdr import STAMP, CdrError, CdrReader
+from ...errors import CdrError, WireError
+from ...estimation.cdr import STAMP, CdrReader
 from ...estimation.joint_state_form import fields_of
 
 
@@ -32,10 +32,6 @@ WALKS: dict[Any, Callable[[CdrReader], object]] = {
     PoseStamped: _stamped_doubles(7),
     TwistStamped: _stamped_doubles(6),
 }
-
-
-class WireError(KinematicsError, ValueError):
-    """Bytes that are no message of their type: ROS's deserializer refuses them, too."""
 
 
 def read_message(data: bytes, kind: Any) -> Any:

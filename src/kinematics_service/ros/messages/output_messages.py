@@ -12,6 +12,7 @@ from ... import kernel
 from ...kernel import Floats, Integers
 from ...kinematics.forward import in_axes
 from ...kinematics.singularity import measured
+from ...robot.measures import Measure
 from ..parameters.settings import ROW_LABELS, NodeSettings
 from .messages import StateReport
 
@@ -131,13 +132,13 @@ def scalar_template(settings: NodeSettings) -> Float64:
     return Float64()
 
 
-def measure_numbers(column: int) -> Callable[[NodeSettings], Numbers | None]:
-    """Return the column of a measure; None for the determinant of an arm without one."""
+def measure_numbers(measure: Measure) -> Callable[[NodeSettings], Numbers | None]:
+    """Return the column of a measure; None for an arm that does not have it."""
 
     def numbers(settings: NodeSettings) -> Numbers | None:
-        if column == kernel.DETERMINANT and not settings.robot.task.square:
+        if measure.of_square and not settings.robot.task.square:
             return None
-        return Copied(np.array([column]), of_measures=True)
+        return Copied(np.array([measure.column]), of_measures=True)
 
     return numbers
 

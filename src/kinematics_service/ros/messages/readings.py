@@ -4,14 +4,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...errors import KinematicsError
+from ...errors import LayoutError
 from ...kernel import Floats
 from ...rigid_motion import roll_pitch_yaw, rotation_of_quaternion
 from ...robot.measures import Level
-
-
-class LayoutError(KinematicsError, ValueError):
-    """A Float64MultiArray whose layout does not describe a matrix with labels."""
 
 
 class MatrixReading(NamedTuple):

@@ -10,7 +10,7 @@ from geometry_msgs.msg import PoseStamped, TwistStamped
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray, MultiArrayDimension
 
-from ...errors import KinematicsError
+from ...errors import RefusedTargetError
 from ...kernel import Floats
 from ...kinematics.inverse.result import IkFamily, IkResult, IkSolution
 from ...rigid_motion import rotation_of_quaternion
@@ -20,10 +20,6 @@ from .messages import time_message
 
 # A quaternion printed with three digits is still a rotation; (0, 0, 0, 0) is not.
 UNIT = 1e-3
-
-
-class RefusedTargetError(KinematicsError, ValueError):
-    """A target that cannot be understood, or not at present; the message says why."""
 
 
 class Choice(NamedTuple):

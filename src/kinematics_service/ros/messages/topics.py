@@ -12,6 +12,7 @@ from std_msgs.msg import Float64, Float64MultiArray
 from visualization_msgs.msg import MarkerArray
 
 from ... import kernel
+from ...robot.measures import MEASURES
 from ..parameters.settings import NodeSettings
 from .messages import StateReport
 from .output_messages import (
@@ -101,14 +102,10 @@ TOPICS = (
     OutputTopic('~/twist', TwistStamped, twist_template, twist_numbers, of_motion=True),
     OutputTopic('~/velocity', VelocityStamped, velocity_template, twist_numbers, of_motion=True),
     *(
-        OutputTopic(f'~/singularity/{name}', Float64, scalar_template, measure_numbers(column))
-        for name, column in (
-            ('determinant', kernel.DETERMINANT),
-            ('manipulability', kernel.MANIPULABILITY),
-            ('condition_number', kernel.CONDITION_NUMBER),
-            ('smallest_singular_value', kernel.SMALLEST_SINGULAR_VALUE),
-            ('distance', kernel.DISTANCE),
+        OutputTopic(
+            f'~/singularity/{measure.name}', Float64, scalar_template, measure_numbers(measure)
         )
+        for measure in reversed(MEASURES.values())  # the distance last
     ),
     OutputTopic(
         '~/link_frames',

@@ -6,10 +6,11 @@ from collections.abc import Callable
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
+from ...errors import WireError
 from ...estimation.joint_sample import JointSample
 from ...estimation.joint_state_form import JointStateForm
 from ..messages.joint_state_reader import JointStateReader
-from ..messages.message_check import WireError, read_message
+from ..messages.message_check import read_message
 from ..messages.messages import sample_of, stamp_of
 from ..messages.topics import JOINT_STATES, JOINT_STATES_QOS
 from .best_subscription import BestSubscription

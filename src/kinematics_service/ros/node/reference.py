@@ -13,16 +13,16 @@ from geometry_msgs.msg import PoseStamped
 from rclpy.node import Node
 from rclpy.qos_overriding_options import QoSOverridingOptions
 
-from ...errors import KinematicsError
+from ...errors import KinematicsError, RefusedTargetError, WireError
 from ...estimation.estimator import EstimatorOutput
 from ...estimation.status_text import StatusText
 from ...kernel import Floats
 from ...rigid_motion import roll_pitch_yaw
 from ...robot.measures import Level
 from ...robot.robot import Robot
-from ..messages.message_check import WireError, read_message
+from ..messages.message_check import read_message
 from ..messages.messages import SECOND
-from ..messages.target_messages import RefusedTargetError, pose_of
+from ..messages.target_messages import pose_of
 from ..messages.topics import REFERENCE_POSE, TARGET_POSE_QOS
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from rclpy.qos_overriding_options import QoSOverridingOptions
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 
-from ...errors import KinematicsError
+from ...errors import KinematicsError, RefusedTargetError
 from ...estimation.estimator import EstimatorOutput
 from ...estimation.status_text import StatusText
 from ...kinematics.inverse.plan import plan_for
@@ -25,7 +25,6 @@ from ...robot.measures import Level
 from ..messages.message_check import read_message
 from ..messages.messages import SECOND, full_name, status_message
 from ..messages.target_messages import (
-    RefusedTargetError,
     choice_of,
     joint_positions_message,
     joint_velocities_message,

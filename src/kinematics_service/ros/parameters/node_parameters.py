@@ -10,17 +10,13 @@ from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValu
 from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 
-from ...errors import KinematicsError
+from ...errors import KinematicsError, RobotConflictError, SettingsError
 from ...robot.robot import load_robot
-from .settings import NodeSettings, SettingsError, defaults, settings_from
+from .settings import NodeSettings, defaults, settings_from
 from .table import PARAMETERS, ROBOT, TRANSPORT
 
 KINDS = {str: 'a string', bool: 'true or false', float: 'a number with a point'}
 NAMES = frozenset(parameter.name for parameter in PARAMETERS)
-
-
-class RobotConflictError(KinematicsError, ValueError):
-    """The command line and a parameter name different robots: wrong usage."""
 
 
 class NodeParameters:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from typing import Any
 
-from ...errors import KinematicsError
+from ...errors import KinematicsError, SettingsError
 from ...estimation.estimator import EstimatorSettings
 from ...kinematics.inverse.servo import ServoSettings
 from ...robot.measures import Thresholds, thresholds_for
@@ -18,10 +18,6 @@ ROW_LABELS = {
     'linear_first': 'vx,vy,vz,wx,wy,wz',
     'angular_first': 'wx,wy,wz,vx,vy,vz',
 }
-
-
-class SettingsError(KinematicsError, ValueError):
-    """A parameter's value is refused; the message names it, the value and what is accepted."""
 
 
 @dataclass(frozen=True)

@@ -5,14 +5,10 @@ from collections.abc import Sequence
 from pathlib import PurePath
 from typing import NamedTuple
 
-from ...errors import KinematicsError
+from ...errors import ArmsError
 
 # A namespace as ROS accepts it, without the leading slash.
 NAMESPACE = re.compile(r'/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*')
-
-
-class ArmsError(KinematicsError, ValueError):
-    """Arms that cannot run side by side: wrong usage."""
 
 
 class ArmChoice(NamedTuple):

@@ -12,12 +12,11 @@ from rclpy.exceptions import ParameterException
 from rclpy.logging import LoggingSeverity, set_logger_level
 from rclpy.signals import SignalHandlerOptions
 
-from ...errors import KinematicsError
+from ...errors import ArmsError, KinematicsError, RobotConflictError
 from ...stop_signals import StopSignal, stop_signals
 from ..messages.messages import full_name
 from ..node.node import KinematicsNode
-from ..parameters.node_parameters import RobotConflictError
-from .arms import ArmChoice, ArmsError, arms_from
+from .arms import ArmChoice, arms_from
 from .environment import log_refusal, mixture_refusal, security_refusal
 from .log_callers import know_callers
 from .middleware import take_profiles

@@ -2,7 +2,7 @@
 
 import os
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -11,13 +11,12 @@ from rclpy.node import Node
 from rich.console import Console, RenderableType
 from rich.live import Live
 
-from ...errors import KinematicsError
+from ...errors import KinematicsError, RobotConflictError
 from ...formats.recordings.joint_csv import read_recording
 from ...kinematics.trajectory import TRAJECTORIES
-from ...robot.measure_units import volume_unit
+from ...robot.measure_units import measure_units
 from ...stop_signals import StopSignal, stop_signals
 from ..node.node import KinematicsNode
-from ..parameters.node_parameters import RobotConflictError
 from ..process.runner import FAULT, FINE, WRONG_USAGE, leave, open_context, start_refusal, tell
 from ..process.spin import Spinner
 from ..process.standard_output import StandardOutput
@@ -162,7 +161,7 @@ def _play(
     fine = turn(lambda: arm.heard and listener.found(node), MEETING)
     if output.is_terminal:
         stop.last_words = LEAVE_SCREEN
-    with _report(display, listener, output, volume_unit(node.settings.robot)):
+    with _report(display, listener, output, measure_units(node.settings.robot)):
         listener.start()
         arm.start()
         fine = fine and turn(lambda: arm.finished, duration)
@@ -191,7 +190,7 @@ def _helper(node: KinematicsNode, name: str) -> Node:
 
 @contextmanager
 def _report(
-    display: Node, listener: DemoListener, output: StandardOutput, unit: str
+    display: Node, listener: DemoListener, output: StandardOutput, units: Mapping[str, str]
 ) -> Iterator[None]:
     # On a terminal the table has a screen of its own; the former one is restored in the end.
     steady = Clock(clock_type=ClockType.STEADY_TIME)
@@ -204,7 +203,7 @@ def _report(
     console = Console(markup=False, highlight=False, emoji=False)
 
     def drawn() -> RenderableType:
-        return screen(listener, console.size, output.shows_blocks, unit)
+        return screen(listener, console.size, output.shows_blocks, units)
 
     with Live(
         drawn(),

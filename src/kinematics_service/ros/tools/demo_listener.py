@@ -13,12 +13,12 @@ from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, Float64MultiArray
 
+from ...robot.measures import MEASURES
 from ..messages.readings import PoseReading, WarningReading, pose_of, warned_of
 from ..messages.topics import JOINT_STATES, OUTPUT_QOS, WARNING, WARNING_QOS
 from ..process.latest_message import LatestMessage
 
 DISTANCE = 'singularity/distance'
-MEASURES = ('determinant', 'manipulability', 'condition_number', 'smallest_singular_value')
 # The time of an entry of the history, s, and the number of entries.
 INTERVAL = 0.25
 LONGEST_HISTORY = 400
@@ -80,7 +80,11 @@ class DemoListener:
         self.pose = subscribe('pose', PoseStamped)
         self.jacobian = subscribe('jacobian', Float64MultiArray)
         self.twist = subscribe('twist', TwistStamped)
-        self.measures = {name: subscribe(f'singularity/{name}', Float64) for name in MEASURES}
+        self.measures = {
+            name: subscribe(f'singularity/{name}', Float64)
+            for name in MEASURES
+            if name != 'distance'
+        }
         self.distance = subscribe(DISTANCE, Float64, self._note)
         warning = WARNING.replace('~', source)
         self.warning = LatestMessage(node, warning, DiagnosticStatus, WARNING_QOS, self._warn)

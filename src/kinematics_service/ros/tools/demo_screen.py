@@ -3,7 +3,7 @@
 import math
 import os
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -11,18 +11,12 @@ from rich.console import ConsoleDimensions, Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from ...errors import LayoutError
 from ...kernel import Floats
 from ...printing import plain
-from ...robot.measures import Level
-from ..messages.readings import (
-    LayoutError,
-    MatrixReading,
-    WarningReading,
-    matrix_of,
-    pose_of,
-    velocity_of,
-)
-from .demo_listener import INTERVAL, MEASURES, DemoListener
+from ...robot.measures import MEASURES, Level
+from ..messages.readings import MatrixReading, WarningReading, matrix_of, pose_of, velocity_of
+from .demo_listener import INTERVAL, DemoListener
 from .live_table import BARS, STYLES, bars, coloured, matrix_lines, number
 
 # Number of lines of a sentence, so that nothing below it jumps.
@@ -52,7 +46,7 @@ class ScreenSection(NamedTuple):
 
 
 def screen(
-    listener: DemoListener, size: ConsoleDimensions, blocks: bool, volume_unit: str
+    listener: DemoListener, size: ConsoleDimensions, blocks: bool, units: Mapping[str, str]
 ) -> RenderableType:
     """
     Return the live table: the level first, and of the rest what fits.
@@ -65,8 +59,8 @@ def screen(
         Size of the terminal; from WIDE characters on there are two columns.
     blocks
         Whether the terminal can show block characters.
-    volume_unit
-        Unit of the determinant and of the manipulability.
+    units
+        Of each measure.
     """
     width, height = size
     wide = width >= WIDE
@@ -82,7 +76,7 @@ def screen(
         ScreenSection(9, [Text()]),
         ScreenSection(2, [_distance(listener)]),
         ScreenSection(3, _histories(listener, right) if blocks else []),
-        ScreenSection(6, _measures(listener, right, volume_unit)),
+        ScreenSection(6, _measures(listener, right, units)),
         ScreenSection(7, _lost(listener)),
     ]
     elsewhere = f'elsewhere: python -m kinematics_service echo jacobian --node {listener.source}'
@@ -225,18 +219,12 @@ def _distance(listener: DemoListener) -> Text:
     return _labelled('distance', shown, STYLES.get(level, ''))
 
 
-def _measures(listener: DemoListener, width: int, volume_unit: str) -> list[Text]:
-    value = {name: listener.measure(name) for name in MEASURES}
-    each = (
-        ('det(J)', 'determinant', volume_unit),
-        ('manipulability', 'manipulability', volume_unit),
-        ('condition number', 'condition_number', ''),
-        ('smallest sigma', 'smallest_singular_value', 'm'),
-    )
-    cells = [
-        _labelled(label, f'{_measure(value[name])} {unit}'.rstrip().ljust(LEFT_COLUMN))
-        for label, name, unit in each
-    ]
+def _measures(listener: DemoListener, width: int, units: Mapping[str, str]) -> list[Text]:
+    cells = []
+    for name, measure in MEASURES.items():
+        if name != 'distance':  # it has a line of its own
+            value = f'{_measure(listener.measure(name))} {units[name]}'.rstrip()
+            cells.append(_labelled(measure.short or measure.words, value.ljust(LEFT_COLUMN)))
     across = 2 if width >= 2 * len(cells[0]) else 1
     return [
         *(Text.assemble(*cells[k : k + across]) for k in range(0, len(cells), across)),

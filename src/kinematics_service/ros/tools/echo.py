@@ -14,9 +14,9 @@ from rich.console import Console, Group
 from rich.live import Live
 from rich.text import Text
 
+from ...errors import LayoutError
 from ...printing import json_text
 from ...stop_signals import stop_signals
-from ..messages.readings import LayoutError
 from ..process.latest_message import LatestMessage
 from ..process.no_messages import why_no_messages
 from ..process.runner import FAULT, FINE, WRONG_USAGE, leave, open_context, start_refusal, tell

@@ -13,10 +13,11 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from std_msgs.msg import Float64, Float64MultiArray
 
 from ...display.view.observation import Observation
+from ...errors import LayoutError
 from ...kernel import Floats
 from ...rigid_motion import rotation_of_quaternion
 from ...robot.measures import Level
-from ..messages.readings import LayoutError, matrix_of, velocity_of, warned_of
+from ..messages.readings import matrix_of, velocity_of, warned_of
 from ..messages.topics import WARNING, WARNING_QOS
 from ..process.latest_message import LatestMessage
 

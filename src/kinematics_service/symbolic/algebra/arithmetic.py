@@ -8,11 +8,12 @@ from typing import Any
 
 import sympy
 
+from ...errors import DerivationError
 from ...rigid_motion import Z_INTO
 from ...robot.file.description import DhRow, ElementaryMotion, RobotDescription, ShapeRow
 from .laurent import Laurent, Ring, from_terms
 from .matrices import Matrix, product
-from .names import DerivationError, Names
+from .names import Names
 
 # Constant angles that are no quarter turns and stay letters.
 MOST_LETTERS = 2

@@ -11,7 +11,7 @@ from typing import Any
 
 import sympy
 
-from ...errors import KinematicsError
+from ...errors import DerivationError
 from ...robot.file.description import (
     DhRow,
     ElementaryMotion,
@@ -21,10 +21,6 @@ from ...robot.file.description import (
 )
 from ...robot.file.expression_syntax import names_in
 from .expression import exact
-
-
-class DerivationError(KinematicsError, ValueError):
-    """What cannot be derived exactly, and why."""
 
 
 @dataclass(frozen=True)

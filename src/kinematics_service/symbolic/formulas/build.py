@@ -7,8 +7,9 @@ from typing import Any, TypeAlias
 
 import sympy as sp  # type: ignore[import-untyped]
 
+from ...errors import FormulaError
 from .syntax import Node
-from .tokens import FormulaError, Token
+from .tokens import Token
 
 Value: TypeAlias = Any  # a sympy expression or an immutable matrix
 Lookup: TypeAlias = Callable[[Token], Value]

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from ...errors import FormulaError
 from ...robot.robot import Robot
 from .checks import ROUND_OFF, Check, QuantityCheck
 from .claims import Claim, judge_claims
@@ -18,7 +19,6 @@ from .solutions import EquationCheck, SolutionCheck
 from .statements import Statement, Understood, understand
 from .symbols import shown
 from .table import table_of
-from .tokens import FormulaError
 
 AGREES, DIFFERS = 'agrees', 'differs'
 BRANCH_POSES = 200

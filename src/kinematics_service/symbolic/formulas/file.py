@@ -4,8 +4,9 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
+from ...errors import FormulaError
 from .syntax import Node, parse, parse_lines
-from .tokens import FormulaError, Token, plain_letters, tokens_of
+from .tokens import Token, plain_letters, tokens_of
 
 SETTING = re.compile(
     r'\s*(rows|frame|units|at|first frame|point|meaning|singular)\s*:(?!=)(.*)', re.IGNORECASE

@@ -7,11 +7,12 @@ from typing import Any
 
 import sympy as sp  # type: ignore[import-untyped]
 
+from ...errors import FormulaError
 from .file import Settings
 from .quantities import Quantity, Reading, quantity_of, symbolic, why_out_of_range
 from .symbols import SymbolicArm
 from .table import Table
-from .tokens import FormulaError, Token
+from .tokens import Token
 
 SHORTHAND = re.compile(r'([cCsS])(\d{1,7})')
 ALIAS = re.compile(r'(q|theta|th|t|phi|d)(\d{1,2})')

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import sympy as sp  # type: ignore[import-untyped]
 
+from ...errors import FormulaError
 from ...robot.robot import Robot
 from .build import build, is_matrix
 from .file import Raw, Settings
@@ -14,7 +15,6 @@ from .names import GENERAL, Names, coordinates, reading_of, rotation_entries
 from .numbers import DEGREE, Evaluation, Floats
 from .quantities import numeric, quantity_of, why_out_of_range
 from .syntax import Node
-from .tokens import FormulaError
 from .world import World
 
 SEED = 20240523

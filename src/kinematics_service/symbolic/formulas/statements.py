@@ -6,13 +6,14 @@ from typing import Any
 
 import sympy as sp  # type: ignore[import-untyped]
 
+from ...errors import FormulaError
 from .build import build, is_matrix
 from .file import FormulaFile, Raw, Settings
 from .names import COORDINATES, Names, reading_of
 from .numbers import size_of
 from .quantities import ACCEPTED, Quantity, quantity_of, why_out_of_range
 from .syntax import Node
-from .tokens import FormulaError, Token
+from .tokens import Token
 
 LONGEST = 200_000  # nodes of an expression, shared parts counted each time
 DEEPEST_DEFINITION = 40

@@ -9,7 +9,8 @@ inverses and cross products.
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from .tokens import FormulaError, Token
+from ...errors import FormulaError
+from .tokens import Token
 
 FUNCTIONS = {
     'sin': 1, 'cos': 1, 'tan': 1, 'asin': 1, 'acos': 1, 'atan': 1, 'arcsin': 1, 'arccos': 1,

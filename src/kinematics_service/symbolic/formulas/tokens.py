@@ -9,7 +9,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from ...errors import KinematicsError
+from ...errors import FormulaError
 
 NUMBER = re.compile(r'(?:\d+(?:\.(?!\.)\d*)?|\.\d+)(?:[eE][-+]?\d+)?')
 WORD = re.compile(r'[A-Za-z][A-Za-z0-9]*')
@@ -54,16 +54,6 @@ ENVIRONMENTS = frozenset(
 SAME_LETTER = {'varphi': 'phi', 'vartheta': 'theta', 'varsigma': 'sigma'}
 
 MOST_TOKENS = 50_000
-
-
-class FormulaError(KinematicsError, ValueError):
-    """A formula that cannot be read, and where."""
-
-    def __init__(self, message: str, line: int = 0, column: int = 0) -> None:
-        self.message = message
-        self.line = line
-        self.column = column
-        super().__init__(message)
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from pathlib import Path as File
 
 import numpy as np
 
-from ..algebra.names import DerivationError
+from ...errors import DerivationError
 from ..path import Path
 
 SAMPLES = 1001

@@ -14,12 +14,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ....errors import AuditError
 from ....estimation.cdr import DOUBLE, STAMP_AT, WHOLE, CdrWriter
 from ....estimation.status_text import StatusText
-from ....formats.recordings.block import AuditError, Times
+from ....formats.recordings.block import Times
 from ....kernel import Floats
+from ....robot.measures import MEASURES
 from ....robot.robot import Robot
-from ..timeline import MEASURE_NAMES, TimelineBatch
+from ..timeline import TimelineBatch
 
 NODE = '/kinematics'
 WARNING = f'{NODE}/singularity/warning'
@@ -97,9 +99,9 @@ class BagWriter:
             'velocity', 'geometry_msgs/msg/VelocityStamped', 6, base, tool, base
         )
         self._measures = [
-            (name, self._add(f'singularity/{name}', 'std_msgs/msg/Float64', 1))
-            for name in MEASURE_NAMES
-            if name != 'determinant' or robot.task.square
+            (measure.name, self._add(f'singularity/{measure.name}', 'std_msgs/msg/Float64', 1))
+            for measure in reversed(MEASURES.values())
+            if robot.task.square or not measure.of_square
         ]
         self._warning = self._connection(WARNING, 'diagnostic_msgs/msg/DiagnosticStatus', True)
 

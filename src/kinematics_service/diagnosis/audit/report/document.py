@@ -11,13 +11,12 @@ from ....kernel import Floats
 from ....kinematics.singularity import singularity_of
 from ....kinematics.tool_state import evaluate
 from ....rigid_motion import roll_pitch_yaw
-from ....robot.measures import Level
+from ....robot.measures import MEASURES, Level
 from ....version import __version__
 from ...frame_check import TestedCause
 from ..auditing import Audit
 from ..frames import NotCompared
 from ..stretches import badness, watched_values
-from ..timeline import MEASURE_NAMES
 from ..verdict import verdict_of
 
 # Rows of the series at most; of longer recordings the worst ones, evenly spread.
@@ -195,7 +194,7 @@ def _series(audit: Audit, rows: Times) -> dict[str, Any]:
     singularity = singularity_of(state)
     moving = ~np.any(np.isnan(qdot), axis=1)
     signs = np.where(timeline.turned[rows], -1.0, 1.0)
-    measures = {name: getattr(singularity, name) for name in MEASURE_NAMES}
+    measures = {name: getattr(singularity, name) for name in MEASURES}
     return {
         'thinned': len(rows) < len(timeline),
         'message': timeline.messages[rows],

@@ -1,8 +1,15 @@
-"""An audit as one page without other files."""
+"""
+An audit as one page that needs nothing else: light, dark and printed, at any width.
+
+Its style and its script are page.css and page.js. The colours are those of Okabe and Ito (2008),
+told apart by all kinds of colour vision, and lighter in the dark. The script shows the values at
+one time in all plots, which it reads back from their paths.
+"""
 
 import math
 from collections.abc import Callable
 from html import escape
+from importlib import resources
 
 from ....estimation.estimator import ACCEPTED
 from ....robot.measures import MEASURES
@@ -12,7 +19,6 @@ from ..verdict import AuditVerdict, count, seconds, verdict_of
 from .page_charts import interval_chart, joint_charts, measure_charts, tool_charts
 from .page_frames import frame_section
 from .page_header import Provenance, header
-from .page_style import SCRIPT, STYLE
 from .page_table import MOST, more_of, table
 
 SIGNS = {'OK': '&#10003; fine', 'WARN': '&#9650; WARN', 'ERROR': '&#9632; ERROR'}
@@ -25,14 +31,19 @@ def page_of(audit: Audit, origin: Provenance | None = None) -> str:
     parts = [
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        f'<title>{escape(title)}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n',
+        f'<title>{escape(title)}</title>\n<style>\n{_file("page.css")}</style>\n'
+        '</head>\n<body>\n',
         f'<h1>{escape(title)}</h1>\n{header(audit, origin)}{_introduction(audit)}',
         _verdict(verdict),
         *(section(audit) for section in SECTIONS),
         f'<p class="soft">kinematics_service {__version__}. Computed as the node computes, from '
-        f'{escape(audit.file)}.</p>\n<script>{SCRIPT}</script>\n</body>\n</html>\n',
+        f'{escape(audit.file)}.</p>\n<script>\n{_file("page.js")}</script>\n</body>\n</html>\n',
     ]
     return ''.join(parts)
+
+
+def _file(name: str) -> str:
+    return resources.files(__package__).joinpath(name).read_text(encoding='utf-8')
 
 
 def _introduction(audit: Audit) -> str:

@@ -21,13 +21,6 @@ Values = Callable[[slice], Floats]
 
 # Stretches shaded at most; more would be a grey wall.
 MOST_BANDS = 400
-MEASURED = {
-    'manipulability': 'manipulability',
-    'condition_number': 'condition number',
-    'smallest_singular_value': 'smallest singular value',
-    'determinant': 'determinant',
-    'distance': 'distance',
-}
 
 
 def _breaks(audit: Audit, rows: slice) -> Flags:
@@ -104,9 +97,8 @@ def measure_charts(audit: Audit) -> str:
         LevelLine(robot.thresholds.warn, f'warn {robot.thresholds.warn:g}', 'warnline'),
         LevelLine(robot.thresholds.stop, f'stop {robot.thresholds.stop:g}'),
     ]
-    name = MEASURED[measure.name]
-    curve = _curve(audit, name, 'c0', watched)
-    title = f'{name} to a singular pose' if measure.name == 'distance' else name
+    curve = _curve(audit, measure.words, 'c0', watched)
+    title = measure.long or measure.words
     log = bool(np.any(curve.values > 0.0))
     charts = [_chart(audit, title, measure.unit, [curve], log, levels, 210)]
     factors = robot.factors.names
@@ -118,11 +110,12 @@ def measure_charts(audit: Audit) -> str:
         charts.append(
             _chart(audit, 'distance to the zero of each factor', 'rad', curves, True, levels)
         )
-    for other in ('smallest_singular_value', 'condition_number'):
-        if other != measure.name:
-            curve = _curve(audit, MEASURED[other], 'c0', _finite(timeline.measures[other]))
+    for name, column in timeline.measures.items():
+        if name != measure.name:
+            other = MEASURES[name]
+            curve = _curve(audit, other.words, 'c0', _finite(column))
             if np.any(curve.values > 0.0):
-                charts.append(_chart(audit, MEASURED[other], '', [curve], True))
+                charts.append(_chart(audit, other.words, other.unit, [curve], True))
     text = ''.join(chart.html() for chart in charts)
     if audit.stretches:
         text += (

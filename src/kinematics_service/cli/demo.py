@@ -1,4 +1,4 @@
-"""The commands beside the node that need ROS: `demo` and `echo`."""
+"""The command `demo`: the node at work without a robot."""
 
 import math
 from enum import Enum
@@ -7,11 +7,12 @@ from typing import Annotated
 
 import typer
 
+from .application import app
 from .missing_ros import without_ros
 from .options import WrongUsage, refuse_unknown_robot
 from .ros_variables import refuse_ros_variables
 
-DEMO_HELP = """
+HELP = """
 Show the node at work without a robot: a simulated arm moves, and the node's outputs are
 printed. All of it stays on this computer, in the namespace /demo.
 
@@ -25,22 +26,6 @@ A recording has a line for each moment and these columns, in s, rad and m: stamp
 for each joint of the robot, and, if known, velocity.JOINT.
 """
 
-ECHO_HELP = """
-Print what a running node says, without any other ROS tool installed.
-
-\b
-Examples:
-  kinematics_service echo
-  kinematics_service echo pose --once
-  kinematics_service echo warning --json
-  kinematics_service echo twist --node /left_arm/kinematics
-  kinematics_service echo pose --once --timeout 30
-"""
-
-
-# Range of the time-out of `echo`, in s.
-ONCE_TIMEOUT, SHORTEST_TIMEOUT, LONGEST_TIMEOUT = 10.0, 0.1, 86_400.0
-
 
 class DemoTrajectory(str, Enum):
     """How the demo moves the joints."""
@@ -49,15 +34,7 @@ class DemoTrajectory(str, Enum):
     smooth = 'smooth'
 
 
-class EchoedTopic(str, Enum):
-    """The topics that `echo` can print."""
-
-    jacobian = 'jacobian'
-    pose = 'pose'
-    twist = 'twist'
-    warning = 'warning'
-
-
+@app.command(short_help='Show the node at work without a robot.', help=HELP)
 def demo(
     context: typer.Context,
     robot: Annotated[
@@ -90,7 +67,7 @@ def demo(
         ),
     ] = None,
 ) -> None:
-    """Run the command; `DEMO_HELP` is what its user reads."""
+    """Run the command; `HELP` is what its user reads."""
     if robot is not None:
         refuse_unknown_robot(robot)
     if duration is not None and not math.isfinite(duration):
@@ -101,35 +78,3 @@ def demo(
     except ImportError as error:
         raise without_ros(error) from error
     raise typer.Exit(run_demo(robot, duration, trajectory.value, replay, context.obj))
-
-
-def echo(
-    context: typer.Context,
-    what: Annotated[EchoedTopic, typer.Argument(help='Topic to print.')] = EchoedTopic.jacobian,
-    once: Annotated[bool, typer.Option('--once', help='Stop after the first message.')] = False,
-    json: Annotated[bool, typer.Option('--json', help='Print one JSON object per line.')] = False,
-    node: Annotated[
-        str, typer.Option(metavar='NAME', help='The full name of the node.')
-    ] = '/kinematics',
-    timeout: Annotated[
-        float | None,
-        typer.Option(
-            metavar='SECONDS',
-            help='Give up, with exit code 1, if nothing has come by then.',
-            show_default=f'{ONCE_TIMEOUT:g} with --once, else never',
-        ),
-    ] = None,
-) -> None:
-    """Run the command; `ECHO_HELP` is what its user reads."""
-    if timeout is not None and not timeout >= SHORTEST_TIMEOUT:
-        raise WrongUsage(f'--timeout: {timeout:g} is not at least {SHORTEST_TIMEOUT:g} s')
-    if timeout is not None and timeout > LONGEST_TIMEOUT:
-        raise WrongUsage(f'--timeout: {timeout:g} s is longer than a day: leave it out')
-    refuse_ros_variables()
-    try:
-        from ..ros.tools.echo import run_echo
-    except ImportError as error:
-        raise without_ros(error) from error
-    if timeout is None and once:
-        timeout = ONCE_TIMEOUT
-    raise typer.Exit(run_echo(what.value, node, once, json, timeout, context.obj))

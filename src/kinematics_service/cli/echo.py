@@ -1,0 +1,68 @@
+"""The command `echo`: what a running node publishes."""
+
+from enum import Enum
+from typing import Annotated
+
+import typer
+
+from .application import app
+from .missing_ros import without_ros
+from .options import WrongUsage
+from .ros_variables import refuse_ros_variables
+
+HELP = """
+Print what a running node says, without any other ROS tool installed.
+
+\b
+Examples:
+  kinematics_service echo
+  kinematics_service echo pose --once
+  kinematics_service echo warning --json
+  kinematics_service echo twist --node /left_arm/kinematics
+  kinematics_service echo pose --once --timeout 30
+"""
+
+# Range of the time-out of `echo`, in s.
+ONCE_TIMEOUT, SHORTEST_TIMEOUT, LONGEST_TIMEOUT = 10.0, 0.1, 86_400.0
+
+
+class EchoedTopic(str, Enum):
+    """The topics that `echo` can print."""
+
+    jacobian = 'jacobian'
+    pose = 'pose'
+    twist = 'twist'
+    warning = 'warning'
+
+
+@app.command(short_help='Print what a running node says.', help=HELP)
+def echo(
+    context: typer.Context,
+    what: Annotated[EchoedTopic, typer.Argument(help='Topic to print.')] = EchoedTopic.jacobian,
+    once: Annotated[bool, typer.Option('--once', help='Stop after the first message.')] = False,
+    json: Annotated[bool, typer.Option('--json', help='Print one JSON object per line.')] = False,
+    node: Annotated[
+        str, typer.Option(metavar='NAME', help='The full name of the node.')
+    ] = '/kinematics',
+    timeout: Annotated[
+        float | None,
+        typer.Option(
+            metavar='SECONDS',
+            help='Give up, with exit code 1, if nothing has come by then.',
+            show_default=f'{ONCE_TIMEOUT:g} with --once, else never',
+        ),
+    ] = None,
+) -> None:
+    """Run the command; `HELP` is what its user reads."""
+    if timeout is not None and not timeout >= SHORTEST_TIMEOUT:
+        raise WrongUsage(f'--timeout: {timeout:g} is not at least {SHORTEST_TIMEOUT:g} s')
+    if timeout is not None and timeout > LONGEST_TIMEOUT:
+        raise WrongUsage(f'--timeout: {timeout:g} s is longer than a day: leave it out')
+    refuse_ros_variables()
+    try:
+        from ..ros.tools.echo import run_echo
+    except ImportError as error:
+        raise without_ros(error) from error
+    if timeout is None and once:
+        timeout = ONCE_TIMEOUT
+    raise typer.Exit(run_echo(what.value, node, once, json, timeout, context.obj))

@@ -1,0 +1,310 @@
+"""
+The recipes of CONTRIBUTING.md, each followed in a copy of the package and run.
+
+A test edits the files its recipe names and no others. Where the kernel is among them its source
+runs as plain Python.
+"""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import kinematics_service as ks
+from kinematics_service.kernel.compiled import VARIABLE
+
+PACKAGE = Path(ks.__file__).parent
+ROOT = Path(__file__).parents[1]
+NAME = 'kinematics_service'
+needs_pages = pytest.mark.skipif(
+    not (ROOT / 'docs').is_dir(), reason='the pages are not beside the tests'
+)
+pytestmark = needs_pages
+
+
+def files_of(recipe, own=''):
+    """Return the files in the first column of a recipe's table; `own` is its NAME."""
+    text = (ROOT / 'CONTRIBUTING.md').read_text(encoding='utf-8')
+    part = re.search(rf'^### {recipe}\n(.*?)(?=^##)', text, re.MULTILINE | re.DOTALL)
+    return {
+        file.replace('NAME', own)
+        for file in re.findall(r'^\| `([^`]+)` \|', part[1], re.MULTILINE)
+    }
+
+
+class Copy:
+    """A copy of the package in which a recipe is followed."""
+
+    def __init__(self, folder):
+        self.folder, self.edited = folder, set()
+        left_out = shutil.ignore_patterns('__pycache__')
+        self.package = folder / NAME
+        shutil.copytree(PACKAGE, self.package, ignore=left_out)
+        if not (self.package / 'config').is_dir():
+            shutil.copytree(ROOT / 'config', self.package / 'config')
+        shutil.copytree(ROOT / 'docs', folder / 'docs', ignore=left_out)
+
+    def path(self, file):
+        beside = file.startswith('docs/')
+        return (self.folder if beside else self.package) / file
+
+    def write(self, file, text):
+        self.edited.add(file)
+        assert not self.path(file).exists()
+        self.path(file).write_text(text, encoding='utf-8')
+
+    def insert(self, file, new, *, before=None, after=None):
+        """Insert lines beside the one place where a text stands."""
+        self.edited.add(file)
+        text, mark = self.path(file).read_text(encoding='utf-8'), before or after
+        assert text.count(mark) == 1, (file, mark)
+        at = text.index(mark) + (len(mark) if after else 0)
+        self.path(file).write_text(text[:at] + new + text[at:], encoding='utf-8')
+
+    def replace(self, file, old, new):
+        self.edited.add(file)
+        text = self.path(file).read_text(encoding='utf-8')
+        assert text.count(old) == 1, (file, old)
+        self.path(file).write_text(text.replace(old, new), encoding='utf-8')
+
+    def python(self, *arguments, code=0):
+        around = {
+            'PYTHONPATH': str(self.folder),
+            'PYTHONDONTWRITEBYTECODE': '1',
+            'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
+        }
+        if any(file.startswith('kernel/') for file in self.edited):
+            around[VARIABLE] = '1'
+        done = subprocess.run(
+            [sys.executable, *arguments],
+            cwd=self.folder,
+            env={**os.environ, **around},
+            capture_output=True,
+            text=True,
+            timeout=280,
+        )
+        assert done.returncode == code, done.stdout + done.stderr
+        return done.stdout if code == 0 else done.stderr
+
+    def command(self, *arguments):
+        return self.python('-m', NAME, *arguments)
+
+
+@pytest.fixture
+def package(tmp_path):
+    return Copy(tmp_path)
+
+
+def recording(folder):
+    """Write joint states of planar_2r that go through a singular pose."""
+    lines = ['stamp,position.q1,position.q2']
+    lines += [f'{0.05 * k:.2f},{0.02 * k:.3f},{0.8 - 0.04 * k:.3f}' for k in range(40)]
+    file = folder / 'run.csv'
+    file.write_text('\n'.join(lines) + '\n')
+    return file
+
+
+TOPICS_OF_A_NODE = """
+import sys
+sys.path.insert(0, 'docs')
+import from_code
+with from_code.some_node() as node:
+    print(*sorted({publisher.topic for publisher in node.publishers}))
+print(from_code.topics())
+"""
+
+LANES_AND_ONE = """
+import numpy as np
+import kinematics_service as ks
+robot = ks.load_robot('planar_2r')
+q = np.random.default_rng(3).uniform(-3.0, 3.0, (40, 2))
+batch = ks.singularity(robot, q)
+one = [ks.singularity(robot, row).isotropy for row in q]
+assert batch.isotropy.tolist() == one
+np.testing.assert_allclose(one, 1.0 / batch.condition_number, rtol=1e-12)
+assert 'isotropy' in repr(batch)
+"""
+
+
+def add_isotropy(package):
+    package.replace(
+        'kernel/places.py',
+        '    LOST_AT,\n) = range(7)\n',
+        '    ISOTROPY,\n    LOST_AT,\n) = range(8)\n',
+    )
+    package.insert('kernel/places.pxd', '    ISOTROPY\n', before='    LOST_AT\n')
+    package.insert(
+        'kernel/singularity.py',
+        '    measures[places.ISOTROPY] = sigma[last] / sigma[0]\n',
+        before='    measures[places.CONDITION_NUMBER] = (',
+    )
+    package.insert(
+        'kernel/measure_lanes.py',
+        '        measures[places.ISOTROPY * places.LANES + lane] = smallest[lane] / sigma[lane]\n',
+        after='= sigma[lane] / smallest[lane]\n',
+    )
+    package.insert(
+        'robot/file/measure_table.py',
+        "        Measure('isotropy', 'of the scaled J_t: smallest over largest singular value',\n"
+        '            kernel.ISOTROPY, warn=0.1, stop=0.05),\n',
+        before="        Measure(\n            'condition_number',",
+    )
+    file = 'kinematics/singularity.py'
+    package.insert(
+        file,
+        '    isotropy\n        Smallest over largest singular value of the scaled J_t.\n',
+        before='    rank, generic_rank\n',
+    )
+    package.insert(file, '    isotropy: Any\n', before='    rank: Any\n')
+    package.insert(
+        file,
+        '    @_cached\n    def isotropy(self) -> float:\n'
+        '        return self._row.item(kernel.ISOTROPY)\n\n',
+        before='    @_cached\n    def rank(',
+    )
+
+
+def test_a_measure(package):
+    add_isotropy(package)
+    assert package.edited == files_of('A measure')
+    package.python('-c', LANES_AND_ONE)
+    told = json.loads(package.command('fk', '--robot', 'planar_2r', '--q', '0.1,0.7', '--json'))
+    value = told['singularity']['isotropy']
+    assert value == pytest.approx(1.0 / told['singularity']['condition_number'], rel=1e-12)
+    printed = package.command('fk', '--robot', 'planar_2r', '--q', '0.1,0.7')
+    assert re.search(rf'^  isotropy +{value:.4g}$', printed, re.MULTILINE)
+
+    robot = package.folder / 'watched.yaml'
+    text = package.path('config/planar_2r.yaml').read_text(encoding='utf-8')
+    text = text.replace('\nsingularity:\n', '\nsingularity:\n  measure: isotropy\n')
+    robot.write_text(text)
+    assert 'isotropy: WARN below 0.1, ERROR below 0.05' in package.command('check', str(robot))
+    robot.write_text(text.replace('isotropy\n', 'isotropy\n  warn: 0.04\n'))
+    refused = package.python('-m', NAME, 'check', str(robot), code=1)
+    assert 'stop must be below warn for isotropy: warn 0.04, stop 0.05 (the default)' in refused
+
+    run, page = recording(package.folder), package.folder / 'page.html'
+    package.command('audit', str(run), '--robot', 'planar_2r', '--html', str(page))
+    assert 'data-name="isotropy"' in page.read_text()
+    assert '| `isotropy` | of the scaled J_t' in package.python(
+        '-c',
+        'import sys; sys.path.insert(0, "docs"); import from_code; print(from_code.measures())',
+    )
+
+
+def test_a_measure_is_a_topic(package, ros_domain):
+    pytest.importorskip('rclpy')
+    add_isotropy(package)
+    published, _, table = package.python('-c', TOPICS_OF_A_NODE).partition('\n')
+    assert '/docs/' not in published
+    assert any(topic.endswith('/singularity/isotropy') for topic in published.split())
+    assert '| `~/singularity/isotropy` | *std_msgs/Float64*: of the scaled J_t' in table
+
+
+SPEED = """
+
+def speed_numbers(settings: Settings) -> Numbers:
+    \"\"\"Take the speed of the tool, m/s.\"\"\"
+    return Computed(lambda report: np.linalg.norm(report.answer.state.twist[:3], keepdims=True))
+"""
+SPEED_OF_A_NODE = """
+import math, time
+import rclpy
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64
+from kinematics_service.ros.node.node import KinematicsNode
+
+context = Context()
+rclpy.init(args=['recipe'], context=context)
+node, peer = KinematicsNode('planar_2r', context=context), Node('peer', context=context)
+heard = []
+peer.create_subscription(Float64, '/kinematics/speed', heard.append, 10)
+publisher = peer.create_publisher(JointState, 'joint_states', 10)
+executor = SingleThreadedExecutor(context=context)
+executor.add_node(node)
+executor.add_node(peer)
+message = JointState(name=['q1', 'q2'], position=[0.1, 0.7], velocity=[0.5, 0.0])
+end = time.monotonic() + 60.0
+while not heard and time.monotonic() < end:
+    message.header.stamp = peer.get_clock().now().to_msg()
+    publisher.publish(message)
+    executor.spin_once(timeout_sec=0.05)
+# A turn about the first axis: the speed is the distance to it, times 0.5.
+reach = math.sqrt(2.0 + 2.0 * math.cos(0.7))
+assert heard and abs(heard[0].data - 0.5 * reach) < 1e-12, heard
+"""
+
+
+def test_a_topic(package, ros_domain):
+    pytest.importorskip('rclpy')
+    file = 'ros/messages/output_messages.py'
+    package.insert(file, SPEED, before='\n\ndef link_frames_blank(')
+    file = 'ros/messages/topics.py'
+    package.insert(file, '    scalar_blank,\n    speed_numbers,\n', before='    twist_blank,\n')
+    package.replace(file, '    scalar_blank,\n    scalar_blank,\n', '    scalar_blank,\n')
+    row = "    Topic('~/speed', Float64, scalar_blank, speed_numbers, of_motion=True),\n"
+    package.insert(file, row, before='    *(\n        Topic(')
+    sentence = "    '~/speed': 'how fast the tool moves',\n"
+    package.insert('docs/sentences.py', sentence, before="    '~/link_frames'")
+    assert package.edited == files_of('A topic')
+    package.python('-c', SPEED_OF_A_NODE)
+    published, _, table = package.python('-c', TOPICS_OF_A_NODE).partition('\n')
+    assert any(topic.endswith('/speed') for topic in published.split())
+    assert '| `~/speed` | *std_msgs/Float64*: how fast the tool moves |' in table
+
+
+COMMAND = '''"""The command `joints`: the joints of a robot."""
+
+from .application import app
+from .options import RobotOption, given_robot
+
+HELP = """
+Print the joints of a robot.
+"""
+
+
+@app.command(short_help='Print the joints of a robot.', help=HELP)
+def joints(robot: RobotOption) -> None:
+    """Run the command; `HELP` is what its user reads."""
+    print(*given_robot(robot).joint_names)
+'''
+
+
+def test_a_command(package):
+    package.write('cli/joints.py', COMMAND)
+    assert package.edited == files_of('A command', 'joints')
+    assert package.command('joints', '--robot', 'planar_2r') == 'q1 q2\n'
+    assert 'Print the joints of a robot.' in package.command('joints', '--help')
+    listed = package.command('--help').rstrip().splitlines()
+    assert listed[-1].split(maxsplit=1) == ['joints', 'Print the joints of a robot.']
+
+
+ROBOT = """
+robot: one_slide
+source: a test
+convention: modified
+joints: [{name: rail, type: prismatic}]
+links: [{a: 0.5, alpha: 0, d: rail, theta: 0}]
+"""
+
+
+def test_a_robot(package):
+    package.write('config/one_slide.yaml', ROBOT)
+    package.replace(
+        'robot/bundled.py',
+        "        'planar_2r',\n",
+        "        'planar_2r',\n        'one_slide',\n",
+    )
+    assert package.edited == files_of('A robot', 'one_slide')
+    group = package.command('robots').partition('Textbook and course arms')[2]
+    assert re.search(r'^one_slide +1 +P +modified +a test$', group, re.MULTILINE)
+    told = json.loads(package.command('fk', '--robot', 'one_slide', '--q', '0.25', '--json'))
+    assert told['position'] == [0.5, 0.0, 0.25]
