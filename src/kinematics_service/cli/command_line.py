@@ -5,9 +5,10 @@ import os
 import sys
 import traceback
 from collections.abc import Sequence
-from typing import Annotated
+from typing import Annotated, Optional
 
 import typer
+import typer.core
 
 from .. import kernel
 from ..errors import KinematicsError
@@ -47,7 +48,23 @@ Examples:
   kinematics_service COMMAND --help
 """
 
+# typer before 0.12 asks nobody whether help and errors shall stand in boxes.
+typer.core.rich = None  # type: ignore[attr-defined]
+
+
+class CommandGroup(typer.core.TyperGroup):
+    """The commands; Ctrl-C ends each with the exit code of that signal, under every typer."""
+
+    def invoke(self, ctx: typer.Context) -> object:  # type: ignore[override]
+        """Run the command."""
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt:
+            raise typer.Exit(130) from None
+
+
 app = typer.Typer(
+    cls=CommandGroup,
     add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
@@ -94,7 +111,7 @@ def _print_version(wanted: bool) -> None:
 def _node(
     context: typer.Context,
     robot: Annotated[
-        list[str] | None,
+        Optional[list[str]],
         typer.Option(
             metavar='[NAMESPACE=]FILE|NAME',
             help="A robot file, or a bundled robot (see 'robots'). Several times: several arms in "

@@ -3,7 +3,7 @@
 import math
 from enum import Enum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Optional
 
 import typer
 
@@ -94,7 +94,7 @@ def node(
 def demo(
     context: typer.Context,
     robot: Annotated[
-        str | None,
+        Optional[str],
         typer.Option(
             metavar='FILE|NAME',
             help='A robot file, or a bundled robot.',
@@ -102,7 +102,7 @@ def demo(
         ),
     ] = None,
     duration: Annotated[
-        float | None,
+        Optional[float],
         typer.Option(
             min=0.0, metavar='SECONDS', help='Stop after this time.', show_default='never'
         ),
@@ -114,7 +114,7 @@ def demo(
         ),
     ] = DemoTrajectory.smooth,
     replay: Annotated[
-        Path | None,
+        Optional[Path],
         typer.Option(
             exists=True,
             dir_okay=False,
@@ -147,7 +147,7 @@ def echo(
         str, typer.Option(metavar='NAME', help='The full name of the node.')
     ] = '/kinematics',
     timeout: Annotated[
-        float | None,
+        Optional[float],
         typer.Option(
             metavar='SECONDS',
             help='Give up, with exit code 1, if nothing has come by then.',

@@ -15,6 +15,10 @@ BODY = 4
 # The second byte of the encapsulation names the encoding; the lowest bit is set where the bytes
 # are in little-endian order. In the newer encodings doubles begin at multiples of four.
 PLAIN = b'\0\1'
+# The last two bits of the encapsulation say how many bytes at the end are padding. Serializers of
+# these messages leave them 0; only newer deserializers, those of Kilted, heed them.
+PADDING = 3
+ENCAPSULATION_SAYS = bytes((255, 255, 0, PADDING))
 OLD_ENCODINGS, NEW_ENCODINGS = (0, 1, 2, 3), (6, 7, 8, 9, 10, 11)
 WHOLE, DOUBLE = 4, 8
 LITTLE, BIG = struct.Struct('<I'), struct.Struct('>I')
@@ -36,12 +40,12 @@ class CdrWriter:
     data
         The bytes so far.
     written
-        Of each byte whether it says something: 255, or 0 for one skipped for alignment.
+        Of each byte which bits say something: 255, or 0 for one skipped for alignment.
     """
 
     def __init__(self) -> None:
         self.data = bytearray(PLAIN + bytes(BODY - len(PLAIN)))
-        self.written = bytearray(b'\xff\xff\0\0')
+        self.written = bytearray(ENCAPSULATION_SAYS)
 
     def room(self, size: int, count: int = 1) -> int:
         """Leave room for numbers of `size` bytes each, and return where it begins."""
@@ -75,7 +79,7 @@ class CdrReader:
     Attributes
     ----------
     is_plain
-        Whether it is little-endian, with doubles at multiples of eight.
+        Whether it is little-endian, with doubles at multiples of eight, and claims no padding.
     shape
         Where the lengths and texts are that it has come by.
 
@@ -91,7 +95,7 @@ class CdrReader:
         encoding = data[1]
         if encoding not in OLD_ENCODINGS and encoding not in NEW_ENCODINGS:
             raise CdrError('an unknown encoding')
-        self.is_plain = data[: len(PLAIN)] == PLAIN
+        self.is_plain = data[: len(PLAIN)] == PLAIN and not data[BODY - 1] & PADDING
         self.shape: list[slice] = []
         self._data, self._at = data, BODY
         self._unpack_from = (LITTLE if encoding % 2 else BIG).unpack_from
