@@ -17,16 +17,17 @@ NAME = 'kinematics_service'
 MANIFEST = ElementTree.parse(HERE / 'package.xml').getroot()
 
 ROS = ['ros-jazzy-rclpy[fastrtps]', 'ros-jazzy-common-interfaces']
+ROS_KILTED = ['ros-kilted-rclpy[fastrtps]', 'ros-kilted-common-interfaces']
 # Robots, and layouts for viewers.
 CONFIG = ['*.yaml', '*.json', '*.rviz']
 PEERS = ['pin', 'roboticstoolbox-python', 'yourdfpy']
 # What tests of a wheel need, without ROS and without a compiler.
-TEST_WHEEL = ['pytest>=8', 'pytest-timeout', 'pytest-xdist', 'hypothesis']
+TEST_WHEEL = ['pytest>=7.4', 'pytest-timeout', 'pytest-xdist', 'hypothesis']
 TEST = [
     *TEST_WHEEL,
     'cython>=3.0.8',
     'setuptools>=61',
-    'ros-jazzy-domain-coordinator',
+    'ros-domain-coordinator',
     'rosbags',
     'ruamel.yaml',
 ]
@@ -46,7 +47,7 @@ setup(
         NAME: ['py.typed'],
         f'{NAME}.kernel': ['*.pxd'],
         f'{NAME}.diagnosis.audit.report': ['page.css', 'page.js'],
-        f'{NAME}.ros.process': ['fastdds.xml'],
+        f'{NAME}.ros.process': ['fastdds_*.xml'],
         f'{NAME}.config': CONFIG,
     },
     ext_modules=extension_modules(),
@@ -63,11 +64,12 @@ setup(
         'numpy>=1.26',
         'sympy>=1.12',
         'PyYAML>=6',
-        'typer>=0.15',
-        'rich>=13',
+        'typer>=0.9',
+        'rich>=13.7',
     ],
     extras_require={
         'ros': ROS,
+        'ros-kilted': ROS_KILTED,
         'test': TEST,
         'test-wheel': TEST_WHEEL,
         'peers': PEERS,

@@ -56,9 +56,7 @@ def as_it_was() -> Iterator[None]:
 @pytest.fixture(scope='session')
 def ros_domain() -> Iterator[int]:
     """Return a domain no other test process uses, set for this process and its children."""
-    coordinator = pytest.importorskip(
-        'domain_coordinator', reason='needs ros-jazzy-domain-coordinator'
-    )
+    coordinator = pytest.importorskip('domain_coordinator', reason='needs ros-domain-coordinator')
     start = random.SystemRandom().randrange(100)
     candidates = iter(range(start, start + 100))
     before = dict(os.environ)

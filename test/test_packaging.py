@@ -2,13 +2,16 @@
 How the kernel comes to be compiled, and what is said where it is not, or not from its source.
 """
 
+import ast
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
 import sysconfig
 import tarfile
+import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 import pytest
@@ -21,6 +24,9 @@ PACKAGE = Path(ks.__file__).parent
 ROOT = Path(__file__).parents[1]
 ENDING = sysconfig.get_config_var('EXT_SUFFIX')
 NAME = 'kinematics_service'
+in_clone = pytest.mark.skipif(
+    not (ROOT / 'packaging').is_dir(), reason='there is no setup.py beside the tests'
+)
 compiled_only = pytest.mark.skipif(not kernel.is_compiled(), reason='about the compiled kernel')
 SAY = 'from kinematics_service import kernel; print(kernel.is_compiled(), kernel.notice())'
 FK = (sys.executable, '-m', NAME, 'fk', '--robot', 'craig_3r', '--q', '0.1,0.2,0.3', '--json')
@@ -174,8 +180,6 @@ def clone(tmp_path):
     """Return a copy of the clone's source, where this runs from a clone and can build."""
     for module in ('setuptools', 'Cython'):
         pytest.importorskip(module)
-    if not (ROOT / 'packaging').is_dir():
-        pytest.skip('there is no setup.py beside the tests')
     for name in ('setup.py', 'setup.cfg', 'package.xml', 'README.md', 'MANIFEST.in'):
         shutil.copy(ROOT / name, tmp_path)
     for name in ('packaging', 'src', 'config', 'resource'):
@@ -186,6 +190,42 @@ def clone(tmp_path):
 
 def compiled_files(folder):
     return [*folder.rglob('*.so'), *folder.rglob('*.o')]
+
+
+# What extras bring, of which ROS's package manager knows nothing.
+OF_EXTRAS = {'dask', 'distributed', 'matplotlib', 'msgspec', 'rosbags', 'viser', 'websockets'}
+OF_ROS = re.compile('rclpy|.*_(msgs|srvs|interfaces)')
+
+
+def modules_imported():
+    for file in PACKAGE.rglob('*.py'):
+        for node in ast.walk(ast.parse(file.read_text(encoding='utf-8'))):
+            if isinstance(node, ast.Import):
+                yield from (alias.name.partition('.')[0] for alias in node.names)
+            elif isinstance(node, ast.ImportFrom) and not node.level:
+                yield node.module.partition('.')[0]
+
+
+@in_clone
+def test_rosdep_installs_what_the_package_imports_and_nothing_else():
+    manifest = ElementTree.parse(ROOT / 'package.xml').getroot()
+    keys = [depend.text for depend in manifest.findall('exec_depend')]
+    names = set(modules_imported()) - sys.stdlib_module_names - OF_EXTRAS - {NAME, 'cython'}
+    wanted = {name if OF_ROS.fullmatch(name) else f'python3-{name}' for name in names}
+    assert sorted(keys) == sorted(wanted)
+
+
+@in_clone
+def test_the_oldest_versions_tested_are_those_that_the_package_asks_for():
+    floors = dict(re.findall('^(.+)==(.+)$', (ROOT / 'packaging/floors.txt').read_text(), re.M))
+    (wanted,) = (
+        ast.literal_eval(node.value)
+        for node in ast.walk(ast.parse((ROOT / 'setup.py').read_text()))
+        if isinstance(node, ast.keyword) and node.arg == 'install_requires'
+    )
+    for line in wanted:
+        name, least = line.split('>=')
+        assert f'{floors[name]}.'.startswith(f'{least}.')
 
 
 def test_describing_the_package_translates_nothing(clone):

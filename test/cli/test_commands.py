@@ -1,5 +1,6 @@
 """The command line, as a user meets it: what it prints, where, and with which exit code."""
 
+import ast
 import json
 import math
 import os
@@ -7,13 +8,14 @@ import re
 import subprocess
 import sys
 import types
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
-from kinematics_service.cli import fk, jacobian
+from kinematics_service.cli import command_line, fk, jacobian
 from kinematics_service.cli.arguments import join_numbers, split_ros_arguments
 from kinematics_service.robot.bundled import GROUPS
 
@@ -551,6 +553,13 @@ def test_the_details_of_an_unexpected_error_are_there_when_asked_for(capsys, mon
 def test_ctrl_c_ends_with_130_and_no_words(capsys, monkeypatch):
     fail_with(monkeypatch, KeyboardInterrupt())
     assert refusal(capsys, 'robots', code=130) == ''
+
+
+def test_options_are_typed_as_the_oldest_typer_reads_them():
+    for file in Path(command_line.__file__).parent.glob('*.py'):
+        for node in ast.walk(ast.parse(file.read_text(encoding='utf-8'))):
+            if isinstance(node, ast.Subscript) and ast.unparse(node.value) == 'Annotated':
+                assert '|' not in ast.unparse(node.slice.elts[0]), f'{file}:{node.lineno}'
 
 
 def test_a_reader_that_leaves_early_is_no_error():

@@ -154,6 +154,17 @@ def test_another_layout_is_seen_at_once(change):
         assert read(reader, data) == official(data)
 
 
+@pytest.mark.parametrize('effort', [(), (1.0,) * 6], ids=['', 'with efforts'])
+def test_padding_claimed_by_the_encapsulation_is_left_to_the_official_reader(effort):
+    reader = CountingReader()
+    good = serialize_message(joint_state(effort=effort))
+    for claimed in range(8):
+        data = good[:3] + bytes([claimed]) + good[4:]
+        assert read(reader, good) == official(good)
+        assert read(reader, data) == official(data)
+    assert reader.slow == 6
+
+
 @pytest.mark.parametrize(
     'text', [b'\xff\xfe\x80\x80', b'a\x00cd', b'abc\x00', b'\xc3\xa9xy', b'\xed\xa0\x80z']
 )

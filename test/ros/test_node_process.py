@@ -1,6 +1,7 @@
 """The node as a process: signals, exit codes, what is refused at start, cost when idle."""
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -127,11 +128,15 @@ def test_a_busy_node_ends_cleanly_at_a_signal(process, peer, load, number, times
         poses.clear()
 
 
+# Its library, of version 2 and of version 3.
+FAST_DDS = re.compile(b'libfast(rtps|dds)')
+
+
 @SIGNALS
 def test_a_node_that_is_still_starting_ends_cleanly_at_a_signal(process, number):
     node = process('--robot', 'puma560', ready=False)
     deadline = time.monotonic() + 20.0
-    while b'libfastrtps' not in Path(f'/proc/{node.popen.pid}/maps').read_bytes():
+    while not FAST_DDS.search(Path(f'/proc/{node.popen.pid}/maps').read_bytes()):
         assert time.monotonic() < deadline
     code, _ = tell(node, number, 1, 0.0)
     assert 'Traceback' not in node.stderr
@@ -247,7 +252,7 @@ def shared_memory(pid):
         lines = Path(f'/proc/{pid}/maps').read_text().splitlines()
     except OSError:
         return set()
-    return {line.split()[-1] for line in lines if '/dev/shm/fastrtps' in line}
+    return {line.split()[-1] for line in lines if '/dev/shm/fast' in line}
 
 
 # What is refused at start

@@ -109,3 +109,11 @@ def test_letters_are_italic_words_upright_and_brackets_do_not_grow():
     assert '<mi class="letter">q</mi>' in markup
     assert '<mo stretchy="false">(</mo>' in markup
     assert '<mo>-</mo>' not in markup
+
+
+def test_every_bracket_is_written_out():
+    x, y = sympy.symbols('x y')
+    markup = mathml(sympy.atan2(y, sympy.sin(x)) ** 2)
+    assert 'mfenced' not in markup
+    assert markup.count('(</mo>') == markup.count(')</mo>') >= 2
+    assert '<mo>,</mo>' in markup

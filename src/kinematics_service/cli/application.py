@@ -1,6 +1,7 @@
 """The application that each command's file adds its command to."""
 
 import typer
+import typer.core
 
 HELP = """
 Pose, Jacobian, twist and singularity warning of any arm given by its Denavit-Hartenberg table.
@@ -17,7 +18,23 @@ Examples:
   kinematics_service COMMAND --help
 """
 
+# typer before 0.12 asks nobody whether help and errors shall stand in boxes.
+typer.core.rich = None  # type: ignore[attr-defined]
+
+
+class CommandGroup(typer.core.TyperGroup):
+    """The commands; Ctrl-C ends each with the exit code of that signal, under every typer."""
+
+    def invoke(self, ctx: typer.Context) -> object:  # type: ignore[override]
+        """Run the command."""
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt:
+            raise typer.Exit(130) from None
+
+
 app = typer.Typer(
+    cls=CommandGroup,
     add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,

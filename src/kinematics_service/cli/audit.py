@@ -6,7 +6,7 @@ import sys
 from datetime import datetime
 from enum import Enum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Optional
 
 import typer
 
@@ -80,32 +80,32 @@ def audit(
     files: Annotated[list[Path], typer.Argument(metavar='FILE...', help='Recordings or plans.')],
     robot: RobotOption,
     topic: Annotated[
-        str | None,
+        Optional[str],
         typer.Option(metavar='TOPIC', help='Topic of a bag; needed if it has several.'),
     ] = None,
     pose_topic: Annotated[
-        str | None,
+        Optional[str],
         typer.Option(metavar='TOPIC', help='Topic of PoseStamped messages to compare.'),
     ] = None,
     columns: Annotated[
-        str | None,
+        Optional[str],
         typer.Option(
             metavar='KEY=START,...',
             help='Beginnings of the column names: stamp=, position=, velocity=, pose=.',
         ),
     ] = None,
     html: Annotated[
-        Path | None, typer.Option(metavar='FILE', help='Write a page with every curve.')
+        Optional[Path], typer.Option(metavar='FILE', help='Write a page with every curve.')
     ] = None,
     json: Annotated[
-        Path | None, typer.Option(metavar='FILE', help='Write everything as JSON; - prints it.')
+        Optional[Path], typer.Option(metavar='FILE', help='Write everything as JSON; - prints it.')
     ] = None,
     out: Annotated[
-        Path | None,
+        Optional[Path],
         typer.Option(metavar='FILE.mcap', help='Write the topics the node would have published.'),
     ] = None,
     fail_on: Annotated[
-        str | None,
+        Optional[str],
         typer.Option(metavar='LIST', help='When to exit with code 1: never, warn, stop, ...'),
     ] = None,
     joint_prefix: Annotated[
@@ -118,19 +118,19 @@ def audit(
         float, typer.Option(metavar='SECONDS', help='As joint_state_timeout of the node.')
     ] = 1.0,
     warn: Annotated[
-        float | None, typer.Option(help='Threshold of WARN, instead of that of the robot file.')
+        Optional[float], typer.Option(help='Threshold of WARN, instead of that of the robot file.')
     ] = None,
-    stop: Annotated[float | None, typer.Option(help='Threshold of ERROR, likewise.')] = None,
+    stop: Annotated[Optional[float], typer.Option(help='Threshold of ERROR, likewise.')] = None,
     pose_format: FormatOption = None,
     pose_gap: GapOption = None,
     pose_warn: WarnOption = WARN,
     pose_stop: BadOption = STOP,
     jobs: Annotated[
-        int | None,
+        Optional[int],
         typer.Option(metavar='N', help='Number of files to audit at once.', show_default='1'),
     ] = None,
     workers: Annotated[
-        str | None,
+        Optional[str],
         typer.Option(
             metavar='dask://HOST:PORT',
             help='Have a dask cluster audit the files, which its workers must see.',

@@ -5,7 +5,7 @@ import pkgutil
 import sys
 from importlib import import_module
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Optional
 
 import typer
 from typer.models import CommandInfo
@@ -67,7 +67,7 @@ def _print_version(wanted: bool) -> None:
 def _node(
     context: typer.Context,
     robot: Annotated[
-        list[str] | None,
+        Optional[list[str]],
         typer.Option(
             ROBOT,
             metavar='[NAMESPACE=]FILE|NAME',

@@ -3,7 +3,7 @@
 import math
 from enum import Enum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Optional
 
 import typer
 
@@ -38,7 +38,7 @@ class DemoTrajectory(str, Enum):
 def demo(
     context: typer.Context,
     robot: Annotated[
-        str | None,
+        Optional[str],
         typer.Option(
             metavar='FILE|NAME',
             help='A robot file, or a bundled robot.',
@@ -46,7 +46,7 @@ def demo(
         ),
     ] = None,
     duration: Annotated[
-        float | None,
+        Optional[float],
         typer.Option(
             min=0.0, metavar='SECONDS', help='Stop after this time.', show_default='never'
         ),
@@ -58,7 +58,7 @@ def demo(
         ),
     ] = DemoTrajectory.smooth,
     replay: Annotated[
-        Path | None,
+        Optional[Path],
         typer.Option(
             exists=True,
             dir_okay=False,

@@ -4,7 +4,7 @@ import sys
 from collections.abc import Callable
 from enum import Enum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Optional
 
 import typer
 
@@ -59,29 +59,30 @@ def derive(
     ],
     format: Annotated[Format, typer.Option(help='What to write.')] = Format.text,
     out: Annotated[
-        Path | None, typer.Option(metavar='FILE', help='Where to write it; default: the screen.')
+        Optional[Path],
+        typer.Option(metavar='FILE', help='Where to write it; default: the screen.'),
     ] = None,
     frame: Annotated[
-        str | None,
+        Optional[str],
         typer.Option(metavar='FRAME', help='Axes of J: base, tool, or the number of a frame.'),
     ] = None,
     lock: Annotated[
-        list[str] | None,
+        Optional[list[str]],
         typer.Option(
             metavar='JOINT=VALUE', help='Hold a joint still, in the file units; repeatable.'
         ),
     ] = None,
     code: Annotated[
-        Code | None, typer.Option(help='Write T, J and the determinant as source code instead.')
+        Optional[Code], typer.Option(help='Write T, J and the determinant as source code instead.')
     ] = None,
     path: Annotated[
-        str | None,
+        Optional[str],
         typer.Option(metavar='JOINT=f(t),...', help='Derive the velocity along a path, too.'),
     ] = None,
     start: Annotated[float, typer.Option('--from', help='Start of the path, s.')] = 0.0,
     end: Annotated[float, typer.Option('--to', help='End of the path, s.')] = 6.3,
     plot: Annotated[
-        Path | None,
+        Optional[Path],
         typer.Option(metavar='PNG', help='Draw the velocity along the path (needs matplotlib).'),
     ] = None,
     write: Annotated[

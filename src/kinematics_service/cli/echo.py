@@ -1,7 +1,7 @@
 """The command `echo`: what a running node publishes."""
 
 from enum import Enum
-from typing import Annotated
+from typing import Annotated, Optional
 
 import typer
 
@@ -45,7 +45,7 @@ def echo(
         str, typer.Option(metavar='NAME', help='The full name of the node.')
     ] = '/kinematics',
     timeout: Annotated[
-        float | None,
+        Optional[float],
         typer.Option(
             metavar='SECONDS',
             help='Give up, with exit code 1, if nothing has come by then.',

@@ -2,7 +2,7 @@
 
 import math
 import re
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Optional
 
 import typer
 
@@ -18,7 +18,7 @@ FACTORS = {'m': 1.0, 'mm': 1e-3, 'rad': 1.0, 'deg': math.radians(1.0)}
 LONGEST_GAP = 3600.0
 
 FormatOption = Annotated[
-    str | None,
+    Optional[str],
     typer.Option(
         '--pose-format',
         metavar='WORDS',
@@ -27,7 +27,7 @@ FormatOption = Annotated[
     ),
 ]
 GapOption = Annotated[
-    float | None,
+    Optional[float],
     typer.Option(
         '--pose-gap',
         metavar='SECONDS',

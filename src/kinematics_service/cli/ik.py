@@ -1,7 +1,7 @@
 """The command `ik`: which joint positions bring the tool to a pose or a position."""
 
 import re
-from typing import Annotated, Any
+from typing import Annotated, Any, Optional
 
 import numpy as np
 import typer
@@ -64,7 +64,7 @@ XyzOption = Annotated[
     typer.Option('--xyz', metavar='NUMBERS', help='Position of the tool in the base frame, m.'),
 ]
 RpyOption = Annotated[
-    str | None,
+    Optional[str],
     typer.Option(
         '--rpy',
         metavar='NUMBERS',
@@ -73,7 +73,7 @@ RpyOption = Annotated[
     ),
 ]
 QuaternionOption = Annotated[
-    str | None,
+    Optional[str],
     typer.Option(
         '--quaternion',
         metavar='NUMBERS',
@@ -82,7 +82,7 @@ QuaternionOption = Annotated[
     ),
 ]
 NearOption = Annotated[
-    str | None,
+    Optional[str],
     typer.Option(
         '--near',
         metavar='NUMBERS',
@@ -91,7 +91,7 @@ NearOption = Annotated[
     ),
 ]
 RowsOption = Annotated[
-    str | None,
+    Optional[str],
     typer.Option(
         '--rows',
         metavar='NAMES',

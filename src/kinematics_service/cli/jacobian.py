@@ -2,7 +2,7 @@
 
 from enum import Enum
 from textwrap import indent
-from typing import Annotated
+from typing import Annotated, Optional
 
 import typer
 
@@ -73,7 +73,7 @@ def jacobian(
     robot: RobotOption,
     q: PositionsOption,
     qdot: Annotated[
-        str | None,
+        Optional[str],
         typer.Option(metavar='NUMBERS', help='Joint velocities in rad/s and m/s, for the twist.'),
     ] = None,
     frame: Annotated[AxesOption, typer.Option(help='The axes of the rows.')] = AxesOption.base,

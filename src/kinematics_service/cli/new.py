@@ -3,7 +3,7 @@
 import re
 from enum import Enum
 from pathlib import Path
-from typing import Annotated, get_args
+from typing import Annotated, Optional, get_args
 
 import typer
 
@@ -46,21 +46,21 @@ class NewConvention(str, Enum):
 def new(
     name: Annotated[str, typer.Argument(metavar='NAME', help='Name of the robot.')],
     dof: Annotated[
-        int | None,
+        Optional[int],
         typer.Option(
             metavar='N', help='Number of joints, 1 to 12.', show_default=str(DEFAULT_DOF)
         ),
     ] = None,
     convention: Annotated[
-        NewConvention | None,
+        Optional[NewConvention],
         typer.Option(help='Convention of the table.', show_default='standard'),
     ] = None,
     units: Annotated[
-        str | None,
+        Optional[str],
         typer.Option(metavar='ANGLE,LENGTH', help='rad or deg, m or mm.', show_default='rad,m'),
     ] = None,
     source: Annotated[
-        str | None,
+        Optional[str],
         typer.Option(
             '--from', metavar='ROBOT', help="A bundled robot to begin with (see 'robots')."
         ),

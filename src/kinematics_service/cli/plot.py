@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Optional
 
 import typer
 
@@ -62,7 +62,7 @@ def plot(
     ],
     kind: Annotated[str, typer.Argument(metavar='KIND', help='What to draw.')] = 'arm',
     q: Annotated[
-        str | None,
+        Optional[str],
         typer.Option(
             metavar='NUMBERS',
             help='Joint positions in rad and m.',
@@ -70,14 +70,14 @@ def plot(
         ),
     ] = None,
     xyz: Annotated[
-        str | None,
+        Optional[str],
         typer.Option('--xyz', metavar='NUMBERS', help='Position of the tool, m.'),
     ] = None,
     rpy: RpyOption = None,
     quaternion: QuaternionOption = None,
     near: NearOption = None,
     path: Annotated[
-        str | None,
+        Optional[str],
         typer.Option(
             metavar='smooth|sine|FILE.csv',
             help='A built-in trajectory, or a recording: stamp,position.<joint>,...',
@@ -85,13 +85,13 @@ def plot(
         ),
     ] = None,
     joints: Annotated[
-        str | None,
+        Optional[str],
         typer.Option(
             metavar='ACROSS,UP', help='Two joints.', show_default='those that matter most'
         ),
     ] = None,
     plane: Annotated[
-        str | None,
+        Optional[str],
         typer.Option(
             metavar='rz|xy|xz|yz',
             help="Radius and height about joint 1's axis, or two base axes.",
@@ -99,13 +99,13 @@ def plot(
         ),
     ] = None,
     at: Annotated[
-        float | None,
+        Optional[float],
         typer.Option(
             metavar='M', help='Where --plane xy, xz or yz cuts the third axis.', show_default='0'
         ),
     ] = None,
     points: Annotated[
-        int | None,
+        Optional[int],
         typer.Option(
             metavar='N',
             help='Points on each side of the map, or random poses of the workspace.',
@@ -113,7 +113,7 @@ def plot(
         ),
     ] = None,
     workers: Annotated[
-        str | None,
+        Optional[str],
         typer.Option(
             metavar='dask://HOST:PORT',
             help='Have the poses of map or workspace computed by a dask cluster.',
@@ -122,7 +122,7 @@ def plot(
     ] = None,
     deg: DegreesOption = False,
     save: Annotated[
-        Path | None,
+        Optional[Path],
         typer.Option(
             metavar='FILE', help='A .png, .svg or .pdf.', show_default='ROBOT_KIND.png, here'
         ),

@@ -2,7 +2,7 @@
 
 import sys
 from collections.abc import Callable
-from typing import Annotated
+from typing import Annotated, Optional
 
 import typer
 
@@ -42,7 +42,7 @@ joint states, for a node without a robot. Without ROS there are sliders only.
 def view(
     context: typer.Context,
     robot: Annotated[
-        str | None,
+        Optional[str],
         typer.Option(
             metavar='FILE|NAME',
             help='A robot file, or a bundled robot.',
@@ -65,7 +65,7 @@ def view(
         typer.Option(help='Address to serve it at; 0.0.0.0: all of the network, with a token.'),
     ] = '127.0.0.1',
     allow_host: Annotated[
-        list[str] | None,
+        Optional[list[str]],
         typer.Option(metavar='NAME', help='Another name under which it is reached; repeatable.'),
     ] = None,
     sliders: Annotated[

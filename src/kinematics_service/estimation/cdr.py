@@ -15,6 +15,10 @@ BODY = 4
 # The second byte of the encapsulation names the encoding; the lowest bit is set if the bytes are
 # in little-endian order. In the newer encodings doubles begin at multiples of four.
 PLAIN = b'\0\1'
+# The last two bits of the encapsulation say how many bytes at the end are padding. Serializers of
+# these messages leave them 0; only newer deserializers, those of Kilted, heed them.
+PADDING = 3
+ENCAPSULATION_SAYS = bytes((255, 255, 0, PADDING))
 OLD_ENCODINGS, NEW_ENCODINGS = (0, 1, 2, 3), (6, 7, 8, 9, 10, 11)
 WHOLE, DOUBLE = 4, 8
 LITTLE, BIG = struct.Struct('<I'), struct.Struct('>I')
@@ -32,12 +36,12 @@ class CdrWriter:
     data
         The bytes so far.
     written
-        For each byte 255 if it has a meaning, or 0 if it is skipped for alignment.
+        For each byte the bits that have a meaning: 255, or 0 if it is skipped for alignment.
     """
 
     def __init__(self) -> None:
         self.data = bytearray(PLAIN + bytes(BODY - len(PLAIN)))
-        self.written = bytearray(b'\xff\xff\0\0')
+        self.written = bytearray(ENCAPSULATION_SAYS)
 
     def room(self, size: int, count: int = 1) -> int:
         """Leave room for numbers of `size` bytes each, and return its offset."""
@@ -71,7 +75,8 @@ class CdrReader:
     Attributes
     ----------
     is_plain
-        Whether the message is little-endian, with doubles at multiples of eight.
+        Whether the message is little-endian, with doubles at multiples of eight, and claims no
+        padding.
     shape
         Offsets of the lengths and texts that were passed.
 
@@ -87,7 +92,7 @@ class CdrReader:
         encoding = data[1]
         if encoding not in OLD_ENCODINGS and encoding not in NEW_ENCODINGS:
             raise CdrError('an unknown encoding')
-        self.is_plain = data[: len(PLAIN)] == PLAIN
+        self.is_plain = data[: len(PLAIN)] == PLAIN and not data[BODY - 1] & PADDING
         self.shape: list[slice] = []
         self._data, self._at = data, BODY
         self._unpack_from = (LITTLE if encoding % 2 else BIG).unpack_from

@@ -14,7 +14,14 @@ import numpy as np
 
 from ..errors import CdrError
 from ..kernel import Bytes, Floats, FormTable, IncomingForm, OurJoints
-from .cdr import DOUBLE, PLAIN, STAMP, STAMP_AT, CdrReader, Ros1Reader
+from .cdr import (
+    DOUBLE,
+    ENCAPSULATION_SAYS,
+    STAMP,
+    STAMP_AT,
+    CdrReader,
+    Ros1Reader,
+)
 
 _EMPTY = np.empty(0)
 _EMPTY.setflags(write=False)
@@ -34,7 +41,7 @@ class JointStateForm:
     positions, velocities
         Their offsets, in doubles of this machine's memory; the stamp is at `cdr.STAMP_AT`.
     fixed : shape (size,)
-        255 for a byte that is the same in all of them, 0 for another.
+        The bits that are the same in all of them: 255 for a byte of these, 0 for another.
     same : shape (size,)
         These bytes; 0 elsewhere.
     """
@@ -117,7 +124,7 @@ def form_of(data: bytes) -> JointStateForm | None:
         reader = CdrReader(data)
         if not reader.is_plain:
             return None
-        return _form(data, reader, slice(len(PLAIN)), _plain_text)
+        return _form(data, reader, ENCAPSULATION_SAYS, _plain_text)
     except (CdrError, UnicodeDecodeError):
         return None
 
@@ -126,21 +133,22 @@ def ros1_form_of(data: bytes) -> JointStateForm | None:
     """Return the same as `form_of`, for a message of ROS 1."""
     try:
         reader = Ros1Reader(data)
-        form = _form(data, reader, slice(0), bytes.decode)
+        form = _form(data, reader, b'', bytes.decode)
         return form if reader.is_at_end else None
     except (CdrError, UnicodeDecodeError):
         return None
 
 
 def _form(
-    data: bytes, reader: CdrReader, head: slice, text_of: Callable[[bytes], str]
+    data: bytes, reader: CdrReader, head: bytes, text_of: Callable[[bytes], str]
 ) -> JointStateForm | None:
     if sys.byteorder != 'little':
         return None
     fields = fields_of(reader)
     _, *names = (text_of(data[place]) for place in (fields.frame, *fields.names))
     fixed = np.zeros(len(data), np.uint8)
-    for place in (head, *reader.shape):
+    fixed[: len(head)] = tuple(head)
+    for place in reader.shape:
         fixed[place] = 255
     return JointStateForm(
         names=tuple(names),

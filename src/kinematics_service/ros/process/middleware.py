@@ -1,14 +1,40 @@
 """Fast DDS profiles: settings of the middleware beyond ROS's quality of service."""
 
 import os
+import re
 from collections.abc import MutableMapping
+from importlib.util import find_spec
 from pathlib import Path
 
-PROFILES = Path(__file__).with_name('fastdds.xml')
-# Fast DDS (2.14, of Jazzy) reads profiles from the file named by the variable, and from one in the
-# working directory unless it is told to skip that.
-VARIABLE = 'FASTRTPS_DEFAULT_PROFILES_FILE'
-LOCAL = 'DEFAULT_FASTRTPS_PROFILES.xml'
+# Where Fast DDS looks for profiles: the file named by a variable, and one in the working directory
+# unless it is told to skip that. Version 3 looks at the old variable, too, and complains of it.
+VARIABLES = {2: 'FASTRTPS_DEFAULT_PROFILES_FILE', 3: 'FASTDDS_DEFAULT_PROFILES_FILE'}
+LOCAL = ('DEFAULT_FASTRTPS_PROFILES.xml', 'DEFAULT_FASTDDS_PROFILES.xml')
+# The rclpy of Kilted, the first distribution with Fast DDS 3.
+RCLPY_WITH_3 = 9
+
+
+def fast_dds() -> int:
+    """
+    Return the major version of Fast DDS that goes with this rclpy.
+
+    Raises
+    ------
+    LookupError
+        rclpy does not say its version.
+    """
+    # By a name of a file: importlib.metadata costs 15 ms of the node's start.
+    rclpy = find_spec('rclpy')
+    folder = Path(rclpy.origin).parents[1] if rclpy and rclpy.origin else Path()
+    for name in os.listdir(folder):
+        if version := re.match(r'rclpy-(\d+)\.', name):
+            return 3 if int(version[1]) >= RCLPY_WITH_3 else 2
+    raise LookupError(f'no version of rclpy in {folder}')
+
+
+def profiles(version: int) -> Path:
+    """Return the file of our profiles, in the words of that version of Fast DDS."""
+    return Path(__file__).with_name(f'fastdds_{version}.xml')
 
 
 def take_profiles(environment: MutableMapping[str, str] = os.environ) -> bool:
@@ -18,7 +44,11 @@ def take_profiles(environment: MutableMapping[str, str] = os.environ) -> bool:
     It must be called before the first participant is made, and has no effect on another
     middleware.
     """
-    if environment.get(VARIABLE) or Path(LOCAL).exists():
+    if any(map(environment.get, VARIABLES.values())) or any(Path(name).exists() for name in LOCAL):
         return False
-    environment[VARIABLE] = str(PROFILES)
+    try:
+        version = fast_dds()
+    except LookupError:  # profiles are not worth a complaint
+        return False
+    environment[VARIABLES[version]] = str(profiles(version))
     return True

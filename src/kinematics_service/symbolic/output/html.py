@@ -77,6 +77,18 @@ class DecimalMathMLPrinter(MathMLPresentationPrinter):  # type: ignore[misc]
             row.appendChild(part)
         return row
 
+    def unfence(self, node: Any) -> None:
+        """Write out the brackets that sympy before 1.13 leaves to an element browsers ignore."""
+        node.tagName = 'mrow'
+        first, *others = list(node.childNodes)
+        node.insertBefore(self._operator(node.getAttribute('open') or '('), first)
+        for other in others:
+            node.insertBefore(self._operator(','), other)
+        node.appendChild(self._operator(node.getAttribute('close') or ')'))
+        for name in ('open', 'close'):
+            if node.hasAttribute(name):
+                node.removeAttribute(name)
+
     def _print_MatrixBase(self, m: Any) -> Any:
         # Brackets are drawn by the style: few systems have a font whose brackets grow.
         table = self.dom.createElement('mtable')
@@ -114,7 +126,12 @@ def html_of(blocks: Sequence[Block]) -> str:
 
 def mathml(expression: Any) -> str:
     """Return an expression as presentation MathML without the outer element."""
-    return _as_written(str(DecimalMathMLPrinter()._print(expression).toxml()))
+    printer = DecimalMathMLPrinter()
+    node = printer._print(expression)
+    for fence in [node, *node.getElementsByTagName('mfenced')]:
+        if fence.tagName == 'mfenced':
+            printer.unfence(fence)
+    return _as_written(str(node.toxml()))
 
 
 def _as_written(markup: str) -> str:
