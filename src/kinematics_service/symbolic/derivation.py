@@ -98,6 +98,26 @@ class Derivation:
         """Return the factors of the determinant by name."""
         return {factor.name: factor.expression for factor in self.singular_set.factors}
 
+    @property
+    def angles(self) -> dict[Any, Any]:
+        """
+        Return q + offset by the symbol of theta, of joints whose offset is no quarter turn.
+
+        Examples
+        --------
+        >>> import kinematics_service as ks
+        >>> ks.derive(ks.load_robot('planar_2r')).angles
+        {}
+        """
+        return self.exact.arithmetic.in_variables
+
+    def in_angles(self, expression: Any) -> Any:
+        """Return an expression (or a matrix) by the theta of `angles`, without the offsets."""
+        offsets = self.exact.arithmetic.offsets
+        symbols = self.exact.arithmetic.angles
+        turned = {v: symbols[v] - offsets[v] for v in self.variables if offsets[v] != 0}
+        return expression.xreplace(turned) if turned else expression
+
     def jacobian_in(self, frame: str | int = 'base', angular_first: bool = False) -> Any:
         """
         Return the Jacobian in other axes or with the other rows first.
@@ -228,7 +248,8 @@ def _singular_set(exact: Exact, tell: Progress) -> SingularSet:
     tell('factors')
     product, rests = product_of(minors, arithmetic)
     tell('singular set')
-    factors = singular_factors(product, bench, arithmetic, writer, arithmetic.names)
+    J_t = tuple(minors.view.J[i] for i in bench.rows)
+    factors = singular_factors(product, bench, arithmetic, writer, exact.frames, J_t)
     constant = writer.expression(product.constant)
     remainder = remainder_of(rests, writer, arithmetic)
     bases = [f.expression if minors.square else sympy.Abs(f.expression) for f in factors]
@@ -246,7 +267,7 @@ def _singular_set(exact: Exact, tell: Progress) -> SingularSet:
         minors=len(minors.values),
         identically_zero=square and rank < n,
     )
-    crossings = crossings_of(product, factors, bench, arithmetic)
+    crossings = crossings_of(product, factors, bench, arithmetic, J_t)
     complete = product.complete and not rests
     return SingularSet(determinant, factors, crossings, rank, dependent, complete)
 
@@ -255,14 +276,15 @@ def _tool_minors(exact: Exact, columns: tuple[int, ...], rank: int) -> Minors | 
     bench = exact.bench
     if comb(len(columns), rank) * comb(len(bench.rows), rank) > MOST_MINORS:
         return None
-    rows = set(bench.rows)
-    turnable = all(part <= rows or not part & rows for part in ({0, 1, 2}, {3, 4, 5}))
-    frames = ['0', *map(str, range(1, len(exact.frames.rows) + 1))] if turnable else ['0']
-    views = [View(exact.jacobian_in(f), f'frame {f}', 'the tool') for f in frames]
-    view = min(views, key=lambda v: sum(len(v.J[i][j]) for i in rows for j in columns))
     if len(columns) > len(bench.rows) and len(bench.rows) == 6 and rank == 6:
         # Six rows of full rank: the ratios of the minors do not depend on the point.
         view = simplest_view(exact.frames, exact.arithmetic, bench.rows)
+    else:
+        rows = set(bench.rows)
+        turnable = all(part <= rows or not part & rows for part in ({0, 1, 2}, {3, 4, 5}))
+        frames = ['0', *map(str, range(1, len(exact.frames.rows) + 1))] if turnable else ['0']
+        views = [View(exact.jacobian_in(f), f'frame {f}', 'the tool') for f in frames]
+        view = min(views, key=lambda v: sum(len(v.J[i][j]) for i in rows for j in columns))
     return minors_of(view, bench.rows, columns, len(bench.moving), rank)
 
 

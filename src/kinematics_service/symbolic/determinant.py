@@ -85,29 +85,38 @@ def simplest_view(frames: Frames, arithmetic: Arithmetic, rows: Sequence[int]) -
         return View(J, 'frame 0', 'the tool')
     if len(rows) < 6:
         return _turned_view(frames, arithmetic, rows)
-    best: tuple[int, View] | None = None
+    best: tuple[tuple[int, int, int], View] | None = None
     n = len(frames.rows)
-    for frame in range(n + 1):
+    # From the middle outwards, where axes are seen through the fewest rows: a frame whose angular
+    # rows alone are longer than the best found cannot be better.
+    for frame in sorted(range(n + 1), key=lambda k: abs(2 * k - n)):
         axes = axes_seen_from(frames, frame)
+        if best is not None and _angular_size(frames, arithmetic, axes) > best[0][0]:
+            continue
         named = [(_frame_name(frame), tuple(arithmetic.ring.number(0) for _ in range(3)))]
         named += [(f'the origin of the axis of row {axis.row + 1}', axis.o) for axis in axes]
-        for point_name, point in named:
-            J = _about(frames, arithmetic, axes, point)
-            size = _size(J)
-            if best is None or size < best[0]:
+        for place, (point_name, point) in enumerate(named):
+            J = about(frames, arithmetic, axes, point)
+            order = (_size(J), frame, place)
+            if best is None or order < best[0]:
                 point_text = point_name if 'axis' in point_name else f'the origin of {point_name}'
-                best = (size, View(J, _frame_name(frame), point_text))
+                best = (order, View(J, _frame_name(frame), point_text))
     assert best is not None
     return best[1]
+
+
+def _angular_size(frames: Frames, arithmetic: Arithmetic, axes: tuple[Axis, ...]) -> int:
+    nothing = tuple(arithmetic.ring.number(0) for _ in range(3))
+    return _size(_columns(frames, arithmetic, lambda axis: (nothing, axis.z), axes))
 
 
 def _frame_name(frame: int) -> str:
     return f'frame {frame}'
 
 
-def _about(
-    frames: Frames, arithmetic: Arithmetic, axes: tuple[Axis, ...], point: Vector
-) -> Matrix:
+def about(frames: Frames, arithmetic: Arithmetic, axes: tuple[Axis, ...], point: Vector) -> Matrix:
+    """Return J of axes about a point, in the frame both are seen from."""
+
     def column(axis: Axis) -> tuple[Vector, Vector]:
         arm = tuple(a - b for a, b in zip(point, axis.o))
         return cross(axis.z, arm), axis.z
@@ -145,7 +154,8 @@ def minors_of(
     values, parts = [], []
     for chosen_rows in combinations(rows, rank):
         for chosen in combinations(columns, rank):
-            values.append(determinant_of([[view.J[i][j] for j in chosen] for i in chosen_rows]))
+            minor = determinant_of([[view.J[i][j] for j in chosen] for i in chosen_rows])
+            values.append(minor.without_cancelled())
             parts.append((chosen_rows, chosen))
     assert size >= len(columns)
     return Minors(view, tuple(rows), tuple(columns), tuple(values), tuple(parts))

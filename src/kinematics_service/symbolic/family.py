@@ -65,7 +65,8 @@ def family_of(value: Laurent, arithmetic: Arithmetic, writer: Writer) -> Family:
         return Family(None, (), None, (), equation)
     best = min(found, key=lambda solved: solved.simplicity)
     solutions, condition = _roots(best, writer)
-    shifted = tuple(_divided(root - best.shift, best.multiple) for root in solutions)
+    offset = 0 if best.slides else arithmetic.offsets[best.variable]
+    shifted = tuple(_divided(root - best.shift, best.multiple) - offset for root in solutions)
     parts = [writer.expression(part) for part in (best.cosine, best.sine, best.rest)]
     moving = any(_has_joint(part, writer) for part in parts[:2])
     free = tuple(dict.fromkeys(part for part in parts if part != 0)) if moving else ()
@@ -99,7 +100,10 @@ def _candidates(
     rest = _part(value, turning, 0)
     common = _common_turn(above, arithmetic)
     shift = sympy.Add(
-        *(e * v / arithmetic.units[v] for e, v in zip(common, arithmetic.names.variables))
+        *(
+            e * (v + arithmetic.offsets[v]) / arithmetic.units[v]
+            for e, v in zip(common, arithmetic.names.variables)
+        )
     )
     pure = _times_monomial(above, [-e for e in common])
     if _moves(pure, arithmetic):

@@ -56,6 +56,9 @@ def file_text(expression: Any, degrees: bool) -> str:
     DerivationError
         It has no such form, or is too long.
     """
+    if degrees:
+        functions = expression.atoms(sympy.sin, sympy.cos)
+        expression = expression.xreplace({f: f.func(_in_degrees(f.args[0])) for f in functions})
     text = str(FilePrinter().doprint(expression))
     if degrees and expression.has(sympy.pi):
         raise DerivationError('pi has no meaning in a file in degrees')
@@ -65,6 +68,12 @@ def file_text(expression: Any, degrees: bool) -> str:
         limit = f'at most {MAX_CHARACTERS} characters' if len(text) > MAX_CHARACTERS else ''
         raise DerivationError(f'no expression of a robot file: {error} {limit}'.strip()) from None
     return text
+
+
+def _in_degrees(angle: Any) -> Any:
+    # The file's joint angles are in degrees already; what is added to them is in rad.
+    offset, moving = angle.as_independent(*angle.free_symbols, as_Add=True)
+    return moving + offset * 180 / sympy.pi
 
 
 def factors_to_write(derivation: Derivation) -> dict[str, str]:

@@ -11,6 +11,7 @@ from ..robot.robot import Robot
 from ..robot.task import ROW_NAMES, seeded_poses
 from .algebra.arithmetic import Arithmetic
 from .algebra.numeric import substituted
+from .algebra.zeros import Box
 from .singular_geometry import Arm
 
 # Enough for a coincidence to show, few enough for a second.
@@ -71,21 +72,21 @@ class Bench:
         q = seeded_poses(limits, prismatic)[:count]
         return np.asarray(q[:, list(self.moving)] / self.to_si)
 
-    def inside(self, q: Floats) -> Floats:
+    def limits(self, periods: Floats) -> Box:
         """
-        Return whether poses are inside the joint limits, angles modulo full turns, shape (N,).
+        Return the joint limits, of a joint that turns at most one period.
+
+        Parameters
+        ----------
+        periods : shape (moving,), rad
+            After which a joint's frames repeat.
         """
-        limits = self.robot.limits[list(self.moving)]
-        si = q * self.to_si
-        turning = np.array([self.robot.joint_types[j] != 'prismatic' for j in self.moving])
-        good = np.ones(len(q), dtype=bool)
-        for k, (low, high) in enumerate(limits):
-            x = si[:, k]
-            if turning[k] and np.isfinite(low):
-                x = low + np.mod(x - low, 2 * np.pi)
-                x = np.where(x > low + 2 * np.pi - 1e-9, low, x)
-            good &= (x >= low - 1e-9) & (x <= high + 1e-9)
-        return good
+        low, high = np.array(self.robot.limits[list(self.moving)]).T / self.to_si
+        slides = np.array([self.robot.joint_types[j] == 'prismatic' for j in self.moving])
+        # An angle has all its values within a period.
+        turned = np.where(np.isfinite(high), high - periods, -periods / 2)
+        start = np.where(slides | np.isfinite(low), low, turned)
+        return Box(start, np.where(slides, high, np.minimum(high, start + periods)))
 
     def arm(self, q: Floats) -> Arm:
         """Return the arm's numbers at poses in the file's units."""

@@ -53,6 +53,46 @@ class Arm:
         return len(self.J)
 
 
+@dataclass(frozen=True)
+class Lost:
+    """
+    A motion of the tool that no joint motion gives.
+
+    Attributes
+    ----------
+    text
+        In words.
+    axis, frame
+        The direction is this axis (0 to 2) of that frame; None where it is no axis.
+    angular
+        Whether it turns.
+    point
+        The frame whose origin is moved or held still; None: the tool.
+    held
+        Whether the point is held still while it turns; else every turn is lost.
+    others
+        Whether every direction but this one is lost.
+    """
+
+    text: str
+    axis: int | None = None
+    frame: int = 0
+    angular: bool = False
+    point: int | None = None
+    held: bool = False
+    others: bool = False
+
+
+@dataclass(frozen=True)
+class _Direction:
+    text: str
+    axis: int | None = None
+    frame: int = 0
+
+
+SOMEWHERE = _Direction('a line that depends on the pose')
+
+
 def parallel(one: Floats, other: Floats) -> bool:
     """Return whether directions (N, 3) are parallel at every pose."""
     return bool(np.all(np.linalg.norm(np.cross(one, other), axis=-1) < ZERO))
@@ -172,9 +212,9 @@ def rank_at(J_t: Floats) -> int:
 
 def lost_motion(
     arm: Arm, task_rows: Sequence[int], rank: int, generic: int, scales: Floats
-) -> str | None:
+) -> Lost | None:
     """
-    Return in words which motion of the tool no joint motion gives, or None where none is simple.
+    Return which motion of the tool no joint motion gives, or None where none is simple.
 
     Parameters
     ----------
@@ -193,7 +233,7 @@ def lost_motion(
     good = np.sum(sigma > ZERO * np.max(sigma), axis=1) == rank
     missing = len(task_rows) - rank
     if generic < min(arm.J_t.shape[1:]):
-        return f'{generic - rank} of the {generic} directions there are elsewhere'
+        return Lost(f'{generic - rank} of the {generic} directions there are elsewhere')
     if missing < 1 or not good.any():
         return None
     frames, tool = arm.frames[good], arm.tool[good]
@@ -201,38 +241,42 @@ def lost_motion(
     if missing > 1:
         if rank == 1 and tuple(task_rows) == (0, 1, 2):
             where = _direction((R0 @ U[good][:, :, :1])[..., 0], frames)
-            return f'every translation of the tool but that along {where}' if where else None
-        return f'{missing} of {len(task_rows)} directions'
+            text = 'every translation of the tool but that along'
+            found = where or SOMEWHERE
+            lost = Lost(f'{text} {found.text}', found.axis, found.frame, others=True)
+            return lost if where else None
+        return Lost(f'{missing} of {len(task_rows)} directions')
     left = U[good][:, :, -1] * scales
     wrench = np.zeros((len(left), 6))
     wrench[:, list(task_rows)] = left
     force = (R0 @ wrench[:, :3, None])[..., 0]
     moment = (R0 @ wrench[:, 3:, None])[..., 0]
     if np.all(np.linalg.norm(moment, axis=1) < ZERO):
-        where = _direction(force, frames) or 'a line that depends on the pose'
-        return f'translation of the tool along {where}'
+        where = _direction(force, frames) or SOMEWHERE
+        return Lost(f'translation of the tool along {where.text}', where.axis, where.frame)
     if np.all(np.linalg.norm(force, axis=1) < ZERO):
-        where = _direction(moment, frames) or 'a line that depends on the pose'
-        return f'rotation about {where}'
+        where = _direction(moment, frames) or SOMEWHERE
+        return Lost(f'rotation about {where.text}', where.axis, where.frame, angular=True)
     return _lost_screw(force, moment, frames, tool)
 
 
-def _lost_screw(force: Floats, moment: Floats, frames: Floats, tool: Floats) -> str | None:
+def _lost_screw(force: Floats, moment: Floats, frames: Floats, tool: Floats) -> Lost | None:
     size = np.linalg.norm(force, axis=1) + np.linalg.norm(moment, axis=1)
     turning = None
     for k in reversed(range(frames.shape[1])):
         about = moment + np.cross(tool - frames[:, k, :3, 3], force)
         if np.all(np.linalg.norm(about, axis=1) < ZERO * size):
-            where = _direction(force, frames)
-            place = f'translation of the origin of frame {k}'
-            return f'{place} along {where or "a line that depends on the pose"}'
-        where = _direction(about, frames)
-        if where and turning is None:
-            turning = f'rotation about {where} with the origin of frame {k} held still'
+            where = _direction(force, frames) or SOMEWHERE
+            text = f'translation of the origin of frame {k} along {where.text}'
+            return Lost(text, where.axis, where.frame, point=k)
+        line = _direction(about, frames)
+        if line and turning is None:
+            text = f'rotation about {line.text} with the origin of frame {k} held still'
+            turning = Lost(text, line.axis, line.frame, angular=True, point=k, held=True)
     return turning
 
 
-def _direction(vectors: Floats, frames: Floats) -> str | None:
+def _direction(vectors: Floats, frames: Floats) -> _Direction | None:
     # The first frame in whose axes the direction is the same at every pose, axes before others.
     length = np.linalg.norm(vectors, axis=1)
     if np.any(length < ZERO):
@@ -246,17 +290,32 @@ def _direction(vectors: Floats, frames: Floats) -> str | None:
             continue
         main = int(np.argmax(np.abs(upright[0])))
         if abs(upright[0, main] - 1.0) < 1e-6:
-            return f'{AXES[main]} of frame {k}'
+            return _Direction(f'{AXES[main]} of frame {k}', main, k)
         if constant is None:
             numbers = ', '.join(f'{x:.3g}' for x in upright[0])
-            constant = f'({numbers}) in the axes of frame {k}'
+            constant = _Direction(f'({numbers}) in the axes of frame {k}')
     return constant
 
 
-def idle_motion(arm: Arm, rank: int) -> str | None:
+@dataclass(frozen=True)
+class Idle:
     """
-    Return in words the joint motion that does not move the task, if it is the same everywhere.
+    A joint motion that does not move the task.
+
+    Attributes
+    ----------
+    text
+        In words.
+    joints
+        Indices of the joints that move.
     """
+
+    text: str
+    joints: tuple[int, ...]
+
+
+def idle_motion(arm: Arm, rank: int) -> Idle | None:
+    """Return the joint motion that does not move the task, if it is the same everywhere."""
     n = arm.J_t.shape[2]
     sigma, right = np.linalg.svd(arm.J_t)[1:]
     good = np.sum(sigma > ZERO * np.max(sigma), axis=1) == rank
@@ -266,9 +325,10 @@ def idle_motion(arm: Arm, rank: int) -> str | None:
     idle = idle / np.max(np.abs(idle), axis=1, keepdims=True)
     idle = idle * np.sign(idle[:, np.argmax(np.abs(idle[0]))])[:, None]
     moving = np.any(np.abs(idle) > 1e-6, axis=0)
-    joints = [name for name, moves in zip(arm.names, moving) if moves]
+    joints = tuple(np.flatnonzero(moving).tolist())
+    names = [arm.names[j] for j in joints]
     if len(joints) == 1:
-        return f'{joints[0]} moves nothing'
+        return Idle(f'{names[0]} moves nothing', joints)
     if len(joints) == n:
         return None
-    return f'{", ".join(joints[:-1])} and {joints[-1]} work against each other'
+    return Idle(f'{", ".join(names[:-1])} and {names[-1]} work against each other', joints)

@@ -15,11 +15,15 @@ from ..robot.robot import Robot
 from ..robot.task import ROW_NAMES
 from .algebra.arithmetic import Arithmetic
 from .algebra.factors import Factored
+from .algebra.matrices import Matrix
 from .algebra.names import Names
 from .algebra.numeric import Numbers, poses_on, typical_size
+from .algebra.zeros import Box, Zero, common_zero
 from .family import Family, family_of
+from .frames import Frames
 from .sampled_poses import Bench
-from .singular_geometry import idle_motion, lost_motion, name_of, rank_at
+from .sheet_proofs import Sheets, proves_lost
+from .singular_geometry import Idle, Lost, idle_motion, lost_motion, name_of, rank_at
 from .trigonometry import Writer
 
 
@@ -44,8 +48,14 @@ class SingularFactor:
         Of the task rows on the sheet; None where no pose was found on it.
     lost, idle
         In words: the motion that cannot be made, and the joint motion that makes none.
+    sampled
+        Which of rank, lost and idle are seen at sampled poses of the sheet, with the lengths of
+        the file, and not proved for all of it.
     within_limits
-        Whether poses of the sheet are inside the joint limits, with the lengths of the file.
+        Whether a pose of the sheet is inside the joint limits, with the lengths of the file, shown
+        or proved; None where that is not decided.
+    pose
+        One that is, rad or the file's unit of length: within 1e-9 of a pose of the sheet.
     """
 
     name: str
@@ -56,16 +66,33 @@ class SingularFactor:
     rank: int | None
     lost: str | None
     idle: str | None
-    within_limits: bool
+    sampled: tuple[str, ...]
+    within_limits: bool | None
+    pose: tuple[float, ...] | None
 
 
 @dataclass(frozen=True)
 class Crossing:
-    """Where several sheets meet."""
+    """
+    Where several sheets meet.
+
+    Attributes
+    ----------
+    names
+        Of their factors.
+    rank
+        Of the task rows there; None where no pose was found nor proved not to be.
+    within_limits, pose
+        As those of a factor.
+    sampled
+        Whether that they meet, and the rank, is seen at sampled poses and not proved.
+    """
 
     names: tuple[str, ...]
-    rank: int
-    within_limits: bool
+    rank: int | None
+    sampled: bool
+    within_limits: bool | None
+    pose: tuple[float, ...] | None
 
 
 @dataclass(frozen=True)
@@ -135,10 +162,15 @@ class SingularSet:
 
 
 def singular_factors(
-    product: Factored, bench: Bench, arithmetic: Arithmetic, writer: Writer, names: Names
+    product: Factored,
+    bench: Bench,
+    arithmetic: Arithmetic,
+    writer: Writer,
+    frames: Frames,
+    J_t: Matrix,
 ) -> tuple[SingularFactor, ...]:
     """Return the factors with their names and what their sheets mean."""
-    robot = bench.robot
+    robot, names = bench.robot, arithmetic.names
     listed = file_factors(robot, names)
     elsewhere = bench.arm(bench.random(200))
     generic = rank_at(elsewhere.J_t)
@@ -151,11 +183,14 @@ def singular_factors(
             k for k, v in enumerate(names.variables) if arithmetic.derivative(factor.value, v)
         ]
         rank = lost = idle = geometric = None
+        sampled: tuple[str, ...] = ()
         if len(poses):
             arm = bench.arm(poses)
             rank = rank_at(arm.J_t)
             lost = lost_motion(arm, bench.rows, rank, generic, bench.row_scales)
             idle = idle_motion(arm, rank)
+            sheet = Sheets(J_t, generic, (factor.value,), arithmetic)
+            sampled = _sampled(sheet, frames, rank, lost, idle)
             angular = any(i >= 3 for i in bench.rows)
             geometric = name_of(arm, elsewhere, joints, angular)
         expression = writer.expression(factor.value)
@@ -163,6 +198,7 @@ def singular_factors(
         if name in taken:
             name = str(expression)
         taken.add(name)
+        within = zero_within_limits(bench, [numbers])
         found.append(
             SingularFactor(
                 name,
@@ -171,12 +207,26 @@ def singular_factors(
                 product.complete,
                 family,
                 rank,
-                lost,
-                idle,
-                bool(len(poses)) and bool(bench.inside(poses).any()),
+                lost.text if lost else None,
+                idle.text if idle else None,
+                sampled,
+                within.exists,
+                _as_tuple(within.pose),
             )
         )
     return tuple(found)
+
+
+def _sampled(
+    sheet: Sheets, frames: Frames, rank: int, lost: Lost | None, idle: Idle | None
+) -> tuple[str, ...]:
+    # That the rank is no less is seen at one pose; the rest needs proof.
+    claims = {
+        'rank': sheet.has_rank_at_most(rank),
+        'lost': lost is None or proves_lost(lost, sheet, frames),
+        'idle': idle is None or sheet.depend(idle.joints),
+    }
+    return tuple(claim for claim, proved in claims.items() if not proved)
 
 
 def file_factors(robot: Robot, names: Names) -> dict[str, Any]:
@@ -226,23 +276,55 @@ def sheet_poses(bench: Bench, functions: Sequence[Numbers]) -> Floats:
 
 
 def crossings_of(
-    product: Factored, factors: Sequence[SingularFactor], bench: Bench, arithmetic: Arithmetic
+    product: Factored,
+    factors: Sequence[SingularFactor],
+    bench: Bench,
+    arithmetic: Arithmetic,
+    J_t: Matrix,
 ) -> tuple[Crossing, ...]:
     """Return where two sheets meet, and all of them where there are more."""
     count = len(factors)
     groups: list[tuple[int, ...]] = [*combinations(range(count), 2)]
     if count > 2:
         groups.append(tuple(range(count)))
+    generic = rank_at(bench.arm(bench.random(200)).J_t)
     found = []
     for group in groups:
-        functions = [Numbers(product.factors[k].value, arithmetic) for k in group]
+        values = tuple(product.factors[k].value for k in group)
+        functions = [Numbers(value, arithmetic) for value in values]
         poses = sheet_poses(bench, functions)
+        names = tuple(factors[k].name for k in group)
         if len(poses) < 2:
+            if zero_anywhere(bench, functions).exists is None:
+                found.append(Crossing(names, None, True, None, None))
             continue
         rank = rank_at(bench.arm(poses).J_t)
-        within = bool(bench.inside(poses).any())
-        found.append(Crossing(tuple(factors[k].name for k in group), rank, within))
+        within = zero_within_limits(bench, functions)
+        meet = within.exists or zero_anywhere(bench, functions).exists
+        sampled = not meet or not Sheets(J_t, generic, values, arithmetic).has_rank_at_most(rank)
+        found.append(Crossing(names, rank, sampled, within.exists, _as_tuple(within.pose)))
     return tuple(found)
+
+
+def zero_within_limits(bench: Bench, functions: Sequence[Numbers]) -> Zero:
+    """Return whether functions vanish together inside the joint limits."""
+    arithmetic = functions[0].arithmetic
+    units = np.array([arithmetic.units[v] for v in arithmetic.names.variables], dtype=float)
+    box = bench.limits(2 * np.pi * units)
+    return common_zero(functions, box, bench.random(within=True))
+
+
+def zero_anywhere(bench: Bench, functions: Sequence[Numbers]) -> Zero:
+    """Return whether functions vanish together at any joint positions, limits or none."""
+    arithmetic = functions[0].arithmetic
+    units = np.array([arithmetic.units[v] for v in arithmetic.names.variables], dtype=float)
+    slides = np.array([bench.robot.joint_types[j] == 'prismatic' for j in bench.moving])
+    half = np.where(slides, np.inf, np.pi * units)
+    return common_zero(functions, Box(-half, half), np.clip(bench.random(), -half, half))
+
+
+def _as_tuple(pose: Floats | None) -> tuple[float, ...] | None:
+    return None if pose is None else tuple(pose.tolist())
 
 
 def row_names(rows: Sequence[int]) -> tuple[str, ...]:

@@ -82,11 +82,15 @@ class Writer:
         if len(value) <= LARGE:
             if self.singles != self.sums:
                 candidates.append(self._products(split, self.singles))
-            candidates.append(self._cosines_of_sums(split))
+            fewest = min(map(sympy.count_ops, candidates))
+            if self._fewest_operations(split) < fewest:
+                candidates.append(self._cosines_of_sums(split))
         return self._with_numbers(min(candidates, key=sympy.count_ops) / value.divisor)
 
     def _with_numbers(self, expression: Any) -> Any:
-        return expression.xreplace({symbol: number for number, symbol in self._numbers.items()})
+        # Angles last: in theta the forms are as short as without offsets, and compared as such.
+        numbers = {symbol: number for number, symbol in self._numbers.items()}
+        return expression.xreplace(numbers | self.arithmetic.in_variables)
 
     def matrix(self, rows: Matrix) -> Any:
         """Return a sympy matrix, immutable."""
@@ -152,10 +156,22 @@ class Writer:
             result -= weight * self._leaf(terms, True) * sympy.sin(angle)
         return sympy.factor_terms(result)
 
+    def _fewest_operations(self, groups: Mapping[Exponents, Terms]) -> int:
+        # Of `_cosines_of_sums`: that many functions, sums inside them and sums of them. Writing it
+        # takes longer than all else where it is long, and it is hardly ever the shortest there.
+        functions = 0
+        inside = 0
+        for exponents, terms in groups.items():
+            if any(exponents) and exponents > tuple(-e for e in exponents):
+                here = any(a for a, _ in terms.values()) + any(b for _, b in terms.values())
+                functions += here
+                inside += here * (sum(map(bool, exponents)) - 1)
+        return 2 * functions - 1 + inside
+
     def _angles_of_generators(self) -> list[Any]:
         arithmetic = self.arithmetic
         generators = arithmetic.ring.generators
-        moving = [v / arithmetic.units[v] for v in arithmetic.names.variables]
+        moving = [arithmetic.angles[v] / arithmetic.units[v] for v in arithmetic.names.variables]
         return [*moving, *(generators[k].meaning for k in self._fixed_places())]
 
     def _products(self, groups: Mapping[Exponents, Terms], basis: Basis) -> Any:
@@ -273,6 +289,9 @@ def _basis(arithmetic: Arithmetic, vectors: Iterable[tuple[int, ...]]) -> Basis 
     # exp(i q_k) = prod over angles u_j of exp(i u_j)^(inverse[k, j]).
     inverse = matrix.inv()
     angles = tuple(
-        sympy.Add(*(e * v / arithmetic.units[v] for e, v in zip(row, variables))) for row in chosen
+        sympy.Add(
+            *(e * arithmetic.angles[v] / arithmetic.units[v] for e, v in zip(row, variables))
+        )
+        for row in chosen
     )
     return Basis(angles, tuple(tuple(int(e) for e in inverse.row(k)) for k in range(n)))

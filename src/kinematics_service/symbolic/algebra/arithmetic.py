@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import chain, count
 from typing import Any
 
 import sympy
@@ -34,12 +35,26 @@ class Arithmetic:
     ring
         The generators.
     units
-        exp(i q / unit) is the generator of a joint variable: 1 but for gear ratios.
+        exp(i theta / unit) is the generator of a joint variable: 1 but for gear ratios.
+    offsets
+        theta = q + offset of each joint variable, rad: 0 but where the rows' offset is no number
+        of quarter turns. In theta such an arm is as short as one without offsets.
+    angles
+        The symbol of theta; the joint variable itself where its offset is 0.
     """
 
     ring: Ring
     names: Names
     units: Mapping[Any, int]
+    offsets: Mapping[Any, Any]
+    angles: Mapping[Any, Any]
+
+    @property
+    def in_variables(self) -> dict[Any, Any]:
+        """Return what stands for each theta: q + offset."""
+        return {
+            angle: v + self.offsets[v] for v, angle in self.angles.items() if self.offsets[v] != 0
+        }
 
     def angle_place(self, variable: Any) -> int:
         """Return the place of exp(i variable / unit)."""
@@ -54,7 +69,8 @@ class Arithmetic:
     def exponential(self, angle: Affine) -> Laurent:
         """Return exp(i angle) of an angle affine in the joint variables."""
         constant, factors = angle
-        result = exponential(self.ring, constant)
+        shifted = constant - sum(f * self.offsets[v] for v, f in factors.items())
+        result = exponential(self.ring, shifted)
         for variable, factor in factors.items():
             exponent = int(factor * self.units[variable])
             result = result * self.ring.power(self.angle_place(variable), exponent)
@@ -126,21 +142,49 @@ def arithmetic_of(description: RobotDescription, names: Names) -> Arithmetic:
         A joint turns an axis by an irrational part of its angle.
     """
     units = dict.fromkeys(names.variables, 1)
+    turns = []
     for link in description.links:
         for text in _turning_texts(link):
-            for variable, factor in names.affine(text, is_angle=True)[1].items():
+            turns.append(names.affine(text, is_angle=True))
+            for variable, factor in turns[-1][1].items():
                 if not factor.is_Rational:
                     raise DerivationError(
                         f'{text}: the factor {factor} of {variable} is not a fraction, so that '
                         'the frames are no polynomials in sines and cosines of the joints'
                     )
                 units[variable] = int(sympy.ilcm(units[variable], factor.q))
-    arithmetic = Arithmetic(Ring(), names, units)
+    offsets = _offsets(turns, names)
+    arithmetic = Arithmetic(Ring(), names, units, offsets, _angles(offsets, names))
     for variable in names.variables:
         arithmetic.angle_place(variable)
     for variable in names.variables:
         arithmetic.ring.place('number', variable)
     return arithmetic
+
+
+def _offsets(turns: Sequence[Affine], names: Names) -> dict[Any, Any]:
+    # The first row that a joint turns decides what its theta is; what is left of another row's
+    # constant stays a constant.
+    offsets: dict[Any, Any] = {}
+    for constant, factors in turns:
+        unknown = [variable for variable in factors if variable not in offsets]
+        if not unknown:
+            continue
+        offsets.update(dict.fromkeys(unknown, sympy.Integer(0)))
+        rest = sympy.expand(constant - sum(f * offsets[v] for v, f in factors.items()))
+        if rest.is_number and not _in_quarters(rest)[1].is_zero:
+            offsets[unknown[0]] = rest / factors[unknown[0]]
+    return {variable: offsets.get(variable, sympy.Integer(0)) for variable in names.variables}
+
+
+def _angles(offsets: Mapping[Any, Any], names: Names) -> dict[Any, Any]:
+    numbers = range(1, len(offsets) + 1)
+    stems = chain(('theta', 'phi', 'psi'), (f'angle_{n}_' for n in count()))
+    stem = next(s for s in stems if not {f'{s}{k}' for k in numbers} & set(names.meanings))
+    return {
+        variable: variable if offset == 0 else sympy.Symbol(f'{stem}{k}', real=True)
+        for k, (variable, offset) in zip(numbers, offsets.items())
+    }
 
 
 def _turning_texts(link: DhRow | ElementaryMotion | ShapeRow) -> tuple[str, ...]:
@@ -162,16 +206,19 @@ def exponential(ring: Ring, angle: Any) -> Laurent:
     drown in them: further ones become a fraction (1 + i t)^2 / (1 + t^2), of modulus 1 exactly, so
     that rotations stay rotations, and within 1e-16 rad of the file's angle.
     """
+    quarters, rest = _in_quarters(angle)
+    result = ring.number(1).times_i(quarters)
+    return result * _odd_angle(ring, rest) if rest != 0 else result
+
+
+def _in_quarters(angle: Any) -> tuple[int, Any]:
+    # Whole quarter turns and the rest, which is the angle itself where it has a part of pi.
     turns = sympy.expand(angle).coeff(sympy.pi)
     rest = sympy.expand(angle - turns * sympy.pi)
     if rest.is_number and not rest.is_zero and abs(_quarter_error(rest)) < NEAREST_DOUBLE:
         turns, rest = turns + sympy.Rational(round(float(rest) * 2 / math.pi), 2), sympy.Integer(0)
     quarters = 2 * turns
-    if quarters.is_Integer:
-        result = ring.number(1).times_i(int(quarters))
-    else:
-        rest, result = angle, ring.number(1)
-    return result * _odd_angle(ring, rest) if rest != 0 else result
+    return (int(quarters), rest) if quarters.is_Integer else (0, angle)
 
 
 def _quarter_error(angle: Any) -> float:

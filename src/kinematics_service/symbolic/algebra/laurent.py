@@ -194,6 +194,26 @@ class Laurent:
             for m in {**self.real, **self.imaginary}
         }
 
+    def without_cancelled(self) -> 'Laurent':
+        """
+        Return the same without the terms whose decimals cancel, as in (0.1 + 0.2 - 0.3) cos q.
+
+        Each decimal is a letter of its own; together such terms are 0 for the file's numbers.
+        """
+        generators = self.ring.generators
+        decimals = [k for k, g in enumerate(generators) if g.meaning.is_Rational]
+        groups: dict[tuple[int, ...], dict[tuple[int, ...], tuple[int, int]]] = {}
+        for e, c in self.terms().items():
+            others = tuple(0 if k in decimals else x for k, x in enumerate(e))
+            groups.setdefault(others, {})[e] = c
+        kept: dict[tuple[int, ...], tuple[int, int]] = {}
+        for terms in groups.values():
+            sizes = [math.prod(generators[k].meaning ** e[k] for k in decimals) for e in terms]
+            for part in (0, 1):
+                if sum(c[part] * size for c, size in zip(terms.values(), sizes)) != 0:
+                    kept |= terms
+        return from_terms(self.ring, kept, self.divisor) if len(kept) < len(self) else self
+
     def reduced(self) -> 'Laurent':
         """Return the same with the smallest integers."""
         common = math.gcd(self.divisor, *self.real.values(), *self.imaginary.values())

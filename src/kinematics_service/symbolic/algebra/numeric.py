@@ -9,7 +9,7 @@ import numpy as np
 
 from ...kernel import Floats
 from .arithmetic import Arithmetic
-from .laurent import Laurent
+from .laurent import Laurent, from_terms
 
 STEPS = 60
 CONVERGED = 1e-12
@@ -41,41 +41,79 @@ class Numbers:
 
     def __call__(self, q: Floats) -> Floats:
         """Return the value at q, shape (...,)."""
-        return self._function(np.asarray(q, dtype=float))
+        return self.function(np.asarray(q, dtype=float))
 
     def gradient(self, q: Floats) -> Floats:
         """Return the derivatives by each joint variable, shape (..., n)."""
         q = np.asarray(q, dtype=float)
-        return np.stack([function(q) for function in self._derivatives], axis=-1)
+        return np.stack([function(q) for function in self.derivatives], axis=-1)
+
+    @property
+    def moving(self) -> Floats:
+        """Return which joint variables it depends on, shape (n,)."""
+        variables = self.arithmetic.names.variables
+        return np.array([bool(self.arithmetic.derivative(self.value, v)) for v in variables])
+
+    def in_reciprocal(self, joint: int) -> 'Numbers':
+        """Return the polynomial in t = 1 / length of a joint, times the power of t it takes."""
+        ring = self.value.ring
+        place = ring.place('number', self.arithmetic.names.variables[joint])
+        terms = self.value.terms()
+        degree = max(e[place] for e in terms)
+        turned = {(*e[:place], degree - e[place], *e[place + 1 :]): c for e, c in terms.items()}
+        return Numbers(from_terms(ring, turned, self.value.divisor), self.arithmetic)
 
     @cached_property
-    def _function(self) -> '_Sum':
-        return _sum_of(self.value, self.arithmetic, values_of(self.arithmetic))
+    def function(self) -> 'Sum':
+        """Return it as a sum of terms."""
+        return sum_of(self.value, self.arithmetic, values_of(self.arithmetic))
 
     @cached_property
-    def _derivatives(self) -> tuple['_Sum', ...]:
+    def seconds(self) -> tuple[tuple['Sum', ...], ...]:
+        """Return the second derivatives by each pair of joint variables."""
+        arithmetic, values = self.arithmetic, values_of(self.arithmetic)
+        variables = arithmetic.names.variables
+        firsts = [arithmetic.derivative(self.value, variable) for variable in variables]
+        return tuple(
+            tuple(sum_of(arithmetic.derivative(f, v), arithmetic, values) for v in variables)
+            for f in firsts
+        )
+
+    @cached_property
+    def derivatives(self) -> tuple['Sum', ...]:
+        """Return the derivatives by each joint variable."""
         arithmetic, values = self.arithmetic, values_of(self.arithmetic)
         return tuple(
-            _sum_of(arithmetic.derivative(self.value, variable), arithmetic, values)
+            sum_of(arithmetic.derivative(self.value, variable), arithmetic, values)
             for variable in arithmetic.names.variables
         )
 
 
 @dataclass(frozen=True, eq=False)
-class _Sum:
-    # sum of c exp(i turns q) q^powers, the constants multiplied into c.
+class Sum:
+    """Sum of c exp(i turns q) q^powers, the constants multiplied into c."""
+
     coefficients: Any
     turns: Floats
     powers: Any
 
     def __call__(self, q: Floats) -> Floats:
+        """Return the value at q, shape (...,)."""
         terms = self.coefficients * np.exp(1j * (q @ self.turns))
         for k in np.flatnonzero(np.any(self.powers, axis=0)):
             terms = terms * q[..., k, None] ** self.powers[:, k]
         return np.asarray(np.sum(terms, axis=-1).real)
 
+    def magnitude(self, largest: Floats) -> Floats:
+        """Return the sum of the sizes of the terms, a bound where |q| <= largest, shape (...,)."""
+        sizes = np.broadcast_to(np.abs(self.coefficients), (*largest.shape[:-1], len(self.powers)))
+        for k in np.flatnonzero(np.any(self.powers, axis=0)):
+            sizes = sizes * largest[..., k, None] ** self.powers[:, k]
+        return np.asarray(np.sum(sizes, axis=-1))
 
-def _sum_of(value: Laurent, arithmetic: Arithmetic, values: Any) -> _Sum:
+
+def sum_of(value: Laurent, arithmetic: Arithmetic, values: Any) -> Sum:
+    """Return a real polynomial as numbers; values are those of `values_of`."""
     ring, variables = arithmetic.ring, arithmetic.names.variables
     terms = value.terms()
     exponents = np.array(list(terms), dtype=int).reshape(len(terms), len(ring.generators))
@@ -85,8 +123,10 @@ def _sum_of(value: Laurent, arithmetic: Arithmetic, values: Any) -> _Sum:
             c = c * values[k] ** exponents[:, k]
     angles = [arithmetic.angle_place(v) for v in variables]
     units = np.array([arithmetic.units[v] for v in variables], dtype=float)
+    turns = exponents[:, angles] / units
+    c = c * np.exp(1j * (turns @ np.array([float(arithmetic.offsets[v]) for v in variables])))
     lengths = [ring.place('number', v) for v in variables]
-    return _Sum(c, (exponents[:, angles] / units).T, exponents[:, lengths])
+    return Sum(c, turns.T, exponents[:, lengths])
 
 
 def poses_on(functions: Sequence[Numbers], starts: Floats, scale: Floats) -> Floats:

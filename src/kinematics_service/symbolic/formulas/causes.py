@@ -22,6 +22,8 @@ ARM = ('tool', 'pose', 'rotation', *VECTORS, *JACOBIAN, 'det')
 TABLE = (*ARM, 'row')
 
 CAUSES = (
+    # A sign turns a determinant into that of many other arms: the plain slip is said first.
+    Cause('sign of the determinant', ('det',), (WHOLE,), slips.sign),
     Cause('axes of the frame itself', ('axis',), (WHOLE,), slips.own_axes),
     Cause('kind of joint', JACOBIAN, (COLUMN,), jacobian_slips.joint_type),
     Cause('order of the rows', JACOBIAN, (WHOLE,), jacobian_slips.row_order),
@@ -38,6 +40,8 @@ CAUSES = (
     Cause('millimetres', (*POSES, *VECTORS, *JACOBIAN), (WHOLE, BLOCK, COLUMN), slips.millimetres),
     Cause('derivative of a pose', ('numeric',), (WHOLE,), slips.bottom_row),
     Cause('base and tool', ('tool', 'pose', 'position'), (WHOLE,), slips.base_and_tool),
+    Cause('angles in degrees', ARM, (WHOLE, BLOCK, COLUMN), misreadings.in_degrees, many=True),
+    Cause('sine and cosine', ARM, (WHOLE, BLOCK), misreadings.sine_for_cosine, many=True),
     Cause('exchanged joints', TABLE, (WHOLE,), misreadings.joint_exchange, many=True),
     Cause('zero of a joint', TABLE, (WHOLE,), misreadings.joint_zero, many=True),
     Cause('direction of a joint', TABLE, (WHOLE,), misreadings.joint_direction, many=True),

@@ -15,7 +15,7 @@ from .names import Names
 from .numbers import Floats
 from .poses import Poses, poses_for
 from .slips import another_quantity
-from .solutions import EquationCheck, SolutionCheck
+from .solutions import BRANCH, EquationCheck, SolutionCheck
 from .statements import Statement, Understood, understand
 from .symbols import shown
 from .table import table_of
@@ -304,6 +304,10 @@ def _branch(check: SolutionCheck) -> list[str]:
     share = check.share
     if share >= 1.0 or bool(check.wrong.any()):
         return []
+    if share < BRANCH:
+        return [
+            'gives another branch: with other values of the other joints the tool is there too'
+        ]
     hit = f'gives one of several solutions: the joint itself at {share:.0%} of the poses'
     if len(check.others) > 1 and check.reaches:
         return [f"{hit}; with the file's other formulas the tool always reaches the point"]

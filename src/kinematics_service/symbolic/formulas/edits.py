@@ -117,6 +117,24 @@ def symbols_exchanged(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
         yield Edit(f'{one} and {other} are exchanged', e.subs(changes, simultaneous=True))
 
 
+def lost_lengths(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
+    """Yield the expression with a length, or its square, added to one of its sums."""
+    for path, part in places(e):
+        if part.is_number or (path and _at(e, path[:-1]).is_Add):
+            continue
+        for symbol in symbols:
+            for term in (symbol, symbol**2):
+                for sign, text in ((term, f'+ {term}'), (-term, f'- {term}')):
+                    sentence = f'{text} is lost in {_text(part)}'
+                    yield Edit(sentence, replaced(e, path, part + sign))
+
+
+def _at(e: Any, path: tuple[int, ...]) -> Any:
+    for k in path:
+        e = e.args[k]
+    return e
+
+
 def angles(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
     """
     Yield the expression with another joint, or a quarter turn, in the argument of a function.
@@ -254,7 +272,14 @@ EDITS = (
     Repair('squares and twos', powers),
     Repair('degrees and millimetres in an entry', units),
 )
-SOLUTION_EDITS = (EDITS[1], EDITS[0], *EDITS[2:], Repair('zero of the angle', quarter_turns))
+SOLUTION_EDITS = (
+    EDITS[1],
+    EDITS[0],
+    EDITS[2],
+    Repair('lost length', lost_lengths),
+    *EDITS[3:],
+    Repair('zero of the angle', quarter_turns),
+)
 
 
 def _text(e: Any) -> str:

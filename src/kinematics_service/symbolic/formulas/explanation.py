@@ -239,6 +239,9 @@ def _repaired(
     symbols = (*table.variables, *table.constants)
     if isinstance(original, QuantityCheck) and original.quantity.kind == 'general':
         symbols = tuple(sp.Symbol(f'{name}_i') for name in GENERAL)
+    if isinstance(original, SolutionCheck):
+        # The joint itself would explain every formula of it.
+        symbols = tuple(symbol for symbol in symbols if symbol != original.variable)
     known = sorted(expression.free_symbols - set(symbols), key=str)
     kinds = SOLUTION_EDITS if isinstance(original, SolutionCheck) else EDITS
     found: list[tuple[str, str]] = []

@@ -6,11 +6,13 @@ Each is the table with something exchanged; what it is worth is computed like th
 
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import sympy as sp  # type: ignore[import-untyped]
 
 from .checks import QuantityCheck
+from .numbers import DEGREE, Floats
 from .table import EYE, Table
 from .variant import Variant
 from .world import World
@@ -71,6 +73,41 @@ def joint_zero(check: QuantityCheck) -> Iterator[Variant]:
         for turn, text in TURNS:
             sentence = f'{variable} is counted from another zero: {variable} {text} stands for it'
             yield _at(check, _subs(table, {variable: variable + turn}), sentence)
+
+
+def in_degrees(check: QuantityCheck) -> Iterator[Variant]:
+    """Yield joint angles that were taken for degrees, all of them or one."""
+    turning = _turning(check)
+    for chosen in (turning, *([variable] for variable in turning if len(turning) > 1)):
+        changes = {variable: check.poses.values[variable] * DEGREE for variable in chosen}
+        names = ', '.join(map(str, chosen))
+        yield _with_values(check, changes, f'{names} taken for degrees: it is in radians')
+
+
+def sine_for_cosine(check: QuantityCheck) -> Iterator[Variant]:
+    """Yield sines and cosines exchanged, of one joint or of all sums of joints."""
+    turning = _turning(check)
+    for variable in turning:
+        # sin(pi/2 - q) = cos(q): the formula of each entry with the two exchanged.
+        changes = {variable: np.pi / 2 - check.poses.values[variable]}
+        sentence = f'sin({variable}) and cos({variable}) are exchanged'
+        yield _with_values(check, changes, sentence)
+    # sin(q1 + q2) = cos(pi/2 - q1 - q2).
+    for first in turning if len(turning) > 1 else ():
+        changes = {variable: -check.poses.values[variable] for variable in turning}
+        changes[first] = changes[first] + np.pi / 2
+        yield _with_values(check, changes, f'sines and cosines of sums with {first} are exchanged')
+
+
+def _turning(check: QuantityCheck) -> list[Any]:
+    table = check.names.table
+    return [v for v, kind in zip(table.variables, table.joint_types) if kind != 'prismatic']
+
+
+def _with_values(check: QuantityCheck, changes: dict[Any, Floats], sentence: str) -> Variant:
+    values = {**check.poses.values, **changes}
+    world = World(check.names.table, values, check.poses.count)
+    return Variant(sentence, check.right_of(world))
 
 
 def joint_direction(check: QuantityCheck) -> Iterator[Variant]:

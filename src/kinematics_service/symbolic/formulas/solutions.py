@@ -17,6 +17,11 @@ from .world import World
 BRANCH = 0.1
 # An angle near the end of acos has half the digits.
 HIT = 1e-7
+# Another branch is one at nearly every pose; starts and steps that find it where there is one.
+MOST_POSES = 0.9
+STARTS = 8
+STEPS = 30
+SEED = 1955
 
 
 class EquationCheck(Check):
@@ -90,7 +95,59 @@ class SolutionCheck(Check):
     @cached_property
     def wrong(self) -> Mask:
         """Return whether the formula is wrong, shape (1, 1)."""
-        return np.array([[self.share < BRANCH]])
+        return np.array([[self.share < BRANCH and not self.is_other_branch]])
+
+    @cached_property
+    def is_other_branch(self) -> bool:
+        """
+        Return whether the other joints can bring the tool to its point with this joint so.
+
+        Lengths stay inside their limits. Asked only where that is more than they can always do:
+        the point has as many coordinates as the arm has joints, or more.
+        """
+        joint = self.statement.joint
+        here = self.in_radians(self.person[:, 0, 0])
+        good = np.isfinite(here)
+        # A formula by other joints is about their values.
+        held = self.expressions.free_symbols
+        variables = self.names.table.variables
+        free = [k for k, v in enumerate(variables) if k != joint and v not in held]
+        rank = int(np.linalg.matrix_rank(self.world.jacobian[:, :3], tol=1e-9).max())
+        if np.mean(good) < MOST_POSES or not free or rank <= len(free):
+            return False
+        left = good.copy()
+        random = np.random.default_rng(SEED)
+        for _ in range(STARTS):
+            left &= ~self._reached(np.where(good, here, 0.0), free, random)
+        return bool(np.mean(left[good]) <= 1.0 - MOST_POSES)
+
+    def _reached(self, here: Floats, free: list[int], random: np.random.Generator) -> Mask:
+        # Newton's damped steps of the other joints from random angles towards the point.
+        table, count = self.names.table, self.poses.count
+        target = self.world.pose[:, :3, 3]
+        values = {**self.poses.values, self.variable: here}
+        for k in free:
+            turns = table.joint_types[k] != 'prismatic'
+            span = np.pi if turns else 1.0
+            values[table.variables[k]] = random.uniform(-span, span, count)
+        gap = np.zeros((count, 3))
+        for _ in range(STEPS):
+            world = World(table, values, count)
+            gap = target - world.pose[:, :3, 3]
+            J = world.jacobian[:, :3, free]
+            J_t = np.swapaxes(J, 1, 2)
+            damped = J_t @ J + 1e-12 * np.eye(len(free))
+            step = np.linalg.solve(damped, J_t @ gap[..., None])[..., 0]
+            longest = np.max(np.abs(step), axis=1, keepdims=True)
+            step *= np.minimum(1.0, 0.7 / np.maximum(longest, 1e-300))
+            for column, k in enumerate(free):
+                values[table.variables[k]] = values[table.variables[k]] + step[:, column]
+        reached: Mask = np.max(np.abs(gap), axis=1) <= HIT
+        for k, (low, high) in enumerate(self.robot.limits):
+            if table.joint_types[k] == 'prismatic':
+                length = values[table.variables[k]]
+                reached &= (length >= low - HIT) & (length <= high + HIT)
+        return reached
 
     def passes(self, i: int, j: int, expression: Any) -> bool:
         """Return whether another formula gives the joint back at enough poses."""

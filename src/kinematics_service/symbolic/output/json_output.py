@@ -19,6 +19,7 @@ def json_of(
         'robot': derivation.robot.name,
         'length_unit': derivation.robot.description.length_unit,
         'variables': [v.name for v in derivation.variables],
+        'angles': {str(theta): str(angle) for theta, angle in derivation.angles.items()},
         'lengths': {symbol.name: value for symbol, value in derivation.names.values.items()},
         'row_transforms': [_strings(T) for T in derivation.row_transforms],
         'frames': [_strings(T) for T in derivation.frames],
@@ -32,6 +33,7 @@ def json_of(
         'square': determinant.square,
         'determinant': '0' if determinant.identically_zero else _strings(determinant.expression),
         'product': _strings(determinant.expression),
+        'product_in_angles': _strings(_in_angles(derivation)),
         'generic_rank': found.generic_rank,
         'dependent_joints': list(found.dependent),
         'complete': found.complete,
@@ -39,6 +41,7 @@ def json_of(
             {
                 'name': factor.name,
                 'expression': str(factor.expression),
+                'in_angles': str(derivation.in_angles(factor.expression)),
                 'power': factor.power,
                 'irreducible': factor.irreducible,
                 'joint': None if factor.family.variable is None else str(factor.family.variable),
@@ -48,12 +51,20 @@ def json_of(
                 'rank': factor.rank,
                 'lost': factor.lost,
                 'idle': factor.idle,
+                'sampled': list(factor.sampled),
                 'within_limits': factor.within_limits,
+                'pose_within_limits': factor.pose,
             }
             for factor in found.factors
         ],
         'crossings': [
-            {'factors': list(c.names), 'rank': c.rank, 'within_limits': c.within_limits}
+            {
+                'factors': list(c.names),
+                'rank': c.rank,
+                'sampled': c.sampled,
+                'within_limits': c.within_limits,
+                'pose_within_limits': c.pose,
+            }
             for c in found.crossings
         ],
     }
@@ -69,6 +80,11 @@ def json_of(
             ],
         }
     return json.dumps(document, indent=1) + '\n'
+
+
+def _in_angles(derivation: Derivation) -> Any:
+    product = derivation.determinant
+    return None if product is None else derivation.in_angles(product)
 
 
 def _strings(value: Any) -> Any:

@@ -39,6 +39,15 @@ class Equation:
     right: Any
 
 
+# Of what is not proved for all of a sheet.
+SAMPLED = ' (at sampled poses)'
+# Whether a crossing is inside the joint limits.
+IN_BRACKETS = {
+    True: '',
+    False: ' (outside the joint limits)',
+    None: ' (whether inside the joint limits is not decided)',
+}
+
 Block = Heading | Sentence | Equation
 
 
@@ -83,6 +92,13 @@ def _frames(derivation: Derivation) -> Iterator[Block]:
     if derivation.names.values:
         given = ', '.join(f'{s} = {v:.12g}' for s, v in derivation.names.values.items())
         yield say(f'Numbers of the file: {given}')
+    if derivation.angles:
+        yield say(
+            'Matrices are written in angles with the offsets of the table in them; determinant '
+            'and factors in these, then in joint variables.'
+        )
+        for theta, angle in derivation.angles.items():
+            yield Equation(sympy.latex(theta), angle)
     yield Heading('Frames', 2)
     yield say(
         'T_i,k is frame k in frame i, and T the tool in the base frame; R and p are its rotation '
@@ -90,10 +106,12 @@ def _frames(derivation: Derivation) -> Iterator[Block]:
     )
     transforms = [(f'{k - 1},{k}', T) for k, T in enumerate(derivation.row_transforms, 1)]
     transforms += [(f'base,{k}', T) for k, T in enumerate(derivation.frames)]
-    yield from _once([(f'T_{{{which}}}', T) for which, T in transforms] + [('T', derivation.T)])
+    transforms.append(('T', derivation.T))
+    named = [(f'T_{{{k}}}' if k != 'T' else k, derivation.in_angles(T)) for k, T in transforms]
+    yield from _once(named)
     for k, (z, o) in enumerate(zip(derivation.z, derivation.o), 1):
-        yield Equation(f'z_{{{k}}}', z)
-        yield Equation(f'o_{{{k}}}', o)
+        yield Equation(f'z_{{{k}}}', derivation.in_angles(z))
+        yield Equation(f'o_{{{k}}}', derivation.in_angles(o))
 
 
 def _once(matrices: Sequence[tuple[str, Any]]) -> Iterator[Block]:
@@ -115,7 +133,8 @@ def _jacobian(derivation: Derivation, frame: str) -> Iterator[Block]:
     yield Heading('Jacobian', 2)
     axes = frame if frame in ('base', 'tool') else f'frame {frame}'
     yield say(f'Rows vx vy vz wx wy wz of the origin of the tool, axes of {axes}.')
-    yield Equation('J', derivation.jacobian if frame == 'base' else derivation.jacobian_in(frame))
+    J = derivation.jacobian if frame == 'base' else derivation.jacobian_in(frame)
+    yield Equation('J', derivation.in_angles(J))
     if derivation.coupling is not None:
         yield say('Joints move several rows: J = J_open C, with the rows moved by C q.')
         yield Equation('C', derivation.coupling)
@@ -152,9 +171,17 @@ def _determinant(derivation: Derivation) -> Iterator[Block]:
             f'{determinant.minors} squared minors; factors common to all of them stand in front.'
         )
     yield say(f'Computed in {determinant.view}, which does not change it.')
-    yield Equation(left, determinant.expression)
+    yield from _in_both(derivation, left, determinant.expression)
     if not found.factors and determinant.minors > 1:
         yield say('The minors have no common factor. Lock a joint for the reduced arm.')
+
+
+def _in_both(derivation: Derivation, left: str, expression: Any) -> Iterator[Block]:
+    # In the angles and in the joint variables where they are not the same.
+    in_angles = derivation.in_angles(expression)
+    yield Equation(left, in_angles)
+    if in_angles != expression:
+        yield Equation(left, expression)
 
 
 def _singular(derivation: Derivation) -> Iterator[Block]:
@@ -165,25 +192,29 @@ def _singular(derivation: Derivation) -> Iterator[Block]:
     if not found.factors and found.determinant.minors == 1:
         yield say('Empty: the determinant is a constant.')
     for factor in found.factors:
-        yield from _sheet(factor)
+        yield from _sheet(derivation, factor)
     if found.crossings:
         yield Heading('Where sheets meet', 3)
     for crossing in found.crossings:
         names = ' and '.join(map(_short, crossing.names))
-        inside = '' if crossing.within_limits else ' (outside the joint limits)'
-        yield say(f'{names}: rank {crossing.rank}{inside}')
+        if crossing.rank is None:
+            yield say(f'{names}: no pose was found; that they do not meet is not proved')
+            continue
+        sampled = SAMPLED if crossing.sampled else ''
+        inside = IN_BRACKETS[crossing.within_limits]
+        yield say(f'{names}: rank {crossing.rank}{sampled}{inside}')
     if found.determinant.minors > 1:
         yield say('Singular too where what is left of the minors vanishes as a whole:')
-        yield Equation('0', found.determinant.remainder)
+        yield from _in_both(derivation, '0', found.determinant.remainder)
 
 
 def _short(name: str) -> str:
     return name if len(name) <= 40 else 'the irreducible factor'
 
 
-def _sheet(factor: SingularFactor) -> Iterator[Block]:
+def _sheet(derivation: Derivation, factor: SingularFactor) -> Iterator[Block]:
     yield Heading(_short(factor.name), 3)
-    yield Equation('0', factor.expression)
+    yield from _in_both(derivation, '0', factor.expression)
     if sympy.count_ops(factor.expression) > LONG and factor.irreducible:
         yield say('It is irreducible: with its lengths as letters it does not factor.')
     if not factor.irreducible:
@@ -191,23 +222,33 @@ def _sheet(factor: SingularFactor) -> Iterator[Block]:
     if factor.power > 1:
         yield say(f'It stands {factor.power} times in the product.')
     family = factor.family
+    theta = family.variable and derivation.in_angles(family.variable)
+    if theta != family.variable:
+        (theta,) = theta.free_symbols
+        offset = derivation.angles[theta] - family.variable
+        for solution in family.solutions:
+            yield Equation(sympy.latex(theta), derivation.in_angles(solution) + offset)
     for solution in family.solutions:
         yield Equation(sympy.latex(family.variable), solution)
     if family.condition is not None:
-        yield say('exists if and only if ', family.condition)
+        yield say('exists if and only if ', derivation.in_angles(family.condition))
     if family.free:
-        parts = [part for e in family.free for part in (e, ' and ')][:-1]
+        free = map(derivation.in_angles, family.free)
+        parts = [part for e in free for part in (e, ' and ')][:-1]
         yield say('Every value of it where ', *parts, ' vanish together.')
     if factor.rank is None:
         yield say('No pose was found on it with the lengths of the file.')
         return
-    if not factor.within_limits:
-        yield say('No pose of it was found inside the joint limits.')
-    yield say(f'Rank there: {factor.rank}.')
+    if factor.within_limits is None:
+        yield say('Whether a pose of it is inside the joint limits is not decided.')
+    elif not factor.within_limits:
+        yield say('No pose of it is inside the joint limits.')
+    seen = dict.fromkeys(factor.sampled, SAMPLED)
+    yield say(f'Rank there: {factor.rank}{seen.get("rank", "")}.')
     if factor.lost:
-        yield say(f'Lost: {factor.lost}.')
+        yield say(f'Lost: {factor.lost}{seen.get("lost", "")}.')
     if factor.idle:
-        yield say(f'Joints: {factor.idle}.')
+        yield say(f'Joints: {factor.idle}{seen.get("idle", "")}.')
 
 
 def _path(path: Path, span: tuple[float, float]) -> Iterator[Block]:

@@ -1,0 +1,220 @@
+"""
+What is found at poses of a sheet, proved for all of it: whatever a factor divides vanishes there.
+
+A rank is at most r where every minor of size r + 1 vanishes; that it is no less is seen at a pose.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from itertools import product as cartesian
+from math import comb
+
+import numpy as np
+
+from .algebra.arithmetic import Arithmetic, inverse
+from .algebra.factors import factored
+from .algebra.half_factors import Terms
+from .algebra.laurent import Laurent, Ring, from_terms, total
+from .algebra.matrices import MatrixReading, product
+from .algebra.numeric import Numbers
+from .algebra.quotient import divided
+from .determinant import about, determinant_of
+from .frames import Frames
+from .jacobian import axes_seen_from, geometric, in_axes_of
+from .singular_geometry import LostDirection
+
+# More minors than these are not looked at: the claim stays one of sampled poses.
+MOST_MINORS = 250
+MOST_TERMS = 3000
+
+
+@dataclass(frozen=True)
+class Sheets:
+    """
+    One sheet, or where several meet, with the Jacobian there.
+
+    Attributes
+    ----------
+    J
+        The task rows, so that their rank is the task's.
+    generic_rank
+        Of the task rows: each factor divides all minors of that size.
+    factors
+        All 0 there.
+    """
+
+    J: MatrixReading
+    generic_rank: int
+    factors: tuple[Laurent, ...]
+    arithmetic: Arithmetic
+
+    def has_rank_at_most(self, rank: int) -> bool:
+        """Return whether it is proved that every minor of more rows than that vanishes."""
+        if rank + 1 >= self.generic_rank:
+            return True
+        return self.vanish(range(len(self.J)), range(len(self.J[0])), rank + 1)
+
+    def depend(self, columns: Sequence[int]) -> bool:
+        """Return whether it is proved that these columns depend on each other."""
+        return self.vanish(range(len(self.J)), columns, len(columns))
+
+    def vanish(self, rows: Sequence[int], columns: Sequence[int], size: int) -> bool:
+        """Return whether it is proved that all minors of these rows and columns vanish."""
+        if comb(len(rows), size) * comb(len(columns), size) > MOST_MINORS:
+            return False
+        minors = (
+            determinant_of([[self.J[i][j] for j in chosen] for i in chosen_rows])
+            for chosen_rows in combinations(rows, size)
+            for chosen in combinations(columns, size)
+        )
+        return self.are_zero(minors)
+
+    def are_zero(self, values: Iterable[Laurent]) -> bool:
+        """Return whether it is proved that polynomials vanish on it."""
+        branches = _branches(self.factors, self.arithmetic)
+        return branches is not None and all(
+            branch.vanishes(value) for value in values if value for branch in branches
+        )
+
+
+@dataclass(frozen=True)
+class _Branch:
+    # Generators that stand for something else, one after the other, and a factor that is 0 then.
+    replaced: tuple['_Replaced', ...]
+    factor: Laurent | None
+
+    def vanishes(self, value: Laurent) -> bool:
+        for replaced in self.replaced:
+            value = replaced.put_into(value)
+        if not value or self.factor is None:
+            return not value
+        return len(value) <= MOST_TERMS and divided(value, self.factor) is not None
+
+
+@dataclass(frozen=True)
+class _Replaced:
+    # A length is a polynomial without it; an angle's generator is a product of powers of the other
+    # generators and of i.
+    place: int
+    length: Laurent | None
+    quarter: int = 0
+    turns: tuple[int, ...] = ()
+
+    def put_into(self, value: Laurent) -> Laurent:
+        ring = value.ring
+        parts: dict[int, Terms] = {}
+        for e, c in value.terms().items():
+            power = e[self.place]
+            others = tuple(0 if k == self.place else x for k, x in enumerate(e))
+            moved = tuple(x + power * t for x, t in zip(others, self.turns)) or others
+            parts.setdefault(power, {})[moved] = c
+        return total(
+            ring, [self._with_power(ring, *part, value.divisor) for part in parts.items()]
+        )
+
+    def _with_power(self, ring: Ring, power: int, terms: Terms, divisor: int) -> Laurent:
+        part = from_terms(ring, terms, divisor)
+        if self.length is None:
+            return part.times_i(self.quarter * power)
+        for _ in range(power):
+            part = part * self.length
+        return part
+
+
+def _branches(factors: Sequence[Laurent], arithmetic: Arithmetic) -> list[_Branch] | None:
+    # All but one factor are solved for a generator, and what it is goes into the others.
+    if not factors:
+        return [_Branch((), None)]
+    if len(factors) == 1:
+        return [_Branch((), factors[0])]
+    for k, factor in enumerate(factors):
+        solutions = _solutions(factor, arithmetic)
+        if solutions:
+            others = [*factors[:k], *factors[k + 1 :]]
+            return _with_solutions(solutions, others, arithmetic)
+    return None
+
+
+def _with_solutions(
+    solutions: Sequence[_Replaced], others: Sequence[Laurent], arithmetic: Arithmetic
+) -> list[_Branch] | None:
+    found: list[_Branch] = []
+    for replaced in solutions:
+        pieces = []
+        for rest in filter(None, (replaced.put_into(other) for other in others)):
+            split = factored(rest, arithmetic)
+            if not split.factors or _may_vanish(split.constant, arithmetic):
+                return None
+            pieces.append([factor.value for factor in split.factors])
+        for chosen in cartesian(*pieces):
+            below = _branches(chosen, arithmetic)
+            if below is None:
+                return None
+            found += [_Branch((replaced, *branch.replaced), branch.factor) for branch in below]
+    return found
+
+
+def _may_vanish(constant: Laurent, arithmetic: Arithmetic) -> bool:
+    # With the lengths of the file.
+    number = Numbers(constant, arithmetic).function
+    still = np.zeros(len(arithmetic.names.variables))
+    return bool(abs(number(still)) <= 1e-9 * number.magnitude(still))
+
+
+def _solutions(factor: Laurent, arithmetic: Arithmetic) -> list[_Replaced]:
+    # Sine or cosine of a sum of angles; or linear in a length, alone in its term.
+    ring, terms = arithmetic.ring, factor.terms()
+    places = sorted({k for e in terms for k, x in enumerate(e) if x})
+    if len(terms) == 2 and all(ring.generators[k].kind != 'number' for k in places):
+        return _quarter_turns(terms)
+    moving = set(arithmetic.names.variables)
+    numbers = [k for k in places if ring.generators[k].kind == 'number']
+    for k in sorted(numbers, key=lambda k: ring.generators[k].meaning not in moving):
+        alone = [(e, c) for e, c in terms.items() if e[k]]
+        if len(alone) == 1 and sum(map(abs, alone[0][0])) == 1 and alone[0][1][1] == 0:
+            ((_, (slope, _)),) = alone
+            rest = from_terms(ring, {e: c for e, c in terms.items() if not e[k]})
+            sign = -1 if slope > 0 else 1
+            return [_Replaced(k, rest.scaled(sign, abs(slope)))]
+    return []
+
+
+def _quarter_turns(terms: Terms) -> list[_Replaced]:
+    # c z^e + d z^-e = 0 where z^e is a quarter turn; one generator of the product z^e follows.
+    (e, c), (opposite, d) = terms.items()
+    k = next((k for k, x in enumerate(e) if abs(x) == 1), None)
+    if k is None or any(x + y for x, y in zip(e, opposite)):
+        return []
+    quarters = (0, 2) if c == (-d[0], -d[1]) else (1, 3) if c == d else ()
+    turns = tuple(0 if j == k else -x * e[k] for j, x in enumerate(e))
+    return [_Replaced(k, None, quarter * e[k], turns) for quarter in quarters]
+
+
+def proves_lost(lost: LostDirection, sheet: Sheets, frames: Frames) -> bool:
+    """Return whether it is proved that a motion is lost on a sheet."""
+    if lost.axis is None:
+        return False
+    arithmetic = sheet.arithmetic
+    if lost.point is None:
+        J = in_axes_of(geometric(frames, arithmetic), frames.in_base[lost.frame])
+    else:
+        zero = arithmetic.ring.number(0)
+        axes = axes_seen_from(frames, lost.point)
+        J = about(frames, arithmetic, axes, (zero, zero, zero))
+        J = in_axes_of(J, _pose(frames, lost.point, lost.frame, arithmetic))
+    if not lost.held:
+        rows = [i for i in range(3) if (i == lost.axis) != lost.others]
+        return sheet.are_zero(e for i in rows for e in J[i + 3 * lost.angular])
+    # The wrench that no joint feels is the cofactors of a column: its other moments are 0.
+    whole = Sheets(J, sheet.generic_rank, sheet.factors, arithmetic)
+    others = [i for i in (3, 4, 5) if i != lost.axis + 3]
+    left = [[i for i in range(6) if i != other] for other in others]
+    return len(J[0]) == 6 and all(whole.vanish(rows, range(6), 5) for rows in left)
+
+
+def _pose(frames: Frames, seen_from: int, frame: int, arithmetic: Arithmetic) -> MatrixReading:
+    T = arithmetic.identity()
+    for row in range(min(seen_from, frame), max(seen_from, frame)):
+        T = product(T, frames.row_transforms[row])
+    return T if frame >= seen_from else inverse(T)
