@@ -13,7 +13,7 @@ from setuptools.command.build_ext import build_ext
 PACKAGE = 'kinematics_service'
 FOLDER = Path('src', PACKAGE, 'kernel')
 # These say where things stand and how arrays are handed over: included where they are used.
-INCLUDED = ('places', 'arrays')
+INCLUDED = ('places', 'arrays', 'pairs')
 # Every operation is rounded by itself, so that the compiled kernel gives the numbers of its source
 # to the last bit, on every machine. Nobody asks for the flags of floating-point errors, and the
 # loops over lanes need what they call inline.

@@ -32,6 +32,8 @@ def test_json_has_every_solution(capsys):
     assert code == 0
     assert document['status'] == 'solved'
     assert document['method'] == 'closed form'
+    assert (document['complete'], document['roots']) == ('proved', None)
+    assert [one['multiplicity'] for one in document['solutions']] == [1] * 8
     assert len(document['solutions']) == 8
     assert document['nearest'] is None
     assert min(np.max(np.abs(np.subtract(one['q'], Q))) for one in document['solutions']) < 1e-9
@@ -43,7 +45,7 @@ def test_a_table_for_people(capsys):
         capsys, '--robot', 'craig_3r', '--xyz', '0.4', '0.1', '-0.2', '--near', '0,0.5,0.5'
     )
     assert code == 0
-    assert '4 solutions inside the limits' in streams.out
+    assert '4 solutions inside the limits; there are no others' in streams.out
     assert 'shoulder right, elbow up' in streams.out
 
 

@@ -22,8 +22,10 @@ from kinematics_service.estimation.estimator import Estimator, EstimatorSettings
 from kinematics_service.estimation.joint_sample import JointSample
 from kinematics_service.estimation.joint_state_form import form_of
 from kinematics_service.kinematics.inverse.plan import plan_for
-from kinematics_service.kinematics.inverse.search import PROVED
+from kinematics_service.kinematics.inverse.screws import screws_of
+from kinematics_service.kinematics.inverse.search import PROVED, refinement
 from kinematics_service.kinematics.inverse.target import ik_target_of
+from kinematics_service.rigid_motion import inverse
 from kinematics_service.robot.robot import Robot
 from kinematics_service.robot.task import ROW_NAMES
 
@@ -38,6 +40,7 @@ SOLVED = ('craig_3r', 'puma560', 'ur5e', 'scara_hsr065', 'panda')
 GIVEN = (
     *(kernel.Arm, kernel.Chain, kernel.TaskRows, kernel.Tape, kernel.OurJoints),
     *(kernel.ClosedForm, kernel.Joints, kernel.Refinement, kernel.Residual, kernel.Servo),
+    kernel.SixJoints,
 )
 # Of solutions, and of a step of the servo.
 SAID_OF_ONE = ('miss', 'margin', 'share', 'posture')
@@ -261,6 +264,30 @@ def details(random: np.random.Generator):
             )
             found = np.zeros((kernel.MOST_CANDIDATES, k))
             kernel.inverse_candidates(form, T, np.zeros(k), found)
+    # Six joints, one of which slides, by two eliminations; then those of an arm.
+    screws[1, 6] = 1.0
+    options = np.array([[0, 0, 0], [4, 1, 1]])
+    general = kernel.SixJoints(screws, np.eye(4), np.eye(6), options, 16)
+    psi, said = np.zeros((kernel.MOST_CANDIDATES, 6, 2)), np.zeros(3)
+    found = kernel.complex_solutions(general, T, psi, said)
+    beside = T.copy()
+    beside[:3, 3] += 1e-3
+    kernel.followed_solutions(general, beside, found, psi)
+    robot = ks.load_robot('ur5e')
+    turning = screws_of(robot.chain)
+    table = np.column_stack([turning.axes, turning.points, np.zeros(6)])
+    arm = kernel.SixJoints(table, inverse(turning.home), np.eye(6), options[:1], 16)
+    plan, target = plan_for(robot, ROW_NAMES), ik_target_of(robot, T)
+    solutions = kernel.Solutions(np.zeros((kernel.MOST_CANDIDATES, 6)))
+    kernel.eliminated_solutions(
+        arm,
+        refinement(target, plan),
+        plan.joints,
+        np.zeros(6),
+        PROVED,
+        solutions,
+        np.zeros(3, int),
+    )
 
 
 def visit(robot: Robot):

@@ -43,21 +43,27 @@ printed at one of its positions. The exit code is 1 if nothing is inside the lim
 then the nearest pose is printed.
 
 --one: the first solution found inside the limits, the nearest one where there is a
-closed form. An arm without one is searched from random starts: --seed gives others.
+closed form. An arm without one is searched from there: --seed gives other starts.
 
 \b
 The keys of --json, in m and rad; null: infinite or undefined:
   robot, base_frame, tool_frame, joint_names
   target, near                   4 rows of 4, or x y z; near may be null
   status                         solved, family, outside_limits or unreachable
-  reason, method                 a sentence; closed form or search
+  reason, method                 a sentence; closed form, algebraic or search
+  complete                       proved, found (no proof that these are all) or partial
+  roots                          null, or how many complex solutions were found of how
+                                 many there can be
   solutions                      objects: q, residual, feasible, beyond (names of
                                  joints outside their limits), margin (to the nearest
-                                 limit), shoulder, elbow, wrist
+                                 limit), shoulder, elbow, wrist, multiplicity
   families                       the same keys, and motions (a row a direction along
                                  it), straight, joints
   nearest                        null, or q, residual, position_error, rotation_error
 """
+
+# How the solutions were found.
+HOW = {'closed form': 'in closed form', 'algebraic': 'by elimination', 'search': 'by search'}
 
 XyzOption = Annotated[
     str,
@@ -199,7 +205,11 @@ def _document(robot: Robot, result: IkResult, target: Floats, near: Floats | Non
             'status': result.status,
             'reason': result.reason,
             'method': result.method,
-            'solutions': [_entry(solution) for solution in result],
+            'complete': result.complete,
+            'roots': result.roots,
+            'solutions': [
+                {**_entry(solution), 'multiplicity': solution.multiplicity} for solution in result
+            ],
             'families': [
                 {
                     **_entry(family),
@@ -234,10 +244,10 @@ def _entry(one: IkSolution | IkFamily) -> dict[str, Any]:
 
 
 def _print_result(out: Output, robot: Robot, result: IkResult) -> None:
-    how = {'closed form': 'in closed form', 'search': 'by search'}[result.method]
+    how = HOW[result.method]
     out.print(
         heading(f'{robot.name}: {robot.tool_frame} to the target in {robot.base_frame}, {how}'),
-        f'  {plain(result.reason)}',
+        f'  {plain(result.reason)}{_completeness(result)}',
     )
     if result.solutions:
         out.print('', _joint_table(robot, result.solutions))
@@ -253,6 +263,23 @@ def _print_result(out: Output, robot: Robot, result: IkResult) -> None:
     out.print('', errors)
 
 
+def _completeness(result: IkResult) -> str:
+    if not result.solutions or result.complete == 'partial':
+        return ''
+    if result.complete == 'found':
+        return '; there may be others'
+    if result.roots is None:
+        return '; there are no others'
+    found, bound = result.roots
+    return f'; there are no others ({found} of {bound} complex ones found)'
+
+
+def _times(multiplicity: int) -> str:
+    if multiplicity == 1:
+        return ''
+    return f', {multiplicity} in one' if multiplicity else ', singular'
+
+
 def _joint_table(robot: Robot, solutions: tuple[IkSolution, ...]) -> Table:
     rows = table('  ', 'joints [rad, m]', 'joints [deg, m]', 'posture', 'to limits', 'residual')
     for k, solution in enumerate(solutions):
@@ -264,7 +291,7 @@ def _joint_table(robot: Robot, solutions: tuple[IkSolution, ...]) -> Table:
             '  '.join(number(x, 2 if turns else 4) for x, turns in zip(turned, _turning(robot))),
             str(solution.posture),
             plain(beyond) or f'{solution.margin:.3g}',
-            f'{solution.residual:.1e}',
+            f'{solution.residual:.1e}{_times(solution.multiplicity)}',
         )
     return rows
 

@@ -51,9 +51,13 @@ from .servo_step import ServoOutput as ServoOutput
 from .servoing import servo as servo
 from .singular_values import decompose as decompose
 from .singular_values import determinant_of as determinant_of
+from .six_joints import SixJoints as SixJoints
+from .six_joints import complex_solutions as complex_solutions
+from .six_joints import followed_solutions as followed_solutions
 from .solutions import Solutions as Solutions
 from .solutions import distinct as distinct
 from .solving import closed_solutions as closed_solutions
+from .solving import eliminated_solutions as eliminated_solutions
 from .targets import off_rotation as off_rotation
 from .targets import take_target as take_target
 from .task_rows import TaskRows as TaskRows

@@ -5,6 +5,7 @@ from . cimport arrays, dependence, places, posture, solutions
 from .closed_forms cimport ClosedForm
 from .refinement cimport Refinement
 from .joints cimport Joints
+from .six_joints cimport Roots, SixJoints
 from .solutions cimport SolutionCandidates, Solutions
 
 cdef double LAST
@@ -31,3 +32,15 @@ cpdef closed_solutions(
     ClosedForm form, Refinement refinement, Joints joints,
     cnp.ndarray near, double proved, bint only_one, Solutions kept,
 )
+@cython.locals(
+    most=Py_ssize_t, middle='double*', written='long long*', found=SolutionCandidates, roots=Roots,
+    count=int, q='double*', i=Py_ssize_t,
+)
+cpdef eliminated_solutions(
+    SixJoints arm, Refinement refinement, Joints joints, cnp.ndarray near, double proved,
+    Solutions kept, cnp.ndarray counts,
+)
+@cython.locals(T='double[12]', count=int, k=Py_ssize_t)
+cdef int _find_roots(
+    SixJoints arm, double* pose, Roots roots, SolutionCandidates found
+) noexcept nogil

@@ -1,10 +1,11 @@
-"""All solutions of an arm that has a closed form, or the nearest of them, in one call."""
+"""All solutions of an arm without a search, or the nearest of them, in one call."""
 
 from . import arrays, dependence, places, posture, solutions
-from .arrays import Floats
+from .arrays import Floats, Integers
 from .closed_forms import ClosedForm
 from .joints import Joints
 from .refinement import Refinement
+from .six_joints import Roots, SixJoints
 from .solutions import SolutionCandidates, Solutions
 
 # Penalty on the squared distance of a candidate outside the limits, which sorts it behind the
@@ -132,3 +133,65 @@ def closed_solutions(
         kept.shares[i] = dependence.share_of_last_pivot(refinement.residual, joints.scales, q)
         posture.write_posture(form, q, arrays.whole_after(kept.postures, 3 * i))
     kept.count = count
+
+
+def eliminated_solutions(
+    arm: SixJoints,
+    refinement: Refinement,
+    joints: Joints,
+    near: Floats,
+    proved: float,
+    kept: Solutions,
+    counts: Integers,
+) -> None:
+    """
+    Fill in the solutions of an arm of six joints that elimination finds, nearest to `near` first.
+
+    Each is refined, and proved by forward kinematics.
+
+    Parameters
+    ----------
+    arm, joints
+        Of the arm.
+    refinement
+        Of the target, from candidates near to it.
+    near : shape (n,), rad or m
+        Where solutions should be near.
+    proved
+        What misses the target by less is a solution, m.
+    kept
+        Room for MOST_CANDIDATES solutions.
+    counts : shape (3,)
+        How many complex solutions were found, each certified; how many of them are real; 1 where
+        no real one is missing.
+    """
+    arrays.given(arm)
+    arrays.given(refinement)
+    most = places.MOST_CANDIDATES
+    solutions.require_fit(refinement.residual, joints, kept, most)
+    if joints.n != 6:
+        raise TypeError('six joints are six')
+    middle, written = arrays.numbers(near, 6), arrays.whole_results(counts, 3)
+    found, roots = SolutionCandidates(most, 6), Roots()
+    lock = arrays.let_go()
+    count = _find_roots(arm, refinement.residual.pose, roots, found)
+    written[0], written[1], written[2] = roots.count, count, 1 if roots.proved else 0
+    count = _keep_all(refinement, joints, middle, proved, count, found, kept)
+    for i in range(count):
+        q = arrays.after(kept.rows, 6 * i)
+        kept.shares[i] = dependence.share_of_last_pivot(refinement.residual, joints.scales, q)
+    kept.count = count
+    arrays.take_back(lock)
+
+
+def _find_roots(arm: SixJoints, pose: Floats, roots: Roots, found: SolutionCandidates) -> int:
+    # Fills in the real solutions of a pose; how many there are.
+    T = [0.0] * 12
+    arm.write_motion(pose, T)
+    roots.find(arm, T)
+    count = 0
+    for k in range(roots.count):
+        if roots.is_real[k] == 1:
+            arm.write_joints(arrays.after(roots.psi, 12 * k), arrays.after(found.q, 6 * count))
+            count += 1
+    return count

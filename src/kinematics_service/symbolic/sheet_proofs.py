@@ -16,13 +16,13 @@ from .algebra.arithmetic import Arithmetic, inverse
 from .algebra.factors import factored
 from .algebra.half_factors import Terms
 from .algebra.laurent import Laurent, Ring, from_terms, total
-from .algebra.matrices import MatrixReading, product
+from .algebra.matrices import Matrix, product
 from .algebra.numeric import Numbers
 from .algebra.quotient import divided
 from .determinant import about, determinant_of
 from .frames import Frames
 from .jacobian import axes_seen_from, geometric, in_axes_of
-from .singular_geometry import LostDirection
+from .singular_geometry import Lost
 
 # More minors than these are not looked at: the claim stays one of sampled poses.
 MOST_MINORS = 250
@@ -44,7 +44,7 @@ class Sheets:
         All 0 there.
     """
 
-    J: MatrixReading
+    J: Matrix
     generic_rank: int
     factors: tuple[Laurent, ...]
     arithmetic: Arithmetic
@@ -191,7 +191,7 @@ def _quarter_turns(terms: Terms) -> list[_Replaced]:
     return [_Replaced(k, None, quarter * e[k], turns) for quarter in quarters]
 
 
-def proves_lost(lost: LostDirection, sheet: Sheets, frames: Frames) -> bool:
+def proves_lost(lost: Lost, sheet: Sheets, frames: Frames) -> bool:
     """Return whether it is proved that a motion is lost on a sheet."""
     if lost.axis is None:
         return False
@@ -213,7 +213,7 @@ def proves_lost(lost: LostDirection, sheet: Sheets, frames: Frames) -> bool:
     return len(J[0]) == 6 and all(whole.vanish(rows, range(6), 5) for rows in left)
 
 
-def _pose(frames: Frames, seen_from: int, frame: int, arithmetic: Arithmetic) -> MatrixReading:
+def _pose(frames: Frames, seen_from: int, frame: int, arithmetic: Arithmetic) -> Matrix:
     T = arithmetic.identity()
     for row in range(min(seen_from, frame), max(seen_from, frame)):
         T = product(T, frames.row_transforms[row])

@@ -8,9 +8,10 @@ from ...kernel import Floats
 from ...robot.robot import Robot
 from .closed import NO_POSTURE, POSTURES
 from .families import SolutionFamily, isolated_or_not, nearer
+from .multiple import with_multiplicities
 from .problem import IkProblem
 from .representatives import representatives
-from .result import IkFamily, IkResult, IkSolution, Method, NearestPose, Posture, Status
+from .result import Complete, IkFamily, IkResult, IkSolution, Method, NearestPose, Posture, Status
 from .search import PROVED, DistinctSolutions, LeastError, refined, starts
 
 # Starts, inside the limits, for the nearest pose.
@@ -26,22 +27,33 @@ def answer(
     method: Method,
     best: LeastError,
     respect_limits: bool,
+    roots: tuple[int, int] | None = None,
 ) -> IkResult:
     """Return the result of proved solutions, told apart from families."""
-    robot, target, plan = problem.robot, problem.target, problem.plan
-    families: tuple[SolutionFamily, ...] = ()
-    isolated = found
-    if len(found.q):
-        isolated, families = isolated_or_not(robot, target, plan, found)
-    result = result_of(problem, isolated, families, method, best, respect_limits)
+    result = _result_of_found(problem, found, method, best, respect_limits, roots)
     nearest = result.nearest
     if nearest is None or nearest.residual >= PROVED or result.status == 'family':
         return result
     # The search for the nearest pose met the target inside the limits.
     q = np.concatenate([found.q, nearest.q[None]])
     more = DistinctSolutions(q, np.append(found.errors, nearest.residual))
-    isolated, families = isolated_or_not(robot, target, plan, more)
-    return result_of(problem, isolated, families, 'search', best, respect_limits)
+    return _result_of_found(problem, more, 'search', best, respect_limits, None)
+
+
+def _result_of_found(
+    problem: IkProblem,
+    found: DistinctSolutions,
+    method: Method,
+    best: LeastError,
+    respect_limits: bool,
+    roots: tuple[int, int] | None,
+) -> IkResult:
+    robot, target, plan = problem.robot, problem.target, problem.plan
+    if not len(found.q):
+        return result_of(problem, found, (), method, best, respect_limits, roots)
+    isolated, singular, families = isolated_or_not(robot, target, plan, found)
+    isolated = with_multiplicities(robot, target, plan, isolated, singular)
+    return result_of(problem, isolated, families, method, best, respect_limits, roots)
 
 
 def result_of(
@@ -51,6 +63,7 @@ def result_of(
     method: Method,
     best: LeastError,
     respect_limits: bool,
+    roots: tuple[int, int] | None = None,
 ) -> IkResult:
     """Return the result of isolated solutions and families."""
     solutions = _solutions(problem, found)
@@ -63,7 +76,9 @@ def result_of(
         nearest = _nearest(problem, solutions, continua, best)
     if respect_limits:
         continua = tuple(family for family in continua if family.feasible)
-    return IkResult(wanted, continua, status, reason, method, nearest)
+    # A family is known at some of its positions only.
+    complete: Complete = 'found' if method == 'search' or families else 'proved'
+    return IkResult(wanted, continua, status, reason, method, nearest, complete, roots)
 
 
 def inside_limits(solutions: int, families: int) -> str:
@@ -113,6 +128,7 @@ def _solutions(problem: IkProblem, found: DistinctSolutions) -> tuple[IkSolution
             beyond=() if feasible[k] else _named(problem.robot, chosen.outside[k]),
             margin=margins[k],
             posture=postures[k],
+            multiplicity=found.multiplicities[k] if found.multiplicities else 1,
         )
         for k in away.argsort(kind='stable').tolist()
     )

@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from ... import kernel
 from ...kernel import Floats
@@ -48,22 +49,42 @@ class SolutionFamily(NamedTuple):
     straight: bool
 
 
+class Sorted(NamedTuple):
+    """
+    Proved solutions, told apart from families.
+
+    Attributes
+    ----------
+    isolated
+        Those that are.
+    singular : shape (m,)
+        At which of them J has lost a motion.
+    families
+        Of the others.
+    """
+
+    isolated: DistinctSolutions
+    singular: npt.NDArray[np.bool_]
+    families: tuple[SolutionFamily, ...]
+
+
 def isolated_or_not(
     robot: Robot, target: IkTarget, plan: InversePlan, found: DistinctSolutions
-) -> tuple[DistinctSolutions, tuple[SolutionFamily, ...]]:
+) -> Sorted:
     """Return the isolated ones of proved solutions, and the families of the others."""
     n = robot.dof
+    none = np.zeros(len(found.q), dtype=np.bool_)
     shares = np.empty(len(found.q))
     kernel.pivots(target.residual, plan.scales, found.q, shares)
     suspect = shares < SUSPECT
     if not suspect.any():
-        return found, ()
+        return Sorted(found, none, ())
     m = len(found.q)
     sigma, motions = np.zeros((m, n)), np.zeros((m, n, n))
     kernel.free_motions(target.residual, plan.scales, found.q, sigma, motions)
     singular = sigma[:, -1] < MAYBE_FREE * sigma[:, 0]
     if not singular.any():
-        return found, ()
+        return Sorted(found, none, ())
     families: list[SolutionFamily] = []
     isolated = np.ones(m, dtype=bool)
     for k in np.flatnonzero(singular):
@@ -73,9 +94,8 @@ def isolated_or_not(
             isolated[k] = False
             straight = _straight(robot, target, plan, found.q[k], along)
             families.append(SolutionFamily(found.q[k], float(found.errors[k]), along, straight))
-    return DistinctSolutions(found.q[isolated], found.errors[isolated]), tuple(
-        _merged(plan, families)
-    )
+    alone = DistinctSolutions(found.q[isolated], found.errors[isolated])
+    return Sorted(alone, singular[isolated], tuple(_merged(plan, families)))
 
 
 def _along(

@@ -15,6 +15,7 @@ from ...rigid_motion import inverse
 from ...robot.chain import FrozenArrays
 from ...robot.robot import Robot
 from ...robot.task import ROW_NAMES, seeded_poses
+from ..forward import forward_kinematics
 from .chain_geometry import (
     all_parallel,
     meeting_point,
@@ -24,12 +25,15 @@ from .chain_geometry import (
     with_links_merged,
 )
 from .screws import Screws, screws_of
+from .six_joints import six_joints_of
 from .target import IDENTITY, residual_of
 
 # Number of poses for the rank, and the largest singular value that counts as zero.
 POSES = 50
 RANK = 1e-9
 WHOLE = 1e-12
+# Screws that a joint moves by ratios of no such whole numbers never come back together.
+MOST_TURNS = 1000
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +45,10 @@ class InversePlan(FrozenArrays):
     ----------
     closed
         Its closed form, if it has one.
+    six_joints
+        How all solutions of six joints are found otherwise, if they can be.
+    three_slides
+        The screws of an arm of three turning and three sliding joints.
     joints
         The joints for the kernel: their scales, periods and limits.
     scales : shape (n,)
@@ -52,7 +60,7 @@ class InversePlan(FrozenArrays):
     redundant
         Whether solutions come in families even with those joints held.
     periods : shape (n,)
-        Turn after which a joint is back: 2 pi, or infinite.
+        Turn after which a joint is back: 2 pi, more or less behind a gear, or infinite.
     middle : shape (n,), rad or m
         The middle of the limits, 0 if there are none.
     limits, unlimited : shape (n, 2), rad or m
@@ -62,6 +70,8 @@ class InversePlan(FrozenArrays):
     READ_ONLY: ClassVar = ('scales', 'held', 'idle', 'periods', 'middle', 'limits', 'unlimited')
 
     closed: kernel.ClosedForm | None
+    six_joints: kernel.SixJoints | None
+    three_slides: Screws | None
     joints: kernel.Joints
     scales: Floats
     held: Floats
@@ -87,6 +97,13 @@ def plan_for(robot: Robot, rows: tuple[str, ...]) -> InversePlan:
     closed = None
     if not redundant and not len(idle) and (whole or rows == ROW_NAMES[:3]):
         closed = _closed_form(screws, robot, whole)
+    six_joints, three_slides = None, None
+    isolated = whole and robot.dof == 6 and not redundant and not len(idle)
+    if closed is None and isolated and _one_to_one(screws, robot):
+        if sum(screws.slides) == 3:
+            three_slides = screws
+        else:
+            six_joints = _six_joints(screws, robot)
     low, high = robot.limits.T
     bounded = np.isfinite(low) & np.isfinite(high)
     middle = np.where(bounded, (np.where(bounded, low, 0.0) + np.where(bounded, high, 0.0)) / 2, 0)
@@ -94,6 +111,8 @@ def plan_for(robot: Robot, rows: tuple[str, ...]) -> InversePlan:
     periods, limits = _periods(screws, robot), np.array(robot.limits)
     return InversePlan(
         closed=closed,
+        six_joints=six_joints,
+        three_slides=three_slides,
         joints=kernel.Joints(scales, periods, limits),
         scales=scales,
         held=held,
@@ -147,9 +166,22 @@ def _periods(screws: Screws, robot: Robot) -> Floats:
     slides = np.array(screws.slides)
     for j, kind in enumerate(robot.joint_types):
         ratios = screws.coupling[:, j]
-        if kind == 'revolute' and _whole(ratios[~slides]) and not np.any(ratios[slides]):
-            periods[j] = 2 * math.pi
+        if kind == 'revolute' and not np.any(ratios[slides]):
+            periods[j] = 2 * math.pi * _turns(ratios[~slides])
     return periods
+
+
+def _turns(ratios: Floats) -> float:
+    # The least number of turns of a joint after which all screws it moves have made whole ones.
+    moving = np.abs(ratios[ratios != 0.0])
+    if not len(moving):
+        return 1.0
+    # Turns of the slowest of them, in which the others make whole ones, too.
+    slowest = float(np.min(moving))
+    for turns in range(1, MOST_TURNS + 1):
+        if _whole(turns * moving / slowest):
+            return turns / slowest
+    return math.inf
 
 
 def _whole(numbers: Floats) -> bool:
@@ -165,7 +197,12 @@ def _one_to_one(screws: Screws, robot: Robot) -> bool:
     turns = np.array([kind != 'prismatic' for kind in robot.joint_types])
     if np.any(C[np.ix_(slides, turns)]) or np.any(C[np.ix_(~slides, ~turns)]):
         return False
-    return _whole(C[~slides]) and _whole(np.linalg.inv(C)[np.ix_(turns, ~slides)])
+    # Full turns of each screw are full periods of the joints, and the other way round.
+    periods = _periods(screws, robot)[turns]
+    if not np.all(np.isfinite(periods)):
+        return False
+    by_period = C[np.ix_(~slides, turns)] * periods / (2 * math.pi)
+    return _whole(by_period) and _whole(np.linalg.inv(by_period))
 
 
 def _closed_form(screws: Screws, robot: Robot, whole: bool) -> kernel.ClosedForm | None:
@@ -184,6 +221,12 @@ def _closed_form(screws: Screws, robot: Robot, whole: bool) -> kernel.ClosedForm
         if crossing is not None and _turns_in_a_plane(form):
             return _closed(kernel.PARALLEL_AXES, form, crossing, backwards)
     return None
+
+
+def _six_joints(screws: Screws, robot: Robot) -> kernel.SixJoints | None:
+    slides = [kind == 'prismatic' for kind in robot.joint_types]
+    q = np.ascontiguousarray(seeded_poses(robot.limits, slides)[:POSES])
+    return six_joints_of(screws, forward_kinematics(robot, q))
 
 
 def _turns_in_a_plane(screws: Screws) -> bool:

@@ -10,7 +10,8 @@ from ...kernel import Floats
 from ...robot.chain import FrozenArrays
 
 Status = Literal['solved', 'family', 'outside_limits', 'unreachable']
-Method = Literal['closed form', 'search']
+Method = Literal['closed form', 'algebraic', 'search']
+Complete = Literal['proved', 'found', 'partial']
 
 # Tolerance of angles that belong to a family (rad).
 ON_FAMILY = 1e-6
@@ -61,6 +62,9 @@ class IkSolution(FrozenArrays):
         Distance to the nearest limit, rad or m; negative beyond one; infinite without any.
     posture
         Which of the arm's postures it is.
+    multiplicity
+        How many solutions have become this one: 1 but at singular positions; 0 where that is not
+        known.
     """
 
     READ_ONLY: ClassVar = ('q',)
@@ -71,6 +75,7 @@ class IkSolution(FrozenArrays):
     beyond: tuple[str, ...]
     margin: float
     posture: Posture
+    multiplicity: int = 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,9 +178,19 @@ class IkResult(Sequence[IkSolution]):
     reason
         The same in a sentence.
     method
-        `closed form`: all solutions. `search`: all that many starts found.
+        `closed form` and `algebraic`: all there are (the latter counts the complex solutions of
+        six joints, too, until none is missing). `search`: all that many starts found.
     nearest
-        The nearest pose, if no solution is inside the limits; of a family its representative.
+        The nearest pose, where no solution is inside the limits; of a family its representative.
+    complete
+        Whether there are others of what was asked for (with or without those outside the limits).
+        `proved`: there are none, but for what round-off hides. `found`: none was found. `partial`:
+        others were not looked for, as with `all_solutions=False` and for redundant arms.
+    roots
+        How many complex solutions were found and certified, and how many there can be, each
+        counted as often as it is a solution; None where they were not counted. Fewer than there
+        can be are a proof, too, where each root that is real, or may be, has led to its solution:
+        the others may be infinitely far away.
     """
 
     solutions: tuple[IkSolution, ...]
@@ -184,6 +199,8 @@ class IkResult(Sequence[IkSolution]):
     reason: str
     method: Method
     nearest: NearestPose | None
+    complete: Complete
+    roots: tuple[int, int] | None = None
 
     def __len__(self) -> int:
         return len(self.solutions)

@@ -28,10 +28,13 @@ class DistinctSolutions(NamedTuple):
         Joint positions, each a solution.
     errors : shape (m,), m
         Residual of each.
+    multiplicities
+        How many solutions each stands for; empty: each for itself.
     """
 
     q: Floats
     errors: Floats
+    multiplicities: tuple[int, ...] = ()
 
 
 class LeastError(NamedTuple):
@@ -123,8 +126,7 @@ def distinct(
 
 def starts(robot: Robot, plan: InversePlan, random: np.random.Generator, count: int) -> Floats:
     """
-    Return random joint positions (count, n): over full turns, or over the limits of a joint
-    without a turn.
+    Return random joint positions (count, n): full periods, or the limits of a joint without one.
 
     A joint that slides without limits starts within twice the arm's reach.
     """
@@ -132,7 +134,7 @@ def starts(robot: Robot, plan: InversePlan, random: np.random.Generator, count: 
     far = 2.0 * max(robot.task.reach, 1e-6)
     for j in range(robot.dof):
         if np.isfinite(plan.periods[j]):
-            low[j], high[j] = -np.pi, np.pi
+            low[j], high[j] = -0.5 * plan.periods[j], 0.5 * plan.periods[j]
             continue
         span = far if robot.joint_types[j] == 'prismatic' else np.pi
         if np.isinf(low[j]) and np.isinf(high[j]):
@@ -145,11 +147,20 @@ def starts(robot: Robot, plan: InversePlan, random: np.random.Generator, count: 
 
 
 def search(
-    robot: Robot, target: IkTarget, plan: InversePlan, near: Floats, random: np.random.Generator
+    robot: Robot,
+    target: IkTarget,
+    plan: InversePlan,
+    near: Floats,
+    random: np.random.Generator,
+    known: DistinctSolutions | None = None,
 ) -> tuple[DistinctSolutions, LeastError]:
-    """Return all solutions met, limits left aside, and the least error."""
-    everything = DistinctSolutions(np.empty((0, robot.dof)), np.empty(0))
-    all_met: list[int] = []
+    """
+    Return all solutions met, limits left aside, and the least error.
+
+    Solutions known before are among them, as if each had been met once.
+    """
+    everything = known or DistinctSolutions(np.empty((0, robot.dof)), np.empty(0))
+    all_met = [1] * len(everything.q)
     best = LeastError(near, np.inf)
     # Held joints stay at their position in `near`.
     frozen = plan.held == 0.0

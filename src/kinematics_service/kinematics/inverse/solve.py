@@ -10,17 +10,22 @@ import numpy as np
 import numpy.typing as npt
 
 from ... import kernel
+from ...rigid_motion import inverse
 from ...robot.robot import Robot
+from .algebraic import Eliminated, eliminated_solutions, solutions_beside
 from .answer import LEFT_FREE, answer, inside_limits, moving_joints, nearest_pose, result_of
 from .closed import NO_POSTURE, closed_solutions, solutions_of
-from .families import SUSPECT, tangent
+from .families import SUSPECT, isolated_or_not, tangent
 from .first import first_solution
+from .multiple import with_multiplicities
 from .plan import plan_for
 from .problem import IkProblem, near_or_middle
 from .redundant import dimension, redundant_family
 from .result import IkFamily, IkResult, Method
-from .search import DistinctSolutions, LeastError, search
+from .screws import screws_of
+from .search import DistinctSolutions, LeastError, distinct, search
 from .target import ik_target_of
+from .three_slides import three_slides_solutions
 
 
 def inverse_kinematics(
@@ -54,7 +59,8 @@ def inverse_kinematics(
         Which of x y z rx ry rz count (axes of the table's frame 0; rx ry rz: the rotation vector
         from pose to target); default: all of a pose, x y z of a position.
     seed
-        Seed of the search, if there is no closed form: the same seed gives the same answer.
+        Of the search, where neither a closed form nor elimination finds all: the same seed, the
+        same answer.
     all_solutions
         False: the first solution inside the limits is enough, in a fraction of the time. In closed
         form it is the nearest to `near`, otherwise what refinement from `near` leads to. A
@@ -76,7 +82,12 @@ def inverse_kinematics(
         if proved.count:
             return _one(problem, proved)
         result = _all(problem, respect_limits)
-        return replace(result, solutions=result.solutions[:1], families=result.families[:1])
+        return replace(
+            result,
+            solutions=result.solutions[:1],
+            families=result.families[:1],
+            complete='partial' if result.solutions or result.families else result.complete,
+        )
     return _all(problem, respect_limits)
 
 
@@ -87,20 +98,66 @@ def _all(problem: IkProblem, respect_limits: bool) -> IkResult:
         family, best = redundant_family(robot, target, plan, near, problem.random())
         alone = () if family is None else (family,)
         nothing = DistinctSolutions(np.empty((0, robot.dof)), np.empty(0))
-        return result_of(problem, nothing, alone, 'search', best, respect_limits)
-    if plan.closed is None:
-        found, best = search(robot, target, plan, near, problem.random())
-        return answer(problem, found, 'search', best, respect_limits)
-    proved = closed_solutions(problem, plan.closed, False)
+        result = result_of(problem, nothing, alone, 'search', best, respect_limits)
+        return replace(result, complete='partial') if alone else result
+    if plan.three_slides is not None:
+        found = three_slides_solutions(problem, plan.three_slides)
+        if found is None:
+            return _searched(problem, respect_limits)
+        return answer(problem, found, 'closed form', best, respect_limits)
+    method: Method = 'closed form'
+    roots: tuple[int, int] | None = None
+    if plan.closed is not None:
+        proved = closed_solutions(problem, plan.closed, False)
+    else:
+        if plan.six_joints is None:
+            return _searched(problem, respect_limits)
+        eliminated = eliminated_solutions(problem, plan.six_joints)
+        if not eliminated.all_found:
+            return _degenerate(problem, plan.six_joints, eliminated, respect_limits)
+        proved, method, roots = eliminated.solutions, 'algebraic', eliminated.roots
     if proved.count and min(map(proved.share, range(proved.count))) >= SUSPECT:
         solutions = solutions_of(problem, proved)
         inside = tuple(solution for solution in solutions if solution.feasible)
         if inside:
             wanted = inside if respect_limits else solutions
-            return IkResult(
-                wanted, (), 'solved', inside_limits(len(inside), 0), 'closed form', None
-            )
-    return answer(problem, _found(proved), 'closed form', best, respect_limits)
+            reason = inside_limits(len(inside), 0)
+            return IkResult(wanted, (), 'solved', reason, method, None, 'proved', roots)
+    return answer(problem, _found(proved), method, best, respect_limits, roots)
+
+
+def _degenerate(
+    problem: IkProblem, arm: kernel.SixJoints, eliminated: Eliminated, respect_limits: bool
+) -> IkResult:
+    # Where solutions have become one, or every determinant vanishes, at the target itself.
+    robot, checked, plan, near, _ = problem
+    home = inverse(screws_of(robot.chain).home)
+    beside, certified = solutions_beside(problem, arm, home)
+    simple, certified = _found(eliminated.solutions), max(certified, eliminated.roots[0])
+    known, _ = distinct(
+        checked,
+        plan,
+        DistinctSolutions(
+            np.concatenate([simple.q, beside.q]), np.concatenate([simple.errors, beside.errors])
+        ),
+    )
+    isolated, singular, families = isolated_or_not(robot, checked, plan, known)
+    if not families:
+        found = with_multiplicities(robot, checked, plan, isolated, singular)
+        # A multiplicity of 0 is unknown; a singular one of 1 may be among the certified ones.
+        multiples = found.multiplicities[np.count_nonzero(~singular) :]
+        if all(m > 1 for m in multiples) and certified + sum(multiples) == arm.bound:
+            best, roots = LeastError(near, np.inf), (arm.bound, arm.bound)
+            return result_of(problem, found, (), 'algebraic', best, respect_limits, roots)
+    return _searched(problem, respect_limits, known)
+
+
+def _searched(
+    problem: IkProblem, respect_limits: bool, known: DistinctSolutions | None = None
+) -> IkResult:
+    robot, checked, plan, near, _ = problem
+    found, best = search(robot, checked, plan, near, problem.random(), known)
+    return answer(problem, found, 'search', best, respect_limits)
 
 
 def _found(proved: kernel.Solutions) -> DistinctSolutions:
@@ -131,9 +188,11 @@ def _one(problem: IkProblem, proved: kernel.Solutions) -> IkResult:
         )
         nearest = nearest_pose(problem, continuum.q, error)
         joints = ', '.join(continuum.joints)
-        return IkResult((), (continuum,), 'family', LEFT_FREE + joints, method, nearest)
+        reason = LEFT_FREE + joints
+        return IkResult((), (continuum,), 'family', reason, method, nearest, 'partial')
     if proved.share(0) < SUSPECT:
-        # It may not be isolated.
-        return answer(problem, _found(proved), method, LeastError(near, np.inf), True)
-    reason = 'a solution inside the limits; no others were searched for'
-    return IkResult(solutions_of(problem, proved), (), 'solved', reason, method, None)
+        # Perhaps not isolated.
+        result = answer(problem, _found(proved), method, LeastError(near, np.inf), True)
+        return replace(result, complete='partial')
+    reason = 'a solution inside the limits; others were not looked for'
+    return IkResult(solutions_of(problem, proved), (), 'solved', reason, method, None, 'partial')

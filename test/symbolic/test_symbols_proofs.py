@@ -12,7 +12,7 @@ from kinematics_service.symbolic.minors import product_of
 from kinematics_service.symbolic.output.json_output import json_of
 from kinematics_service.symbolic.output.report import Finding, report_of
 from kinematics_service.symbolic.sheet_proofs import Sheets, proves_lost
-from kinematics_service.symbolic.singular_geometry import LostDirection
+from kinematics_service.symbolic.singular_geometry import Lost
 
 PROVED = ['anthropomorphic_3r', 'spherical_rrp', 'scara_hsr065', 'parallelogram_right', 'ur10e']
 
@@ -73,7 +73,7 @@ def test_what_is_false_is_not_proved():
 def test_a_motion_that_is_not_lost_is_not_proved_to_be():
     exact = derived('ur10e').exact
     elbow = sheets('ur10e')('elbow')
-    true = LostDirection('', axis=0, frame=5, angular=True, point=5, held=True)
+    true = Lost('', axis=0, frame=5, angular=True, point=5, held=True)
     assert proves_lost(true, elbow, exact.frames)
     for wrong in ({'axis': 1}, {'frame': 3}, {'point': 6}, {'held': False}):
         assert not proves_lost(dataclasses.replace(true, **wrong), elbow, exact.frames)

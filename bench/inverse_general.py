@@ -1,0 +1,95 @@
+"""
+All solutions of general arms of six joints, against many random starts.
+
+    python bench/inverse_general.py [--poses 300] [--starts 2000] [arm ...]
+
+Each row is an arm: how many poses were proved to have all solutions, how many solutions that the
+starts or the pose itself show were missed where that was said, and elsewhere; how many were given
+twice; the solutions a pose has in the mean. The times are of one call, in processor time. The arms
+are those of test/kinematics/general_arms.py.
+"""
+
+import argparse
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+
+import kinematics_service as ks
+
+sys.path.insert(0, str(Path(__file__).parents[1] / 'test'))
+
+import general_arms
+
+# Joint positions nearer than this are one solution to the starts, which end at 1e-10 m.
+SAME = 1e-5
+
+
+def count_of(robot, q, starts):
+    """Return what one pose says: result, seconds, how many were missed and given twice."""
+    target = ks.forward_kinematics(robot, q)
+    begin = time.process_time()
+    result = ks.inverse_kinematics(robot, target, respect_limits=False)
+    seconds = time.process_time() - begin
+    given = np.array([one.q for one in result]).reshape(-1, 6)
+    met = np.vstack([general_arms.met_by_starts(robot, target, starts), q])
+    missed = sum(not np.any(general_arms.apart(robot, given, one) < SAME) for one in met)
+    twice = sum(
+        bool(np.any(general_arms.apart(robot, given[:k], one) < 1e-9))
+        for k, one in enumerate(given)
+    )
+    return result, seconds, missed, twice
+
+
+def row(name, poses, starts):
+    """Print the row of an arm; return its counts."""
+    robot = general_arms.general_arm(name)
+    begin = time.process_time()
+    ks.inverse_kinematics(robot, ks.forward_kinematics(robot, np.full(6, 0.3)))
+    first = time.process_time() - begin
+    seconds, proved, missed, elsewhere, twice, solutions = [], 0, 0, 0, 0, 0
+    for q in general_arms.general_poses(name, poses):
+        result, one, lost, double = count_of(robot, q, starts)
+        seconds.append(one)
+        solutions += len(result)
+        twice += double
+        if result.complete == 'proved':
+            proved += 1
+            missed += lost
+        else:
+            elsewhere += lost
+    us = 1e6 * np.array(seconds)
+    print(
+        f'{name:12s} {proved:6d} {missed:7d} {elsewhere:9d} {twice:6d} {solutions / poses:7.2f}'
+        f' {np.median(us):9.0f} {np.percentile(us, 99):9.0f} {1e3 * first:9.0f}',
+        flush=True,
+    )
+    return poses, proved, missed, elsewhere, twice
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
+    parser.add_argument('--poses', type=int, default=300)
+    parser.add_argument('--starts', type=int, default=2000)
+    parser.add_argument(
+        'arms', nargs='*', default=[*general_arms.GENERAL, *general_arms.THREE_SLIDE]
+    )
+    arguments = parser.parse_args()
+    print(f'{arguments.poses} poses an arm, {arguments.starts} starts a pose')
+    print(
+        f'{"arm":12s} {"proved":>6s} {"missed":>7s} {"elsewhere":>9s} {"twice":>6s} {"a pose":>7s}'
+        f' {"median us":>9s} {"99 % us":>9s} {"plan ms":>9s}'
+    )
+    total = np.sum(
+        [row(name, arguments.poses, arguments.starts) for name in arguments.arms], axis=0
+    )
+    poses, proved, missed, elsewhere, twice = total
+    print(
+        f'poses {poses}, proved {proved}, missed there {missed}, elsewhere {elsewhere}, '
+        f'twice {twice}'
+    )
+
+
+if __name__ == '__main__':
+    main()

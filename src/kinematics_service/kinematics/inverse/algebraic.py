@@ -1,0 +1,102 @@
+"""Solutions of general arms of six joints: by elimination, with a count of all as the proof."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ... import kernel
+from ...kernel import Floats
+from ...rigid_motion import exponential
+from .closed import room_for
+from .problem import IkProblem
+from .search import PROVED, DistinctSolutions, refined, refinement
+from .target import residual_of
+
+# So far targets are moved beside a degenerate one, as shares of the length and in rad.
+BESIDE = (1e-6, 1e-4)
+
+
+class Eliminated(NamedTuple):
+    """
+    What elimination found.
+
+    Attributes
+    ----------
+    solutions
+        The real solutions, nearest first.
+    roots
+        How many complex solutions were found, and how many there can be.
+    real
+        How many of them are real: as many as there are solutions, where none is double.
+    proved
+        Whether no real one is missing: all were found that there can be, or every root of a
+        determinant that is real, or may be, has its solution.
+    """
+
+    solutions: kernel.Solutions
+    roots: tuple[int, int]
+    real: int
+    proved: bool
+
+    @property
+    def all_found(self) -> bool:
+        """Return whether the solutions are all there are."""
+        return self.proved and self.real == self.solutions.count
+
+
+def eliminated_solutions(problem: IkProblem, arm: kernel.SixJoints) -> Eliminated:
+    """Return the solutions of an arm of six joints by elimination."""
+    solutions = room_for(kernel.MOST_CANDIDATES, problem)
+    counts = np.zeros(3, dtype=np.int64)
+    kernel.eliminated_solutions(
+        arm,
+        refinement(problem.target, problem.plan),
+        problem.plan.joints,
+        problem.near,
+        PROVED,
+        solutions,
+        counts,
+    )
+    found, real, proved = counts.tolist()
+    return Eliminated(solutions, (found, arm.bound), real, bool(proved))
+
+
+class Beside(NamedTuple):
+    """
+    What targets beside a degenerate one show of it.
+
+    Attributes
+    ----------
+    found
+        Its real solutions, refined.
+    simple
+        How many complex solutions it has that are certified, and so simple.
+    """
+
+    found: DistinctSolutions
+    simple: int
+
+
+def solutions_beside(problem: IkProblem, arm: kernel.SixJoints, home: Floats) -> Beside:
+    """
+    Return the solutions that those of targets beside a degenerate one lead to.
+
+    Solutions that have become one are apart there, on one side of it real; and not every
+    determinant vanishes. `home` is the inverse of the tool's pose at rest.
+    """
+    robot, target, plan = problem.robot, problem.target, problem.plan
+    random = problem.random()
+    candidates, simple = [np.empty((0, 6))], 0
+    psi, said = np.empty((kernel.MOST_CANDIDATES, 6, 2)), np.empty(3)
+    for size in BESIDE:
+        way, turn = size * robot.task.length * random.normal(size=3), size * random.normal(size=3)
+        for side in (1.0, -1.0):
+            pose = target.pose.copy()
+            pose[:3, 3] += side * way
+            pose[:3, :3] = exponential(side * turn) @ pose[:3, :3]
+            moved = target._replace(pose=pose, residual=residual_of(robot, pose, target.rows))
+            solutions = eliminated_solutions(problem._replace(target=moved), arm).solutions
+            candidates.append(solutions.q[: solutions.count].copy())
+            count = kernel.complex_solutions(arm, pose @ home, psi, said)
+            simple = max(simple, kernel.followed_solutions(arm, target.pose @ home, count, psi))
+    return Beside(refined(target, plan, np.vstack(candidates), far=True), simple)

@@ -1,0 +1,326 @@
+"""
+General arms of six joints: all solutions with a count as the proof, and what must not fake it.
+"""
+
+import math
+
+import general_arms
+import numpy as np
+import pytest
+from arms import robot_of
+
+import kinematics_service as ks
+from kinematics_service import kernel
+from kinematics_service.kinematics.inverse.plan import plan_for
+from kinematics_service.kinematics.inverse.screws import screws_of
+from kinematics_service.kinematics.inverse.six_joints import six_joints_of
+from kinematics_service.rigid_motion import inverse
+from kinematics_service.robot.task import ROW_NAMES
+
+POSES, STARTS = 3, 100
+# The joint positions a pose was made from: its pose is known to 1e-16.
+SAME = 1e-7
+
+
+def complex_solutions(robot, target):
+    """Return what elimination alone finds, complex positions (m, 6), and whether that is all."""
+    screws = screws_of(robot.chain)
+    form = plan_for(robot, ROW_NAMES).six_joints
+    psi, said = np.zeros((kernel.MOST_CANDIDATES, 6, 2)), np.zeros(3)
+    count = kernel.complex_solutions(form, target @ inverse(screws.home), psi, said)
+    return psi[:count, :, 0] + 1j * psi[:count, :, 1], bool(said[2])
+
+
+@pytest.mark.parametrize('name', general_arms.GENERAL + general_arms.THREE_SLIDE)
+def test_no_solution_is_missing_and_none_is_there_twice(name):
+    robot = general_arms.general_arm(name)
+    for q in general_arms.general_poses(name, POSES):
+        target = ks.forward_kinematics(robot, q)
+        result = ks.inverse_kinematics(robot, target, respect_limits=False)
+        given = np.array([one.q for one in result])
+        assert np.any(general_arms.apart(robot, given, q) < SAME)
+        for one in general_arms.met_by_starts(robot, target, STARTS):
+            assert np.any(general_arms.apart(robot, given, one) < 1e-5)
+        for k, one in enumerate(given):
+            assert not np.any(general_arms.apart(robot, given[:k], one) < 1e-6)
+
+
+@pytest.mark.parametrize('name', general_arms.GENERAL[:-1])
+def test_a_general_arm_is_solved_by_elimination(name):
+    robot = general_arms.general_arm(name)
+    q = general_arms.general_poses(name, 1)[0]
+    assert ks.inverse_kinematics(robot, ks.forward_kinematics(robot, q)).method == 'algebraic'
+
+
+def test_the_published_target_with_sixteen_real_solutions():
+    # Manseur and Doty (1989), as Raghavan and Roth (1993) print it.
+    target = np.array(
+        [
+            [-0.760117, -0.641689, 0.102262, -1.140175],
+            [0.133333, 0.0, 0.991071, 0.0],
+            [-0.635959, 0.766965, 0.085558, 0.0],
+            [0.0, 0.0, 0.0, 1.0],
+        ]
+    )
+    result = ks.inverse_kinematics(general_arms.general_arm('manseur'), target)
+    assert len(result) == 16
+    assert result.method == 'algebraic'
+
+
+@pytest.mark.parametrize('name', ['xarm6', 'random-0', 'RPRRRR-0'])
+def test_complex_solutions_are_solutions(name):
+    # By matrices of complex numbers, multiplied out.
+    robot = general_arms.general_arm(name)
+    screws = screws_of(robot.chain)
+    target = ks.forward_kinematics(robot, general_arms.general_poses(name, 1)[0])
+    found, proved = complex_solutions(robot, target)
+    assert proved
+    assert len(found) >= 10
+    for psi in found:
+        T = np.eye(4, dtype=complex)
+        for axis, point, slides, value in zip(screws.axes, screws.points, screws.slides, psi):
+            step = np.eye(4, dtype=complex)
+            if slides:
+                step[:3, 3] = value * axis
+            else:
+                K = np.cross(np.eye(3), axis)
+                step[:3, :3] += np.sin(value) * K + (1 - np.cos(value)) * K @ K
+                step[:3, 3] = point - step[:3, :3] @ point
+            T = T @ step
+        size = np.max(np.abs(np.cosh(psi.imag)))
+        np.testing.assert_allclose(T @ screws.home, target, rtol=0, atol=1e-12 * size**2)
+
+
+def folded(name):
+    """Return joint positions at which two solutions meet, and the motion that is lost there."""
+    robot = general_arms.general_arm(name)
+    q = general_arms.general_poses(name, 40)
+    determinants = np.linalg.det(ks.jacobian(robot, q))
+    low, high = q[np.argmin(determinants)], q[np.argmax(determinants)]
+    for _ in range(200):
+        middle = 0.5 * (low + high)
+        if np.linalg.det(ks.jacobian(robot, middle)) < 0.0:
+            low = middle
+        else:
+            high = middle
+    return low, np.linalg.svd(ks.jacobian(robot, low))[2][-1]
+
+
+@pytest.mark.parametrize('name', ['random-0', 'xarm6', 'gen3_lite'])
+def test_a_double_solution_is_not_counted_as_two(name):
+    # Two copies of it, 1e-8 apart, would make the count complete.
+    robot = general_arms.general_arm(name)
+    q, _ = folded(name)
+    found, _ = complex_solutions(robot, ks.forward_kinematics(robot, q))
+    psi = screws_of(robot.chain).coupling @ q
+    away = found - psi
+    away = (away.real + math.pi) % (2 * math.pi) - math.pi + 1j * away.imag
+    assert len(found) <= 14
+    assert np.all(np.max(np.abs(away), axis=1) > 1e-5)
+
+
+@pytest.mark.parametrize('beside', [1e-2, 1e-4, 1e-5])
+@pytest.mark.parametrize('name', ['random-0', 'gen3_lite'])
+def test_both_solutions_beside_a_fold_are_found(name, beside):
+    robot = general_arms.general_arm(name)
+    q, lost = folded(name)
+    target = ks.forward_kinematics(robot, q + beside * lost)
+    result = ks.inverse_kinematics(robot, target, respect_limits=False)
+    given = np.array([one.q for one in result])
+    assert np.any(general_arms.apart(robot, given, q + beside * lost) < 0.1 * beside)
+    assert np.any(general_arms.apart(robot, given, q - beside * lost) < 0.5 * beside)
+
+
+def test_a_target_at_which_every_determinant_vanishes_is_known_and_solved_from_beside_it():
+    robot = general_arms.general_arm('crx10')
+    q = np.array([-3, 2, 4, 3, 0, -1]) * math.pi / 4
+    target = ks.forward_kinematics(robot, q)
+    found, proved = complex_solutions(robot, target)
+    assert not proved
+    assert not len(found)
+    result = ks.inverse_kinematics(robot, target, respect_limits=False)
+    assert (result.complete, result.roots, len(result)) == ('proved', (16, 16), 12)
+    assert any(general_arms.apart(robot, one.q, q) < 1e-12 for one in result)
+
+
+def test_lengths_of_four_decades_are_solved():
+    for name in general_arms.MIXED:
+        robot = general_arms.general_arm(name)
+        for q in general_arms.general_poses(name, 10):
+            result = ks.inverse_kinematics(robot, ks.forward_kinematics(robot, q))
+            assert result.method == 'algebraic'
+            assert np.any(general_arms.apart(robot, [one.q for one in result], q) < 1e-6)
+
+
+def test_a_target_out_of_reach_is_proved_to_be():
+    robot = general_arms.general_arm('random-0')
+    T = ks.forward_kinematics(robot, np.zeros(6))
+    T[:3, 3] *= 5.0
+    result = ks.inverse_kinematics(robot, T)
+    assert result.status == 'unreachable'
+    assert result.method == 'algebraic'
+    assert 'proves nothing' not in result.reason
+
+
+def test_elimination_finds_what_the_closed_form_finds():
+    # Of an arm that has one, by another road.
+    robot = robot_of('ur5e')
+    screws = screws_of(robot.chain)
+    random = np.random.default_rng(3)
+    targets = ks.forward_kinematics(robot, random.uniform(-3, 3, (5, 6)))
+    form = six_joints_of(screws, targets)
+    psi, said = np.zeros((kernel.MOST_CANDIDATES, 6, 2)), np.zeros(3)
+    for target in targets:
+        count = kernel.complex_solutions(form, target @ inverse(screws.home), psi, said)
+        real = psi[:count][np.max(np.abs(psi[:count, :, 1]), axis=1) < 1e-9, :, 0]
+        closed = ks.inverse_kinematics(robot, target, respect_limits=False)
+        assert closed.method == 'closed form'
+        assert len(real) == len(closed)
+        for one in closed:
+            assert np.any(general_arms.apart(robot, real, one.q) < 1e-8)
+
+
+def test_options_that_are_none_are_refused():
+    table, eye = np.zeros((6, 7)), np.eye(4)
+    for options, bound in (([[6, 0, 0]], 16), ([[0, 2, 0]], 16), ([[0, 0, 0]], 17)):
+        with pytest.raises(TypeError):
+            kernel.SixJoints(table, eye, np.eye(6), np.array(options), bound)
+
+
+def test_what_is_known_of_other_solutions_is_said():
+    robot = general_arms.general_arm('random-0')
+    q = general_arms.general_poses('random-0', 1)[0]
+    target = ks.forward_kinematics(robot, q)
+    every = ks.inverse_kinematics(robot, target)
+    assert (every.complete, every.roots) == ('proved', (16, 16))
+    one = ks.inverse_kinematics(robot, target, near=q, all_solutions=False)
+    assert (one.complete, one.roots) == ('partial', None)
+    closed = ks.load_robot('ur5e')
+    result = ks.inverse_kinematics(closed, ks.forward_kinematics(closed, q))
+    assert (result.complete, result.roots) == ('proved', None)
+    searched = ks.load_robot('planar_3r')
+    result = ks.inverse_kinematics(searched, ks.forward_kinematics(searched, [0.3, 0.4, 0.5]))
+    assert result.complete == 'found'
+    redundant = ks.load_robot('panda')
+    result = ks.inverse_kinematics(redundant, ks.forward_kinematics(redundant, [0.1] * 7))
+    assert result.complete == 'partial'
+    assert all(one.multiplicity == 1 for one in every)
+
+
+def test_infinitely_far_complex_solutions_take_nothing_from_the_proof():
+    robot = general_arms.general_arm('RPRRRR-0')
+    for q in general_arms.general_poses('RPRRRR-0', 5):
+        result = ks.inverse_kinematics(robot, ks.forward_kinematics(robot, q))
+        assert result.complete == 'proved'
+        assert result.roots[0] < result.roots[1] == 16
+
+
+def test_families_are_no_proof():
+    robot = ks.load_robot('spherical_rrp')
+    result = ks.inverse_kinematics(robot, [0.0, 0.0, 0.9])
+    assert result.status == 'family'
+    assert result.complete == 'found'
+
+
+@pytest.mark.parametrize('name', ['random-0', 'gen3_lite'])
+def test_a_double_solution_is_one_of_multiplicity_two_and_the_count_is_complete(name):
+    robot = general_arms.general_arm(name)
+    q, _ = folded(name)
+    result = ks.inverse_kinematics(robot, ks.forward_kinematics(robot, q), respect_limits=False)
+    assert (result.complete, result.method, result.roots) == ('proved', 'algebraic', (16, 16))
+    [double] = [one for one in result if one.multiplicity == 2]
+    # Refinement alone ends 1e-8 beside it.
+    assert general_arms.apart(robot, double.q, q) < 1e-11
+    assert sum(one.multiplicity for one in result) == len(result) + 1
+
+
+@pytest.mark.parametrize('name', ['random-0', 'gen3_lite'])
+def test_two_solutions_a_millionth_apart_are_two(name):
+    robot = general_arms.general_arm(name)
+    q, lost = folded(name)
+    target = ks.forward_kinematics(robot, q + 1e-6 * lost)
+    result = ks.inverse_kinematics(robot, target, respect_limits=False)
+    near = [one for one in result if general_arms.apart(robot, one.q, q) < 1e-5]
+    assert [one.multiplicity for one in near] == [1, 1]
+
+
+def test_the_zero_pose_of_the_xarm6_has_eight_solutions_one_of_them_three_in_one():
+    robot = general_arms.general_arm('xarm6')
+    target = ks.forward_kinematics(robot, np.zeros(6))
+    result = ks.inverse_kinematics(robot, target, respect_limits=False)
+    assert sorted(one.multiplicity for one in result) == [1] * 7 + [3]
+    [triple] = [one for one in result if one.multiplicity == 3]
+    assert general_arms.apart(robot, triple.q, np.zeros(6)) < 1e-9
+    assert all(one.residual < 1e-14 for one in result)
+    assert not result.families
+
+
+@pytest.mark.parametrize('name', ['planar_2r', 'anthropomorphic_3r', 'craig_3r'])
+def test_a_stretched_elbow_is_one_solution_where_two_have_met(name):
+    robot = robot_of(name)
+    for q in np.random.default_rng(5).uniform(-1.2, 1.2, (20, robot.dof)):
+        q[-1] = 0.0
+        target = ks.forward_kinematics(robot, q)[:3, 3]
+        result = ks.inverse_kinematics(robot, target, respect_limits=False)
+        stretched = [one for one in result if general_arms.apart(robot, one.q, q) < 1e-3]
+        assert [one.multiplicity for one in stretched] == [2]
+        assert general_arms.apart(robot, stretched[0].q, q) < 1e-10
+
+
+PUMA = [(0.0, math.pi / 2, 0.0, 0.0), (0.4318, 0.0, 0.0, 0.0), (0.0203, -math.pi / 2, 0.15, 0.0)]
+PUMA += [(0.0, math.pi / 2, 0.4318, 0.0), (0.0, -math.pi / 2, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0)]
+# Found in closed form, by elimination, and by search.
+GEARED = {
+    'closed form': ('standard', PUMA),
+    'algebraic': general_arms.TABLES['xarm6'],
+    'search': ('standard', [(0.4, 0.0, 0.0, 0.0), (0.3, 0.0, 0.0, 0.0)]),
+}
+
+
+@pytest.mark.parametrize('gear', [0.5, 0.25, 0.01, 100.0, -3.0])
+@pytest.mark.parametrize('method', GEARED)
+def test_an_unlimited_joint_behind_a_gear_has_one_solution_a_period(method, gear):
+    convention, rows = GEARED[method]
+    kinds, gears = 'R' * len(rows), [1.0, gear, *[1.0] * (len(rows) - 2)]
+    plain = ks.robot_from_text(general_arms.text_of(convention, rows, kinds))
+    geared = ks.robot_from_text(general_arms.text_of(convention, rows, kinds, gears=gears))
+    theta = np.array([0.3, 0.4, 0.5, 0.6, 0.7, 0.8])[: len(rows)]
+    target = ks.forward_kinematics(plain, theta)
+    target = target if len(rows) == 6 else target[:3, 3]
+    expected = ks.inverse_kinematics(plain, target)
+    result = ks.inverse_kinematics(geared, target)
+    assert result.method == expected.method == method
+    assert len(result) == len(expected)
+    for one in expected:
+        assert min(general_arms.apart(plain, other.q * gears, one.q) for other in result) < 1e-9
+    period = 2 * math.pi / abs(gear)
+    assert all(-period / 2 < one.q[1] <= period / 2 + 1e-12 for one in result)
+
+
+def test_a_joint_that_turns_two_axes_is_back_when_both_are():
+    # One turn of q2 turns axis 2 by half a turn and axis 3 by a third: six turns bring both back.
+    text = general_arms.text_of('standard', [(0.4, 0.0, 0.0, 0.0)] * 3, 'RRR')
+    text = text.replace('theta: q2 + (0.0)', 'theta: q2/2')
+    robot = ks.robot_from_text(text.replace('theta: q3 + (0.0)', 'theta: q3 + q2/3'))
+    assert plan_for(robot, ('x', 'y', 'rz')).periods[1] == pytest.approx(12 * math.pi)
+
+
+@pytest.mark.parametrize('name', general_arms.THREE_SLIDE)
+def test_three_joints_that_slide_have_a_closed_form(name):
+    robot = general_arms.general_arm(name)
+    for q in general_arms.general_poses(name, 20):
+        result = ks.inverse_kinematics(robot, ks.forward_kinematics(robot, q))
+        assert (result.method, result.complete, len(result)) == ('closed form', 'proved', 2)
+        assert any(general_arms.apart(robot, one.q, q) < 1e-9 for one in result)
+
+
+def test_directions_that_three_sliding_joints_cannot_reach_are_unreachable():
+    robot = general_arms.general_arm('PRPRPR-0')
+    random = np.random.default_rng(2)
+    targets = ks.forward_kinematics(ks.load_robot('ur5e'), random.uniform(-3, 3, (40, 6)))
+    results = [ks.inverse_kinematics(robot, target) for target in targets]
+    assert {result.status for result in results} == {'solved', 'unreachable'}
+    for result in results:
+        assert result.complete == 'proved'
+        if result.status == 'unreachable':
+            assert result.nearest.residual > 1e-6
