@@ -175,7 +175,8 @@ class Roots:
                 accounted = accounted and self.bounds[i] < 0.5 * away
                 continue
             taken = self._take_root(arm, z, away, self.bounds[i], swapped)
-            if self.bounds[i] < 0.5 * abs(away):
+            # Pivots taken as zero, too, may have moved a root that is real off the circle.
+            if max(self.bounds[i], SHARP) < 0.5 * abs(away):
                 continue
             accounted = accounted and taken and self.bounds[i] < SHARP
         self.proved = self.count >= arm.bound or accounted
