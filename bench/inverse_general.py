@@ -6,7 +6,7 @@ All solutions of general arms of six joints, against many random starts.
 Each row is an arm: how many poses were proved to have all solutions, how many solutions that the
 starts or the pose itself show were missed where that was said, and elsewhere; how many were given
 twice; the solutions a pose has in the mean. The times are of one call, in processor time. The arms
-are those of test/kinematics/general_arms.py.
+are those of test/general_arms.py.
 """
 
 import argparse
