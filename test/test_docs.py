@@ -165,6 +165,7 @@ def parameters():
     return {one.name for one in (table.ROBOT, table.TRANSPORT, *table.PARAMETERS)}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('page', PAGES)
 def test_every_block_of_a_page_does_what_it_shows(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

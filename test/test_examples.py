@@ -48,6 +48,7 @@ def test_inverse_kinematics(capsys):
     assert 'unreachable: ' in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_a_plan_through_a_singular_pose_fails_the_gate(tmp_path, capsys):
     gate = runpy.run_path(str(EXAMPLES / 'audit_gate.py'))['main']
     write_plan(tmp_path / 'far.yaml', FREE, np.add(FREE, [0.3, 0, 0, 0, 0, 0]))

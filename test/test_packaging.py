@@ -105,6 +105,7 @@ def test_modules_of_different_ages_never_meet(tmp_path):
     assert 'has changed since it was compiled' in done.stderr
 
 
+@pytest.mark.slow
 def test_a_kernel_that_is_not_compiled_works_and_every_command_says_so(tmp_path):
     copy_of_the_package(tmp_path, compiled=False)
     compiled, notice = said_in(tmp_path)
@@ -235,6 +236,7 @@ def test_describing_the_package_translates_nothing(clone):
     assert not [*clone.rglob('*.c')]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('options', [[], ['--inplace']], ids=['', 'in place'])
 def test_a_failing_compiler_leaves_the_whole_source_and_no_module(clone, options):
     kernel_folder = clone / 'src' / NAME / 'kernel'

@@ -169,6 +169,7 @@ def add_isotropy(package):
     )
 
 
+@pytest.mark.slow
 def test_a_measure(package):
     add_isotropy(package)
     assert package.edited == files_of('A measure')
@@ -197,6 +198,7 @@ def test_a_measure(package):
     )
 
 
+@pytest.mark.slow
 def test_a_measure_is_a_topic(package, ros_domain):
     pytest.importorskip('rclpy')
     add_isotropy(package)
@@ -208,7 +210,7 @@ def test_a_measure_is_a_topic(package, ros_domain):
 
 SPEED = """
 
-def speed_numbers(settings: Settings) -> Numbers:
+def speed_numbers(settings: NodeSettings) -> Numbers:
     \"\"\"Take the speed of the tool, m/s.\"\"\"
     return Computed(lambda report: np.linalg.norm(report.answer.state.twist[:3], keepdims=True))
 """
@@ -246,12 +248,11 @@ assert heard and abs(heard[0].data - 0.5 * reach) < 1e-12, heard
 def test_a_topic(package, ros_domain):
     pytest.importorskip('rclpy')
     file = 'ros/messages/output_messages.py'
-    package.insert(file, SPEED, before='\n\ndef link_frames_blank(')
+    package.insert(file, SPEED, before='\n\ndef link_frames_template(')
     file = 'ros/messages/topics.py'
-    package.insert(file, '    scalar_blank,\n    speed_numbers,\n', before='    twist_blank,\n')
-    package.replace(file, '    scalar_blank,\n    scalar_blank,\n', '    scalar_blank,\n')
-    row = "    Topic('~/speed', Float64, scalar_blank, speed_numbers, of_motion=True),\n"
-    package.insert(file, row, before='    *(\n        Topic(')
+    package.insert(file, '    speed_numbers,\n', before='    twist_template,\n')
+    row = "    OutputTopic('~/speed', Float64, scalar_template, speed_numbers, of_motion=True),\n"
+    package.insert(file, row, before='    *(\n        OutputTopic(')
     sentence = "    '~/speed': 'how fast the tool moves',\n"
     package.insert('docs/sentences.py', sentence, before="    '~/link_frames'")
     assert package.edited == files_of('A topic')
@@ -278,6 +279,7 @@ def joints(robot: RobotOption) -> None:
 '''
 
 
+@pytest.mark.slow
 def test_a_command(package):
     package.write('cli/joints.py', COMMAND)
     assert package.edited == files_of('A command', 'joints')

@@ -46,6 +46,7 @@ def test_a_retired_word_is_nowhere(word):
     assert not where, f'{word!r} is now {RETIRED[word]!r}'
 
 
+@pytest.mark.slow
 def test_a_class_name_stands_for_one_thing():
     homes = {}
     for file in files():

@@ -245,6 +245,7 @@ def test_a_known_pose_that_the_table_misses_is_a_fault(capsys, tmp_path):
     assert '0 of 1 agree' in out
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', ROBOTS)
 def test_fk_and_jacobian_in_json_are_what_the_library_says(capsys, name):
     robot = ks.load_robot(name)
@@ -581,6 +582,7 @@ def test_what_is_piped_has_no_colours_and_whole_lines(capsys, monkeypatch):
     assert source.endswith(ks.load_robot('ur3e').source)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('argv', [['--help'], ['robots'], ['fk', '--help'], ['check', 'ur5e']])
 def test_commands_without_ros_import_neither_rclpy_nor_sympy(argv):
     program = (

@@ -113,6 +113,7 @@ def assert_same(result, parts, live):
 # The same as the node
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', BUNDLED)
 def test_an_awkward_stream_gives_what_the_node_says(name):
     robot = robot_of(name)

@@ -635,6 +635,7 @@ def test_the_head_of_the_page_says_what_was_judged_by_what(tmp_path, capsys):
     assert 'bad</span>' not in text
 
 
+@pytest.mark.slow
 @pytest.mark.browser
 @pytest.mark.parametrize(('width', 'media'), [(500, 'screen'), (703, 'print')])
 def test_the_page_does_not_scroll_sideways(width, media, tmp_path, capsys):

@@ -114,6 +114,7 @@ def in_rows(robot, t, q, poses):
 # A lag
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('lag', [0.006, 0.055, -0.045, 0.18])
 def test_a_lag_is_named_at_1_khz_though_stamps_jitter_and_rows_repeat(lag):
     robot = robot_of('panda')
@@ -135,6 +136,7 @@ def test_a_lag_is_named_at_25_hz(lag):
     assert -cause.value == pytest.approx(lag, abs=AT_25_HZ)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('seed', range(12))
 @pytest.mark.parametrize(('name', 'rate'), [('panda', 1000.0), ('ur5e', 125.0), ('ur5e', 25.0)])
 def test_nothing_is_named_where_nothing_is_wrong(name, rate, seed):
@@ -316,6 +318,7 @@ def angles_of(poses):
     return np.degrees(np.stack([roll, pitch, yaw], axis=1))
 
 
+@pytest.mark.slow
 def test_every_kind_and_unit_of_pose_columns_is_read(tmp_path, capsys):
     robot = robot_of('ur5e')
     t, q, _ = motion(robot, 60, 20.0, 8)
@@ -454,6 +457,7 @@ def test_of_a_long_topic_poses_are_given_up_while_it_is_read(tmp_path, capsys, s
     assert found['errors']['position_rms'] < 1e-9
 
 
+@pytest.mark.slow
 def test_what_is_kept_of_a_topic_is_bounded_and_evenly_spread(store):
     robot_pose = np.array([0.1, 0.2, 0.3, 0.0, 0.0, 0.0, 1.0])
     types, read = store.types, []

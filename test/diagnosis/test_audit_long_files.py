@@ -40,6 +40,7 @@ def written(file, rows, header=HEADER):
 # Tables
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ('row', 'sentence'),
     [
@@ -86,6 +87,7 @@ def test_cells_too_many_in_a_row_before_a_bad_one_are_told_first(tmp_path, capsy
     assert text == f'{file}:22: 4 cells, but the header has 3 columns'
 
 
+@pytest.mark.slow
 def test_a_missing_cell_and_a_cut_end_far_down_cost_their_rows_alone(tmp_path, capsys):
     rows = lines()
     whole = document(capsys, written(tmp_path / 'whole.csv', rows), *ROBOT)
@@ -124,6 +126,7 @@ def poses_of(robot, q, random):
     return cells
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('missing', [False, True])
 @pytest.mark.parametrize('back', [False, True])
 def test_pieces_of_a_table_give_the_same_document(tmp_path, capsys, monkeypatch, missing, back):
@@ -192,6 +195,7 @@ def heard(found):
     return {key: found[key] for key in ('series', 'verdict', 'stream', 'messages', 'joints')}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('connections', [1, 3])
 def test_a_ros_1_bag_says_what_the_same_messages_say_in_mcap(
     tmp_path, capsys, monkeypatch, stores, connections

@@ -46,6 +46,7 @@ def faulty(robot):
     return samples
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', ['ur5e', 'kinova_gen3', 'scara_hsr065'])
 def test_columns_on_disk_change_no_bit(name, monkeypatch):
     robot = robot_of(name)
@@ -76,6 +77,7 @@ def almost(found, expected):
         assert found == expected
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('size', [1, 7, 512])
 @pytest.mark.parametrize('name', ['ur5e', 'kinova_gen3'])
 def test_pieces_of_any_size_give_the_same_verdict(name, size, monkeypatch):
@@ -152,6 +154,7 @@ def tables(tmp_path):
     return files
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('how', ['one', 'jobs', 'cluster'])
 def test_each_of_several_recordings_has_its_verdict(tables, tmp_path, capsys, how):
     robot = ('--robot', 'planar_2r')
@@ -181,6 +184,7 @@ def test_each_of_several_recordings_has_its_verdict(tables, tmp_path, capsys, ho
     assert good[0] == 0
 
 
+@pytest.mark.slow
 def test_several_recordings_need_folders_and_names_of_their_own(tables, tmp_path, capsys):
     def wrong(*argv):
         code, _, err = run(capsys, *argv, '--robot', 'planar_2r')

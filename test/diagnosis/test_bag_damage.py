@@ -48,6 +48,7 @@ def findings(capsys, path):
     return {key: value for key, value in found.items() if key != 'file'}
 
 
+@pytest.mark.slow
 def test_a_flipped_bit_changes_nothing_or_is_told(tmp_path, capsys):
     whole = mcap(tmp_path / 'whole.mcap')
     expected, data = findings(capsys, whole), whole.read_bytes()

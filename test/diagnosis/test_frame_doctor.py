@@ -93,6 +93,7 @@ def test_what_the_poses_do_not_determine_is_said(name):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', SPATIAL)
 def test_a_joint_that_counts_the_other_way_is_named(name):
     robot, t, q, B = setup(name)
@@ -105,6 +106,7 @@ def test_a_joint_that_counts_the_other_way_is_named(name):
         assert cause.ratio > 10.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', SPATIAL)
 def test_joints_in_each_others_place_are_named(name):
     robot, t, q, B = setup(name)
@@ -119,6 +121,7 @@ def test_joints_in_each_others_place_are_named(name):
     assert 'reverse' in back.sentence
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', SPATIAL)
 def test_units_axes_and_quaternion_order_are_named(name):
     robot, t, q, B = setup(name)
@@ -168,6 +171,7 @@ def test_a_table_read_by_the_other_convention_is_named(name):
     assert cause.key == 'convention'
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', SPATIAL)
 def test_a_zero_position_that_is_off_is_named_with_its_size(name):
     robot, t, q, B = setup(name)

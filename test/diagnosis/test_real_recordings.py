@@ -216,6 +216,7 @@ def replay(rows, ur3e_file, ros_domain):
         one.close()
 
 
+@pytest.mark.slow
 def test_poses_are_the_controllers(rows, replay):
     from ros_harness import nanoseconds
 

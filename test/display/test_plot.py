@@ -123,6 +123,7 @@ def test_the_default_pose_is_inside_the_limits_and_not_singular(name):
 # Pictures of poses.
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', [*LOOKED_AT, 'parallelogram_left', 'offset_stanford_dh'])
 def test_labels_of_an_arm_do_not_cover_each_other(name):
     robot = robot_of(name)
@@ -501,6 +502,7 @@ def simple():
     return arm_picture(robot_of('planar_2r'), np.array([0.3, 0.8]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('suffix', ['.png', '.svg', '.pdf', '.PNG'])
 def test_a_picture_is_a_valid_file_and_the_same_each_time(simple, suffix, tmp_path):
     files = [tmp_path / f'{k}{suffix}' for k in 'ab']
@@ -545,6 +547,7 @@ def test_a_failure_leaves_the_old_file_whole(simple, tmp_path, monkeypatch):
 # The command.
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('kind', ['arm', 'velocity', 'measures', 'workspace'])
 @pytest.mark.parametrize('dof', [1, 7])
 def test_every_kind_of_random_arms(kind, dof, tmp_path, capsys, monkeypatch):
@@ -567,6 +570,7 @@ def test_ik_tells_by_its_exit_code_that_nothing_was_found(tmp_path, capsys):
     assert capsys.readouterr().out.count('wrote') == 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ('arguments', 'code', 'sentence'),
     [
@@ -623,6 +627,7 @@ def test_without_matplotlib_the_sentence_says_what_to_install(capsys, monkeypatc
     assert "pip install '.[plot]'" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_the_command_line_loads_matplotlib_only_to_draw():
     code = (
         'import sys, kinematics_service.cli.commands\n'

@@ -182,6 +182,7 @@ def test_the_name_of_the_factor_is_said():
     assert scene_of(seen).lost.name in names
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', ROBOTS)
 def test_every_robot_can_be_seen_everywhere(name):
     robot = ks.load_robot(name)
@@ -350,7 +351,9 @@ def test_a_taken_port_and_a_foreign_host_are_told():
         taken.bind(('127.0.0.1', 0))
         taken.listen()
         port = taken.getsockname()[1]
-        with pytest.raises(ServerAddressError, match=f'--port {port}: taken .* --port {port + 1}'):
+        with pytest.raises(
+            ServerAddressError, match=f'--port {port}: another program uses it.* --port {port + 1}'
+        ):
             check_address('127.0.0.1', port)
     check_address('127.0.0.1', 0)
     with pytest.raises(ServerAddressError, match='--host 192.0.2.1: not an address'):
@@ -370,6 +373,7 @@ def command(*arguments, **options):
     )
 
 
+@pytest.mark.slow
 def test_the_command_serves_a_page_here_only_and_ends_cleanly():
     pytest.importorskip('viser', reason="needs viser: pip install '.[view]'")
     process = command('--sliders', '--robot', 'planar_2r', '--port', '0')
@@ -383,7 +387,7 @@ def test_the_command_serves_a_page_here_only_and_ends_cleanly():
         other = command('--sliders', '--port', address[2])
         out, err = other.communicate(timeout=60)
         assert other.returncode == 1
-        assert err.startswith(f'--port {address[2]}: taken')
+        assert err.startswith(f'--port {address[2]}: another program uses it')
         assert len(err.splitlines()) == 1
         process.send_signal(signal.SIGINT)
         time.sleep(0.05)
@@ -397,6 +401,7 @@ def test_the_command_serves_a_page_here_only_and_ends_cleanly():
         process.wait()
 
 
+@pytest.mark.slow
 def test_sliders_and_publish_do_not_go_together():
     process = command('--sliders', '--publish')
     _, err = process.communicate(timeout=60)
@@ -404,6 +409,7 @@ def test_sliders_and_publish_do_not_go_together():
     assert '--sliders needs no ROS' in err
 
 
+@pytest.mark.slow
 def test_without_viser_the_command_says_how_to_get_it():
     code = (
         "import sys; sys.modules['viser'] = None\n"

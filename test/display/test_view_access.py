@@ -67,6 +67,7 @@ def test_what_a_foreign_page_sends_with_its_handshake_moves_nothing(view, slider
     assert moved == 0
 
 
+@pytest.mark.slow
 def test_the_page_itself_moves_a_slider_and_so_does_a_program(view, slider):
     for headers, value in (
         ((f'Host: {view.netloc}', f'Origin: http://{view.netloc}'), 0.25),

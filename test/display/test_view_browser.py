@@ -117,6 +117,7 @@ def near(image, colour, distance=60):
     return np.sum(np.abs(image - np.array(colour)).sum(axis=2) < distance)
 
 
+@pytest.mark.slow
 def test_the_page_says_what_the_library_says(page, folder):
     # Joint positions, and what the tool's position and the Jacobian are there.
     boxes = page.evaluate(
@@ -142,6 +143,7 @@ def test_the_page_says_what_the_library_says(page, folder):
     )
 
 
+@pytest.mark.slow
 def test_a_slider_moves_the_arm(page, folder):
     before = page.evaluate(fact('position'))
     picture_before = scene(picture(page, folder / 'view_before.png'))
@@ -172,6 +174,7 @@ def test_a_slider_moves_the_arm(page, folder):
     )
 
 
+@pytest.mark.slow
 def test_a_singular_pose_turns_the_gauge_red_and_says_its_name(page, folder):
     page.evaluate(f'{button("Regular pose")}.click()')
     page.wait_for(f"{LEVEL} == 'OK'", 'a regular pose')
@@ -203,6 +206,7 @@ def test_nothing_was_complained_of_and_nobody_else_was_asked(page):
     assert asked.pop().startswith('127.0.0.1:')
 
 
+@pytest.mark.slow
 def test_a_page_of_somebody_else_opens_no_connection(page):
     address = page.evaluate('location.host')
     host, _, port = address.partition(':')
@@ -248,6 +252,7 @@ def test_a_page_of_somebody_else_opens_no_connection(page):
     assert now == slider.value
 
 
+@pytest.mark.slow
 def test_the_address_with_the_token_opens_the_page_and_its_sliders():
     find_chromium()
     address = ('--host', '0.0.0.0')
@@ -263,6 +268,7 @@ def test_the_address_with_the_token_opens_the_page_and_its_sliders():
         assert view.token not in tab.evaluate('document.cookie')
 
 
+@pytest.mark.slow
 def test_a_narrow_screen_shows_the_arm_above_the_panel(folder):
     find_chromium()
     width, height = 500, 900

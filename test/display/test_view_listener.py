@@ -237,6 +237,7 @@ def until(session, true, what):
         session.listen(0.01)
 
 
+@pytest.mark.slow
 def test_one_chooses_among_the_arms_that_are_there(arm, sessions):
     left = arm('planar_2r', namespace='/left')
     right = arm('craig_3r', namespace='/right')
@@ -254,6 +255,7 @@ def test_one_chooses_among_the_arms_that_are_there(arm, sessions):
         assert session.title == 'planar_2r of /left/kinematics'
 
 
+@pytest.mark.slow
 def test_it_follows_a_node_that_comes_late_and_comes_back_as_another(arm, sessions):
     from rclpy.parameter import Parameter
 
@@ -282,6 +284,7 @@ def test_it_follows_a_node_that_comes_late_and_comes_back_as_another(arm, sessio
         assert session._listener.facts.axes == ('base', 'base')
 
 
+@pytest.mark.slow
 def test_a_robot_that_was_asked_for_stays(arm, sessions):
     one = arm('planar_3r', namespace='/mine')
     with Thread(one):

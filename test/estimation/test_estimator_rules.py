@@ -107,6 +107,7 @@ def known_alike(one, plain, arrival):
     ]
 
 
+@pytest.mark.slow
 @settings(max_examples=250, deadline=None)
 @given(case=cases(), depth=st.sampled_from([kernel.JACOBIAN, kernel.ALL_FRAMES]))
 def test_every_answer_is_that_of_the_plain_rules(case, depth):

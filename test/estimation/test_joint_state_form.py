@@ -85,6 +85,7 @@ def same(one, other):
     return np.asarray(one).tobytes() == np.asarray(other).tobytes()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('source', ['auto', 'message', 'difference'])
 @pytest.mark.parametrize('name', ['ur5e', 'craig_3r', 'scara_hsr065', 'panda', 'six_joint_dh'])
 def test_the_state_is_the_same_to_the_last_bit(name, source):

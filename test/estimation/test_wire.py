@@ -309,6 +309,7 @@ def fuzz(count, seed, eager):
     print(json.dumps({'refused': refused, 'fast': fast, 'grown': grown}))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('eager', [False, True], ids=['patient', 'eager'])
 def test_hostile_bytes_are_read_as_officially(eager):
     count = 3_000 if eager else 30_000

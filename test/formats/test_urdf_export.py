@@ -90,6 +90,7 @@ def compare(robot, reader, count=4):
         np.testing.assert_allclose(found, expected, rtol=0, atol=ROUND_OFF)
 
 
+@pytest.mark.slow
 @pytest.mark.peers
 @pytest.mark.parametrize('reader', READERS)
 @pytest.mark.parametrize('name', BUNDLED)

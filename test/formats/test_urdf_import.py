@@ -37,6 +37,7 @@ def same_motion(robot, other, q, tolerance=ROUND_OFF):
         np.testing.assert_allclose(found, expected, rtol=0, atol=tolerance)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('convention', CONVENTIONS)
 @pytest.mark.parametrize('name', BUNDLED)
 def test_a_bundled_robot_comes_back_the_same(name, convention):
@@ -53,6 +54,7 @@ def test_a_bundled_robot_comes_back_the_same(name, convention):
     same_motion(robot, other, poses(robot))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', [name for name in EVERY_ARM if name not in BUNDLED][::3])
 def test_a_random_arm_comes_back_the_same(name):
     robot = robot_of(name)

@@ -334,6 +334,7 @@ def test_what_the_kernel_reads_of_an_arm_is_kept():
     assert kept() is None
 
 
+@pytest.mark.slow
 @compiled_only
 def test_nothing_grows_over_a_hundred_thousand_calls():
     robot = robot_of('ur3e')
@@ -375,6 +376,7 @@ def toured(environment):
     return done.stdout.splitlines()
 
 
+@pytest.mark.slow
 @compiled_only
 def test_the_compiled_kernel_gives_the_numbers_of_its_source_to_the_last_bit():
     compiled, plain = toured({}), toured({VARIABLE: '1'})
@@ -398,6 +400,7 @@ def test_the_numbers_are_those_of_every_other_machine():
         assert list(kernel_numbers.lines(names)) == stored_numbers(names)
 
 
+@pytest.mark.slow
 @compiled_only
 def test_the_numbers_of_every_machine_are_those_of_the_source():
     done = subprocess.run(
@@ -495,6 +498,7 @@ except ks.JointVectorError:
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('environment', [{}, {VARIABLE: '1'}], ids=['as it is', 'uncompiled'])
 def test_what_cannot_be_computed_is_no_number_and_raises_nothing(environment):
     done = subprocess.run(

@@ -207,6 +207,7 @@ def test_a_redundant_arm_answers_with_a_pose_of_its_family(name):
         assert_honest(robot, target, ks.inverse_kinematics(robot, target))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', RANDOM[:6] + RANDOM[12:18] + RANDOM[24:30] + RANDOM[36:42])
 def test_random_arms_find_the_originating_positions(name):
     robot = robot_of(name)
@@ -217,6 +218,7 @@ def test_random_arms_find_the_originating_positions(name):
         assert contains(robot, result, q, 1e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', BUNDLED)
 def test_hard_targets_get_an_honest_answer(name):
     robot = robot_of(name)

@@ -48,6 +48,7 @@ def drive(robot, q, twist, rate, seconds, settings=DEFAULTS):
     return np.array(way), steps
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', EVERY_ARM)
 def test_away_from_singular_poses_it_is_least_squares(name):
     robot = robot_of(name)
@@ -108,6 +109,7 @@ def singular(robot, joint):
     return turned(low)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('kind', INTO)
 @pytest.mark.parametrize('name', ['ur5e', 'puma560'])
 @pytest.mark.parametrize('rate', RATES)

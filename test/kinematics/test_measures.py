@@ -151,6 +151,7 @@ def test_the_task_is_found_from_the_same_poses_each_time():
         assert np.array_equal(getattr(one, name), getattr(other, name))
 
 
+@pytest.mark.slow
 @every_arm
 def test_singular_values_are_of_the_scaled_task_rows(name):
     robot = robot_of(name)
@@ -201,6 +202,7 @@ def scaled(robot, J_t):
     return J_t * np.array(rows)[:, None] * np.where(sliding(robot), length, 1.0)
 
 
+@pytest.mark.slow
 @every_arm
 def test_a_tilted_base_changes_no_measure(name):
     robot = robot_of(name)

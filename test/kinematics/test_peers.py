@@ -41,6 +41,7 @@ def compare(arm, pose, jacobian):
         np.testing.assert_allclose(ks.jacobian(robot, q), expected, rtol=0, atol=ROUND_OFF)
 
 
+@pytest.mark.slow
 @random_tables
 def test_pinocchio_local_world_aligned(arm):
     pinocchio = pytest.importorskip('pinocchio')
@@ -105,6 +106,7 @@ def in_the_toolbox(arm):
     return toolbox.DHRobot(links, base=base, tool=tool)
 
 
+@pytest.mark.slow
 @random_tables
 def test_robotics_toolbox_jacob0_and_jacobe(arm):
     peer = in_the_toolbox(arm)

@@ -55,6 +55,7 @@ def bits(array):
     return np.ascontiguousarray(array).view(np.uint64)
 
 
+@pytest.mark.slow
 @random_arms
 def test_pose_is_the_product_of_the_table(name):
     robot, arm = robot_of(name), arm_of(name)
@@ -147,6 +148,7 @@ def test_tool_axes_turn_both_halves_of_the_jacobian(name):
     )
 
 
+@pytest.mark.slow
 @every_arm
 def test_another_base_turns_the_jacobian_and_moves_the_pose(name):
     robot = robot_of(name)
@@ -166,6 +168,7 @@ def test_another_base_turns_the_jacobian_and_moves_the_pose(name):
     )
 
 
+@pytest.mark.slow
 @every_arm
 def test_another_tool_shifts_the_reference_point(name):
     robot = without_factors(name)  # they may hold for one tool only
@@ -180,6 +183,7 @@ def test_another_tool_shifts_the_reference_point(name):
     np.testing.assert_allclose(ks.jacobian(other, q), expected, rtol=0, atol=ROUND_OFF)
 
 
+@pytest.mark.slow
 @random_arms
 def test_coupled_jacobian_is_the_open_one_times_the_coupling(name):
     robot = robot_of(name)
@@ -215,6 +219,7 @@ def test_parallelogram_is_its_open_chain_times_the_couplings_of_the_document():
     np.testing.assert_allclose(ks.jacobian(robot, q), expected, rtol=0, atol=ROUND_OFF)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('convention', CONVENTIONS[1:])
 @pytest.mark.parametrize('dof', range(1, 13))
 def test_one_arm_in_two_conventions_is_one_arm(dof, convention):
@@ -235,6 +240,7 @@ def test_one_arm_in_two_conventions_is_one_arm(dof, convention):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('units', [('deg', 'm'), ('rad', 'mm'), ('deg', 'mm')])
 @pytest.mark.parametrize('name', RANDOM[::5])
 def test_a_file_in_degrees_and_millimetres_equals_its_twin(name, units):
@@ -263,6 +269,7 @@ def test_a_helical_joint_turns_and_slides():
     np.testing.assert_allclose(heights, pitch * q[:, 0], rtol=0, atol=ROUND_OFF)
 
 
+@pytest.mark.slow
 @every_arm
 def test_a_batch_is_its_single_poses_bit_for_bit(name):
     robot = robot_of(name)
@@ -290,6 +297,7 @@ def arrays_of(found):
     return arrays
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('leading', [(0,), (1,), (2, 3), (2, 0, 3), (1, 2, 1, 2), (100_000,)])
 @pytest.mark.parametrize('name', ['planar_2r', 'craig_3r', 'parallelogram_left', 'panda'])
 def test_leading_dimensions_come_out_as_they_went_in(name, leading):
@@ -382,6 +390,7 @@ def test_huge_angles_leave_a_rigid_motion(name):
 
 
 # A seeded prismatic joint slides a metre whatever the arm, so these have none.
+@pytest.mark.slow
 @pytest.mark.parametrize('name', [n for n in RANDOM if 'prismatic' not in arm_of(n).kinds])
 def test_size_does_not_matter_to_the_unit_free_measures(name):
     # A micrometre or a kilometre arm is judged like a metre one.

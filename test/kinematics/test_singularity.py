@@ -46,6 +46,7 @@ def uniform(robot, count, seed=0):
     return random.uniform(low, high, (count, robot.dof))
 
 
+@pytest.mark.slow
 @every_arm
 def test_distance_and_way_out_are_the_gradient_of_the_log_of_the_product(name):
     robot = without_factors(name)
@@ -227,6 +228,7 @@ def true_distances(name, q):
 SHARES = {'factors': (0.9, 1.1), 'no factors': (0.45, 3.5)}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('judged', SHARES)
 @pytest.mark.parametrize('name', ['anthropomorphic_3r', 'craig_3r'])
 def test_distance_against_the_true_one(name, judged):

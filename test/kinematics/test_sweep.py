@@ -59,6 +59,7 @@ def test_a_robot_that_travels_is_the_same_to_the_last_bit(name):
     assert singular_table(arrived, q).tobytes() == singular_table(robot, q).tobytes()
 
 
+@pytest.mark.slow
 def test_two_workers_give_the_same_bits_as_this_process(cluster):
     robot = ks.load_robot('ur5e')
     q = positions(robot, 20_000)

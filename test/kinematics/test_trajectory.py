@@ -54,6 +54,7 @@ def times(trajectory):
     return np.linspace(0.0, 2.0 * trajectory.period, SAMPLES)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', BUNDLED + RANDOM)
 @pytest.mark.parametrize('kind', KINDS)
 def test_a_motion_stays_inside_the_limits(kind, name):
@@ -64,6 +65,7 @@ def test_a_motion_stays_inside_the_limits(kind, name):
     assert np.all(q < robot.limits[:, 1])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', BUNDLED)
 @pytest.mark.parametrize('kind', KINDS)
 def test_a_velocity_is_the_derivative_of_the_position(kind, name):
@@ -74,6 +76,7 @@ def test_a_velocity_is_the_derivative_of_the_position(kind, name):
     assert np.max(np.abs(difference - motion.at(t).qdot)) < DIFFERENCE
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', BUNDLED + RANDOM)
 def test_the_smooth_path_keeps_its_share_of_the_velocity_limits(name):
     robot = robot_of(name)
@@ -85,6 +88,7 @@ def test_the_smooth_path_keeps_its_share_of_the_velocity_limits(name):
     assert motion.period >= SHORTEST_PERIOD
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', BUNDLED)
 def test_the_smooth_path_leads_from_regular_poses_through_a_singular_one(name):
     robot = robot_of(name)
@@ -110,6 +114,7 @@ TURN_ON_THE_SPOT = ('offset_stanford_dh', 'offset_stanford_printed', 'offset_sta
                     'rrp_elementary', 'spherical_rrp')  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', BUNDLED)
 def test_joints_speed_up_towards_a_singular_pose_and_the_tool_does_not(name):
     robot = robot_of(name)

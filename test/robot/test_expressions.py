@@ -228,6 +228,7 @@ PIECES = st.sampled_from(
 )
 
 
+@pytest.mark.slow
 @settings(max_examples=1000, deadline=None)
 @given(st.lists(PIECES, max_size=40))
 def test_any_pieces_are_a_value_or_an_expression_error(pieces: list[str]) -> None:

@@ -30,6 +30,7 @@ def refusal(capsys, *argv, code=2):
     return err.splitlines()[-1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('dof', range(1, MOST_JOINTS + 1))
 def test_a_new_robot_is_the_same_arm_in_each_convention_and_unit(dof):
     poses = []
@@ -45,6 +46,7 @@ def test_a_new_robot_is_the_same_arm_in_each_convention_and_unit(dof):
     assert np.ptp(poses, axis=0).max() < ROUND_OFF
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('convention', CONVENTIONS)
 @pytest.mark.parametrize('units', UNITS, ids=','.join)
 @pytest.mark.parametrize('dof', [1, 4, 7])
@@ -77,6 +79,7 @@ def test_the_comments_say_what_each_key_means(convention):
         assert re.search(rf'^# .*{key}:', text, re.MULTILINE), key
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('source', ks.bundled_robots())
 def test_a_copy_of_a_bundled_robot_is_that_arm(capsys, source):
     assert main(['new', 'mine', '--from', source, '--out', 'copy.yaml']) == 0

@@ -469,6 +469,7 @@ def test_every_broken_robot_is_expected() -> None:
     assert sorted(expected_faults()) == sorted(path.name for path in BROKEN.glob('*.yaml'))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', sorted(expected_faults()))
 def test_broken_robot(name: str) -> None:
     path = str(BROKEN / name)
@@ -649,6 +650,7 @@ BOMBS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', BOMBS)
 def test_a_bomb_is_refused_in_time(name: str) -> None:
     start = time.thread_time()
@@ -713,6 +715,7 @@ FRAGMENTS = st.sampled_from(
 )
 
 
+@pytest.mark.slow
 @settings(max_examples=300, deadline=None)
 @given(st.text(max_size=200))
 def test_any_text_is_a_robot_or_a_robot_file_error(text: str) -> None:
@@ -735,6 +738,7 @@ def plain(node: Any) -> Any:
     )
 
 
+@pytest.mark.slow
 def test_the_reader_agrees_with_another_one() -> None:
     yaml = pytest.importorskip('ruamel.yaml').YAML(typ='base', pure=True)
     paths = [*BROKEN.glob('*.yaml'), *map(find_robot_file, bundled_robots())]
@@ -750,6 +754,7 @@ def test_the_reader_agrees_with_another_one() -> None:
     assert compared > 100
 
 
+@pytest.mark.slow
 @settings(max_examples=500, deadline=None)
 @given(
     st.sampled_from(['craig', *sorted(expected_faults())]),

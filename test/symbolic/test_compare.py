@@ -123,12 +123,14 @@ def why(robot, text):
     return [cause.cause for cause in verdict.causes], verdict
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', RIGHT)
 def test_right_formulas_of_the_documents_agree(name):
     for verdict in verdicts(RIGHT[name], read(name)):
         assert verdict.status == 'agrees', (verdict.name, verdict.causes)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(('name', 'robot', 'expected'), ERRATA, ids=[row[0] for row in ERRATA])
 def test_erratum_is_found_with_its_cause(name, robot, expected):
     wrong = {v.name: v for v in verdicts(robot, read(name)) if v.status == 'differs'}
@@ -148,11 +150,13 @@ def erratum(name):
     return next(row for row in ERRATA if row[0] == name)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', ['e3_1', 'e3_5', 'e4_1', 'e4_2'])
 def test_c32_a_matrix_that_somebody_wrote_is_checked(name):
     test_erratum_is_found_with_its_cause(*erratum(name))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', ['e0_1', 'e0_4', 'e1_2', 'e2_1', 'e3_6', 'e3_7', 'e4_8', 'e4_12'])
 def test_c33_a_formula_that_somebody_wrote_is_compared(name):
     test_erratum_is_found_with_its_cause(*erratum(name))
@@ -282,6 +286,7 @@ def test_tool_axes_instead_of_base_axes(craig):
     assert verdict.status == 'agrees'
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(('robot', 'other'), [('craig_3r', 'standard'), ('ur5e', 'modified')])
 def test_other_dh_convention(robot, other):
     from dataclasses import replace
@@ -294,6 +299,7 @@ def test_other_dh_convention(robot, other):
     assert other in verdict.causes[0].sentence
 
 
+@pytest.mark.slow
 def test_transposed_and_uninverted_matrices(craig):
     T = craig.frames[-1]
     assert why('craig_3r', printed(T.T, 'T'))[0] == ['transpose or inverse']
@@ -383,6 +389,7 @@ def test_two_mistakes_at_once(craig):
     assert verdict.causes[1].entries == ((3, 1),)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ('right', 'mistake', 'cause'),
     [
@@ -408,6 +415,7 @@ def test_a_coincidence_of_lengths_does_not_pass():
     assert verdict.causes[0].cause == 'exchanged lengths'
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('robot', ks.bundled_robots())
 def test_reference_equals_the_kernel(robot):
     arm = ks.load_robot(robot)
@@ -478,6 +486,7 @@ def test_growing_definitions_are_refused_quickly():
     assert time.perf_counter() - begin < 10.0
 
 
+@pytest.mark.slow
 def test_damaged_files_never_raise():
     rng = np.random.default_rng(7)
     texts = [read(path.stem) for path in sorted(FORMULAS.glob('*.txt'))]
@@ -500,6 +509,7 @@ def test_user_text_is_never_evaluated():
         assert not re.search(r'\b(eval|exec|sympify|parse_expr|lambdify|S)\(', source), path
 
 
+@pytest.mark.slow
 def test_exit_codes_and_output(capsys, tmp_path):
     assert main(['compare', 'craig_3r', str(FORMULAS / 'right_001.txt')]) == 0
     assert 'all 9 formulas agree' in capsys.readouterr().out
@@ -528,6 +538,7 @@ def test_exit_codes_and_output(capsys, tmp_path):
     assert 'broken.txt:1: not UTF-8 text' in capsys.readouterr().err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('left', ['det(J)', 'det J', r'\det(J_v)', r'\det\left(J\right)', 'det'])
 def test_a_determinant_is_named_as_people_write_it(left):
     (right,) = verdicts('craig_3r', f'{left} = L2 L3 s3 (L1 + L2 c2 + L3 c23)')
@@ -561,6 +572,7 @@ def test_the_example_of_the_help_agrees_with_its_robot():
     assert [v.name for v in found if v.status == 'differs'] == ['the singular set']
 
 
+@pytest.mark.slow
 def test_formulas_from_a_pipe():
     run = subprocess.run(
         [sys.executable, '-m', 'kinematics_service', 'compare', 'planar_2r', '-'],

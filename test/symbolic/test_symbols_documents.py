@@ -42,6 +42,7 @@ def crossing(derivation, *names):
     return found
 
 
+@pytest.mark.slow
 def test_c01_standard_rows_with_revolute_prismatic_and_fixed_joints():
     d = derived('six_joint_dh')
     s = symbols(d)
@@ -71,6 +72,7 @@ def test_c02_modified_rows_and_a_fixed_tool_row():
     assert d.row_transforms[3][0, 3] == s['L3']
 
 
+@pytest.mark.slow
 def test_c03_elementary_motions():
     d = derived('rrp_elementary')
     s = symbols(d)
@@ -78,6 +80,7 @@ def test_c03_elementary_motions():
     assert zero(d.position[2] - (s['d1'] - sin(s['theta2']) * R))
 
 
+@pytest.mark.slow
 def test_c04_shape_matrices_with_a_joint_that_slides_along_x():
     d = derived('offset_stanford_shape')
     s = symbols(d)
@@ -86,10 +89,12 @@ def test_c04_shape_matrices_with_a_joint_that_slides_along_x():
     assert same(d.row_transforms[2], T34)
 
 
+@pytest.mark.slow
 def test_c05_the_repaired_table_equals_the_shape_matrices():
     assert same(derived('offset_stanford_dh').T, derived('offset_stanford_shape').T)
 
 
+@pytest.mark.slow
 def test_c06_the_printed_table_is_another_arm():
     d = derived('offset_stanford_printed')
     s = symbols(d)
@@ -115,6 +120,7 @@ def test_c08_screws_about_the_end_effector(name):
     assert derived(name).methods['screw'] == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', ks.bundled_robots())
 def test_c09_geometric_jacobian_of_every_convention(name):
     d = derived_arm(name)
@@ -125,6 +131,7 @@ def test_c09_geometric_jacobian_of_every_convention(name):
             assert same(angular, z) or angular == sympy.zeros(3, 1)
 
 
+@pytest.mark.slow
 def test_c10_analytic_jacobian_by_hand():
     d = derived('craig_3r')
     for j, q in enumerate(d.variables):
@@ -203,6 +210,7 @@ def test_c17_both_chains_agree_only_for_a_parallelogram():
     assert all(zero(e.subs({s['L3']: s['L1'], s['L4']: s['L2']})) for e in gap)
 
 
+@pytest.mark.slow
 def test_c18_a_loop_that_is_no_parallelogram_by_implicit_differentiation():
     two, three, first, second = sympy.symbols('theta2 theta3 psi1 psi2', real=True)
     data = json.loads((GOLDEN / 's000b_x_general_loop.json').read_text())
@@ -241,6 +249,7 @@ def test_c20_project_with_both_lengths_in_one_offset():
     assert not d.jacobian.has(s['L1'])
 
 
+@pytest.mark.slow
 def test_c21_determinant_factored():
     d = derived('craig_3r')
     s = symbols(d)
@@ -403,6 +412,7 @@ def test_c31_example_of_document_004_step_by_step():
     assert list(J[:, 2]) == [-3, 0, 0, 0, -1, 0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', ks.bundled_robots())
 def test_c34_intermediate_frames(name):
     d = derived_arm(name)
@@ -462,6 +472,7 @@ links:
 """
 
 
+@pytest.mark.slow
 def test_angles_that_are_no_quarter_turns_are_exact_too():
     d = ks.derive(ks.robot_from_text(ODD))
     assert set(d.methods.values()) == {0}

@@ -27,6 +27,7 @@ LISTED = [
 PRODUCT = 1e-12
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', LISTED)
 def test_the_product_of_the_files_factors_is_the_determinant(name):
     assert disagreement(derived(name), ks.load_robot(name)) <= PRODUCT
@@ -38,6 +39,7 @@ def test_the_file_lists_every_factor_by_its_name(name):
     assert sorted(derived(name).factors) == sorted(listed)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     'name',
     [
@@ -139,6 +141,7 @@ def test_a_byte_order_mark_stays_where_it_is():
     assert with_factors('\ufeff' + text, FACTORS) == '\ufeff' + with_factors(text, FACTORS)
 
 
+@pytest.mark.slow
 def test_write_from_the_command_line(tmp_path):
     file = tmp_path / 'arm.yaml'
     file.write_text(BARE % '')
@@ -157,6 +160,7 @@ def test_expressions_of_a_file_have_no_powers():
     assert file_text(q2**2 / 4, degrees=False) in ('q2*q2/4', '0.25*q2*q2')
 
 
+@pytest.mark.slow
 def test_no_factor_that_all_minors_share():
     # The Panda's minors share nothing; with one joint locked it has a determinant.
     locked = derived('panda', 'q5=0')
@@ -166,6 +170,7 @@ def test_no_factor_that_all_minors_share():
     assert whole.irreducible
 
 
+@pytest.mark.slow
 def test_the_minors_of_the_iiwa_share_the_elbow():
     found = derived('kuka_iiwa14', 'A7=0')
     assert found.singular_set.determinant.square

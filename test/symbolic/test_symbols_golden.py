@@ -35,6 +35,7 @@ def test_task_determinant(system, name):
         assert zero(found.expression - golden(system, name, SYMBOLIC[system]['task_det']))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(('system', 'name'), PAIRS)
 def test_singular_factors(system, name):
     listed = SYMBOLIC[system].get('singular_factors', [])

@@ -58,6 +58,7 @@ def value(expression, numbers):
     return eval(text, {'__builtins__': {}, **FUNCTIONS, 'sqrt': math.sqrt, 'pi': math.pi}, names)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', ['craig_3r', 'puma560', 'rrp_elementary'])
 def test_the_page_shows_what_was_derived(name):
     derivation = ks.derive(ks.load_robot(name))
@@ -82,6 +83,7 @@ def test_a_negated_sum_keeps_its_brackets():
     assert value(c * negated, numbers) == pytest.approx(-0.56)
 
 
+@pytest.mark.slow
 @pytest.mark.browser
 def test_a_page_looks_right_without_a_mathematical_font(tmp_path):
     # In a browser: brackets as high as what they hold, subscripts smaller than their letters.

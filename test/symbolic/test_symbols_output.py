@@ -174,6 +174,7 @@ def run(*arguments):
     return subprocess.run(command, capture_output=True, text=True)
 
 
+@pytest.mark.slow
 def test_the_command_writes_a_file(tmp_path):
     out = tmp_path / 'arm.json'
     answer = run('craig_3r', '--format', 'json', '--out', str(out), '--frame', 'tool')
@@ -182,6 +183,7 @@ def test_the_command_writes_a_file(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ['arm.json']
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ('arguments', 'code', 'message'),
     [
@@ -199,6 +201,7 @@ def test_a_wrong_command_line_is_one_sentence(arguments, code, message):
     assert 'Traceback' not in answer.stderr
 
 
+@pytest.mark.slow
 def test_ctrl_c_leaves_no_half_file(tmp_path):
     # Derivations of seven joints take seconds, so the signal comes in the middle of one.
     page = tmp_path / 'panda.html'
