@@ -31,6 +31,7 @@ def complex_solutions(robot, target):
     return psi[:count, :, 0] + 1j * psi[:count, :, 1], bool(said[2])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', general_arms.GENERAL + general_arms.THREE_SLIDE)
 def test_no_solution_is_missing_and_none_is_there_twice(name):
     robot = general_arms.general_arm(name)
@@ -277,6 +278,7 @@ GEARED = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('gear', [0.5, 0.25, 0.01, 100.0, -3.0])
 @pytest.mark.parametrize('method', GEARED)
 def test_an_unlimited_joint_behind_a_gear_has_one_solution_a_period(method, gear):

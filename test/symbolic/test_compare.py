@@ -191,6 +191,7 @@ def test_e2_7_four_points_are_not_the_singular_set():
     assert whole.remarks[0].startswith('not complete: ')
 
 
+@pytest.mark.slow
 def test_what_is_no_rotation_is_said():
     (mirror,) = verdicts('offset_stanford_printed', read('e3_5'))
     assert mirror.remarks == ('not a rotation: its determinant is -1, a mirror image',)
@@ -375,11 +376,13 @@ def test_exchanged_joints_and_lengths(anthropomorphic):
     assert why('anthropomorphic_3r', swapped)[0] == ['exchanged lengths']
 
 
+@pytest.mark.slow
 def test_exchanged_columns(craig):
     J = craig.jacobian
     assert why('craig_3r', printed(J[:, [1, 0, 2]], 'J'))[0] == ['order of the columns']
 
 
+@pytest.mark.slow
 def test_two_mistakes_at_once(craig):
     J = craig.jacobian.as_mutable()
     J[0, 1] = -J[0, 1]

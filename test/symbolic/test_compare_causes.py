@@ -161,6 +161,7 @@ def test_a_right_formula_agrees(arm, formula):
     assert verdict_of(arm, formula).status == 'agrees'
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(('arm', 'formula', 'cause'), WRONG)
 def test_the_cause_of_a_wrong_formula_is_named(arm, formula, cause):
     verdict = verdict_of(arm, formula)

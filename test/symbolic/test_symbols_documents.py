@@ -195,6 +195,7 @@ links:
 """
 
 
+@pytest.mark.slow
 def test_c17_both_chains_agree_only_for_a_parallelogram():
     left, right = derived('parallelogram_left'), derived('parallelogram_right')
     assert same(left.jacobian, right.jacobian)

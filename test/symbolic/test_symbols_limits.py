@@ -13,7 +13,7 @@ from kinematics_service.symbolic.algebra.numeric import Numbers
 from kinematics_service.symbolic.algebra.zeros import Box, common_zero
 from kinematics_service.symbolic.determinant import minors_of, simplest_view
 from kinematics_service.symbolic.minors import product_of
-from kinematics_service.symbolic.output.report import Finding, report_of
+from kinematics_service.symbolic.output.report import Sentence, report_of
 from kinematics_service.symbolic.sampled_poses import bench_of, row_indices
 from kinematics_service.symbolic.singular_set import sheet_poses, zero_within_limits
 
@@ -146,6 +146,6 @@ def test_the_report_says_which():
     robot = limited(ks.load_robot('anthropomorphic_3r'), [-1, 0.1, 0.5], [1, 0.9, 0.7])
     derivation = ks.derive(robot)
     assert [f.within_limits for f in derivation.singular_set.factors] == [False, False]
-    said = [b.parts[0] for b in report_of(derivation) if isinstance(b, Finding)]
+    said = [b.parts[0] for b in report_of(derivation) if isinstance(b, Sentence)]
     assert said.count('No pose of it is inside the joint limits.') == 2
     assert any(s.endswith('(outside the joint limits)') for s in said)

@@ -43,6 +43,7 @@ def shifted(name):
     return ks.derive(ks.robot_from_text(shifted_text(name, DEGREES if degrees else OFFSETS)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', [name for name in ARMS if name != 'parallelogram_left'])
 def test_offsets_leave_the_factors_as_they_are(name):
     plain, moved = derived(name), shifted(name)

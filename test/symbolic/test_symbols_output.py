@@ -36,6 +36,7 @@ def report(name):
     return report_of(derivation, None, path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', ARMS)
 def test_text_says_the_factors(name):
     text = text_of(report(name))

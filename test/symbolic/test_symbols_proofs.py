@@ -10,7 +10,7 @@ from derivations import derived
 from kinematics_service.symbolic.determinant import minors_of, simplest_view
 from kinematics_service.symbolic.minors import product_of
 from kinematics_service.symbolic.output.json_output import json_of
-from kinematics_service.symbolic.output.report import Finding, report_of
+from kinematics_service.symbolic.output.report import Sentence, report_of
 from kinematics_service.symbolic.sheet_proofs import Sheets, proves_lost
 from kinematics_service.symbolic.singular_geometry import Lost
 
@@ -95,7 +95,7 @@ def test_what_is_sampled_is_marked():
     elbow = next(f for f in found.factors if f.name == 'elbow')
     assert elbow.sampled == ('lost',)
     assert {c.names: c.sampled for c in found.crossings}[('elbow', 'shoulder')]
-    said = [b.parts[0] for b in report_of(derived('puma560')) if isinstance(b, Finding)]
+    said = [b.parts[0] for b in report_of(derived('puma560')) if isinstance(b, Sentence)]
     assert 'elbow and shoulder: rank 4 (at sampled poses)' in said
     assert 'shoulder and wrist: rank 5' in said
     assert any(s.startswith('Lost:') and s.endswith('(at sampled poses).') for s in said)
