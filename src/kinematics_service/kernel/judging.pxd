@@ -2,7 +2,9 @@ cimport cython
 cimport numpy as cnp
 from libc cimport math
 
-from . cimport arrays, evaluation, factor_lanes, factors, lanes, measure_lanes, places, singularity
+from . cimport evaluation
+from .layout cimport arrays, lanes, places
+from .measures cimport factor_lanes, factors, measure_lanes, singularity
 from .arm cimport Arm
 
 @cython.locals(n=int, count=int, f=int, j=int, squares=double, slope=double)

@@ -2,18 +2,11 @@
 
 import math
 
-from . import (
-    arrays,
-    evaluation,
-    factor_lanes,
-    factors,
-    lanes,
-    measure_lanes,
-    places,
-    singularity,
-)
+from . import evaluation
 from .arm import Arm
-from .arrays import Floats
+from .layout import arrays, lanes, places
+from .layout.arrays import Floats
+from .measures import factor_lanes, factors, measure_lanes, singularity
 
 
 def _judge_factors(arm: Arm, q: Floats, judged: Floats, steps: Floats) -> None:

@@ -1,7 +1,8 @@
 cimport cython
 cimport numpy as cnp
 
-from . cimport arrays, judging, observing, outgoing, places
+from . cimport judging, observing, outgoing
+from .layout cimport arrays, places
 from .arm cimport Arm
 from .joint_memory cimport JointMemory, OurJoints
 from .outgoing cimport OutgoingMessages

@@ -2,10 +2,11 @@
 
 from typing import NamedTuple
 
-from . import arrays, judging, observing, outgoing, places
+from . import judging, observing, outgoing
 from .arm import Arm
-from .arrays import Bytes, Floats
 from .joint_memory import JointMemory, OurJoints
+from .layout import arrays, places
+from .layout.arrays import Bytes, Floats
 from .outgoing import OutgoingMessages
 
 
