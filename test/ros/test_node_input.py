@@ -562,6 +562,8 @@ def test_silence_is_said_once_and_ends_with_the_next_message(arm):
     one.spin_until(lambda: len(warnings) == 3, 'warning OK')
     assert level_of(warnings[2]) == OK
     assert level_of(one.diagnose()) == OK
+    one.spin_until(lambda: len(warnings) == 4, 'second warning STALE')
+    assert level_of(warnings[3]) == STALE
 
 
 def test_an_arm_never_heard_is_said_to_be_stale_once(arm):
