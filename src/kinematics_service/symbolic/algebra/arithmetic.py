@@ -11,7 +11,7 @@ import sympy
 
 from ...errors import DerivationError
 from ...rigid_motion import Z_INTO
-from ...robot.file.description import DhRow, ElementaryMotion, RobotDescription, ShapeRow
+from ...robot.file.description import Link, RobotDescription
 from .laurent import Laurent, Ring, from_terms
 from .matrices import Matrix, product
 from .names import Names
@@ -187,15 +187,12 @@ def _angles(offsets: Mapping[Any, Any], names: Names) -> dict[Any, Any]:
     }
 
 
-def _turning_texts(link: DhRow | ElementaryMotion | ShapeRow) -> tuple[str, ...]:
-    match link:
-        case DhRow():
-            return (link.theta.text,)
-        case ElementaryMotion():
-            return (link.argument.text,) if link.axis.startswith('R') else ()
-        case ShapeRow(joint=ElementaryMotion() as joint) if joint.axis.startswith('R'):
-            return (joint.argument.text,)
-    return ()
+def _turning_texts(link: Link) -> list[str]:
+    return [
+        motion.argument.text
+        for motion in link.motions
+        if motion.turns and motion.argument.affine.coefficients
+    ]
 
 
 def exponential(ring: Ring, angle: Any) -> Laurent:

@@ -13,8 +13,6 @@ import sympy
 
 from ...errors import DerivationError
 from ...robot.file.description import (
-    DhRow,
-    ElementaryMotion,
     RigidMotion,
     RobotDescription,
     ShapeRow,
@@ -122,17 +120,10 @@ def _names_in_angles(description: RobotDescription) -> set[str]:
         texts.extend(_rotation_texts(given))
 
     for link in description.links:
-        match link:
-            case DhRow():
-                texts += [link.alpha.text, link.theta.text]
-            case ElementaryMotion():
-                if link.axis.startswith('R'):
-                    texts.append(link.argument.text)
-            case ShapeRow():
-                motion(link.inner)
-                motion(link.outer)
-                if link.joint is not None and link.joint.axis.startswith('R'):
-                    texts.append(link.joint.argument.text)
+        texts += [one.argument.text for one in link.motions if one.turns]
+        if isinstance(link, ShapeRow):
+            motion(link.inner)
+            motion(link.outer)
     motion(description.base.motion)
     motion(description.tool.motion)
     found = set().union(*(names_in(text) for text in texts))

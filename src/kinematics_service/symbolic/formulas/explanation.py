@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 import sympy as sp  # type: ignore[import-untyped]
 
+from ...robot.file.convention_table import QUANTITIES
 from .causes import CAUSES
 from .checks import Check, Mask, QuantityCheck
 from .edits import EDITS, LONGEST_EDITED, SOLUTION_EDITS
-from .names import GENERAL
 from .numbers import Evaluation, Floats, size_of
 from .quantities import symbolic
 from .solutions import SolutionCheck
@@ -238,7 +238,7 @@ def _repaired(
         return []
     symbols = (*table.variables, *table.constants)
     if isinstance(original, QuantityCheck) and original.quantity.kind == 'general':
-        symbols = tuple(sp.Symbol(f'{name}_i') for name in GENERAL)
+        symbols = tuple(sp.Symbol(f'{name}_i') for name in QUANTITIES)
     if isinstance(original, SolutionCheck):
         # The joint itself would explain every formula of it.
         symbols = tuple(symbol for symbol in symbols if symbol != original.variable)

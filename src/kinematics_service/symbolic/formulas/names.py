@@ -8,6 +8,7 @@ from typing import Any
 import sympy as sp  # type: ignore[import-untyped]
 
 from ...errors import FormulaError
+from ...robot.file.convention_table import QUANTITIES
 from .file import Settings
 from .quantities import Quantity, Reading, quantity_of, symbolic, why_out_of_range
 from .symbols import SymbolicArm
@@ -22,7 +23,6 @@ COORDINATES = {
     **{f'{p}{name}': name for p in 'pP' for name in 'xyz'},
 }
 ROTATION_ENTRY = re.compile(r'[rR]([123])([123])')
-GENERAL = ('a', 'alpha', 'd', 'theta')
 
 
 def reading_of(settings: Settings) -> Reading:
@@ -124,8 +124,8 @@ class Names:
 
 
 def general_symbol(key: str) -> Any:
-    """Return the symbol of a, alpha, d or theta of any row, or None."""
-    found = re.fullmatch(r'(a|alpha|d|theta)(?:i|im1)?', key)
+    """Return the symbol of a quantity such as a, alpha, d, theta of any row, or None."""
+    found = re.fullmatch(rf'({"|".join(QUANTITIES)})(?:i|im1)?', key)
     return sp.Symbol(f'{found[1]}_i') if found else None
 
 

@@ -8,10 +8,11 @@ import numpy as np
 import sympy as sp  # type: ignore[import-untyped]
 
 from ...errors import FormulaError
+from ...robot.file.convention_table import QUANTITIES
 from ...robot.robot import Robot
 from .build import build, is_matrix
 from .file import Raw, Settings
-from .names import GENERAL, Names, coordinates, reading_of, rotation_entries
+from .names import Names, coordinates, reading_of, rotation_entries
 from .numbers import DEGREE, Evaluation, Floats
 from .quantities import numeric, quantity_of, why_out_of_range
 from .syntax import Node
@@ -75,7 +76,7 @@ def poses_for(
     for symbol, value in fixed:
         given.setdefault(symbol, np.full(count, _number(value)))
     values: dict[Any, Floats] = {}
-    for name in GENERAL:
+    for name in QUANTITIES:
         values[sp.Symbol(f'{name}_i')] = rng.uniform(0.3, 1.3, count)
     randomised = []
     for symbol in table.constants:
