@@ -183,17 +183,17 @@ def _cover(candidates: list[_Candidate], wrong: Mask, one: bool) -> list[Explana
         if max(counts) == 0:
             break
         best = candidates[counts.index(max(counts))]
-        said = best.variant.sentence
+        sentence = best.variant.sentence
         also = {
             rival.variant.sentence: f'{rival.place}{rival.variant.sentence}'
             for rival in reversed(candidates)  # the largest scope is said
-            if rival.variant.sentence != said
+            if rival.variant.sentence != sentence
             and (rival.mask == best.mask).all()
             and (one or rival.cause != best.cause)
         }
         alternatives = tuple(reversed(also.values()))[:MOST_ALTERNATIVES]
         entries = _entries(best.mask & left)
-        chosen.append(Explanation(best.cause, f'{best.place}{said}', entries, alternatives))
+        chosen.append(Explanation(best.cause, f'{best.place}{sentence}', entries, alternatives))
         left &= ~best.mask
     return chosen
 
