@@ -154,8 +154,10 @@ def _motion(motion: RigidMotion, arithmetic: Arithmetic) -> Matrix:
     else:
         x, y, z = (names.expression(text) for text in motion.texts[:3])
         R = _rotation([names.angle(text) for text in motion.texts[3:]], arithmetic)
-    place = arithmetic.constant_matrix([[1, 0, 0, x], [0, 1, 0, y], [0, 0, 1, z], [0, 0, 0, 1]])
-    return product(place, R)
+    translation = arithmetic.constant_matrix(
+        [[1, 0, 0, x], [0, 1, 0, y], [0, 0, 1, z], [0, 0, 0, 1]]
+    )
+    return product(translation, R)
 
 
 def _rotation(angles: Sequence[Any], arithmetic: Arithmetic) -> Matrix:

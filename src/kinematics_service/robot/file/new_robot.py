@@ -7,7 +7,8 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 from .convention_table import CONVENTIONS, Convention, RowKind
-from .description import AngleUnit, LengthUnit
+from .description import AngleUnit
+from .quantities import Units
 
 MOST_JOINTS = 12
 WIDTH = 6  # of a cell of the table
@@ -36,13 +37,6 @@ SMALL: dict[int, tuple[_Link, ...]] = {
         _Link(0, 0, 0.1),
     ),
 }
-
-
-class Units(NamedTuple):
-    """What the numbers of the file are written in."""
-
-    angle: AngleUnit = 'rad'
-    length: LengthUnit = 'm'
 
 
 def _holds(convention: Convention) -> bool:

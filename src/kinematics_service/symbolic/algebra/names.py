@@ -113,7 +113,7 @@ def names_of(description: RobotDescription, locked: Mapping[str, str] | None = N
 
 
 def _names_in_angles(description: RobotDescription) -> set[str]:
-    # Constants used as an angle take their value: only lengths are worth keeping as symbols.
+    # Constants used as an angle take their value: only lengths are kept as symbols.
     texts: list[str] = []
 
     def motion(given: RigidMotion) -> None:
@@ -127,7 +127,7 @@ def _names_in_angles(description: RobotDescription) -> set[str]:
     motion(description.base.motion)
     motion(description.tool.motion)
     found = set().union(*(names_in(text) for text in texts))
-    # A constant made of others hands the question on to them.
+    # The constants that a constant is made of are used as an angle, too.
     for constant in reversed(description.constants):
         if constant.name in found:
             found |= names_in(constant.text)

@@ -1,7 +1,7 @@
 """
 The robot as a mistaken reading of its table has it: other convention, other zero, other row.
 
-Each is the table with something exchanged; what it is worth is computed like the right one.
+Each is the table with something exchanged; its value is computed like the right one.
 """
 
 from collections.abc import Iterator

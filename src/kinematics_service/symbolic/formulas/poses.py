@@ -12,7 +12,7 @@ from ...robot.file.convention_table import QUANTITIES
 from ...robot.robot import Robot
 from .build import build, is_matrix
 from .file import Raw, Settings
-from .names import Names, coordinates, reading_of, rotation_entries
+from .names import FormulaNames, coordinates, reading_of, rotation_entries
 from .numbers import DEGREE, Evaluation, Floats
 from .quantities import numeric, quantity_of, why_out_of_range
 from .syntax import Node
@@ -27,7 +27,7 @@ SLIDE = 1.0  # m of an unlimited prismatic joint
 @dataclass(frozen=True)
 class Poses:
     """
-    N configurations and what every symbol is worth at them.
+    N configurations and the value of every symbol at them.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ class Poses:
 
 def poses_for(
     robot: Robot,
-    names: Names,
+    names: FormulaNames,
     settings: Settings,
     symbols: frozenset[Any],
     fixed: Sequence[tuple[Any, Any]] = (),
@@ -110,7 +110,7 @@ def _drawn(robot: Robot, k: int, rng: np.random.Generator, count: int) -> Floats
 
 
 def _with_coordinates(
-    values: dict[Any, Floats], names: Names, settings: Settings, count: int
+    values: dict[Any, Floats], names: FormulaNames, settings: Settings, count: int
 ) -> dict[Any, Floats]:
     world = World(names.table, values, count)
     point = world.pose[:, :3, 3]
@@ -129,7 +129,7 @@ def _with_coordinates(
     return {**located, **values}
 
 
-def _given(raw: Raw, settings: Settings, names: Names) -> tuple[Any, float]:
+def _given(raw: Raw, settings: Settings, names: FormulaNames) -> tuple[Any, float]:
     at = raw.left.at
     key = raw.left.text if raw.left.kind == 'name' else ''
     joint = names.joint(key)

@@ -80,7 +80,7 @@ class TableRow:
 @dataclass(frozen=True)
 class Table:
     """
-    A robot's table, its base and tool, and what its names are worth in the file.
+    A robot's table, its base and tool, and the values of its names in the file.
 
     Parameters
     ----------
@@ -162,7 +162,7 @@ def row_derivative(row: TableRow, variable: Any) -> Any:
     return row_matrix(row).diff(variable)
 
 
-class _Units:
+class _FileUnits:
     # Texts of the file are in its units; symbols are SI.
     def __init__(self, description: RobotDescription) -> None:
         self.angle = sp.pi / 180 if description.angle_unit == 'deg' else sp.Integer(1)
@@ -246,7 +246,7 @@ def _kind(motion: ElementaryMotion) -> str:
     return 'angle' if motion.turns else 'length'
 
 
-def _row(row: Link, convention: str, units: _Units) -> TableRow:
+def _row(row: Link, convention: str, units: _FileUnits) -> TableRow:
     if isinstance(row, DhRow):
         quantities = []
         for name, one in zip(row.names, row.motions):
@@ -273,7 +273,7 @@ def general_row(table: Table) -> TableRow:
 
 def table_of(description: RobotDescription) -> Table:
     """Return the table of a robot file, in symbols."""
-    units = _Units(description)
+    units = _FileUnits(description)
     given: dict[Any, float] = {}
     derived: dict[Any, Any] = {}
     for constant in description.constants:
