@@ -9,7 +9,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from ...errors import FormulaError
+from ....errors import FormulaError
 
 NUMBER = re.compile(r'(?:\d+(?:\.(?!\.)\d*)?|\.\d+)(?:[eE][-+]?\d+)?')
 WORD = re.compile(r'[A-Za-z][A-Za-z0-9]*')

@@ -6,14 +6,14 @@ from typing import Any
 
 import sympy as sp  # type: ignore[import-untyped]
 
-from ...errors import FormulaError
-from .build import build, is_matrix
-from .file import FormulaFile, Raw, Settings
+from ....errors import FormulaError
+from ..arm.numbers import size_of
+from ..arm.quantities import ACCEPTED, Quantity, quantity_of, why_out_of_range
+from ..text.build import build, is_matrix
+from ..text.file import FormulaFile, Raw, Settings
+from ..text.syntax import Node
+from ..text.tokens import FormulaToken
 from .names import COORDINATES, FormulaNames, reading_of
-from .numbers import size_of
-from .quantities import ACCEPTED, Quantity, quantity_of, why_out_of_range
-from .syntax import Node
-from .tokens import FormulaToken
 
 LONGEST = 200_000  # nodes of an expression, shared parts counted each time
 DEEPEST_DEFINITION = 40

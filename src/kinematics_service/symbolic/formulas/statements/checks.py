@@ -14,14 +14,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ...robot.robot import Robot
+from ....robot.robot import Robot
+from ..arm.numbers import DEGREE, Evaluation, Floats
+from ..arm.quantities import ROWS, TASK_ROWS, Quantity, Reading, numeric
+from ..arm.table import Table, general_row
+from ..arm.world import World
 from .names import FormulaNames, reading_of
-from .numbers import DEGREE, Evaluation, Floats
 from .poses import Poses
-from .quantities import ROWS, TASK_ROWS, Quantity, Reading, numeric
 from .statements import Statement
-from .table import Table, general_row
-from .world import World
 
 Mask = npt.NDArray[np.bool_]
 

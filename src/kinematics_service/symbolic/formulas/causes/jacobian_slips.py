@@ -5,12 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...robot.file.convention_table import CONVENTIONS
-from .checks import QuantityCheck
-from .numbers import DEGREE, Floats
-from .quantities import arranged
+from ....robot.file.convention_table import CONVENTIONS
+from ..arm.numbers import DEGREE, Floats
+from ..arm.quantities import arranged
+from ..arm.world import World
+from ..statements.checks import QuantityCheck
 from .variant import Variant
-from .world import World
 
 
 def arranged_like(check: QuantityCheck, J: Floats) -> Floats:

@@ -7,7 +7,7 @@ from typing import Any, TypeAlias
 
 import sympy as sp  # type: ignore[import-untyped]
 
-from ...errors import FormulaError
+from ....errors import FormulaError
 from .syntax import Node
 from .tokens import FormulaToken
 

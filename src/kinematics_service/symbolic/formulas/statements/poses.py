@@ -7,16 +7,16 @@ from typing import Any
 import numpy as np
 import sympy as sp  # type: ignore[import-untyped]
 
-from ...errors import FormulaError
-from ...robot.file.convention_table import QUANTITIES
-from ...robot.robot import Robot
-from .build import build, is_matrix
-from .file import Raw, Settings
+from ....errors import FormulaError
+from ....robot.file.convention_table import QUANTITIES
+from ....robot.robot import Robot
+from ..arm.numbers import DEGREE, Evaluation, Floats
+from ..arm.quantities import numeric, quantity_of, why_out_of_range
+from ..arm.world import World
+from ..text.build import build, is_matrix
+from ..text.file import Raw, Settings
+from ..text.syntax import Node
 from .names import FormulaNames, coordinates, reading_of, rotation_entries
-from .numbers import DEGREE, Evaluation, Floats
-from .quantities import numeric, quantity_of, why_out_of_range
-from .syntax import Node
-from .world import World
 
 SEED = 20240523
 POSES = 8

@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 import sympy as sp  # type: ignore[import-untyped]
 
-from ...robot.file.convention_table import CONVENTIONS, MOVING, Convention
-from .checks import QuantityCheck
-from .numbers import DEGREE, Floats
-from .table import EYE, Table, TableRow
+from ....robot.file.convention_table import CONVENTIONS, MOVING, Convention
+from ..arm.numbers import DEGREE, Floats
+from ..arm.table import EYE, Table, TableRow
+from ..arm.world import World
+from ..statements.checks import QuantityCheck
 from .variant import Variant
-from .world import World
 
 TURNS = ((sp.pi / 2, '+ 90 deg'), (-sp.pi / 2, '- 90 deg'), (sp.pi, '+ 180 deg'))
 ZERO = sp.Integer(0)

@@ -13,14 +13,14 @@ from typing import Any
 import numpy as np
 import sympy as sp  # type: ignore[import-untyped]
 
-from ...robot.file.convention_table import QUANTITIES
+from ....robot.file.convention_table import QUANTITIES
+from ..arm.numbers import Evaluation, Floats, size_of
+from ..arm.quantities import symbolic
+from ..arm.table import general_row, row_matrix
+from ..statements.checks import Check, Mask, QuantityCheck
+from ..statements.solutions import SolutionCheck
 from .causes import CAUSES
-from .checks import Check, Mask, QuantityCheck
 from .edits import EDITS, LONGEST_EDITED, SOLUTION_EDITS
-from .numbers import Evaluation, Floats, size_of
-from .quantities import symbolic
-from .solutions import SolutionCheck
-from .table import general_row, row_matrix
 from .variant import BLOCK, COLUMN, ENTRY, ROW, WHOLE, Variant
 
 MOST_ALTERNATIVES = 3

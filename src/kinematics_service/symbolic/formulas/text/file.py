@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from ...errors import FormulaError
+from ....errors import FormulaError
 from .syntax import Node, parse, parse_lines
 from .tokens import FormulaToken, plain_letters, tokens_of
 

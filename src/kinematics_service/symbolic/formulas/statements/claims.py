@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 import sympy as sp  # type: ignore[import-untyped]
 
-from ...kinematics.forward import jacobian
-from ...robot.robot import Robot
+from ....kinematics.forward import jacobian
+from ....robot.robot import Robot
+from ..arm.numbers import Evaluation, Floats
 from .names import FormulaNames
-from .numbers import Evaluation, Floats
 from .poses import SEED, poses_for
 from .statements import Statement
 

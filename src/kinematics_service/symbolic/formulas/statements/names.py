@@ -7,13 +7,13 @@ from typing import Any
 
 import sympy as sp  # type: ignore[import-untyped]
 
-from ...errors import FormulaError
-from ...robot.file.convention_table import QUANTITIES
-from .file import Settings
-from .quantities import Quantity, Reading, quantity_of, symbolic, why_out_of_range
-from .symbols import SymbolicArm
-from .table import Table
-from .tokens import FormulaToken
+from ....errors import FormulaError
+from ....robot.file.convention_table import QUANTITIES
+from ..arm.quantities import Quantity, Reading, quantity_of, symbolic, why_out_of_range
+from ..arm.symbols import SymbolicArm
+from ..arm.table import Table
+from ..text.file import Settings
+from ..text.tokens import FormulaToken
 
 SHORTHAND = re.compile(r'([cCsS])(\d{1,7})')
 ALIAS = re.compile(r'(q|theta|th|t|phi|d)(\d{1,2})')

@@ -9,7 +9,7 @@ inverses and cross products.
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ...errors import FormulaError
+from ....errors import FormulaError
 from .tokens import FormulaToken
 
 FUNCTIONS = {

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 import sympy as sp  # type: ignore[import-untyped]
 
-from ...robot.file.convention_table import CONVENTIONS, MOVING, Convention
-from ...robot.file.description import (
+from ....robot.file.convention_table import CONVENTIONS, MOVING, Convention
+from ....robot.file.description import (
     DhRow,
     ElementaryMotion,
     Link,
@@ -22,9 +22,9 @@ from ...robot.file.description import (
     RobotDescription,
     ShapeRow,
 )
-from ...robot.file.expression_syntax import names_in
-from ...robot.file.expressions import Expression
-from ..algebra.expression import exact
+from ....robot.file.expression_syntax import names_in
+from ....robot.file.expressions import Expression
+from ...algebra.expression import exact
 
 ZERO = sp.Integer(0)
 EYE = sp.ImmutableDenseMatrix(sp.eye(4))
