@@ -5,6 +5,7 @@ Files in `formulas` are the documents' formulas as a person types them; `right_.
 right in them or was put right, the others one erratum each, named as in the checklist (E3.1).
 """
 
+import functools
 import json
 import re
 import subprocess
@@ -104,6 +105,7 @@ ERRATA = [
 ]  # fmt: skip
 
 
+@functools.cache
 def verdicts(robot, text):
     comparison = compare(ks.load_robot(robot), text)
     assert not comparison.faults, [(f.line, f.column, f.message) for f in comparison.faults]
