@@ -13,7 +13,7 @@ import kinematics_service as ks
 from kinematics_service.diagnosis.frame_check import FramesError, diagnose_frames
 from kinematics_service.formats.recordings.pose_format import PoseFormat
 from kinematics_service.formats.recordings.tool_poses import PoseRows
-from kinematics_service.robot.conventions import ROWS_OF
+from kinematics_service.robot.file.convention_table import CONVENTIONS
 from kinematics_service.robot.robot import build_robot
 
 SPATIAL = (
@@ -158,7 +158,7 @@ def shuffled(B):
 def misread(robot):
     """Return the robot of the same table under the other convention."""
     other = {'standard': 'modified', 'modified': 'standard'}[robot.convention]
-    assert other in ROWS_OF
+    assert [one.name for one in CONVENTIONS[robot.convention].others] == [other]
     description = robot.description
     plain = dataclasses.replace(description.singularity, factors=())
     return build_robot(dataclasses.replace(description, convention=other, singularity=plain))
