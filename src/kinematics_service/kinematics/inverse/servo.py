@@ -26,6 +26,11 @@ from ...robot.task import ROW_NAMES, find_task
 from ..forward import Axes
 from ..tool_state import ToolState, evaluate
 
+# Of a twist that is lost less than this share is made.
+HARDLY = 0.05
+# Of a twist that is followed no more than this share is missing.
+ROUND_OFF = 1e-9
+
 
 @dataclass(frozen=True)
 class ServoSettings:
@@ -98,6 +103,9 @@ class ServoStep(FrozenArrays):
         Of the largest damping the share in use: 0 away from singular poses, 1 at one.
     smallest_singular_value
         Of the scaled J_t, as a share of the length.
+    followed
+        The share of the wanted twist, along itself and in the rows of the task, that the arm can
+        make before limits: 1 unless directions are damped, or lost at every pose.
     """
 
     READ_ONLY: ClassVar = ('qdot', 'twist')
@@ -109,6 +117,12 @@ class ServoStep(FrozenArrays):
     held: tuple[str, ...]
     damping: float
     smallest_singular_value: float
+    followed: float
+
+    @property
+    def lost(self) -> bool:
+        """Return whether the twist asks for hardly more than what a singular pose has lost."""
+        return self.damping > 0.0 and self.followed < HARDLY
 
     @property
     def limited_by(self) -> tuple[str, ...]:
@@ -205,6 +219,7 @@ def joint_velocity(
         held=tuple(name for j, name in enumerate(robot.joint_names) if step.is_held(j)),
         damping=step.damping,
         smallest_singular_value=step.least_singular_value,
+        followed=step.followed,
     )
 
 

@@ -9,6 +9,7 @@ from typing import Any
 from ...errors import KinematicsError, SettingsError
 from ...estimation.estimator import EstimatorSettings
 from ...kinematics.inverse.servo import ServoSettings
+from ...kinematics.inverse.target import TOOL_AXES
 from ...robot.measures import Thresholds, thresholds_for
 from ...robot.robot import Robot, with_singularity
 from ...robot.task import ROW_NAMES
@@ -45,8 +46,11 @@ class NodeSettings:
         Whether to publish the tool on /tf.
     publish_robot_description
         Whether to publish a URDF.
-    target_rows
-        The rows of target poses that count.
+    target_rows, target_axis
+        The rows of target poses that count, and the axis of the tool whose direction does, or
+        None.
+    target_tolerance : m, rad
+        How far off a target pose is still reached.
     target_timeout : ns
         Time for which a target twist is in force.
     servo
@@ -65,6 +69,8 @@ class NodeSettings:
     publish_tf: bool
     publish_robot_description: bool
     target_rows: tuple[str, ...]
+    target_axis: str | None
+    target_tolerance: float
     target_timeout: int
     servo: ServoSettings
 
@@ -131,6 +137,7 @@ def settings_from(values: Mapping[str, Any], robot: Robot) -> NodeSettings:
     rate = values['publish_rate']
     judged = _judged(values, robot)
     rows = _rows(values['ik.rows'], judged)
+    axis = _axis(values, rows)
     return NodeSettings(
         robot=judged,
         estimator=EstimatorSettings(
@@ -147,7 +154,9 @@ def settings_from(values: Mapping[str, Any], robot: Robot) -> NodeSettings:
         period=round(1e9 / rate) if rate > 0.0 else 0,
         publish_tf=values['publish_tf'],
         publish_robot_description=values['publish_robot_description'],
-        target_rows=rows,
+        target_rows=_linear(rows) if axis else rows,
+        target_axis=axis,
+        target_tolerance=values['ik.tolerance'],
         target_timeout=round(values['ik.target_timeout'] * 1e9),
         servo=_servo(values, rows, judged),
     )
@@ -158,6 +167,23 @@ def _rows(text: str, robot: Robot) -> tuple[str, ...]:
     if len(set(rows)) != len(rows) or not set(rows) <= set(ROW_NAMES):
         raise _refuse('ik.rows', text, f'some of {" ".join(ROW_NAMES)}, each once')
     return tuple(name for name in ROW_NAMES if name in rows) or robot.task.rows
+
+
+def _linear(rows: tuple[str, ...]) -> tuple[str, ...]:
+    return tuple(name for name in rows if name in ROW_NAMES[:3])
+
+
+def _axis(values: Mapping[str, Any], rows: tuple[str, ...]) -> str | None:
+    axis: str = values['ik.axis']
+    if not axis:
+        return None
+    if axis not in TOOL_AXES:
+        raise _refuse('ik.axis', axis, f'one of {" ".join(TOOL_AXES)}, or empty')
+    if not _linear(rows) or (values['ik.rows'] and rows != _linear(rows)):
+        raise _refuse(
+            'ik.axis', axis, 'only with ik.rows of x y z: it takes the place of rx ry rz'
+        )
+    return axis
 
 
 def _servo(values: Mapping[str, Any], rows: tuple[str, ...], robot: Robot) -> ServoSettings:

@@ -124,6 +124,19 @@ PARAMETERS = (
         "empty: the rows of the arm's task.",
     ),
     Parameter(
+        'ik.axis',
+        '',
+        'The axis of the tool (x, y or z) whose direction counts of a target pose instead of the '
+        'rows rx ry rz, as for arms of five joints; empty: none. Twists are not affected.',
+    ),
+    Parameter(
+        'ik.tolerance',
+        1e-6,
+        'How far off a target pose is still reached, m and rad; the residual is told.',
+        (),
+        (0.0, 1.0),
+    ),
+    Parameter(
         'ik.target_timeout',
         0.2,
         'A twist holds for this many seconds; then the joints are stopped.',
