@@ -78,6 +78,22 @@ links:
     assert factors.distances[0] < ROUND_OFF
 
 
+def test_a_calibrated_twist_is_taken_as_it_is():
+    # Axes 2 and 3 of the nominal table are parallel; here they are 0.1 mrad off.
+    nominal = re.split(
+        r'\n(?:singularity|known_poses):', find_robot_file('anthropomorphic_3r').read_text()
+    )[0]
+    text = nominal.replace('alpha: 0,    a: L2', 'alpha: 0.0001, a: L2') + '\n'
+    assert text != nominal + '\n'
+    d = ks.derive(ks.robot_from_text(text))
+    shoulder, elbow = d.factors.values()
+    (theta3,) = elbow.free_symbols
+    assert elbow == sympy.sin(theta3)
+    assert shoulder.has(sympy.cos(sympy.Rational(1, 10000)))
+    written = with_factors(text, factors_to_write(d))
+    assert disagreement(d, ks.robot_from_text(written)) <= ROUND_OFF
+
+
 @pytest.mark.parametrize('name', ARMS)
 def test_the_jacobian_in_joint_variables_is_the_librarys(name):
     moved = shifted(name)
