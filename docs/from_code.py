@@ -212,6 +212,7 @@ def _value(entry: Any, key: str) -> str:
         entries.Word: 'text',
         entries.Citation: 'text',
         entries.Number: 'number',
+        entries.Whole: 'whole number',
         entries.Truth: '`true` or `false`',
         entries.Numbers: 'list of numbers',
         entries.Pair: 'two numbers',

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from .diagnosis.frame_check.diagnosis import diagnose_frames as diagnose_frames
     from .errors import JointVectorError as JointVectorError
     from .errors import KinematicsError as KinematicsError
+    from .errors import PointError as PointError
     from .errors import RobotFileError as RobotFileError
     from .errors import RobotNotFoundError as RobotNotFoundError
     from .errors import TargetError as TargetError
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
     from .kinematics.forward import jacobian as jacobian
     from .kinematics.forward import link_frames as link_frames
     from .kinematics.forward import twist as twist
+    from .kinematics.forward import twist_at as twist_at
     from .kinematics.inverse.result import IkFamily as IkFamily
     from .kinematics.inverse.result import IkResult as IkResult
     from .kinematics.inverse.result import IkSolution as IkSolution
@@ -47,6 +49,7 @@ if TYPE_CHECKING:
     from .kinematics.tool_state import evaluate as evaluate
     from .robot.bundled import bundled_robots as bundled_robots
     from .robot.measures import Level as Level
+    from .robot.points import Point as Point
     from .robot.robot import Robot as Robot
     from .robot.robot import load_robot as load_robot
     from .robot.robot import robot_from_text as robot_from_text
@@ -58,6 +61,7 @@ _HOME = {
     'bundled_robots': 'robot.bundled',
     'JointVectorError': 'errors',
     'KinematicsError': 'errors',
+    'PointError': 'errors',
     'RobotFileError': 'errors',
     'RobotNotFoundError': 'errors',
     'FrameDiagnosis': 'diagnosis.frame_check.diagnosis',
@@ -75,7 +79,9 @@ _HOME = {
     'jacobian': 'kinematics.forward',
     'link_frames': 'kinematics.forward',
     'twist': 'kinematics.forward',
+    'twist_at': 'kinematics.forward',
     'Level': 'robot.measures',
+    'Point': 'robot.points',
     'Robot': 'robot.robot',
     'load_robot': 'robot.robot',
     'robot_from_text': 'robot.robot',
