@@ -108,6 +108,10 @@ class Robot(FrozenArrays):
     def _found_points(self) -> dict[str, Point]:
         return {}
 
+    @cached_property
+    def _found_ends(self) -> dict[str, 'Robot']:
+        return {}
+
     def point(self, of: str | int) -> Point:
         """
         Return a point by its name, or the frame of a row of the table.
@@ -150,12 +154,17 @@ class Robot(FrozenArrays):
             The arm has no such point or row, or no joint moves it; `at` is not three finite
             numbers.
         """
-        description = ending_at(self.description, of, at)
-        if description is self.description:
-            return self
-        if not self.point(of).chain.entries:
+        point = self.point(of)
+        found = self._found_ends.get(point.name) if at is None else None
+        if found is not None:
+            return found
+        if not point.chain.entries:
             raise PointError(f'no joint moves {of!r} of {self.name}', 'of', self.points, of)
-        return build_robot(description)
+        description = ending_at(self.description, of, at)
+        robot = self if description is self.description else build_robot(description)
+        if at is None:
+            self._found_ends[point.name] = robot
+        return robot
 
     def __repr__(self) -> str:
         return f'Robot({self.name!r}, {self.dof} joints, {self.convention})'
