@@ -30,6 +30,8 @@ every_function = pytest.mark.parametrize('function', FUNCTIONS.values(), ids=FUN
 API = """
     __version__ load_robot robot_from_text bundled_robots Robot Point
     forward_kinematics link_frames jacobian twist twist_at evaluate ToolState
+    acceleration jacobian_rate analytic_jacobian AnalyticJacobian
+    joint_torques wrench_from_torques WrenchEstimate
     singularity Singularity Level
     inverse_kinematics IkResult IkSolution IkFamily
     joint_velocity ServoSettings ServoStep

@@ -31,6 +31,10 @@ if TYPE_CHECKING:
     from .formats.urdf.importer import UrdfImport as UrdfImport
     from .formats.urdf.importer import import_urdf as import_urdf
     from .formats.urdf.writer import urdf_text as urdf_text
+    from .kinematics.acceleration import acceleration as acceleration
+    from .kinematics.acceleration import jacobian_rate as jacobian_rate
+    from .kinematics.analytic import AnalyticJacobian as AnalyticJacobian
+    from .kinematics.analytic import analytic_jacobian as analytic_jacobian
     from .kinematics.forward import forward_kinematics as forward_kinematics
     from .kinematics.forward import jacobian as jacobian
     from .kinematics.forward import link_frames as link_frames
@@ -45,6 +49,9 @@ if TYPE_CHECKING:
     from .kinematics.inverse.solve import inverse_kinematics as inverse_kinematics
     from .kinematics.singularity import Singularity as Singularity
     from .kinematics.singularity import singularity as singularity
+    from .kinematics.statics import WrenchEstimate as WrenchEstimate
+    from .kinematics.statics import joint_torques as joint_torques
+    from .kinematics.statics import wrench_from_torques as wrench_from_torques
     from .kinematics.tool_state import ToolState as ToolState
     from .kinematics.tool_state import evaluate as evaluate
     from .robot.bundled import bundled_robots as bundled_robots
@@ -80,6 +87,13 @@ _HOME = {
     'link_frames': 'kinematics.forward',
     'twist': 'kinematics.forward',
     'twist_at': 'kinematics.forward',
+    'acceleration': 'kinematics.acceleration',
+    'jacobian_rate': 'kinematics.acceleration',
+    'analytic_jacobian': 'kinematics.analytic',
+    'AnalyticJacobian': 'kinematics.analytic',
+    'joint_torques': 'kinematics.statics',
+    'wrench_from_torques': 'kinematics.statics',
+    'WrenchEstimate': 'kinematics.statics',
     'Level': 'robot.measures',
     'Point': 'robot.points',
     'Robot': 'robot.robot',

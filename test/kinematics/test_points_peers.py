@@ -75,10 +75,26 @@ def test_pinocchio_frames_in_its_three_references(name):
             agree(ks.jacobian(robot, q, of=row, at=AT), expected)
 
 
-@pytest.mark.slow
-def test_robotics_toolbox_jacob0_of_a_link_and_with_a_tool():
+@pytest.mark.parametrize('name', UNCOUPLED)
+def test_pinocchio_time_variation_of_the_jacobian(name):
+    robot = robot_of(name)
+    peer = InPinocchio(robot)
+    model, data, pinocchio = peer.model, peer.data, peer.pinocchio
+    frame = model.getFrameId(robot.tool_frame)
+    for q in poses(robot, 3)[:3]:
+        qdot, v = np.random.default_rng(1).uniform(-1, 1, robot.dof), np.zeros(model.nv)
+        v[peer.columns] = qdot
+        pinocchio.computeJointJacobiansTimeVariation(model, data, peer.whole(q), v)
+        pinocchio.updateFramePlacements(model, data)
+        expected = pinocchio.getFrameJacobianTimeVariation(
+            model, data, frame, pinocchio.ReferenceFrame.LOCAL_WORLD_ALIGNED
+        )
+        agree(ks.jacobian_rate(robot, q, qdot), expected[:, peer.columns])
+
+
+def in_the_toolbox():
+    """Return an arm of three joints in the Robotics Toolbox, and the same one here."""
     toolbox = pytest.importorskip('roboticstoolbox')
-    spatialmath = pytest.importorskip('spatialmath')
     E = toolbox.ET
     rows = ((E.tz(0.4), E.Rx(np.pi / 2)), (E.tx(0.3),), (E.tx(0.3),))
     links, parent = [], None
@@ -95,6 +111,13 @@ def test_robotics_toolbox_jacob0_of_a_link_and_with_a_tool():
         + 'links:\n  - {a: 0, alpha: pi/2, d: 0.4, theta: q1}\n'
         + ''.join(f'  - {{a: 0.3, alpha: 0, d: 0, theta: q{i}}}\n' for i in (2, 3))
     )
+    return peer, robot
+
+
+@pytest.mark.slow
+def test_robotics_toolbox_jacob0_of_a_link_and_with_a_tool():
+    spatialmath = pytest.importorskip('spatialmath')
+    peer, robot = in_the_toolbox()
     for q in poses(robot, 5):
         for row in (1, 2, 3):
             end = f'row_{row}'
@@ -105,3 +128,14 @@ def test_robotics_toolbox_jacob0_of_a_link_and_with_a_tool():
                 agree(columns[:, :row], peer.jacob0(q, end=end, tool=tool)[:, :row])
                 columns = ks.jacobian(robot, q, of=row, at=at, axes=row)
                 agree(columns[:, :row], peer.jacobe(q, end=end, tool=tool)[:, :row])
+
+
+@pytest.mark.slow
+def test_robotics_toolbox_jacob0_dot_and_jacob0_analytical():
+    peer, robot = in_the_toolbox()
+    random = np.random.default_rng(0)
+    for q, qdot in random.uniform(-1, 1, (5, 2, 3)):
+        agree(ks.jacobian_rate(robot, q, qdot), peer.jacob0_dot(q, qdot))
+        for here, there in (('rpy', 'rpy/zyx'), ('rotation_vector', 'exp')):
+            expected = peer.jacob0_analytical(q, representation=there)
+            agree(ks.analytic_jacobian(robot, q, here).jacobian, expected)

@@ -52,10 +52,10 @@ def forward_kinematics(
     PointError
         The arm has no such point, row or axes; `at` is not three finite numbers.
     """
-    T = _state_of(robot, of, q, depth=kernel.POSE).pose
+    T = state_of(robot, of, q, depth=kernel.POSE).pose
     if at is not None:
         T = T.copy()
-        T[..., :3, 3] += _offset(T, at)
+        T[..., :3, 3] += offset_of(T, at)
     if axes == BASE:
         return T
     T_base_axes = pose_of_axes(robot, axes, q)
@@ -111,7 +111,7 @@ def pose_of_axes(robot: Robot, axes: str | int, q: npt.ArrayLike) -> Floats:
             known,
             axes,
         ) from None
-    return _state_of(robot, axes, q, depth=kernel.POSE).pose
+    return state_of(robot, axes, q, depth=kernel.POSE).pose
 
 
 def jacobian(
@@ -156,8 +156,8 @@ def jacobian(
     >>> ks.jacobian(robot, [0.0, 0.0], of=1)[1].tolist()
     [1.0, 0.0]
     """
-    state = _state_of(robot, of, q)
-    return _chosen(robot, q, state, state.jacobian, of, at, axes if frame is None else frame)
+    state = state_of(robot, of, q)
+    return chosen(robot, q, state, state.jacobian, of, at, axes if frame is None else frame)
 
 
 def twist(
@@ -180,9 +180,9 @@ def twist(
     qdot : shape (..., n), rad/s or m/s
         Joint velocities.
     """
-    state = _state_of(robot, of, q, qdot)
+    state = state_of(robot, of, q, qdot)
     axes = axes if frame is None else frame
-    return _chosen(robot, q, state, state.twist[..., None], of, at, axes)[..., 0]
+    return chosen(robot, q, state, state.twist[..., None], of, at, axes)[..., 0]
 
 
 def twist_at(twist: npt.ArrayLike, r: npt.ArrayLike) -> Floats:
@@ -237,19 +237,29 @@ def _numbers(given: npt.ArrayLike, name: str, count: int) -> Floats:
     return array
 
 
-def _state_of(
+def state_of(
     robot: Robot,
     of: str | int,
     q: npt.ArrayLike,
     qdot: npt.ArrayLike | None = None,
     depth: int = kernel.JACOBIAN,
 ) -> ToolState:
+    """
+    Return the state of a point: for its pose, Jacobian and twist alone.
+
+    Raises
+    ------
+    JointVectorError
+        The last dimension of `q` or `qdot` is not n, or a number is not finite.
+    PointError
+        The arm has no such point or row.
+    """
     if type(of) is str and of == TOOL:
         return evaluate(robot, q, qdot, depth)
     return evaluate_point(robot, robot.point(of), q, qdot, depth)
 
 
-def _chosen(
+def chosen(
     robot: Robot,
     q: npt.ArrayLike,
     state: ToolState,
@@ -258,20 +268,33 @@ def _chosen(
     at: npt.ArrayLike | None,
     axes: str | int,
 ) -> Floats:
-    # A Jacobian or a twist of the frame `of` at the point and in the axes that are asked for.
+    """
+    Return six rows (..., 6, k) of the frame `of` at the point and in the axes that are asked for.
+
+    Raises
+    ------
+    PointError
+        The arm has no such axes; `at` is not three finite numbers.
+    """
     if at is not None:
-        x, y, z = np.moveaxis(_offset(state.pose, at), -1, 0)
-        w = six_rows[..., 3:, :]
-        wx, wy, wz = w[..., 0, :], w[..., 1, :], w[..., 2, :]
-        x, y, z = x[..., None], y[..., None], z[..., None]
-        v = np.stack([wy * z - wz * y, wz * x - wx * z, wx * y - wy * x], axis=-2)
-        six_rows = np.concatenate([six_rows[..., :3, :] + v, w], axis=-2)
+        six_rows = with_point_at(six_rows, offset_of(state.pose, at))
     if axes == BASE:
         return six_rows
     same = type(axes) is type(of) and axes == of
     return in_axes_of(state.pose if same else pose_of_axes(robot, axes, q), six_rows)
 
 
-def _offset(pose: Floats, at: npt.ArrayLike) -> Floats:
-    # From the origin of a frame to a point fixed to it, in base axes, shape (..., 3).
+def with_point_at(six_rows: Floats, r: Floats) -> Floats:
+    """
+    Return six rows (..., 6, k) with their point moved by r (..., 3), in the same axes: v + w x r.
+    """
+    x, y, z = np.moveaxis(r[..., None], -2, 0)
+    w = six_rows[..., 3:, :]
+    wx, wy, wz = w[..., 0, :], w[..., 1, :], w[..., 2, :]
+    v = np.stack([wy * z - wz * y, wz * x - wx * z, wx * y - wy * x], axis=-2)
+    return np.concatenate([six_rows[..., :3, :] + v, w], axis=-2)
+
+
+def offset_of(pose: Floats, at: npt.ArrayLike) -> Floats:
+    """Return the way from a frame's origin to a point fixed to it, in base axes, (..., 3)."""
     return np.asarray(pose[..., :3, :3] @ place_in_frame(at))
