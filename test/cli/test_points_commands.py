@@ -73,6 +73,34 @@ def test_the_titles_name_point_place_and_axes(file, capsys):
     assert 'Twist of (0,0,0.1) of camera, axes of row 2' in printed
 
 
+def test_audit_judges_a_recording_at_a_point(file, tmp_path, capsys):
+    recording, robot = tmp_path / 'run.csv', ks.load_robot(file)
+    t = np.linspace(0.0, 2.0, 60)
+    q = 0.5 * np.sin(np.outer(t, [1.0, 0.7, 0.9]))
+    names = ','.join(f'position.{name}' for name in robot.joint_names)
+    rows = (','.join(map(repr, map(float, row))) for row in np.column_stack([t, q]))
+    recording.write_text('\n'.join([f'stamp,{names}', *rows]))
+    assert main(['audit', str(recording), '--robot', file, '--of', 'elbow', '--json', '-']) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found['robot'] == 'craig_3r_elbow'
+    s = ks.singularity(robot.ending_at('elbow'), q)
+    told = found['series']['distance']
+    np.testing.assert_allclose(told, s.distance, rtol=0, atol=1e-6)
+
+
+def test_plot_draws_the_arm_to_a_point(file, tmp_path, monkeypatch, capsys):
+    pytest.importorskip('matplotlib')
+    monkeypatch.chdir(tmp_path)
+    assert main(['plot', file, 'arm', '--of', 'camera']) == 0
+    assert capsys.readouterr().out == 'wrote craig_3r_camera_arm.png\n'
+    assert (tmp_path / 'craig_3r_camera_arm.png').stat().st_size > 1000
+
+
+def test_view_of_a_point_needs_its_robot(capsys):
+    assert main(['view', '--of', 'elbow']) == 2
+    assert '--of names a point of a robot: give --robot, too' in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ('arguments', 'sentence'),
     [

@@ -284,13 +284,16 @@ def test_an_arm_that_ends_at_a_point_is_judged_at_it(seen):
         2,
         ('tool', 'camera', 'plate'),
     )
+    assert elbow.name == 'seen_elbow'
     assert [joint.unused for joint in elbow.description.joints] == [False, False, True]
     assert elbow.task.generic_rank == 2
-    # The forearm of 0.3 m stands upright where q2 is 90 degrees: joint 1 no longer moves the elbow
-    # but still turns it.
-    linear = ks.jacobian(elbow, [0.2, np.pi / 2, 0.7])[:3]
-    assert np.linalg.matrix_rank(linear, tol=1e-9) == 1
-    assert ks.singularity(elbow, [0.2, np.pi / 2, 0.7]).rank == 2
+    assert elbow.task.rows == ('x', 'y', 'z')
+    # The upper arm stands upright where q2 is 90 degrees: joint 1 no longer moves the elbow.
+    upright = [0.2, np.pi / 2, 0.7]
+    assert ks.singularity(elbow, upright).rank == 1
+    assert ks.singularity(elbow, upright).level == ks.Level.ERROR
+    assert ks.singularity(elbow, [0.2, 0.3, 0.7]).level == ks.Level.OK
+    assert ks.singularity(seen, upright).level != ks.Level.ERROR
     assert seen.ending_at('tool') is seen
 
 

@@ -133,8 +133,8 @@ def ending_at(
     """
     Return the same arm with a point as its tool, its origin at a place (3,) in its frame (m).
 
-    What the file says of singular poses and known poses is about its own tool, and left out.
-    Joints behind the point move nothing.
+    It is called after both, `puma560_elbow`. What the file says of singular poses and known poses
+    is about its own tool, and left out. Joints behind the point move nothing.
 
     Raises
     ------
@@ -154,16 +154,16 @@ def ending_at(
         for affine in (row.theta, row.d)
         for variable, _ in affine.coefficients
     }
+    of_tool = point.name == TOOL
+    frame = description.tool.frame if of_tool else point.name.replace(' ', '_')
     return replace(
         description,
+        name=description.name if of_tool else f'{description.name}_{frame}',
         joints=tuple(
             replace(joint, unused=joint.variable not in moving) for joint in description.joints
         ),
         links=links,
-        tool=Placement(
-            description.tool.frame if point.name == TOOL else point.name.replace(' ', '_'),
-            point.motion,
-        ),
+        tool=Placement(frame, point.motion),
         points=tuple(
             other
             for other in description.points

@@ -138,8 +138,9 @@ class Robot(FrozenArrays):
         """
         Return the same arm with a point as its tool: for its measures, plots and audits.
 
-        Its task and thresholds are chosen as for a file that says nothing of singular poses.
-        Joints behind the point keep their columns and move nothing.
+        It is called after both, `puma560_elbow`. Its task is that of an arm of the joints that
+        move the point, its thresholds are the defaults. Joints behind the point keep their columns
+        and move nothing.
 
         Parameters
         ----------
@@ -161,7 +162,7 @@ class Robot(FrozenArrays):
         if not point.chain.entries:
             raise PointError(f'no joint moves {of!r} of {self.name}', 'of', self.points, of)
         description = ending_at(self.description, of, at)
-        robot = self if description is self.description else build_robot(description)
+        robot = self if description is self.description else _built_for_its_joints(description)
         if at is None:
             self._found_ends[point.name] = robot
         return robot
@@ -216,6 +217,25 @@ def build_robot(description: RobotDescription) -> Robot:
         factors=factors,
         description=description,
     )
+
+
+def _built_for_its_joints(description: RobotDescription) -> Robot:
+    # The robot whose task is chosen as if there were no joints but those that move something.
+    joints = [joint for joint in description.joints if not joint.unused]
+    chain = fold(
+        table_rows(description),
+        [joint.variable for joint in joints],
+        description.base.motion.matrix,
+        description.tool.motion.matrix,
+    )
+    task = find_task(
+        chain,
+        [joint.name for joint in joints],
+        np.array([[joint.lower, joint.upper] for joint in joints]),
+        [joint.type == 'prismatic' for joint in joints],
+    )
+    judged = replace(description.singularity, task=task.rows)
+    return build_robot(replace(description, singularity=judged))
 
 
 def with_singularity(
