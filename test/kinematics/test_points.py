@@ -303,6 +303,7 @@ def test_an_arm_cannot_end_where_nothing_moves(seen):
             seen.ending_at(of)
 
 
+@pytest.mark.slow
 def test_the_place_of_an_end_is_written_in_the_units_of_the_file():
     text = CAMERA.replace('joints:', 'units: {angle: deg, length: mm}\njoints:', 1)
     robot = ks.robot_from_text(text.replace('pi/2', '90').replace('0.3,', '300,'))
