@@ -104,7 +104,7 @@ ROBOT_FILE = {
         'points',
         'A mapping of names to points. A name may be part of a topic, `~/elbow/pose`; `tool` is '
         'always a point, and stands under its own key. A point that is written to a URDF is a '
-        'link there; `import` reads the chain to its tip, and no points.',
+        'link there, and `import --point` reads it back.',
         {
             'row': 'the frame that the point moves with, counted as `link_frames` does: 0 is the '
             "table's frame 0, i the frame after row i",

@@ -265,7 +265,7 @@ def test_points_are_frozen_and_survive_copies(seen):
         )
 
 
-@some_arms
+@pytest.mark.parametrize('name', BUNDLED)
 def test_an_arm_that_ends_at_a_row_has_the_numbers_of_the_row(name):
     robot = robot_of(name)
     q, row, at = poses(robot, 4), robot.rows, (0.1, 0.2, -0.3)
