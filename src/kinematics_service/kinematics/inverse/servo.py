@@ -12,7 +12,7 @@ others make up for it.
 import functools
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -23,7 +23,6 @@ from ...kernel import Floats
 from ...robot.chain import FrozenArrays
 from ...robot.robot import Robot
 from ...robot.task import ROW_NAMES, find_task
-from ..forward import Axes
 from ..tool_state import ToolState, evaluate
 
 # Of a twist that is lost less than this share is made.
@@ -165,7 +164,7 @@ def joint_velocity(
     state: ToolState | npt.ArrayLike,
     twist: npt.ArrayLike,
     settings: ServoSettings = DEFAULTS,
-    frame: Axes = 'base',
+    frame: Literal['base', 'tool'] = 'base',
 ) -> ServoStep:
     """
     Return the joint velocities for a twist of the tool.

@@ -1,8 +1,8 @@
 """The node's parameters: a table, and the frozen settings that follow from their values."""
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from typing import Any
 
@@ -55,6 +55,8 @@ class NodeSettings:
         Time for which a target twist is in force.
     servo
         How target twists become joint velocities.
+    points
+        For each point with topics of its own the settings whose tool it is.
     """
 
     robot: Robot
@@ -73,6 +75,7 @@ class NodeSettings:
     target_tolerance: float
     target_timeout: int
     servo: ServoSettings
+    points: Mapping[str, 'NodeSettings']
 
     @property
     def joint_names(self) -> tuple[str, ...]:
@@ -97,7 +100,9 @@ def _checked_name(name: str, value: str, what: str) -> str:
     return value
 
 
-def settings_from(values: Mapping[str, Any], robot: Robot) -> NodeSettings:
+def settings_from(
+    values: Mapping[str, Any], robot: Robot, points: Sequence[str] = ()
+) -> NodeSettings:
     """
     Return the settings that follow from parameter values.
 
@@ -107,6 +112,8 @@ def settings_from(values: Mapping[str, Any], robot: Robot) -> NodeSettings:
         A value for each of `PARAMETERS`, of its type.
     robot
         The arm of its file.
+    points
+        Names of the points that have topics of their own.
 
     Raises
     ------
@@ -138,7 +145,7 @@ def settings_from(values: Mapping[str, Any], robot: Robot) -> NodeSettings:
     judged = _judged(values, robot)
     rows = _rows(values['ik.rows'], judged)
     axis = _axis(values, rows)
-    return NodeSettings(
+    settings = NodeSettings(
         robot=judged,
         estimator=EstimatorSettings(
             joint_prefix=_checked_name('joint_prefix', values['joint_prefix'], 'part of a name'),
@@ -159,7 +166,32 @@ def settings_from(values: Mapping[str, Any], robot: Robot) -> NodeSettings:
         target_tolerance=values['ik.tolerance'],
         target_timeout=round(values['ik.target_timeout'] * 1e9),
         servo=_servo(values, rows, judged),
+        points={},
     )
+    return replace(settings, points=_points(points, robot, settings))
+
+
+def _points(names: Any, robot: Robot, settings: NodeSettings) -> dict[str, NodeSettings]:
+    # The robot of the file keeps the arms that end at its points; a changed parameter needs no
+    # new ones.
+    known = robot.points[1:]
+    choices = f'some of {", ".join(known)}' if known else f'none: {robot.name} names no points'
+    listed = isinstance(names, (list, tuple)) and all(isinstance(name, str) for name in names)
+    if not listed:
+        raise _refuse('points', names, f'a list of names, such as [elbow]; {choices}')
+    found: dict[str, NodeSettings] = {}
+    for name in names:
+        if name not in known or name in found:
+            raise _refuse('points', name, f'{choices}{", each once" if known else ""}')
+        try:
+            end = robot.ending_at(name)
+        except KinematicsError as error:
+            raise _refuse('points', name, str(error)) from None
+        frame = settings.frame_prefix + name
+        if frame in (settings.base_frame, settings.tool_frame):
+            raise _refuse('points', name, f'{frame} is the frame of the base or the tool')
+        found[name] = replace(settings, robot=end, tool_frame=frame)
+    return found
 
 
 def _rows(text: str, robot: Robot) -> tuple[str, ...]:
