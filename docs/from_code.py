@@ -64,6 +64,7 @@ def some_node() -> Iterator[Any]:
     """Start a node that has every topic this machine allows."""
     import rclpy
     from rclpy.context import Context
+    from rclpy.logging import LoggingSeverity, set_logger_level
     from rclpy.parameter import Parameter
 
     from kinematics_service.ros.node.node import KinematicsNode
@@ -82,6 +83,8 @@ def some_node() -> Iterator[Any]:
     finally:
         node.destroy_node()
         context.try_shutdown()
+        # The level is the process's, and outlives the context.
+        set_logger_level('', LoggingSeverity.INFO)
 
 
 def _kind(message: type) -> str:
