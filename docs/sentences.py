@@ -18,7 +18,10 @@ TOPICS = {
     '~/singularity/manipulability': 'product of the singular values of J_t',
     '~/singularity/condition_number': 'of J_t, angular rows times the characteristic length',
     '~/singularity/smallest_singular_value': 'likewise',
-    '~/singularity/distance': 'estimated joint motion to the nearest singular pose, rad',
+    '~/singularity/distance': 'joint motion to the nearest singular pose, rad: found where it is '
+    'below 0.2, beyond that estimated',
+    '~/singularity/clearance': 'radius in which no pose is singular, proved, rad; costs nothing '
+    'unheard',
     '~/link_frames': 'every frame of the table in the base frame',
     '~/markers': 'links, joint axes, velocity ellipsoid, twist, lost direction for RViz and '
     'Foxglove; at most thirty a second',
@@ -38,7 +41,7 @@ TOPICS = {
 }
 
 MEASURES = {
-    'distance': 'first-order estimate of the joint motion to the nearest singular pose',
+    'distance': 'joint motion to the nearest singular pose: found nearby, estimated afar',
     'determinant': 'det(J_t), signed; it exists where J_t is square',
     'manipulability': "Yoshikawa's: the product of the singular values of J_t",
     'smallest_singular_value': 'of the scaled J_t: tool speed per joint speed in the worst '

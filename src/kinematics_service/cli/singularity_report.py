@@ -22,7 +22,11 @@ LONG = 1e5
 
 JSON_KEYS = """\
   level, measure, warn, stop     OK, WARN or ERROR by the measure watched
-  distance, determinant, manipulability, condition_number,
+  distance, nearest_singular     to the singular pose found, and its n joint
+                                 positions; null where none was found
+  decided                        false: one may be near, none was found
+  clearance                      radius without a singular pose, proved, rad
+  determinant, manipulability, condition_number,
   smallest_singular_value, singular_values, rank, generic_rank
   task, length                   rows of J judged, characteristic length
   lost_direction                 6 numbers, base axes; angular ones * length
@@ -63,6 +67,9 @@ def singularity_json(robot: Robot, singularity: Singularity) -> dict[str, Any]:
         'warn': robot.thresholds.warn,
         'stop': robot.thresholds.stop,
         'distance': singularity.distance,
+        'nearest_singular': singularity.nearest_singular,
+        'decided': singularity.decided,
+        'clearance': singularity.clearance,
         'determinant': singularity.determinant,
         'manipulability': singularity.manipulability,
         'condition_number': singularity.condition_number,
@@ -99,8 +106,9 @@ def _print_joints(out: Output, state: ToolState, singularity: Singularity) -> No
     # A line a joint: where it is, and its part in the singularity.
     robot = state.robot
     outside = beyond_limits(robot, state.q)
-    joints = table('  joint', 'position', '', 'way out', 'weakest motion', '')
-    for column in joints.columns[1:5]:
+    nearest = singularity.nearest_singular
+    joints = table('  joint', 'position', '', 'singular', 'way out', 'weakest motion', '')
+    for column in joints.columns[1:6]:
         column.justify = 'right'
         column.no_wrap = True
     for j, name in enumerate(robot.joint_names):
@@ -109,6 +117,7 @@ def _print_joints(out: Output, state: ToolState, singularity: Singularity) -> No
             f'  {plain(name)}',
             f'{number(state.q[j], 4)} {"m  " if slides else "rad"}',
             '' if slides else f'{number(state.q[j] * DEGREES, 2)} deg',
+            '' if nearest is None else number(nearest[j], 4),
             number(singularity.way_out[j], 3),
             number(singularity.joint_motion[j], 3),
             'beyond its limit' if name in outside else '',
@@ -117,6 +126,11 @@ def _print_joints(out: Output, state: ToolState, singularity: Singularity) -> No
     out.print(
         joints,
         '',
+        *(
+            ['  singular: where the nearest singular pose was found']
+            if nearest is not None
+            else []
+        ),
         f'  way out: the joint motion that leads away fastest{either}',
         '  weakest motion: the joint motion that moves the tool least',
     )
@@ -128,11 +142,21 @@ def _measure_words(robot: Robot, singularity: Singularity) -> Iterator[tuple[str
     at_pose = singularity.rank < singularity.generic_rank
     if at_pose:
         meaning = 'this pose is singular'
+    elif singularity.nearest_singular is not None:
+        meaning = f'{in_degrees(distance)} of joint motion to a singular pose, see below'
+    elif not singularity.decided:
+        meaning = 'not decided: no singular pose was found, none is excluded'
     elif distance >= math.pi:
         meaning = 'far from singular poses: the first-order estimate ends at pi'
     else:
         meaning = f'about {in_degrees(distance)} of joint motion to a singular pose'
     yield 'distance', f'{distance:.4g} rad: {meaning}'
+    clearance = singularity.clearance
+    if clearance > 0.0:
+        yield (
+            'clearance',
+            f'{clearance:.4g} rad: no pose within {in_degrees(clearance)} is singular, proved',
+        )
     if singularity.determinant is None:
         yield 'determinant', f'none, J has {len(task.rows)} rows and {robot.dof} columns'
     else:

@@ -111,6 +111,8 @@ def singularity_status(
         sentence = f'not near a singularity: {shown}'
     else:
         head = 'at a singularity' if level == Level.ERROR else 'near a singularity'
+        if not singularity.decided:
+            head = 'not decided whether near a singularity, none was found and none is excluded'
         named = _nearest_factor(robot, singularity)
         sentence = f'{head}: {named}{shown}; losing {lost} in {base_frame}'
         if tendency in ('towards', 'away'):
@@ -124,6 +126,8 @@ def singularity_status(
         ('stop', f'{robot.thresholds.stop:g}'),
         ('determinant', 'none' if determinant is None else f'{determinant:.9g}'),
         ('distance', f'{singularity.distance:.9g}'),
+        ('decided', 'yes' if singularity.decided else 'no'),
+        ('nearest_singular', _pose_in_words(names, singularity.nearest_singular)),
         ('manipulability', f'{singularity.manipulability:.9g}'),
         ('condition_number', f'{singularity.condition_number:.9g}'),
         ('smallest_singular_value', f'{singularity.smallest_singular_value:.9g}'),
@@ -140,6 +144,12 @@ def singularity_status(
     if robot.task.structurally_deficient:
         values.append(('structural', structure_in_words(robot)))
     return StatusText(level, sentence, tuple(values))
+
+
+def _pose_in_words(names: Sequence[str], pose: Floats | None) -> str:
+    if pose is None:
+        return 'none found'
+    return ' '.join(f'{name}={position:.4f}' for name, position in zip(names, pose))
 
 
 def _nearest_factor(robot: Robot, singularity: Singularity) -> str:

@@ -1,5 +1,6 @@
 """How near a pose is to a singular one, which motion is lost there, and which way leads out."""
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -12,6 +13,7 @@ from ..kernel import Floats
 from ..robot.measures import Level
 from ..robot.robot import Robot
 from . import singularity_rates as measure_rates
+from .clearance import clearances
 from .factor_distances import FactorMeasures
 from .tool_state import ToolState, evaluate
 
@@ -37,8 +39,18 @@ class Singularity:
     rank, generic_rank
         Rank here, and at random poses.
     distance
-        First-order estimate of the joint motion to the nearest singular pose, rad, 0 to pi; of the
-        named factors where the robot file lists them.
+        Joint motion to the nearest singular pose, rad, 0 to pi (prismatic joints divided by the
+        length): to `nearest_singular` where one was found, otherwise a first-order estimate, of
+        the named factors where the robot file lists them.
+    nearest_singular : shape (..., n), rad or m
+        The singular pose nearest to this one, found by Newton's method and evaluated: None where
+        none was found or looked for; in a batch, NaN. Limits of joints do not count.
+    decided
+        False where first or second order say that a singular pose may be near, and none was found.
+        It is no proof that there is none.
+    clearance
+        Radius around this pose in which no pose is singular, rad, at most 1: proved by bounds of
+        the Jacobian's change. Computed when it is first asked for.
     lost_direction : shape (..., 6)
         Unit vector of the tool motion that takes most joint motion, in base axes: linear, then
         angular times the length.
@@ -66,6 +78,9 @@ class Singularity:
     rank: Any
     generic_rank: int
     distance: Any
+    nearest_singular: Any
+    decided: Any
+    clearance: Any
     lost_direction: Floats
     joint_motion: Floats
     way_out: Floats
@@ -82,13 +97,20 @@ class _OnePose(Singularity):
     _row: Floats
 
 
+class _ManyPoses(Singularity):
+    """The measures of a batch; what takes long is computed when it is first asked for."""
+
+    _state: ToolState
+    _row: Floats
+
+
 class _Field:
-    """A field of _OnePose: taken once, and then kept in its place."""
+    """A field of one pose, or of many: taken once, and then kept in its place."""
 
     def __init__(self, name: str, take: Callable[[ToolState, Floats], Any]) -> None:
         self.name, self.take = name, take
 
-    def __get__(self, found: _OnePose, owner: type[_OnePose]) -> Any:
+    def __get__(self, found: _OnePose | _ManyPoses, owner: type[Singularity]) -> Any:
         value = found.__dict__[self.name] = self.take(found._state, found._row)
         return value
 
@@ -141,6 +163,25 @@ def _time_to_warning(state: ToolState, row: Floats) -> float | None:
     )
 
 
+def _nearest_singular(state: ToolState, row: Floats) -> Floats | None:
+    pose = row[state.robot.measure_places.pose :]
+    return None if math.isnan(pose[0]) else _read_only(pose)
+
+
+def _decided(state: ToolState, row: Floats) -> bool:
+    return row.item(state.robot.measure_places.judged + kernel.DECIDED) != 0.0
+
+
+def _clearance(state: ToolState, row: Floats) -> float:
+    return clearances(state.robot, np.array(state.q[None])).item(0)
+
+
+def _clearances(state: ToolState, row: Floats) -> Floats:
+    q = np.ascontiguousarray(state.q)
+    radii = clearances(state.robot, q.reshape(-1, state.robot.dof))
+    return _read_only(radii.reshape(q.shape[:-1]))
+
+
 def _factors(state: ToolState, row: Floats) -> FactorMeasures | None:
     robot = state.robot
     names = robot.factors.names
@@ -150,7 +191,7 @@ def _factors(state: ToolState, row: Floats) -> FactorMeasures | None:
     return FactorMeasures(
         names=names,
         distances=_read_only(row[places.distances : places.results]),
-        results=_read_only(row[places.results :].reshape(len(names), 1 + robot.dof)),
+        results=_read_only(row[places.results : places.pose].reshape(len(names), 1 + robot.dof)),
         column_scales=robot.task.column_scales,
     )
 
@@ -165,6 +206,9 @@ _FIELDS: Mapping[str, Callable[[ToolState, Floats], Any]] = {
     'rank': lambda state, row: int(row.item(kernel.RANK)),
     'generic_rank': lambda state, row: state.robot.task.generic_rank,
     'distance': _scalar(kernel.DISTANCE),
+    'nearest_singular': _nearest_singular,
+    'decided': _decided,
+    'clearance': _clearance,
     'lost_direction': _vector('lost', 'motion'),
     'joint_motion': _vector('motion', 'way'),
     'way_out': _vector('way', 'sigma'),
@@ -175,8 +219,13 @@ _FIELDS: Mapping[str, Callable[[ToolState, Floats], Any]] = {
 }
 
 
-for _name, _take in _FIELDS.items():
-    setattr(_OnePose, _name, _Field(_name, _take))
+# What of a batch is computed only when it is asked for.
+_LATER: Mapping[str, Callable[[ToolState, Floats], Any]] = {'clearance': _clearances}
+
+
+for _kind, _fields in ((_OnePose, _FIELDS), (_ManyPoses, _LATER)):
+    for _name, _take in _fields.items():
+        setattr(_kind, _name, _Field(_name, _take))
 
 
 def measured(state: ToolState) -> ToolState:
@@ -219,10 +268,13 @@ def _of_batch(state: ToolState) -> Singularity:
         factors = FactorMeasures(
             names=names,
             distances=table[..., places.distances : places.results],
-            results=table[..., places.results :].reshape(*leading, len(names), 1 + n),
+            results=table[..., places.results : places.pose].reshape(*leading, len(names), 1 + n),
             column_scales=np.broadcast_to(robot.task.column_scales, (*leading, n)),
         )
-    return Singularity(
+    found = _ManyPoses.__new__(_ManyPoses)
+    found.__dict__.update(
+        _state=state,
+        _row=measures,
         determinant=table[..., kernel.DETERMINANT] if robot.task.square else None,
         manipulability=table[..., kernel.MANIPULABILITY],
         condition_number=table[..., kernel.CONDITION_NUMBER],
@@ -231,6 +283,8 @@ def _of_batch(state: ToolState) -> Singularity:
         rank=table[..., kernel.RANK].astype(int),
         generic_rank=robot.task.generic_rank,
         distance=table[..., kernel.DISTANCE],
+        nearest_singular=table[..., places.pose :],
+        decided=table[..., places.judged + kernel.DECIDED] != 0.0,
         lost_direction=table[..., places.lost : places.motion],
         joint_motion=table[..., places.motion : places.way],
         way_out=table[..., places.way : places.sigma],
@@ -239,6 +293,7 @@ def _of_batch(state: ToolState) -> Singularity:
         level=table[..., places.judged + kernel.LEVEL].astype(np.int64),
         factors=factors,
     )
+    return found
 
 
 def singularity(robot: Robot, q: npt.ArrayLike, qdot: npt.ArrayLike | None = None) -> Singularity:
