@@ -15,6 +15,8 @@ from .arrays import Floats as Floats
 from .arrays import Integers as Integers
 from .chain import Chain as Chain
 from .chain import ChainTable as ChainTable
+from .clearance import Clearance as Clearance
+from .clearance import clearances as clearances
 from .closed_forms import ClosedForm as ClosedForm
 from .closed_forms import inverse_candidates as inverse_candidates
 from .dependence import free_motions as free_motions
@@ -35,6 +37,7 @@ from .judging import measure_one as measure_one
 from .messages import FormTable as FormTable
 from .messages import IncomingForm as IncomingForm
 from .messages import observe_bytes as observe_bytes
+from .nearest_singular import NearestSearch as NearestSearch
 from .observing import observe as observe
 from .outgoing import OutgoingMessages as OutgoingMessages
 from .outgoing import OutgoingTable as OutgoingTable
@@ -58,6 +61,7 @@ from .solutions import Solutions as Solutions
 from .solutions import distinct as distinct
 from .solving import closed_solutions as closed_solutions
 from .solving import eliminated_solutions as eliminated_solutions
+from .symmetric import eigenvectors as eigenvectors
 from .targets import off_rotation as off_rotation
 from .targets import take_target as take_target
 from .task_rows import TaskRows as TaskRows

@@ -9,4 +9,4 @@ cdef class Arm:
     cdef readonly Tape tape
     cdef readonly bint factors_complete
     cdef readonly int watched
-    cdef readonly double warn, stop
+    cdef readonly double warn, stop, reach

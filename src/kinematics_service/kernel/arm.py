@@ -20,6 +20,10 @@ class Arm:
         Column of the measure that the thresholds are about.
     warn, stop
         The thresholds.
+    reach
+        How far the tool comes from frame 0, or the characteristic length where that is more, m: by
+        how much J_t bends. 0 where no singular poses are looked for: the distance is of first
+        order then.
     """
 
     def __init__(
@@ -31,6 +35,7 @@ class Arm:
         watched: int,
         warn: float,
         stop: float,
+        reach: float = 0.0,
     ) -> None:
         if task.joints != chain.dof or tape.joints > chain.dof:
             raise TypeError('the parts of an arm do not go together')
@@ -43,3 +48,4 @@ class Arm:
         self.watched = watched
         self.warn = warn
         self.stop = stop
+        self.reach = reach

@@ -2,24 +2,35 @@ cimport cython
 cimport numpy as cnp
 from libc cimport math
 
-from . cimport arrays, evaluation, factor_lanes, factors, lanes, measure_lanes, places, singularity
+from . cimport arrays, evaluation, factor_lanes, factors, lanes, measure_lanes
+from . cimport nearest_singular, places, singularity
 from .arm cimport Arm
+from .nearest_singular cimport NearestSearch
 
 @cython.locals(n=int, count=int, f=int, j=int, squares=double, slope=double)
 cdef void _judge_factors(Arm arm, double* q, double* judged, double* steps) noexcept nogil
 @cython.locals(
-    nearest=int, f=int, estimate=double, watched=double, sign=double, level=double
+    nearest=int, f=int, judged='double*', distances='double*', watched=double, sign=double,
+    level=double,
 )
 cdef void _judge(Arm arm, double* measures) noexcept nogil
+@cython.locals(estimate=double, nearest=double, distances='double*', f=int)
+cdef double _first_order(Arm arm, double* measures) noexcept nogil
+@cython.locals(judged='double*', pose='double*', estimate=double, j=int)
+cdef void _find_nearest(
+    Arm arm, double* row, double* q, double* measures, double* W, NearestSearch search
+) noexcept nogil
 cdef void judge_row(
-    Arm arm, double* row, double* q, double* measures, double* work
+    Arm arm, double* row, double* q, double* measures, double* work, NearestSearch search
 ) noexcept nogil
 @cython.locals(
     n=Py_ssize_t, columns=Py_ssize_t, length=Py_ssize_t, measured='double*', evaluated='double*',
     free='double*', positions='double*', judged='double*', left=int, lane=Py_ssize_t,
+    one='double*', row='double*', sigma='double*',
 )
 cdef int _judge_rows(
-    Arm arm, double* rows, Py_ssize_t row_width, double* q, double* measures, double* work
+    Arm arm, double* rows, Py_ssize_t row_width, double* q, double* measures, double* work,
+    NearestSearch search,
 ) noexcept nogil
 @cython.locals(
     n=Py_ssize_t, columns=Py_ssize_t, regular=cython.bint, k=Py_ssize_t, together=Py_ssize_t,
@@ -27,16 +38,19 @@ cdef int _judge_rows(
 )
 cdef void _judge_all(
     Arm arm, Py_ssize_t count, double* rows, Py_ssize_t row_width, double* q, double* measures,
-    double* work,
+    double* work, NearestSearch search,
 ) noexcept nogil
 cdef Py_ssize_t _judged_at(Arm arm) noexcept nogil
 @cython.locals(n=Py_ssize_t, m=Py_ssize_t)
+cdef Py_ssize_t _directions(Arm arm) noexcept nogil
+@cython.locals(n=Py_ssize_t)
 cdef Py_ssize_t room(Arm arm) noexcept nogil
 cdef Py_ssize_t width(Arm arm) noexcept nogil
 @cython.locals(n=Py_ssize_t, m=Py_ssize_t, free=Py_ssize_t)
 cdef Py_ssize_t _room_side_by_side(Arm arm) noexcept nogil
 @cython.locals(
     count=Py_ssize_t, row_width=Py_ssize_t, n=Py_ssize_t, columns=Py_ssize_t,
+    search=NearestSearch,
 )
 cpdef measure(Arm arm, cnp.ndarray rows, cnp.ndarray q, cnp.ndarray measures)
 @cython.locals(tail=Py_ssize_t)

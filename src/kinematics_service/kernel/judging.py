@@ -9,11 +9,13 @@ from . import (
     factors,
     lanes,
     measure_lanes,
+    nearest_singular,
     places,
     singularity,
 )
 from .arm import Arm
 from .arrays import Floats
+from .nearest_singular import NearestSearch
 
 
 def _judge_factors(arm: Arm, q: Floats, judged: Floats, steps: Floats) -> None:
@@ -34,20 +36,13 @@ def _judge_factors(arm: Arm, q: Floats, judged: Floats, steps: Floats) -> None:
 
 
 def _judge(arm: Arm, measures: Floats) -> None:
-    # Distance, nearest factor and level, of all that has been measured.
+    # Nearest factor and level, of all that has been measured and found.
     judged = arrays.after(measures, _judged_at(arm))
     distances = arrays.after(judged, places.JUDGED)
     nearest = 0
     for f in range(arm.tape.factors):
         if distances[f] < distances[nearest]:
             nearest = f
-    if arm.tape.factors > 0:
-        # Factors do not suffer between two singular sets; where their product is the determinant
-        # nothing else is needed.
-        estimate = measures[places.DISTANCE]
-        if estimate != 0.0 and (arm.factors_complete or not estimate < distances[nearest]):
-            measures[places.DISTANCE] = distances[nearest]
-
     watched = abs(measures[arm.watched])
     sign = 1.0 if arm.stop < arm.warn else -1.0
     level = 0.0
@@ -60,7 +55,43 @@ def _judge(arm: Arm, measures: Floats) -> None:
     judged[places.NEAREST] = nearest
 
 
-def judge_row(arm: Arm, row: Floats, q: Floats, measures: Floats, work: Floats) -> None:
+def _first_order(arm: Arm, measures: Floats) -> float:
+    # Factors do not suffer between two singular sets; where their product is the determinant
+    # nothing else is needed.
+    estimate = measures[places.DISTANCE]
+    distances = arrays.after(measures, _judged_at(arm) + places.JUDGED)
+    nearest = places.PI
+    for f in range(arm.tape.factors):
+        nearest = min(nearest, distances[f])
+    if arm.tape.factors == 0 or estimate == 0.0:
+        return estimate
+    return nearest if arm.factors_complete else min(estimate, nearest)
+
+
+def _find_nearest(
+    arm: Arm, row: Floats, q: Floats, measures: Floats, W: Floats, search: NearestSearch
+) -> None:
+    # The distance, by first order or to the singular pose that is found.
+    judged = arrays.after(measures, _judged_at(arm))
+    pose = arrays.after(measures, width(arm) - arm.chain.dof)
+    estimate = _first_order(arm, measures)
+    judged[places.FIRST_ORDER], judged[places.DECIDED] = estimate, 1.0
+    for j in range(arm.chain.dof):
+        pose[j] = places.NAN
+    if arm.reach > 0.0:
+        search.look(q, row, W, measures, estimate, arrays.after(judged, places.JUDGED))
+        judged[places.DECIDED] = 1.0 if search.is_decided() else 0.0
+        if search.found():
+            search.write_pose(pose)
+            estimate = min(search.distance, places.PI)
+        elif search.ran:
+            estimate = search.estimate
+    measures[places.DISTANCE] = estimate
+
+
+def judge_row(
+    arm: Arm, row: Floats, q: Floats, measures: Floats, work: Floats, search: NearestSearch
+) -> None:
     """
     Fill the measures of a row, the factors there, and the level without hysteresis.
 
@@ -68,12 +99,21 @@ def judge_row(arm: Arm, row: Floats, q: Floats, measures: Floats, work: Floats) 
     """
     singularity.measure_row(arm.chain, arm.task, row, measures, work)
     if arm.tape.factors > 0:
-        _judge_factors(arm, q, arrays.after(measures, _judged_at(arm)), work)
+        # The directions in `work` are still needed.
+        steps = arrays.after(work, _directions(arm))
+        _judge_factors(arm, q, arrays.after(measures, _judged_at(arm)), steps)
+    _find_nearest(arm, row, q, measures, work, search)
     _judge(arm, measures)
 
 
 def _judge_rows(
-    arm: Arm, rows: Floats, row_width: int, q: Floats, measures: Floats, work: Floats
+    arm: Arm,
+    rows: Floats,
+    row_width: int,
+    q: Floats,
+    measures: Floats,
+    work: Floats,
+    search: NearestSearch,
 ) -> int:
     # As `judge_row` fills each of LANES rows; returns a bit for each that is left to it.
     n, columns, length = arm.chain.dof, width(arm), arm.chain.frames_at
@@ -90,12 +130,26 @@ def _judge_rows(
             return measure_lanes.ALL_LANES
     lanes.put_one_by_one(measured, columns, measures, columns)
     for lane in range(places.LANES):
-        _judge(arm, arrays.after(measures, lane * columns))
+        if (left >> lane) & 1:
+            continue
+        one, row = arrays.after(measures, lane * columns), arrays.after(rows, lane * row_width)
+        if arm.reach > 0.0:
+            sigma = arrays.after(one, _judged_at(arm) - min(n, arm.task.count))
+            singularity.write_directions(n, arm.task, row, work, sigma)
+        _find_nearest(arm, row, arrays.after(q, lane * n), one, work, search)
+        _judge(arm, one)
     return left
 
 
 def _judge_all(
-    arm: Arm, count: int, rows: Floats, row_width: int, q: Floats, measures: Floats, work: Floats
+    arm: Arm,
+    count: int,
+    rows: Floats,
+    row_width: int,
+    q: Floats,
+    measures: Floats,
+    work: Floats,
+    search: NearestSearch,
 ) -> None:
     n, columns = arm.chain.dof, width(arm)
     regular = arm.task.generic_rank == min(n, arm.task.count)
@@ -111,6 +165,7 @@ def _judge_all(
                 arrays.after(q, k * n),
                 arrays.after(measures, k * columns),
                 work,
+                search,
             )
         for one in range(k, k + together):
             if left & 1:
@@ -120,6 +175,7 @@ def _judge_all(
                     arrays.after(q, one * n),
                     arrays.after(measures, one * columns),
                     work,
+                    search,
                 )
             left >>= 1
         k += together
@@ -129,15 +185,22 @@ def _judged_at(arm: Arm) -> int:
     return places.LOST_AT + 6 + 2 * arm.chain.dof + min(arm.chain.dof, arm.task.count)
 
 
+def _directions(arm: Arm) -> int:
+    # How many numbers the directions that `measure_row` leaves take.
+    n, m = arm.chain.dof, arm.task.count
+    return min(m, n) * (m + n)
+
+
 def room(arm: Arm) -> int:
     """Return how many numbers `judge_row` needs room for."""
-    n, m = arm.chain.dof, arm.task.count
-    return max(min(m, n) * (m + n) + 6 * n + n * n, arm.tape.steps * (n + 1))
+    n = arm.chain.dof
+    return _directions(arm) + max(6 * n + n * n, arm.tape.steps * (n + 1))
 
 
 def width(arm: Arm) -> int:
     """Return the length of a row of measures."""
-    return _judged_at(arm) + places.JUDGED + arm.tape.factors * (2 + arm.chain.dof)
+    n = arm.chain.dof
+    return _judged_at(arm) + places.JUDGED + arm.tape.factors * (2 + n) + n
 
 
 def _room_side_by_side(arm: Arm) -> int:
@@ -157,11 +220,12 @@ def measure(arm: Arm, rows: Floats, q: Floats, measures: Floats) -> None:
     rows : shape (N, width)
         As `evaluate` filled them.
     q : shape (N, n), rad or m
-        Where the rows were evaluated; read only where the arm has factors.
-    measures : shape (N, 6 + 6 + 2 n + min(m, n) + 3 + F (2 + n))
+        Where the rows were evaluated.
+    measures : shape (N, 6 + 6 + 2 n + min(m, n) + 5 + F (2 + n) + n)
         Scalars DETERMINANT (NaN where J_t is not square) to RANK, the lost direction (6,) in base
         axes, the joint motion (n,) and the way out (n,) in rad or m, the singular values; WATCHED
-        to NEAREST, the distances to the zeros of the F factors, value and gradient of each.
+        to DECIDED, the distances to the zeros of the F factors, value and gradient of each; the
+        singular pose that was found nearest (n,).
     """
     arrays.given(arm)
     count, row_width = arrays.extent(rows, 0), arrays.extent(rows, 1)
@@ -171,8 +235,9 @@ def measure(arm: Arm, rows: Floats, q: Floats, measures: Floats) -> None:
     table, positions = arrays.numbers(rows, 0), arrays.numbers(q, count * n)
     results = arrays.results(measures, count * columns)
     work = arrays.scratch(_room_side_by_side(arm))
+    search = NearestSearch(arm, nearest_singular.ENOUGH)
     lock = arrays.let_go()
-    _judge_all(arm, count, table, row_width, positions, results, work)
+    _judge_all(arm, count, table, row_width, positions, results, work, search)
     arrays.take_back(lock)
     arrays.give_back(work)
 
@@ -185,7 +250,7 @@ def measure_one(arm: Arm, row: Floats, measures: Floats) -> None:
     results = arrays.results(measures, width(arm))
     q = arrays.after(evaluated, arrays.size(row) - tail)
     work = arrays.scratch(room(arm))
-    judge_row(arm, evaluated, q, results, work)
+    judge_row(arm, evaluated, q, results, work, NearestSearch(arm, nearest_singular.ENOUGH))
     arrays.give_back(work)
 
 

@@ -1,9 +1,10 @@
 cimport cython
 cimport numpy as cnp
 
-from . cimport arrays, judging, observing, outgoing, places
+from . cimport arrays, judging, nearest_singular, observing, outgoing, places
 from .arm cimport Arm
 from .joint_memory cimport JointMemory, OurJoints
+from .nearest_singular cimport NearestSearch
 from .outgoing cimport OutgoingMessages
 
 cdef class IncomingForm:
@@ -23,6 +24,7 @@ cdef void _copy_numbers(
 @cython.locals(
     octets='unsigned char*', at=Py_ssize_t, stamp='long long', n=Py_ssize_t, width=Py_ssize_t, count=Py_ssize_t,
     evaluated='double*', measured='double*', work='double*', velocities='double*', said=int,
+    search=NearestSearch,
 )
 cpdef int observe_bytes(
     Arm arm, JointMemory memory, IncomingForm form, bytes data, long long arrival,

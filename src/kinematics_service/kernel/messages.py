@@ -2,10 +2,11 @@
 
 from typing import NamedTuple
 
-from . import arrays, judging, observing, outgoing, places
+from . import arrays, judging, nearest_singular, observing, outgoing, places
 from .arm import Arm
 from .arrays import Bytes, Floats
 from .joint_memory import JointMemory, OurJoints
+from .nearest_singular import NearestSearch
 from .outgoing import OutgoingMessages
 
 
@@ -152,7 +153,8 @@ def observe_bytes(
         width,
     )
     if said % places.STARTED_ANEW <= places.SAID_WITH_DIFFERENCES:
-        judging.judge_row(arm, evaluated, arrays.after(evaluated, width), measured, work)
+        search = NearestSearch(arm, nearest_singular.ENOUGH)
+        judging.judge_row(arm, evaluated, arrays.after(evaluated, width), measured, work, search)
         if answers is not None:
             outgoing.fill(answers, stamp, evaluated, arrays.size(row), measured)
     arrays.give_back(work)

@@ -9,7 +9,7 @@ cdef double ROUND_OFF, SLOW, STIFFEST, LEAST_LENGTH
 cdef int PATIENCE
 
 @cython.locals(value=double, i=int, j=int, k=int)
-cdef bint _damped_step(
+cdef bint damped_step(
     int n, double* A, double* g, double damping, double* L, double* step
 ) noexcept nogil
 

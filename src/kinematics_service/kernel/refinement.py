@@ -15,8 +15,8 @@ STIFFEST = 1e8
 LEAST_LENGTH = 1e-3
 
 
-def _damped_step(n: int, A: Floats, g: Floats, damping: float, L: Floats, step: Floats) -> bool:
-    # Solves (A + damping) step = g by Cholesky; False where round-off makes that impossible.
+def damped_step(n: int, A: Floats, g: Floats, damping: float, L: Floats, step: Floats) -> bool:
+    """Solve (A + damping) step = g by Cholesky; False where round-off makes that impossible."""
     for i in range(n):
         for j in range(i + 1):
             value = A[i * n + j]
@@ -103,7 +103,7 @@ class Refinement:
                 fresh = False
             if size == 0.0:
                 break
-            if not _damped_step(
+            if not damped_step(
                 self.residual.n, self.A, self.g, damping * size + 1e-18 * size, self.L, self.step
             ):
                 damping = max(10.0 * damping, 1e-15)

@@ -1,5 +1,6 @@
 """How near a pose is to a singular one, which motion is lost there, and which way leads out."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 from typing import Any, Generic, TypeVar
@@ -13,6 +14,7 @@ from ..robot.measure_places import MeasurePlaces
 from ..robot.measures import MEASURES, Level
 from ..robot.robot import Robot
 from . import singularity_rates as measure_rates
+from .clearance import clearances
 from .factor_distances import FactorMeasures, same_values
 from .tool_state import ToolState, evaluate
 
@@ -38,8 +40,18 @@ class Singularity:
     rank, generic_rank
         Rank here, and at random poses.
     distance
-        First-order estimate of the joint motion to the nearest singular pose, rad, 0 to pi; of the
-        named factors where the robot file lists them.
+        Joint motion to the nearest singular pose, rad, 0 to pi (prismatic joints divided by the
+        length): to `nearest_singular` where one was found, otherwise a first-order estimate, of
+        the named factors where the robot file lists them.
+    nearest_singular : shape (..., n), rad or m
+        The singular pose nearest to this one, found by Newton's method and evaluated: None where
+        none was found or looked for; in a batch, NaN. Limits of joints do not count.
+    decided
+        False where first or second order say that a singular pose may be near, and none was found.
+        It is no proof that there is none.
+    clearance
+        Radius around this pose in which no pose is singular, rad, at most 1: proved by bounds of
+        the Jacobian's change. Computed when it is first asked for.
     lost_direction : shape (..., 6)
         Unit vector of the tool motion that takes most joint motion, in base axes: linear, then
         angular times the length.
@@ -67,6 +79,9 @@ class Singularity:
     rank: Any
     generic_rank: int
     distance: Any
+    nearest_singular: Any
+    decided: Any
+    clearance: Any
     lost_direction: Floats
     joint_motion: Floats
     way_out: Floats
@@ -78,6 +93,10 @@ class Singularity:
     def __eq__(self, other: object) -> bool:
         """Compare every value exactly; what is no number equals itself."""
         return same_values(self, other) if isinstance(other, Singularity) else NotImplemented
+
+    def __reduce__(self) -> tuple[type['Singularity'], tuple[Any, ...]]:
+        """Copy and pickle the values alone, and not the arm they are of."""
+        return Singularity, tuple(getattr(self, field.name) for field in fields(self))
 
 
 T = TypeVar('T')
@@ -115,10 +134,6 @@ class _OnePose(Singularity):
         else:
             kept = self.__dict__
             kept['_state'], kept['_row'] = state, row
-
-    def __reduce__(self) -> tuple[type[Singularity], tuple[Any, ...]]:
-        """Copy and pickle the values alone, and not the arm they are of."""
-        return Singularity, tuple(getattr(self, field.name) for field in fields(self))
 
     def _vector(self, begin: int, end: int) -> Floats:
         return _read_only(self._row[begin:end])
@@ -160,6 +175,20 @@ class _OnePose(Singularity):
         return self._row.item(kernel.DISTANCE)
 
     @_cached
+    def nearest_singular(self) -> Floats | None:
+        pose = self._vector(self._places.pose, self._places.width)
+        return None if math.isnan(pose[0]) else pose
+
+    @_cached
+    def decided(self) -> bool:
+        return self._row.item(self._places.judged + kernel.DECIDED) != 0.0
+
+    @_cached
+    def clearance(self) -> float:
+        state = self._state
+        return clearances(state.robot, np.array(state.q[None])).item(0)
+
+    @_cached
     def lost_direction(self) -> Floats:
         return self._vector(self._places.lost, self._places.motion)
 
@@ -198,9 +227,27 @@ class _OnePose(Singularity):
         return FactorMeasures(
             names=names,
             distances=self._vector(places.distances, places.results),
-            results=self._vector(places.results, places.width).reshape(len(names), 1 + robot.dof),
+            results=self._vector(places.results, places.pose).reshape(len(names), 1 + robot.dof),
             column_scales=robot.task.column_scales,
         )
+
+
+class _ManyPoses(Singularity):
+    """The measures of a batch; the clearance, which takes long, is computed when asked for."""
+
+    _state: ToolState
+
+    def __init__(self, state: ToolState | None = None, **values: Any) -> None:
+        if state is None:
+            super().__init__(**values)
+        else:
+            self.__dict__.update(values, _state=state)
+
+    @_cached
+    def clearance(self) -> Floats:
+        q = np.ascontiguousarray(self._state.q)
+        radii = clearances(self._state.robot, q.reshape(-1, q.shape[-1]))
+        return _read_only(radii.reshape(q.shape[:-1]))
 
 
 _LEVELS = tuple(Level)
@@ -254,10 +301,11 @@ def _of_batch(state: ToolState) -> Singularity:
         factors = FactorMeasures(
             names=names,
             distances=table[..., places.distances : places.results],
-            results=table[..., places.results :].reshape(*leading, len(names), 1 + n),
+            results=table[..., places.results : places.pose].reshape(*leading, len(names), 1 + n),
             column_scales=np.broadcast_to(robot.task.column_scales, (*leading, n)),
         )
-    return Singularity(
+    return _ManyPoses(
+        state,
         **{
             name: table[..., measure.column]
             if robot.task.square or not measure.of_square
@@ -267,6 +315,8 @@ def _of_batch(state: ToolState) -> Singularity:
         singular_values=table[..., places.sigma : places.judged],
         rank=table[..., kernel.RANK].astype(int),
         generic_rank=robot.task.generic_rank,
+        nearest_singular=table[..., places.pose :],
+        decided=table[..., places.judged + kernel.DECIDED] != 0.0,
         lost_direction=table[..., places.lost : places.motion],
         joint_motion=table[..., places.motion : places.way],
         way_out=table[..., places.way : places.sigma],

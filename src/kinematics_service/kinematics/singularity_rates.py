@@ -19,22 +19,30 @@ STEP = 1e-5
 AT_REST = 1e-9
 
 
-def measures_of(state: ToolState) -> Floats:
+def measures_of(state: ToolState, arm: kernel.Arm | None = None) -> Floats:
     """
     Return the measures of every pose of a state, one row each, as `kernel.measure` lays them out.
+
+    `arm` is the robot's own unless told otherwise.
     """
     robot = state.robot
+    measured = robot.arm if arm is None else arm
     numbers = state.numbers
     rows = numbers.reshape(-1, numbers.shape[-1])
     q = np.ascontiguousarray(state.q).reshape(-1, robot.dof)
     measures = np.empty((len(rows), robot.measure_places.width))
 
     def part(begin: int, end: int) -> int:
-        kernel.measure(robot.arm, rows[begin:end], q[begin:end], measures[begin:end])
+        kernel.measure(measured, rows[begin:end], q[begin:end], measures[begin:end])
         return -1
 
     in_parts(len(rows), part)
     return measures
+
+
+def first_order(robot: Robot, measures: Floats) -> Floats:
+    """Return the distance by first order, shape (N,), rad."""
+    return measures[:, robot.measure_places.judged + kernel.FIRST_ORDER]
 
 
 def watched(robot: Robot, measures: Floats) -> Floats:
@@ -46,7 +54,10 @@ def watched(robot: Robot, measures: Floats) -> Floats:
 
 def rates(state: ToolState, measures: Floats) -> Floats:
     """
-    Return the change of the watched measure along qdot, shape (N,), 1/s: a forward difference.
+    Return the change of the watched measure along qdot, shape (N,), 1/s.
+
+    That of the distance to a pose which was found is its exact derivative: what matters is the
+    motion towards that pose, which is the nearest. Otherwise a forward difference.
     """
     robot, n = state.robot, state.robot.dof
     q = np.ascontiguousarray(state.q).reshape(-1, n)
@@ -55,10 +66,21 @@ def rates(state: ToolState, measures: Floats) -> Floats:
     moving = speed > AT_REST
     step = np.where(moving, STEP / np.where(moving, speed, 1.0), 0.0)
     ahead = evaluate(robot, q + step[:, None] * qdot)
-    here, there = watched(robot, measures), watched(robot, measures_of(ahead))
+    there = watched(robot, measures_of(ahead, robot.first_order_arm))
+    by_distance = robot.thresholds.measure == 'distance'
+    here = first_order(robot, measures) if by_distance else watched(robot, measures)
     # A condition number that is and stays infinite does not change.
     change = np.subtract(there, here, out=np.zeros_like(here), where=there != here)
-    return np.divide(change, step, out=np.zeros_like(change), where=moving)
+    result = np.divide(change, step, out=np.zeros_like(change), where=moving)
+    if by_distance:
+        distance = watched(robot, measures)
+        poses = measures[:, robot.measure_places.pose :]
+        found = np.isfinite(poses[:, 0]) & (distance > 0.0) & moving
+        scales = robot.task.column_scales
+        away = (poses[found] - q[found]) / scales
+        along = np.sum(away * (qdot[found] / scales), axis=1)
+        result[found] = -along / np.sqrt(np.sum(away**2, axis=1))
+    return result
 
 
 def times_to_warning(robot: Robot, values: Floats, rates: Floats) -> Floats:

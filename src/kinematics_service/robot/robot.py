@@ -90,6 +90,20 @@ class Robot(FrozenArrays):
             MEASURES[self.thresholds.measure].column,
             self.thresholds.warn,
             self.thresholds.stop,
+            max(self.task.reach, self.task.length),
+        )
+
+    @cached_property
+    def first_order_arm(self) -> Arm:
+        """Return the same, its distance of first order: no singular poses are looked for."""
+        return Arm(
+            self.chain,
+            self.task.kernel_rows,
+            self.factors.tape,
+            self.factors.complete,
+            MEASURES[self.thresholds.measure].column,
+            self.thresholds.warn,
+            self.thresholds.stop,
         )
 
     @cached_property

@@ -28,6 +28,9 @@ def part_singularity(singularity: Singularity, k: int, moving: bool) -> Singular
     """Return the measures of one pose of a batch; `moving`: its velocities are known."""
     values: dict[str, Any] = {}
     for field in dataclasses.fields(Singularity):
+        if field.name == 'clearance':  # takes long, and nobody reads it
+            values['clearance'] = None
+            continue
         value = getattr(singularity, field.name)
         if isinstance(value, FactorMeasures):
             value = FactorMeasures(
@@ -38,6 +41,8 @@ def part_singularity(singularity: Singularity, k: int, moving: bool) -> Singular
         values[field.name] = value
     for name in MEASURES:
         values[name] = None if values[name] is None else float(values[name])
+    if np.isnan(values['nearest_singular'][0]):
+        values['nearest_singular'] = None
     values['level'] = Level(int(values['level']))
     if not moving:
         values['rate'] = values['time_to_warning'] = None
