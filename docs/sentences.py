@@ -24,7 +24,7 @@ TOPICS = {
     '~/singularity/warning': 'OK, WARN, ERROR or STALE, a sentence, key-values; a node that '
     'starts late gets the last one',
     '~/ik/joint_states': 'for a target pose: the solution nearest to the present joint positions',
-    '~/ik/solutions': 'for a target pose: all solutions inside the limits, solutions x joints, '
+    '~/ik/solutions': 'for a target pose: the solutions inside the limits, solutions x joints, '
     'nearest first; `dim[0]` labels their postures, `dim[1]` the joint names',
     '~/ik/joint_velocity': 'for a target twist: joint velocities by damped least squares, inside '
     'every limit',

@@ -27,7 +27,8 @@ from .options import (
 from .singularity_report import DEGREES
 
 HELP = """
-Print all joint positions that bring the tool to a pose, or to a position alone.
+Print the joint positions that bring the tool to a pose, or to a position alone, and whether
+they are proved to be all.
 
 \b
 Examples:
@@ -37,7 +38,7 @@ Examples:
   kinematics_service ik --robot scara_hsr065 --xyz 0.4,0.1,0.2 --rows x,y --one
 
 Positions that differ by full turns are one solution: the one inside the limits nearest
-to --near (default: the middle of the limits) is printed. Each was proved by forward
+to --near (default: the middle of the limits) is printed. Each was checked by forward
 kinematics. Where the arm can move on without moving the tool, the solution is a family,
 printed at one of its positions. The exit code is 1 if nothing is inside the limits;
 then the nearest pose is printed.
