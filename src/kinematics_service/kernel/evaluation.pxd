@@ -2,9 +2,10 @@ cimport cython
 cimport numpy as cnp
 from libc cimport math
 
-from . cimport arrays, chain_lanes, chain_pass, places
+from .forward cimport chain_lanes, chain_pass
+from .layout cimport arrays, places
 from .arm cimport Arm
-from .chain cimport Chain
+from .forward.chain cimport Chain
 
 @cython.locals(
     positions='double*', rates='double*', results='double*', work='double*', count=Py_ssize_t,

@@ -2,10 +2,11 @@
 
 import math
 
-from . import arrays, chain_lanes, chain_pass, places
 from .arm import Arm
-from .arrays import Floats
-from .chain import Chain
+from .forward import chain_lanes, chain_pass
+from .forward.chain import Chain
+from .layout import arrays, places
+from .layout.arrays import Floats
 
 
 def evaluate(chain: Chain, q: Floats, qdot: Floats, depth: int, rows: Floats) -> int:

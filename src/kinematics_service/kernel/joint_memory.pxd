@@ -1,6 +1,6 @@
 cimport cython
 
-from . cimport arrays, places
+from .layout cimport arrays, places
 
 cdef class JointMemory:
     cdef readonly object columns

@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from . import arrays, places
-from .arrays import Floats, Integers
+from .layout import arrays, places
+from .layout.arrays import Floats, Integers
 
 
 class JointColumns(NamedTuple):

@@ -2,10 +2,13 @@ cimport cython
 cimport numpy as cnp
 from libc cimport math
 
-from . cimport arrays, evaluation, factor_lanes, factors, lanes, measure_lanes
-from . cimport nearest_singular, places, singularity
+from . cimport evaluation
+from .layout cimport arrays, lanes
+from .measures cimport factor_lanes, factors, measure_lanes
+from .layout cimport places
+from .measures cimport nearest_singular, singularity
 from .arm cimport Arm
-from .nearest_singular cimport NearestSearch
+from .measures.nearest_singular cimport NearestSearch
 
 @cython.locals(n=int, count=int, f=int, j=int, squares=double, slope=double)
 cdef void _judge_factors(Arm arm, double* q, double* judged, double* steps) noexcept nogil

@@ -2,20 +2,12 @@
 
 import math
 
-from . import (
-    arrays,
-    evaluation,
-    factor_lanes,
-    factors,
-    lanes,
-    measure_lanes,
-    nearest_singular,
-    places,
-    singularity,
-)
+from . import evaluation
 from .arm import Arm
-from .arrays import Floats
-from .nearest_singular import NearestSearch
+from .layout import arrays, lanes, places
+from .layout.arrays import Floats
+from .measures import factor_lanes, factors, measure_lanes, nearest_singular, singularity
+from .measures.nearest_singular import NearestSearch
 
 
 def _judge_factors(arm: Arm, q: Floats, judged: Floats, steps: Floats) -> None:

@@ -1,10 +1,12 @@
 cimport cython
 cimport numpy as cnp
 
-from . cimport arrays, judging, nearest_singular, observing, outgoing, places
+from . cimport judging, observing, outgoing
+from .layout cimport arrays, places
+from .measures cimport nearest_singular
 from .arm cimport Arm
 from .joint_memory cimport JointMemory, OurJoints
-from .nearest_singular cimport NearestSearch
+from .measures.nearest_singular cimport NearestSearch
 from .outgoing cimport OutgoingMessages
 
 cdef class IncomingForm:

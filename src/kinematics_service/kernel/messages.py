@@ -2,11 +2,13 @@
 
 from typing import NamedTuple
 
-from . import arrays, judging, nearest_singular, observing, outgoing, places
+from . import judging, observing, outgoing
 from .arm import Arm
-from .arrays import Bytes, Floats
 from .joint_memory import JointMemory, OurJoints
-from .nearest_singular import NearestSearch
+from .layout import arrays, places
+from .layout.arrays import Bytes, Floats
+from .measures import nearest_singular
+from .measures.nearest_singular import NearestSearch
 from .outgoing import OutgoingMessages
 
 

@@ -2,7 +2,9 @@ cimport cython
 cimport numpy as cnp
 from libc cimport math
 
-from . cimport angles, arrays, evaluation, joint_memory, places
+from . cimport evaluation, joint_memory
+from .forward cimport angles
+from .layout cimport arrays, places
 from .arm cimport Arm
 from .joint_memory cimport JointMemory, OurJoints
 

@@ -2,10 +2,12 @@
 
 import math
 
-from . import angles, arrays, evaluation, joint_memory, places
+from . import evaluation, joint_memory
 from .arm import Arm
-from .arrays import Floats
+from .forward import angles
 from .joint_memory import JointMemory, OurJoints
+from .layout import arrays, places
+from .layout.arrays import Floats
 
 # Evidence that two publishers disagree about a joint: it jumps by more than MOVED_APART (rad or m)
 # and back to within a fifth of that, again and again within the window.

@@ -1,3 +1,3 @@
-from . cimport places
+from .layout cimport places
 
 cpdef bytes source()

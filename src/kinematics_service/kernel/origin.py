@@ -2,7 +2,7 @@
 What the compiled kernel was made from: the only module that is compiled again after every change.
 """
 
-from . import places
+from .layout import places
 
 
 def source() -> bytes:

@@ -1,7 +1,7 @@
 cimport cython
 cimport numpy as cnp
 
-from . cimport arrays, places
+from .layout cimport arrays, places
 
 cdef class OutgoingMessages:
     cdef readonly object table

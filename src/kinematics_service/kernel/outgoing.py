@@ -2,8 +2,8 @@
 
 from typing import NamedTuple
 
-from . import arrays, places
-from .arrays import Bytes, Floats, Integers
+from .layout import arrays, places
+from .layout.arrays import Bytes, Floats, Integers
 
 
 class OutgoingTable(NamedTuple):

@@ -1,0 +1,106 @@
+"""
+Vectors of three numbers, and screws that carry points along.
+
+A screw is seven numbers: its axis, a point on it, 1 if it slides along the axis.
+"""
+
+import math
+
+from ..layout.arrays import Numbers, Vector
+from . import chain_pass
+
+
+def dot(a: Vector, b: Vector) -> float:
+    """Return a . b."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def cross(a: Vector, b: Vector) -> Vector:
+    """Return a x b."""
+    return (
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    )
+
+
+def plus(a: Vector, factor: float, b: Vector) -> Vector:
+    """Return a + factor b."""
+    return (a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2])
+
+
+def three(numbers: Numbers, at: int) -> Vector:
+    """Return the vector at an index."""
+    return (numbers[at], numbers[at + 1], numbers[at + 2])
+
+
+def axis_of(screws: Numbers, k: int) -> Vector:
+    """Return the axis of screw k."""
+    return three(screws, 7 * k)
+
+
+def point_of(screws: Numbers, k: int) -> Vector:
+    """Return the point on the axis of screw k."""
+    return three(screws, 7 * k + 3)
+
+
+def slides(screws: Numbers, k: int) -> bool:
+    """Return whether screw k slides."""
+    return screws[7 * k + 6] > 0.5
+
+
+def turned(axis: Vector, angle: float, v: Vector) -> Vector:
+    """Return v turned about an axis through the origin (Rodrigues)."""
+    s, c = chain_pass.sincos(angle)
+    along = dot(axis, v) * (1.0 - c)
+    w = cross(axis, v)
+    return (
+        c * v[0] + s * w[0] + along * axis[0],
+        c * v[1] + s * w[1] + along * axis[1],
+        c * v[2] + s * w[2] + along * axis[2],
+    )
+
+
+def moved(screws: Numbers, k: int, value: float, point: Vector) -> Vector:
+    """Return a point carried along by screw k."""
+    axis = axis_of(screws, k)
+    if slides(screws, k):
+        return plus(point, value, axis)
+    origin = point_of(screws, k)
+    return plus(origin, 1.0, turned(axis, value, plus(point, -1.0, origin)))
+
+
+def angle(axis: Vector, a: Vector, b: Vector, otherwise: float) -> float:
+    """
+    Return the angle that turns a about the axis into the direction of b. It is `otherwise` if a is
+    on the axis, and any angle is right.
+    """
+    # First the parts across the axis: near it, differences of products would be round-off alone.
+    size = dot(a, a)
+    a = plus(a, -dot(axis, a), axis)
+    b = plus(b, -dot(axis, b), axis)
+    sine, cosine = dot(axis, cross(a, b)), dot(a, b)
+    if dot(a, a) <= 1e-30 * size or (sine == 0.0 and cosine == 0.0):
+        return otherwise
+    return math.atan2(sine, cosine)
+
+
+def across(axis: Vector) -> Vector:
+    """Return a unit vector across an axis."""
+    v = cross(axis, (1.0, 0.0, 0.0) if abs(axis[0]) < 0.6 else (0.0, 1.0, 0.0))
+    length = math.sqrt(dot(v, v))
+    return (v[0] / length, v[1] / length, v[2] / length)
+
+
+def times_vector(T: Numbers, v: Vector) -> Vector:
+    """Return a direction turned by a motion (4 x 4)."""
+    return (
+        T[0] * v[0] + T[1] * v[1] + T[2] * v[2],
+        T[4] * v[0] + T[5] * v[1] + T[6] * v[2],
+        T[8] * v[0] + T[9] * v[1] + T[10] * v[2],
+    )
+
+
+def times_point(T: Numbers, v: Vector) -> Vector:
+    """Return a point moved by a motion (4 x 4)."""
+    return plus(times_vector(T, v), 1.0, (T[3], T[7], T[11]))

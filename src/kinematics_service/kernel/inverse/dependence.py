@@ -1,0 +1,99 @@
+"""
+How near to dependent the columns of the rows of J that count are, and the motions they leave free.
+"""
+
+from ..layout import arrays, places
+from ..layout.arrays import Floats
+from ..measures import singular_values
+from .residuals import Residual
+
+
+def _write_free_motions(
+    residual: Residual,
+    scales: Floats,
+    q: Floats,
+    W: Floats,
+    sigma: Floats,
+    motions: Floats,
+) -> None:
+    # Of one row of `free_motions`, with room W (n, 6 + n).
+    n = residual.n
+    width = 6 + n
+    residual.evaluate(q, places.JACOBIAN)
+    residual.write_columns(scales)
+    for i in range(n):
+        for j in range(6):
+            W[i * width + j] = residual.columns[6 * i + j]
+        for j in range(n):
+            W[i * width + 6 + j] = 1.0 if i == j else 0.0
+    singular_values.orthogonalise(W, n, 6, 6 + n)
+    singular_values.sort_by_norm(W, sigma, n, 6, 6 + n)
+    for i in range(n):
+        for j in range(n):
+            motions[i * n + j] = W[i * width + 6 + j]
+
+
+def free_motions(
+    residual: Residual, scales: Floats, q: Floats, sigma: Floats, motions: Floats
+) -> None:
+    """
+    Fill the singular values of the target's rows of J, and the joint motions that belong to them.
+
+    Parameters
+    ----------
+    residual
+        Of a target with these rows.
+    scales : shape (n,)
+        Weight of a unit of each joint.
+    q : shape (N, n), rad or m
+        Joint positions.
+    sigma : shape (N, n), m
+        Singular values, descending; those beyond the wanted rows are 0.
+    motions : shape (N, n, n)
+        Unit joint motions, scaled, one row per singular value.
+    """
+    arrays.given(residual)
+    n, count = residual.n, arrays.extent(q, 0)
+    counted, positions = arrays.numbers(scales, n), arrays.numbers(q, count * n)
+    values, turns = arrays.results(sigma, count * n), arrays.results(motions, count * n * n)
+    W = arrays.scratch(n * (6 + n))
+    for k in range(count):
+        _write_free_motions(
+            residual,
+            counted,
+            arrays.after(positions, k * n),
+            W,
+            arrays.after(values, k * n),
+            arrays.after(turns, k * n * n),
+        )
+    arrays.give_back(W)
+
+
+def share_of_last_pivot(residual: Residual, scales: Floats, q: Floats) -> float:
+    """Return one of the shares of `pivots`."""
+    if residual.n > 6:
+        return 0.0
+    residual.evaluate(q, places.JACOBIAN)
+    residual.write_columns(scales)
+    return singular_values.least_pivot(residual.columns, residual.n, 6)
+
+
+def pivots(residual: Residual, scales: Floats, q: Floats, shares: Floats) -> None:
+    """
+    Fill `shares` (N,) with the linear independence of the columns of the rows of J: 0 if
+    dependent.
+
+    The last pivot as a share of the first, by complete pivoting: much faster than the singular
+    values, and hardly ever more than some ten times the smallest of them, as a share as well.
+
+    Parameters
+    ----------
+    residual, scales, q
+        As for `free_motions`; the share is 0, too, if there are more joints than rows.
+    """
+    arrays.given(residual)
+    n, count = residual.n, arrays.extent(q, 0)
+    counted, positions = arrays.numbers(scales, n), arrays.numbers(q, count * n)
+    result = arrays.results(shares, count)
+    for k in range(count):
+        result[k] = share_of_last_pivot(residual, counted, arrays.after(positions, k * n))

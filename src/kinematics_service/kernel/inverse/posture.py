@@ -1,0 +1,96 @@
+"""Postures of arms with a closed form: shoulder, elbow, wrist."""
+
+import math
+
+from ..forward import vectors
+from ..layout import arrays, places
+from ..layout.arrays import Floats, Integers, Vector
+from .closed_forms import ClosedForm
+
+
+def _sign(value: float, size: float) -> int:
+    if abs(value) <= 1e-9 * size:
+        return 0
+    return 1 if value > 0.0 else -1
+
+
+def _shoulder(screws: Floats, end: Vector) -> int:
+    # Returns the side of the plane of the first two axes on which the end of joint 3 is.
+    side = vectors.cross(vectors.axis_of(screws, 1), vectors.axis_of(screws, 0))
+    reach = vectors.plus(end, -1.0, vectors.point_of(screws, 0))
+    return _sign(vectors.dot(side, reach), math.sqrt(vectors.dot(reach, reach)))
+
+
+def _elbow(screws: Floats, second: float, tip: Vector) -> int:
+    # Returns the side of the line from axis 2 to the tip of the elbow's arm on which the elbow is.
+    z2, o2 = vectors.axis_of(screws, 1), vectors.point_of(screws, 1)
+    chord = vectors.plus(tip, -1.0, o2)
+    chord = vectors.plus(chord, -vectors.dot(chord, z2), z2)
+    upper = vectors.moved(screws, 1, second, vectors.point_of(screws, 2))
+    upper = vectors.plus(upper, -1.0, o2)
+    upper = vectors.plus(upper, -vectors.dot(upper, z2), z2)
+    square = vectors.dot(chord, chord)
+    if not square > 0.0:
+        return 0
+    off = vectors.plus(upper, -vectors.dot(upper, chord) / square, chord)
+    return _sign(
+        vectors.dot(off, vectors.axis_of(screws, 0)), math.sqrt(vectors.dot(upper, upper))
+    )
+
+
+def _wrist(screws: Floats, fifth: float) -> int:
+    a = vectors.axis_of(screws, 4)
+    first = vectors.turned(a, -fifth, vectors.axis_of(screws, 3))
+    across = vectors.cross(first, a)
+    return _sign(vectors.dot(across, vectors.axis_of(screws, 5)), 1.0)
+
+
+def write_posture(form: ClosedForm, q: Floats, signs: Integers) -> None:
+    """Write the posture of one row of `postures`."""
+    signs[0], signs[1], signs[2] = 0, 0, 0
+    if form.backwards:
+        return
+    psi = [0.0] * 6
+    form.write_screws(q, psi)
+    screws = form.screws
+    z1, z2, z3 = vectors.axis_of(screws, 0), vectors.axis_of(screws, 1), vectors.axis_of(screws, 2)
+    side, elbow = vectors.cross(z2, z1), vectors.cross(z2, z3)
+    turn_2 = not vectors.slides(screws, 1)
+    has_shoulder = not vectors.slides(screws, 0) and turn_2 and vectors.dot(side, side) > 1e-9
+    has_elbow = turn_2 and not vectors.slides(screws, 2) and vectors.dot(elbow, elbow) < 1e-12
+    # The tool of joints 1 to 3, in the frame joint 1 carries along.
+    end = vectors.three(form.point, 0)
+    if form.way == places.PARALLEL_AXES:
+        end = vectors.moved(screws, 3, psi[3], end)
+    end = vectors.moved(screws, 1, psi[1], vectors.moved(screws, 2, psi[2], end))
+    if has_shoulder:
+        signs[0] = _shoulder(screws, end)
+    if has_shoulder and has_elbow:
+        tip = end
+        if form.way == places.PARALLEL_AXES:
+            tip = vectors.moved(screws, 2, psi[2], vectors.point_of(screws, 3))
+            tip = vectors.moved(screws, 1, psi[1], tip)
+        signs[1] = _elbow(screws, psi[1], tip)
+    if form.way != places.POSITION_3:
+        signs[2] = _wrist(screws, psi[4])
+
+
+def postures(form: ClosedForm, q: Floats, signs: Integers) -> None:
+    """
+    Fill `signs` (N, 3) with 1, -1 or 0 (none): shoulder right, elbow up, wrist not flipped.
+
+    Parameters
+    ----------
+    form
+        The arm's closed form; one with backward screws has no postures.
+    q : shape (N, n), rad or m
+        Joint positions.
+    signs : shape (N, 3)
+        The postures.
+    """
+    arrays.given(form)
+    count = arrays.extent(q, 0)
+    positions = arrays.numbers(q, count * form.n)
+    result = arrays.whole_results(signs, 3 * count)
+    for i in range(count):
+        write_posture(form, arrays.after(positions, i * form.n), arrays.whole_after(result, 3 * i))

@@ -1,0 +1,147 @@
+"""The residual of a pose against a target in the rows that count, and its Jacobian."""
+
+import math
+
+from ..forward import chain_pass
+from ..forward.chain import Chain
+from ..layout import arrays, places
+from ..layout.arrays import Floats, Numbers, Vector
+
+
+def _rotation_vector(R: Numbers) -> Vector:
+    # Writes axis times angle of the nine numbers of a rotation matrix.
+    x, y, z = R[7] - R[5], R[2] - R[6], R[3] - R[1]
+    sine = math.sqrt(x * x + y * y + z * z)
+    cosine = R[0] + R[4] + R[8] - 1.0
+    angle = math.atan2(sine, cosine)
+    if sine > 1e-9:
+        share = angle / sine
+        return (x * share, y * share, z * share)
+    if cosine > 0.0:
+        return (0.5 * x, 0.5 * y, 0.5 * z)
+    # Half a turn: any column of R + I shows the axis, the longest is the safest.
+    if R[0] >= R[4] and R[0] >= R[8]:
+        a, b, c = R[0] + 1.0, R[3], R[6]
+    elif R[4] >= R[8]:
+        a, b, c = R[1], R[4] + 1.0, R[7]
+    else:
+        a, b, c = R[2], R[5], R[8] + 1.0
+    share = angle / math.sqrt(a * a + b * b + c * c)
+    return (a * share, b * share, c * share)
+
+
+def _turned_back(axes: Floats, v: Vector) -> Vector:
+    return (
+        axes[0] * v[0] + axes[3] * v[1] + axes[6] * v[2],
+        axes[1] * v[0] + axes[4] * v[1] + axes[7] * v[2],
+        axes[2] * v[0] + axes[5] * v[1] + axes[8] * v[2],
+    )
+
+
+def _write_weighted(
+    weights: Floats, scale: float, linear: Vector, angular: Vector, six: Numbers
+) -> None:
+    six[0] = scale * weights[0] * linear[0]
+    six[1] = scale * weights[1] * linear[1]
+    six[2] = scale * weights[2] * linear[2]
+    six[3] = scale * weights[3] * angular[0]
+    six[4] = scale * weights[4] * angular[1]
+    six[5] = scale * weights[5] * angular[2]
+
+
+class Residual:
+    """
+    The residual of the tool against a target, row by row, and its Jacobian; for one caller at a
+    time.
+
+    Parameters
+    ----------
+    chain
+        Of the arm.
+    pose : shape (4, 4)
+        The target in the base frame; for a position the rotation does not matter.
+    axes : shape (3, 3)
+        The rotation of the axes the rows are in.
+    weights : shape (6,)
+        Weights of the rows x y z rx ry rz: 1, the length (m) for angular ones, 0 for rows that do
+        not count.
+    """
+
+    def __init__(
+        self,
+        chain: Chain,
+        pose: Floats,
+        axes: Floats,
+        weights: Floats,
+    ) -> None:
+        arrays.given(chain)
+        self.chain = chain
+        self.pose = arrays.numbers(pose, 16)
+        self.axes = arrays.numbers(axes, 9)
+        self.weights = arrays.numbers(weights, 6)
+        self.n = self.chain.dof
+        self.still = arrays.numbers(self.chain.at_rest, self.n)
+        self.room = arrays.scratch(6 + 6 * self.n + self.chain.frames_at)
+        self.error = self.room
+        self.columns = arrays.after(self.error, 6)
+        self.row = arrays.after(self.columns, 6 * self.n)
+        self._arrays = pose, axes, weights
+
+    def __dealloc__(self) -> None:
+        """Give the room back."""
+        arrays.give_back(self.room)
+
+    def evaluate(self, q: Floats, depth: int) -> None:
+        """Fill `row` with the pose at q (n,), and with as much more as the depth asks for."""
+        chain_pass.evaluate_row(self.chain, q, self.still, depth, self.row)
+
+    def square(self, q: Floats, depth: int) -> float:
+        """Fill `error` (6,) with the weighted residual of the pose at q, and return its square."""
+        self.evaluate(q, depth)
+        goal, row, error = self.pose, self.row, self.error
+        linear = _turned_back(self.axes, (goal[3] - row[3], goal[7] - row[7], goal[11] - row[11]))
+        angular = (0.0, 0.0, 0.0)
+        if self.weights[3] + self.weights[4] + self.weights[5] > 0.0:
+            R = [0.0] * 9
+            for i in range(3):
+                for j in range(3):
+                    R[3 * i + j] = (
+                        goal[4 * i] * row[4 * j]
+                        + goal[4 * i + 1] * row[4 * j + 1]
+                        + goal[4 * i + 2] * row[4 * j + 2]
+                    )
+            angular = _turned_back(self.axes, _rotation_vector(R))
+        _write_weighted(self.weights, 1.0, linear, angular, error)
+        square = 0.0
+        for i in range(3):
+            square += error[i] * error[i] + error[3 + i] * error[3 + i]
+        return square
+
+    def write_columns(self, scales: Floats) -> None:
+        """
+        Fill `columns` (n, 6) with those of J in the axes of the rows, weighted like the error.
+
+        A unit of each joint counts scales[j] (0: the joint is held).
+        """
+        n = self.n
+        for j in range(n):
+            J = arrays.after(self.row, places.JACOBIAN_AT + j)
+            linear = _turned_back(self.axes, (J[0], J[n], J[2 * n]))
+            angular = _turned_back(self.axes, (J[3 * n], J[4 * n], J[5 * n]))
+            _write_weighted(
+                self.weights, scales[j], linear, angular, arrays.after(self.columns, 6 * j)
+            )
+
+    def length(self) -> float:
+        """Return the length by which angles count; 0 if none does."""
+        return max(self.weights[3], self.weights[4], self.weights[5])
+
+
+def parts_of_error(residual: Residual, q: Floats) -> tuple[float, float]:
+    """Return the errors of q (n,) against its target in the rows that count: m, rad."""
+    arrays.given(residual)
+    residual.square(arrays.numbers(q, residual.n), places.POSE)
+    error, length = residual.error, residual.length()
+    angular = math.sqrt(error[3] * error[3] + error[4] * error[4] + error[5] * error[5])
+    linear = math.sqrt(error[0] * error[0] + error[1] * error[1] + error[2] * error[2])
+    return linear, angular / length if length > 0.0 else 0.0

@@ -1,0 +1,224 @@
+"""Solutions: distinguished, sorted, and judged against the limits and the target."""
+
+import math
+
+from ..layout import arrays, places
+from ..layout.arrays import Floats, Integers
+from . import refinement
+from .joints import Joints
+from .residuals import Residual
+
+# Two solutions (rad, scaled) nearer than this may be one.
+MAYBE_SAME = 1e-2
+# Error of a solution that is round-off, as a share of the length.
+AS_GOOD = 1e-13
+
+
+class Solutions:
+    """
+    Room for solutions, nearest first, and for the properties of each.
+
+    Parameters
+    ----------
+    q : shape (N, n), rad or m
+        Their joint positions, to be written.
+
+    Attributes
+    ----------
+    count
+        Their number.
+    """
+
+    def __init__(self, q: Floats) -> None:
+        self.most, self.n, self.count = arrays.extent(q, 0), arrays.extent(q, 1), 0
+        self.q = q
+        self.rows = arrays.results(q, self.most * self.n)
+        self.room = arrays.scratch(self.most * (self.n + 6))
+        self.misses = self.room
+        self.margins = arrays.after(self.misses, self.most)
+        self.shares = arrays.after(self.margins, self.most)
+        self.postures = arrays.as_whole(arrays.after(self.shares, self.most))
+        self.beyond = arrays.whole_after(self.postures, 3 * self.most)
+
+    def __dealloc__(self) -> None:
+        """Give the room back."""
+        arrays.give_back(self.room)
+
+    def take(self, k: int, joints: Joints, q: Floats, misses: float) -> None:
+        """Take q (n,) as solution k, with its distance to the limits."""
+        n = self.n
+        for j in range(n):
+            self.rows[k * n + j] = q[j]
+            self.beyond[k * n + j] = 1 if joints.space(j, q) < -places.AT_LIMIT else 0
+        self.margins[k] = joints.margin(q)
+        self.misses[k] = misses
+        for i in range(3):
+            self.postures[3 * k + i] = 0
+
+    def require(self, k: int) -> None:
+        """Raise IndexError if there is no solution k."""
+        if not 0 <= k < self.count:
+            raise IndexError('there are fewer solutions')
+
+    def miss(self, k: int) -> float:
+        """Return the error of solution k, m."""
+        self.require(k)
+        return self.misses[k]
+
+    def margin(self, k: int) -> float:
+        """
+        Return the distance of solution k to the nearest limit, rad or m; negative beyond one.
+        """
+        self.require(k)
+        return self.margins[k]
+
+    def share(self, k: int) -> float:
+        """Return the linear independence of the columns of J at solution k: see `pivots`."""
+        self.require(k)
+        return self.shares[k]
+
+    def is_beyond(self, k: int, j: int) -> bool:
+        """Return whether joint j of solution k is beyond its limits."""
+        self.require(k)
+        return 0 <= j < self.n and self.beyond[k * self.n + j] == 1
+
+    def posture(self, k: int) -> tuple[int, int, int]:
+        """Return the signs of solution k: see `postures`; 0 if there are none."""
+        self.require(k)
+        signs = arrays.whole_after(self.postures, 3 * k)
+        return int(signs[0]), int(signs[1]), int(signs[2])
+
+
+class SolutionCandidates:
+    """
+    Joint positions that may be solutions, and room to sort them.
+
+    Parameters
+    ----------
+    most, n
+        The largest number of candidates, and the number of joints.
+    """
+
+    def __init__(self, most: int, n: int) -> None:
+        self.n = n
+        self.room = arrays.scratch(most * (n + 4) + n)
+        self.q = self.room
+        self.errors = arrays.after(self.q, most * n)
+        self.away = arrays.after(self.errors, most)
+        self.halfway = arrays.after(self.away, most)
+        self.which = arrays.as_whole(arrays.after(self.halfway, n))
+        self.met = arrays.whole_after(self.which, most)
+
+    def __dealloc__(self) -> None:
+        """Give the room back."""
+        arrays.give_back(self.room)
+
+    def sort_by_error(self, count: int) -> None:
+        """Sort the first rows by their errors; rows with equal errors keep their order."""
+        n, q, errors = self.n, self.q, self.errors
+        for i in range(1, count):
+            k = i
+            while k > 0 and errors[k] < errors[k - 1]:
+                x = errors[k]
+                errors[k] = errors[k - 1]
+                errors[k - 1] = x
+                for j in range(k * n, k * n + n):
+                    x = q[j]
+                    q[j] = q[j - n]
+                    q[j - n] = x
+                k -= 1
+
+    def keep_distinct(self, count: int, residual: Residual, joints: Joints, proved: float) -> int:
+        """Do the work of `distinct` on the first rows, sorted by their errors."""
+        kept = 0
+        for k in range(count):
+            if not self.errors[k] < proved:
+                break
+            known = False
+            for i in range(kept):
+                known = self._are_one(k, self.which[i], residual, joints)
+                if known:
+                    self.met[i] += 1
+                    break
+            if not known:
+                self.which[kept] = k
+                self.met[kept] = 1
+                kept += 1
+        return kept
+
+    def _are_one(self, one: int, other: int, residual: Residual, joints: Joints) -> bool:
+        # Equal up to round-off, or the point halfway is a solution, too.
+        a, b = arrays.after(self.q, one * self.n), arrays.after(self.q, other * self.n)
+        distance = 0.0
+        for j in range(self.n):
+            away = joints.without_turns(j, a[j] - b[j])
+            self.halfway[j] = b[j] + 0.5 * away
+            distance = max(distance, abs(away) / joints.scales[j])
+        if distance >= MAYBE_SAME:
+            return False
+        if distance < places.SAME_SOLUTION:
+            return True
+        left = math.sqrt(residual.square(self.halfway, places.POSE))
+        length = max(residual.length(), refinement.LEAST_LENGTH)
+        return left < max(AS_GOOD * length, 4.0 * self.errors[one])
+
+
+def require_fit(residual: Residual, joints: Joints, solution: Solutions, most: int) -> None:
+    """Refuse arguments of arms with different joints, and room for too few solutions."""
+    arrays.given(joints)
+    arrays.given(residual)
+    arrays.given(solution)
+    if joints.n != residual.n or solution.n != joints.n or solution.most < most:
+        raise TypeError('a target, an arm and the room for its solutions do not go together')
+
+
+def distinct(
+    residual: Residual,
+    joints: Joints,
+    proved: float,
+    q: Floats,
+    errors: Floats,
+    which: Integers,
+    met: Integers,
+) -> int:
+    """
+    Fill `which` with the rows of q that are solutions, each solution once; return their number.
+
+    Two rows are one solution if they are equal up to round-off, without full turns, or if they are
+    near each other and the point halfway is a solution, too: at the border of the workspace two
+    solutions meet, and are distinct as long as the target distinguishes them.
+
+    Parameters
+    ----------
+    residual, joints
+        Of the target, and of the arm.
+    proved
+        Rows with a smaller error are solutions, m.
+    q, errors : shape (N, n), (N,)
+        Joint positions and their errors, the least first.
+    which, met : shape (N,)
+        Rows kept, and the number of rows that each represents.
+    """
+    arrays.given(residual)
+    arrays.given(joints)
+    n, rows = joints.n, arrays.extent(q, 0)
+    positions, left = arrays.numbers(q, rows * n), arrays.numbers(errors, rows)
+    kept, times = arrays.whole_results(which, rows), arrays.whole_results(met, rows)
+    found = SolutionCandidates(rows, n)
+    for k in range(rows * n):
+        found.q[k] = positions[k]
+    for k in range(rows):
+        found.errors[k] = left[k]
+    count = found.keep_distinct(rows, residual, joints, proved)
+    for k in range(count):
+        kept[k], times[k] = found.which[k], found.met[k]
+    return count
+
+
+def least(numbers: Floats, count: int) -> int:
+    """Return the index of the least of `count` numbers."""
+    at = 0
+    for i in range(1, count):
+        if numbers[i] < numbers[at]:
+            at = i
+    return at

@@ -1,0 +1,198 @@
+"""All solutions of an arm without a search, or the nearest of them, in one call."""
+
+from ..layout import arrays, places
+from ..layout.arrays import Floats, Integers
+from ..six_joints.six_joints import Roots, SixJoints
+from . import dependence, posture, solutions
+from .closed_forms import ClosedForm
+from .joints import Joints
+from .refinement import Refinement
+from .solutions import SolutionCandidates, Solutions
+
+# Penalty on the squared distance of a candidate outside the limits, which sorts it behind the
+# others.
+LAST = 1e200
+
+
+def _find(
+    form: ClosedForm,
+    pose: Floats,
+    near: Floats,
+    psi: Floats,
+    found: SolutionCandidates,
+) -> int:
+    # Fills in the candidates for a pose, with room psi for their screws; returns their number.
+    T, free = [0.0] * 12, [0.0] * 6
+    form.write_motion(pose, T)
+    form.write_screws(near, free)
+    count = form.candidates(T, free, psi)
+    for i in range(count):
+        form.write_joints(arrays.after(psi, i * form.k), arrays.after(found.q, i * form.n))
+    return count
+
+
+def _keep_nearest(
+    refinement: Refinement,
+    joints: Joints,
+    near: Floats,
+    proved: float,
+    count: int,
+    found: SolutionCandidates,
+    kept: Solutions,
+) -> int:
+    # Keeps the nearest of the solutions inside the limits; returns their number, 0 or 1.
+    for i in range(count):
+        q = arrays.after(found.q, i * joints.n)
+        joints.represent(near, q)
+        found.away[i] = joints.square_to(near, q)
+        if not joints.are_inside(q):
+            found.away[i] += LAST
+    for _ in range(count):
+        i = solutions.least(found.away, count)
+        found.away[i] = places.INFINITY
+        q = arrays.after(found.q, i * joints.n)
+        misses = refinement.refine_one(q)
+        joints.represent(near, q)
+        if misses < proved and joints.are_inside(q):
+            kept.take(0, joints, q, misses)
+            return 1
+    return 0
+
+
+def _keep_all(
+    refinement: Refinement,
+    joints: Joints,
+    near: Floats,
+    proved: float,
+    count: int,
+    found: SolutionCandidates,
+    kept: Solutions,
+) -> int:
+    # Keeps all solutions, nearest first; returns their number.
+    for i in range(count):
+        found.errors[i] = refinement.refine_one(arrays.after(found.q, i * joints.n))
+    found.sort_by_error(count)
+    distinct = found.keep_distinct(count, refinement.residual, joints, proved)
+    for i in range(distinct):
+        q = arrays.after(found.q, found.which[i] * joints.n)
+        joints.represent(near, q)
+        found.away[i] = joints.square_to(near, q)
+    for i in range(distinct):
+        best = solutions.least(found.away, distinct)
+        found.away[best] = places.INFINITY
+        row = found.which[best]
+        kept.take(i, joints, arrays.after(found.q, row * joints.n), found.errors[row])
+    return distinct
+
+
+def closed_solutions(
+    form: ClosedForm,
+    refinement: Refinement,
+    joints: Joints,
+    near: Floats,
+    proved: float,
+    only_one: bool,
+    kept: Solutions,
+) -> None:
+    """
+    Fill in the solutions of an arm with a closed form, nearest to `near` first.
+
+    Each is refined, and proved by forward kinematics. If one is enough, it is the nearest of those
+    inside the limits.
+
+    Parameters
+    ----------
+    form, joints
+        Of the arm.
+    refinement
+        Of the target, from candidates near to it.
+    near : shape (n,), rad or m
+        Joint positions that solutions should be near.
+    proved
+        Largest error of a solution, m.
+    only_one
+        Whether the nearest solution inside the limits is enough.
+    kept
+        Room for MOST_CANDIDATES solutions, or for one if that is enough.
+    """
+    arrays.given(form)
+    arrays.given(refinement)
+    most = places.MOST_CANDIDATES
+    solutions.require_fit(refinement.residual, joints, kept, 1 if only_one else most)
+    if form.n != joints.n:
+        raise TypeError('an arm and its closed form do not go together')
+    middle = arrays.numbers(near, joints.n)
+    found, psi = SolutionCandidates(most, joints.n), arrays.scratch(most * form.k)
+    count = _find(form, refinement.residual.pose, middle, psi, found)
+    arrays.give_back(psi)
+    if only_one:
+        count = _keep_nearest(refinement, joints, middle, proved, count, found, kept)
+    else:
+        count = _keep_all(refinement, joints, middle, proved, count, found, kept)
+    for i in range(count):
+        q = arrays.after(kept.rows, i * joints.n)
+        kept.shares[i] = dependence.share_of_last_pivot(refinement.residual, joints.scales, q)
+        posture.write_posture(form, q, arrays.whole_after(kept.postures, 3 * i))
+    kept.count = count
+
+
+def eliminated_solutions(
+    arm: SixJoints,
+    refinement: Refinement,
+    joints: Joints,
+    near: Floats,
+    proved: float,
+    kept: Solutions,
+    counts: Integers,
+) -> None:
+    """
+    Fill in the solutions of an arm of six joints that elimination finds, nearest to `near` first.
+
+    Each is refined, and proved by forward kinematics.
+
+    Parameters
+    ----------
+    arm, joints
+        Of the arm.
+    refinement
+        Of the target, from candidates near to it.
+    near : shape (n,), rad or m
+        Where solutions should be near.
+    proved
+        What misses the target by less is a solution, m.
+    kept
+        Room for MOST_CANDIDATES solutions.
+    counts : shape (3,)
+        How many complex solutions were found, each certified; how many of them are real; 1 where
+        no real one is missing.
+    """
+    arrays.given(arm)
+    arrays.given(refinement)
+    most = places.MOST_CANDIDATES
+    solutions.require_fit(refinement.residual, joints, kept, most)
+    if joints.n != 6:
+        raise TypeError('six joints are six')
+    middle, written = arrays.numbers(near, 6), arrays.whole_results(counts, 3)
+    found, roots = SolutionCandidates(most, 6), Roots()
+    lock = arrays.let_go()
+    count = _find_roots(arm, refinement.residual.pose, roots, found)
+    written[0], written[1], written[2] = roots.count, count, 1 if roots.proved else 0
+    count = _keep_all(refinement, joints, middle, proved, count, found, kept)
+    for i in range(count):
+        q = arrays.after(kept.rows, 6 * i)
+        kept.shares[i] = dependence.share_of_last_pivot(refinement.residual, joints.scales, q)
+    kept.count = count
+    arrays.take_back(lock)
+
+
+def _find_roots(arm: SixJoints, pose: Floats, roots: Roots, found: SolutionCandidates) -> int:
+    # Fills in the real solutions of a pose; how many there are.
+    T = [0.0] * 12
+    arm.write_motion(pose, T)
+    roots.find(arm, T)
+    count = 0
+    for k in range(roots.count):
+        if roots.is_real[k] == 1:
+            arm.write_joints(arrays.after(roots.psi, 12 * k), arrays.after(found.q, 6 * count))
+            count += 1
+    return count

@@ -1,0 +1,1 @@
+"""How arrays are handed over, and where the numbers stand in them."""

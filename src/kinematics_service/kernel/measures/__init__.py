@@ -1,0 +1,1 @@
+"""How near an arm is to a singular pose."""

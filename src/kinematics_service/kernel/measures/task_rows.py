@@ -1,0 +1,46 @@
+"""The rows of the Jacobian that an arm is judged by, and their weights."""
+
+import numpy as np
+
+from ..layout import arrays
+from ..layout.arrays import Floats, Integers
+
+
+class TaskRows:
+    """
+    The rows J_t of the Jacobian, in the axes of frame 0, as the kernel reads them: frozen.
+
+    To the compiled kernel the arrays are addresses that Python does not see.
+
+    Attributes
+    ----------
+    joints, count
+        Number of columns n, and of rows m.
+    generic_rank
+        Rank of J_t at random poses.
+    axis : shape (m,)
+        The row of the Jacobian of each, 0 to 5.
+    rotation : shape (9,)
+        Of frame 0 in the base frame, row by row.
+    row_scale : shape (m,), column_scale : shape (n,)
+        Weights of a unit of each row and of each joint.
+    """
+
+    def __init__(
+        self,
+        generic_rank: int,
+        axis: Integers,
+        rotation: Floats,
+        row_scale: Floats,
+        column_scale: Floats,
+    ) -> None:
+        rows_are_there = bool(np.all((axis >= 0) & (axis < 6)))
+        if not (rows_are_there and 0 < generic_rank <= min(len(axis), len(column_scale))):
+            raise TypeError('the arrays of a task do not go together')
+        self._arrays = axis, rotation, row_scale, column_scale
+        self.joints, self.count = len(column_scale), len(axis)
+        self.generic_rank = generic_rank
+        self.axis = arrays.whole(axis, self.count)
+        self.rotation = arrays.numbers(rotation, 9)
+        self.row_scale = arrays.numbers(row_scale, self.count)
+        self.column_scale = arrays.numbers(column_scale, self.joints)

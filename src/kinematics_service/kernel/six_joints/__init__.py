@@ -1,0 +1,1 @@
+"""All joint positions of a general arm of six joints, by elimination."""

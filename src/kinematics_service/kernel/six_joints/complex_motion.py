@@ -1,0 +1,259 @@
+"""Newton's method for six complex joint positions of a loop, and what certifies a solution."""
+
+import math
+
+from ..forward import vectors
+from ..layout import arrays
+from ..layout.arrays import Numbers, Vector
+from . import complex_numbers, pairs
+from .loops import Loop
+from .pairs import Complex
+
+MOST_STEPS = 12
+# Angles change by no more than this in a step. A step doubles the digits: after one below the
+# second what is left is round-off.
+LONGEST, STANDS = 0.5, 1e-7
+# A solution misses the goal by less, in units of the loop: nothing else has the same first order.
+MISSES = 1e-9
+# Round-off of one number of the product, and the most that Newton and Kantorovich's h may be.
+# Below 1/2 there is a solution within two steps and no other within 1 / (beta K).
+ROUND_OFF, CERTAIN = 1e-15, 0.0625
+WIDTH = 13  # six columns of J, what is left, and six of the identity
+
+
+def _add(row: Numbers, j: int, part: int, re: float, im: float) -> None:
+    # Adds a complex number, or i times it, to one of a row.
+    if part == 0:
+        row[2 * j] += re
+        row[2 * j + 1] += im
+    else:
+        row[2 * j] -= im
+        row[2 * j + 1] += re
+
+
+def add_turned(row: Numbers, v: Vector, part: int, axis: Vector, turn: Numbers) -> None:
+    """Add v' E to a complex row: v its real or imaginary part, E the turn about the axis."""
+    along = vectors.dot(axis, v)
+    u, w = vectors.plus(v, -along, axis), vectors.cross(v, axis)
+    c, c_im, s, s_im = turn[0], turn[1], turn[2], turn[3]
+    _add(row, 0, part, c * u[0] + s * w[0] + along * axis[0], c_im * u[0] + s_im * w[0])
+    _add(row, 1, part, c * u[1] + s * w[1] + along * axis[1], c_im * u[1] + s_im * w[1])
+    _add(row, 2, part, c * u[2] + s * w[2] + along * axis[2], c_im * u[2] + s_im * w[2])
+
+
+class Motion:
+    """
+    Room for the product of a loop's screws at complex positions, and its derivatives.
+
+    Attributes
+    ----------
+    first
+        The largest change of a joint in the first step of `improve`.
+    radius
+        Of `certify`: there is no other solution as near, and this one is nearer by far.
+    """
+
+    def __init__(self) -> None:
+        self.room = arrays.scratch(18 + 6 + 36 + 36 + 12 * WIDTH + 8)
+        self.R = self.room
+        self.p = arrays.after(self.R, 18)
+        self.axes = arrays.after(self.p, 6)
+        self.points = arrays.after(self.axes, 36)
+        self.J = arrays.after(self.points, 36)
+        self.turn = arrays.after(self.J, 12 * WIDTH)
+        self.first, self.radius = 0.0, 0.0
+
+    def __dealloc__(self) -> None:
+        """Give the room back."""
+        arrays.give_back(self.room)
+
+    def improve(self, loop: Loop, t: Numbers) -> bool:
+        """Move positions t (6 pairs) to a solution; return whether the steps ended at one."""
+        step = 0.0
+        for k in range(MOST_STEPS):
+            self._multiply(loop, t)
+            self._fill(loop)
+            if not self._solve(7):
+                return False
+            step = self._largest_step()
+            if k == 0:
+                self.first = step
+            if not step < 1e6:
+                return False
+            share = min(1.0, LONGEST / step) if step > 0.0 else 1.0
+            for j in range(6):
+                for e in range(2):
+                    t[2 * j + e] += share * self.J[2 * (WIDTH * j + 6) + e]
+                if abs(t[2 * j + 1]) > complex_numbers.FARTHEST:
+                    return False
+            if step < STANDS:
+                return True
+        return False
+
+    def certify(self, loop: Loop, t: Numbers) -> bool:
+        """
+        Return whether there is one solution at t (6 pairs), and fill in how far there is no other.
+
+        By the theorem of Newton and Kantorovich: beta is the norm of the inverse of J, and K
+        bounds the change of J.
+        """
+        if not self.miss(loop, t) < MISSES:
+            return False
+        self._fill(loop)
+        turning, reaching, sizes = 0.0, 0.0, 0.0
+        for j in range(6):
+            axis, reach = 0.0, 0.0
+            for i in range(3):
+                axis += pairs.square_of(pairs.pair(self.axes, 3 * j + i))
+                arm = pairs.plus(
+                    pairs.pair(self.p, i),
+                    -1.0,
+                    pairs.pair(self.points, 3 * j + i),
+                )
+                reach += pairs.square_of(arm)
+            size = 1.0 + math.sqrt(reach)
+            turning += axis
+            reaching += axis * size * size
+            sizes += math.sqrt(axis) * size
+        if not self._solve(WIDTH):
+            return False
+        bound = math.sqrt(turning) * math.sqrt(reaching)
+        step, inverse = 0.0, 0.0
+        for j in range(6):
+            row = arrays.after(self.J, 2 * WIDTH * j)
+            step += row[12] * row[12] + row[13] * row[13]
+            for k in range(14, 2 * WIDTH):
+                inverse += row[k] * row[k]
+        beta = math.sqrt(inverse)
+        way = math.sqrt(step) + beta * ROUND_OFF * sizes
+        self.radius = 1.0 / (beta * bound)
+        return way * beta * bound < CERTAIN
+
+    def _multiply(self, loop: Loop, t: Numbers) -> None:
+        # Fills R, p with the product, and each screw's axis and point as those before it move it.
+        R, p = self.R, self.p
+        for i in range(18):
+            R[i] = 1.0 if i % 8 == 0 else 0.0
+        for i in range(6):
+            p[i] = 0.0
+        for k in range(6):
+            axis, point = vectors.axis_of(loop.screws, k), vectors.point_of(loop.screws, k)
+            for i in range(3):
+                z, o = self._row_times(i, axis), self._row_times(i, point)
+                pairs.put(self.axes, 3 * k + i, z)
+                o = pairs.plus(o, 1.0, pairs.pair(p, i))
+                pairs.put(self.points, 3 * k + i, o)
+            if vectors.slides(loop.screws, k):
+                d = pairs.pair(t, k)
+                for i in range(3):
+                    way = pairs.times(d, pairs.pair(self.axes, 3 * k + i))
+                    pairs.put(p, i, pairs.plus(pairs.pair(p, i), 1.0, way))
+                continue
+            complex_numbers.write_turn(pairs.pair(t, k), self.turn)
+            for i in range(3):
+                row = arrays.after(R, 6 * i)
+                re, im = (row[0], row[2], row[4]), (row[1], row[3], row[5])
+                for j in range(6):
+                    row[j] = 0.0
+                add_turned(row, re, 0, axis, self.turn)
+                add_turned(row, im, 1, axis, self.turn)
+                # The point on the axis stays where it is.
+                o = pairs.pair(self.points, 3 * k + i)
+                pairs.put(p, i, pairs.plus(o, -1.0, self._row_times(i, point)))
+
+    def _row_times(self, i: int, v: Vector) -> Complex:
+        row = arrays.after(self.R, 6 * i)
+        return (
+            row[0] * v[0] + row[2] * v[1] + row[4] * v[2],
+            row[1] * v[0] + row[3] * v[1] + row[5] * v[2],
+        )
+
+    def miss(self, loop: Loop, t: Numbers) -> float:
+        """Return by how much positions t (6 pairs) miss the goal: the largest difference."""
+        self._multiply(loop, t)
+        missed = 0.0
+        for i in range(3):
+            missed = max(missed, abs(self.p[2 * i] - loop.goal[4 * i + 3]), abs(self.p[2 * i + 1]))
+            for j in range(3):
+                re = self.R[6 * i + 2 * j] - loop.goal[4 * i + j]
+                missed = max(missed, abs(re), abs(self.R[6 * i + 2 * j + 1]))
+        return missed
+
+    def _fill(self, loop: Loop) -> None:
+        # J, what is left, and the identity beside them.
+        for k in range(6):
+            slides = vectors.slides(loop.screws, k)
+            for i in range(3):
+                a, b = (i + 1) % 3, (i + 2) % 3
+                z = pairs.pair(self.axes, 3 * k + i)
+                linear = z
+                if not slides:
+                    linear = pairs.plus(self._moment(k, a, b), -1.0, self._moment(k, b, a))
+                else:
+                    z = (0.0, 0.0)
+                pairs.put(self.J, WIDTH * i + k, linear)
+                pairs.put(self.J, WIDTH * (3 + i) + k, z)
+            for i in range(6):
+                pairs.put(self.J, WIDTH * i + 7 + k, (1.0 if i == k else 0.0, 0.0))
+        for i in range(3):
+            goal = loop.goal
+            left = (goal[4 * i + 3] - self.p[2 * i], -self.p[2 * i + 1])
+            pairs.put(self.J, WIDTH * i + 6, left)
+            a, b = (i + 2) % 3, (i + 1) % 3
+            # Half of what is skew in goal R^T: the axis times the sine of what is left.
+            re, im = 0.0, 0.0
+            for m in range(3):
+                re += goal[4 * a + m] * self.R[6 * b + 2 * m]
+                re -= goal[4 * b + m] * self.R[6 * a + 2 * m]
+                im += goal[4 * a + m] * self.R[6 * b + 2 * m + 1]
+                im -= goal[4 * b + m] * self.R[6 * a + 2 * m + 1]
+            pairs.put(self.J, WIDTH * (3 + i) + 6, (0.5 * re, 0.5 * im))
+
+    def _moment(self, k: int, a: int, b: int) -> Complex:
+        # One product of axis k with the way from its point to the end.
+        way = pairs.plus(pairs.pair(self.p, b), -1.0, pairs.pair(self.points, 3 * k + b))
+        return pairs.times(pairs.pair(self.axes, 3 * k + a), way)
+
+    def _solve(self, width: int) -> bool:
+        # Solves J x = each further column in its place, up to a width; False: J is singular.
+        J = self.J
+        for k in range(6):
+            p, best = k, -1.0
+            for i in range(k, 6):
+                square = pairs.square_of(pairs.pair(J, WIDTH * i + k))
+                if square > best:
+                    best, p = square, i
+            if not 0.0 < best < 1e300:
+                return False
+            if p != k:
+                for j in range(2 * k, 2 * width):
+                    x = J[2 * WIDTH * k + j]
+                    J[2 * WIDTH * k + j] = J[2 * WIDTH * p + j]
+                    J[2 * WIDTH * p + j] = x
+            inverse = pairs.over((1.0, 0.0), pairs.pair(J, WIDTH * k + k))
+            for i in range(k + 1, 6):
+                share = pairs.times(pairs.pair(J, WIDTH * i + k), inverse)
+                self._subtract(i, k, k + 1, width, share[0], share[1])
+            for j in range(k + 1, width):
+                at = WIDTH * k + j
+                pairs.put(J, at, pairs.times(pairs.pair(J, at), inverse))
+        for k in range(5, 0, -1):
+            for i in range(k):
+                share = pairs.pair(J, WIDTH * i + k)
+                self._subtract(i, k, 6, width, share[0], share[1])
+        return True
+
+    def _subtract(self, i: int, k: int, start: int, width: int, re: float, im: float) -> None:
+        # Row i less a multiple of row k, from a column on.
+        to, row = arrays.after(self.J, 2 * WIDTH * i), arrays.after(self.J, 2 * WIDTH * k)
+        for j in range(start, width):
+            x, y = row[2 * j], row[2 * j + 1]
+            to[2 * j] -= re * x - im * y
+            to[2 * j + 1] -= re * y + im * x
+
+    def _largest_step(self) -> float:
+        largest = 0.0
+        for j in range(6):
+            square = pairs.square_of(pairs.pair(self.J, WIDTH * j + 6))
+            largest = max(largest, square)
+        return math.sqrt(largest)

@@ -1,0 +1,169 @@
+"""
+Two joints of six eliminated: equations in the other three (Raghavan and Roth 1993).
+
+e3 e4 e5 (line of axis 6) = e2^-1 e1^-1 goal (line of axis 6), as lines.py has lines: fourteen
+equations, left linear in the 27 products of the parts of joints 3, 4, 5, right in the nine of
+joints 1, 2. The eight that are not constant are eliminated.
+"""
+
+import math
+
+from ..forward import vectors
+from ..layout import arrays
+from ..layout.arrays import Floats
+from . import lines
+from .loops import Loop
+
+EQUATIONS, LEFT, RIGHT = 14, 27, 9
+# A pivot below this share of the first one is zero, and so is what is left of an equation.
+PIVOT, DEPENDENT = 1e-9, 1e-11
+
+
+class Elimination:
+    """
+    Room for the equations of a loop.
+
+    Attributes
+    ----------
+    left : shape (27, 15)
+        The line of axis 6 moved by joints 5, 4 and 3: its parts, those of joint 3 first.
+    goal : shape (15,)
+        The line of axis 6 moved by the goal.
+    equations : shape (count, 27)
+        What is left, orthonormal: equations . products of parts = 0.
+    count
+        How many there are.
+    """
+
+    def __init__(self) -> None:
+        self.room = arrays.scratch(1700)
+        self.line = self.room
+        self.goal = arrays.after(self.line, 15)
+        self.fifth = arrays.after(self.goal, 15)
+        self.fourth = arrays.after(self.fifth, 45)
+        self.left = arrays.after(self.fourth, 135)
+        self.first = arrays.after(self.left, 405)
+        self.right = arrays.after(self.first, 45)
+        self.table = arrays.after(self.right, 135)
+        self.equations = arrays.after(self.table, 490)
+        self.count = 0
+
+    def __dealloc__(self) -> None:
+        """Give the room back."""
+        arrays.give_back(self.room)
+
+    def eliminate(self, loop: Loop) -> None:
+        """Fill in the equations of a loop."""
+        self._write_sides(loop)
+        width = RIGHT - 1 + LEFT
+        for i in range(EQUATIONS):
+            row = arrays.after(self.table, width * i)
+            for k in range(RIGHT - 1):
+                row[k] = self.right[15 * (k + 1) + 1 + i]
+            for k in range(LEFT):
+                row[RIGHT - 1 + k] = self.left[15 * k + 1 + i]
+            row[RIGHT - 1] -= self.right[1 + i]
+        self._orthonormalise(self._pivot(width), width)
+
+    def _write_sides(self, loop: Loop) -> None:
+        screws = loop.screws
+        lines.write_line(vectors.axis_of(screws, 5), vectors.point_of(screws, 5), self.line)
+        lines.write_parts(screws, 4, self.line, self.fifth)
+        for b in range(3):
+            lines.write_parts(
+                screws, 3, arrays.after(self.fifth, 15 * b), arrays.after(self.fourth, 45 * b)
+            )
+        # Products of the parts stand as 9 h + 3 a + b, of joints 3, 4, 5; `fourth` as 3 b + a.
+        for a in range(3):
+            for b in range(3):
+                lines.write_parts(
+                    screws,
+                    2,
+                    arrays.after(self.fourth, 15 * (3 * b + a)),
+                    self.first,
+                )
+                for h in range(3):
+                    to = arrays.after(self.left, 15 * (9 * h + 3 * a + b))
+                    for i in range(15):
+                        to[i] = self.first[15 * h + i]
+        for i in range(15):
+            self.goal[i] = self.line[i]
+        lines.carry(self.goal, loop.goal)
+        lines.write_parts(screws, 0, self.goal, self.first)
+        self._invert(screws, 0, self.first)
+        for a in range(3):
+            to = arrays.after(self.right, 45 * a)
+            lines.write_parts(screws, 1, arrays.after(self.first, 15 * a), to)
+            self._invert(screws, 1, to)
+
+    def _invert(self, screws: Floats, k: int, parts: Floats) -> None:
+        # The sine of the opposite angle, or the opposite way.
+        odd = 1 if vectors.slides(screws, k) else 2
+        for i in range(15):
+            parts[15 * odd + i] = -parts[15 * odd + i]
+
+    def _pivot(self, width: int) -> int:
+        # Gauss with complete pivoting on the columns of the right side; their rank.
+        A, largest = self.table, 0.0
+        for k in range(RIGHT - 1):
+            best, p, c = 0.0, k, k
+            for i in range(k, EQUATIONS):
+                for j in range(k, RIGHT - 1):
+                    if abs(A[width * i + j]) > best:
+                        best, p, c = abs(A[width * i + j]), i, j
+            if k == 0:
+                largest = best
+            if best <= PIVOT * largest:
+                return k
+            for i in range(EQUATIONS):
+                x = A[width * i + k]
+                A[width * i + k] = A[width * i + c]
+                A[width * i + c] = x
+            for j in range(k, width):
+                x = A[width * k + j]
+                A[width * k + j] = A[width * p + j]
+                A[width * p + j] = x
+            for i in range(k + 1, EQUATIONS):
+                share = A[width * i + k] / A[width * k + k]
+                for j in range(k, width):
+                    A[width * i + j] -= share * A[width * k + j]
+        return RIGHT - 1
+
+    def _orthonormalise(self, rank: int, width: int) -> None:
+        # Gram and Schmidt, the longest row next: rows that depend on others are left out.
+        F = self.equations
+        rows = EQUATIONS - rank
+        for i in range(rows):
+            for k in range(LEFT):
+                F[LEFT * i + k] = self.table[width * (rank + i) + RIGHT - 1 + k]
+        longest = 0.0
+        self.count = rows
+        for i in range(rows):
+            best, p = -1.0, i
+            for j in range(i, rows):
+                square = 0.0
+                for k in range(LEFT):
+                    square += F[LEFT * j + k] * F[LEFT * j + k]
+                if square > best:
+                    best, p = square, j
+            if i == 0:
+                longest = best
+            if best <= DEPENDENT * DEPENDENT * longest:
+                self.count = i
+                return
+            share = 1.0 / math.sqrt(best)
+            for k in range(LEFT):
+                x = F[LEFT * i + k]
+                F[LEFT * i + k] = F[LEFT * p + k] * share
+                if p != i:
+                    F[LEFT * p + k] = x
+            self._clear_below(i, rows)
+
+    def _clear_below(self, i: int, rows: int) -> None:
+        F = self.equations
+        for j in range(i + 1, rows):
+            along = 0.0
+            for k in range(LEFT):
+                along += F[LEFT * i + k] * F[LEFT * j + k]
+            for k in range(LEFT):
+                F[LEFT * j + k] -= along * F[LEFT * i + k]

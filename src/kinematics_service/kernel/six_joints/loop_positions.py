@@ -1,0 +1,338 @@
+"""Complex positions of a loop's six joints from the angle of the hidden one."""
+
+from ..forward import vectors
+from ..layout import arrays
+from ..layout.arrays import Floats, Numbers, Vector
+from . import complex_motion, complex_numbers, lines, pairs
+from .complex_motion import Motion
+from .elimination import Elimination
+from .loops import Loop
+from .pairs import Complex
+from .pencils import Pencil
+
+# Two equations are one where they differ by less, and may be one where by less than the second.
+ONE, MAYBE_ONE = 1e-8, 1e-3
+# So many candidates a root can have.
+MOST = 3
+
+
+def _ratio(terms: Numbers, count: int, width: int) -> Complex:
+    # The ratio of the columns of terms (count, width), geometric sequences of complex numbers.
+    re, im, square = 0.0, 0.0, 0.0
+    for k in range(count):
+        for i in range(width - 1):
+            a = pairs.pair(terms, width * k + i)
+            b = pairs.pair(terms, width * k + i + 1)
+            re += a[0] * b[0] + a[1] * b[1]
+            im += a[0] * b[1] - a[1] * b[0]
+            square += pairs.square_of(a)
+    if square == 0.0:
+        return (0.0, 0.0)
+    return (re / square, im / square)
+
+
+def _rotated(a: Complex, b: Complex, sign: float) -> Complex:
+    # a + sign i b.
+    return (a[0] - sign * b[1], a[1] + sign * b[0])
+
+
+def _multiplied_joint(x: Numbers, slides: bool) -> Complex:
+    # From products x (4, 3): e^(i t), or the way.
+    terms = [0.0] * 24
+    for b in range(3):
+        for i in range(4):
+            value = pairs.pair(x, 3 * i + b)
+            if not slides:
+                # e^(-3i t/2), e^(-i t/2), e^(i t/2), e^(3i t/2).
+                k = 0 if i in (1, 2) else 2
+                cosine, sine = (
+                    pairs.pair(x, 3 * k + b),
+                    pairs.pair(x, 3 * (k + 1) + b),
+                )
+                value = _rotated(cosine, sine, -1.0 if i < 2 else 1.0)
+            pairs.put(terms, 4 * b + i, value)
+    return _ratio(terms, 3, 4)
+
+
+def _last_joint(x: Numbers, slides: bool) -> Complex:
+    # The same of the joint that is not multiplied.
+    terms = [0.0] * 24
+    for k in range(4):
+        one = pairs.pair(x, 3 * k)
+        c, s = pairs.pair(x, 3 * k + 1), pairs.pair(x, 3 * k + 2)
+        if slides:
+            pairs.put(terms, 3 * k, one)
+            pairs.put(terms, 3 * k + 1, c)
+            pairs.put(terms, 3 * k + 2, s)
+        else:
+            pairs.put(terms, 3 * k, _rotated(c, s, -1.0))
+            pairs.put(terms, 3 * k + 1, one)
+            pairs.put(terms, 3 * k + 2, _rotated(c, s, 1.0))
+    return _ratio(terms, 4, 3)
+
+
+def _write_parts_of(t: Complex, slides: bool, three: Floats) -> None:
+    # 1, cos and sin of an angle; 1, d and d^2 of a way.
+    three[0], three[1] = 1.0, 0.0
+    if slides:
+        pairs.put(three, 1, t)
+        pairs.put(three, 2, pairs.times(t, t))
+        return
+    complex_numbers.write_turn(t, arrays.after(three, 2))
+
+
+def _within(t: Complex) -> bool:
+    return abs(t[0]) < 1e8 and abs(t[1]) <= complex_numbers.FARTHEST
+
+
+class Positions:
+    """
+    Room for the positions that belong to a root of the hidden joint.
+
+    Attributes
+    ----------
+    t : shape (MOST, 6)
+        Complex candidates: angles in rad, ways in units of the loop.
+    count
+        How many there are.
+    missed : shape (MOST,)
+        By how much each misses the goal.
+    """
+
+    def __init__(self) -> None:
+        self.room = arrays.scratch(MOST + 36 + 24 + 30 + 18 + 90 + 36 + 12 + 12 + 6 + 8 + 30 + 15)
+        self.t = self.room
+        self.x = arrays.after(self.t, 36)
+        self.line = arrays.after(self.x, 24)
+        self.three = arrays.after(self.line, 30)
+        self.fourth = arrays.after(self.three, 6)
+        self.fifth = arrays.after(self.fourth, 6)
+        self.parts = arrays.after(self.fifth, 6)
+        self.parts_i = arrays.after(self.parts, 45)
+        self.C = arrays.after(self.parts_i, 45)
+        self.six = arrays.after(self.C, 36)
+        self.seconds = arrays.after(self.six, 12)
+        self.vector = arrays.after(self.seconds, 12)
+        self.turn = arrays.after(self.vector, 6)
+        self.moved = arrays.after(self.turn, 8)
+        self.wanted = arrays.after(self.moved, 30)
+        self.missed = arrays.after(self.wanted, 15)
+        self.motion = Motion()
+        self.count = 0
+
+    def __dealloc__(self) -> None:
+        """Give the room back."""
+        arrays.give_back(self.room)
+
+    def find(
+        self, loop: Loop, elimination: Elimination, pencil: Pencil, swapped: bool, z: Complex
+    ) -> None:
+        """Fill in the candidates of a root z = e^(i t) of the hidden joint."""
+        self.count = 0
+        third = complex_numbers.angle_of(z)
+        if not _within(third):
+            return
+        pencil.write_null_vector(z, self.x)
+        many, last = (4, 3) if swapped else (3, 4)
+        slides = vectors.slides(loop.screws, many)
+        a = _multiplied_joint(self.x, slides)
+        a = a if slides else complex_numbers.angle_of(a)
+        slides = vectors.slides(loop.screws, last)
+        b = _last_joint(self.x, slides)
+        b = b if slides else complex_numbers.angle_of(b)
+        if not _within(a) or not _within(b):
+            return
+        fourth, fifth = (b, a) if swapped else (a, b)
+        self._write_line(loop, elimination, third, fourth, fifth)
+        for i in range(self._second_joints(loop, elimination)):
+            second = pairs.pair(self.seconds, i)
+            if not _within(second):
+                continue
+            first = self._first_joint(loop, elimination, second)
+            if not _within(first):
+                continue
+            t = arrays.after(self.t, 12 * self.count)
+            pairs.put(t, 0, first)
+            pairs.put(t, 1, second)
+            pairs.put(t, 2, third)
+            pairs.put(t, 3, fourth)
+            pairs.put(t, 4, fifth)
+            sixth = self._sixth_joint(loop, t)
+            if _within(sixth):
+                pairs.put(t, 5, sixth)
+                self.missed[self.count] = self.motion.miss(loop, t)
+                self.count += 1
+
+    def _write_line(
+        self, loop: Loop, elimination: Elimination, third: Complex, fourth: Complex, fifth: Complex
+    ) -> None:
+        # The line of axis 6 moved by joints 5, 4, 3: real parts, then imaginary ones.
+        _write_parts_of(third, False, self.three)
+        _write_parts_of(fourth, vectors.slides(loop.screws, 3), self.fourth)
+        _write_parts_of(fifth, vectors.slides(loop.screws, 4), self.fifth)
+        for i in range(30):
+            self.line[i] = 0.0
+        for h in range(3):
+            for a in range(3):
+                left = pairs.times(pairs.pair(self.three, h), pairs.pair(self.fourth, a))
+                for b in range(3):
+                    share = pairs.times(left, pairs.pair(self.fifth, b))
+                    parts = arrays.after(elimination.left, 15 * (9 * h + 3 * a + b))
+                    re, im = share[0], share[1]
+                    for i in range(15):
+                        self.line[i] += re * parts[i]
+                        self.line[15 + i] += im * parts[i]
+
+    def _second_joints(self, loop: Loop, elimination: Elimination) -> int:
+        # What joint 1 leaves as it is are equations in the parts of joint 2.
+        screws = loop.screws
+        lines.write_parts(screws, 1, self.line, self.parts)
+        lines.write_parts(screws, 1, arrays.after(self.line, 15), self.parts_i)
+        # Columns of the equations: to cos and sin (or d and d^2), and the right side.
+        for k in range(3):
+            to = 2 if k == 0 else k - 1
+            self._write_column(screws, arrays.after(self.parts, 15 * k), to, 0)
+            self._write_column(screws, arrays.after(self.parts_i, 15 * k), to, 1)
+        lines.write_invariants(screws, 0, elimination.goal, self.six)
+        for i in range(6):
+            self.C[24 + 2 * i] = self.six[i] - self.C[24 + 2 * i]
+            self.C[24 + 2 * i + 1] = -self.C[24 + 2 * i + 1]
+        return self._solve_pair(vectors.slides(screws, 1))
+
+    def _write_column(self, screws: Floats, V: Floats, to: int, part: int) -> None:
+        lines.write_invariants(screws, 0, V, self.six)
+        for i in range(6):
+            self.C[12 * to + 2 * i + part] = self.six[i]
+
+    def _inner(self, a: int, b: int) -> Complex:
+        # conj(column a) . column b.
+        re, im = 0.0, 0.0
+        for i in range(6):
+            u = pairs.pair(self.C, 6 * a + i)
+            v = pairs.pair(self.C, 6 * b + i)
+            re += u[0] * v[0] + u[1] * v[1]
+            im += u[0] * v[1] - u[1] * v[0]
+        return (re, im)
+
+    def _solve_pair(self, slides: bool) -> int:
+        # Least squares of six equations in two unknowns, the longer column first.
+        longer = 0 if self._inner(0, 0)[0] >= self._inner(1, 1)[0] else 1
+        shorter = 1 - longer
+        square = self._inner(longer, longer)[0]
+        if not 1e-24 < square < 1e200:
+            return 0
+        shared = self._inner(longer, shorter)
+        shared = (shared[0] / square, shared[1] / square)
+        wanted = self._inner(longer, 2)
+        wanted = (wanted[0] / square, wanted[1] / square)
+        # What of the shorter column, and of the right side, is across the longer one.
+        for i in range(6):
+            u = pairs.pair(self.C, 6 * longer + i)
+            v = pairs.pair(self.C, 6 * shorter + i)
+            w = pairs.pair(self.C, 12 + i)
+            across = pairs.plus(v, -1.0, pairs.times(shared, u))
+            pairs.put(self.C, 6 * shorter + i, across)
+            across = pairs.plus(w, -1.0, pairs.times(wanted, u))
+            pairs.put(self.C, 12 + i, across)
+        rest = self._inner(shorter, shorter)[0]
+        count = 0
+        if rest > ONE * ONE * square:
+            y = self._inner(shorter, 2)
+            y = (y[0] / rest, y[1] / rest)
+            x = pairs.plus(wanted, -1.0, pairs.times(shared, y))
+            cosine, sine = x if longer == 0 else y, y if longer == 0 else x
+            pairs.put(self.seconds, 0, cosine if slides else complex_numbers.angle(cosine, sine))
+            count = 1
+        if rest > MAYBE_ONE * MAYBE_ONE * square:
+            return count
+        if slides:
+            if count == 0 and longer == 0:
+                pairs.put(self.seconds, 0, wanted)
+                count = 1
+            return count
+        if longer == 0:
+            return self._solve_one((1.0, 0.0), shared, wanted, count)
+        return self._solve_one(shared, (1.0, 0.0), wanted, count)
+
+    def _solve_one(self, a: Complex, b: Complex, y: Complex, count: int) -> int:
+        # a cos + b sin = y, as (a - i b) w^2 - 2 y w + (a + i b) = 0.
+        A, B = _rotated(a, b, -1.0), _rotated(a, b, 1.0)
+        under = pairs.plus(pairs.times(y, y), -1.0, pairs.times(A, B))
+        r = complex_numbers.root(under)
+        sign = 1.0 if y[0] * r[0] + y[1] * r[1] >= 0.0 else -1.0
+        q = pairs.plus(y, sign, r)
+        if pairs.square_of(q) == 0.0:
+            return count
+        if pairs.square_of(A) > 0.0:
+            pairs.put(self.seconds, count, complex_numbers.angle_of(pairs.over(q, A)))
+            count += 1
+        pairs.put(self.seconds, count, complex_numbers.angle_of(pairs.over(B, q)))
+        return count + 1
+
+    def _first_joint(self, loop: Loop, elimination: Elimination, second: Complex) -> Complex:
+        # Joint 1 brings the line, as joint 2 has moved it, to where the goal has it.
+        screws, best = loop.screws, -1.0
+        _write_parts_of(second, vectors.slides(screws, 1), self.three)
+        axis, point = vectors.axis_of(screws, 0), vectors.point_of(screws, 0)
+        for i in range(15):
+            re, im = 0.0, 0.0
+            for k in range(3):
+                c, c_im = self.three[2 * k], self.three[2 * k + 1]
+                x, y = self.parts[15 * k + i], self.parts_i[15 * k + i]
+                re += c * x - c_im * y
+                im += c * y + c_im * x
+            self.moved[i], self.moved[15 + i] = re, im
+            self.wanted[i] = elimination.goal[i]
+        if vectors.slides(screws, 0):
+            p, q = vectors.three(self.wanted, 1), vectors.three(self.moved, 1)
+            q_i = vectors.three(self.moved, 16)
+            return (vectors.dot(axis, p) - vectors.dot(axis, q), -vectors.dot(axis, q_i))
+        back = (-point[0], -point[1], -point[2])
+        lines.translate(self.moved, back)
+        lines.translate(arrays.after(self.moved, 15), back)
+        lines.translate(self.wanted, back)
+        cosine, sine = (1.0, 0.0), (0.0, 0.0)
+        for k in range(4):
+            at = 1 if k == 0 else 5 if k == 1 else 9 if k == 2 else 12
+            goal = _across(axis, vectors.three(self.wanted, at))
+            size = vectors.dot(goal, goal)
+            if size > best:
+                best = size
+                u, v = vectors.three(self.moved, at), vectors.three(self.moved, 15 + at)
+                turned = vectors.cross(goal, axis)
+                cosine = (vectors.dot(u, goal), vectors.dot(v, goal))
+                sine = (vectors.dot(u, turned), vectors.dot(v, turned))
+        return complex_numbers.angle(cosine, sine)
+
+    def _sixth_joint(self, loop: Loop, t: Numbers) -> Complex:
+        # What joints 1 to 5 leave of a direction across axis 6 that the goal has turned.
+        axis = vectors.axis_of(loop.screws, 5)
+        side = vectors.across(axis)
+        goal = vectors.times_vector(loop.goal, side)
+        for i in range(3):
+            g = goal[0] if i == 0 else goal[1] if i == 1 else goal[2]
+            pairs.put(self.vector, i, (g, 0.0))
+        for k in range(5):
+            if not vectors.slides(loop.screws, k):
+                complex_numbers.write_turn(pairs.pair(t, k), self.turn)
+                self._turn_back(vectors.axis_of(loop.screws, k))
+        v = self.vector
+        re, im = (v[0], v[2], v[4]), (v[1], v[3], v[5])
+        other = vectors.cross(axis, side)
+        return complex_numbers.angle(
+            (vectors.dot(side, re), vectors.dot(side, im)),
+            (vectors.dot(other, re), vectors.dot(other, im)),
+        )
+
+    def _turn_back(self, axis: Vector) -> None:
+        v, turn = self.vector, self.turn
+        re, im = (v[0], v[2], v[4]), (v[1], v[3], v[5])
+        for i in range(6):
+            v[i] = 0.0
+        # A row times the turn is the column turned back.
+        complex_motion.add_turned(v, re, 0, axis, turn)
+        complex_motion.add_turned(v, im, 1, axis, turn)
+
+
+def _across(axis: Vector, v: Vector) -> Vector:
+    return vectors.plus(v, -vectors.dot(axis, v), axis)

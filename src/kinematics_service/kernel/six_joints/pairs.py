@@ -1,0 +1,40 @@
+"""
+Complex numbers as pairs of real and imaginary part: languages divide them differently.
+
+What these functions are to the compiled kernel stands in pairs.pxd.
+"""
+
+from ..layout.arrays import Numbers
+
+Complex = tuple[float, float]
+
+
+def pair(numbers: Numbers, k: int) -> Complex:
+    """Return complex number k of an array of pairs."""
+    return (numbers[2 * k], numbers[2 * k + 1])
+
+
+def put(numbers: Numbers, k: int, value: Complex) -> None:
+    """Write complex number k of an array of pairs."""
+    numbers[2 * k], numbers[2 * k + 1] = value[0], value[1]
+
+
+def times(a: Complex, b: Complex) -> Complex:
+    """Return a b."""
+    return (a[0] * b[0] - a[1] * b[1], a[0] * b[1] + a[1] * b[0])
+
+
+def plus(a: Complex, factor: float, b: Complex) -> Complex:
+    """Return a + factor b."""
+    return (a[0] + factor * b[0], a[1] + factor * b[1])
+
+
+def square_of(a: Complex) -> float:
+    """Return the square of the absolute value."""
+    return a[0] * a[0] + a[1] * a[1]
+
+
+def over(a: Complex, b: Complex) -> Complex:
+    """Return a / b; b is not 0."""
+    square = b[0] * b[0] + b[1] * b[1]
+    return ((a[0] * b[0] + a[1] * b[1]) / square, (a[1] * b[0] - a[0] * b[1]) / square)

@@ -1,0 +1,279 @@
+"""
+The square matrix of a hidden joint that is singular where the six joints meet their target.
+
+The equations of `Elimination`, each multiplied by cos and sin of half an angle of one of the other
+two joints, are linear in twelve products: (cos t/2, sin t/2, cos 3t/2, sin 3t/2) of that joint
+with (1, cos, sin) of the last one. No angle is special, as 180 degrees are to tangents of halves.
+Where the multiplied joint slides, by d, the products are of (1, d, d^2, d^3).
+"""
+
+import math
+
+from ..forward import chain_pass
+from ..layout import arrays, places
+from ..layout.arrays import Floats, Numbers
+from . import pairs
+from .elimination import Elimination
+from .pairs import Complex
+
+SIZE, SQUARE = 12, 144
+# The determinant is a trigonometric polynomial of degree 8 where six equations are left over, of
+# 12 where there are more. It is sampled at more angles than it has coefficients: those beyond its
+# degree measure the round-off.
+DEGREE, FULL_DEGREE = 8, 12
+SAMPLES, MOST_SAMPLES = 25, 32
+TINY = 1e-300
+
+
+def write_circle(samples: int, circle: Floats) -> None:
+    """Write cosine and sine of so many equal turns."""
+    for k in range(samples):
+        s, c = chain_pass.sincos(places.TAU * k / samples)
+        circle[2 * k], circle[2 * k + 1] = c, s
+
+
+def _determinant(A: Floats) -> float:
+    # Of a matrix (12, 12), which is overwritten.
+    product = 1.0
+    for k in range(SIZE):
+        p = k
+        for i in range(k + 1, SIZE):
+            if abs(A[SIZE * i + k]) > abs(A[SIZE * p + k]):
+                p = i
+        pivot = A[SIZE * p + k]
+        if pivot == 0.0:
+            return 0.0
+        if p != k:
+            product = -product
+            for j in range(k, SIZE):
+                x = A[SIZE * k + j]
+                A[SIZE * k + j] = A[SIZE * p + j]
+                A[SIZE * p + j] = x
+        product *= pivot
+        for i in range(k + 1, SIZE):
+            share = A[SIZE * i + k] / pivot
+            for j in range(k + 1, SIZE):
+                A[SIZE * i + j] -= share * A[SIZE * k + j]
+    return product
+
+
+class Pencil:
+    """
+    Room for a matrix M0 + cos(t) M1 + sin(t) M2, t the angle of the hidden joint.
+
+    Attributes
+    ----------
+    degree
+        Of its determinant; 0 where too few equations were left for a square one.
+    coefficients : shape (13,)
+        Complex, of the determinant: of e^(i k t); those of -k are conjugate.
+    noise
+        What those beyond the degree are, as a share of the largest sample: round-off, or all of
+        a determinant that vanishes at every angle.
+    """
+
+    def __init__(self) -> None:
+        self.room = arrays.scratch(3 * 336 + 3 * SQUARE + 12 + 2 * SQUARE + 26 + 64 + 32)
+        self.rows = self.room
+        self.M = arrays.after(self.rows, 3 * 336)
+        self.columns = arrays.after(self.M, 3 * SQUARE)
+        self.work = arrays.after(self.columns, SIZE)
+        self.coefficients = arrays.after(self.work, 2 * SQUARE)
+        self.circle = arrays.after(self.coefficients, 26)
+        self.samples = arrays.after(self.circle, 64)
+        self.degree, self.noise = 0, 0.0
+
+    def __dealloc__(self) -> None:
+        """Give the room back."""
+        arrays.give_back(self.room)
+
+    def build(self, elimination: Elimination, swapped: bool, slides: bool) -> None:
+        """
+        Fill the matrices from the equations that are left.
+
+        `swapped`: joint 5 is multiplied, not joint 4; `slides`: the joint that is multiplied does.
+        """
+        count = elimination.count
+        self.degree = 0
+        if 2 * count < SIZE:
+            return
+        for h in range(3):
+            for r in range(count):
+                self._write_two_rows(elimination, h, r, swapped, slides)
+        if 2 * count == SIZE:
+            self.degree = DEGREE
+            for k in range(3):
+                for i in range(SQUARE):
+                    self.M[SQUARE * k + i] = self.rows[336 * k + i]
+        else:
+            self.degree = FULL_DEGREE
+            self._compress(2 * count)
+        self._balance()
+
+    def _write_two_rows(
+        self, elimination: Elimination, h: int, r: int, swapped: bool, slides: bool
+    ) -> None:
+        first = arrays.after(self.rows, 336 * h + 24 * r)
+        second = arrays.after(first, SIZE)
+        f = arrays.after(elimination.equations, 27 * r + 9 * h)
+        step, across = (1, 3) if swapped else (3, 1)
+        for b in range(3):
+            f0, f1, f2 = f[across * b], f[across * b + step], f[across * b + 2 * step]
+            if slides:
+                first[b], first[3 + b], first[6 + b], first[9 + b] = f0, f1, f2, 0.0
+                second[b], second[3 + b], second[6 + b], second[9 + b] = 0.0, f0, f1, f2
+            else:
+                half_1, half_2 = 0.5 * f1, 0.5 * f2
+                first[b], first[3 + b] = f0 + half_1, half_2
+                first[6 + b], first[9 + b] = half_1, half_2
+                second[b], second[3 + b] = half_2, f0 - half_1
+                second[6 + b], second[9 + b] = -half_2, half_1
+
+    def _compress(self, count: int) -> None:
+        # Twelve orthogonal combinations of the rows: those of the cosine transform.
+        for i in range(SQUARE * 3):
+            self.M[i] = 0.0
+        for i in range(SIZE):
+            for r in range(count):
+                _, share = chain_pass.sincos(places.PI * i * (2 * r + 1) / (2 * count))
+                for k in range(3):
+                    for j in range(SIZE):
+                        self.M[SQUARE * k + SIZE * i + j] += (
+                            share * self.rows[336 * k + SIZE * r + j]
+                        )
+
+    def _balance(self) -> None:
+        # Columns, then rows of all three matrices together: every angle is scaled alike.
+        M = self.M
+        for j in range(SIZE):
+            square = 0.0
+            for k in range(3 * SIZE):
+                square += M[SIZE * k + j] * M[SIZE * k + j]
+            self.columns[j] = 1.0 / math.sqrt(square) if square > TINY else 1.0
+            for k in range(3 * SIZE):
+                M[SIZE * k + j] *= self.columns[j]
+        for i in range(SIZE):
+            square = 0.0
+            for k in range(3):
+                for j in range(SIZE):
+                    x = M[SQUARE * k + SIZE * i + j]
+                    square += x * x
+            share = 1.0 / math.sqrt(square) if square > TINY else 1.0
+            for k in range(3):
+                for j in range(SIZE):
+                    M[SQUARE * k + SIZE * i + j] *= share
+
+    def sample(self) -> None:
+        """Fill in the coefficients of the determinant, its largest sample 1, and their noise."""
+        count = SAMPLES if self.degree == DEGREE else MOST_SAMPLES
+        write_circle(count, self.circle)
+        largest = 0.0
+        for n in range(count):
+            c, s = self.circle[2 * n], self.circle[2 * n + 1]
+            for i in range(SQUARE):
+                self.work[i] = self.M[i] + c * self.M[SQUARE + i] + s * self.M[2 * SQUARE + i]
+            self.samples[n] = _determinant(self.work)
+            largest = max(largest, abs(self.samples[n]))
+        self.noise = 1.0
+        if not TINY < largest < 1.0 / TINY:
+            return
+        noise = 0.0
+        # Real samples have as many different coefficients as half of them.
+        for k in range((count + 1) // 2):
+            re, im = 0.0, 0.0
+            for n in range(count):
+                m = (k * n) % count
+                re += self.samples[n] * self.circle[2 * m]
+                im -= self.samples[n] * self.circle[2 * m + 1]
+            re, im = re / (count * largest), im / (count * largest)
+            if k <= FULL_DEGREE:
+                self.coefficients[2 * k], self.coefficients[2 * k + 1] = re, im
+            if k > self.degree:
+                noise = max(noise, math.sqrt(re * re + im * im))
+        self.noise = noise
+
+    def write_null_vector(self, z: Complex, x: Numbers) -> None:
+        """
+        Write the products (12 complex ones) that the matrix at e^(i t) = z maps to least.
+
+        By elimination with complete pivoting, the last pivot taken as zero.
+        """
+        order = [0] * 12
+        self._fill(z)
+        W = self.work
+        for i in range(SIZE):
+            order[i] = i
+        for k in range(SIZE - 1):
+            best, p, c = -1.0, k, k
+            for i in range(k, SIZE):
+                for j in range(k, SIZE):
+                    at = 2 * (SIZE * i + j)
+                    square = W[at] * W[at] + W[at + 1] * W[at + 1]
+                    if square > best:
+                        best, p, c = square, i, j
+            if best <= 0.0:
+                break
+            self._exchange(k, p, c)
+            order[k], order[c] = order[c], order[k]
+            self._clear_column(k)
+        self._substitute()
+        for i in range(SIZE):
+            # The vector stands in the first column, of which elimination left nothing.
+            k = order[i]
+            x[2 * k] = W[24 * i] * self.columns[k]
+            x[2 * k + 1] = W[24 * i + 1] * self.columns[k]
+
+    def _fill(self, z: Complex) -> None:
+        # The complex matrix at z, divided by the size of the cosine far from the real angles.
+        inverse = pairs.over((1.0, 0.0), z)
+        c_re, c_im = 0.5 * (z[0] + inverse[0]), 0.5 * (z[1] + inverse[1])
+        s_re, s_im = 0.5 * (z[1] - inverse[1]), -0.5 * (z[0] - inverse[0])
+        share = 1.0 / max(1.0, math.sqrt(c_re * c_re + c_im * c_im))
+        c_re, c_im, s_re, s_im = share * c_re, share * c_im, share * s_re, share * s_im
+        for i in range(SQUARE):
+            A, B, C = self.M[i], self.M[SQUARE + i], self.M[2 * SQUARE + i]
+            self.work[2 * i] = share * A + c_re * B + s_re * C
+            self.work[2 * i + 1] = c_im * B + s_im * C
+
+    def _exchange(self, k: int, p: int, c: int) -> None:
+        W = self.work
+        if p != k:
+            for j in range(2 * SIZE):
+                x = W[24 * k + j]
+                W[24 * k + j] = W[24 * p + j]
+                W[24 * p + j] = x
+        if c != k:
+            for i in range(SIZE):
+                for e in range(2):
+                    x = W[24 * i + 2 * k + e]
+                    W[24 * i + 2 * k + e] = W[24 * i + 2 * c + e]
+                    W[24 * i + 2 * c + e] = x
+
+    def _clear_column(self, k: int) -> None:
+        W = self.work
+        inverse = pairs.over((1.0, 0.0), pairs.pair(W, 13 * k))
+        for i in range(k + 1, SIZE):
+            share = pairs.times(pairs.pair(W, SIZE * i + k), inverse)
+            re, im = share[0], share[1]
+            for j in range(k + 1, SIZE):
+                x, y = W[24 * k + 2 * j], W[24 * k + 2 * j + 1]
+                W[24 * i + 2 * j] -= re * x - im * y
+                W[24 * i + 2 * j + 1] -= re * y + im * x
+
+    def _substitute(self) -> None:
+        # Back substitution with 1 as the last number; x[i] is left in W[i][0].
+        W = self.work
+        first = pairs.pair(W, 0)
+        W[24 * (SIZE - 1)], W[24 * (SIZE - 1) + 1] = 1.0, 0.0
+        for i in range(SIZE - 2, -1, -1):
+            re, im = 0.0, 0.0
+            for j in range(i + 1, SIZE):
+                a, b = W[24 * i + 2 * j], W[24 * i + 2 * j + 1]
+                x, y = W[24 * j], W[24 * j + 1]
+                re -= a * x - b * y
+                im -= a * y + b * x
+            pivot = first if i == 0 else pairs.pair(W, 13 * i)
+            if pairs.square_of(pivot) == 0.0:
+                pivot = (1.0, 0.0)
+            value = pairs.over((re, im), pivot)
+            W[24 * i], W[24 * i + 1] = value[0], value[1]

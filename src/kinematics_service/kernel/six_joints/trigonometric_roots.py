@@ -1,0 +1,126 @@
+"""Complex roots of real trigonometric polynomials, as points z = e^(i t)."""
+
+import math
+
+from ..layout import places
+from ..layout.arrays import Numbers
+from . import pairs
+from .pairs import Complex
+
+SWEEPS = 60
+# A value below this share of its terms is round-off; so is a step below this share of the root.
+ROUND_OFF, STANDS = 4e-16, 1e-15
+# Roots of a degree up to 12: twice as many.
+MOST_ROOTS = 24
+
+
+def roots_on_plane(c: Numbers, degree: int, z: Numbers) -> int:
+    """
+    Write the points z of all roots of the sum of c[k] z^k, k from -degree to degree.
+
+    By the iteration of Aberth (1973) and Ehrlich (1967). Coefficients of -k are conjugate to those
+    of k. Returns how many there are: twice the degree.
+    """
+    count = 2 * degree
+    arrived = [0] * 24
+    for k in range(count):
+        s, cosine = _start(k, count)
+        radius = 0.7 if k % 2 == 0 else 1.4
+        pairs.put(z, k, (radius * cosine, radius * s))
+    left = count
+    for _ in range(SWEEPS):
+        if left == 0:
+            break
+        for k in range(count):
+            if arrived[k] == 0 and _improve(c, degree, z, k):
+                arrived[k] = 1
+                left -= 1
+    return count
+
+
+def _start(k: int, count: int) -> tuple[float, float]:
+    turn = places.TAU * k / count + 0.4
+    return math.sin(turn), math.cos(turn)
+
+
+def _coefficient(c: Numbers, degree: int, k: int) -> Complex:
+    # Of z^k in z^degree times the sum.
+    k -= degree
+    if k < 0:
+        return (c[-2 * k], -c[-2 * k + 1])
+    return (c[2 * k], c[2 * k + 1])
+
+
+def _improve(c: Numbers, degree: int, z: Numbers, k: int) -> bool:
+    # One step of root k; whether it has arrived.
+    count = 2 * degree
+    here = pairs.pair(z, k)
+    size = math.sqrt(pairs.square_of(here))
+    outside = size > 1.0
+    # Outside the unit circle the polynomial is taken backwards, in 1 / z.
+    x = pairs.over((1.0, 0.0), here) if outside else here
+    shrink = 1.0 / size if outside else size
+    a = _coefficient(c, degree, 0 if outside else count)
+    value, value_i, slope, slope_i = a[0], a[1], 0.0, 0.0
+    terms = math.sqrt(pairs.square_of(a))
+    for i in range(1, count + 1):
+        a = _coefficient(c, degree, i if outside else count - i)
+        product = slope * x[0] - slope_i * x[1]
+        slope_i = slope * x[1] + slope_i * x[0] + value_i
+        slope = product + value
+        product = value * x[0] - value_i * x[1]
+        value_i = value * x[1] + value_i * x[0] + a[1]
+        value = product + a[0]
+        terms = terms * shrink + abs(a[0]) + abs(a[1])
+    p, derivative = (value, value_i), (slope, slope_i)
+    if outside:
+        # P = z^count q(1/z), so P'/P = count / z - q' / (z^2 q).
+        p = pairs.times(p, x)
+        bent = pairs.times(pairs.times(x, x), derivative)
+        derivative = (count * p[0] - bent[0], count * p[1] - bent[1])
+        p = (value, value_i)
+    step = _step(p, derivative, z, k, count)
+    pairs.put(z, k, pairs.plus(here, -1.0, step))
+    small = math.sqrt(value * value + value_i * value_i) < ROUND_OFF * terms
+    return small or pairs.square_of(step) < (STANDS * size) * (STANDS * size)
+
+
+def _step(p: Complex, derivative: Complex, z: Numbers, k: int, count: int) -> Complex:
+    # p / (p' - p sum of 1 / (z[k] - z[i])): the step of Newton with the other roots divided out.
+    here = pairs.pair(z, k)
+    re, im = 0.0, 0.0
+    for i in range(count):
+        dx, dy = here[0] - z[2 * i], here[1] - z[2 * i + 1]
+        square = dx * dx + dy * dy
+        if i != k and square > 0.0:
+            re += dx / square
+            im -= dy / square
+    below = pairs.plus(derivative, -1.0, pairs.times(p, (re, im)))
+    if pairs.square_of(below) == 0.0:
+        return (0.0, 0.0)
+    return pairs.over(p, below)
+
+
+def write_bounds(c: Numbers, degree: int, noise: float, z: Numbers, bounds: Numbers) -> None:
+    """
+    Write how far each root may be from one of the exact polynomial, as a share of its size.
+
+    A polynomial has a root within so many times its degree the step of Newton; what the exact one
+    is at a root of this one is what errors of its coefficients, each up to `noise`, make of it.
+    """
+    count = 2 * degree
+    for k in range(count):
+        here = pairs.pair(z, k)
+        size = math.sqrt(pairs.square_of(here))
+        outside = size > 1.0
+        x = pairs.over((1.0, 0.0), here) if outside else here
+        shrink = 1.0 / size if outside else size
+        value, slope, terms = (0.0, 0.0), (0.0, 0.0), 0.0
+        for i in range(count + 1):
+            a = _coefficient(c, degree, i if outside else count - i)
+            slope = pairs.plus(pairs.times(slope, x), 1.0, value)
+            value = pairs.plus(pairs.times(value, x), 1.0, a)
+            terms = terms * shrink + 1.0
+        # At a root z P'(z) is the slope times x, forwards or backwards.
+        steep = shrink * math.sqrt(pairs.square_of(slope))
+        bounds[k] = count * noise * terms / steep if steep > 0.0 else places.INFINITY
