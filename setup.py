@@ -45,7 +45,7 @@ setup(
     packages=[*find_packages('src'), f'{NAME}.config'],
     package_data={
         NAME: ['py.typed'],
-        f'{NAME}.kernel': ['*.pxd'],
+        f'{NAME}.kernel': ['*.pxd', '*/*.pxd'],
         f'{NAME}.diagnosis.audit.report': ['page.css', 'page.js'],
         f'{NAME}.ros.process': ['fastdds_*.xml'],
         f'{NAME}.config': CONFIG,

@@ -38,9 +38,19 @@ DIRECTIVES = {
 
 def built_from() -> str:
     """Return the hash of the kernel's source and the files it is of; compiled.py compares it."""
-    files = sorted([*FOLDER.glob('*.py'), *FOLDER.glob('*.pxd')], key=lambda file: file.name)
-    digest = hashlib.sha256(b''.join(file.read_bytes() for file in files)).hexdigest()
-    return ' '.join([digest, *(file.name for file in files)])
+    files = sorted(name_of(file) for file in source_files())
+    digest = hashlib.sha256(b''.join((FOLDER / name).read_bytes() for name in files)).hexdigest()
+    return ' '.join([digest, *files])
+
+
+def source_files() -> list[Path]:
+    """Return the files that the kernel is built from."""
+    return [*FOLDER.rglob('*.py'), *FOLDER.rglob('*.pxd')]
+
+
+def name_of(file: Path) -> str:
+    """Return the path of a file of the kernel, seen from its folder."""
+    return file.relative_to(FOLDER).as_posix()
 
 
 def extension_modules() -> list[Extension]:
@@ -48,13 +58,13 @@ def extension_modules() -> list[Extension]:
     checks = CHECKS if os.environ.get(CHECKED) else []
     return [
         Extension(
-            f'{PACKAGE}.kernel.{types.stem}',
+            '.'.join([PACKAGE, 'kernel', *types.relative_to(FOLDER).with_suffix('').parts]),
             [str(types.with_suffix('.py'))],
             extra_compile_args=[*OPTIONS, *(['-g1', *checks] if checks else [])],
             extra_link_args=checks,
             define_macros=[('NPY_NO_DEPRECATED_API', 'NPY_1_7_API_VERSION')],
         )
-        for types in sorted(FOLDER.glob('*.pxd'))
+        for types in sorted(FOLDER.rglob('*.pxd'))
         if types.stem not in INCLUDED
     ]
 
@@ -127,4 +137,4 @@ class BuildIfPossible(build_ext):
         ext.include_dirs.append(numpy.get_include())
         if source == str(FOLDER / 'origin.py'):
             ext.define_macros.append(('KINEMATICS_SOURCE', f'"{built_from()}"'))
-            ext.depends = sorted([*map(str, FOLDER.glob('*.py')), *map(str, FOLDER.glob('*.pxd'))])
+            ext.depends = sorted(map(str, source_files()))

@@ -59,23 +59,23 @@ def said_in(folder):
 
 
 def test_the_package_has_its_types_and_nothing_of_the_build():
-    types = {file.stem for file in (PACKAGE / 'kernel').glob('*.pxd')}
-    assert {'chain_pass', 'places', 'arrays', 'origin'} <= types
-    assert types <= {file.stem for file in (PACKAGE / 'kernel').glob('*.py')}
+    types = {file.with_suffix('') for file in (PACKAGE / 'kernel').rglob('*.pxd')}
+    assert {'chain_pass', 'places', 'arrays', 'origin'} <= {file.name for file in types}
+    assert types <= {file.with_suffix('') for file in (PACKAGE / 'kernel').rglob('*.py')}
     assert not [*PACKAGE.rglob('*.c'), *PACKAGE.rglob('*.html')]
 
 
 @compiled_only
 def test_every_file_with_types_is_compiled_but_the_included_ones():
     folder = PACKAGE / 'kernel'
-    compiled = {file.name.removesuffix(ENDING) for file in folder.glob(f'*{ENDING}')}
-    types = {file.stem for file in folder.glob('*.pxd')}
-    assert types - compiled == {'places', 'arrays', 'pairs'}
+    compiled = {str(file).removesuffix(ENDING) for file in folder.rglob(f'*{ENDING}')}
+    types = {str(file.with_suffix('')) for file in folder.rglob('*.pxd')}
+    assert {Path(file).name for file in types - compiled} == {'places', 'arrays', 'pairs'}
     assert compiled <= types
 
 
 @compiled_only
-@pytest.mark.parametrize('name', ['vectors.py', 'places.pxd'])
+@pytest.mark.parametrize('name', ['forward/vectors.py', 'layout/places.pxd'])
 def test_a_library_older_than_its_source_is_named_and_not_used(tmp_path, name):
     package = copy_of_the_package(tmp_path)
     assert said_in(tmp_path) == (True, '')
@@ -97,7 +97,7 @@ def test_a_library_older_than_its_source_is_named_and_not_used(tmp_path, name):
 def test_modules_of_different_ages_never_meet(tmp_path):
     kernel = copy_of_the_package(tmp_path) / 'kernel'
     # A class of another name, as after an update of a clone.
-    for file in kernel.glob('*.p*'):
+    for file in [*kernel.rglob('*.py'), *kernel.rglob('*.pxd')]:
         text = file.read_text().replace('Tape', 'FactorTape')
         file.write_text(text.replace('as FactorTape', 'as Tape'))
     done = run(FK, tmp_path)
@@ -266,7 +266,11 @@ def test_what_is_packed_as_source_can_be_built(clone):
     with tarfile.open(packed) as archive:
         names = {name.partition('/')[2] for name in archive.getnames()}
     assert {'package.xml', 'packaging/kernel_build.py', 'packaging/backend.py'} <= names
-    assert {'src/kinematics_service/kernel/places.pxd', 'config/ur5e.yaml', 'README.md'} <= names
+    assert {
+        'src/kinematics_service/kernel/layout/places.pxd',
+        'config/ur5e.yaml',
+        'README.md',
+    } <= names
 
 
 def test_everything_that_is_no_python_is_installed_too(clone):

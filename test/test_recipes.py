@@ -133,18 +133,18 @@ assert 'isotropy' in repr(batch)
 
 def add_isotropy(package):
     package.replace(
-        'kernel/places.py',
+        'kernel/layout/places.py',
         '    LOST_AT,\n) = range(7)\n',
         '    ISOTROPY,\n    LOST_AT,\n) = range(8)\n',
     )
-    package.insert('kernel/places.pxd', '    ISOTROPY\n', before='    LOST_AT\n')
+    package.insert('kernel/layout/places.pxd', '    ISOTROPY\n', before='    LOST_AT\n')
     package.insert(
-        'kernel/singularity.py',
+        'kernel/measures/singularity.py',
         '    measures[places.ISOTROPY] = sigma[last] / sigma[0]\n',
         before='    measures[places.CONDITION_NUMBER] = (',
     )
     package.insert(
-        'kernel/measure_lanes.py',
+        'kernel/measures/measure_lanes.py',
         '        measures[places.ISOTROPY * places.LANES + lane] = smallest[lane] / sigma[lane]\n',
         after='= sigma[lane] / smallest[lane]\n',
     )

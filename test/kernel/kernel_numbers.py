@@ -19,7 +19,7 @@ import numpy as np
 
 import kinematics_service as ks
 from kinematics_service import kernel
-from kinematics_service.kernel import places
+from kinematics_service.kernel.layout import places
 
 # Two blocks of poses side by side, and a rest.
 POSES = 2 * kernel.LANES + 3

@@ -22,8 +22,8 @@ from tolerances import ROUND_OFF
 
 import kinematics_service as ks
 from kinematics_service import kernel
-from kinematics_service.kernel import places
 from kinematics_service.kernel.compiled import VARIABLE
+from kinematics_service.kernel.layout import places
 
 PACKAGE = Path(ks.__file__).parent
 TESTS = Path(__file__).parent
@@ -530,7 +530,7 @@ DEFINED = re.compile(r'#define KINEMATICS_([A-Z_]+) ([-0-9.e]+)$', re.MULTILINE)
 
 
 def test_places_and_constants_are_the_same_to_the_compiler():
-    text = (PACKAGE / 'kernel' / 'places.pxd').read_text()
+    text = (PACKAGE / 'kernel' / 'layout' / 'places.pxd').read_text()
     values, last = {}, -1
     for name, value in ENUMERATOR.findall(text):
         last = int(value, 0) if value else last + 1

@@ -23,9 +23,11 @@ class _SourceOnly:
     def find_spec(
         self, name: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        if name.rpartition('.')[0] != __package__:
+        above = name.rpartition('.')[0]
+        if above != __package__ and not above.startswith(f'{__package__}.'):
             return None
-        return FileFinder(str(_FOLDER), (SourceFileLoader, SOURCE_SUFFIXES)).find_spec(name)
+        folder = _FOLDER.joinpath(*above.removeprefix(__package__).split('.'))
+        return FileFinder(str(folder), (SourceFileLoader, SOURCE_SUFFIXES)).find_spec(name)
 
 
 def prefer_source_where_needed() -> None:

@@ -3,10 +3,8 @@ cimport numpy as cnp
 from libc cimport math
 
 from . cimport evaluation
-from .layout cimport arrays, lanes
-from .measures cimport factor_lanes, factors, measure_lanes
-from .layout cimport places
-from .measures cimport nearest_singular, singularity
+from .layout cimport arrays, lanes, places
+from .measures cimport factor_lanes, factors, measure_lanes, nearest_singular, singularity
 from .arm cimport Arm
 from .measures.nearest_singular cimport NearestSearch
 
