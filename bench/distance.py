@@ -1,13 +1,14 @@
 """
 The distance to the nearest singular pose against brute force, on arms with and without factors.
 
-    python bench/distance.py [--poses 2000] [--starts 24] [arm ...]
+    python bench/distance.py [--poses 2000] [--saddles 300] [--starts 24] [arm ...]
 
 prints a line for each arm: of its random poses and saddles those truly within 0.03 that are said
 to be OK, those within 0.1 that are said to be farther than 0.15, those beyond 0.2 that are warned
 of although decided; how many are not decided; the clearance as a share of the distance where that
-is below 0.03, 0.1 and 0.3; and the microseconds of a random pose, of first order and searched.
-Brute force takes some 20 ms of a pose: an hour for all arms with 2,000 poses and 300 saddles each.
+is below 0.03, 0.1 and 0.3; and microseconds: all measures by first order, and what the search
+takes besides, of a random pose and of a message along a motion at 500 Hz.
+Brute force takes some 20 ms of a pose: a minute for 2,000 poses and 300 saddles of an arm.
 """
 
 import argparse
@@ -25,9 +26,15 @@ from kinematics_service.robot.robot import build_robot
 sys.path.insert(0, str(Path(__file__).parents[1] / 'test'))
 
 import brute_force
+from arms import robot_of
 from calibrated import calibrated_ur5
+from urdf_arms import urdf_arms
 
 CALIBRATED = 10
+RANDOM_ARMS = (
+    *('standard-4-0', 'modified-4-0', 'standard-5-0', 'elementary-5-0', 'standard-6-0'),
+    *('modified-6-0', 'shape-6-0', 'standard-7-0', 'modified-7-0', 'shape-7-0'),
+)
 BANDS = (0.0, 0.03, 0.1, 0.3)
 COLUMNS = (
     ('arm', '-28s'),
@@ -43,7 +50,8 @@ COLUMNS = (
     ('<0.1', '6.2f'),
     ('<0.3', '6.2f'),
     ('us', '7.2f'),
-    ('searched', '9.2f'),
+    ('random', '8.2f'),
+    ('motion', '8.2f'),
 )
 
 
@@ -57,31 +65,58 @@ def arms():
             bare = dataclasses.replace(description.singularity, factors=())
             without = build_robot(dataclasses.replace(description, singularity=bare))
             yield f'{name} without factors', without
+    yield from urdf_arms()
     for seed in range(1, CALIBRATED + 1):
         yield f'calibrated UR5 {seed}', calibrated_ur5(seed)
+    for name in RANDOM_ARMS:
+        robot = robot_of(name)
+        yield f'{name} {"".join(kind[0] for kind in robot.joint_types)}', robot
 
 
-def microseconds(robot, q):
-    """Return the time of a pose, of first order and searched: the least of three runs."""
-    state = ks.evaluate(robot, q)
-    rows = np.ascontiguousarray(state.numbers)
-    measures = np.empty((len(q), robot.measure_places.width))
+def motion(robot, count=4000, seconds=0.002):
+    """Return poses of a motion through the limits: of each joint three sines of up to 0.05 Hz."""
+    random = np.random.default_rng(5)
+    low, high = np.clip(robot.limits, -np.pi, np.pi).T
+    t = seconds * np.arange(count)[:, None]
+    rates, phases = random.uniform(0.06, 0.3, (3, robot.dof)), random.uniform(0, 6, (3, robot.dof))
+    share = np.mean([np.sin(w * t + phase) for w, phase in zip(rates, phases)], axis=0)
+    return 0.5 * (low + high + share * (high - low))
+
+
+def least_time(function):
+    """Return the seconds of a call: the least of three."""
+    times = []
+    for _ in range(3):
+        before = time.process_time()
+        function()
+        times.append(time.process_time() - before)
+    return min(times)
+
+
+def microseconds(robot, random):
+    """Return the time of the measures, and of the search at random poses and along a motion."""
     found = []
-    for arm in (robot.first_order_arm, robot.arm):
-        times = []
-        for _ in range(3):
-            before = time.process_time()
-            kernel.measure(arm, rows, q, measures)
-            times.append(time.process_time() - before)
-        found.append(1e6 * min(times) / len(q))
-    return found
+    for q, in_order in ((random, False), (motion(robot), True)):
+        rows = np.ascontiguousarray(ks.evaluate(robot, q).numbers)
+        measures = np.empty((len(q), robot.measure_places.width))
+
+        def measure(rows=rows, q=q, measures=measures):
+            kernel.measure(robot.arm, rows, q, measures)
+
+        def search(rows=rows, q=q, measures=measures, in_order=in_order):
+            alone = kernel.NearestSearch(robot.arm)
+            kernel.find_nearest(alone, rows, q, measures, in_order)
+
+        times = least_time(measure), least_time(search)
+        found += [1e6 * seconds / len(q) for seconds in times]
+    return found[0], found[1], found[3]
 
 
-def judged(name, robot, poses, starts):
+def judged(name, robot, poses, saddles, starts):
     """Return the numbers of a line."""
     low, high = np.clip(robot.limits, -np.pi, np.pi).T
     random = np.random.default_rng(7).uniform(low, high, (poses, robot.dof))
-    q = np.concatenate([random, brute_force.saddles(robot, 3 * poses // 20)])
+    q = np.concatenate([random, brute_force.saddles(robot, saddles)])
     found = ks.singularity(robot, q)
     by_force, _ = brute_force.nearest_singular(robot, q, starts)
     there = np.isfinite(found.nearest_singular[:, 0])
@@ -111,6 +146,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.split('\n')[1])
     parser.add_argument('arms', nargs='*')
     parser.add_argument('--poses', type=int, default=2000)
+    parser.add_argument('--saddles', type=int, default=300)
     parser.add_argument('--starts', type=int, default=24)
     options = parser.parse_args()
     widths = [int(width.strip('-sdf').split('.')[0]) for _, width in COLUMNS]
@@ -119,7 +155,7 @@ def main():
     for name, robot in arms():
         if options.arms and not any(name.startswith(given) for given in options.arms):
             continue
-        line = judged(name, robot, options.poses, options.starts)
+        line = judged(name, robot, options.poses, options.saddles, options.starts)
         texts = [f'{line[0]:{widths[0]}s}']
         texts += [format(value, width) for value, (_, width) in zip(line[1:], COLUMNS[1:])]
         print(' '.join(texts), flush=True)

@@ -42,7 +42,7 @@ def without_factors(name):
 
 def first_order_distances(robot, q):
     """Return the distance by first order, as it is told where no singular pose is looked for."""
-    measures = singularity_rates.measures_of(ks.evaluate(robot, q), robot.first_order_arm)
+    measures = singularity_rates.measures_of(ks.evaluate(robot, q))
     return singularity_rates.first_order(robot, measures).reshape(np.shape(q)[:-1])
 
 

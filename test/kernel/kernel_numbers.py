@@ -97,6 +97,9 @@ def visits(arm, random):
     measures = np.zeros((POSES, arm_width(arm)))
     kernel.measure(arm, rows, q, measures)
     yield 'measure', measures
+    for in_order in (False, True):
+        kernel.find_nearest(kernel.NearestSearch(arm), rows, q, measures, in_order)
+        yield 'find_nearest', measures
     moving, point, radii = np.arange(n), np.array([0.05, 0.0, -0.1]), np.zeros(POSES)
     kernel.clearances(kernel.Clearance(arm, moving, point, 3.0, 5.0), q, radii)
     yield 'clearances', radii

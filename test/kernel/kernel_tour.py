@@ -137,10 +137,12 @@ def poses_and_measures(robot: Robot, random: np.random.Generator):
     with np.errstate(all='ignore'):
         ks.evaluate(robot, q, qdot)
         ks.forward_kinematics(robot, q)
-        assert ks.singularity(robot, q[:SINGLY], qdot[:SINGLY]).clearance.size == SINGLY
+        found = ks.singularity(robot, q[:SINGLY], qdot[:SINGLY])
+        assert found.clearance.size == found.distance.size == SINGLY
         for k in range(SINGLY):
             state = ks.evaluate(robot, q[k], qdot[k])
-            kernel.measure_one(robot.arm, state.row, np.empty(robot.measure_places.width))
+            search = kernel.NearestSearch(robot.arm)
+            kernel.measure_one(search, state.row, np.empty(robot.measure_places.width))
             ks.singularity(robot, q[k], qdot[k])
             ks.evaluate(robot, q[k], measured=True)
             ks.forward_kinematics(robot, q[k])

@@ -10,6 +10,8 @@ from calibrated import calibrated_ur5
 from test_measures import arm
 
 import kinematics_service as ks
+from kinematics_service import kernel
+from kinematics_service.kinematics.singularity import measured_in_order, singularity_of
 
 # What a search that ended says is singular: the least singular value as a share of the largest.
 SINGULAR = 2e-7
@@ -121,6 +123,86 @@ def test_at_a_saddle_of_a_calibrated_arm_the_gradient_says_nothing(seed, q, dist
     assert found.level is ks.Level.ERROR
     assert found.distance == pytest.approx(distance, rel=0.1)
     assert share(robot, found.nearest_singular) < SINGULAR
+
+
+# Poses of a motion, 2 ms apart, and the share of them that may differ by more than SAME from
+# those that are searched alone; by how much any may be farther. A search of its own misses the
+# nearest singular pose now and then, too.
+ALONG, SAME, DIFFERENT, FARTHER = 3000, 2e-3, 0.02, 0.11
+
+
+def motion(robot, fastest):
+    random = np.random.default_rng(5)
+    low, high = np.clip(robot.limits, -math.pi, math.pi).T
+    rates = random.uniform(0.2, 1.0, (3, robot.dof)) * fastest
+    phases = random.uniform(0.0, 6.0, (3, robot.dof))
+    t = 0.002 * np.arange(ALONG)[:, None]
+    share = np.mean([np.sin(w * t + phase) for w, phase in zip(rates, phases)], axis=0)
+    return 0.5 * (low + high + share * (high - low))
+
+
+def along(robot, q, search=None):
+    return singularity_of(
+        measured_in_order(ks.evaluate(robot, q), search or kernel.NearestSearch(robot.arm))
+    )
+
+
+@pytest.mark.parametrize('fastest', [0.3, 1.0])
+@pytest.mark.parametrize(
+    'name', ['ur5e', 'ur5e without factors', 'calibrated UR5', 'panda', 'kinova_gen3', 'rpprr']
+)
+def test_along_a_motion_the_distance_is_that_of_each_pose_alone(name, fastest):
+    robot = ARMS[name]()
+    q = motion(robot, fastest)
+    alone, found = ks.singularity(robot, q), along(robot, q)
+    near = np.minimum(alone.distance, found.distance) < 0.2
+    change = found.distance[near] / alone.distance[near] - 1.0
+    assert np.max(change, initial=0.0) < FARTHER
+    assert np.mean(np.abs(change) > SAME) < DIFFERENT if np.any(near) else True
+    assert np.mean(found.level != alone.level) < 0.002
+    there = np.isfinite(found.nearest_singular[:, 0])
+    assert np.max(share(robot, found.nearest_singular[there]), initial=0.0) < SINGULAR
+    np.testing.assert_array_equal(found.decided, alone.decided)
+
+
+def test_along_a_motion_few_poses_are_evaluated():
+    robot = ARMS['ur5e without factors']()
+    q = motion(robot, 0.3)
+    counts = {}
+    for kept in (True, False):
+        search, counts[kept] = kernel.NearestSearch(robot.arm), 0
+        for pose in q:
+            search = search if kept else kernel.NearestSearch(robot.arm)
+            along(robot, pose[None], search)
+            counts[kept] += search.evaluations
+    assert 0 < counts[True] < 0.6 * counts[False]
+
+
+def test_after_a_jump_nothing_is_left_of_the_motion():
+    robot = ARMS['calibrated UR5']()
+    q = motion(robot, 1.0)[::500]
+    alone, found = ks.singularity(robot, q), along(robot, q)
+    for name in ('distance', 'nearest_singular', 'decided', 'level'):
+        np.testing.assert_array_equal(getattr(found, name), getattr(alone, name))
+
+
+def test_pieces_of_a_motion_are_the_motion():
+    robot = ARMS['ur5e without factors']()
+    q, search = motion(robot, 1.0), kernel.NearestSearch(robot.arm)
+    whole = along(robot, q)
+    parts = [along(robot, part, search) for part in np.array_split(q, [1, 2, 700, 701, 1900])]
+    for name in ('distance', 'nearest_singular', 'decided', 'level'):
+        pieces = np.concatenate([getattr(part, name) for part in parts])
+        np.testing.assert_array_equal(pieces, getattr(whole, name))
+
+
+def test_a_search_that_may_evaluate_little_says_that_it_is_not_decided():
+    robot = ARMS['kinova_gen3']()
+    q = random_poses(robot, 300)
+    search = kernel.NearestSearch(robot.arm)
+    search.budget = 4
+    few = singularity_of(measured_in_order(ks.evaluate(robot, q), search))
+    assert np.sum(~few.decided) > 20 + np.sum(~ks.singularity(robot, q).decided)
 
 
 def test_one_pose_has_a_pose_or_none():

@@ -25,9 +25,9 @@ NUMBERS = (*MEASURES, 'singular_values', 'rank', 'generic_rank')
 JSON_KEYS = f"""\
   level, measure, warn, stop     OK, WARN or ERROR by the measure watched
 {textwrap.indent(textwrap.fill(', '.join(NUMBERS), 74), '  ')}
-  distance is to nearest_singular, the n joint positions of the singular pose found; null where
-  none was found. decided: false where one may be near and none was found. clearance: radius
-  without a singular pose, proved, rad.
+  distance is to nearest_singular: the n joint positions of the singular pose
+  found, null where none was found near. decided: false where one may be near
+  and none was found. clearance: radius without a singular pose, proved, rad
   task, length                   rows of J judged, characteristic length
   lost_direction                 6 numbers, base axes; angular ones * length
   joint_motion, way_out          n numbers each, rad or m

@@ -40,6 +40,7 @@ from .joint_memory import JointMemory as JointMemory
 from .joint_memory import OurJoints as OurJoints
 from .joint_memory import forget as forget
 from .judging import evaluate_and_measure_one as evaluate_and_measure_one
+from .judging import find_nearest as find_nearest
 from .judging import measure as measure
 from .judging import measure_one as measure_one
 from .layout.arrays import Bytes as Bytes

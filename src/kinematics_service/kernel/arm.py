@@ -22,8 +22,7 @@ class Arm:
         The thresholds.
     reach
         How far the tool comes from frame 0, or the characteristic length where that is more, m: by
-        how much J_t bends. 0 where no singular poses are looked for: the distance is of first
-        order then.
+        how much J_t bends. Singular poses are looked for only where it is known, not 0.
     """
 
     def __init__(

@@ -6,7 +6,7 @@ from . import evaluation
 from .arm import Arm
 from .layout import arrays, lanes, places
 from .layout.arrays import Floats
-from .measures import factor_lanes, factors, measure_lanes, nearest_singular, singularity
+from .measures import factor_lanes, factors, measure_lanes, singularity
 from .measures.nearest_singular import NearestSearch
 
 
@@ -60,25 +60,30 @@ def _first_order(arm: Arm, measures: Floats) -> float:
     return nearest if arm.factors_complete else min(estimate, nearest)
 
 
-def _find_nearest(
-    arm: Arm, row: Floats, q: Floats, measures: Floats, W: Floats, search: NearestSearch
-) -> None:
-    # The distance, by first order or to the singular pose that is found.
+def _judge_first_order(arm: Arm, measures: Floats) -> None:
+    # The distance by first order: no singular pose has been looked for.
     judged = arrays.after(measures, _judged_at(arm))
     pose = arrays.after(measures, width(arm) - arm.chain.dof)
     estimate = _first_order(arm, measures)
     judged[places.FIRST_ORDER], judged[places.DECIDED] = estimate, 1.0
     for j in range(arm.chain.dof):
         pose[j] = places.NAN
-    if arm.reach > 0.0:
-        search.look(q, row, W, measures, estimate, arrays.after(judged, places.JUDGED))
-        judged[places.DECIDED] = 1.0 if search.is_decided() else 0.0
-        if search.found():
-            search.write_pose(pose)
-            estimate = min(search.distance, places.PI)
-        elif search.ran:
-            estimate = search.estimate
     measures[places.DISTANCE] = estimate
+    _judge(arm, measures)
+
+
+def _take_over(arm: Arm, measures: Floats, search: NearestSearch) -> None:
+    # What was found, into measures of first order.
+    judged = arrays.after(measures, _judged_at(arm))
+    judged[places.DECIDED] = 1.0 if search.is_decided() else 0.0
+    if search.is_near():
+        search.write_pose(arrays.after(measures, width(arm) - arm.chain.dof))
+        measures[places.DISTANCE] = search.distance
+    elif search.ran and not search.found():
+        measures[places.DISTANCE] = search.estimate
+    else:
+        measures[places.DISTANCE] = max(judged[places.FIRST_ORDER], search.horizon)
+    _judge(arm, measures)
 
 
 def judge_row(
@@ -87,15 +92,23 @@ def judge_row(
     """
     Fill the measures of a row, the factors there, and the level without hysteresis.
 
-    `work` has room for `room` numbers.
+    `work` has room for `room` numbers; the search is that of the pose before, or a new one.
     """
+    _judge_one(arm, row, q, measures, work)
+    judged = arrays.after(measures, _judged_at(arm))
+    estimate = judged[places.FIRST_ORDER]
+    if not search.follow(q, estimate):
+        search.look(q, row, work, measures, estimate, arrays.after(judged, places.JUDGED))
+    _take_over(arm, measures, search)
+
+
+def _judge_one(arm: Arm, row: Floats, q: Floats, measures: Floats, work: Floats) -> None:
+    # As `judge_row`, by first order; leaves the directions in `work`.
     singularity.measure_row(arm.chain, arm.task, row, measures, work)
     if arm.tape.factors > 0:
-        # The directions in `work` are still needed.
         steps = arrays.after(work, _directions(arm))
         _judge_factors(arm, q, arrays.after(measures, _judged_at(arm)), steps)
-    _find_nearest(arm, row, q, measures, work, search)
-    _judge(arm, measures)
+    _judge_first_order(arm, measures)
 
 
 def _judge_rows(
@@ -105,9 +118,8 @@ def _judge_rows(
     q: Floats,
     measures: Floats,
     work: Floats,
-    search: NearestSearch,
 ) -> int:
-    # As `judge_row` fills each of LANES rows; returns a bit for each that is left to it.
+    # As `_judge_one` fills each of LANES rows; returns a bit for each that is left to it.
     n, columns, length = arm.chain.dof, width(arm), arm.chain.frames_at
     measured = work
     evaluated = arrays.after(measured, columns * places.LANES)
@@ -124,12 +136,7 @@ def _judge_rows(
     for lane in range(places.LANES):
         if (left >> lane) & 1:
             continue
-        one, row = arrays.after(measures, lane * columns), arrays.after(rows, lane * row_width)
-        if arm.reach > 0.0:
-            sigma = arrays.after(one, _judged_at(arm) - min(n, arm.task.count))
-            singularity.write_directions(n, arm.task, row, work, sigma)
-        _find_nearest(arm, row, arrays.after(q, lane * n), one, work, search)
-        _judge(arm, one)
+        _judge_first_order(arm, arrays.after(measures, lane * columns))
     return left
 
 
@@ -141,7 +148,6 @@ def _judge_all(
     q: Floats,
     measures: Floats,
     work: Floats,
-    search: NearestSearch,
 ) -> None:
     n, columns = arm.chain.dof, width(arm)
     regular = arm.task.generic_rank == min(n, arm.task.count)
@@ -157,20 +163,43 @@ def _judge_all(
                 arrays.after(q, k * n),
                 arrays.after(measures, k * columns),
                 work,
-                search,
             )
         for one in range(k, k + together):
             if left & 1:
-                judge_row(
+                _judge_one(
                     arm,
                     arrays.after(rows, one * row_width),
                     arrays.after(q, one * n),
                     arrays.after(measures, one * columns),
                     work,
-                    search,
                 )
             left >>= 1
         k += together
+
+
+def _find_all(
+    arm: Arm,
+    count: int,
+    rows: Floats,
+    row_width: int,
+    q: Floats,
+    measures: Floats,
+    work: Floats,
+    search: NearestSearch,
+    in_order: bool,
+) -> None:
+    n, columns = arm.chain.dof, width(arm)
+    for k in range(count):
+        position, one = arrays.after(q, k * n), arrays.after(measures, k * columns)
+        judged = arrays.after(one, _judged_at(arm))
+        estimate = judged[places.FIRST_ORDER]
+        if not (in_order and search.follow(position, estimate)):
+            row = arrays.after(rows, k * row_width)
+            sigma = arrays.after(one, _judged_at(arm) - min(n, arm.task.count))
+            singularity.write_directions(n, arm.task, row, work, sigma)
+            distances = arrays.after(judged, places.JUDGED)
+            search.look(position, row, work, one, estimate, distances)
+        _take_over(arm, one, search)
 
 
 def _judged_at(arm: Arm) -> int:
@@ -201,9 +230,20 @@ def _room_side_by_side(arm: Arm) -> int:
     return max(room(arm), places.LANES * (width(arm) + arm.chain.frames_at + free))
 
 
+def _check_rows(arm: Arm, rows: Floats, measures: Floats) -> None:
+    if (
+        arrays.extent(rows, 1) < arm.chain.frames_at
+        or arrays.extent(measures, 0) != arrays.extent(rows, 0)
+        or arrays.extent(measures, 1) != width(arm)
+    ):
+        raise TypeError('the arrays of measures do not go together')
+
+
 def measure(arm: Arm, rows: Floats, q: Floats, measures: Floats) -> None:
     """
     Fill `measures` with the singularity measures of each evaluated row (depth JACOBIAN or more).
+
+    The distance is of first order: `find_nearest` looks for the singular poses.
 
     Parameters
     ----------
@@ -220,37 +260,66 @@ def measure(arm: Arm, rows: Floats, q: Floats, measures: Floats) -> None:
         singular pose that was found nearest (n,).
     """
     arrays.given(arm)
+    _check_rows(arm, rows, measures)
     count, row_width = arrays.extent(rows, 0), arrays.extent(rows, 1)
-    n, columns = arm.chain.dof, width(arm)
-    if row_width < arm.chain.frames_at or arrays.extent(measures, 1) != columns:
-        raise TypeError('the arrays of measures do not go together')
-    table, positions = arrays.numbers(rows, 0), arrays.numbers(q, count * n)
-    results = arrays.results(measures, count * columns)
+    table, positions = arrays.numbers(rows, 0), arrays.numbers(q, count * arm.chain.dof)
+    results = arrays.results(measures, count * width(arm))
     work = arrays.scratch(_room_side_by_side(arm))
-    search = NearestSearch(arm, nearest_singular.ENOUGH)
     lock = arrays.let_go()
-    _judge_all(arm, count, table, row_width, positions, results, work, search)
+    _judge_all(arm, count, table, row_width, positions, results, work)
     arrays.take_back(lock)
     arrays.give_back(work)
 
 
-def measure_one(arm: Arm, row: Floats, measures: Floats) -> None:
-    """Fill `measures` for one row, after which its q stands: as `evaluate_one` filled it."""
-    arrays.given(arm)
+def find_nearest(
+    search: NearestSearch, rows: Floats, q: Floats, measures: Floats, in_order: bool
+) -> None:
+    """
+    Look for the singular pose nearest to each pose, and bring what `measure` filled up to it.
+
+    Parameters
+    ----------
+    search
+        Of the arm.
+    rows, q, measures
+        As in `measure`.
+    in_order
+        Whether they are poses of a motion, of which the search has seen those before.
+    """
+    arrays.given(search)
+    arm = search.arm
+    _check_rows(arm, rows, measures)
+    count, row_width = arrays.extent(rows, 0), arrays.extent(rows, 1)
+    table, positions = arrays.numbers(rows, 0), arrays.numbers(q, count * arm.chain.dof)
+    results = arrays.results(measures, count * width(arm))
+    work = arrays.scratch(room(arm))
+    lock = arrays.let_go()
+    _find_all(arm, count, table, row_width, positions, results, work, search, in_order)
+    arrays.take_back(lock)
+    arrays.give_back(work)
+
+
+def measure_one(search: NearestSearch, row: Floats, measures: Floats) -> None:
+    """
+    Do `measure` and `find_nearest` for one row, after which its q stands, as `evaluate_one` has
+    it.
+    """
+    arrays.given(search)
+    arm = search.arm
     tail = 2 * arm.chain.dof + places.ROW_TAIL
     evaluated = arrays.numbers(row, arm.chain.frames_at + tail)
     results = arrays.results(measures, width(arm))
     q = arrays.after(evaluated, arrays.size(row) - tail)
     work = arrays.scratch(room(arm))
-    judge_row(arm, evaluated, q, results, work, NearestSearch(arm, nearest_singular.ENOUGH))
+    judge_row(arm, evaluated, q, results, work, search)
     arrays.give_back(work)
 
 
 def evaluate_and_measure_one(
     arm: Arm, q: Floats, qdot: Floats, row: Floats, measures: Floats
 ) -> int:
-    """`evaluate_one`, then `measure_one`, in one call; returns what the first returns."""
+    """`evaluate_one`, then `measure_one` with a new search; returns what the first returns."""
     bad = evaluation.evaluate_one(arm, q, qdot, row)
     if bad == -1:
-        measure_one(arm, row, measures)
+        measure_one(NearestSearch(arm), row, measures)
     return bad

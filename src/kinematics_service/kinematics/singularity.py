@@ -233,15 +233,77 @@ class _OnePose(Singularity):
 
 
 class _ManyPoses(Singularity):
-    """The measures of a batch; the clearance, which takes long, is computed when asked for."""
+    """
+    The measures of a batch; singular poses are looked for when something is asked that needs them.
+
+    `_first` are the measures by first order.
+    """
 
     _state: ToolState
+    _first: Floats
 
-    def __init__(self, state: ToolState | None = None, **values: Any) -> None:
+    def __init__(
+        self, state: ToolState | None = None, first: Floats | None = None, **values: Any
+    ) -> None:
+        kept = self.__dict__
         if state is None:
             super().__init__(**values)
         else:
-            self.__dict__.update(values, _state=state)
+            kept.update(values, _state=state, _first=first)
+
+    def _column(self, table: Floats, begin: int, end: int | None = None) -> Floats:
+        part = table[:, begin] if end is None else table[:, begin:end]
+        return _read_only(part.reshape(*self._state.row.shape[:-1], *part.shape[1:]))
+
+    @_cached
+    def _found(self) -> Floats:
+        state = self._state
+        if state.measures is not None:
+            return state.measures
+        return measure_rates.searched(state, self._first)
+
+    @property
+    def _watched(self) -> Floats:
+        # What the level depends on.
+        by_distance = self._state.robot.thresholds.measure == 'distance'
+        return self._found if by_distance else self._first
+
+    @_cached
+    def distance(self) -> Floats:
+        return self._column(self._found, kernel.DISTANCE)
+
+    @_cached
+    def nearest_singular(self) -> Floats:
+        places = self._state.robot.measure_places
+        return self._column(self._found, places.pose, places.width)
+
+    @_cached
+    def decided(self) -> Floats:
+        places = self._state.robot.measure_places
+        return _read_only(self._column(self._found, places.judged + kernel.DECIDED) != 0.0)
+
+    @_cached
+    def level(self) -> Floats:
+        places = self._state.robot.measure_places
+        return _read_only(
+            self._column(self._watched, places.judged + kernel.LEVEL).astype(np.int64)
+        )
+
+    @_cached
+    def rate(self) -> Floats | None:
+        if not self._state.moving:
+            return None
+        rates = measure_rates.rates(self._state, self._watched)
+        return _read_only(rates.reshape(self._state.row.shape[:-1]))
+
+    @_cached
+    def time_to_warning(self) -> Floats | None:
+        if self.rate is None:
+            return None
+        robot = self._state.robot
+        values = measure_rates.watched(robot, self._watched)
+        times = measure_rates.times_to_warning(robot, values, self.rate.reshape(-1))
+        return _read_only(times.reshape(self.rate.shape))
 
     @_cached
     def clearance(self) -> Floats:
@@ -268,9 +330,17 @@ def measured(state: ToolState) -> ToolState:
     return state if state.measures is not None else state._replace(measures=_measure(state))
 
 
+def measured_in_order(state: ToolState, search: kernel.NearestSearch) -> ToolState:
+    """
+    Return the poses of a motion with their measures there, `search` that of the poses before.
+    """
+    first = measure_rates.measures_of(state)
+    return state._replace(measures=measure_rates.searched(state, first, search))
+
+
 def _measure(state: ToolState) -> Floats:
     row = np.empty(state.robot.measure_places.width)
-    kernel.measure_one(state.robot.arm, state.row, row)
+    kernel.measure_one(kernel.NearestSearch(state.robot.arm), state.row, row)
     return row
 
 
@@ -286,13 +356,7 @@ def _of_batch(state: ToolState) -> Singularity:
     robot, n = state.robot, state.robot.dof
     leading = state.row.shape[:-1]
     places = robot.measure_places
-    measures = measure_rates.measures_of(state)
-    values = measure_rates.watched(robot, measures)
-    rates = times = None
-    if state.moving:
-        rates = measure_rates.rates(state, measures)
-        times = measure_rates.times_to_warning(robot, values, rates).reshape(leading)
-        rates = rates.reshape(leading)
+    measures = measure_rates.measures_of(state) if state.measures is None else state.measures
     measures.setflags(write=False)
     table = measures.reshape(*leading, measures.shape[-1])
     names = robot.factors.names
@@ -306,23 +370,20 @@ def _of_batch(state: ToolState) -> Singularity:
         )
     return _ManyPoses(
         state,
+        measures,
         **{
             name: table[..., measure.column]
             if robot.task.square or not measure.of_square
             else None
             for name, measure in MEASURES.items()
+            if name != 'distance'
         },
         singular_values=table[..., places.sigma : places.judged],
         rank=table[..., kernel.RANK].astype(int),
         generic_rank=robot.task.generic_rank,
-        nearest_singular=table[..., places.pose :],
-        decided=table[..., places.judged + kernel.DECIDED] != 0.0,
         lost_direction=table[..., places.lost : places.motion],
         joint_motion=table[..., places.motion : places.way],
         way_out=table[..., places.way : places.sigma],
-        rate=rates,
-        time_to_warning=times,
-        level=table[..., places.judged + kernel.LEVEL].astype(np.int64),
         factors=factors,
     )
 

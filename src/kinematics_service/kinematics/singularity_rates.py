@@ -19,25 +19,56 @@ STEP = 1e-5
 AT_REST = 1e-9
 
 
-def measures_of(state: ToolState, arm: kernel.Arm | None = None) -> Floats:
+def measures_of(state: ToolState) -> Floats:
     """
     Return the measures of every pose of a state, one row each, as `kernel.measure` lays them out.
 
-    `arm` is the robot's own unless told otherwise.
+    The distance is of first order.
     """
     robot = state.robot
-    measured = robot.arm if arm is None else arm
-    numbers = state.numbers
-    rows = numbers.reshape(-1, numbers.shape[-1])
-    q = np.ascontiguousarray(state.q).reshape(-1, robot.dof)
+    rows, q = _rows(state)
     measures = np.empty((len(rows), robot.measure_places.width))
 
     def part(begin: int, end: int) -> int:
-        kernel.measure(measured, rows[begin:end], q[begin:end], measures[begin:end])
+        kernel.measure(robot.arm, rows[begin:end], q[begin:end], measures[begin:end])
         return -1
 
     in_parts(len(rows), part)
     return measures
+
+
+def searched(
+    state: ToolState, measures: Floats, search: kernel.NearestSearch | None = None
+) -> Floats:
+    """
+    Return what `measures_of` a state returned, with the singular poses that are found nearest.
+
+    Parameters
+    ----------
+    state, measures
+        The poses.
+    search
+        That of the poses before, for poses of a motion.
+    """
+    rows, q = _rows(state)
+    found = measures.copy()
+    if search is not None:
+        kernel.find_nearest(search, rows, q, found, True)
+        return found
+
+    def part(begin: int, end: int) -> int:
+        alone = kernel.NearestSearch(state.robot.arm)
+        kernel.find_nearest(alone, rows[begin:end], q[begin:end], found[begin:end], False)
+        return -1
+
+    in_parts(len(rows), part)
+    return found
+
+
+def _rows(state: ToolState) -> tuple[Floats, Floats]:
+    numbers = state.numbers
+    q = np.ascontiguousarray(state.q).reshape(-1, state.robot.dof)
+    return numbers.reshape(-1, numbers.shape[-1]), q
 
 
 def first_order(robot: Robot, measures: Floats) -> Floats:
@@ -66,7 +97,7 @@ def rates(state: ToolState, measures: Floats) -> Floats:
     moving = speed > AT_REST
     step = np.where(moving, STEP / np.where(moving, speed, 1.0), 0.0)
     ahead = evaluate(robot, q + step[:, None] * qdot)
-    there = watched(robot, measures_of(ahead, robot.first_order_arm))
+    there = watched(robot, measures_of(ahead))
     by_distance = robot.thresholds.measure == 'distance'
     here = first_order(robot, measures) if by_distance else watched(robot, measures)
     # A condition number that is and stays infinite does not change.

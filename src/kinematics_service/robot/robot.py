@@ -94,19 +94,6 @@ class Robot(FrozenArrays):
         )
 
     @cached_property
-    def first_order_arm(self) -> Arm:
-        """Return the same, its distance of first order: no singular poses are looked for."""
-        return Arm(
-            self.chain,
-            self.task.kernel_rows,
-            self.factors.tape,
-            self.factors.complete,
-            MEASURES[self.thresholds.measure].column,
-            self.thresholds.warn,
-            self.thresholds.stop,
-        )
-
-    @cached_property
     def measure_places(self) -> MeasurePlaces:
         """Return where the measures stand in a row of them."""
         return measure_places(self.dof, len(self.task.rows), len(self.factors.names))

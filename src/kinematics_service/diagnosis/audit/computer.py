@@ -10,8 +10,13 @@ from ...errors import JointVectorError
 from ...estimation.estimator import ACCEPTED, TOO_LARGE
 from ...estimation.status_text import StatusText, singularity_status, stale_status
 from ...formats.recordings.block import Block, Flags, UnreadableMessage
-from ...kernel import Floats
-from ...kinematics.singularity import FactorMeasures, Singularity, singularity_of
+from ...kernel import Floats, NearestSearch
+from ...kinematics.singularity import (
+    FactorMeasures,
+    Singularity,
+    measured_in_order,
+    singularity_of,
+)
 from ...kinematics.tool_state import evaluate
 from ...robot.measures import MEASURES, Level
 from ...robot.robot import Robot
@@ -65,6 +70,7 @@ class Computer:
         self._robot, self._ingest = robot, ingest
         self._base_frame, self._joint_prefix = base_frame, joint_prefix
         self._judge = Judge(robot.thresholds)
+        self._search = NearestSearch(robot.arm)
         self._quaternion: Floats | None = None
         self._timeline = Timeline(robot)
 
@@ -95,6 +101,7 @@ class Computer:
             if not len(known):
                 return None
             state = evaluate(robot, known.q, np.nan_to_num(known.qdot, nan=0.0))
+        state = measured_in_order(state, self._search)
         singularity = singularity_of(state)
         factors = singularity.factors
         nearest = None if factors is None else np.argmin(factors.distances, axis=1)

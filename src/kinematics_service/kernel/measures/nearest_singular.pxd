@@ -10,8 +10,8 @@ from ..arm cimport Arm
 from .singular_equations cimport SingularEquations
 
 cdef int ENOUGH
-cdef double HORIZON, SINGULAR, NEXT_STEP, NO_STEP, NO_GAIN, FLAT_SADDLE, SIDE_STEP, LITTLE
-cdef int ANGLES, STEPS, FULL_STEPS, LAST_STEPS, SECOND_ORDER_STARTS
+cdef double HORIZON, SINGULAR, NEXT_STEP, NO_STEP, NO_GAIN, FLAT_SADDLE, SIDE_STEP, LITTLE, FOLLOWED, TRUSTED
+cdef int ANGLES, STEPS, FULL_STEPS, LAST_STEPS, SECOND_ORDER_STARTS, FOLLOWING_STEPS
 
 @cython.final
 cdef class NearestSearch:
@@ -21,9 +21,9 @@ cdef class NearestSearch:
     cdef readonly int evaluations
     cdef int n, count
     cdef public double horizon
-    cdef readonly double estimate, distance
+    cdef readonly double estimate, distance, lasting
     cdef readonly bint ran, complete
-    cdef double by_product, by_least, by_two, smallest, second, slope
+    cdef double by_product, by_least, by_two, smallest, second, slope, free
     cdef double* room
     cdef double* origin
     cdef double* first
@@ -34,6 +34,7 @@ cdef class NearestSearch:
     cdef double* nearest
     cdef double* uphill
     cdef double* roots
+    cdef double* searched
     cdef double* both
     cdef double* gram
     cdef double* system
@@ -45,16 +46,21 @@ cdef class NearestSearch:
     cdef double* Z
     cdef double* tape
 
-    @cython.locals(n=int, k=int, j=int, way_out='double*', sigma='double*', bend=double)
+    @cython.locals(n=int, k=int, j=int, way_out='double*', sigma='double*', found=double)
     cdef void look(
         self, double* q, double* row, double* W, double* measures, double first_order,
         double* distances,
     ) noexcept nogil
-    @cython.locals(k=int)
+    @cython.locals(near=cython.bint, longest=double, j=int, away=double)
+    cdef bint follow(self, double* q, double first_order) noexcept nogil
+    @cython.locals(squares=double, j=int, moved=double)
+    cdef double _moved_from(self, double* pose, double* q) noexcept nogil
+    @cython.locals(k=int, reach=double, falls=double)
     cdef void _estimate(self, double* sigma, double by_product) noexcept nogil
     @cython.locals(by_product=double)
     cdef void _search(self, double* distances) noexcept nogil
     cdef bint found(self) noexcept nogil
+    cdef bint is_near(self) noexcept nogil
     cdef bint is_decided(self) noexcept nogil
     @cython.locals(j=int)
     cdef void write_pose(self, double* pose) noexcept nogil
@@ -66,7 +72,7 @@ cdef class NearestSearch:
     ) noexcept nogil
     @cython.locals(
         n=int, j=int, step=int, best=double, left=double,
-        away=double, sigma='double*', singular=cython.bint, gain=double, share=double,
+        away=double, nearest=double, sigma='double*', singular=cython.bint, gain=double, share=double,
         slide=double, length=double,
     )
     cdef void _run(self, int steps, double longest) noexcept nogil
@@ -79,7 +85,7 @@ cdef class NearestSearch:
     )
     cdef double _look_at_two(self) noexcept nogil
     @cython.locals(
-        lines=int, square=int, i=int, j=int, k=int, sine=double,
+        lines=int, square=int, i=int, j=int, sine=double,
         cosine=double, trace=double, length=double, left=double, all_of_it=double, value=double,
     )
     cdef double _solve_two(self, int turn) noexcept nogil

@@ -3,6 +3,9 @@ The singular pose nearest to a pose: Newton's method from where the first and se
 
 One step goes onto the set of singular poses and along it to its nearest point at once. Most poses
 need no search; most others one start; a saddle of the least singular value needs several.
+
+Along a motion the answer of the last search serves for some way: no singular pose comes nearer
+faster than the joints move.
 """
 
 import math
@@ -34,21 +37,25 @@ ANGLES = 16
 SECOND_ORDER_STARTS = 4
 FLAT_SADDLE = 0.003
 SIDE_STEP, LITTLE = 0.06, 0.03
+# What was found is followed along a motion up to this share of its distance, for another one may
+# have become the nearest; where none is near up to this share of how much farther the nearest is.
+FOLLOWED, TRUSTED = 0.05, 0.5
+FOLLOWING_STEPS = 6
 
 
 class NearestSearch:
     """
-    Room to look for the singular pose nearest to a pose, and what was found.
+    Room to look for the singular pose nearest to a pose, what was found, and how far that serves.
 
     Parameters
     ----------
     arm
         The arm.
-    budget
-        Evaluations of the arm at most, of one pose.
 
     Attributes
     ----------
+    budget
+        Evaluations of the arm at most, of one pose.
     horizon
         Beyond this distance nothing is looked for, rad.
     estimate
@@ -59,22 +66,28 @@ class NearestSearch:
         Whether a search was needed, and whether all its starts were tried.
     evaluations
         How many there were.
+    lasting
+        Up to this motion from the pose of the last search its answer serves, rad; negative where
+        there was none.
     """
 
-    def __init__(self, arm: Arm, budget: int) -> None:
+    def __init__(self, arm: Arm) -> None:
         arrays.given(arm)
+        if not arm.reach > 0.0:
+            raise TypeError('an arm without reach has no singular poses to look for')
         self.arm = arm
         self.equations = SingularEquations(arm.chain, arm.task)
-        self.budget = budget
+        self.budget = ENOUGH
         self.n, self.count = arm.chain.dof, self.equations.count
         self.horizon, self.estimate, self.distance = HORIZON, places.PI, places.INFINITY
         self.ran, self.complete, self.evaluations = False, True, 0
         self.by_product, self.by_least, self.by_two = 0.0, 0.0, 0.0
         self.smallest, self.second, self.slope = 0.0, 0.0, 0.0
+        self.free, self.lasting = 0.0, -1.0
         n, lines = self.n, self.count + 1
         tape = arm.tape.steps * (n + 1)
         self.room = arrays.scratch(
-            10 * n + 2 * lines * n + 5 * lines * lines + 2 * lines + ANGLES + 2 * n * n + tape
+            11 * n + 2 * lines * n + 5 * lines * lines + 2 * lines + ANGLES + 2 * n * n + tape
         )
         self.origin = self.room
         self.first = arrays.after(self.origin, n)
@@ -85,7 +98,8 @@ class NearestSearch:
         self.nearest = arrays.after(self.reached, n)
         self.uphill = arrays.after(self.nearest, n)
         self.roots = arrays.after(self.uphill, n)
-        self.both = arrays.after(self.roots, 2 * n)
+        self.searched = arrays.after(self.roots, 2 * n)
+        self.both = arrays.after(self.searched, n)
         self.gram = arrays.after(self.both, 2 * lines * n)
         self.system = arrays.after(self.gram, 3 * lines * lines)
         self.factor = arrays.after(self.system, lines * lines)
@@ -125,9 +139,10 @@ class NearestSearch:
         """
         self.ran, self.complete, self.evaluations = False, True, 0
         self.distance, self.estimate = places.INFINITY, first_order
+        self.lasting = -1.0
         n, k = self.n, self.arm.task.generic_rank
         for j in range(n):
-            self.origin[j], self.nearest[j] = q[j], 0.0
+            self.origin[j], self.searched[j], self.nearest[j] = q[j], q[j], 0.0
         if measures[places.RANK] < k:
             self.distance = 0.0
             return
@@ -135,13 +150,44 @@ class NearestSearch:
         sigma = arrays.after(way_out, n)
         self.equations.take(row, W, sigma)
         self._estimate(sigma, first_order)
-        bend = 0.5 * self.arm.reach * self.horizon * self.horizon
-        if self.estimate > self.horizon and self.smallest > self.horizon * self.slope + bend:
+        if self.free > self.horizon:
+            self.lasting = TRUSTED * (self.free - self.horizon)
             return
         self.ran = True
         for j in range(n):
             self.uphill[j] = way_out[j] / self.arm.task.column_scale[j]
         self._search(distances)
+        found = self.distance if self.found() else self.estimate
+        self.lasting = max(FOLLOWED * found, TRUSTED * (found - self.horizon))
+
+    def follow(self, q: Floats, first_order: float) -> bool:
+        """
+        Return whether the answer of the last search serves at q (n,), brought to what it is there.
+        """
+        if not self._moved_from(self.searched, q) <= self.lasting:
+            return False
+        self.evaluations = 0
+        near = self.distance <= self.horizon
+        if near:
+            longest = self._moved_from(self.origin, q) + self.distance
+            for j in range(self.n):
+                away = (self.origin[j] - q[j]) / self.arm.task.column_scale[j]
+                self.d[j] = away + self.nearest[j]
+            self.distance = places.INFINITY
+        for j in range(self.n):
+            self.origin[j] = q[j]
+        if near:
+            self._run(FOLLOWING_STEPS, longest)
+            return self.found()
+        self.estimate = min(self.estimate, first_order)
+        return True
+
+    def _moved_from(self, pose: Floats, q: Floats) -> float:
+        squares = 0.0
+        for j in range(self.n):
+            moved = (q[j] - pose[j]) / self.arm.task.column_scale[j]
+            squares += moved * moved
+        return math.sqrt(squares)
 
     def _estimate(self, sigma: Floats, by_product: float) -> None:
         # The figures of first order: by the product of the singular values, or the factors; by the
@@ -152,12 +198,18 @@ class NearestSearch:
         self.by_least = self.equations.write_step_onto(self.first)
         if not self.equations.are_fulfilled(self.first):
             self.by_least = places.INFINITY
+        self.smallest = sigma[k - 1]
         self.by_two, self.second = places.INFINITY, places.INFINITY
         if k > 1:
-            self.by_two, self.second = self._look_at_two(), sigma[k - 2]
+            self.second = sigma[k - 2]
+            self.by_two = self._look_at_two()
         self.estimate = min(self.by_product, min(self.by_least, self.by_two))
-        self.smallest = sigma[k - 1]
         self.slope = self.smallest / self.by_least if self.by_least > 0.0 else 0.0
+        # Nearer than this neither they nor the second order see a singular pose: the least
+        # singular value falls by slope r + reach r^2 / 2 at most, or so.
+        reach = self.arm.reach
+        falls = math.sqrt(self.slope * self.slope + 2.0 * reach * self.smallest) - self.slope
+        self.free = min(self.estimate, falls / reach)
 
     def _search(self, distances: Floats) -> None:
         # From one start after the other, until what is found agrees with the first order.
@@ -178,6 +230,10 @@ class NearestSearch:
     def found(self) -> bool:
         """Return whether a singular pose was found."""
         return self.distance < places.INFINITY
+
+    def is_near(self) -> bool:
+        """Return whether one was found that is not beyond the horizon."""
+        return self.distance <= self.horizon
 
     def is_decided(self) -> bool:
         """Return whether nothing more is to be looked for: false where a search found nothing."""
@@ -219,12 +275,13 @@ class NearestSearch:
             self.equations.linearise()
             left = self.equations.write_step_onto(self.onto)
             away = singular_equations.length_of(self.d, n)
+            nearest = self.equations.write_nearest(self.d, self.along)
             sigma = self.equations.sigma
             singular = sigma[self.equations.rank - 1] < SINGULAR * sigma[0]
             if singular and left < NEXT_STEP * away + NO_STEP:
                 if not away < best:
                     break
-                gain = best - away
+                gain = min(best - away, away - nearest)
                 best = away
                 for j in range(n):
                     self.reached[j] = self.d[j]
@@ -232,7 +289,6 @@ class NearestSearch:
                     break
             elif away - left > self.distance:
                 break  # it is on its way to one that is farther than what was found
-            self.equations.write_nearest(self.d, self.along)
             share = 1.0
             if step >= steps - LAST_STEPS:
                 share = 0.0
@@ -299,9 +355,8 @@ class NearestSearch:
         for i in range(lines):
             trace += self.system[i * lines + i]
             self.right[i] = 0.0
-        k = self.equations.rank - 2
-        self.right[0] = -cosine * self.equations.sigma[k]
-        self.right[1] = -sine * self.equations.sigma[k + 1]
+        self.right[0] = -cosine * self.second
+        self.right[1] = -sine * self.smallest
         if not refinement.damped_step(
             lines, self.system, self.right, 1e-12 * trace, self.factor, self.shares
         ):

@@ -48,7 +48,7 @@ cdef class SingularEquations:
     @cython.locals(i=int, j=int, squares=double, left=double)
     cdef bint are_fulfilled(self, double* d) noexcept nogil
     @cython.locals(i=int, j=int, along=double)
-    cdef void write_nearest(self, double* away, double* d) noexcept nogil
+    cdef double write_nearest(self, double* away, double* d) noexcept nogil
     @cython.locals(n=int, k=int, i=int, j=int, r=int, share=double, scale='double*')
     cdef void write_second_order(
         self, double* g, double* b, double* c, double* H

@@ -168,9 +168,11 @@ class SingularEquations:
             squares += left * left
         return math.sqrt(squares) < 0.5 * self.sigma[self.rank - 1]
 
-    def write_nearest(self, away: Floats, d: Floats) -> None:
+    def write_nearest(self, away: Floats, d: Floats) -> float:
         """
         Fill the least motion d (n,) from where this pose is `away`, to where they are fulfilled.
+
+        Returns its length.
         """
         for i in range(self.count):
             along = 0.0
@@ -178,7 +180,7 @@ class SingularEquations:
                 along += self.A[i * self.n + j] * away[j]
             self.wanted[i] = along
         self.wanted[0] -= self.sigma[self.rank - 1]
-        self.write_least(d)
+        return self.write_least(d)
 
     def write_second_order(self, g: Floats, b: Floats, c: Floats, H: Floats) -> None:
         """
