@@ -7,7 +7,6 @@ from .compiled import prefer_source_where_needed
 
 prefer_source_where_needed()
 
-from .arm import Arm as Arm
 from .evaluation import evaluate as evaluate
 from .evaluation import evaluate_one as evaluate_one
 from .evaluation import quaternions as quaternions
@@ -47,6 +46,7 @@ from .layout.arrays import Bytes as Bytes
 from .layout.arrays import Floats as Floats
 from .layout.arrays import Integers as Integers
 from .layout.places import *  # noqa: F403
+from .measures.arm import Arm as Arm
 from .measures.clearance import Clearance as Clearance
 from .measures.clearance import clearances as clearances
 from .measures.factors import Tape as Tape

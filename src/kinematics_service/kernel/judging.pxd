@@ -5,7 +5,7 @@ from libc cimport math
 from . cimport evaluation
 from .layout cimport arrays, lanes, places
 from .measures cimport factor_lanes, factors, measure_lanes, singularity
-from .arm cimport Arm
+from .measures.arm cimport Arm
 from .measures.nearest_singular cimport NearestSearch
 
 @cython.locals(n=int, count=int, f=int, j=int, squares=double, slope=double)

@@ -3,10 +3,10 @@
 import math
 
 from . import evaluation
-from .arm import Arm
 from .layout import arrays, lanes, places
 from .layout.arrays import Floats
 from .measures import factor_lanes, factors, measure_lanes, singularity
+from .measures.arm import Arm
 from .measures.nearest_singular import NearestSearch
 
 

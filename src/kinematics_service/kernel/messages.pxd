@@ -3,7 +3,7 @@ cimport numpy as cnp
 
 from . cimport judging, observing, outgoing
 from .layout cimport arrays, places
-from .arm cimport Arm
+from .measures.arm cimport Arm
 from .joint_memory cimport JointMemory, OurJoints
 from .measures.nearest_singular cimport NearestSearch
 from .outgoing cimport OutgoingMessages

@@ -338,6 +338,11 @@ def measured_in_order(state: ToolState, search: kernel.NearestSearch) -> ToolSta
     return state._replace(measures=measure_rates.searched(state, first, search))
 
 
+def measured_before(state: ToolState, distance: Floats, nearest_singular: Floats) -> ToolState:
+    """Return poses with their measures there, what a search had found (N,), (N, n) kept of it."""
+    return state._replace(measures=measure_rates.recalled(state, distance, nearest_singular))
+
+
 def _measure(state: ToolState) -> Floats:
     row = np.empty(state.robot.measure_places.width)
     kernel.measure_one(kernel.NearestSearch(state.robot.arm), state.row, row)

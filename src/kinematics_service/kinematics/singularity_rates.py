@@ -65,6 +65,20 @@ def searched(
     return found
 
 
+def recalled(state: ToolState, distance: Floats, nearest_singular: Floats) -> Floats:
+    """
+    Return the measures of a state, with distances (N,) and poses (N, n) that a search had found.
+
+    The level and what is decided are those of first order.
+    """
+    robot, measures = state.robot, measures_of(state)
+    measures[:, kernel.DISTANCE] = distance
+    measures[:, robot.measure_places.pose :] = nearest_singular
+    if robot.thresholds.measure == 'distance':
+        measures[:, robot.measure_places.judged + kernel.WATCHED] = distance
+    return measures
+
+
 def _rows(state: ToolState) -> tuple[Floats, Floats]:
     numbers = state.numbers
     q = np.ascontiguousarray(state.q).reshape(-1, state.robot.dof)

@@ -3,11 +3,10 @@ cimport numpy as cnp
 from libc cimport math
 
 from ..forward cimport chain_pass
-from ..inverse cimport refinement
 from ..layout cimport arrays, places
 from . cimport singular_equations, singular_values
 from . cimport singularity, symmetric
-from ..arm cimport Arm
+from .arm cimport Arm
 from .singular_equations cimport SingularEquations
 
 cdef int HALVINGS, MULTIPLIER_HALVINGS

@@ -8,12 +8,11 @@ complement of that block is not zero, whose change is known to second order, and
 
 import math
 
-from ..arm import Arm
 from ..forward import chain_pass
-from ..inverse import refinement
 from ..layout import arrays, places
 from ..layout.arrays import Floats, Integers, Numbers
 from . import singular_equations, singular_values, singularity, symmetric
+from .arm import Arm
 from .singular_equations import SingularEquations
 
 # Halvings of the radius, and of the multiplier of a minimum.
@@ -235,7 +234,7 @@ class Clearance:
                     value += self.A[i * d + j] * self.A[p * d + j]
                 gram[i * count + p] = value
             trace += gram[i * count + i]
-        if not refinement.damped_step(count, gram, right, 1e-9 * trace, factor, shares):
+        if not symmetric.damped_step(count, gram, right, 1e-9 * trace, factor, shares):
             return 1.0
         size = singular_equations.length_of(shares, count)
         if not size > 0.0:

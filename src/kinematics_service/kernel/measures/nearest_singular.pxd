@@ -2,11 +2,10 @@ cimport cython
 from libc cimport math
 
 from ..forward cimport chain_pass
-from ..inverse cimport refinement
 from ..layout cimport arrays, places
 from . cimport factors
 from . cimport singular_equations, symmetric
-from ..arm cimport Arm
+from .arm cimport Arm
 from .singular_equations cimport SingularEquations
 
 cdef int ENOUGH

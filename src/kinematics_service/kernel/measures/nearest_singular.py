@@ -10,12 +10,11 @@ faster than the joints move.
 
 import math
 
-from ..arm import Arm
 from ..forward import chain_pass
-from ..inverse import refinement
 from ..layout import arrays, places
 from ..layout.arrays import Floats
 from . import factors, singular_equations, symmetric
+from .arm import Arm
 from .singular_equations import SingularEquations
 
 # Beyond so many rad (a prismatic joint's divided by the length) nothing is looked for.
@@ -357,7 +356,7 @@ class NearestSearch:
             self.right[i] = 0.0
         self.right[0] = -cosine * self.second
         self.right[1] = -sine * self.smallest
-        if not refinement.damped_step(
+        if not symmetric.damped_step(
             lines, self.system, self.right, 1e-12 * trace, self.factor, self.shares
         ):
             return places.INFINITY

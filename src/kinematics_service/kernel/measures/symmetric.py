@@ -1,4 +1,4 @@
-"""Eigenvalues and eigenvectors of a small symmetric matrix by Jacobi's rotations."""
+"""A small symmetric matrix: eigenvectors by Jacobi's rotations, equations by Cholesky."""
 
 import math
 
@@ -53,6 +53,34 @@ def diagonalise(H: Floats, Z: Floats, size: int) -> None:
             for j in range(i + 1, size):
                 if abs(H[i * size + j]) > NEGLIGIBLE * NEGLIGIBLE * largest:
                     _rotate(H, Z, size, i, j)
+
+
+def damped_step(n: int, A: Floats, g: Floats, damping: float, L: Floats, step: Floats) -> bool:
+    """Solve (A + damping) step = g by Cholesky; False where round-off makes that impossible."""
+    for i in range(n):
+        for j in range(i + 1):
+            value = A[i * n + j]
+            if i == j:
+                value += damping
+            for k in range(j):
+                value -= L[i * n + k] * L[j * n + k]
+            if i == j:
+                if not value > 0.0:
+                    return False
+                L[i * n + i] = math.sqrt(value)
+            else:
+                L[i * n + j] = value / L[j * n + j]
+    for i in range(n):
+        value = g[i]
+        for k in range(i):
+            value -= L[i * n + k] * step[k]
+        step[i] = value / L[i * n + i]
+    for i in range(n - 1, -1, -1):
+        value = step[i]
+        for k in range(i + 1, n):
+            value -= L[k * n + i] * step[k]
+        step[i] = value / L[i * n + i]
+    return True
 
 
 def eigenvectors(H: Floats, Z: Floats) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 
 from ....formats.recordings.block import Times
 from ....kernel import Floats
-from ....kinematics.singularity import singularity_of
+from ....kinematics.singularity import measured_before, singularity_of
 from ....kinematics.tool_state import evaluate
 from ....rigid_motion import roll_pitch_yaw
 from ....robot.measures import MEASURES, Level
@@ -191,7 +191,9 @@ def _series(audit: Audit, rows: Times) -> dict[str, Any]:
     timeline = audit.timeline
     q, qdot, factors = timeline.q[rows], timeline.qdot[rows], timeline.factors[rows]
     state = evaluate(audit.robot, q, np.nan_to_num(qdot, nan=0.0))
-    singularity = singularity_of(state)
+    singularity = singularity_of(
+        measured_before(state, timeline.distance[rows], timeline.nearest_singular[rows])
+    )
     moving = ~np.any(np.isnan(qdot), axis=1)
     signs = np.where(timeline.turned[rows], -1.0, 1.0)
     measures = {name: getattr(singularity, name) for name in MEASURES}

@@ -1,9 +1,9 @@
 """Everything the kernel reads of an arm."""
 
-from .forward.chain import Chain
-from .layout import places
-from .measures.factors import Tape
-from .measures.task_rows import TaskRows
+from ..forward.chain import Chain
+from ..layout import places
+from .factors import Tape
+from .task_rows import TaskRows
 
 
 class Arm:

@@ -1,7 +1,7 @@
-from .layout cimport places
-from .forward.chain cimport Chain
-from .measures.factors cimport Tape
-from .measures.task_rows cimport TaskRows
+from ..layout cimport places
+from ..forward.chain cimport Chain
+from .factors cimport Tape
+from .task_rows cimport TaskRows
 
 cdef class Arm:
     cdef readonly Chain chain
