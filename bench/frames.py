@@ -191,19 +191,20 @@ def misread(robot):
 def lengths(robot):
     for row, link in enumerate(robot.description.links):
         for key in ('a', 'd'):
-            if (
-                0 < row < len(robot.description.links) - 1
-                and not getattr(link, key).affine.coefficients
-            ):
+            if 0 < row < len(robot.description.links) - 1 and not link[key].affine.coefficients:
                 yield row, key
 
 
 def longer(robot, row, key):
     links = list(robot.description.links)
-    own = getattr(links[row], key)
+    link = links[row]
+    own = link[key]
     affine = dataclasses.replace(own.affine, constant=own.affine.constant + 5e-3)
     changed = dataclasses.replace(own, affine=affine)
-    links[row] = dataclasses.replace(links[row], **{key: changed})
+    place = link.names.index(key)
+    motions = list(link.motions)
+    motions[place] = dataclasses.replace(motions[place], argument=changed)
+    links[row] = dataclasses.replace(link, motions=tuple(motions))
     return plain(robot, links=tuple(links))
 
 

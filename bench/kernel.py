@@ -134,6 +134,16 @@ def growth():
         print(f'{joints:6}{call:12.0f}{call / joints:12.0f}{pose:18.0f}{pose / joints:9.0f}')
 
 
+def processor_time(function, rounds=5):
+    """Return the least processor time of a call in ns, all threads together."""
+    best = np.inf
+    for _ in range(rounds):
+        begin = time.process_time()
+        function()
+        best = min(best, time.process_time() - begin)
+    return best * 1e9
+
+
 def on_cores(cores, function):
     """Return `function` run with batches spread over at most so many cores."""
 
@@ -149,7 +159,11 @@ def on_cores(cores, function):
 
 def batches(robot, most):
     cores = threads.cores()
-    print(f'\n{"poses":>9}{"one core, ns a pose":>21}{f"{cores} cores":>10}{"measures, one":>15}')
+    # On a busy machine only the processor time says what threads cost each other.
+    print(
+        f'\n{"poses":>9}{"one core, ns a pose":>21}{f"{cores} cores":>10}{"measures, one":>15}'
+        f'{"CPU, one":>15}{f"CPU, {cores}":>15}'
+    )
     random = np.random.default_rng(3)
     for count in BATCHES:
         if count > most:
@@ -162,16 +176,18 @@ def batches(robot, most):
         state = ks.evaluate(robot, q[: min(count, 20_000)])
         rounds = 60 if count < 100_000 else 5
         calls = max(1, 500 // count)
-        found = nanoseconds(
-            {'one': on_cores(1, evaluate), 'all': on_cores(cores, evaluate)}, calls, rounds
-        )
+        one, several = on_cores(1, evaluate), on_cores(cores, evaluate)
+        found = nanoseconds({'one': one, 'all': several}, calls, rounds)
 
         def judge(state=state):
             singularity_of(state)
 
         judge = nanoseconds({'judge': on_cores(1, judge)}, calls, 5)
         judged = judge['judge'] / len(state.q)
-        print(f'{count:9}{found["one"] / count:21.0f}{found["all"] / count:10.0f}{judged:15.0f}')
+        line = f'{count:9}{found["one"] / count:21.0f}{found["all"] / count:10.0f}{judged:15.0f}'
+        if count > 2 * threads.LEAST_PART:
+            line += ''.join(f'{processor_time(run) / count:15.0f}' for run in (one, several))
+        print(line)
 
 
 def main():

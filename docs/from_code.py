@@ -172,6 +172,19 @@ def _accepted(one: Any) -> str:
 # The robot file: as its reader takes it
 
 
+def conventions() -> str:
+    """Return the table of the conventions."""
+    from kinematics_service.robot.file.convention_table import CONVENTIONS
+
+    rows = []
+    for one in CONVENTIONS.values():
+        before = ' and '.join(name for _, name in one.before_joint)
+        of_link_before = f', {before} being those of the link before' if before else ''
+        name = code(one.name) + (f' ({one.author})' if one.author else '')
+        rows.append([name, (one.product or one.written) + of_link_before])
+    return table(('Convention', 'A row is'), rows)
+
+
 def robot_file() -> str:
     """Return the keys of a robot file, part by part."""
     from sentences import ROBOT_FILE
@@ -294,6 +307,7 @@ def _directive(ks: Any, name: str) -> str:
 MAKERS: dict[str, Callable[[], str]] = {
     'topics': topics,
     'parameters': parameters,
+    'conventions': conventions,
     'robot_file': robot_file,
     'commands': commands,
     'measures': measures,

@@ -77,10 +77,8 @@ ROBOT_FILE = {
     'DhRowEntry': (
         'links, standard and modified',
         '`theta` and `d` may be any expression that is linear in the joint variables, so signs, '
-        'offsets, gears and coupled joints need no keyword. A row is Rz(theta) Tz(d) Tx(a) '
-        'Rx(alpha) in `standard`, and Rx(alpha) Tx(a) Rz(theta) Tz(d) in `modified`, where alpha '
-        'and a belong to the link before the joint. In `elementary` a row is instead one text, '
-        'such as `Rz(q1)` or `Tx(L1)`, of `Rx Ry Rz Tx Ty Tz`.',
+        'offsets, gears and coupled joints need no keyword. In `elementary` a row is instead one '
+        'text, such as `Rz(q1)` or `Tx(L1)`, of `Rx Ry Rz Tx Ty Tz`.',
         {
             'a': 'distance of the joint axes along x',
             'alpha': 'angle of the joint axes about x',

@@ -34,6 +34,10 @@ ROOMS = (
     'symbolic/algebra',
     'symbolic',
     'symbolic/output',
+    'symbolic/formulas/text',
+    'symbolic/formulas/arm',
+    'symbolic/formulas/statements',
+    'symbolic/formulas/causes',
     'symbolic/formulas',
     'formats/urdf',
     'formats/recordings',
@@ -269,7 +273,7 @@ def test_the_start_of_the_node_loads_nothing_that_only_a_command_needs(ros_domai
         'from kinematics_service.cli.command_line import run\n'
         'from kinematics_service.ros.process.spin import Spinner\n'
         # Everything up to the first message that could come.
-        'Spinner.spin = lambda self, stopped: True\n'
+        'Spinner.spin = lambda self, stopped, turn: True\n'
         "assert run(['--robot', 'ur5e']) == 0",
         whole=True,
     )

@@ -89,7 +89,7 @@ class Copy:
             timeout=280,
         )
         assert done.returncode == code, done.stdout + done.stderr
-        return done.stdout if code == 0 else done.stderr
+        return done.stdout if code == 0 else done.stdout + done.stderr
 
     def command(self, *arguments):
         return self.python('-m', NAME, *arguments)
@@ -310,3 +310,80 @@ def test_a_robot(package):
     assert re.search(r'^one_slide +1 +P +modified +a test$', group, re.MULTILINE)
     told = json.loads(package.command('fk', '--robot', 'one_slide', '--q', '0.25', '--json'))
     assert told['position'] == [0.5, 0.0, 0.25]
+
+
+# Hayati and Mirmirani 1985, for axes that are nearly parallel: beta instead of d.
+CONVENTION = """        Convention(
+            'hayati',
+            'Rz(theta) Tx(a) Rx(alpha) Ry(beta)',
+            author='Hayati-Mirmirani',
+            also=('hayati_mirmirani',),
+        ),
+"""
+NEARLY_PARALLEL = """
+robot: nearly_parallel
+source: a test
+convention: hayati
+constants: {L: 0.5}
+joints: [{name: q1, type: revolute}, {name: q2, type: revolute}]
+links:
+  - {theta: q1, a: L, alpha: 0.01, beta: -0.02}
+  - {theta: q2 + pi/2, a: 0.3, alpha: pi/2, beta: 0}
+"""
+BY_ELEMENTARY_MOTIONS = """
+robot: nearly_parallel
+source: a test
+convention: elementary
+constants: {L: 0.5}
+joints: [{name: q1, type: revolute}, {name: q2, type: revolute}]
+links: [Rz(q1), Tx(L), Rx(0.01), Ry(-0.02), Rz(q2 + pi/2), Tx(0.3), Rx(pi/2)]
+"""
+SAME_ARM = """
+import numpy as np
+import kinematics_service as ks
+rows, motions = ks.load_robot('rows.yaml'), ks.load_robot('motions.yaml')
+q = np.random.default_rng(4).uniform(-3.0, 3.0, (20, 2))
+for function in (ks.forward_kinematics, ks.jacobian):
+    np.testing.assert_allclose(function(rows, q), function(motions, q), rtol=0, atol=1e-15)
+exact = [ks.derive(robot) for robot in (rows, motions)]
+assert (exact[0].T - exact[1].T).expand().is_zero_matrix
+assert (exact[0].jacobian - exact[1].jacobian).expand().is_zero_matrix
+"""
+BETA_TURNED_ROUND = """
+T_01 = [
+  -sin(0.01)*sin(0.02)*s1 + cos(0.02)*c1, -cos(0.01)*s1,
+  sin(0.01)*cos(0.02)*s1 + sin(0.02)*c1, L*c1;
+  sin(0.01)*sin(0.02)*c1 + cos(0.02)*s1, cos(0.01)*c1, sin(0.02)*s1 - sin(0.01)*cos(0.02)*c1, L*s1;
+  -sin(0.02)*cos(0.01), sin(0.01), cos(0.01)*cos(0.02), 0; 0, 0, 0, 1]
+"""
+
+
+@pytest.mark.slow
+def test_a_convention(package):
+    package.insert('robot/file/convention_table.py', CONVENTION, before='    )\n}\n# The names')
+    sentence = "            'beta': 'angle of the joint axes about y',\n"
+    package.insert('docs/sentences.py', sentence, before="            'd': 'distance along z; a")
+    assert package.edited == files_of('A convention')
+    (package.folder / 'rows.yaml').write_text(NEARLY_PARALLEL)
+    (package.folder / 'motions.yaml').write_text(BY_ELEMENTARY_MOTIONS)
+    package.python('-c', SAME_ARM)
+
+    checked = package.command('check', 'rows.yaml')
+    assert (
+        '  convention  hayati (Hayati-Mirmirani), T = Rz(theta) Tx(a) Rx(alpha) Ry(beta)'
+        in checked
+    )
+    assert re.search(r'^  i  a \[m\]  alpha \[rad\]  beta \[rad\]  theta \[rad\]$', checked, re.M)
+    assert re.search(r'^  1  L +0.01 +-0.02 +q1$', checked, re.M)
+
+    (package.folder / 'formulas.txt').write_text(BETA_TURNED_ROUND)
+    compared = package.python('-m', NAME, 'compare', 'rows.yaml', 'formulas.txt', code=1)
+    assert '  cause: beta of row 1 has the wrong sign' in compared
+    wrong = package.folder / 'wrong.yaml'
+    wrong.write_text(NEARLY_PARALLEL.replace('hayati', 'hayati_mirmirani').replace('beta', 'b'))
+    refused = package.python('-m', NAME, 'check', str(wrong), code=1)
+    assert "unknown 'hayati_mirmirani', did you mean 'hayati'?" in refused
+    reference = 'import sys; sys.path.insert(0, "docs"); import from_code; print('
+    table = package.python('-c', f'{reference}from_code.conventions(), from_code.robot_file())')
+    assert '| `hayati` (Hayati-Mirmirani) | Rz(theta) Tx(a) Rx(alpha) Ry(beta) |' in table
+    assert '| `beta` |' in table

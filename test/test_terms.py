@@ -13,7 +13,9 @@ DOCS = Path(__file__).parents[1] / 'docs'
 RETIRED = {
     'admission': 'origin check',
     'aim_': 'target',
+    'angle_place': 'angle_index',
     'arm that is not there': 'simulated arm',
+    'bench_of': 'sampler_of',
     'frame doctor': 'frame check',
     'Heard': 'LatestMessage or ActiveTopics',
     'Notice': 'StatusText',
@@ -27,8 +29,6 @@ RETIRED = {
     'whoever': 'the client, the user, the node',
     'wire_': 'message or form',
 }
-# Names that two classes still share.
-SHARED = {'Arm', 'Crossing', 'Frames', 'Names', 'Tape', 'Token', 'Units'}
 
 
 def texts():
@@ -53,6 +53,4 @@ def test_a_class_name_stands_for_one_thing():
         for node in ast.walk(tree(file)):
             if isinstance(node, ast.ClassDef):
                 homes.setdefault(node.name.lstrip('_'), []).append(file)
-    assert not {
-        name: where for name, where in homes.items() if len(where) > 1 and name not in SHARED
-    }
+    assert not {name: where for name, where in homes.items() if len(where) > 1}

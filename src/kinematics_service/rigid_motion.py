@@ -30,12 +30,16 @@ def screw_z(theta: float, d: float) -> Floats:
     )
 
 
+def screw(axis: str, angle: float, length: float) -> Floats:
+    """Return the rotation about, and translation along, axis x, y or z, in rad and m."""
+    # The numbers of the screw about z in other places.
+    order = {'x': (2, 0, 1, 3), 'y': (1, 2, 0, 3), 'z': (0, 1, 2, 3)}[axis]
+    return screw_z(angle, length)[np.ix_(order, order)]
+
+
 def screw_x(alpha: float, a: float) -> Floats:
     """Return Tx(a) Rx(alpha) = Rx(alpha) Tx(a), alpha in rad, a in m."""
-    c, s = math.cos(alpha), math.sin(alpha)
-    return np.array(
-        [[1.0, 0.0, 0.0, a], [0.0, c, -s, 0.0], [0.0, s, c, 0.0], [0.0, 0.0, 0.0, 1.0]]
-    )
+    return screw('x', alpha, a)
 
 
 def inverse(T: Floats) -> Floats:

@@ -13,6 +13,8 @@ NUMBERS = (signal.SIGINT, signal.SIGTERM)
 # Shortest time for a clean-up after the first signal, even if a second one comes (s): one press of
 # Ctrl-C can reach a process twice.
 GRACE = 1.0
+# Period of what is done while no signal comes (s).
+MEANWHILE = 1.0
 # A command that Ctrl-C interrupts cleans up within this (s): half-written files, its processes,
 # the cursor.
 UNWINDING = 0.8
@@ -30,6 +32,8 @@ class StopSignal:
         Whether one has come.
     then
         Called when the first one comes, from another thread.
+    meanwhile
+        Called every MEANWHILE until then, from that thread.
     last_words
         Text written to standard output if a second one ends the process, such as a terminal's
         reset.
@@ -38,6 +42,7 @@ class StopSignal:
     def __init__(self) -> None:
         self.came = False
         self.then: Callable[[], None] = lambda: None
+        self.meanwhile: Callable[[], None] = lambda: None
         self.last_words = b''
 
     def follow(self, signals: int) -> None:
@@ -49,6 +54,9 @@ class StopSignal:
         signals
             Descriptor of the file.
         """
+        while not select.select([signals], [], [], MEANWHILE)[0]:
+            with contextlib.suppress(Exception):  # a signal must be followed all the same
+                self.meanwhile()
         os.read(signals, 1)
         first = time.monotonic()
         self.came = True

@@ -20,6 +20,10 @@ from kinematics_service.cli.arguments import join_numbers, split_ros_arguments
 from kinematics_service.robot.bundled import GROUPS
 
 COMMANDS = ('check', 'fk', 'jacobian', 'robots', 'demo', 'echo')
+EVERY_COMMAND = (
+    'check, new, fk, ik, jacobian, compare, derive, audit, export, import, plot, robots, demo, '
+    'echo, view'
+)
 ROBOTS = tuple(ks.bundled_robots())
 NARROW = 80
 
@@ -408,7 +412,12 @@ def test_the_labelled_jacobian_and_twist_are_the_librarys(capsys):
         (['robots', '--ros-args', '-p', 'a:=1'],
          'Error: robots takes no --ros-args: it needs no ROS\n'),
         (['fk', '--q', '1'], "Error: Missing option '--robot'.\n"),
-        (['nosuch'], "Error: No such command 'nosuch'.\n"),
+        (['frobnicate'], f"Error: unknown command 'frobnicate' (commands: {EVERY_COMMAND})\n"),
+        (
+            ['chek', 'ur5e'],
+            f"Error: unknown command 'chek', did you mean 'check'? (commands: {EVERY_COMMAND})\n",
+        ),
+        (['fk', '--robt', 'ur5e'], '--robot'),
         (['demo', '--duration', 'nan'], '--duration'),
         (['echo', 'everything'], 'everything'),
         (['demo', '--replay', 'no_such.csv'], 'no_such.csv'),

@@ -13,7 +13,7 @@ import kinematics_service as ks
 from kinematics_service.diagnosis.frame_check import FramesError, diagnose_frames
 from kinematics_service.formats.recordings.pose_format import PoseFormat
 from kinematics_service.formats.recordings.tool_poses import PoseRows
-from kinematics_service.robot.conventions import ROWS_OF
+from kinematics_service.robot.file.convention_table import CONVENTIONS
 from kinematics_service.robot.robot import build_robot
 
 SPATIAL = (
@@ -57,7 +57,7 @@ def measured(robot, q, seed=0):
     return B
 
 
-def setup(name, count=240):
+def poses_of_arm(name, count=240):
     robot = robot_of(name)
     t, q, _ = motion(robot, count, 20.0, 2)
     q = np.where(sliding(robot), 0.2 * q, q)
@@ -70,7 +70,7 @@ def keys(diagnosis):
 
 @pytest.mark.parametrize('name', BUNDLED)
 def test_offsets_are_found_and_no_cause_is_named_on_clean_data(name):
-    robot, t, q, B = setup(name)
+    robot, t, q, B = poses_of_arm(name)
     diagnosis = diagnose_frames(robot, q, B, t)
     assert diagnosis.cause is None, diagnosis.sentence
     assert diagnosis.errors.position_rms < 2.0 * NOISE
@@ -86,7 +86,7 @@ def test_offsets_are_found_and_no_cause_is_named_on_clean_data(name):
 
 @pytest.mark.parametrize('name', ['planar_2r', 'planar_3r', 'scara_hsr065'])
 def test_what_the_poses_do_not_determine_is_said(name):
-    robot, t, q, B = setup(name)
+    robot, t, q, B = poses_of_arm(name)
     (free,) = diagnose_frames(robot, q, B, t).undetermined
     assert free == 'motion along z of the base against motion along z of the tool' or (
         'of the base against' in free
@@ -96,7 +96,7 @@ def test_what_the_poses_do_not_determine_is_said(name):
 @pytest.mark.slow
 @pytest.mark.parametrize('name', SPATIAL)
 def test_a_joint_that_counts_the_other_way_is_named(name):
-    robot, t, q, B = setup(name)
+    robot, t, q, B = poses_of_arm(name)
     for j, joint in enumerate(robot.joint_names):
         wrong = q.copy()
         wrong[:, j] *= -1.0
@@ -109,7 +109,7 @@ def test_a_joint_that_counts_the_other_way_is_named(name):
 @pytest.mark.slow
 @pytest.mark.parametrize('name', SPATIAL)
 def test_joints_in_each_others_place_are_named(name):
-    robot, t, q, B = setup(name)
+    robot, t, q, B = poses_of_arm(name)
     for i, j in [(0, 2), (1, 2), (robot.dof - 2, robot.dof - 1)]:
         wrong = q.copy()
         wrong[:, [i, j]] = wrong[:, [j, i]]
@@ -124,7 +124,7 @@ def test_joints_in_each_others_place_are_named(name):
 @pytest.mark.slow
 @pytest.mark.parametrize('name', SPATIAL)
 def test_units_axes_and_quaternion_order_are_named(name):
-    robot, t, q, B = setup(name)
+    robot, t, q, B = poses_of_arm(name)
     degrees = np.where(sliding(robot), q, np.degrees(q))
     assert diagnose_frames(robot, degrees, B, t).cause.key == 'degrees'
     millimetres = B.copy()
@@ -158,7 +158,7 @@ def shuffled(B):
 def misread(robot):
     """Return the robot of the same table under the other convention."""
     other = {'standard': 'modified', 'modified': 'standard'}[robot.convention]
-    assert other in ROWS_OF
+    assert [one.name for one in CONVENTIONS[robot.convention].others] == [other]
     description = robot.description
     plain = dataclasses.replace(description.singularity, factors=())
     return build_robot(dataclasses.replace(description, convention=other, singularity=plain))
@@ -166,7 +166,7 @@ def misread(robot):
 
 @pytest.mark.parametrize('name', ['puma560', 'ur5e', 'panda', 'offset_stanford_dh'])
 def test_a_table_read_by_the_other_convention_is_named(name):
-    robot, t, q, B = setup(name)
+    robot, t, q, B = poses_of_arm(name)
     cause = diagnose_frames(misread(robot), q, B, t).cause
     assert cause.key == 'convention'
 
@@ -174,7 +174,7 @@ def test_a_table_read_by_the_other_convention_is_named(name):
 @pytest.mark.slow
 @pytest.mark.parametrize('name', SPATIAL)
 def test_a_zero_position_that_is_off_is_named_with_its_size(name):
-    robot, t, q, B = setup(name)
+    robot, t, q, B = poses_of_arm(name)
     for j in range(1, robot.dof - 1):  # those of the first and the last are base and tool offsets
         wrong = q.copy()
         off = 0.01 if sliding(robot)[j] else 0.03
@@ -189,7 +189,7 @@ def test_a_zero_position_that_is_off_is_named_with_its_size(name):
 
 @pytest.mark.parametrize('name', ['puma560', 'ur5e', 'panda'])
 def test_a_late_source_is_named_with_its_lag(name):
-    robot, t, q, B = setup(name)
+    robot, t, q, B = poses_of_arm(name)
     for lag in (0.05, -0.03):
         late = np.stack([np.interp(t - lag, t, column) for column in q.T], axis=1)
         middle = slice(5, -5)
@@ -199,7 +199,7 @@ def test_a_late_source_is_named_with_its_lag(name):
 
 
 def test_a_wrong_length_is_named_with_its_row():
-    robot, t, q, B = setup('ur5e')
+    robot, t, q, B = poses_of_arm('ur5e')
     text = ks.bundled_robots()['ur5e'].read_text().partition('known_poses:')[0]
     assert '-0.425' in text
     longer = ks.robot_from_text(text.replace('-0.425', '-0.435'))
@@ -211,7 +211,7 @@ def test_a_wrong_length_is_named_with_its_row():
 
 @pytest.mark.parametrize('size', [0.003, 0.007])
 def test_a_length_that_explains_most_but_not_two_thirds_is_mentioned_not_named(size):
-    robot, t, q, B = setup('ur5e')
+    robot, t, q, B = poses_of_arm('ur5e')
     text = ks.bundled_robots()['ur5e'].read_text().partition('known_poses:')[0]
     longer = ks.robot_from_text(text.replace('-0.3922', f'{-0.3922 - size:.4f}'))
     # Something else remains besides, which no cause explains.
@@ -229,7 +229,7 @@ def test_a_length_that_explains_most_but_not_two_thirds_is_mentioned_not_named(s
 
 @pytest.mark.parametrize('axis', [0, 2])
 def test_mirrored_axes_are_refused_not_explained(axis):
-    robot, t, q, B = setup('ur5e', 40)
+    robot, t, q, B = poses_of_arm('ur5e', 40)
     B[:, :3, axis] *= -1.0
     with pytest.raises(ks.KinematicsError, match='mirrored axes.* 40 of 40 poses'):
         ks.diagnose_frames(robot, q, B, t)
@@ -241,7 +241,7 @@ def test_mirrored_axes_are_refused_not_explained(axis):
 
 @pytest.mark.parametrize('lag', [0.15, -0.15, 0.35])
 def test_a_lag_of_many_samples_is_named_by_the_motion_around_few_poses(lag):
-    robot, t, q, B = setup('panda', 800)
+    robot, t, q, B = poses_of_arm('panda', 800)
     at = np.arange(60, 740, 17)
     times = t[at] + lag
     cause = diagnose_frames(robot, q[at], B[at], t[at], motion=(t + lag, q)).cause
@@ -261,7 +261,7 @@ def test_a_lag_of_many_samples_is_named_by_the_motion_around_few_poses(lag):
     ],
 )
 def test_a_motion_that_is_none_is_refused(motion, words):
-    robot, t, q, B = setup('ur5e', 12)
+    robot, t, q, B = poses_of_arm('ur5e', 12)
     with pytest.raises(FramesError, match=words):
         diagnose_frames(robot, q, B, t, motion=motion)
     with pytest.raises(FramesError, match='needs the stamps'):
@@ -286,7 +286,7 @@ def test_lengths_and_angles_are_written_as_a_person_reads_them():
 
 
 def test_poses_without_variety_or_of_the_wrong_shape_are_met_with_a_sentence():
-    robot, _, q, B = setup('ur5e')
+    robot, _, q, B = poses_of_arm('ur5e')
     still = diagnose_frames(robot, np.repeat(q[:1], 20, 0), np.repeat(B[:1], 20, 0))
     assert len(still.undetermined) == 6
     assert still.cause is None
@@ -301,7 +301,7 @@ def test_poses_without_variety_or_of_the_wrong_shape_are_met_with_a_sentence():
 
 
 def test_a_few_hundred_poses_take_little_time():
-    robot, t, q, B = setup('ur5e', 300)
+    robot, t, q, B = poses_of_arm('ur5e', 300)
     diagnose_frames(robot, q, B, t)
     begin = time.process_time()
     for _ in range(5):

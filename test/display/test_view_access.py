@@ -7,9 +7,12 @@ import socket
 import threading
 import time
 
-import msgspec
 import numpy as np
 import pytest
+
+pytest.importorskip('viser', reason="needs viser: pip install '.[view]'")
+
+import msgspec
 from view_client import (
     PATIENCE,
     Served,

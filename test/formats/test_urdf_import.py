@@ -62,7 +62,9 @@ def test_a_random_arm_comes_back_the_same(name):
     assert other.joint_names == robot.joint_names
     assert np.array_equal(other.limits, robot.limits)
     same_motion(robot, other, poses(robot, 5), LONG_CHAIN)
-    sizes = [abs(e.affine.constant) for row in other.description.links for e in (row.a, row.d)]
+    sizes = [
+        abs(e.affine.constant) for row in other.description.links for e in (row['a'], row['d'])
+    ]
     assert max(sizes) < 4.0 * robot.dof
 
 
@@ -70,8 +72,8 @@ def test_a_vendors_table_is_found_again():
     panda = again(robot_of('panda'), 'modified')
     for ours, theirs in zip(panda.description.links[:6], robot_of('panda').description.links):
         for key in ('a', 'alpha', 'd', 'theta'):
-            assert getattr(ours, key).affine == getattr(theirs, key).affine
-    assert panda.description.links[1].alpha.text == '-pi/2'
+            assert ours[key].affine == theirs[key].affine
+    assert panda.description.links[1]['alpha'].text == '-pi/2'
 
 
 # A URDF of these tests' own: crossing, skew, flipped, sliding, mimicking, and a fixed joint.
@@ -121,7 +123,7 @@ def test_every_kind_of_joint_is_kept():
     assert found.certificate.position_error < ROUND_OFF
     assert found.certificate.rotation_error < ROUND_OFF
     assert str(found.certificate) in robot.source
-    assert any('turn' in row.theta.text and '0.5' in row.theta.text for row in links(robot))
+    assert any('turn' in row['theta'].text and '0.5' in row['theta'].text for row in links(robot))
 
 
 def links(robot):
@@ -187,7 +189,7 @@ def test_nearly_parallel_axes_make_no_huge_lengths(angle):
     found = ks.import_urdf(nearly_parallel(angle), 'l0', 'l4')
     assert found.certificate.position_error < ROUND_OFF
     assert found.certificate.rotation_error < ROUND_OFF
-    lengths = [abs(e.affine.constant) for row in links(found.robot) for e in (row.a, row.d)]
+    lengths = [abs(e.affine.constant) for row in links(found.robot) for e in (row['a'], row['d'])]
     assert max(lengths) < 6.0
     same_motion(found.robot, again(found.robot, 'modified'), poses(found.robot, 5))
 
@@ -196,8 +198,8 @@ def test_rounded_angles_are_read_as_what_they_stand_for():
     text = nearly_parallel(1.5708)
     as_written = ks.import_urdf(text, 'l0', 'l4')
     as_meant = ks.import_urdf(text, 'l0', 'l4', round_angles=True)
-    assert [row.alpha.text for row in links(as_meant.robot)][:2] == ['pi/2', 'pi/2']
-    assert '1.5708' in [row.alpha.text for row in links(as_written.robot)]
+    assert [row['alpha'].text for row in links(as_meant.robot)][:2] == ['pi/2', 'pi/2']
+    assert '1.5708' in [row['alpha'].text for row in links(as_written.robot)]
     assert as_written.certificate.rotation_error < ROUND_OFF
     # Three times what 1.5708 is off, at most; the certificate does not hide it.
     assert 1e-6 < as_meant.certificate.rotation_error <= 3.001 * (1.5708 - math.pi / 2)

@@ -1,5 +1,6 @@
 """The demo's motions: exact velocities, inside limits, through a singular pose, for every arm."""
 
+import functools
 import math
 
 import numpy as np
@@ -49,6 +50,12 @@ links:
 """
 
 
+@functools.cache
+def motion_of(name, kind='smooth'):
+    """Return a motion of an arm; each is planned once for all tests."""
+    return TRAJECTORIES[kind](robot_of(name))
+
+
 def times(trajectory):
     # A whole period and some, the crossing of the smooth path among them.
     return np.linspace(0.0, 2.0 * trajectory.period, SAMPLES)
@@ -59,7 +66,7 @@ def times(trajectory):
 @pytest.mark.parametrize('kind', KINDS)
 def test_a_motion_stays_inside_the_limits(kind, name):
     robot = robot_of(name)
-    motion = TRAJECTORIES[kind](robot)
+    motion = motion_of(name, kind)
     q = motion.at(times(motion)).q
     assert np.all(q > robot.limits[:, 0])
     assert np.all(q < robot.limits[:, 1])
@@ -69,7 +76,7 @@ def test_a_motion_stays_inside_the_limits(kind, name):
 @pytest.mark.parametrize('name', BUNDLED)
 @pytest.mark.parametrize('kind', KINDS)
 def test_a_velocity_is_the_derivative_of_the_position(kind, name):
-    motion = TRAJECTORIES[kind](robot_of(name))
+    motion = motion_of(name, kind)
     t = times(motion)
     ahead, behind = motion.at(t + DIFFERENCE_STEP).q, motion.at(t - DIFFERENCE_STEP).q
     difference = (ahead - behind) / (2.0 * DIFFERENCE_STEP)
@@ -80,7 +87,7 @@ def test_a_velocity_is_the_derivative_of_the_position(kind, name):
 @pytest.mark.parametrize('name', BUNDLED + RANDOM)
 def test_the_smooth_path_keeps_its_share_of_the_velocity_limits(name):
     robot = robot_of(name)
-    motion = smooth_trajectory(robot)
+    motion = motion_of(name)
     fastest = np.max(np.abs(motion.at(times(motion)).qdot), axis=0)
     free = np.where(np.array(robot.joint_types) == 'prismatic', FREE_SLIDING, FREE_TURNING)
     limits = np.where(np.isinf(robot.velocity_limits), free, SPEED_SHARE * robot.velocity_limits)
@@ -92,7 +99,7 @@ def test_the_smooth_path_keeps_its_share_of_the_velocity_limits(name):
 @pytest.mark.parametrize('name', BUNDLED)
 def test_the_smooth_path_leads_from_regular_poses_through_a_singular_one(name):
     robot = robot_of(name)
-    motion = smooth_trajectory(robot)
+    motion = motion_of(name)
     t = np.linspace(0.0, 0.5 * motion.period, SAMPLES)
     measured = ks.singularity(robot, motion.at(t).q)
     assert np.min(measured.distance) < THROUGH
@@ -118,7 +125,7 @@ TURN_ON_THE_SPOT = ('offset_stanford_dh', 'offset_stanford_printed', 'offset_sta
 @pytest.mark.parametrize('name', BUNDLED)
 def test_joints_speed_up_towards_a_singular_pose_and_the_tool_does_not(name):
     robot = robot_of(name)
-    motion = smooth_trajectory(robot)
+    motion = motion_of(name)
     t = np.linspace(0.0, 0.5 * motion.period, SAMPLES)
     q, qdot = motion.at(t)
     distance = ks.singularity(robot, q).distance

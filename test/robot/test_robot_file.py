@@ -86,9 +86,9 @@ def test_craig_3r() -> None:
     assert [joint.velocity for joint in robot.joints] == [2.0, math.inf, math.inf]
     second = robot.links[1]
     assert isinstance(second, DhRow)
-    assert (second.a.text, second.a.affine.constant) == ('L1', 0.12)
-    assert second.alpha.affine.constant == -math.pi / 2
-    assert second.theta.affine.coefficients == (('q2', 1.0),)
+    assert (second['a'].text, second['a'].affine.constant) == ('L1', 0.12)
+    assert second['alpha'].affine.constant == -math.pi / 2
+    assert second['theta'].affine.coefficients == (('q2', 1.0),)
     assert (robot.base.frame, robot.tool.frame) == ('base_link', 'tool0')
     assert robot.tool.motion.texts == ('0', '0', '0.1', '0', '0', '0')
     assert robot.tool.motion.matrix[2, 3] == 0.1
@@ -156,16 +156,16 @@ known_poses:
     assert robot.joints[0].velocity == pytest.approx(math.pi, abs=ROUND_OFF)
     assert (robot.joints[1].upper, robot.joints[1].velocity) == (1.0, 0.3)
     assert robot.joints[2].lower == pytest.approx(-half_pi, abs=ROUND_OFF)
-    assert first.a.affine.constant == 0.3
-    assert first.alpha.affine.constant == pytest.approx(half_pi, abs=ROUND_OFF)
-    assert first.theta.affine.constant == pytest.approx(half_pi, abs=ROUND_OFF)
-    assert first.theta.affine.coefficients == (('q1', -2.0),)
-    assert second.alpha.affine.constant == pytest.approx(half_pi, abs=ROUND_OFF)
-    assert second.d.affine.constant == 0.3
-    assert second.d.affine.coefficients == (('q2', 1.0),)
-    assert third_row.a.affine.constant == pytest.approx(0.3, abs=ROUND_OFF)
-    assert third_row.theta.affine.coefficients == (('q3', 1.0),)
-    ((name, pitch),) = third_row.d.affine.coefficients
+    assert first['a'].affine.constant == 0.3
+    assert first['alpha'].affine.constant == pytest.approx(half_pi, abs=ROUND_OFF)
+    assert first['theta'].affine.constant == pytest.approx(half_pi, abs=ROUND_OFF)
+    assert first['theta'].affine.coefficients == (('q1', -2.0),)
+    assert second['alpha'].affine.constant == pytest.approx(half_pi, abs=ROUND_OFF)
+    assert second['d'].affine.constant == 0.3
+    assert second['d'].affine.coefficients == (('q2', 1.0),)
+    assert third_row['a'].affine.constant == pytest.approx(0.3, abs=ROUND_OFF)
+    assert third_row['theta'].affine.coefficients == (('q3', 1.0),)
+    ((name, pitch),) = third_row['d'].affine.coefficients
     assert (name, pitch) == ('q3', pytest.approx(0.3 / half_pi, abs=ROUND_OFF))  # m per rad
     turned = [[0, -1, 0, 0.3], [1, 0, 0, 0], [0, 0, 1, 1], [0, 0, 0, 1]]
     assert robot.base.motion.matrix == pytest.approx(np.array(turned), abs=ROUND_OFF)
@@ -189,7 +189,7 @@ def test_a_constant_keeps_the_units_of_the_file() -> None:
     ]
     row = robot.links[0]
     assert isinstance(row, DhRow)
-    assert row.a.affine.constant == 0.426
+    assert row['a'].affine.constant == 0.426
 
 
 def test_rpy_is_yaw_times_pitch_times_roll() -> None:
@@ -240,7 +240,7 @@ def test_coupled_joints_stand_in_several_rows() -> None:
     )
     row = parse(minimal(joints, rows)).links[1]
     assert isinstance(row, DhRow)
-    assert row.theta.affine.coefficients == (('q1', 1.0), ('q2', -1.0))
+    assert row['theta'].affine.coefficients == (('q1', 1.0), ('q2', -1.0))
 
 
 SHAPE_JOINT = '  - {name: q1, type: revolute}'
@@ -317,7 +317,7 @@ def test_numbers_are_those_of_yaml_1_2() -> None:
     row = parse(CRAIG.replace('a: L1', 'a: 017').replace('a: L2', 'a: 1e-3')).links
     assert isinstance(row[1], DhRow)
     assert isinstance(row[2], DhRow)
-    assert (row[1].a.affine.constant, row[2].a.affine.constant) == (17.0, 1e-3)
+    assert (row[1]['a'].affine.constant, row[2]['a'].affine.constant) == (17.0, 1e-3)
 
 
 @pytest.mark.parametrize('name', ['1', 'on', 'no', 'x-1', 'arm/left.j1', 'Gelenk_ä'])

@@ -180,7 +180,7 @@ def test_without_joint_states_targets_are_refused(targets, message):
 
 
 def test_a_twist_is_followed_in_base_and_in_tool_axes(targets):
-    one = targets()
+    one = targets(ros_args=['-p', 'ik.target_timeout:=100.0'])
     robot = one.arm.robot
     twist = np.array([0.05, -0.02, 0.03, 0.1, 0.2, -0.1])
     R = ks.forward_kinematics(robot, UR5E)[:3, :3]

@@ -78,10 +78,12 @@ with stop_signals() as stop:
     left_out, handled = [], [0]
     spinner = Spinner(context, [node], left_out.append)
     stop.then = spinner.interrupt
+    stop.meanwhile = spinner.watch
 {body}
     print('ready', flush=True)
     fine = spinner.spin(lambda: stop.came)
     print(f'fine={{fine}} handled={{handled[0]}} left_out={{len(left_out)}}', flush=True)
+    print(f'threads={{threading.active_count()}}', flush=True)
     spinner.close()
     node.destroy_node()
     context.try_shutdown()
@@ -135,6 +137,12 @@ def test_a_queue_that_grows_is_given_up_and_what_was_left_out_is_told(ros_domain
     assert int(output.split('total=')[1].split()[0]) >= 10
 
 
+def test_a_process_that_spins_has_one_thread_beside_the_main_one(ros_domain):
+    code, _, output = program_ends(SPIN.format(body=''), signal.SIGINT)
+    assert code == 0, output
+    assert 'threads=2' in output  # it follows the signals
+
+
 # Signals
 
 
@@ -163,12 +171,25 @@ def test_a_second_signal_ends_a_clean_up_that_hangs(hang):
     assert 1.0 <= seconds < HARD_END
 
 
-def test_a_second_signal_ends_a_process_that_is_inside_a_library():
+# No signal interrupts the second wait, and no handler in Python runs in it.
+STUCK = """
+import ctypes
+from kinematics_service.stop_signals import stop_signals
+mutex, wait = ctypes.create_string_buffer(64), ctypes.CDLL(None).pthread_mutex_lock
+with stop_signals() as stop:
+    wait(mutex)
+    print('ready', flush=True)
+    {before}
+    wait(mutex)
+"""
+
+
+@pytest.mark.parametrize(
+    'before', ['', 'while not stop.came: pass'], ids=['before the first', 'after it']
+)
+def test_a_second_signal_ends_a_process_that_is_stuck_inside_a_library(before):
     code, seconds, output = program_ends(
-        HANGING.format(hang='import ctypes\n        while True: ctypes.CDLL(None).sleep(60)'),
-        signal.SIGTERM,
-        signal.SIGINT,
-        pause=0.1,
+        STUCK.format(before=before), signal.SIGTERM, signal.SIGINT, pause=0.1
     )
     assert (code, output) == (0, '')
     assert seconds < HARD_END

@@ -16,6 +16,14 @@ COMMANDS = {
 }
 
 
+@pytest.fixture(params=COMMANDS)
+def command(request):
+    """Return the arguments of a command that is installed."""
+    if request.param == 'view':
+        pytest.importorskip('viser', reason="needs viser: pip install '.[view]'")
+    return COMMANDS[request.param]
+
+
 def run(command, **variables):
     """Return exit code and standard error of a command with these environment variables."""
     done = subprocess.run(
@@ -31,9 +39,10 @@ def run(command, **variables):
 @pytest.mark.parametrize(
     ('command', 'domain'),
     [('node', '-1'), ('demo', 'abc'), ('echo', '5x'), ('echo', '233'), ('view', '999')],
+    indirect=['command'],
 )
 def test_a_domain_that_is_none_is_refused_in_a_sentence(command, domain):
-    assert run(COMMANDS[command], ROS_DOMAIN_ID=domain) == (
+    assert run(command, ROS_DOMAIN_ID=domain) == (
         2,
         f"kinematics_service: ROS_DOMAIN_ID is '{domain}': it must be a whole number from 0 to "
         '232, or not be set\n',
@@ -47,11 +56,10 @@ def test_a_domain_of_dds_is_taken(domain):
     assert 'gave up after 0.1 s without a message' in text
 
 
-@pytest.mark.parametrize('command', COMMANDS)
 def test_a_middleware_that_is_not_installed_is_refused_with_those_that_are(command):
     from rclpy import get_rmw_implementation_identifier
 
-    code, text = run(COMMANDS[command], RMW_IMPLEMENTATION='rmw_none')
+    code, text = run(command, RMW_IMPLEMENTATION='rmw_none')
     assert code == 2
     begin = "kinematics_service: RMW_IMPLEMENTATION is 'rmw_none', which is not installed here: "
     assert text.startswith(f'{begin}it must be ')

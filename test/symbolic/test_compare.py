@@ -5,6 +5,7 @@ Files in `formulas` are the documents' formulas as a person types them; `right_.
 right in them or was put right, the others one erratum each, named as in the checklist (E3.1).
 """
 
+import functools
 import json
 import re
 import subprocess
@@ -18,15 +19,15 @@ from folders import GOLDEN
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
+from kinematics_service.symbolic.formulas.arm.numbers import Evaluation
+from kinematics_service.symbolic.formulas.arm.symbols import SymbolicArm
+from kinematics_service.symbolic.formulas.arm.table import table_of
+from kinematics_service.symbolic.formulas.arm.world import World
 from kinematics_service.symbolic.formulas.comparison import compare
-from kinematics_service.symbolic.formulas.numbers import Evaluation
-from kinematics_service.symbolic.formulas.symbols import SymbolicArm
-from kinematics_service.symbolic.formulas.table import table_of
-from kinematics_service.symbolic.formulas.world import World
 
 HERE = Path(__file__).parent
 FORMULAS = HERE / 'formulas'
-SOURCES = sorted((Path(ks.__file__).parent / 'symbolic' / 'formulas').glob('*.py'))
+SOURCES = sorted((Path(ks.__file__).parent / 'symbolic' / 'formulas').rglob('*.py'))
 ROUND_OFF = 1e-12  # products of at most nine matrices with entries of order 1
 
 RIGHT = {
@@ -104,6 +105,7 @@ ERRATA = [
 ]  # fmt: skip
 
 
+@functools.cache
 def verdicts(robot, text):
     comparison = compare(ks.load_robot(robot), text)
     assert not comparison.faults, [(f.line, f.column, f.message) for f in comparison.faults]

@@ -418,10 +418,10 @@ def test_c31_example_of_document_004_step_by_step():
 def test_c34_intermediate_frames(name):
     d = derived_arm(name)
     robot = d.robot
-    bench = d.exact.bench
-    q = bench.random(3)
+    sampler = d.exact.sampler
+    q = sampler.random(3)
     scale = 0.001 if robot.description.length_unit == 'mm' else 1.0
-    frames = ks.link_frames(robot, bench.whole(q))
+    frames = ks.link_frames(robot, sampler.whole(q))
     for i, T in enumerate(d.frames):
         function = sympy.lambdify(d.variables, T.subs(dict(d.names.values)), 'numpy')
         for pose, expected in zip(q, frames[:, i]):
@@ -478,7 +478,7 @@ def test_angles_that_are_no_quarter_turns_are_exact_too():
     d = ks.derive(ks.robot_from_text(ODD))
     assert set(d.methods.values()) == {0}
     function = sympy.lambdify(d.variables, d.jacobian, 'numpy')
-    for pose in d.exact.bench.random(5):
+    for pose in d.exact.sampler.random(5):
         found = np.array(function(*pose), dtype=float)
         np.testing.assert_allclose(found, ks.jacobian(d.robot, pose), rtol=0, atol=ROUND_OFF)
 

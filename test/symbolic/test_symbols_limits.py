@@ -14,7 +14,7 @@ from kinematics_service.symbolic.algebra.zeros import Box, common_zero
 from kinematics_service.symbolic.determinant import minors_of, simplest_view
 from kinematics_service.symbolic.minors import product_of
 from kinematics_service.symbolic.output.report import Sentence, report_of
-from kinematics_service.symbolic.sampled_poses import bench_of, row_indices
+from kinematics_service.symbolic.sampled_poses import row_indices, sampler_of
 from kinematics_service.symbolic.singular_set import sheet_poses, zero_within_limits
 
 ARMS = ['anthropomorphic_3r', 'scara_hsr065', 'rrp_elementary', 'ur3e', 'offset_stanford_dh']
@@ -34,14 +34,14 @@ def limited(robot, low, high):
 def sheets(name):
     """Return each factor of an arm as a function, with poses on it, rad and m."""
     exact, factors = derived(name).exact, derived(name).singular_set.factors
-    n = len(exact.bench.moving)
-    view = simplest_view(exact.frames, exact.arithmetic, exact.bench.rows)
-    minors = minors_of(view, exact.bench.rows, range(n), n, n)
+    n = len(exact.sampler.moving)
+    view = simplest_view(exact.frames, exact.arithmetic, exact.sampler.rows)
+    minors = minors_of(view, exact.sampler.rows, range(n), n, n)
     functions = [
         Numbers(factor.value, exact.arithmetic)
         for factor in product_of(minors, exact.arithmetic)[0].factors
     ]
-    return [(f, g, sheet_poses(exact.bench, [g])) for f, g in zip(factors, functions)]
+    return [(f, g, sheet_poses(exact.sampler, [g])) for f, g in zip(factors, functions)]
 
 
 def sigma(robot, q):
@@ -56,7 +56,7 @@ def decided(name, low, high, *functions):
     """Return what is known of the zeros of functions of an arm within limits."""
     arithmetic = derived(name).exact.arithmetic
     robot = limited(ks.load_robot(name), low, high)
-    return zero_within_limits(bench_of(robot, arithmetic, row_indices(robot)), functions)
+    return zero_within_limits(sampler_of(robot, arithmetic, row_indices(robot)), functions)
 
 
 @pytest.mark.parametrize('name', ARMS)
@@ -75,7 +75,7 @@ def test_a_sheet_through_narrow_limits_is_shown_by_a_singular_pose_inside(name):
 def test_narrow_limits_off_every_sheet_are_proved_to_hold_none(name):
     robot = ks.load_robot(name)
     away = next(
-        q for q in derived(name).exact.bench.random(200) if sigma(robot, q)[-1] > 4 * NARROW
+        q for q in derived(name).exact.sampler.random(200) if sigma(robot, q)[-1] > 4 * NARROW
     )
     for _, function, _ in sheets(name):
         assert decided(name, away - NARROW, away + NARROW, function).exists is False
@@ -129,13 +129,13 @@ def test_of_a_free_length_the_far_end_is_decided_too():
 def test_a_zero_that_is_only_touched_is_not_decided():
     derivation = derived('planar_2r')
     ring = derivation.exact.arithmetic.ring
-    z = ring.power(derivation.exact.arithmetic.angle_place(derivation.variables[1]))
-    back = ring.power(derivation.exact.arithmetic.angle_place(derivation.variables[1]), -1)
+    z = ring.power(derivation.exact.arithmetic.angle_index(derivation.variables[1]))
+    back = ring.power(derivation.exact.arithmetic.angle_index(derivation.variables[1]), -1)
 
     def exists(constant):
         function = Numbers(ring.number(*constant) + z + back, derivation.exact.arithmetic)
         box = Box(np.full(2, -4.0), np.full(2, 4.0))
-        return common_zero([function], box, derivation.exact.bench.random()).exists
+        return common_zero([function], box, derivation.exact.sampler.random()).exists
 
     assert exists((2, 1)) is None  # 2 + 2 cos q
     assert exists((199, 100)) is True

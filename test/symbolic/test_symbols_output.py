@@ -115,7 +115,7 @@ def test_numpy_code_is_the_library(name):
     module = {}
     exec(compile(code_of(derivation, 'numpy'), name, 'exec'), module)
     lengths = derivation.names.values.values()
-    q = derivation.exact.bench.random(5)
+    q = derivation.exact.sampler.random(5)
     robot = derivation.robot
     for pose in q:
         T, J = module['pose'](pose, *lengths), module['jacobian'](pose, *lengths)
@@ -133,7 +133,7 @@ def test_numpy_code_is_the_library(name):
 def test_c_code_is_the_library(name, tmp_path):
     derivation = derived(name)
     robot, n = derivation.robot, len(derivation.variables)
-    q = derivation.exact.bench.random(4)
+    q = derivation.exact.sampler.random(4)
     lengths = ', '.join(repr(v) for v in derivation.names.values.values())
     calls = []
     for pose in q:

@@ -20,12 +20,12 @@ PROVED = ['anthropomorphic_3r', 'spherical_rrp', 'scara_hsr065', 'parallelogram_
 def sheets(name):
     """Return the Jacobian that is factored, and a function that makes sheets of some factors."""
     exact = derived(name).exact
-    n = len(exact.bench.moving)
-    view = simplest_view(exact.frames, exact.arithmetic, exact.bench.rows)
-    product, _ = product_of(minors_of(view, exact.bench.rows, range(n), n, n), exact.arithmetic)
+    n = len(exact.sampler.moving)
+    view = simplest_view(exact.frames, exact.arithmetic, exact.sampler.rows)
+    product, _ = product_of(minors_of(view, exact.sampler.rows, range(n), n, n), exact.arithmetic)
     names = [factor.name for factor in derived(name).singular_set.factors]
     values = dict(zip(names, (factor.value for factor in product.factors)))
-    J = tuple(view.J[i] for i in exact.bench.rows)
+    J = tuple(view.J[i] for i in exact.sampler.rows)
     return lambda *which: Sheets(J, n, tuple(values[w] for w in which), exact.arithmetic)
 
 
@@ -40,7 +40,7 @@ def test_everything_that_is_said_of_these_arms_is_proved(name):
 def test_proved_ranks_hold_with_other_lengths(name):
     derivation = derived(name)
     random = np.random.default_rng(4)
-    rows = list(derivation.exact.bench.rows)
+    rows = list(derivation.exact.sampler.rows)
     checked = 0
     for factor in derivation.singular_set.factors:
         for _ in range(8):
@@ -83,7 +83,7 @@ def test_a_crossing_is_proved_on_every_branch():
     # theta3 = 0 and theta3 = pi are two branches of the elbow.
     of = sheets('anthropomorphic_3r')
     arithmetic = derived('anthropomorphic_3r').exact.arithmetic
-    z = arithmetic.ring.power(arithmetic.angle_place(derived('anthropomorphic_3r').variables[2]))
+    z = arithmetic.ring.power(arithmetic.angle_index(derived('anthropomorphic_3r').variables[2]))
     one = arithmetic.ring.number(1)
     assert not of('elbow', 'shoulder').are_zero([z - one])
     assert not of('elbow', 'shoulder').are_zero([z + one])

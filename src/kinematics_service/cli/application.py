@@ -1,5 +1,8 @@
 """The application that each command's file adds its command to."""
 
+import difflib
+from typing import Any
+
 import typer
 import typer.core
 
@@ -23,7 +26,19 @@ typer.core.rich = None  # type: ignore[attr-defined]
 
 
 class CommandGroup(typer.core.TyperGroup):
-    """The commands; Ctrl-C ends each with the exit code of that signal, under every typer."""
+    """
+    The commands, the same under every typer: Ctrl-C ends each with the exit code of that signal,
+    and a command that does not exist is answered with those that do.
+    """
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """Return the command that the first argument names, its name and the other arguments."""
+        name, names = args[0], list(self.commands)
+        if name not in names and not name.startswith('-'):
+            near = difflib.get_close_matches(name, names, n=1)
+            suggestion = f', did you mean {near[0]!r}?' if near else ''
+            ctx.fail(f'unknown command {name!r}{suggestion} (commands: {", ".join(names)})')
+        return super().resolve_command(ctx, args)
 
     def invoke(self, ctx: typer.Context) -> object:  # type: ignore[override]
         """Run the command."""

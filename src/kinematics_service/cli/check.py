@@ -14,6 +14,7 @@ from ..errors import Fault, KinematicsError, RobotFileError
 from ..estimation.status_text import structure_in_words
 from ..kernel import Floats
 from ..printing import Output, facts, heading, plain, table
+from ..robot.file.convention_table import CONVENTIONS
 from ..robot.file.description import Placement
 from ..robot.robot import Robot, load_robot
 from ..robot.task import SEEDED_POSES
@@ -21,7 +22,7 @@ from .application import app
 from .known_poses import PoseError, pose_errors, pose_faults
 from .robots import joint_letters
 from .singularity_report import DEGREES, threshold_words
-from .textbook_table import FORMULAS, motion_text, textbook_table
+from .textbook_table import motion_text, textbook_table
 
 HELP = """
 Check robot files, and print what they say: the table as in a textbook, the joints, and what is
@@ -95,11 +96,11 @@ def _checked(out: Output, file: str) -> FileCheck:
 
 
 def _print_robot(out: Output, robot: Robot) -> None:
-    description = robot.description
+    description, convention = robot.description, CONVENTIONS[robot.convention]
     about = facts()
     about.add_row('  source', plain(robot.source) or 'not said')
-    about.add_row('  convention', FORMULAS[robot.convention])
-    if robot.convention in ('elementary', 'shape'):
+    about.add_row('  convention', convention.formula)
+    if not convention.product:
         about.add_row('  units', f'{description.angle_unit}, {description.length_unit}')
     if description.constants:
         about.add_row('  constants', ', '.join(_constants(robot)))

@@ -11,7 +11,7 @@ import typer
 from ..robot.bundled import find_robot_file
 from ..robot.robot import load_robot
 from .application import app
-from .options import WrongUsage, refuse_unknown_robot
+from .options import RobotArgument, WrongUsage, refuse_unknown_robot
 
 if TYPE_CHECKING:
     from ..symbolic.derivation import Derivation
@@ -54,9 +54,7 @@ class Code(str, Enum):
 
 @app.command(short_help='Derive the kinematics exactly.', help=HELP)
 def derive(
-    robot: Annotated[
-        str, typer.Argument(metavar='ROBOT', help='A robot file, or a bundled robot.')
-    ],
+    robot: RobotArgument,
     format: Annotated[Format, typer.Option(help='What to write.')] = Format.text,
     out: Annotated[
         Optional[Path],

@@ -9,7 +9,7 @@ import typer
 
 from ..errors import KinematicsError
 from .application import app
-from .options import given_robot
+from .options import RobotArgument, given_robot
 
 HELP = """
 Write a robot as URDF, for RViz, robot_state_publisher, MoveIt, Pinocchio and others.
@@ -27,9 +27,7 @@ to see; inertia and collision shapes are not known and not written.
 
 @app.command(short_help='Write a robot as URDF.', help=HELP)
 def export(
-    robot: Annotated[
-        str, typer.Argument(metavar='ROBOT', help='A robot file, or a bundled robot.')
-    ],
+    robot: RobotArgument,
     urdf: Annotated[
         str, typer.Option('--urdf', metavar='FILE', help="Where to write it; '-': the screen.")
     ],

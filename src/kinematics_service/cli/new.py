@@ -10,7 +10,8 @@ import typer
 from ..errors import RobotNotFoundError
 from ..robot.bundled import bundled_robots, find_robot_file
 from ..robot.file.description import AngleUnit, LengthUnit
-from ..robot.file.new_robot import MOST_JOINTS, Units, new_robot_text
+from ..robot.file.new_robot import MOST_JOINTS, NEW_CONVENTIONS, new_robot_text
+from ..robot.file.quantities import Units
 from .application import app
 from .export import write_document
 from .options import WrongUsage
@@ -30,16 +31,14 @@ for you to change.
 """
 
 DEFAULT_DOF = 6
+DEFAULT_CONVENTION = 'standard'
 ROBOT_LINE = re.compile(r'^robot:.*$', re.MULTILINE)
 
 
-class NewConvention(str, Enum):
-    """The conventions that a table may be written in."""
-
-    standard = 'standard'
-    modified = 'modified'
-    elementary = 'elementary'
-    shape = 'shape'
+# The choices of an option are an enumeration for typer.
+NewConvention = Enum(  # type: ignore[misc]
+    'NewConvention', {name: name for name in NEW_CONVENTIONS}, type=str
+)
 
 
 @app.command(short_help='Write a robot file to begin with.', help=HELP)
@@ -53,7 +52,7 @@ def new(
     ] = None,
     convention: Annotated[
         Optional[NewConvention],
-        typer.Option(help='Convention of the table.', show_default='standard'),
+        typer.Option(help='Convention of the table.', show_default=DEFAULT_CONVENTION),
     ] = None,
     units: Annotated[
         Optional[str],
@@ -85,7 +84,7 @@ def new(
         if not 1 <= dof <= MOST_JOINTS:
             raise WrongUsage(f'--dof: {dof} joints; write a number from 1 to {MOST_JOINTS}')
         text = new_robot_text(
-            name, dof, (convention or NewConvention.standard).value, _units(units or '')
+            name, dof, convention.value if convention else DEFAULT_CONVENTION, _units(units or '')
         )
     file = out or f'{name}.yaml'
     if file != '-':

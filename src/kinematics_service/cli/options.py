@@ -19,6 +19,9 @@ OPTION = '--robot: '
 RobotOption = Annotated[
     str, typer.Option('--robot', metavar='FILE|NAME', help='A robot file, or a bundled robot.')
 ]
+RobotArgument = Annotated[
+    str, typer.Argument(metavar='ROBOT', help='A robot file, or a bundled robot.')
+]
 PositionsOption = Annotated[
     str,
     typer.Option(

@@ -10,7 +10,14 @@ import typer
 
 from .application import app
 from .ik import NearOption, QuaternionOption, RpyOption, target_from
-from .options import DegreesOption, WrongUsage, given_positions, given_robot, joint_values
+from .options import (
+    DegreesOption,
+    RobotArgument,
+    WrongUsage,
+    given_positions,
+    given_robot,
+    joint_values,
+)
 
 if TYPE_CHECKING:
     from ..display.plots.picture import Draw
@@ -57,9 +64,7 @@ POINTS = {'map': (2, 4000), 'workspace': (1000, 100_000_000)}
 
 @app.command(short_help='Draw a pose, a path, a map or the workspace.', help=HELP)
 def plot(
-    robot: Annotated[
-        str, typer.Argument(metavar='ROBOT', help='A robot file, or a bundled robot.')
-    ],
+    robot: RobotArgument,
     kind: Annotated[str, typer.Argument(metavar='KIND', help='What to draw.')] = 'arm',
     q: Annotated[
         Optional[str],

@@ -7,6 +7,7 @@ from rich.console import RenderableType
 from rich.text import Text
 
 from ..printing import plain, table
+from ..robot.file.convention_table import CONVENTIONS, RowKind
 from ..robot.file.description import (
     DhRow,
     ElementaryMotion,
@@ -15,26 +16,21 @@ from ..robot.file.description import (
     ShapeRow,
 )
 
-FORMULAS = {
-    'standard': 'standard, T = Rz(theta) Tz(d) Tx(a) Rx(alpha)',
-    'modified': 'modified (Craig), T = Rx(alpha) Tx(a) Rz(theta) Tz(d)',
-    'elementary': 'elementary motions, left to right',
-    'shape': 'shape (Sheth-Uicker), T = in * joint * inverse(out)',
-}
-
 
 def _denavit_hartenberg(description: RobotDescription) -> RenderableType:
     angle, length = description.angle_unit, description.length_unit
+    convention = CONVENTIONS[description.convention]
+    axes = {name: axis for axis, name in convention.motions}
     # A row of Craig's table carries the a and alpha of the link before it.
-    before = '(i-1)' if description.convention == 'modified' else ''
-    rows = table(
-        '  i', f'a{before} [{length}]', f'alpha{before} [{angle}]', f'd [{length}]',
-        f'theta [{angle}]',
-    )  # fmt: skip
+    before = {name for _, name in convention.before_joint}
+    heads = (
+        f'{name}{"(i-1)" if name in before else ""} [{angle if axes[name][0] == "R" else length}]'
+        for name in convention.quantities
+    )
+    rows = table('  i', *heads)
     for i, row in enumerate(description.links, 1):
         assert isinstance(row, DhRow)
-        cells = (row.a, row.alpha, row.d, row.theta)
-        rows.add_row(f'  {i}', *(plain(cell.text) for cell in cells))
+        rows.add_row(f'  {i}', *(plain(row[name].text) for name in convention.quantities))
     return rows
 
 
@@ -61,17 +57,16 @@ def _motion_text(motion: object) -> str:
     return plain(f'{motion.axis}({motion.argument.text})')
 
 
-TABLES: dict[str, Callable[[RobotDescription], RenderableType]] = {
-    'standard': _denavit_hartenberg,
-    'modified': _denavit_hartenberg,
-    'elementary': _product,
+TABLES: dict[RowKind, Callable[[RobotDescription], RenderableType]] = {
+    'quantities': _denavit_hartenberg,
+    'motion': _product,
     'shape': _shapes,
 }
 
 
 def textbook_table(description: RobotDescription) -> RenderableType:
     """Return the table of a robot, rows from base to tool, in the units of its file."""
-    return TABLES[description.convention](description)
+    return TABLES[CONVENTIONS[description.convention].rows](description)
 
 
 def motion_text(motion: RigidMotion) -> str:

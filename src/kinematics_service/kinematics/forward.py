@@ -46,15 +46,8 @@ def link_frames(robot: Robot, q: npt.ArrayLike) -> Floats:
 
     Parameters
     ----------
-    robot
-        The arm.
-    q : shape (..., n), rad or m
-        Joint positions.
-
-    Raises
-    ------
-    JointVectorError
-        The last dimension of `q` is not n, or a number is not finite.
+    robot, q
+        As in `forward_kinematics`, which raises the same error.
     """
     return evaluate(robot, q, depth=kernel.ALL_FRAMES).link_frames
 
@@ -86,17 +79,13 @@ def jacobian(robot: Robot, q: npt.ArrayLike, frame: Axes = 'base') -> Floats:
 
     Parameters
     ----------
-    robot
-        The arm.
-    q : shape (..., n), rad or m
-        Joint positions.
+    robot, q
+        As in `forward_kinematics`, which raises the same error.
     frame
         Axes the rows are in: `base` or `tool`. The reference point is the tool's origin in both.
 
     Raises
     ------
-    JointVectorError
-        The last dimension of `q` is not n, or a number is not finite.
     KinematicsError
         `frame` is neither `base` nor `tool`.
     """
@@ -110,19 +99,10 @@ def twist(robot: Robot, q: npt.ArrayLike, qdot: npt.ArrayLike, frame: Axes = 'ba
 
     Parameters
     ----------
-    robot
-        The arm.
-    q, qdot : shape (..., n), rad or m, rad/s or m/s
-        Joint positions and velocities.
-    frame
-        Axes the numbers are in: `base` or `tool`. The reference point is the tool's origin.
-
-    Raises
-    ------
-    JointVectorError
-        The last dimension of `q` or `qdot` is not n, or a number is not finite.
-    KinematicsError
-        `frame` is neither `base` nor `tool`.
+    robot, q, frame
+        As in `jacobian`, which raises the same errors.
+    qdot : shape (..., n), rad/s or m/s
+        Joint velocities.
     """
     state = evaluate(robot, q, qdot)
     return in_axes(state, state.twist[..., None], frame)[..., 0]

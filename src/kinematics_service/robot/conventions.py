@@ -1,11 +1,17 @@
-"""The conventions of a robot file, each turned into the same rows: before, screw_z, after."""
+"""The rows of a robot file's table, each turned into the same three: before, screw_z, after."""
 
-from collections.abc import Callable
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import reduce
+from itertools import groupby
+from typing import NamedTuple
+
+import numpy as np
 
 from ..kernel import Floats
-from ..rigid_motion import Z_INTO, inverse, screw_x
-from .file.description import DhRow, ElementaryMotion, RobotDescription, ShapeRow
+from ..rigid_motion import Z_INTO, inverse, screw
+from .file.convention_table import CONVENTIONS, NamedMotion
+from .file.description import DhRow, ElementaryMotion, Link, RobotDescription
 from .file.expressions import Affine
 
 ZERO = Affine(0.0, ())
@@ -23,45 +29,72 @@ class Row:
     after: Floats
 
 
-def _standard(row: DhRow) -> Row:
-    # T = Rz(theta) Tz(d) Tx(a) Rx(alpha): Denavit and Hartenberg 1955, as in Paul and Siciliano.
-    after = screw_x(row.alpha.affine.constant, row.a.affine.constant)
-    return Row(Z_INTO['z'], row.theta.affine, row.d.affine, after)
-
-
-def _modified(row: DhRow) -> Row:
-    # T = Rx(alpha) Tx(a) Rz(theta) Tz(d): Craig, "Introduction to Robotics", eq. 3.6.
-    before = screw_x(row.alpha.affine.constant, row.a.affine.constant)
-    return Row(before, row.theta.affine, row.d.affine, Z_INTO['z'])
-
-
-def _elementary(motion: ElementaryMotion) -> Row:
-    # Rx is Rz with z turned into x before, and back after; likewise the others.
-    kind, axis = motion.axis
-    turn = Z_INTO[axis]
-    argument = motion.argument.affine
-    theta, d = (argument, ZERO) if kind == 'R' else (ZERO, argument)
-    return Row(turn, theta, d, turn.T)
-
-
-def _shape(row: ShapeRow) -> Row:
+def row_of(link: Link, convention: str) -> Row:
+    """Return a row of a convention's table as a screw about z between two constants."""
+    if isinstance(link, DhRow):
+        product = CONVENTIONS[convention]
+        return Row(
+            _constants(product.before_joint, link),
+            link['theta'].affine if 'theta' in link.names else ZERO,
+            link['d'].affine if 'd' in link.names else ZERO,
+            _constants(product.after_joint, link),
+        )
+    if isinstance(link, ElementaryMotion):
+        # Rx is Rz with z turned into x before, and back after; likewise the others.
+        turn = Z_INTO[link.axis[1]]
+        argument = link.argument.affine
+        theta, d = (argument, ZERO) if link.turns else (ZERO, argument)
+        return Row(turn, theta, d, turn.T)
     # T = S_in Phi inverse(S_out): Sheth and Uicker 1971.
-    out = inverse(row.outer.matrix)
-    if row.joint is None:
-        return Row(row.inner.matrix, ZERO, ZERO, out)
-    joint = _elementary(row.joint)
-    return Row(row.inner.matrix @ joint.before, joint.theta, joint.d, joint.after @ out)
+    out = inverse(link.outer.matrix)
+    if link.joint is None:
+        return Row(link.inner.matrix, ZERO, ZERO, out)
+    joint = row_of(link.joint, convention)
+    return Row(link.inner.matrix @ joint.before, joint.theta, joint.d, joint.after @ out)
 
 
-ROWS_OF: dict[str, Callable[..., Row]] = {
-    'standard': _standard,
-    'modified': _modified,
-    'elementary': _elementary,
-    'shape': _shape,
-}
+def _constants(motions: Sequence[NamedMotion], link: DhRow) -> Floats:
+    # Motions about and along the same axis are one screw, whatever their order.
+    screws = []
+    for axis, together in groupby(motions, key=lambda motion: motion.axis[1]):
+        angle = length = 0.0
+        for motion in together:
+            value = link[motion.quantity].affine.constant
+            if motion.axis[0] == 'R':
+                angle += value
+            else:
+                length += value
+        screws.append(screw(axis, angle, length))
+    return reduce(np.matmul, screws) if screws else np.eye(4)
+
+
+class FixedLength(NamedTuple):
+    """A constant length of a row, and which way it goes in the frame before or after the row."""
+
+    name: str
+    of_frame_after: bool
+    direction: Floats
+
+
+def fixed_lengths(link: DhRow, convention: str) -> Iterator[FixedLength]:
+    """Yield the lengths of a row of quantities that no joint moves, in the row's order."""
+    product = CONVENTIONS[convention]
+    before, joint, after = product.before_joint, product.joint_motions, product.after_joint
+    for name in link.names:
+        place = next(i for i, motion in enumerate(product.motions) if motion.quantity == name)
+        axis, _ = product.motions[place]
+        if axis[0] == 'R' or link[name].affine.coefficients:
+            continue
+        from_joint = place - len(before)
+        # A turn about the joint's axis leaves a length along it alone.
+        if from_joint < 0 or (from_joint < len(joint) and not before):
+            R = _constants(before[:place], link)[:3, :3]
+            yield FixedLength(name, False, R[:, 'xyz'.index(axis[1])])
+        else:
+            R = _constants(after[max(from_joint - len(joint), 0) :], link)[:3, :3]
+            yield FixedLength(name, True, R['xyz'.index(axis[1])])
 
 
 def table_rows(description: RobotDescription) -> tuple[Row, ...]:
     """Return the rows of a robot's table, base and tool not included."""
-    row_of = ROWS_OF[description.convention]
-    return tuple(row_of(link) for link in description.links)
+    return tuple(row_of(link, description.convention) for link in description.links)

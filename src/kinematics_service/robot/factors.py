@@ -98,7 +98,7 @@ def motions_to_zeros(results: Floats, column_scales: Floats) -> Floats:
     return np.asarray(-step[..., None] * scaled * column_scales)
 
 
-class _Tape:
+class _TapeBuilder:
     """Collects the steps of several expressions."""
 
     def __init__(self, description: RobotDescription) -> None:
@@ -183,7 +183,7 @@ def read_factors(description: RobotDescription, chain: Chain, task: Task, q: Flo
     KinematicsError
         A zero of a factor is no singular pose; the message names it and the pose.
     """
-    tape = _Tape(description)
+    tape = _TapeBuilder(description)
     ends = [tape.add(factor.text) for factor in description.singularity.factors]
     factors = Factors(
         names=tuple(factor.name for factor in description.singularity.factors),

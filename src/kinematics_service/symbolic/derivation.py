@@ -17,7 +17,7 @@ from .algebra.names import Names, names_of
 from .determinant import Minors, View, minors_of, simplest_view
 from .frames import Frames, frames_of
 from .minors import generic_rank, independent_columns, product_of, remainder_of
-from .sampled_poses import Bench, bench_of, row_indices
+from .sampled_poses import PoseSampler, row_indices, sampler_of
 from .singular_set import Determinant, SingularSet, crossings_of, row_names, singular_factors
 from .trigonometry import Writer, writer_of
 
@@ -140,7 +140,7 @@ class Derivation:
     @cached_property
     def central_difference(self) -> float:
         """Return how far J is from central differences of T at a seeded pose, m and rad."""
-        return self.exact.bench.central_difference()
+        return self.exact.sampler.central_difference()
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,7 +150,7 @@ class Exact:
     arithmetic: Arithmetic
     frames: Frames
     writer: Writer
-    bench: Bench
+    sampler: PoseSampler
     J: Matrix
 
     def jacobian_in(self, frame: str | int) -> Matrix:
@@ -206,8 +206,8 @@ def derive(
         tell(f'Jacobian: {name}')
         found[name] = way(frames, arithmetic)
     J = found['geometric']
-    bench = bench_of(robot, arithmetic, row_indices(robot))
-    exact = Exact(arithmetic, frames, writer, bench, J)
+    sampler = sampler_of(robot, arithmetic, row_indices(robot))
+    exact = Exact(arithmetic, frames, writer, sampler, J)
     C = ways.coupling(frames, arithmetic)
     plain = C.shape[0] == C.shape[1] and all(sum(map(bool, row)) == 1 for row in C.tolist())
     written = writer.matrix(J)
@@ -228,28 +228,30 @@ def derive(
 
 
 def _singular_set(exact: Exact, tell: Progress) -> SingularSet:
-    bench, arithmetic, writer = exact.bench, exact.arithmetic, exact.writer
-    n = len(bench.moving)
-    rank = generic_rank(bench)
-    columns = independent_columns(bench)
-    square = n == len(bench.rows)
+    sampler, arithmetic, writer = exact.sampler, exact.arithmetic, exact.writer
+    n = len(sampler.moving)
+    rank = generic_rank(sampler)
+    columns = independent_columns(sampler)
+    square = n == len(sampler.rows)
     tell('determinant')
     if not square or rank < n:
         # Sums of squared minors depend on the point: it stays the tool.
         minors = _tool_minors(exact, columns, rank)
     else:
-        view = simplest_view(exact.frames, arithmetic, bench.rows)
-        minors = minors_of(view, bench.rows, range(n), n, n)
+        view = simplest_view(exact.frames, arithmetic, sampler.rows)
+        minors = minors_of(view, sampler.rows, range(n), n, n)
     names = [v.name for v in arithmetic.names.variables]
-    dependent = tuple(_dependent(bench, names)) if rank < min(n, len(bench.rows)) else ()
+    dependent = tuple(_dependent(sampler, names)) if rank < min(n, len(sampler.rows)) else ()
     if minors is None:
-        determinant = Determinant(False, None, None, None, '', row_names(bench.rows), (), 0, False)
+        determinant = Determinant(
+            False, None, None, None, '', row_names(sampler.rows), (), 0, False
+        )
         return SingularSet(determinant, (), (), rank, dependent, False)
     tell('factors')
     product, rests = product_of(minors, arithmetic)
     tell('singular set')
-    J_t = tuple(minors.view.J[i] for i in bench.rows)
-    factors = singular_factors(product, bench, arithmetic, writer, exact.frames, J_t)
+    J_t = tuple(minors.view.J[i] for i in sampler.rows)
+    factors = singular_factors(product, sampler, arithmetic, writer, exact.frames, J_t)
     constant = writer.expression(product.constant)
     remainder = remainder_of(rests, writer, arithmetic)
     bases = [f.expression if minors.square else sympy.Abs(f.expression) for f in factors]
@@ -262,33 +264,33 @@ def _singular_set(exact: Exact, tell: Progress) -> SingularSet:
         constant=constant,
         remainder=remainder,
         view=f'axes of {minors.view.axes}, point: {minors.view.point}',
-        rows=row_names(bench.rows),
+        rows=row_names(sampler.rows),
         columns=tuple(names[j] for j in minors.columns),
         minors=len(minors.values),
         identically_zero=square and rank < n,
     )
-    crossings = crossings_of(product, factors, bench, arithmetic, J_t)
+    crossings = crossings_of(product, factors, sampler, arithmetic, J_t)
     complete = product.complete and not rests
     return SingularSet(determinant, factors, crossings, rank, dependent, complete)
 
 
 def _tool_minors(exact: Exact, columns: tuple[int, ...], rank: int) -> Minors | None:
-    bench = exact.bench
-    if comb(len(columns), rank) * comb(len(bench.rows), rank) > MOST_MINORS:
+    sampler = exact.sampler
+    if comb(len(columns), rank) * comb(len(sampler.rows), rank) > MOST_MINORS:
         return None
-    if len(columns) > len(bench.rows) and len(bench.rows) == 6 and rank == 6:
+    if len(columns) > len(sampler.rows) and len(sampler.rows) == 6 and rank == 6:
         # Six rows of full rank: the ratios of the minors do not depend on the point.
-        view = simplest_view(exact.frames, exact.arithmetic, bench.rows)
+        view = simplest_view(exact.frames, exact.arithmetic, sampler.rows)
     else:
-        rows = set(bench.rows)
+        rows = set(sampler.rows)
         turnable = all(part <= rows or not part & rows for part in ({0, 1, 2}, {3, 4, 5}))
         frames = ['0', *map(str, range(1, len(exact.frames.rows) + 1))] if turnable else ['0']
         views = [View(exact.jacobian_in(f), f'frame {f}', 'the tool') for f in frames]
         view = min(views, key=lambda v: sum(len(v.J[i][j]) for i in rows for j in columns))
-    return minors_of(view, bench.rows, columns, len(bench.moving), rank)
+    return minors_of(view, sampler.rows, columns, len(sampler.moving), rank)
 
 
-def _dependent(bench: Bench, names: list[str]) -> list[str]:
-    known = set(bench.robot.task.dependent_joints)
-    joints = bench.robot.joint_names
-    return [name for name, j in zip(names, bench.moving) if joints[j] in known]
+def _dependent(sampler: PoseSampler, names: list[str]) -> list[str]:
+    known = set(sampler.robot.task.dependent_joints)
+    joints = sampler.robot.joint_names
+    return [name for name, j in zip(names, sampler.moving) if joints[j] in known]

@@ -95,9 +95,9 @@ def simplest_view(frames: Frames, arithmetic: Arithmetic, rows: Sequence[int]) -
             continue
         named = [(_frame_name(frame), tuple(arithmetic.ring.number(0) for _ in range(3)))]
         named += [(f'the origin of the axis of row {axis.row + 1}', axis.o) for axis in axes]
-        for place, (point_name, point) in enumerate(named):
+        for index, (point_name, point) in enumerate(named):
             J = about(frames, arithmetic, axes, point)
-            order = (_size(J), frame, place)
+            order = (_size(J), frame, index)
             if best is None or order < best[0]:
                 point_text = point_name if 'axis' in point_name else f'the origin of {point_name}'
                 best = (order, View(J, _frame_name(frame), point_text))
@@ -174,12 +174,12 @@ def determinant_of(matrix: Sequence[Sequence[Laurent]]) -> Laurent:
         if columns not in known:
             row = rows[len(rows) - len(columns)]
             summands = []
-            for place, column in enumerate(columns):
+            for index, column in enumerate(columns):
                 if row[column]:
-                    below = minor(columns[:place] + columns[place + 1 :])
+                    below = minor(columns[:index] + columns[index + 1 :])
                     if below:
                         value = row[column] * below
-                        summands.append(-value if place % 2 else value)
+                        summands.append(-value if index % 2 else value)
             known[columns] = total(ring, summands)
         return known[columns]
 

@@ -81,7 +81,7 @@ def _candidates(
     value: Laurent, arithmetic: Arithmetic, variable: Any, index: int
 ) -> Sequence[_Solved]:
     ring = arithmetic.ring
-    turning, sliding = arithmetic.angle_place(variable), ring.place('number', variable)
+    turning, sliding = arithmetic.angle_index(variable), ring.index('number', variable)
     terms = value.terms()
     by_angle = {e[turning] for e in terms}
     by_length = {e[sliding] for e in terms}
@@ -119,11 +119,11 @@ def _candidates(
     return [_Solved(variable, shift, cosine, sine, rest, False, multiple, simplicity)]
 
 
-def _part(value: Laurent, place: int, exponent: int) -> Laurent:
+def _part(value: Laurent, index: int, exponent: int) -> Laurent:
     terms = {
-        tuple(0 if k == place else x for k, x in enumerate(e)): c
+        tuple(0 if k == index else x for k, x in enumerate(e)): c
         for e, c in value.terms().items()
-        if e[place] == exponent
+        if e[index] == exponent
     }
     return from_terms(value.ring, terms, value.divisor)
 

@@ -104,7 +104,7 @@ def disagreement(derivation: Derivation, robot: Robot) -> float:
     inside the limits; without a determinant, with the common factors of its minors.
     """
     exact = derivation.exact
-    q = exact.bench.random(POSES, within=True)
+    q = exact.sampler.random(POSES, within=True)
     expressions = file_factors(robot, derivation.names)
     product = np.ones(len(q))
     reference = np.ones(len(q))
@@ -118,8 +118,8 @@ def disagreement(derivation: Derivation, robot: Robot) -> float:
         product *= evaluated(expressions[name], derivation.names, q) ** factor.power
         reference *= evaluated(factor.expression, derivation.names, q) ** factor.power
     if derivation.singular_set.determinant.square:
-        arm = exact.bench.arm(q)
-        scales = exact.bench.row_scales
+        arm = exact.sampler.arm(q)
+        scales = exact.sampler.row_scales
         slides = [not turns for turns in arm.turns]
         columns = np.where(slides, robot.task.length, 1.0)
         reference = np.linalg.det(arm.J_t / scales[:, None] / columns)

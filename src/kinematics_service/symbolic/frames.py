@@ -2,19 +2,16 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import reduce
+from itertools import groupby
 from typing import Any
 
 import sympy
 
 from ..errors import DerivationError
 from ..rigid_motion import roll_pitch_yaw
-from ..robot.file.description import (
-    DhRow,
-    ElementaryMotion,
-    RigidMotion,
-    RobotDescription,
-    ShapeRow,
-)
+from ..robot.file.convention_table import CONVENTIONS, NamedMotion
+from ..robot.file.description import DhRow, ElementaryMotion, Link, RigidMotion, RobotDescription
 from .algebra.arithmetic import NOTHING, Affine, Arithmetic, inverse, transposed
 from .algebra.matrices import Matrix, product
 
@@ -81,7 +78,7 @@ def frames_of(description: RobotDescription, arithmetic: Arithmetic) -> Frames:
     DerivationError
         The pose is too long to be worth writing out.
     """
-    rows = tuple(_row(link, description, arithmetic) for link in description.links)
+    rows = tuple(_row(link, description.convention, arithmetic) for link in description.links)
     transforms = tuple(
         product(product(row.before, arithmetic.screw_z(row.theta, row.d)), row.after)
         for row in rows
@@ -101,36 +98,45 @@ def frames_of(description: RobotDescription, arithmetic: Arithmetic) -> Frames:
     return Frames(rows, transforms, base, tool, tuple(in_base), T)
 
 
-def _row(
-    link: DhRow | ElementaryMotion | ShapeRow,
-    description: RobotDescription,
-    arithmetic: Arithmetic,
-) -> ExactRow:
-    names, identity = arithmetic.names, arithmetic.identity()
-    match link:
-        case DhRow():
-            theta = names.affine(link.theta.text, is_angle=True)
-            d = names.affine(link.d.text, is_angle=False)
-            alpha: Affine = (names.angle(link.alpha.text), {})
-            a: Affine = (names.expression(link.a.text), {})
-            screw_x = arithmetic.about_axis('x', alpha, a)
-            if description.convention == 'standard':
-                return ExactRow(identity, theta, d, screw_x)
-            return ExactRow(screw_x, theta, d, identity)
-        case ElementaryMotion():
-            turns = link.axis.startswith('R')
-            argument = names.affine(link.argument.text, is_angle=turns)
-            turn = arithmetic.turn(link.axis[1])
-            theta, d = (argument, NOTHING) if turns else (NOTHING, argument)
-            return ExactRow(turn, theta, d, transposed(turn))
+def _row(link: Link, convention: str, arithmetic: Arithmetic) -> ExactRow:
+    names = arithmetic.names
+    if isinstance(link, DhRow):
+        product_of_row = CONVENTIONS[convention]
+        may_move = link.names
+        return ExactRow(
+            _constants(product_of_row.before_joint, link, arithmetic),
+            names.affine(link['theta'].text, is_angle=True) if 'theta' in may_move else NOTHING,
+            names.affine(link['d'].text, is_angle=False) if 'd' in may_move else NOTHING,
+            _constants(product_of_row.after_joint, link, arithmetic),
+        )
+    if isinstance(link, ElementaryMotion):
+        argument = names.affine(link.argument.text, is_angle=link.turns)
+        turn = arithmetic.turn(link.axis[1])
+        theta, d = (argument, NOTHING) if link.turns else (NOTHING, argument)
+        return ExactRow(turn, theta, d, transposed(turn))
     before = _motion(link.inner, arithmetic)
     after = inverse(_motion(link.outer, arithmetic))
     if link.joint is None:
         return ExactRow(before, NOTHING, NOTHING, after)
-    joint = _row(link.joint, description, arithmetic)
+    joint = _row(link.joint, convention, arithmetic)
     return ExactRow(
         product(before, joint.before), joint.theta, joint.d, product(joint.after, after)
     )
+
+
+def _constants(motions: Sequence[NamedMotion], link: DhRow, arithmetic: Arithmetic) -> Matrix:
+    # Motions about and along the same axis are one screw, whatever their order.
+    names, screws = arithmetic.names, []
+    for axis, together in groupby(motions, key=lambda motion: motion.axis[1]):
+        angle = length = sympy.Integer(0)
+        for motion in together:
+            text = link[motion.quantity].text
+            if motion.axis[0] == 'R':
+                angle += names.angle(text)
+            else:
+                length += names.expression(text)
+        screws.append(arithmetic.about_axis(axis, (angle, {}), (length, {})))
+    return reduce(product, screws) if screws else arithmetic.identity()
 
 
 def _motion(motion: RigidMotion, arithmetic: Arithmetic) -> Matrix:
@@ -148,8 +154,10 @@ def _motion(motion: RigidMotion, arithmetic: Arithmetic) -> Matrix:
     else:
         x, y, z = (names.expression(text) for text in motion.texts[:3])
         R = _rotation([names.angle(text) for text in motion.texts[3:]], arithmetic)
-    place = arithmetic.constant_matrix([[1, 0, 0, x], [0, 1, 0, y], [0, 0, 1, z], [0, 0, 0, 1]])
-    return product(place, R)
+    translation = arithmetic.constant_matrix(
+        [[1, 0, 0, x], [0, 1, 0, y], [0, 0, 1, z], [0, 0, 0, 1]]
+    )
+    return product(translation, R)
 
 
 def _rotation(angles: Sequence[Any], arithmetic: Arithmetic) -> Matrix:

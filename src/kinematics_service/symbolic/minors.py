@@ -1,4 +1,4 @@
-"""What all minors of the task rows have in common, and what is left of them."""
+"""The common factors of all minors of the task rows, and the rest of each minor."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -12,7 +12,7 @@ from .algebra.factors import Factored, RealFactor, factored
 from .algebra.laurent import Laurent
 from .algebra.quotient import divided
 from .determinant import Minors
-from .sampled_poses import Bench
+from .sampled_poses import PoseSampler
 from .singular_geometry import rank_at
 from .trigonometry import Writer
 
@@ -67,9 +67,9 @@ def remainder_of(rests: Sequence[Laurent], writer: Writer, arithmetic: Arithmeti
     return sympy.sqrt(shortest)
 
 
-def independent_columns(bench: Bench) -> tuple[int, ...]:
+def independent_columns(sampler: PoseSampler) -> tuple[int, ...]:
     """Return the joints left when those that only repeat others are left out, first ones first."""
-    J_t = bench.arm(bench.random(200)).J_t
+    J_t = sampler.arm(sampler.random(200)).J_t
     stacked = J_t.reshape(-1, J_t.shape[2])
     full = _column_rank(stacked)
     kept = list(range(J_t.shape[2]))
@@ -85,6 +85,6 @@ def _column_rank(stacked: Floats) -> int:
     return int(np.sum(sigma > 1e-9 * sigma[0]))
 
 
-def generic_rank(bench: Bench) -> int:
+def generic_rank(sampler: PoseSampler) -> int:
     """Return the rank of the task rows at most poses."""
-    return rank_at(bench.arm(bench.random(200)).J_t)
+    return rank_at(sampler.arm(sampler.random(200)).J_t)

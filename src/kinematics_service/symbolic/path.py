@@ -20,7 +20,7 @@ BISECTIONS = 80
 
 
 @dataclass(frozen=True)
-class Crossing:
+class PathCrossing:
     """A time at which a factor vanishes."""
 
     time: float
@@ -54,7 +54,7 @@ class Path:
         function = sympy.lambdify(TIME, numbers, 'numpy')
         return np.broadcast_to(function(times), times.shape).astype(float)
 
-    def crossings(self, start: float, end: float) -> tuple[Crossing, ...]:
+    def crossings(self, start: float, end: float) -> tuple[PathCrossing, ...]:
         """
         Return when the path meets the singular set in [start, end], s.
 
@@ -70,16 +70,16 @@ class Path:
             size = float(np.max(np.abs(f))) or 1.0
             for k in np.flatnonzero(np.sign(f[:-1]) * np.sign(f[1:]) < 0):
                 time = self._bisected(value, float(times[k]), float(times[k + 1]))
-                found.append(Crossing(time, factor.name, False))
+                found.append(PathCrossing(time, factor.name, False))
             found += [
-                Crossing(float(times[k]), factor.name, False) for k in np.flatnonzero(f == 0.0)
+                PathCrossing(float(times[k]), factor.name, False) for k in np.flatnonzero(f == 0.0)
             ]
             low = np.abs(f)
             valleys = np.flatnonzero((low[1:-1] < low[:-2]) & (low[1:-1] < low[2:])) + 1
             for k in valleys:
                 same = f[k - 1] * f[k] > 0 and f[k] * f[k + 1] > 0
                 if same and low[k] < 1e-5 * size:
-                    found.append(Crossing(float(times[k]), factor.name, True))
+                    found.append(PathCrossing(float(times[k]), factor.name, True))
         return tuple(sorted(found, key=lambda crossing: crossing.time))
 
     def _bisected(self, value: Any, low: float, high: float) -> float:

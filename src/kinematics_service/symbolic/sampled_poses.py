@@ -12,7 +12,7 @@ from ..robot.task import ROW_NAMES, seeded_poses
 from .algebra.arithmetic import Arithmetic
 from .algebra.numeric import substituted
 from .algebra.zeros import Box
-from .singular_geometry import Arm
+from .singular_geometry import ArmAtPoses
 
 # Enough for a coincidence to show, few enough for a second.
 POSES = 60
@@ -21,7 +21,7 @@ STEP = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class Bench:
+class PoseSampler:
     """
     A robot with the joints of a derivation: some may be locked.
 
@@ -88,7 +88,7 @@ class Bench:
         start = np.where(slides | np.isfinite(low), low, turned)
         return Box(start, np.where(slides, high, np.minimum(high, start + periods)))
 
-    def arm(self, q: Floats) -> Arm:
+    def arm(self, q: Floats) -> ArmAtPoses:
         """Return the arm's numbers at poses in the file's units."""
         robot, moving = self.robot, list(self.moving)
         si = self.whole(q)
@@ -103,7 +103,7 @@ class Bench:
         # v = w x r with r from the axis to the tool: its foot on the axis is p + z x v.
         origins = tool[:, None] + np.cross(axes, velocity)
         types = robot.joint_types
-        return Arm(
+        return ArmAtPoses(
             J,
             self.task_block(J, frames),
             frames,
@@ -144,8 +144,8 @@ class Bench:
         return np.asarray(turned[:, list(self.rows)] * self.row_scales[:, None] * columns)
 
 
-def bench_of(robot: Robot, arithmetic: Arithmetic, rows: Sequence[int]) -> Bench:
-    """Return the bench of a derivation."""
+def sampler_of(robot: Robot, arithmetic: Arithmetic, rows: Sequence[int]) -> PoseSampler:
+    """Return the sampler of a derivation."""
     names = arithmetic.names
     unit = 0.001 if robot.description.length_unit == 'mm' else 1.0
     symbols = {symbol.name for symbol in names.variables}
@@ -160,7 +160,7 @@ def bench_of(robot: Robot, arithmetic: Arithmetic, rows: Sequence[int]) -> Bench
         value = substituted(names.meanings[name], names.values)
         degrees = robot.description.angle_unit == 'deg' and not slides
         still[j] = value * (unit if slides else np.pi / 180 if degrees else 1.0)
-    return Bench(robot, tuple(moving), still, np.array(to_si), tuple(rows))
+    return PoseSampler(robot, tuple(moving), still, np.array(to_si), tuple(rows))
 
 
 def row_indices(robot: Robot) -> tuple[int, ...]:

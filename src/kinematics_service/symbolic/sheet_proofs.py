@@ -96,7 +96,7 @@ class _Branch:
 class _Replaced:
     # A length is a polynomial without it; an angle's generator is a product of powers of the other
     # generators and of i.
-    place: int
+    index: int
     length: Laurent | None
     quarter: int = 0
     turns: tuple[int, ...] = ()
@@ -105,8 +105,8 @@ class _Replaced:
         ring = value.ring
         parts: dict[int, Terms] = {}
         for e, c in value.terms().items():
-            power = e[self.place]
-            others = tuple(0 if k == self.place else x for k, x in enumerate(e))
+            power = e[self.index]
+            others = tuple(0 if k == self.index else x for k, x in enumerate(e))
             moved = tuple(x + power * t for x, t in zip(others, self.turns)) or others
             parts.setdefault(power, {})[moved] = c
         return total(
@@ -165,11 +165,11 @@ def _may_vanish(constant: Laurent, arithmetic: Arithmetic) -> bool:
 def _solutions(factor: Laurent, arithmetic: Arithmetic) -> list[_Replaced]:
     # Sine or cosine of a sum of angles; or linear in a length, alone in its term.
     ring, terms = arithmetic.ring, factor.terms()
-    places = sorted({k for e in terms for k, x in enumerate(e) if x})
-    if len(terms) == 2 and all(ring.generators[k].kind != 'number' for k in places):
+    indices = sorted({k for e in terms for k, x in enumerate(e) if x})
+    if len(terms) == 2 and all(ring.generators[k].kind != 'number' for k in indices):
         return _quarter_turns(terms)
     moving = set(arithmetic.names.variables)
-    numbers = [k for k in places if ring.generators[k].kind == 'number']
+    numbers = [k for k in indices if ring.generators[k].kind == 'number']
     for k in sorted(numbers, key=lambda k: ring.generators[k].meaning not in moving):
         alone = [(e, c) for e, c in terms.items() if e[k]]
         if len(alone) == 1 and sum(map(abs, alone[0][0])) == 1 and alone[0][1][1] == 0:

@@ -17,7 +17,7 @@ AXES = 'xyz'
 
 
 @dataclass(frozen=True)
-class Arm:
+class ArmAtPoses:
     """
     An arm at N poses, in numbers.
 
@@ -98,7 +98,7 @@ def parallel(one: Floats, other: Floats) -> bool:
     return bool(np.all(np.linalg.norm(np.cross(one, other), axis=-1) < ZERO))
 
 
-def wrist_point(arm: Arm, angular: bool) -> Floats:
+def wrist_point(arm: ArmAtPoses, angular: bool) -> Floats:
     """
     Return the point the position of the arm is judged by, shape (N, 3).
 
@@ -116,7 +116,7 @@ def wrist_point(arm: Arm, angular: bool) -> Floats:
     return arm.tool
 
 
-def _meeting_point(arm: Arm, joints: Sequence[int]) -> Floats | None:
+def _meeting_point(arm: ArmAtPoses, joints: Sequence[int]) -> Floats | None:
     # Least squares over the axes: sum (I - z z^T)(p - o) = 0.
     z, o = arm.axes[:, joints], arm.origins[:, joints]
     if np.isnan(z).any() or parallel(z[:, 0], z[:, 1]):
@@ -130,7 +130,9 @@ def _meeting_point(arm: Arm, joints: Sequence[int]) -> Floats | None:
     return p if bool(np.all(miss < ZERO)) else None
 
 
-def name_of(arm: Arm, elsewhere: Arm, joints: Sequence[int], angular: bool) -> str | None:
+def name_of(
+    arm: ArmAtPoses, elsewhere: ArmAtPoses, joints: Sequence[int], angular: bool
+) -> str | None:
     """
     Return wrist, elbow, shoulder or boom_length, or None where the geometry is none of these.
 
@@ -147,7 +149,7 @@ def name_of(arm: Arm, elsewhere: Arm, joints: Sequence[int], angular: bool) -> s
     """
     if all(not arm.turns[j] for j in joints):
         return 'boom_length'
-    tests: dict[str, Callable[[Arm], bool]] = {
+    tests: dict[str, Callable[[ArmAtPoses], bool]] = {
         'wrist': lambda seen: angular and _is_wrist(seen),
         'elbow': lambda seen: _is_elbow(seen, joints, wrist_point(seen, angular), angular),
         'shoulder': lambda seen: _is_shoulder(seen, wrist_point(seen, angular)),
@@ -157,7 +159,7 @@ def name_of(arm: Arm, elsewhere: Arm, joints: Sequence[int], angular: bool) -> s
     )
 
 
-def _is_wrist(arm: Arm) -> bool:
+def _is_wrist(arm: ArmAtPoses) -> bool:
     turning = [j for j, turns in enumerate(arm.turns) if turns][-3:]
     pairs = [(i, j) for k, i in enumerate(turning) for j in turning[k + 1 :]]
     return len(turning) == 3 and any(
@@ -165,7 +167,7 @@ def _is_wrist(arm: Arm) -> bool:
     )
 
 
-def _is_elbow(arm: Arm, joints: Sequence[int], point: Floats, angular: bool) -> bool:
+def _is_elbow(arm: ArmAtPoses, joints: Sequence[int], point: Floats, angular: bool) -> bool:
     # Stretched or folded: two neighbouring parallel axes and the wrist point, or the next parallel
     # axis, in one plane; or, for a single joint, the distance shoulder to wrist at an extreme.
     n = len(arm.turns)
@@ -190,7 +192,7 @@ def _is_elbow(arm: Arm, joints: Sequence[int], point: Floats, angular: bool) -> 
     return False
 
 
-def _is_shoulder(arm: Arm, point: Floats) -> bool:
+def _is_shoulder(arm: ArmAtPoses, point: Floats) -> bool:
     # The wrist point in the plane of axis 1 and the direction of axis 2; on axis 1 itself where
     # nothing is offset to the side.
     if len(arm.turns) < 2 or not arm.turns[0]:
@@ -211,7 +213,7 @@ def rank_at(J_t: Floats) -> int:
 
 
 def lost_motion(
-    arm: Arm, task_rows: Sequence[int], rank: int, generic: int, scales: Floats
+    arm: ArmAtPoses, task_rows: Sequence[int], rank: int, generic: int, scales: Floats
 ) -> Lost | None:
     """
     Return which motion of the tool no joint motion gives, or None where none is simple.
@@ -314,7 +316,7 @@ class Idle:
     joints: tuple[int, ...]
 
 
-def idle_motion(arm: Arm, rank: int) -> Idle | None:
+def idle_motion(arm: ArmAtPoses, rank: int) -> Idle | None:
     """Return the joint motion that does not move the task, if it is the same everywhere."""
     n = arm.J_t.shape[2]
     sigma, right = np.linalg.svd(arm.J_t)[1:]

@@ -21,7 +21,7 @@ from .algebra.numeric import Numbers, poses_on, typical_size
 from .algebra.zeros import Box, Zero, common_zero
 from .family import Family, family_of
 from .frames import Frames
-from .sampled_poses import Bench
+from .sampled_poses import PoseSampler
 from .sheet_proofs import Sheets, proves_lost
 from .singular_geometry import Idle, Lost, idle_motion, lost_motion, name_of, rank_at
 from .trigonometry import Writer
@@ -72,7 +72,7 @@ class SingularFactor:
 
 
 @dataclass(frozen=True)
-class Crossing:
+class SheetCrossing:
     """
     Where several sheets meet.
 
@@ -155,7 +155,7 @@ class SingularSet:
 
     determinant: Determinant
     factors: tuple[SingularFactor, ...]
-    crossings: tuple[Crossing, ...]
+    crossings: tuple[SheetCrossing, ...]
     generic_rank: int
     dependent: tuple[str, ...]
     complete: bool
@@ -163,42 +163,42 @@ class SingularSet:
 
 def singular_factors(
     product: Factored,
-    bench: Bench,
+    sampler: PoseSampler,
     arithmetic: Arithmetic,
     writer: Writer,
     frames: Frames,
     J_t: Matrix,
 ) -> tuple[SingularFactor, ...]:
     """Return the factors with their names and what their sheets mean."""
-    robot, names = bench.robot, arithmetic.names
+    robot, names = sampler.robot, arithmetic.names
     listed = file_factors(robot, names)
-    elsewhere = bench.arm(bench.random(200))
+    elsewhere = sampler.arm(sampler.random(200))
     generic = rank_at(elsewhere.J_t)
     found, taken = [], set()
     for factor in product.factors:
         numbers = Numbers(factor.value, arithmetic)
         family = family_of(factor.value, arithmetic, writer)
-        poses = sheet_poses(bench, [numbers])
+        poses = sheet_poses(sampler, [numbers])
         joints = [
             k for k, v in enumerate(names.variables) if arithmetic.derivative(factor.value, v)
         ]
         rank = lost = idle = geometric = None
         sampled: tuple[str, ...] = ()
         if len(poses):
-            arm = bench.arm(poses)
+            arm = sampler.arm(poses)
             rank = rank_at(arm.J_t)
-            lost = lost_motion(arm, bench.rows, rank, generic, bench.row_scales)
+            lost = lost_motion(arm, sampler.rows, rank, generic, sampler.row_scales)
             idle = idle_motion(arm, rank)
             sheet = Sheets(J_t, generic, (factor.value,), arithmetic)
             sampled = _sampled(sheet, frames, rank, lost, idle)
-            angular = any(i >= 3 for i in bench.rows)
+            angular = any(i >= 3 for i in sampler.rows)
             geometric = name_of(arm, elsewhere, joints, angular)
         expression = writer.expression(factor.value)
-        name = _listed_name(listed, numbers, bench, names) or geometric or str(expression)
+        name = _listed_name(listed, numbers, sampler, names) or geometric or str(expression)
         if name in taken:
             name = str(expression)
         taken.add(name)
-        within = zero_within_limits(bench, [numbers])
+        within = zero_within_limits(sampler, [numbers])
         found.append(
             SingularFactor(
                 name,
@@ -242,10 +242,10 @@ def file_factors(robot: Robot, names: Names) -> dict[str, Any]:
 
 
 def _listed_name(
-    listed: dict[str, Any], numbers: Numbers, bench: Bench, names: Names
+    listed: dict[str, Any], numbers: Numbers, sampler: PoseSampler, names: Names
 ) -> str | None:
     # The same factor has the same ratio everywhere.
-    q = bench.random(20)
+    q = sampler.random(20)
     ours = numbers(q)
     for name, expression in listed.items():
         theirs = evaluated(expression, names, q)
@@ -261,66 +261,66 @@ def evaluated(expression: Any, names: Names, q: Floats) -> Floats:
     return np.broadcast_to(function(*np.moveaxis(q, -1, 0)), q.shape[:-1]).astype(float)
 
 
-def sheet_poses(bench: Bench, functions: Sequence[Numbers]) -> Floats:
+def sheet_poses(sampler: PoseSampler, functions: Sequence[Numbers]) -> Floats:
     """
     Return seeded poses where all functions vanish; few or none where they have no common zero.
     """
-    starts = bench.random()
+    starts = sampler.random()
     scaled = [
         Numbers(f.value.scaled(1, max(1, round(typical_size(f, starts)))), f.arithmetic)
         for f in functions
     ]
-    slides = [bench.robot.joint_types[j] == 'prismatic' for j in bench.moving]
-    scale = np.where(slides, bench.robot.task.length / bench.to_si, 1.0)
+    slides = [sampler.robot.joint_types[j] == 'prismatic' for j in sampler.moving]
+    scale = np.where(slides, sampler.robot.task.length / sampler.to_si, 1.0)
     return poses_on(scaled, starts, scale)
 
 
 def crossings_of(
     product: Factored,
     factors: Sequence[SingularFactor],
-    bench: Bench,
+    sampler: PoseSampler,
     arithmetic: Arithmetic,
     J_t: Matrix,
-) -> tuple[Crossing, ...]:
+) -> tuple[SheetCrossing, ...]:
     """Return where two sheets meet, and all of them where there are more."""
     count = len(factors)
     groups: list[tuple[int, ...]] = [*combinations(range(count), 2)]
     if count > 2:
         groups.append(tuple(range(count)))
-    generic = rank_at(bench.arm(bench.random(200)).J_t)
+    generic = rank_at(sampler.arm(sampler.random(200)).J_t)
     found = []
     for group in groups:
         values = tuple(product.factors[k].value for k in group)
         functions = [Numbers(value, arithmetic) for value in values]
-        poses = sheet_poses(bench, functions)
+        poses = sheet_poses(sampler, functions)
         names = tuple(factors[k].name for k in group)
         if len(poses) < 2:
-            if zero_anywhere(bench, functions).exists is None:
-                found.append(Crossing(names, None, True, None, None))
+            if zero_anywhere(sampler, functions).exists is None:
+                found.append(SheetCrossing(names, None, True, None, None))
             continue
-        rank = rank_at(bench.arm(poses).J_t)
-        within = zero_within_limits(bench, functions)
-        meet = within.exists or zero_anywhere(bench, functions).exists
+        rank = rank_at(sampler.arm(poses).J_t)
+        within = zero_within_limits(sampler, functions)
+        meet = within.exists or zero_anywhere(sampler, functions).exists
         sampled = not meet or not Sheets(J_t, generic, values, arithmetic).has_rank_at_most(rank)
-        found.append(Crossing(names, rank, sampled, within.exists, _as_tuple(within.pose)))
+        found.append(SheetCrossing(names, rank, sampled, within.exists, _as_tuple(within.pose)))
     return tuple(found)
 
 
-def zero_within_limits(bench: Bench, functions: Sequence[Numbers]) -> Zero:
+def zero_within_limits(sampler: PoseSampler, functions: Sequence[Numbers]) -> Zero:
     """Return whether functions vanish together inside the joint limits."""
     arithmetic = functions[0].arithmetic
     units = np.array([arithmetic.units[v] for v in arithmetic.names.variables], dtype=float)
-    box = bench.limits(2 * np.pi * units)
-    return common_zero(functions, box, bench.random(within=True))
+    box = sampler.limits(2 * np.pi * units)
+    return common_zero(functions, box, sampler.random(within=True))
 
 
-def zero_anywhere(bench: Bench, functions: Sequence[Numbers]) -> Zero:
+def zero_anywhere(sampler: PoseSampler, functions: Sequence[Numbers]) -> Zero:
     """Return whether functions vanish together at any joint positions, limits or none."""
     arithmetic = functions[0].arithmetic
     units = np.array([arithmetic.units[v] for v in arithmetic.names.variables], dtype=float)
-    slides = np.array([bench.robot.joint_types[j] == 'prismatic' for j in bench.moving])
+    slides = np.array([sampler.robot.joint_types[j] == 'prismatic' for j in sampler.moving])
     half = np.where(slides, np.inf, np.pi * units)
-    return common_zero(functions, Box(-half, half), np.clip(bench.random(), -half, half))
+    return common_zero(functions, Box(-half, half), np.clip(sampler.random(), -half, half))
 
 
 def _as_tuple(pose: Floats | None) -> tuple[float, ...] | None:

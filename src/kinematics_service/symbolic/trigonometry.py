@@ -98,7 +98,7 @@ class Writer:
 
     def _split(self, value: Laurent) -> dict[Exponents, Terms]:
         # By the exponents of the angles: what remains in each group is a polynomial in lengths.
-        n = len(self._angle_places())
+        n = len(self._angle_indices())
         fixed = self._fixed_places()
         groups: dict[Exponents, Terms] = {}
         for exponents, c in value.terms().items():
@@ -109,7 +109,7 @@ class Writer:
             groups.setdefault(angles, {})[rest] = c
         return groups
 
-    def _angle_places(self) -> range:
+    def _angle_indices(self) -> range:
         return range(len(self.arithmetic.names.variables))
 
     def _fixed_places(self) -> tuple[int, ...]:

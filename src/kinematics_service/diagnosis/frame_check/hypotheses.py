@@ -12,13 +12,13 @@ from ...kernel import Floats
 from ...kinematics.tool_state import evaluate
 from ...rigid_motion import rotation_of_quaternion
 from ...robot.chain import fold
-from ...robot.conventions import ROWS_OF, table_rows
+from ...robot.conventions import fixed_lengths, row_of, table_rows
+from ...robot.file.convention_table import CONVENTIONS
 from ...robot.file.description import DhRow, ElementaryMotion
 from ...robot.robot import Robot
 from .lag import Later
 from .offsets import PoseDerivative
 
-MODIFIED, STANDARD = 'modified', 'standard'
 # Arms with more joints than this are not searched for two joints that are swapped.
 MOST_SWAPPED = 12
 
@@ -141,16 +141,15 @@ def _orders(names: tuple[str, ...]) -> Iterator[tuple[tuple[int, ...], str]]:
 
 def _of_table(given: ComparedData) -> Iterator[Hypothesis]:
     robot = given.robot
-    other = {STANDARD: MODIFIED, MODIFIED: STANDARD}.get(robot.convention)
-    if other is not None:
-        sentence = f'the table is {other}, and is read as {robot.convention}'
-        yield Hypothesis('convention', sentence, robot=read_as(robot, other))
+    for other in CONVENTIONS[robot.convention].others:
+        sentence = f'the table is {other.name}, and is read as {robot.convention}'
+        yield Hypothesis('convention', sentence, robot=read_as(robot, other.name))
 
 
 def read_as(robot: Robot, convention: str) -> Robot:
-    """Return the robot whose table of a, alpha, d, theta is read by another convention."""
+    """Return the robot whose table of quantities is read by another convention."""
     description = robot.description
-    rows = tuple(ROWS_OF[convention](link) for link in description.links)
+    rows = tuple(row_of(link, convention) for link in description.links)
     chain = fold(
         rows, robot.variables, description.base.motion.matrix, description.tool.motion.matrix
     )
@@ -247,10 +246,8 @@ def _length_axes(robot: Robot, frames: Floats) -> Iterator[tuple[int, Floats, st
     for k, (link, row) in enumerate(zip(robot.description.links, table_rows(robot.description))):
         before, after = frames[:, k, :3, :3], frames[:, k + 1, :3, :3]
         if isinstance(link, DhRow):
-            standard = robot.convention == STANDARD
-            yield k, (after if standard else before)[:, :, 0], 'a'
-            if not row.d.coefficients:
-                yield k, (before if standard else after)[:, :, 2], 'd'
+            for name, of_frame_after, direction in fixed_lengths(link, robot.convention):
+                yield k, (after if of_frame_after else before) @ direction, name
         elif isinstance(link, ElementaryMotion):
             kind, axis = link.axis
             if kind == 'T' and not row.d.coefficients:

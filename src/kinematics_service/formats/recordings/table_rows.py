@@ -97,6 +97,7 @@ class RowReader:
                 usecols=[self._stamp_at, *self._at],
                 converters={self._stamp_at: _nanoseconds_as_double},
                 comments=None,
+                encoding=None,  # before numpy 2, converters got bytes without it
                 ndmin=2,
                 quotechar='"',
                 max_rows=LARGEST_BLOCK,

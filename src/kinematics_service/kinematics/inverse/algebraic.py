@@ -87,7 +87,7 @@ def solutions_beside(problem: IkProblem, arm: kernel.SixJoints, home: Floats) ->
     robot, target, plan = problem.robot, problem.target, problem.plan
     random = problem.random()
     candidates, simple = [np.empty((0, 6))], 0
-    psi, said = np.empty((kernel.MOST_CANDIDATES, 6, 2)), np.empty(3)
+    psi, accuracy = np.empty((kernel.MOST_CANDIDATES, 6, 2)), np.empty(3)
     for size in BESIDE:
         way, turn = size * robot.task.length * random.normal(size=3), size * random.normal(size=3)
         for side in (1.0, -1.0):
@@ -97,6 +97,6 @@ def solutions_beside(problem: IkProblem, arm: kernel.SixJoints, home: Floats) ->
             moved = target._replace(pose=pose, residual=residual_of(robot, pose, target.rows))
             solutions = eliminated_solutions(problem._replace(target=moved), arm).solutions
             candidates.append(solutions.q[: solutions.count].copy())
-            count = kernel.complex_solutions(arm, pose @ home, psi, said)
+            count = kernel.complex_solutions(arm, pose @ home, psi, accuracy)
             simple = max(simple, kernel.followed_solutions(arm, target.pose @ home, count, psi))
     return Beside(refined(target, plan, np.vstack(candidates), far=True), simple)

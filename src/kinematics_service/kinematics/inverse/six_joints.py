@@ -54,13 +54,13 @@ def _rank_of(
     form: kernel.SixJoints, motions: list[Floats], option: tuple[int, int, int]
 ) -> _Rank | None:
     # None where it is singular at one of the targets, and so at most of them.
-    psi, said = np.empty((kernel.MOST_CANDIDATES, 6, 2)), np.empty(3)
+    psi, accuracy = np.empty((kernel.MOST_CANDIDATES, 6, 2)), np.empty(3)
     unproved, missing, worst = 0, 0, 0.0
     for T in motions:
-        found = kernel.complex_solutions(form, T, psi, said)
+        found = kernel.complex_solutions(form, T, psi, accuracy)
         if not found:
             return None
-        _, step, proved = said.tolist()
+        _, step, proved = accuracy.tolist()
         unproved += not proved
         missing += max(form.bound - found, 0)
         worst = max(worst, step)

@@ -1,17 +1,16 @@
 """What a valid robot file says, as frozen data: angles in rad, lengths in m."""
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from ...errors import Fault
+from .convention_table import Axis
 from .expressions import Expression
 
 JointType = Literal['revolute', 'prismatic', 'helical']
-Axis = Literal['Rx', 'Ry', 'Rz', 'Tx', 'Ty', 'Tz']
-Convention = Literal['standard', 'modified', 'elementary', 'shape']
 AngleUnit = Literal['rad', 'deg']
 LengthUnit = Literal['m', 'mm']
 
@@ -97,21 +96,42 @@ IDENTITY = RigidMotion(np.eye(4), ('0',) * 6)
 
 
 @dataclass(frozen=True)
-class DhRow:
-    """A row of a Denavit-Hartenberg table; a and alpha are constant."""
-
-    a: Expression
-    alpha: Expression
-    d: Expression
-    theta: Expression
-
-
-@dataclass(frozen=True)
 class ElementaryMotion:
     """A rotation about, or a translation along, one axis."""
 
     axis: Axis
     argument: Expression
+
+    @property
+    def turns(self) -> bool:
+        """Return whether it is a rotation, its argument an angle."""
+        return self.axis.startswith('R')
+
+    @property
+    def motions(self) -> 'tuple[ElementaryMotion, ...]':
+        """Return the elementary motions of the row: itself."""
+        return (self,)
+
+
+@dataclass(frozen=True)
+class DhRow:
+    """
+    A row of named quantities, such as Denavit and Hartenberg's; all but theta and d are constant.
+
+    Parameters
+    ----------
+    names
+        Of the quantities.
+    motions
+        What each is; in which order they multiply is said by the convention.
+    """
+
+    names: tuple[str, ...]
+    motions: tuple[ElementaryMotion, ...]
+
+    def __getitem__(self, name: str) -> Expression:
+        """Return a quantity by its name."""
+        return self.motions[self.names.index(name)].argument
 
 
 @dataclass(frozen=True)
@@ -121,6 +141,14 @@ class ShapeRow:
     inner: RigidMotion
     joint: ElementaryMotion | None
     outer: RigidMotion
+
+    @property
+    def motions(self) -> tuple[ElementaryMotion, ...]:
+        """Return the elementary motions of the row: its joint's."""
+        return () if self.joint is None else (self.joint,)
+
+
+Link: TypeAlias = DhRow | ElementaryMotion | ShapeRow
 
 
 @dataclass(frozen=True)
@@ -194,7 +222,7 @@ class RobotDescription:
     angle_unit, length_unit
         What the texts inside are written in; every number but the constants' is SI.
     links
-        `DhRow` for standard and modified, else `ElementaryMotion` or `ShapeRow`.
+        The rows of the table; the convention says of which kind.
     warnings
         What is allowed but is most likely a mistake: another unit, a constant nobody uses.
     remarks
@@ -205,12 +233,12 @@ class RobotDescription:
 
     name: str
     source: str
-    convention: Convention
+    convention: str
     angle_unit: AngleUnit
     length_unit: LengthUnit
     constants: tuple[Constant, ...]
     joints: tuple[JointDescription, ...]
-    links: tuple[DhRow | ElementaryMotion | ShapeRow, ...]
+    links: tuple[Link, ...]
     base: Placement
     tool: Placement
     singularity: SingularityDescription

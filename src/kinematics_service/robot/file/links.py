@@ -3,15 +3,16 @@
 import math
 import re
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any, TypeAlias, get_args
+from typing import Any, get_args
 
-from .description import Axis, DhRow, ElementaryMotion, ShapeRow
+from .convention_table import CONVENTIONS, MOVING, Axis, Convention, RowKind
+from .description import DhRow, ElementaryMotion, Link, ShapeRow
 from .entries import checked, checked_list, checked_word
 from .expressions import Expression
 from .fault_report import number, quoted
 from .motions import read_motion
 from .quantities import LONG, METRES, MILLIMETRES, Kind, Quantities
-from .schema import DhRowEntry, ShapeRowEntry
+from .schema import ShapeRowEntry, dh_row_entry
 from .yaml_document import Path, ScalarNode
 
 MAX_ROWS = 512
@@ -20,10 +21,10 @@ PATH: Path = ('links',)
 ELEMENTARY = re.compile(r'\s*([A-Za-z]+)\s*\((.*)\)\s*', re.DOTALL)
 AXES: tuple[Axis, ...] = get_args(Axis)
 
-Row: TypeAlias = DhRow | ElementaryMotion | ShapeRow
 
-
-def read_links(data: Any, convention: str, quantities: Quantities) -> tuple[Row, ...] | None:
+def read_links(
+    data: Any, convention: Convention, quantities: Quantities
+) -> tuple[Link, ...] | None:
     """Return the rows base to tool, or None with their faults reported."""
     report = quantities.report
     before = report.fault_count
@@ -34,35 +35,34 @@ def read_links(data: Any, convention: str, quantities: Quantities) -> tuple[Row,
         message = f'{len(items)} rows (at most {MAX_ROWS}: four for each of 128 joints)'
         report.fault(PATH, message)
         items = items[:MAX_ROWS]
-    read_row = ROW_OF[convention]
-    rows = [read_row(item, (*PATH, index), quantities) for index, item in enumerate(items)]
+    read_row = READERS[convention.rows]
+    rows = [
+        read_row(item, convention, (*PATH, index), quantities) for index, item in enumerate(items)
+    ]
     found = tuple(row for row in rows if row is not None)
     return found if report.fault_count == before and len(found) == len(items) else None
 
 
-def likely_convention(data: Any) -> str:
-    """Return the convention whose rows look like those of a list."""
+def likely_convention(data: Any) -> Convention:
+    """Return the first convention whose rows look like those of a list."""
     first = data[0] if isinstance(data, list) and data else None
+    rows: RowKind = 'quantities'
     if isinstance(first, ScalarNode):
-        return 'elementary'
-    if isinstance(first, dict) and {'in', 'out', 'joint'} & first.keys():
-        return 'shape'
-    return 'standard'
+        rows = 'motion'
+    elif isinstance(first, dict) and {'in', 'out', 'joint'} & first.keys():
+        rows = 'shape'
+    return next(convention for convention in CONVENTIONS.values() if convention.rows == rows)
 
 
-def moving_parts(row: Row) -> Iterator[tuple[Kind, str, Expression]]:
+def moving_parts(row: Link) -> Iterator[tuple[Kind, str, Expression]]:
     """Yield what may move in a row: angle or length, its place in words, its expression."""
-    match row:
-        case DhRow():
-            yield 'angle', 'theta', row.theta
-            yield 'length', 'd', row.d
-        case ElementaryMotion():
-            yield _kind(row.axis), row.axis, row.argument
-        case ShapeRow(joint=ElementaryMotion() as joint):
-            yield _kind(joint.axis), joint.axis, joint.argument
+    for k, motion in enumerate(row.motions):
+        place = row.names[k] if isinstance(row, DhRow) else motion.axis
+        if place in MOVING or not isinstance(row, DhRow):
+            yield _kind(motion.axis), place, motion.argument
 
 
-def variables_of(row: Row) -> frozenset[str]:
+def variables_of(row: Link) -> frozenset[str]:
     """Return the joint variables that move a row."""
     return frozenset(
         variable
@@ -71,7 +71,7 @@ def variables_of(row: Row) -> frozenset[str]:
     )
 
 
-def warn_of_size(rows: Sequence[Row], quantities: Quantities) -> None:
+def warn_of_size(rows: Sequence[Link], quantities: Quantities) -> None:
     """Warn where the lengths of a table together are hardly meant in the file's unit."""
     lengths = [length for row in rows for length in _lengths(row)]
     total, report = sum(lengths), quantities.report
@@ -81,20 +81,17 @@ def warn_of_size(rows: Sequence[Row], quantities: Quantities) -> None:
         report.warn(PATH, f'lengths of {number(total * 1e3)} mm in all: {METRES}')
 
 
-def _lengths(row: Row) -> Iterator[float]:
-    match row:
-        case DhRow():
-            yield abs(row.a.affine.constant)
-            yield abs(row.d.affine.constant)
-        case ElementaryMotion():
-            if _kind(row.axis) == 'length':
-                yield abs(row.argument.affine.constant)
-        case ShapeRow():
-            for motion in (row.inner, row.outer):
-                yield math.hypot(*motion.matrix[:3, 3])
+def _lengths(row: Link) -> Iterator[float]:
+    if isinstance(row, ShapeRow):
+        for shape in (row.inner, row.outer):
+            yield math.hypot(*shape.matrix[:3, 3])
+        return
+    for motion in row.motions:
+        if not motion.turns:
+            yield abs(motion.argument.affine.constant)
 
 
-def check_helical(rows: Sequence[Row], quantities: Quantities) -> None:
+def check_helical(rows: Sequence[Link], quantities: Quantities) -> None:
     """Report helical joints that only turn, or only slide."""
     places: dict[str, dict[Kind, str]] = {}
     for index, row in enumerate(rows):
@@ -112,19 +109,27 @@ def check_helical(rows: Sequence[Row], quantities: Quantities) -> None:
             )
 
 
-def _dh_row(data: Any, path: Path, quantities: Quantities) -> DhRow | None:
-    entry = checked(DhRowEntry, data, path, quantities.report)
-    advice = ': in a table row only d and theta may move'
-    a = quantities.fixed_expression(entry.a, 'length', (*path, 'a'), advice)
-    alpha = quantities.fixed_expression(entry.alpha, 'angle', (*path, 'alpha'), advice)
-    d = quantities.moving(entry.d, 'length', (*path, 'd'), 'd')
-    theta = quantities.moving(entry.theta, 'angle', (*path, 'theta'), 'theta')
-    if a is None or alpha is None or d is None or theta is None:
-        return None
-    return DhRow(a, alpha, d, theta)
+def _dh_row(data: Any, convention: Convention, path: Path, quantities: Quantities) -> DhRow | None:
+    names = convention.quantities
+    axes = {motion.quantity: motion.axis for motion in convention.motions}
+    entry = checked(dh_row_entry(names), data, path, quantities.report)
+    may_move = ' and '.join(name for name in names if name in MOVING)
+    advice = f': in a table row only {may_move} may move'
+    motions = []
+    for name in names:
+        text, kind, place = getattr(entry, name), _kind(axes[name]), (*path, name)
+        if name in MOVING:
+            argument = quantities.moving(text, kind, place, name)
+        else:
+            argument = quantities.fixed_expression(text, kind, place, advice)
+        if argument is not None:
+            motions.append(ElementaryMotion(axes[name], argument))
+    return DhRow(names, tuple(motions)) if len(motions) == len(names) else None
 
 
-def _elementary_row(data: Any, path: Path, quantities: Quantities) -> ElementaryMotion | None:
+def _elementary_row(
+    data: Any, _: Convention, path: Path, quantities: Quantities
+) -> ElementaryMotion | None:
     if not isinstance(data, ScalarNode):
         what = 'a mapping' if isinstance(data, dict) else 'a list'
         message = f'expected an elementary motion such as Rz(q1), not {what}'
@@ -134,7 +139,7 @@ def _elementary_row(data: Any, path: Path, quantities: Quantities) -> Elementary
     return None if text is None else _elementary_motion(text, path, quantities)
 
 
-def _shape_row(data: Any, path: Path, quantities: Quantities) -> ShapeRow | None:
+def _shape_row(data: Any, _: Convention, path: Path, quantities: Quantities) -> ShapeRow | None:
     report = quantities.report
     before = report.fault_count
     entry = checked(ShapeRowEntry, data, path, report)
@@ -164,9 +169,8 @@ def _kind(axis: Axis) -> Kind:
     return 'angle' if axis.startswith('R') else 'length'
 
 
-ROW_OF: dict[str, Callable[[Any, Path, Quantities], Row | None]] = {
-    'standard': _dh_row,
-    'modified': _dh_row,
-    'elementary': _elementary_row,
+READERS: dict[RowKind, Callable[[Any, Convention, Path, Quantities], Link | None]] = {
+    'quantities': _dh_row,
+    'motion': _elementary_row,
     'shape': _shape_row,
 }

@@ -3,10 +3,12 @@ The text of a new robot file: an arm to begin with, and comments that say what e
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
-from .description import AngleUnit, Convention, LengthUnit
+from .convention_table import CONVENTIONS, Convention, RowKind
+from .description import AngleUnit
+from .quantities import Units
 
 MOST_JOINTS = 12
 WIDTH = 6  # of a cell of the table
@@ -37,14 +39,21 @@ SMALL: dict[int, tuple[_Link, ...]] = {
 }
 
 
-class Units(NamedTuple):
-    """What the numbers of the file are written in."""
+def _holds(convention: Convention) -> bool:
+    # The example arm has theta, d, a and alpha in each link.
+    before, after = convention.before_joint, convention.after_joint
+    return not convention.product or (
+        {'a', 'alpha', 'd', 'theta'} <= set(convention.quantities) and not (before and after)
+    )
 
-    angle: AngleUnit = 'rad'
-    length: LengthUnit = 'm'
+
+# The conventions in which the example arm can be written.
+NEW_CONVENTIONS = tuple(
+    convention.name for convention in CONVENTIONS.values() if _holds(convention)
+)
 
 
-def new_robot_text(name: str, dof: int, convention: Convention, units: Units) -> str:
+def new_robot_text(name: str, dof: int, convention: str, units: Units) -> str:
     """
     Return the text of a robot file with so many revolute joints, ready for `check`.
 
@@ -55,12 +64,13 @@ def new_robot_text(name: str, dof: int, convention: Convention, units: Units) ->
     dof
         Number of joints, 1 to MOST_JOINTS.
     convention
-        How its table is written; the arm is the same in each.
+        How its table is written, of NEW_CONVENTIONS; the arm is the same in each.
     units
         Of its numbers.
     """
     links = _links(dof)
-    rows = '\n'.join(f'  - {row}' for row in ROWS_OF[convention](links, units))
+    written = CONVENTIONS[convention]
+    rows = '\n'.join(f'  - {row}' for row in WRITERS[written.rows](links, written, units))
     return f"""\
 # {name}: a robot file of kinematics_service.  One file is one arm, base to tool.
 # The numbers are those of an example arm: replace them by yours, then
@@ -83,7 +93,7 @@ units: {{angle: {units.angle}, length: {units.length}}}    # of every number in 
 joints:
 {_joints(dof, units)}
 
-{NOTES[convention]}
+{written.notes or f'# The table.  {written.formula}'}
 links:
 {rows}
 
@@ -100,34 +110,6 @@ tool: {{frame: tool0, xyz: [0, 0, 0], rpy: [0, 0, 0]}}
 
 
 PI: dict[AngleUnit, str] = {'rad': ', pi', 'deg': ''}
-NOTES: dict[Convention, str] = {
-    'standard': """\
-# The table, a row for each link.  Standard Denavit-Hartenberg: T = Rz(theta) Tz(d) Tx(a) Rx(alpha)
-#   theta  angle about the joint's axis z; the variable of a revolute joint stands here
-#   d      distance along z; the variable of a prismatic joint stands here
-#   a      length of the link: from this joint's axis to the next, along x
-#   alpha  twist of the link: from this joint's axis to the next, about x
-# Signs, offsets and coupled joints are written as they are: theta: -q2, or q2 - q1.""",
-    'modified': """\
-# The table, a row for each joint.  Modified (Craig): T = Rx(alpha) Tx(a) Rz(theta) Tz(d)
-#   a      length of the link before this joint: from the axis before to this one, along x
-#   alpha  twist of the link before this joint: from the axis before to this one, about x
-#   theta  angle about the joint's axis z; the variable of a revolute joint stands here
-#   d      distance along z; the variable of a prismatic joint stands here
-# A last row without a variable is fixed: it leads from the last axis to the tool.
-# Signs, offsets and coupled joints are written as they are: theta: -q2, or q2 - q1.""",
-    'elementary': """\
-# The arm as one motion after another, base to tool: Rx Ry Rz turn about an axis of the frame
-# reached so far, Tx Ty Tz move along it.  The variable of a revolute joint stands in an R, that of
-# a prismatic one in a T.  There are no a, alpha, d, theta here: each length and angle is a motion.
-# Signs, offsets and coupled joints are written as they are: Rz(-q2), Ry(q2 - q1).""",
-    'shape': """\
-# The arm as links (Sheth-Uicker): T = in * joint * inverse(out), row by row.
-#   in     from the frame before to the joint's axis: {xyz, rpy}, or a matrix of 3 rows of 4
-#   joint  the motion: Rx Ry Rz turn, Tx Ty Tz slide; the variable stands here: Rz(q1)
-#   out    from the next frame back to the joint's axis; without it: the same frame
-# There are no a, alpha, d, theta here.  A row without a joint is fixed.""",
-}
 
 
 def _links(dof: int) -> tuple[_Link, ...]:
@@ -159,27 +141,32 @@ def _angle(quarters: int, units: Units) -> str:
     return {-1: '-pi/2', 0: '0', 1: 'pi/2'}[quarters]
 
 
-def _standard(links: Sequence[_Link], units: Units) -> Iterator[str]:
-    for i, link in enumerate(links, 1):
-        yield _dh_row(link.a, link.alpha, link.d, f'q{i}', units)
-
-
-def _modified(links: Sequence[_Link], units: Units) -> Iterator[str]:
+def _quantities(links: Sequence[_Link], convention: Convention, units: Units) -> Iterator[str]:
+    # What stands before the joint in a row belongs to the link before.
+    late = bool(convention.before_joint)
     before = _Link(0, 0, 0)
     for i, link in enumerate(links, 1):
-        yield _dh_row(before.a, before.alpha, link.d, f'q{i}', units)
+        shown = before if late else link
+        yield _dh_row(convention, shown._replace(d=link.d), f'q{i}', units)
         before = link
-    if before.a or before.alpha:
-        yield _dh_row(before.a, before.alpha, 0, '0', units)
+    if late and (before.a or before.alpha):
+        yield _dh_row(convention, before._replace(d=0), '0', units)
 
 
-def _dh_row(a: float, alpha: int, d: float, theta: str, units: Units) -> str:
-    cells = {'a': _length(a, units), 'alpha': _angle(alpha, units), 'd': _length(d, units)}
-    columns = ' '.join(f'{key}: {text + ",":{WIDTH}}' for key, text in cells.items())
-    return f'{{{columns} theta: {theta}}}'
+def _dh_row(convention: Convention, link: _Link, theta: str, units: Units) -> str:
+    texts = {
+        **{motion.quantity: '0' for motion in convention.motions},
+        'a': _length(link.a, units),
+        'alpha': _angle(link.alpha, units),
+        'd': _length(link.d, units),
+        'theta': theta,
+    }
+    *cells, last = convention.quantities
+    columns = ' '.join(f'{name}: {texts[name] + ",":{WIDTH}}' for name in cells)
+    return f'{{{columns} {last}: {texts[last]}}}'
 
 
-def _elementary(links: Sequence[_Link], units: Units) -> Iterator[str]:
+def _elementary(links: Sequence[_Link], _: Convention, units: Units) -> Iterator[str]:
     for i, link in enumerate(links, 1):
         yield f'Rz(q{i})'
         if link.d:
@@ -190,7 +177,7 @@ def _elementary(links: Sequence[_Link], units: Units) -> Iterator[str]:
             yield f'Rx({_angle(link.alpha, units)})'
 
 
-def _shape(links: Sequence[_Link], units: Units) -> Iterator[str]:
+def _shape(links: Sequence[_Link], _: Convention, units: Units) -> Iterator[str]:
     # What follows a joint in the standard table is the way to the next one here.
     way = ''
     for i, link in enumerate(links, 1):
@@ -200,10 +187,9 @@ def _shape(links: Sequence[_Link], units: Units) -> Iterator[str]:
     yield f'{{{way.removesuffix(", ")}}}'
 
 
-ROWS_OF = {
-    'standard': _standard,
-    'modified': _modified,
-    'elementary': _elementary,
+WRITERS: dict[RowKind, Callable[[Sequence[_Link], Convention, Units], Iterator[str]]] = {
+    'quantities': _quantities,
+    'motion': _elementary,
     'shape': _shape,
 }
 

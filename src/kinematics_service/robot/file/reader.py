@@ -4,17 +4,18 @@ import os
 import re
 import stat
 from collections.abc import Callable, Sequence
-from typing import Any, NoReturn, get_args
+from typing import Any, NoReturn
 
 from ...errors import Fault, RobotFileError
 from .constants import Constants, read_constants
-from .description import Constant, Convention, JointType, RobotDescription
+from .convention_table import CONVENTIONS
+from .description import Constant, ElementaryMotion, JointType, Link, RobotDescription
 from .entries import checked
 from .expression_syntax import names_in
 from .fault_report import FaultReport, quoted, shown
 from .joints import joint_type_of, names_given, read_joint, read_joint_entries, read_variables
 from .known_poses import read_known_poses
-from .links import Row, check_helical, likely_convention, read_links, variables_of, warn_of_size
+from .links import check_helical, likely_convention, read_links, variables_of, warn_of_size
 from .motions import read_placement
 from .quantities import Quantities, Units
 from .schema import JointEntry, RobotEntry, UnitsEntry
@@ -110,7 +111,7 @@ def parse_robot(text: str, file: str) -> RobotDescription:
         if (joint := read_joint(item, variable, index, quantities))
     ]
     links = None
-    convention = next((name for name in get_args(Convention) if name == entry.convention), None)
+    convention = CONVENTIONS.get(entry.convention or '')
     if 'links' in data:
         # Rows are judged also where the convention is not known: by what they look like.
         links = read_links(entry.links, convention or likely_convention(entry.links), quantities)
@@ -132,7 +133,7 @@ def parse_robot(text: str, file: str) -> RobotDescription:
     return RobotDescription(
         name=entry.robot,
         source=entry.source or '',
-        convention=convention,
+        convention=convention.name,
         angle_unit=units.angle,
         length_unit=units.length,
         constants=constants.constants,
@@ -196,7 +197,7 @@ def _check_movement(
     entries: Sequence[JointEntry],
     variables: Sequence[str | None],
     data: dict[str, Any],
-    links: Sequence[Row] | None,
+    links: Sequence[Link] | None,
     quantities: Quantities,
 ) -> None:
     # Every joint moves a row, or says that it moves none.
@@ -229,7 +230,7 @@ def _check_movement(
 def _remark(
     entry: RobotEntry,
     constants: Sequence[Constant],
-    links: Sequence[Row],
+    links: Sequence[Link],
     quantities: Quantities,
 ) -> None:
     report = quantities.report
@@ -239,5 +240,5 @@ def _remark(
         if constant.name not in quantities.used:
             report.warn(('constants', constant.name), 'is never used')
     for index, row in enumerate(links):
-        if not variables_of(row) and entry.convention != 'elementary':
+        if not variables_of(row) and not isinstance(row, ElementaryMotion):
             report.remark(('links', index), 'no joint moves this row: it is fixed')

@@ -4,22 +4,16 @@ The shape of a robot file: which keys stand where, and which of them are texts, 
 What is missing or has been refused is None in an entry.
 """
 
-from typing import Annotated, Any, get_args
+from functools import cache
+from typing import Annotated, Any
 
-from .description import Convention
+from .convention_table import CONVENTIONS, QUANTITIES
 from .entries import Citation, Entry, Number, Numbers, Pair, Triple, Truth, Word, Words, one_of
 from .measure_table import MEASURES
 
 # Other words for the accepted ones, of textbooks, URDF and other programs.
-CONVENTIONS = {
-    **dict.fromkeys(
-        ('dh', 'sdh', 'standard_dh', 'dh_standard', 'classic', 'classical', 'distal', 'paul')
-        + ('denavit_hartenberg',),
-        'standard',
-    ),
-    **dict.fromkeys(('mdh', 'modified_dh', 'dh_modified', 'craig', 'proximal'), 'modified'),
-    **dict.fromkeys(('ets', 'elementary_transforms', 'transforms'), 'elementary'),
-    **dict.fromkeys(('sheth_uicker', 'sheth', 'uicker', 'su'), 'shape'),
+CONVENTION_WORDS = {
+    word: convention.name for convention in CONVENTIONS.values() for word in convention.also
 }
 JOINT_TYPES = {
     **dict.fromkeys(
@@ -60,7 +54,7 @@ class RobotEntry(Entry):
 
     robot: Word = None
     source: Citation = None
-    convention: Annotated[str | None, one_of(*get_args(Convention), also=CONVENTIONS)] = None
+    convention: Annotated[str | None, one_of(*CONVENTIONS, also=CONVENTION_WORDS)] = None
     units: Any = None
     constants: Any = None
     joints: Any = None
@@ -106,17 +100,24 @@ class JointEntry(Entry):
     unused: Truth = None
 
 
-class DhRowEntry(Entry):
-    """One row of a Denavit-Hartenberg table, standard or modified."""
+@cache
+def dh_row_entry(quantities: tuple[str, ...]) -> type[Entry]:
+    """Return the entry that is one row of a table with these quantities."""
+    other_words = {'length': 'a', 'twist': 'alpha', 's': 'd', 'th': 'theta', 'angle': 'theta'}
+    return type(
+        'DhRowEntry',
+        (Entry,),
+        {
+            '__annotations__': dict.fromkeys(quantities, Number),
+            **dict.fromkeys(quantities),
+            'noun': 'a row of the table',
+            'required': quantities,
+            'also': {word: name for word, name in other_words.items() if name in quantities},
+        },
+    )
 
-    noun = 'a row of the table'
-    required = ('a', 'alpha', 'd', 'theta')
-    also = {'length': 'a', 'twist': 'alpha', 's': 'd', 'th': 'theta', 'angle': 'theta'}
 
-    a: Number = None
-    alpha: Number = None
-    d: Number = None
-    theta: Number = None
+DhRowEntry = dh_row_entry(QUANTITIES)
 
 
 class ShapeRowEntry(Entry):

@@ -63,17 +63,22 @@ class Health:
         return lost - losses[0][1]
 
     def say(self) -> None:
-        """Publish the state of the input since the last diagnostics."""
+        """Publish the state of the input since the last diagnostics, if anybody listens."""
         node, estimator, subscription = self._node, self._estimator, self._subscription
         now, arrival = time.monotonic(), time.monotonic_ns()
-        counts = Counter(estimator.counts)
         publishers = node.get_publishers_info_by_topic(subscription.topic_name)
         subscription.settle(publishers)
         lost = subscription.lost
+        lost_of_late = self._lost_of_late(now, lost or 0)
+        counts, work = Counter(estimator.counts), self.work
+        interval, news = now - self._said, counts - self._counts_said
+        self.work, self._counts_said, self._said = Work(), counts, now
+        if not self._publisher.get_subscription_count():
+            return
         state = InputState(
             counts=counts,
-            news=counts - self._counts_said,
-            interval=now - self._said,
+            news=news,
+            interval=interval,
             age=estimator.age(arrival),
             missing=estimator.missing(arrival),
             beyond=estimator.beyond_limits(),
@@ -85,11 +90,10 @@ class Health:
             topic=subscription.topic_name,
             reliable=subscription.is_reliable,
             lost=lost,
-            lost_of_late=self._lost_of_late(now, lost or 0),
+            lost_of_late=lost_of_late,
             robot=estimator.robot.name,
-            work=self.work,
+            work=work,
         )
-        self.work, self._counts_said, self._said = Work(), counts, now
         message = DiagnosticArray()
         message.header.stamp = node.get_clock().now().to_msg()
         name = full_name(node)

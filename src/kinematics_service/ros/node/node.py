@@ -184,6 +184,8 @@ class KinematicsNode(Node):
             singularity = singularity_of(outcome.state)
             level, say = self._estimator.judge(singularity, arrival)
             warned = (singularity, level) if say else None
+            if self._watchdog.is_canceled():  # the state was stale
+                self._watchdog.reset()
         wanted = active.channels or self._settings.publish_tf
         try:
             if wanted and self._grid.passes(outcome.stamp, self._settings.period):
@@ -237,8 +239,11 @@ class KinematicsNode(Node):
         if now - self._started <= self.settings.estimator.timeout:
             return
         missing = self._estimator.missing(now)
-        if missing and self._estimator.go_stale(now):
+        if not missing:
+            return
+        if self._estimator.go_stale(now):
             self._say(stale_status(self.settings.robot, self._missing_text(missing)))
+        self._watchdog.cancel()  # stale it stays until the next state, which sets the timer again
 
     def _on_clock_jump(self, jump: TimeJump) -> None:
         back = -jump.delta.nanoseconds

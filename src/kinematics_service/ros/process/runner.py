@@ -25,6 +25,8 @@ from .spin import Spinner
 FINE, FAULT, WRONG_USAGE = 0, 1, 2
 # rclpy's message about QoS overrides; its constructor only says that it refuses them.
 QOS_PROFILE = 'rmw_qos_profile_t'
+# The executor of the node runs so long without a look at the end (s): what ends it interrupts it.
+UNDISTURBED = 60.0
 
 
 def tell(sentence: str) -> None:
@@ -168,7 +170,8 @@ def _run(
     gc.freeze()
     gc.enable()
     stop.then = spinner.interrupt
-    fine = spinner.spin(lambda: stop.came or not context.ok())
+    stop.meanwhile = spinner.watch
+    fine = spinner.spin(lambda: stop.came or not context.ok(), UNDISTURBED)
     for node in nodes:
         if context.ok():
             node.end_motion()

@@ -6,10 +6,9 @@ events has no bound, it looks at neither a timeout nor a stop before that queue 
 the wheels its `spin()` burns a core and ignores signals.
 """
 
-import threading
 import time
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 from rclpy.clock import Clock, ClockType
 from rclpy.context import Context
@@ -18,14 +17,12 @@ from rclpy.node import Node
 from rclpy.subscription import Subscription
 from rclpy.task import Future
 
-# Period of the check for the end while no event comes (s).
+# Period of the check for the end while no event comes, where nothing interrupts the wait (s).
 TURN = 0.1
 # The events executor must fire a timer within this (s), or the default one is used.
 SELF_TEST = 1.0
 # Number of failures in a row from which on the executor is broken, and not a message.
 FAILURES = 100
-# A turn that has not returned after this time (s) is ended: its queue has not been empty since.
-OVERDUE = 0.3
 # The events in the queue are given up when they have waited for longer than this (s): longer than
 # the second of messages that a subscription keeps, so that a process starved for a moment catches
 # up and loses none.
@@ -36,9 +33,17 @@ KEPT = 10
 MOST_TAKEN = 100_000
 
 
+class _Mark(NamedTuple):
+    # A task at the former end of an executor's queue, and the time it was put there (s).
+    executor: Any
+    task: Any
+    put: float
+
+
 class Spinner:
     """
-    Turns the executor of some nodes; under any load it can be stopped and its queue is bounded.
+    Turns the executor of some nodes; under any load it can be stopped, and its queue is bounded as
+    long as `watch` is called.
 
     Parameters
     ----------
@@ -67,20 +72,28 @@ class Spinner:
         self._executor, self.in_order = _executor_for(nodes[0], context)
         for node in nodes[1:]:
             self._executor.add_node(node)
-        self._mark: Any = None  # a task at the former end of the queue
-        self._marked = 0.0  # the time it was put there, s
+        self._mark: _Mark | None = None
         self._over: Future = Future()
-        self._began: float | None = None  # the turn that is running
-        self._closed = threading.Event()
-        if self.in_order:
-            threading.Thread(target=self._watch, daemon=True).start()
 
-    def spin(self, stopped: Callable[[], bool]) -> bool:
-        """Handle events until `stopped()`; return False if the executor broke down."""
+    def spin(self, stopped: Callable[[], bool], turn: float = TURN) -> bool:
+        """
+        Handle events until `stopped()`; return False if the executor broke down.
+
+        Parameters
+        ----------
+        stopped
+            Whether to stop; asked again after an interrupt.
+        turn
+            Longest time between two such questions while the queue becomes empty, s.
+        """
         failures = 0
-        while not stopped():
+        while True:
+            # An interrupt that comes after the question ends the turn that begins then.
+            self._over = Future()
+            if stopped():
+                return True
             try:
-                self._turn()
+                self._turn(turn)
                 failures = 0
             except ExternalShutdownException:
                 return True
@@ -90,7 +103,6 @@ class Spinner:
                     self._logger.error(f'executor: {error!a}')
                 if failures >= FAILURES:
                     return False
-        return True
 
     def spin_once(self, timeout_sec: float) -> None:
         """Handle one event, or wait for it at most this long."""
@@ -101,9 +113,27 @@ class Spinner:
         if not self._over.done():
             self._over.set_result(None)
 
+    def watch(self) -> None:
+        """Have the waiting events given up that wait for too long; from another thread."""
+        if not self.in_order:
+            return
+        mark, executor = self._mark, self._executor
+        if mark is None or mark.executor is not executor or mark.task.done():
+            self._mark = _Mark(executor, executor.create_task(lambda: None), time.monotonic())
+        elif self._is_behind():
+            self.interrupt()
+
+    def _is_behind(self) -> bool:
+        mark = self._mark
+        return (
+            mark is not None
+            and mark.executor is self._executor
+            and not mark.task.done()
+            and time.monotonic() - mark.put > BACKLOG
+        )
+
     def start_anew(self) -> None:
         """Throw away the waiting events, and their messages except for the newest."""
-        self._mark = None
         if not self.in_order:
             return  # without a queue of its own
         self._release()
@@ -115,7 +145,6 @@ class Spinner:
 
     def close(self) -> None:
         """Release the nodes."""
-        self._closed.set()
         self._release()
 
     def _release(self) -> None:
@@ -123,34 +152,15 @@ class Spinner:
             self._executor.remove_node(node)
         self._executor.shutdown()
 
-    def _turn(self) -> None:
+    def _turn(self, longest: float) -> None:
         if not self.in_order:
-            self._executor.spin_once(timeout_sec=TURN)
+            self._executor.spin_once(timeout_sec=min(longest, TURN))
             return
-        over = self._over = Future()
-        began = self._began = time.monotonic()
-        try:
-            # Many events a turn, without coming back to Python between them.
-            self._executor.spin_until_future_complete(over, timeout_sec=TURN)
-        finally:
-            self._began = None
-        now = time.monotonic()
-        if now - began < OVERDUE:
-            self._mark = None
-        elif self._mark is None or self._mark.done():
-            self._mark, self._marked = self._executor.create_task(lambda: None), now
-        elif now - self._marked > BACKLOG:
+        # Many events a turn: to come back to Python after each costs a seventh more of the
+        # processor for a message.
+        self._executor.spin_until_future_complete(self._over, timeout_sec=longest)
+        if self._is_behind():
             self.start_anew()
-
-    def _watch(self) -> None:
-        # Looks again when the turn that is running becomes overdue.
-        wait = OVERDUE
-        while not self._closed.wait(wait):
-            began = self._began
-            wait = OVERDUE if began is None else began + OVERDUE - time.monotonic()
-            if wait <= 0.0:
-                self.interrupt()
-                wait = OVERDUE
 
 
 def _executor_for(node: Node, context: Context) -> tuple[Any, bool]:

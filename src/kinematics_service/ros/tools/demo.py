@@ -147,6 +147,7 @@ def _play(
     output = StandardOutput()
     spinner = Spinner(node.context, [node, arm.node, display], node.events_were_left_out)
     stop.then = spinner.interrupt
+    stop.meanwhile = spinner.watch
     output.line(*lines)
 
     def over() -> bool:

@@ -86,6 +86,7 @@ def run_echo(
             echo = _Echo(listener, echoed, topic, once, as_json, timeout)
             spinner = Spinner(context, [listener])
             stop.then = spinner.interrupt
+            stop.meanwhile = spinner.watch
             with echo.shown():
                 fine = spinner.spin(lambda: stop.came or not context.ok() or echo.over)
             spinner.close()

@@ -11,12 +11,12 @@ import sympy
 
 from ...errors import DerivationError
 from ...rigid_motion import Z_INTO
-from ...robot.file.description import DhRow, ElementaryMotion, RobotDescription, ShapeRow
+from ...robot.file.description import Link, RobotDescription
 from .laurent import Laurent, Ring, from_terms
 from .matrices import Matrix, product
 from .names import Names
 
-# Constant angles that are no quarter turns and stay letters.
+# Constant angles that are no quarter turns and stay symbols.
 MOST_LETTERS = 2
 # 1.5707963267948966 is what a program prints for pi/2.
 NEAREST_DOUBLE = 1e-15
@@ -56,15 +56,15 @@ class Arithmetic:
             angle: v + self.offsets[v] for v, angle in self.angles.items() if self.offsets[v] != 0
         }
 
-    def angle_place(self, variable: Any) -> int:
-        """Return the place of exp(i variable / unit)."""
-        return self.ring.place('angle', variable)
+    def angle_index(self, variable: Any) -> int:
+        """Return the index of exp(i variable / unit)."""
+        return self.ring.index('angle', variable)
 
     def derivative(self, value: Laurent, variable: Any) -> Laurent:
         """Return the derivative by a joint variable, as an angle and as a length."""
         ring = self.ring
-        by_angle = value.derivative(self.angle_place(variable), self.units[variable])
-        return by_angle + value.derivative(ring.place('number', variable))
+        by_angle = value.derivative(self.angle_index(variable), self.units[variable])
+        return by_angle + value.derivative(ring.index('number', variable))
 
     def exponential(self, angle: Affine) -> Laurent:
         """Return exp(i angle) of an angle affine in the joint variables."""
@@ -73,7 +73,7 @@ class Arithmetic:
         result = exponential(self.ring, shifted)
         for variable, factor in factors.items():
             exponent = int(factor * self.units[variable])
-            result = result * self.ring.power(self.angle_place(variable), exponent)
+            result = result * self.ring.power(self.angle_index(variable), exponent)
         return result
 
     def length(self, length: Affine) -> Laurent:
@@ -156,9 +156,9 @@ def arithmetic_of(description: RobotDescription, names: Names) -> Arithmetic:
     offsets = _offsets(turns, names)
     arithmetic = Arithmetic(Ring(), names, units, offsets, _angles(offsets, names))
     for variable in names.variables:
-        arithmetic.angle_place(variable)
+        arithmetic.angle_index(variable)
     for variable in names.variables:
-        arithmetic.ring.place('number', variable)
+        arithmetic.ring.index('number', variable)
     return arithmetic
 
 
@@ -187,24 +187,21 @@ def _angles(offsets: Mapping[Any, Any], names: Names) -> dict[Any, Any]:
     }
 
 
-def _turning_texts(link: DhRow | ElementaryMotion | ShapeRow) -> tuple[str, ...]:
-    match link:
-        case DhRow():
-            return (link.theta.text,)
-        case ElementaryMotion():
-            return (link.argument.text,) if link.axis.startswith('R') else ()
-        case ShapeRow(joint=ElementaryMotion() as joint) if joint.axis.startswith('R'):
-            return (joint.argument.text,)
-    return ()
+def _turning_texts(link: Link) -> list[str]:
+    return [
+        motion.argument.text
+        for motion in link.motions
+        if motion.turns and motion.argument.affine.coefficients
+    ]
 
 
 def exponential(ring: Ring, angle: Any) -> Laurent:
     """
     Return exp(i angle) of a constant angle, a sympy expression in rad; quarter turns exactly.
 
-    The first few other angles stay letters. Arms with many (a calibrated one has a dozen) would
-    drown in them: further ones become a fraction (1 + i t)^2 / (1 + t^2), of modulus 1 exactly, so
-    that rotations stay rotations, and within 1e-16 rad of the file's angle.
+    The first few other angles stay symbols. The results of arms with many (a calibrated one has a
+    dozen) would be too long to read: further ones become a fraction (1 + i t)^2 / (1 + t^2), of
+    modulus 1 exactly, so that rotations stay rotations, and within 1e-16 rad of the file's angle.
     """
     quarters, rest = _in_quarters(angle)
     result = ring.number(1).times_i(quarters)
@@ -229,8 +226,8 @@ def _quarter_error(angle: Any) -> float:
 def _odd_angle(ring: Ring, angle: Any) -> Laurent:
     upright, sign = (-angle, -1) if angle.is_negative else (angle, 1)
     letters = [g for g in ring.generators if g.kind == 'fixed_angle']
-    if ('fixed_angle', upright) in ring.places or len(letters) < MOST_LETTERS:
-        return ring.power(ring.place('fixed_angle', upright), sign)
+    if ('fixed_angle', upright) in ring.indices or len(letters) < MOST_LETTERS:
+        return ring.power(ring.index('fixed_angle', upright), sign)
     tangent = Fraction(float(sympy.tan(angle / 2))).limit_denominator(10**9)
     p, q = tangent.numerator, tangent.denominator
     return from_terms(ring, {(): (q * q - p * p, 2 * p * q)}, q * q + p * p)

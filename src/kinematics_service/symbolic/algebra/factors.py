@@ -79,10 +79,10 @@ def _sliding_monomials(value: Laurent, arithmetic: Arithmetic) -> list[RealFacto
     ring, terms = arithmetic.ring, value.terms()
     found = []
     for variable in arithmetic.names.variables:
-        place = ring.place('number', variable)
-        power = min(e[place] for e in terms)
+        index = ring.index('number', variable)
+        power = min(e[index] for e in terms)
         if power:
-            found.append(RealFactor(ring.power(place), power))
+            found.append(RealFactor(ring.power(index), power))
     return found
 
 
@@ -150,7 +150,7 @@ def _pieces(polynomial: _Polynomial) -> tuple[list[tuple[Any, int]] | None, bool
         return None, True
     if len(element) > MOST_TERMS:
         return None, False
-    # Sympy's factoring looks for points at random, and a bad one costs minutes: the same always.
+    # Sympy's factoring takes points at random, and a bad one costs minutes: the same ones always.
     seed_random(SEED)
     _, factors = element.factor_list()
     return [(factor, int(power)) for factor, power in factors], True
@@ -213,5 +213,5 @@ def _product(factors: Sequence[RealFactor], arithmetic: Arithmetic) -> Laurent:
 def _moves(value: Laurent, arithmetic: Arithmetic) -> bool:
     variables = arithmetic.names.variables
     moving = set(range(len(variables)))
-    moving |= {arithmetic.ring.place('number', v) for v in variables}
+    moving |= {arithmetic.ring.index('number', v) for v in variables}
     return any(e[k] for e in value.terms() for k in moving)

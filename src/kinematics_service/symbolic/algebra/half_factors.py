@@ -9,23 +9,23 @@ from .laurent import Laurent, from_terms
 Terms = dict[tuple[int, ...], tuple[int, int]]
 
 
-def _angle_places(arithmetic: Arithmetic) -> list[int]:
+def _angle_indices(arithmetic: Arithmetic) -> list[int]:
     return [k for k, g in enumerate(arithmetic.ring.generators) if g.kind != 'number']
 
 
-def _degrees(terms: Terms, places: Sequence[int]) -> list[int]:
-    return [max(e[k] for e in terms) + min(e[k] for e in terms) for k in places]
+def _degrees(terms: Terms, indices: Sequence[int]) -> list[int]:
+    return [max(e[k] for e in terms) + min(e[k] for e in terms) for k in indices]
 
 
 def paired(halves: list[tuple[Terms, int]], arithmetic: Arithmetic) -> list[tuple[Terms, int]]:
     """Return whole factors and their powers."""
     # Those of even degree in every angle are whole. The others come in pairs: with the factor that
     # half a turn of their odd angles makes of them, with their conjugate, or with themselves.
-    places = _angle_places(arithmetic)
+    indices = _angle_indices(arithmetic)
     open_: dict[int, tuple[Terms, int]] = {}
     result: list[tuple[Terms, int]] = []
     for k, (terms, power) in enumerate(halves):
-        if _is_whole(terms, places):
+        if _is_whole(terms, indices):
             result.append((terms, power))
         else:
             open_[k] = (terms, power)
@@ -36,14 +36,14 @@ def paired(halves: list[tuple[Terms, int]], arithmetic: Arithmetic) -> list[tupl
             (
                 j
                 for j, (other, _) in open_.items()
-                for wanted in (_shifted(terms, places), _conjugate(terms, places))
-                if _proportional(wanted, other) and _is_whole(_times(terms, other), places)
+                for wanted in (_shifted(terms, indices), _conjugate(terms, indices))
+                if _proportional(wanted, other) and _is_whole(_times(terms, other), indices)
             ),
             None,
         )
         if partner is None:
             partner = next(
-                (j for j, (o, _) in open_.items() if _is_whole(_times(terms, o), places)), None
+                (j for j, (o, _) in open_.items() if _is_whole(_times(terms, o), indices)), None
             )
         if partner is None:
             square = _times(terms, terms)
@@ -58,14 +58,14 @@ def paired(halves: list[tuple[Terms, int]], arithmetic: Arithmetic) -> list[tupl
     return result
 
 
-def _is_whole(terms: Terms, places: Sequence[int]) -> bool:
-    return not any(d % 2 for d in _degrees(terms, places)) and _proportional(
-        _conjugate(terms, places), terms
+def _is_whole(terms: Terms, indices: Sequence[int]) -> bool:
+    return not any(d % 2 for d in _degrees(terms, indices)) and _proportional(
+        _conjugate(terms, indices), terms
     )
 
 
-def _shifted(terms: Terms, places: Sequence[int]) -> Terms:
-    odd = [k for k, d in zip(places, _degrees(terms, places)) if d % 2]
+def _shifted(terms: Terms, indices: Sequence[int]) -> Terms:
+    odd = [k for k, d in zip(indices, _degrees(terms, indices)) if d % 2]
     # One of the odd angles is turned by half a turn; turning two of a sum would be a full one.
     return (
         {e: (a, b) if e[odd[0]] % 2 == 0 else (-a, -b) for e, (a, b) in terms.items()}
@@ -74,8 +74,8 @@ def _shifted(terms: Terms, places: Sequence[int]) -> Terms:
     )
 
 
-def _conjugate(terms: Terms, places: Sequence[int]) -> Terms:
-    angles = set(places)
+def _conjugate(terms: Terms, indices: Sequence[int]) -> Terms:
+    angles = set(indices)
     return _lowered(
         {
             tuple(-x if k in angles else x for k, x in enumerate(e)): (a, -b)
@@ -118,16 +118,16 @@ def _proportional(one: Terms, other: Terms) -> bool:
 def upright(terms: Terms, arithmetic: Arithmetic) -> Laurent:
     """Return a factor as a polynomial that is its own conjugate."""
     # The monomial and the complex number taken off that make it real: f = conjugate of f.
-    places = _angle_places(arithmetic)
+    indices = _angle_indices(arithmetic)
     n = len(next(iter(terms)))
     shift = [0] * n
-    for k, d in zip(places, _degrees(terms, places)):
+    for k, d in zip(indices, _degrees(terms, indices)):
         shift[k] = d // 2
     for k in range(n):
-        if k not in places:
+        if k not in indices:
             shift[k] = min(0, *(e[k] for e in terms))
     moved = {tuple(x - s for x, s in zip(e, shift)): c for e, c in terms.items()}
-    angles = set(places)
+    angles = set(indices)
 
     def mirrored(e: tuple[int, ...]) -> tuple[int, ...]:
         return tuple(-x if k in angles else x for k, x in enumerate(e))
@@ -152,7 +152,7 @@ def upright(terms: Terms, arithmetic: Arithmetic) -> Laurent:
         real = {e: (-a, -b) for e, (a, b) in real.items()}
     result = from_terms(arithmetic.ring, real)
     # A pair e, -e is 2 cos or 2 sin: halved, unless a constant part would become a fraction.
-    still = [c for e, c in real.items() if not any(e[k] for k in places)]
+    still = [c for e, c in real.items() if not any(e[k] for k in indices)]
     turning = len(still) < len(real)
     balanced = all(a % 2 == 0 and b % 2 == 0 for a, b in still)
     return result.scaled(1, 2).reduced() if turning and balanced else result

@@ -39,18 +39,18 @@ class Generator:
 
 @dataclass
 class Ring:
-    """The generators met so far; the one thing here with a memory, it only ever grows."""
+    """The generators so far; the only object here that changes, and it only grows."""
 
     generators: list[Generator] = field(default_factory=list)
-    places: dict[tuple[Kind, Any], int] = field(default_factory=dict)
+    indices: dict[tuple[Kind, Any], int] = field(default_factory=dict)
 
-    def place(self, kind: Kind, meaning: Any) -> int:
-        """Return the place of a generator among the digits."""
+    def index(self, kind: Kind, meaning: Any) -> int:
+        """Return the index of a generator among the digits."""
         key = (kind, meaning)
-        if key not in self.places:
-            self.places[key] = len(self.generators)
+        if key not in self.indices:
+            self.indices[key] = len(self.generators)
             self.generators.append(Generator(kind, meaning))
-        return self.places[key]
+        return self.indices[key]
 
     @property
     def offset(self) -> int:
@@ -70,9 +70,9 @@ class Ring:
         """Return a fraction."""
         return Laurent(self, {0: value} if value else {}, {}, divisor)
 
-    def power(self, place: int, exponent: int = 1) -> 'Laurent':
+    def power(self, index: int, exponent: int = 1) -> 'Laurent':
         """Return a generator to a power."""
-        return Laurent(self, {exponent << (BITS * place): 1}, {}, 1)
+        return Laurent(self, {exponent << (BITS * index): 1}, {}, 1)
 
     def length(self, expression: Any) -> 'Laurent':
         """
@@ -91,12 +91,12 @@ class Ring:
                 result = result * self.length(part)
             return result
         if expression.is_Pow and expression.exp.is_Integer and expression.base.is_Symbol:
-            return self.power(self.place('number', expression.base), int(expression.exp))
+            return self.power(self.index('number', expression.base), int(expression.exp))
         if expression.is_Rational and expression.q in (2, 4):
             return self.number(int(expression.p), int(expression.q))
         if expression.is_Rational and expression.is_negative:
             return -self.length(-expression)
-        return self.power(self.place('number', expression))
+        return self.power(self.index('number', expression))
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,19 +161,19 @@ class Laurent:
         minus = {m: -c for m, c in self.real.items()}
         return Laurent(self.ring, self.imaginary, minus, self.divisor)
 
-    def derivative(self, place: int, per_unit: int = 1) -> 'Laurent':
+    def derivative(self, index: int, per_unit: int = 1) -> 'Laurent':
         """
         Return the derivative: by the angle of an angle generator, by a number itself.
 
         Parameters
         ----------
-        place
+        index
             Of the generator.
         per_unit
             The generator is exp(i q / per_unit).
         """
-        shift, offset = BITS * place, self.ring.offset
-        is_angle = self.ring.generators[place].kind != 'number'
+        shift, offset = BITS * index, self.ring.offset
+        is_angle = self.ring.generators[index].kind != 'number'
         lowered = 0 if is_angle else 1 << shift
 
         def part(terms: Mapping[int, int]) -> dict[int, int]:
@@ -198,7 +198,7 @@ class Laurent:
         """
         Return the same without the terms whose decimals cancel, as in (0.1 + 0.2 - 0.3) cos q.
 
-        Each decimal is a letter of its own; together such terms are 0 for the file's numbers.
+        Each decimal is a symbol of its own; together such terms are 0 for the file's numbers.
         """
         generators = self.ring.generators
         decimals = [k for k, g in enumerate(generators) if g.meaning.is_Rational]

@@ -13,8 +13,6 @@ import sympy
 
 from ...errors import DerivationError
 from ...robot.file.description import (
-    DhRow,
-    ElementaryMotion,
     RigidMotion,
     RobotDescription,
     ShapeRow,
@@ -115,28 +113,21 @@ def names_of(description: RobotDescription, locked: Mapping[str, str] | None = N
 
 
 def _names_in_angles(description: RobotDescription) -> set[str]:
-    # Constants used as an angle take their value: only lengths are worth keeping as symbols.
+    # Constants used as an angle take their value: only lengths are kept as symbols.
     texts: list[str] = []
 
     def motion(given: RigidMotion) -> None:
         texts.extend(_rotation_texts(given))
 
     for link in description.links:
-        match link:
-            case DhRow():
-                texts += [link.alpha.text, link.theta.text]
-            case ElementaryMotion():
-                if link.axis.startswith('R'):
-                    texts.append(link.argument.text)
-            case ShapeRow():
-                motion(link.inner)
-                motion(link.outer)
-                if link.joint is not None and link.joint.axis.startswith('R'):
-                    texts.append(link.joint.argument.text)
+        texts += [one.argument.text for one in link.motions if one.turns]
+        if isinstance(link, ShapeRow):
+            motion(link.inner)
+            motion(link.outer)
     motion(description.base.motion)
     motion(description.tool.motion)
     found = set().union(*(names_in(text) for text in texts))
-    # A constant made of others hands the question on to them.
+    # The constants that a constant is made of are used as an angle, too.
     for constant in reversed(description.constants):
         if constant.name in found:
             found |= names_in(constant.text)

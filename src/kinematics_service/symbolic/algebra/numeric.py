@@ -57,10 +57,10 @@ class Numbers:
     def in_reciprocal(self, joint: int) -> 'Numbers':
         """Return the polynomial in t = 1 / length of a joint, times the power of t it takes."""
         ring = self.value.ring
-        place = ring.place('number', self.arithmetic.names.variables[joint])
+        index = ring.index('number', self.arithmetic.names.variables[joint])
         terms = self.value.terms()
-        degree = max(e[place] for e in terms)
-        turned = {(*e[:place], degree - e[place], *e[place + 1 :]): c for e, c in terms.items()}
+        degree = max(e[index] for e in terms)
+        turned = {(*e[:index], degree - e[index], *e[index + 1 :]): c for e, c in terms.items()}
         return Numbers(from_terms(ring, turned, self.value.divisor), self.arithmetic)
 
     @cached_property
@@ -121,17 +121,17 @@ def sum_of(value: Laurent, arithmetic: Arithmetic, values: Any) -> Sum:
     for k in np.flatnonzero(~np.isnan(values)):
         if np.any(exponents[:, k]):
             c = c * values[k] ** exponents[:, k]
-    angles = [arithmetic.angle_place(v) for v in variables]
+    angles = [arithmetic.angle_index(v) for v in variables]
     units = np.array([arithmetic.units[v] for v in variables], dtype=float)
     turns = exponents[:, angles] / units
     c = c * np.exp(1j * (turns @ np.array([float(arithmetic.offsets[v]) for v in variables])))
-    lengths = [ring.place('number', v) for v in variables]
+    lengths = [ring.index('number', v) for v in variables]
     return Sum(c, turns.T, exponents[:, lengths])
 
 
 def poses_on(functions: Sequence[Numbers], starts: Floats, scale: Floats) -> Floats:
     """
-    Return poses where every function is 0: Newton's smallest steps from each start, the converged.
+    Return poses where every function is 0: the ends of Newton's smallest steps.
 
     Parameters
     ----------
@@ -167,5 +167,5 @@ def typical_size(function: Numbers, q: Floats) -> float:
 
 
 def substituted(expression: Any, values: Mapping[Any, float]) -> float:
-    """Return the number a sympy expression is worth."""
+    """Return the value of a sympy expression as a number."""
     return float(expression.subs(dict(values)).evalf())

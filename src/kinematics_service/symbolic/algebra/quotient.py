@@ -15,9 +15,9 @@ from .laurent import Laurent, from_terms
 
 def quotient_constant(value: Laurent, product: Laurent, arithmetic: Arithmetic) -> Laurent | None:
     """Return value / product where no joint variable is left in it, multiplied back; else None."""
-    places = [*range(len(arithmetic.names.variables))]
-    places += [arithmetic.ring.place('number', v) for v in arithmetic.names.variables]
-    ours, theirs = _by_joints(product, places), _by_joints(value, places)
+    indices = [*range(len(arithmetic.names.variables))]
+    indices += [arithmetic.ring.index('number', v) for v in arithmetic.names.variables]
+    ours, theirs = _by_joints(product, indices), _by_joints(value, indices)
     if set(ours) != set(theirs):
         return None
     key = next((key for key, part in ours.items() if len(part) == 1), None)
@@ -66,11 +66,11 @@ def _long_quotient(
     return result if not (result * product - value) else None
 
 
-def _by_joints(value: Laurent, places: Sequence[int]) -> dict[tuple[int, ...], Terms]:
+def _by_joints(value: Laurent, indices: Sequence[int]) -> dict[tuple[int, ...], Terms]:
     groups: dict[tuple[int, ...], Terms] = {}
-    joint = set(places)
+    joint = set(indices)
     for e, c in value.terms().items():
-        key = tuple(e[k] for k in places)
+        key = tuple(e[k] for k in indices)
         groups.setdefault(key, {})[tuple(0 if k in joint else x for k, x in enumerate(e))] = c
     return groups
 

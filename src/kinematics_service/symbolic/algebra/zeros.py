@@ -81,12 +81,12 @@ def common_zero(functions: Sequence[Numbers], box: Box, starts: Floats) -> Zero:
         return Zero(True, pose)
     moving = np.any([f.moving for f in functions], axis=0)
     found = _halved(functions, near, moving)
-    places = np.flatnonzero(free & moving)
-    if found.exists is not False or not len(places):
+    indices = np.flatnonzero(free & moving)
+    if found.exists is not False or not len(indices):
         return found
-    if len(places) > 1:
+    if len(indices) > 1:
         return Zero(None, None)
-    k = int(places[0])
+    k = int(indices[0])
     far = Box(np.array(near.low), np.array(near.high))
     far.low[k] = -1.0 / reach[k] if np.isinf(box.low[k]) else 0.0
     far.high[k] = 1.0 / reach[k] if np.isinf(box.high[k]) else 0.0

@@ -7,18 +7,18 @@ import numpy as np
 
 from ...errors import FormulaError
 from ...robot.robot import Robot
-from .checks import ROUND_OFF, Check, QuantityCheck
-from .claims import Claim, judge_claims
-from .explanation import Explanation, explain, right_entry
-from .file import read_formulas
-from .names import Names
-from .numbers import Floats
-from .poses import Poses, poses_for
-from .slips import another_quantity
-from .solutions import BRANCH, EquationCheck, SolutionCheck
-from .statements import Statement, Understood, understand
-from .symbols import shown
-from .table import table_of
+from .arm.numbers import Floats
+from .arm.symbols import shown
+from .arm.table import table_of
+from .causes.explanation import Explanation, explain, right_entry
+from .causes.slips import another_quantity
+from .statements.checks import ROUND_OFF, Check, QuantityCheck
+from .statements.claims import Claim, judge_claims
+from .statements.names import FormulaNames
+from .statements.poses import Poses, poses_for
+from .statements.solutions import BRANCH, EquationCheck, SolutionCheck
+from .statements.statements import Statement, Understood, understand
+from .text.file import read_formulas
 
 AGREES, DIFFERS = 'agrees', 'differs'
 BRANCH_POSES = 200
@@ -117,7 +117,7 @@ def compare(robot: Robot, text: str) -> Comparison:
     text
         Formulas in plain, sympy, MATLAB or LaTeX syntax.
     """
-    names = Names(table_of(robot.description))
+    names = FormulaNames(table_of(robot.description))
     understood = understand(read_formulas(text), names)
     verdicts: list[Verdict] = []
     faults = list(understood.faults)
@@ -154,7 +154,9 @@ def _symbols(statement: Statement) -> frozenset[Any]:
     return frozenset(symbols)
 
 
-def _check(robot: Robot, names: Names, statement: Statement, understood: Understood) -> Check:
+def _check(
+    robot: Robot, names: FormulaNames, statement: Statement, understood: Understood
+) -> Check:
     symbols, settings = _symbols(statement), statement.settings
 
     def poses(count: int, symbols: frozenset[Any] = symbols) -> Poses:

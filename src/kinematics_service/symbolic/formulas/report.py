@@ -3,8 +3,8 @@
 from collections.abc import Iterator
 from typing import Any
 
+from .causes.explanation import Explanation
 from .comparison import AGREES, Comparison, Verdict
-from .explanation import Explanation
 
 MOST_ENTRIES = 12
 

@@ -9,7 +9,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from ...errors import FormulaError
+from ....errors import FormulaError
 
 NUMBER = re.compile(r'(?:\d+(?:\.(?!\.)\d*)?|\.\d+)(?:[eE][-+]?\d+)?')
 WORD = re.compile(r'[A-Za-z][A-Za-z0-9]*')
@@ -57,7 +57,7 @@ MOST_TOKENS = 50_000
 
 
 @dataclass(frozen=True)
-class Token:
+class FormulaToken:
     """
     One word of a formula.
 
@@ -99,7 +99,7 @@ def plain_letters(text: str) -> str:
     )
 
 
-def tokens_of(text: str, line: int = 1, column: int = 1) -> list[Token]:
+def tokens_of(text: str, line: int = 1, column: int = 1) -> list[FormulaToken]:
     """
     Return the words of a text that begins at a line and column of its file.
 
@@ -108,10 +108,10 @@ def tokens_of(text: str, line: int = 1, column: int = 1) -> list[Token]:
     FormulaError
         A character or LaTeX command with no meaning here.
     """
-    tokens: list[Token] = []
+    tokens: list[FormulaToken] = []
     for offset, part in enumerate(text.split('\n')):
         if offset:
-            tokens.append(Token('newline', '\n', '', line + offset - 1, 0, True))
+            tokens.append(FormulaToken('newline', '\n', '', line + offset - 1, 0, True))
         first = column if offset == 0 else 1
         tokens.extend(_tokens_of_line(part, line + offset, first))
         if len(tokens) > MOST_TOKENS:
@@ -119,7 +119,7 @@ def tokens_of(text: str, line: int = 1, column: int = 1) -> list[Token]:
     return tokens
 
 
-def _tokens_of_line(text: str, line: int, column: int) -> Iterator[Token]:
+def _tokens_of_line(text: str, line: int, column: int) -> Iterator[FormulaToken]:
     at, spaced = 0, False
     while at < len(text):
         if text[at].isspace() or text[at] in '$~':
@@ -132,7 +132,7 @@ def _tokens_of_line(text: str, line: int, column: int) -> Iterator[Token]:
         start = at
         kind, word, at = _word(text, at, line, column)
         if kind:
-            yield Token(kind, word, text[start:at].strip(), line, column + start, spaced)
+            yield FormulaToken(kind, word, text[start:at].strip(), line, column + start, spaced)
             spaced = False
         else:
             spaced = True

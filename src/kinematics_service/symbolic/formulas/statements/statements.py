@@ -6,14 +6,14 @@ from typing import Any
 
 import sympy as sp  # type: ignore[import-untyped]
 
-from ...errors import FormulaError
-from .build import build, is_matrix
-from .file import FormulaFile, Raw, Settings
-from .names import COORDINATES, Names, reading_of
-from .numbers import size_of
-from .quantities import ACCEPTED, Quantity, quantity_of, why_out_of_range
-from .syntax import Node
-from .tokens import Token
+from ....errors import FormulaError
+from ..arm.numbers import size_of
+from ..arm.quantities import ACCEPTED, Quantity, quantity_of, why_out_of_range
+from ..text.build import build, is_matrix
+from ..text.file import FormulaFile, Raw, Settings
+from ..text.syntax import Node
+from ..text.tokens import FormulaToken
+from .names import COORDINATES, FormulaNames, reading_of
 
 LONGEST = 200_000  # nodes of an expression, shared parts counted each time
 DEEPEST_DEFINITION = 40
@@ -65,13 +65,13 @@ class Understood:
     faults: tuple[FormulaError, ...]
 
 
-def understand(file: FormulaFile, names: Names) -> Understood:
+def understand(file: FormulaFile, names: FormulaNames) -> Understood:
     """Return what the equations of a file say about a robot."""
     return _Reader(file, names).read()
 
 
 class _Reader:
-    def __init__(self, file: FormulaFile, names: Names) -> None:
+    def __init__(self, file: FormulaFile, names: FormulaNames) -> None:
         self.names = names
         self.file = file
         self.faults = list(file.faults)
@@ -210,7 +210,7 @@ class _Reader:
         integers: bool = False,
         open_: tuple[str, ...] = (),
     ) -> Any:
-        def lookup(token: Token) -> Any:
+        def lookup(token: FormulaToken) -> Any:
             key = token.text
             if integers and key == 'k':
                 return sp.Symbol('k')
@@ -256,7 +256,7 @@ class _Reader:
                 self.faults.append(FormulaError(message, raw.line, raw.left.at.column))
 
 
-def _refuse_long(value: Any, at: Token) -> None:
+def _refuse_long(value: Any, at: FormulaToken) -> None:
     entries = value if is_matrix(value) else (value,)
     if any(size_of(entry) > LONGEST for entry in entries):
         message = f'{at.written!r} is longer than this command can compare'

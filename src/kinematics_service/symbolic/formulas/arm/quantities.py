@@ -1,4 +1,4 @@
-"""What the names of formulas mean: T_03, A_2, z_1, J_v2, det, and what each is worth."""
+"""What the names of formulas mean: T_03, A_2, z_1, J_v2, det, and the value of each."""
 
 import re
 from collections.abc import Callable
@@ -112,7 +112,7 @@ def why_out_of_range(quantity: Quantity, rows: int, joints: int, reading: Readin
     return ''
 
 
-class Frames:
+class NumberedFrames:
     """The frames of an arm by the person's numbers: numbers at N poses, or symbols."""
 
     def __init__(self, frames: list[Any], identity: Any, first: int) -> None:
@@ -133,9 +133,9 @@ class Frames:
 
 
 def numeric(quantity: Quantity, world: World, reading: Reading) -> Floats:
-    """Return what a quantity is worth, shape (N, rows, columns); not for `det` and `general`."""
+    """Return the value of a quantity, shape (N, rows, columns); not for `det` and `general`."""
     identity = np.broadcast_to(np.eye(4), (world.poses, 4, 4))
-    frames = Frames(world.frames, identity, reading.first)
+    frames = NumberedFrames(world.frames, identity, reading.first)
     kind, i, j = quantity.kind, quantity.i, quantity.j
     result: Floats
     if kind == 'tool':
@@ -187,7 +187,7 @@ def arranged(J: Floats, pose: Floats, quantity: Quantity, reading: Reading) -> F
 
 def symbolic(quantity: Quantity, arm: SymbolicArm, reading: Reading) -> Any:
     """Return what a quantity is, as a matrix of expressions; None for those without one."""
-    frames = Frames(arm.frames, sp.ImmutableDenseMatrix(sp.eye(4)), reading.first)
+    frames = NumberedFrames(arm.frames, sp.ImmutableDenseMatrix(sp.eye(4)), reading.first)
     kind, i, j = quantity.kind, quantity.i, quantity.j
     if kind == 'tool':
         return frames.tool

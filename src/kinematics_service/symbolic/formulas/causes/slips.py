@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from .checks import QuantityCheck
+from ..arm.quantities import Quantity, numeric, why_out_of_range
+from ..statements.checks import QuantityCheck
 from .jacobian_slips import arranged_like
-from .quantities import Quantity, numeric, why_out_of_range
 from .variant import Variant
 
 MILLI = 1000.0

@@ -14,14 +14,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ...robot.robot import Robot
-from .names import Names, reading_of
-from .numbers import DEGREE, Evaluation, Floats
+from ....robot.robot import Robot
+from ..arm.numbers import DEGREE, Evaluation, Floats
+from ..arm.quantities import ROWS, TASK_ROWS, Quantity, Reading, numeric
+from ..arm.table import Table, general_row
+from ..arm.world import World
+from .names import FormulaNames, reading_of
 from .poses import Poses
-from .quantities import ROWS, TASK_ROWS, Quantity, Reading, numeric
 from .statements import Statement
-from .table import Table, general_row
-from .world import World
 
 Mask = npt.NDArray[np.bool_]
 
@@ -34,7 +34,7 @@ class Check(ABC):
     """A statement at its poses."""
 
     robot: Robot
-    names: Names
+    names: FormulaNames
     statement: Statement
     poses: Poses
 
@@ -72,7 +72,7 @@ class Check(ABC):
 
     @cached_property
     def person(self) -> Floats:
-        """Return what the person's formula is worth, shape (N, rows, columns)."""
+        """Return the values of the person's formula, shape (N, rows, columns)."""
         return self.evaluation.of_matrix(self.expressions)
 
     @property
@@ -107,7 +107,7 @@ class Check(ABC):
     @property
     @abstractmethod
     def right(self) -> Floats:
-        """Return what the formula should be worth, shape (N, rows, columns)."""
+        """Return the right values of the formula, shape (N, rows, columns)."""
 
     @cached_property
     def wrong(self) -> Mask:
@@ -141,7 +141,7 @@ class QuantityCheck(Check):
 
     @cached_property
     def right(self) -> Floats:
-        """Return what the formula should be worth."""
+        """Return the right values of the formula."""
         return self.right_of(self.world)
 
     def right_of(

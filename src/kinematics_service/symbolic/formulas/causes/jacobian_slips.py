@@ -5,11 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from .checks import QuantityCheck
-from .numbers import DEGREE, Floats
-from .quantities import arranged
+from ....robot.file.convention_table import CONVENTIONS
+from ..arm.numbers import DEGREE, Floats
+from ..arm.quantities import arranged
+from ..arm.world import World
+from ..statements.checks import QuantityCheck
 from .variant import Variant
-from .world import World
 
 
 def arranged_like(check: QuantityCheck, J: Floats) -> Floats:
@@ -54,11 +55,12 @@ def other_point(check: QuantityCheck) -> Iterator[Variant]:
 
 def axis_index(check: QuantityCheck) -> Iterator[Variant]:
     """Yield the Jacobian with axes, or origins, of the frame beside the right one."""
-    convention = check.world.table.convention
-    if convention not in ('standard', 'modified'):
+    convention = CONVENTIONS[check.world.table.convention]
+    if not convention.product:
         yield from _other_letters(check)
+    if not convention.product or (convention.before_joint and convention.after_joint):
         return
-    step = 1 if convention == 'standard' else -1
+    step = -1 if convention.before_joint else 1
     right, wrong = ('i-1', 'i') if step == 1 else ('i', 'i-1')
     versions = (
         (step, 0, f'z_{wrong} stands where z_{right} belongs (the axis of joint i)'),
@@ -71,14 +73,14 @@ def axis_index(check: QuantityCheck) -> Iterator[Variant]:
 
 def _geometric(world: World, axis: int, origin: int) -> Floats:
     J = np.zeros_like(world.jacobian)
-    standard = world.table.convention == 'standard'
+    late = int(bool(CONVENTIONS[world.table.convention].before_joint))
     for (i, k), _ in world.row_columns.items():
         row, variable = world.table.rows[i], world.table.variables[k]
-        frame = i if standard else i + 1
+        frame = i + late
         z = world.frames[frame + axis][:, :3, 2]
         arm = world.pose[:, :3, 3] - world.frames[frame + origin][:, :3, 3]
-        turn = float(row.theta.coeff(variable))
-        slide = float(row.d.coeff(variable))
+        turn = float(row['theta'].coeff(variable))
+        slide = float(row['d'].coeff(variable))
         J[:, :3, k] += turn * np.cross(z, arm) + slide * z
         J[:, 3:, k] += turn * z
     return J

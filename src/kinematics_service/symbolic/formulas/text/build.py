@@ -7,12 +7,12 @@ from typing import Any, TypeAlias
 
 import sympy as sp  # type: ignore[import-untyped]
 
-from ...errors import FormulaError
+from ....errors import FormulaError
 from .syntax import Node
-from .tokens import Token
+from .tokens import FormulaToken
 
 Value: TypeAlias = Any  # a sympy expression or an immutable matrix
-Lookup: TypeAlias = Callable[[Token], Value]
+Lookup: TypeAlias = Callable[[FormulaToken], Value]
 
 MOST_DIGITS = 40
 HIGHEST_POWER = 24
@@ -62,7 +62,7 @@ def is_matrix(value: Value) -> bool:
     return isinstance(value, sp.MatrixBase)
 
 
-def number(text: str, at: Token) -> Value:
+def number(text: str, at: FormulaToken) -> Value:
     """
     Return an exact number: decimals become fractions, and printed multiples of pi that multiple.
 

@@ -7,15 +7,16 @@ from typing import Any
 import numpy as np
 import sympy as sp  # type: ignore[import-untyped]
 
-from ...errors import FormulaError
-from ...robot.robot import Robot
-from .build import build, is_matrix
-from .file import Raw, Settings
-from .names import GENERAL, Names, coordinates, reading_of, rotation_entries
-from .numbers import DEGREE, Evaluation, Floats
-from .quantities import numeric, quantity_of, why_out_of_range
-from .syntax import Node
-from .world import World
+from ....errors import FormulaError
+from ....robot.file.convention_table import QUANTITIES
+from ....robot.robot import Robot
+from ..arm.numbers import DEGREE, Evaluation, Floats
+from ..arm.quantities import numeric, quantity_of, why_out_of_range
+from ..arm.world import World
+from ..text.build import build, is_matrix
+from ..text.file import Raw, Settings
+from ..text.syntax import Node
+from .names import FormulaNames, coordinates, reading_of, rotation_entries
 
 SEED = 20240523
 POSES = 8
@@ -26,7 +27,7 @@ SLIDE = 1.0  # m of an unlimited prismatic joint
 @dataclass(frozen=True)
 class Poses:
     """
-    N configurations and what every symbol is worth at them.
+    N configurations and the value of every symbol at them.
 
     Parameters
     ----------
@@ -46,7 +47,7 @@ class Poses:
 
 def poses_for(
     robot: Robot,
-    names: Names,
+    names: FormulaNames,
     settings: Settings,
     symbols: frozenset[Any],
     fixed: Sequence[tuple[Any, Any]] = (),
@@ -75,7 +76,7 @@ def poses_for(
     for symbol, value in fixed:
         given.setdefault(symbol, np.full(count, _number(value)))
     values: dict[Any, Floats] = {}
-    for name in GENERAL:
+    for name in QUANTITIES:
         values[sp.Symbol(f'{name}_i')] = rng.uniform(0.3, 1.3, count)
     randomised = []
     for symbol in table.constants:
@@ -109,7 +110,7 @@ def _drawn(robot: Robot, k: int, rng: np.random.Generator, count: int) -> Floats
 
 
 def _with_coordinates(
-    values: dict[Any, Floats], names: Names, settings: Settings, count: int
+    values: dict[Any, Floats], names: FormulaNames, settings: Settings, count: int
 ) -> dict[Any, Floats]:
     world = World(names.table, values, count)
     point = world.pose[:, :3, 3]
@@ -128,7 +129,7 @@ def _with_coordinates(
     return {**located, **values}
 
 
-def _given(raw: Raw, settings: Settings, names: Names) -> tuple[Any, float]:
+def _given(raw: Raw, settings: Settings, names: FormulaNames) -> tuple[Any, float]:
     at = raw.left.at
     key = raw.left.text if raw.left.kind == 'name' else ''
     joint = names.joint(key)

@@ -1,4 +1,4 @@
-"""What expressions are worth at many poses at once: a walk over their trees, without any eval."""
+"""The values of expressions at many poses at once: a walk over their trees, without any eval."""
 
 from collections.abc import Callable, Mapping
 from typing import Any

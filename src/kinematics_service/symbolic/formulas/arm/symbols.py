@@ -86,10 +86,8 @@ class SymbolicArm:
 
 
 def _motions(row: TableRow) -> list[tuple[Any, Any]]:
-    if row.convention == 'standard':
-        return [('Rz', row.theta), ('Tz', row.d), ('Tx', row.a), ('Rx', row.alpha)]
-    if row.convention == 'modified':
-        return [('Rx', row.alpha), ('Tx', row.a), ('Rz', row.theta), ('Tz', row.d)]
+    if row.quantities:
+        return [(axis, row[name]) for axis, name in row.order.motions]
     return [(None, row.inner), (row.axis, row.argument), (None, inverse_pose(row.outer))]
 
 

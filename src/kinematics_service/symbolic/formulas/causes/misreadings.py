@@ -1,24 +1,24 @@
 """
 The robot as a mistaken reading of its table has it: other convention, other zero, other row.
 
-Each is the table with something exchanged; what it is worth is computed like the right one.
+Each is the table with something exchanged; its value is computed like the right one.
 """
 
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import combinations
 from typing import Any
 
 import numpy as np
 import sympy as sp  # type: ignore[import-untyped]
 
-from .checks import QuantityCheck
-from .numbers import DEGREE, Floats
-from .table import EYE, Table
+from ....robot.file.convention_table import CONVENTIONS, MOVING, Convention
+from ..arm.numbers import DEGREE, Floats
+from ..arm.table import EYE, Table, TableRow
+from ..arm.world import World
+from ..statements.checks import QuantityCheck
 from .variant import Variant
-from .world import World
 
-OTHER = {'standard': 'modified', 'modified': 'standard'}
-NAMES = {'standard': 'standard', 'modified': "modified (Craig's)"}
 TURNS = ((sp.pi / 2, '+ 90 deg'), (-sp.pi / 2, '- 90 deg'), (sp.pi, '+ 180 deg'))
 ZERO = sp.Integer(0)
 
@@ -29,12 +29,13 @@ def _at(check: QuantityCheck, table: Table, sentence: str) -> Variant:
 
 
 def _subs(table: Table, changes: dict[object, object]) -> Table:
+    def changed(value: Any) -> Any:
+        return value.subs(changes, simultaneous=True)
+
     rows = tuple(
         replace(
-            row,
-            theta=row.theta.subs(changes, simultaneous=True),
-            d=row.d.subs(changes, simultaneous=True),
-            argument=row.argument.subs(changes, simultaneous=True),
+            row.with_quantities({name: changed(row[name]) for name in MOVING}),
+            argument=changed(row.argument),
         )
         for row in table.rows
     )
@@ -42,26 +43,31 @@ def _subs(table: Table, changes: dict[object, object]) -> Table:
 
 
 def other_convention(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield the same numbers read as rows of the other Denavit-Hartenberg convention."""
+    """Yield the same numbers read as rows of another convention with the same quantities."""
     table = check.names.table
-    other = OTHER.get(table.convention)
-    if other is None:
-        return
-    if check.quantity.kind == 'general':
-        table = replace(table, convention=other)
-        changed = replace(check, names=type(check.names)(table))
-        yield Variant(
-            f'the row is {NAMES[other]}, the robot file is {table_name(check)}', changed.right
+    for other in CONVENTIONS[table.convention].others:
+        if check.quantity.kind == 'general':
+            general = replace(table, convention=other.name)
+            changed = replace(check, names=type(check.names)(general))
+            yield Variant(
+                f'the row is {_whose(other)}, the robot file is {table_name(check)}', changed.right
+            )
+            continue
+        rows = tuple(replace(row, convention=other.name) for row in table.rows)
+        sentence = (
+            f'the table was read as {_whose(other)} DH, the robot file is {table_name(check)}'
         )
-        return
-    rows = tuple(replace(row, convention=other) for row in table.rows)
-    sentence = f'the table was read as {NAMES[other]} DH, the robot file is {table_name(check)}'
-    yield _at(check, replace(table, rows=rows), sentence)
+        yield _at(check, replace(table, rows=rows), sentence)
 
 
 def table_name(check: QuantityCheck) -> str:
     """Return the name of the robot file's convention."""
-    return NAMES.get(check.names.table.convention, check.names.table.convention)
+    convention = CONVENTIONS[check.names.table.convention]
+    return _whose(convention) if convention.product else convention.name
+
+
+def _whose(convention: Convention) -> str:
+    return f"{convention.name} ({convention.author}'s)" if convention.author else convention.name
 
 
 def joint_zero(check: QuantityCheck) -> Iterator[Variant]:
@@ -143,52 +149,59 @@ def one_row(check: QuantityCheck) -> Iterator[Variant]:
     """Yield tables with one quantity of one row changed."""
     table = check.names.table
     for i, row in enumerate(table.rows):
-        if row.convention not in OTHER:
-            continue
         where = f'row {i + 1}'
-        if row.alpha not in (0, sp.pi):
-            sentence = f'alpha of {where} has the wrong sign'
-            yield _at(check, table.with_row(i, alpha=-row.alpha), sentence)
-            yield _at(check, table.with_row(i, alpha=ZERO), f'alpha of {where} taken for 0')
-        for name in ('a', 'd'):
-            if getattr(row, name) != 0:
-                sentence = f'{name} of {where} ({getattr(row, name)}) is left out'
-                yield _at(check, table.with_row(i, **{name: ZERO}), sentence)
-                sentence = f'{name} of {where} ({getattr(row, name)}) has the wrong sign'
-                yield _at(check, table.with_row(i, **{name: -getattr(row, name)}), sentence)
-        if row.a != row.d:
-            exchanged = table.with_row(i, a=row.d, d=row.a)
-            yield _at(check, exchanged, f'a and d of {where} are exchanged')
+
+        def with_(*, i: int = i, row: TableRow = row, **changes: Any) -> Table:
+            return table.with_row(i, row.with_quantities(changes))
+
+        angles, lengths = _fixed_angles_and_lengths(row)
+        for name in angles:
+            if row[name] not in (0, sp.pi):
+                sentence = f'{name} of {where} has the wrong sign'
+                yield _at(check, with_(**{name: -row[name]}), sentence)
+                yield _at(check, with_(**{name: ZERO}), f'{name} of {where} taken for 0')
+        for name in lengths:
+            if row[name] != 0:
+                sentence = f'{name} of {where} ({row[name]}) is left out'
+                yield _at(check, with_(**{name: ZERO}), sentence)
+                sentence = f'{name} of {where} ({row[name]}) has the wrong sign'
+                yield _at(check, with_(**{name: -row[name]}), sentence)
+        for one, other in combinations(lengths, 2):
+            if row[one] != row[other]:
+                exchanged = with_(**{one: row[other], other: row[one]})
+                yield _at(check, exchanged, f'{one} and {other} of {where} are exchanged')
+
+
+def _fixed_angles_and_lengths(row: TableRow) -> tuple[list[str], list[str]]:
+    # All but theta, in the order of the alphabet.
+    axes = sorted((name, axis) for axis, name in row.order.motions if name != 'theta')
+    angles = [name for name, axis in axes if axis[0] == 'R']
+    return angles, [name for name, axis in axes if axis[0] == 'T']
 
 
 def row_left_out(check: QuantityCheck) -> Iterator[Variant]:
     """Yield tables without one of their rows."""
     table = check.names.table
-    for i in range(len(table.rows)):
-        yield _at(check, table.with_row(i, **_STILL), f'row {i + 1} is left out')
-
-
-_STILL = dict.fromkeys(('a', 'alpha', 'd', 'theta', 'argument'), ZERO) | {
-    'axis': '',
-    'inner': EYE,
-    'outer': EYE,
-}
+    for i, row in enumerate(table.rows):
+        still = TableRow(row.convention, tuple((name, ZERO) for name, _ in row.quantities))
+        yield _at(check, table.with_row(i, still), f'row {i + 1} is left out')
 
 
 def shifted_column(check: QuantityCheck) -> Iterator[Variant]:
     """Yield tables in which one column has slipped by a row, from some row on."""
     table = check.names.table
-    if table.convention not in OTHER:
-        return
-    for name in ('theta', 'd', 'a', 'alpha'):
-        column = [getattr(row, name) for row in table.rows]
+    convention = CONVENTIONS[table.convention]
+    joint = [name for _, name in convention.joint_motions]
+    for name in (*joint, *(name for name in convention.quantities if name not in joint)):
+        column = [row[name] for row in table.rows]
         for first in reversed(range(len(column) - 1)):
             up = [*column[:first], *column[first + 1 :], ZERO]
             down = [*column[:first], ZERO, *column[first:-1]]
             for shifted, way in ((up, 'up'), (down, 'down')):
                 if shifted != column:
                     rows = tuple(
-                        replace(row, **{name: value}) for row, value in zip(table.rows, shifted)
+                        row.with_quantities({name: value})
+                        for row, value in zip(table.rows, shifted)
                     )
                     sentence = (
                         f'the {name} column of the table has slipped {way} by one row, from row '
@@ -205,7 +218,7 @@ def not_inverted(check: QuantityCheck) -> Iterator[Variant]:
         changed = table
         for i in chosen:
             inverse = sp.ImmutableDenseMatrix(table.rows[i].outer.inv())
-            changed = changed.with_row(i, outer=inverse)
+            changed = changed.with_row(i, replace(changed.rows[i], outer=inverse))
         if chosen:
             rows = ', '.join(str(i + 1) for i in chosen)
             sentence = (

@@ -13,14 +13,14 @@ from typing import Any
 import numpy as np
 import sympy as sp  # type: ignore[import-untyped]
 
+from ....robot.file.convention_table import QUANTITIES
+from ..arm.numbers import Evaluation, Floats, size_of
+from ..arm.quantities import symbolic
+from ..arm.table import general_row, row_matrix
+from ..statements.checks import Check, Mask, QuantityCheck
+from ..statements.solutions import SolutionCheck
 from .causes import CAUSES
-from .checks import Check, Mask, QuantityCheck
 from .edits import EDITS, LONGEST_EDITED, SOLUTION_EDITS
-from .names import GENERAL
-from .numbers import Evaluation, Floats, size_of
-from .quantities import symbolic
-from .solutions import SolutionCheck
-from .table import general_row, row_matrix
 from .variant import BLOCK, COLUMN, ENTRY, ROW, WHOLE, Variant
 
 MOST_ALTERNATIVES = 3
@@ -183,17 +183,17 @@ def _cover(candidates: list[_Candidate], wrong: Mask, one: bool) -> list[Explana
         if max(counts) == 0:
             break
         best = candidates[counts.index(max(counts))]
-        said = best.variant.sentence
+        sentence = best.variant.sentence
         also = {
             rival.variant.sentence: f'{rival.place}{rival.variant.sentence}'
             for rival in reversed(candidates)  # the largest scope is said
-            if rival.variant.sentence != said
+            if rival.variant.sentence != sentence
             and (rival.mask == best.mask).all()
             and (one or rival.cause != best.cause)
         }
         alternatives = tuple(reversed(also.values()))[:MOST_ALTERNATIVES]
         entries = _entries(best.mask & left)
-        chosen.append(Explanation(best.cause, f'{best.place}{said}', entries, alternatives))
+        chosen.append(Explanation(best.cause, f'{best.place}{sentence}', entries, alternatives))
         left &= ~best.mask
     return chosen
 
@@ -238,7 +238,7 @@ def _repaired(
         return []
     symbols = (*table.variables, *table.constants)
     if isinstance(original, QuantityCheck) and original.quantity.kind == 'general':
-        symbols = tuple(sp.Symbol(f'{name}_i') for name in GENERAL)
+        symbols = tuple(sp.Symbol(f'{name}_i') for name in QUANTITIES)
     if isinstance(original, SolutionCheck):
         # The joint itself would explain every formula of it.
         symbols = tuple(symbol for symbol in symbols if symbol != original.variable)

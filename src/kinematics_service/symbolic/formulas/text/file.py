@@ -4,9 +4,9 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from ...errors import FormulaError
+from ....errors import FormulaError
 from .syntax import Node, parse, parse_lines
-from .tokens import Token, plain_letters, tokens_of
+from .tokens import FormulaToken, plain_letters, tokens_of
 
 SETTING = re.compile(
     r'\s*(rows|frame|units|at|first frame|point|meaning|singular)\s*:(?!=)(.*)', re.IGNORECASE
@@ -211,9 +211,9 @@ def _equations(
             yield _equation(part, settings, local, chunk.by_lines)
 
 
-def _split(tokens: Sequence[Token], at: Sequence[str]) -> list[list[Token]]:
+def _split(tokens: Sequence[FormulaToken], at: Sequence[str]) -> list[list[FormulaToken]]:
     # At separators outside all brackets.
-    parts: list[list[Token]] = [[]]
+    parts: list[list[FormulaToken]] = [[]]
     depth = 0
     for token in tokens:
         if token.kind == 'begin' or (token.kind == 'operator' and token.text in '([{'):
@@ -227,7 +227,7 @@ def _split(tokens: Sequence[Token], at: Sequence[str]) -> list[list[Token]]:
     return [part for part in parts if any(token.kind != 'newline' for token in part)]
 
 
-def _equation(tokens: list[Token], settings: Settings, local: bool, by_lines: bool) -> Raw:
+def _equation(tokens: list[FormulaToken], settings: Settings, local: bool, by_lines: bool) -> Raw:
     sides = _split(tokens, ('=',))
     first = next(token for token in tokens if token.kind != 'newline')
     if len(sides) < 2:
@@ -256,13 +256,13 @@ def _of_a_jacobian(left: Node) -> Node:
     return replace(det, at=replace(det.at, written=f'{det.at.written}({of.at.written})'))
 
 
-def _trimmed(tokens: list[Token]) -> list[Token]:
+def _trimmed(tokens: list[FormulaToken]) -> list[FormulaToken]:
     while tokens and tokens[-1].kind == 'newline':
         tokens = tokens[:-1]
     return tokens
 
 
-def _without_ampersands(tokens: list[Token]) -> list[Token]:
+def _without_ampersands(tokens: list[FormulaToken]) -> list[FormulaToken]:
     return [token for token in tokens if token.text != '&']
 
 

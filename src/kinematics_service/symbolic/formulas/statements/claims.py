@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 import sympy as sp  # type: ignore[import-untyped]
 
-from ...kinematics.forward import jacobian
-from ...robot.robot import Robot
-from .names import Names
-from .numbers import Evaluation, Floats
+from ....kinematics.forward import jacobian
+from ....robot.robot import Robot
+from ..arm.numbers import Evaluation, Floats
+from .names import FormulaNames
 from .poses import SEED, poses_for
 from .statements import Statement
 
@@ -31,7 +31,7 @@ class Claim:
     remarks: tuple[str, ...]
 
 
-def judge_claims(robot: Robot, names: Names, claims: Sequence[Statement]) -> list[Claim]:
+def judge_claims(robot: Robot, names: FormulaNames, claims: Sequence[Statement]) -> list[Claim]:
     """Return for each claimed family whether it is singular, and last whether all are claimed."""
     judged = [_sound(robot, names, claim) for claim in claims]
     if robot.task.structurally_deficient or len(robot.task.rows) != robot.dof:
@@ -58,12 +58,12 @@ def _smallness(robot: Robot, q: Floats) -> Floats:
     return np.asarray(values[..., robot.task.generic_rank - 1] / values[..., 0])
 
 
-def _draws(robot: Robot, names: Names, claim: Statement, count: int) -> Floats:
+def _draws(robot: Robot, names: FormulaNames, claim: Statement, count: int) -> Floats:
     poses = poses_for(robot, names, claim.settings, frozenset(), (), count)
     return np.stack([poses.values[s] for s in names.table.variables], axis=-1)
 
 
-def _sound(robot: Robot, names: Names, claim: Statement) -> Claim:
+def _sound(robot: Robot, names: FormulaNames, claim: Statement) -> Claim:
     q = _draws(robot, names, claim, DRAWS)
     for joint, values in _claimed_values(names, claim, q):
         q[:, joint] = values
@@ -79,7 +79,7 @@ def _sound(robot: Robot, names: Names, claim: Statement) -> Claim:
     return Claim(claim.name, claim.line, False, (f'not singular: {text} has full rank',))
 
 
-def _claimed_values(names: Names, claim: Statement, q: Floats) -> list[tuple[int, Floats]]:
+def _claimed_values(names: FormulaNames, claim: Statement, q: Floats) -> list[tuple[int, Floats]]:
     rng = np.random.default_rng(SEED)
     values = {s: q[:, k] for k, s in enumerate(names.table.variables)}
     for symbol in names.table.constants:
@@ -96,7 +96,7 @@ def _claimed_values(names: Names, claim: Statement, q: Floats) -> list[tuple[int
     return [(joint, evaluation.of(value) * scale[joint]) for joint, value in claim.conditions]
 
 
-def _is_claimed(names: Names, claims: Sequence[Statement], q: Floats) -> bool:
+def _is_claimed(names: FormulaNames, claims: Sequence[Statement], q: Floats) -> bool:
     for claim in claims:
         copies = np.repeat(q[None], 5, axis=0)
         holds = True
@@ -110,7 +110,7 @@ def _is_claimed(names: Names, claims: Sequence[Statement], q: Floats) -> bool:
     return False
 
 
-def _missing(robot: Robot, names: Names, claims: Sequence[Statement]) -> Floats | None:
+def _missing(robot: Robot, names: FormulaNames, claims: Sequence[Statement]) -> Floats | None:
     # Along one joint at a time, where the determinant changes sign or touches zero.
     starts = _draws(robot, names, claims[0], SEARCHES)
     for index, start in enumerate(starts):

@@ -7,12 +7,13 @@ from typing import Any
 
 import sympy as sp  # type: ignore[import-untyped]
 
-from ...errors import FormulaError
-from .file import Settings
-from .quantities import Quantity, Reading, quantity_of, symbolic, why_out_of_range
-from .symbols import SymbolicArm
-from .table import Table
-from .tokens import Token
+from ....errors import FormulaError
+from ....robot.file.convention_table import QUANTITIES
+from ..arm.quantities import Quantity, Reading, quantity_of, symbolic, why_out_of_range
+from ..arm.symbols import SymbolicArm
+from ..arm.table import Table
+from ..text.file import Settings
+from ..text.tokens import FormulaToken
 
 SHORTHAND = re.compile(r'([cCsS])(\d{1,7})')
 ALIAS = re.compile(r'(q|theta|th|t|phi|d)(\d{1,2})')
@@ -22,7 +23,6 @@ COORDINATES = {
     **{f'{p}{name}': name for p in 'pP' for name in 'xyz'},
 }
 ROTATION_ENTRY = re.compile(r'[rR]([123])([123])')
-GENERAL = ('a', 'alpha', 'd', 'theta')
 
 
 def reading_of(settings: Settings) -> Reading:
@@ -30,7 +30,7 @@ def reading_of(settings: Settings) -> Reading:
     return Reading(settings.first_frame, settings.axes, settings.angular_first)
 
 
-class Names:
+class FormulaNames:
     """The names of one robot."""
 
     def __init__(self, table: Table) -> None:
@@ -62,7 +62,7 @@ class Names:
         """Return the symbol of a named constant, or None."""
         return self.constants.get(key)
 
-    def value(self, token: Token, settings: Settings, general: bool = False) -> Any:
+    def value(self, token: FormulaToken, settings: Settings, general: bool = False) -> Any:
         """
         Return what a name stands for: a symbol, an expression, or a matrix.
 
@@ -95,7 +95,7 @@ class Names:
             raise self.unknown(token)
         return matrix
 
-    def _shorthand(self, found: re.Match[str], token: Token) -> Any:
+    def _shorthand(self, found: re.Match[str], token: FormulaToken) -> Any:
         variables, total = self.table.variables, sp.Integer(0)
         for digit in found[2]:
             if not 1 <= int(digit) <= len(variables):
@@ -104,14 +104,14 @@ class Names:
             total += variables[int(digit) - 1]
         return sp.cos(total) if found[1] in 'cC' else sp.sin(total)
 
-    def _matrix(self, quantity: Quantity, token: Token, settings: Settings) -> Any:
+    def _matrix(self, quantity: Quantity, token: FormulaToken, settings: Settings) -> Any:
         reading = reading_of(settings)
         joints = len(self.table.variables)
         if reason := why_out_of_range(quantity, len(self.table.rows), joints, reading):
             raise FormulaError(reason, token.line, token.column)
         return symbolic(quantity, self.arm, reading)
 
-    def unknown(self, token: Token) -> FormulaError:
+    def unknown(self, token: FormulaToken) -> FormulaError:
         """Return the error about a name nothing is known of."""
         known = [s.name for s in (*self.table.variables, *self.table.constants)]
         near = difflib.get_close_matches(token.text, known, n=1)
@@ -124,8 +124,8 @@ class Names:
 
 
 def general_symbol(key: str) -> Any:
-    """Return the symbol of a, alpha, d or theta of any row, or None."""
-    found = re.fullmatch(r'(a|alpha|d|theta)(?:i|im1)?', key)
+    """Return the symbol of a quantity such as a, alpha, d, theta of any row, or None."""
+    found = re.fullmatch(rf'({"|".join(QUANTITIES)})(?:i|im1)?', key)
     return sp.Symbol(f'{found[1]}_i') if found else None
 
 

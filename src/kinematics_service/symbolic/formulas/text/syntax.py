@@ -9,8 +9,8 @@ inverses and cross products.
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ...errors import FormulaError
-from .tokens import Token
+from ....errors import FormulaError
+from .tokens import FormulaToken
 
 FUNCTIONS = {
     'sin': 1, 'cos': 1, 'tan': 1, 'asin': 1, 'acos': 1, 'atan': 1, 'arcsin': 1, 'arccos': 1,
@@ -45,11 +45,11 @@ class Node:
     kind: str
     text: str
     parts: tuple['Node', ...]
-    at: Token
+    at: FormulaToken
     rows: tuple[int, ...] = ()
 
 
-def parse(tokens: Sequence[Token], last: Token) -> Node:
+def parse(tokens: Sequence[FormulaToken], last: FormulaToken) -> Node:
     """
     Return the tree of an expression.
 
@@ -74,15 +74,15 @@ def parse(tokens: Sequence[Token], last: Token) -> Node:
     return node
 
 
-def parse_lines(tokens: Sequence[Token], last: Token) -> Node:
+def parse_lines(tokens: Sequence[FormulaToken], last: FormulaToken) -> Node:
     """Return the matrix of lines without brackets, a row each."""
-    opening = Token('operator', '[', '[', last.line, last.column, False)
-    closing = Token('operator', ']', ']', last.line, last.column, False)
+    opening = FormulaToken('operator', '[', '[', last.line, last.column, False)
+    closing = FormulaToken('operator', ']', ']', last.line, last.column, False)
     return parse([opening, *tokens, closing], last)
 
 
 class _Parser:
-    def __init__(self, tokens: list[Token], last: Token) -> None:
+    def __init__(self, tokens: list[FormulaToken], last: FormulaToken) -> None:
         self.tokens = tokens
         self.last = last
         self.at = 0
@@ -90,7 +90,7 @@ class _Parser:
         self.by_blanks = False  # inside a row whose entries blanks separate
 
     @property
-    def next(self) -> Token | None:
+    def next(self) -> FormulaToken | None:
         return self.tokens[self.at] if self.at < len(self.tokens) else None
 
     def error(self, message: str) -> FormulaError:
@@ -101,7 +101,7 @@ class _Parser:
         token = self.next
         return token is not None and token.kind in ('operator', 'row') and token.text in texts
 
-    def take(self) -> Token:
+    def take(self) -> FormulaToken:
         token = self.next
         if token is None:
             raise self.error('the formula ends too early')
@@ -168,7 +168,7 @@ class _Parser:
             node = Node('^', '', (node, self.exponent()), operator)
         return self.postfix(node)
 
-    def _braced_transpose(self) -> Token | None:
+    def _braced_transpose(self) -> FormulaToken | None:
         ahead = self.tokens[self.at : self.at + 3]
         if [t.text for t in ahead] in (['{', 'T', '}'], ['{', 'top', '}']):
             self.at += 3
@@ -201,7 +201,7 @@ class _Parser:
         self.depth -= 1
         return node
 
-    def _primary_of(self, token: Token) -> Node:
+    def _primary_of(self, token: FormulaToken) -> Node:
         if token.kind == 'number':
             return Node('number', token.text, (), token)
         if token.kind == 'name':
@@ -223,7 +223,7 @@ class _Parser:
         self.by_blanks = before
         return node
 
-    def _named(self, token: Token) -> Node:
+    def _named(self, token: FormulaToken) -> Node:
         if token.text == 'frac':
             parts = []
             for _ in range(2):
@@ -236,7 +236,7 @@ class _Parser:
             return self._function(token)
         return Node('name', token.text, (), token)
 
-    def _matrix_call(self, token: Token) -> Node:
+    def _matrix_call(self, token: FormulaToken) -> Node:
         arguments = self._arguments()
         if len(arguments) == 1:
             inner = arguments[0]
@@ -273,7 +273,7 @@ class _Parser:
         self.skip_newlines()
         return node
 
-    def _function(self, token: Token) -> Node:
+    def _function(self, token: FormulaToken) -> Node:
         name, exponent = token.text, None
         if self.is_next('^'):
             power = self.take()
@@ -296,7 +296,7 @@ class _Parser:
             return True
         return False
 
-    def _bare_argument(self, function: Token) -> Node:
+    def _bare_argument(self, function: FormulaToken) -> Node:
         # LaTeX: `\cos \phi_1 \cos \phi_2` is a product of two, `\sin 2 t` is sin(2 t).
         token = self.next
         if token is None or token.kind not in ('number', 'name', 'operator', 'begin'):
@@ -310,7 +310,7 @@ class _Parser:
             return node
         return Node('*', '', (node, self.primary()), after)
 
-    def _environment(self, opening: Token) -> Node:
+    def _environment(self, opening: FormulaToken) -> Node:
         before, self.by_blanks = self.by_blanks, False
         rows: list[list[Node]] = [[]]
         while True:
@@ -336,7 +336,7 @@ class _Parser:
         self.by_blanks = before
         return self._grid(opening, [row for row in rows if row], 'environment')
 
-    def _matrix(self, opening: Token) -> Node:
+    def _matrix(self, opening: FormulaToken) -> Node:
         before = self.by_blanks
         rows: list[list[Node]] = [[]]
         has_commas = self._row_has_commas()
@@ -380,7 +380,7 @@ class _Parser:
                 return False
         return False
 
-    def _grid(self, opening: Token, rows: list[list[Node]], text: str) -> Node:
+    def _grid(self, opening: FormulaToken, rows: list[list[Node]], text: str) -> Node:
         if not rows:
             raise FormulaError('a matrix without entries', opening.line, opening.column)
         parts = tuple(node for row in rows for node in row)

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from ..arm.numbers import DEGREE, Floats
+from ..arm.world import World
 from .checks import Check, Mask
-from .numbers import DEGREE, Floats
 from .statements import Statement
-from .world import World
 
 # Share of the poses at which one branch of an inverse must hit: fewer are coincidences.
 BRANCH = 0.1

@@ -4,24 +4,27 @@ A robot's table in symbols: what each row's matrix is, for this table and for mi
 Symbols stand for SI values, whatever units the file has, since people write formulas in them.
 """
 
+import operator
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from functools import lru_cache, reduce
 from typing import Any
 
 import numpy as np
 import sympy as sp  # type: ignore[import-untyped]
 
-from ...robot.file.description import (
+from ....robot.file.convention_table import CONVENTIONS, MOVING, Convention
+from ....robot.file.description import (
     DhRow,
     ElementaryMotion,
+    Link,
     RigidMotion,
     RobotDescription,
     ShapeRow,
 )
-from ...robot.file.expression_syntax import names_in
-from ...robot.file.expressions import Expression
-from ..algebra.expression import exact
+from ....robot.file.expression_syntax import names_in
+from ....robot.file.expressions import Expression
+from ...algebra.expression import exact
 
 ZERO = sp.Integer(0)
 EYE = sp.ImmutableDenseMatrix(sp.eye(4))
@@ -32,14 +35,14 @@ AXES = {'x': 0, 'y': 1, 'z': 2}
 @dataclass(frozen=True)
 class TableRow:
     """
-    One row: Denavit-Hartenberg quantities, or in * motion * inverse(out).
+    One row: named quantities that multiply as the convention says, or in * motion * inverse(out).
 
     Parameters
     ----------
     convention
-        As in the robot file; it says which of the others count.
-    a, alpha, d, theta
-        m and rad, of standard and modified rows.
+        As in the robot file.
+    quantities : pairs (name, value)
+        m and rad; none where the rows of the convention are no quantities.
     axis, argument
         An elementary motion, `Rz` for example; no axis: none.
     inner, outer
@@ -47,25 +50,37 @@ class TableRow:
     """
 
     convention: str
-    a: Any = ZERO
-    alpha: Any = ZERO
-    d: Any = ZERO
-    theta: Any = ZERO
+    quantities: tuple[tuple[str, Any], ...] = ()
     axis: str = ''
     argument: Any = ZERO
     inner: Any = EYE
     outer: Any = EYE
 
+    def __getitem__(self, name: str) -> Any:
+        """Return a quantity by its name, 0 where the convention has none of this name."""
+        return dict(self.quantities).get(name, ZERO)
+
+    @property
+    def order(self) -> Convention:
+        """Return its convention, which says in which order the quantities multiply."""
+        return CONVENTIONS[self.convention]
+
     @property
     def moving(self) -> Any:
         """Return what the joint variables of the row stand in, for searching."""
-        return self.theta + self.d + self.argument
+        return sum((self[name] for name in MOVING), self.argument)
+
+    def with_quantities(self, changes: Mapping[str, Any]) -> 'TableRow':
+        """Return the row with some of its quantities changed."""
+        return replace(
+            self, quantities=tuple((name, changes.get(name, old)) for name, old in self.quantities)
+        )
 
 
 @dataclass(frozen=True)
 class Table:
     """
-    A robot's table, its base and tool, and what its names are worth in the file.
+    A robot's table, its base and tool, and the values of its names in the file.
 
     Parameters
     ----------
@@ -86,10 +101,10 @@ class Table:
     given: Mapping[Any, float] = field(hash=False)
     derived: Mapping[Any, Any] = field(hash=False)
 
-    def with_row(self, index: int, **changes: Any) -> 'Table':
-        """Return the table with one row changed."""
+    def with_row(self, index: int, row: TableRow) -> 'Table':
+        """Return the table with another row in one place."""
         rows = list(self.rows)
-        rows[index] = replace(rows[index], **changes)
+        rows[index] = row
         return replace(self, rows=tuple(rows))
 
 
@@ -134,13 +149,11 @@ def motion(axis: str, argument: Any) -> Any:
 @lru_cache(maxsize=4096)
 def row_matrix(row: TableRow) -> Any:
     """Return the 4 x 4 matrix of a row."""
-    if row.convention in ('standard', 'modified'):
-        joint = rotation('z', row.theta) * translation(0, 0, row.d)
-        link = rotation('x', row.alpha) * translation(row.a, 0, 0)
-        product = joint * link if row.convention == 'standard' else link * joint
+    if row.quantities:
+        factors = [motion(axis, row[name]) for axis, name in row.order.motions]
     else:
-        product = row.inner * motion(row.axis, row.argument) * inverse_pose(row.outer)
-    return sp.ImmutableDenseMatrix(product)
+        factors = [row.inner, motion(row.axis, row.argument), inverse_pose(row.outer)]
+    return sp.ImmutableDenseMatrix(reduce(operator.mul, factors))
 
 
 @lru_cache(maxsize=4096)
@@ -149,7 +162,7 @@ def row_derivative(row: TableRow, variable: Any) -> Any:
     return row_matrix(row).diff(variable)
 
 
-class _Units:
+class _FileUnits:
     # Texts of the file are in its units; symbols are SI.
     def __init__(self, description: RobotDescription) -> None:
         self.angle = sp.pi / 180 if description.angle_unit == 'deg' else sp.Integer(1)
@@ -218,51 +231,49 @@ class _Units:
 def _texts(description: RobotDescription) -> list[tuple[str, str]]:
     texts = []
     for row in description.links:
-        match row:
-            case DhRow():
-                texts += [('length', row.a.text), ('length', row.d.text)]
-                texts += [('angle', row.alpha.text), ('angle', row.theta.text)]
-            case ElementaryMotion():
-                texts.append(('angle' if row.axis[0] == 'R' else 'length', row.argument.text))
-            case ShapeRow():
-                for rigid in (row.inner, row.outer):
-                    lengths = rigid.texts[:3] if len(rigid.texts) == 6 else rigid.texts[3:12:4]
-                    texts += [('length', text) for text in lengths]
+        if isinstance(row, ShapeRow):
+            for rigid in (row.inner, row.outer):
+                lengths = rigid.texts[:3] if len(rigid.texts) == 6 else rigid.texts[3:12:4]
+                texts += [('length', text) for text in lengths]
+        else:
+            texts += [(_kind(one), one.argument.text) for one in row.motions]
     for rigid in (description.base.motion, description.tool.motion):
         texts += [('length', text) for text in rigid.texts[:3]]
     return texts
 
 
-def _row(row: DhRow | ElementaryMotion | ShapeRow, convention: str, units: _Units) -> TableRow:
-    match row:
-        case DhRow():
-            return TableRow(
-                convention,
-                a=units.fixed(row.a.text, 'length'),
-                alpha=units.fixed(row.alpha.text, 'angle'),
-                d=units.moving(row.d, 'length'),
-                theta=units.moving(row.theta, 'angle'),
-            )
-        case ElementaryMotion():
-            kind = 'angle' if row.axis[0] == 'R' else 'length'
-            argument = units.moving(row.argument, kind)
-            return TableRow(convention, axis=row.axis, argument=argument)
-        case ShapeRow():
-            moving = TableRow(convention)
-            if row.joint is not None:
-                moving = _row(row.joint, convention, units)
-            return replace(moving, inner=units.pose(row.inner), outer=units.pose(row.outer))
+def _kind(motion: ElementaryMotion) -> str:
+    return 'angle' if motion.turns else 'length'
+
+
+def _row(row: Link, convention: str, units: _FileUnits) -> TableRow:
+    if isinstance(row, DhRow):
+        quantities = []
+        for name, one in zip(row.names, row.motions):
+            if name in MOVING:
+                value = units.moving(one.argument, _kind(one))
+            else:
+                value = units.fixed(one.argument.text, _kind(one))
+            quantities.append((name, value))
+        return TableRow(convention, tuple(quantities))
+    result = TableRow(convention)
+    for one in row.motions:
+        argument = units.moving(one.argument, _kind(one))
+        result = replace(result, axis=one.axis, argument=argument)
+    if isinstance(row, ShapeRow):
+        result = replace(result, inner=units.pose(row.inner), outer=units.pose(row.outer))
+    return result
 
 
 def general_row(table: Table) -> TableRow:
-    """Return a row of the table's convention with symbols a_i, alpha_i, d_i, theta_i."""
-    symbols = {name: sp.Symbol(f'{name}_i') for name in ('a', 'alpha', 'd', 'theta')}
-    return TableRow(table.convention, **symbols)
+    """Return a row of the table's convention with symbols such as a_i, alpha_i, d_i, theta_i."""
+    names = CONVENTIONS[table.convention].quantities
+    return TableRow(table.convention, tuple((name, sp.Symbol(f'{name}_i')) for name in names))
 
 
 def table_of(description: RobotDescription) -> Table:
     """Return the table of a robot file, in symbols."""
-    units = _Units(description)
+    units = _FileUnits(description)
     given: dict[Any, float] = {}
     derived: dict[Any, Any] = {}
     for constant in description.constants:

@@ -1,0 +1,195 @@
+"""The conventions of a robot file, a row each: what stands in its rows and how they multiply."""
+
+import re
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal, NamedTuple
+
+Axis = Literal['Rx', 'Ry', 'Rz', 'Tx', 'Ty', 'Tz']
+RowKind = Literal['quantities', 'motion', 'shape']
+
+# The quantities in which joint variables may stand; all others are constants.
+MOVING = {'theta': 'Rz', 'd': 'Tz'}
+FACTOR = re.compile(r'([RT][xyz])\((\w+)\)')
+
+
+class NamedMotion(NamedTuple):
+    """A factor of a row's product: an elementary motion, and the quantity it is by."""
+
+    axis: Axis
+    quantity: str
+
+
+@dataclass(frozen=True)
+class Convention:
+    """
+    One convention: what a row of its table is.
+
+    Attributes
+    ----------
+    name
+        In robot files.
+    product
+        A row's T as a product of elementary motions by named quantities. theta and d turn about
+        z and slide along it, side by side, and may move; all others are constants. Empty where
+        rows are no quantities.
+    rows
+        What stands in a row: quantities with names, one elementary motion, or a motion between
+        two shape matrices.
+    reading
+        How T comes out of a row, where there is no product.
+    written
+        What a row looks like, in the reference, where there is no product.
+    author
+        Whose convention it is, where that helps to tell it from another.
+    also
+        Other words for it, of textbooks and other programs; the right one is suggested.
+    notes
+        The comment that `new` writes above the table.
+    """
+
+    name: str
+    product: str = ''
+    rows: RowKind = 'quantities'
+    reading: str = ''
+    written: str = ''
+    author: str = ''
+    also: tuple[str, ...] = ()
+    notes: str = ''
+
+    def __post_init__(self) -> None:
+        """
+        Refuse a product that a row cannot be turned into.
+
+        Raises
+        ------
+        ValueError
+            theta and d are not about z and side by side, or a quantity stands there twice.
+        """
+        moving = self.joint_motions
+        names = [motion.quantity for motion in self.motions]
+        if self.product and (
+            not moving
+            or any(MOVING[name] != axis for axis, name in moving)
+            or self.before_joint + moving + self.after_joint != self.motions
+            or len(set(names)) < len(names)
+        ):
+            raise ValueError(
+                f'convention {self.name}: {self.product} needs Rz(theta) or Tz(d) or both side by '
+                'side, and each quantity once'
+            )
+
+    @property
+    def words(self) -> str:
+        """Return its name, and whose it is."""
+        return f'{self.name} ({self.author})' if self.author else self.name
+
+    @property
+    def formula(self) -> str:
+        """Return its name and how T comes out of a row."""
+        return f'{self.words}, T = {self.product}' if self.product else self.reading
+
+    @cached_property
+    def motions(self) -> tuple[NamedMotion, ...]:
+        """Return the factors of the product, left to right."""
+        return tuple(NamedMotion(*found) for found in FACTOR.findall(self.product))
+
+    @cached_property
+    def quantities(self) -> tuple[str, ...]:
+        """Return the names in a row, in the order of the alphabet."""
+        return tuple(sorted(motion.quantity for motion in self.motions))
+
+    @property
+    def joint_motions(self) -> tuple[NamedMotion, ...]:
+        """Return the factors in which joint variables may stand."""
+        return tuple(motion for motion in self.motions if motion.quantity in MOVING)
+
+    @property
+    def before_joint(self) -> tuple[NamedMotion, ...]:
+        """Return the constant factors before the joint's: those of the link before."""
+        return self.motions[: self._joint_at]
+
+    @property
+    def after_joint(self) -> tuple[NamedMotion, ...]:
+        """Return the constant factors after the joint's."""
+        return self.motions[self._joint_at + len(self.joint_motions) :]
+
+    @property
+    def _joint_at(self) -> int:
+        places = (i for i, motion in enumerate(self.motions) if motion.quantity in MOVING)
+        return next(places, 0)
+
+    @property
+    def others(self) -> 'tuple[Convention, ...]':
+        """Return the conventions with the same quantities in another order."""
+        return tuple(
+            other
+            for other in CONVENTIONS.values()
+            if other is not self and self.product and other.quantities == self.quantities
+        )
+
+
+CONVENTIONS = {
+    convention.name: convention
+    for convention in (
+        # Denavit and Hartenberg 1955, as in Paul and Siciliano.
+        Convention(
+            'standard',
+            'Rz(theta) Tz(d) Tx(a) Rx(alpha)',
+            also=('dh', 'sdh', 'standard_dh', 'dh_standard', 'classic', 'classical', 'distal')
+            + ('paul', 'denavit_hartenberg'),
+            notes="""\
+# The table, a row for each link.  Standard Denavit-Hartenberg: T = Rz(theta) Tz(d) Tx(a) Rx(alpha)
+#   theta  angle about the joint's axis z; the variable of a revolute joint stands here
+#   d      distance along z; the variable of a prismatic joint stands here
+#   a      length of the link: from this joint's axis to the next, along x
+#   alpha  twist of the link: from this joint's axis to the next, about x
+# Signs, offsets and coupled joints are written as they are: theta: -q2, or q2 - q1.""",
+        ),
+        # Craig, "Introduction to Robotics", eq. 3.6.
+        Convention(
+            'modified',
+            'Rx(alpha) Tx(a) Rz(theta) Tz(d)',
+            author='Craig',
+            also=('mdh', 'modified_dh', 'dh_modified', 'craig', 'proximal'),
+            notes="""\
+# The table, a row for each joint.  Modified (Craig): T = Rx(alpha) Tx(a) Rz(theta) Tz(d)
+#   a      length of the link before this joint: from the axis before to this one, along x
+#   alpha  twist of the link before this joint: from the axis before to this one, about x
+#   theta  angle about the joint's axis z; the variable of a revolute joint stands here
+#   d      distance along z; the variable of a prismatic joint stands here
+# A last row without a variable is fixed: it leads from the last axis to the tool.
+# Signs, offsets and coupled joints are written as they are: theta: -q2, or q2 - q1.""",
+        ),
+        Convention(
+            'elementary',
+            rows='motion',
+            reading='elementary motions, left to right',
+            written='one of `Rx() Ry() Rz() Tx() Ty() Tz()`, left to right',
+            also=('ets', 'elementary_transforms', 'transforms'),
+            notes="""\
+# The arm as one motion after another, base to tool: Rx Ry Rz turn about an axis of the frame
+# reached so far, Tx Ty Tz move along it.  The variable of a revolute joint stands in an R, that of
+# a prismatic one in a T.  There are no a, alpha, d, theta here: each length and angle is a motion.
+# Signs, offsets and coupled joints are written as they are: Rz(-q2), Ry(q2 - q1).""",
+        ),
+        # Sheth and Uicker 1971.
+        Convention(
+            'shape',
+            rows='shape',
+            reading='shape (Sheth-Uicker), T = in * joint * inverse(out)',
+            written='`{in: M, joint: Rz(q), out: M}`: in * joint * inverse(out), M a matrix or '
+            '`{xyz, rpy}`',
+            author='Sheth-Uicker',
+            also=('sheth_uicker', 'sheth', 'uicker', 'su'),
+            notes="""\
+# The arm as links (Sheth-Uicker): T = in * joint * inverse(out), row by row.
+#   in     from the frame before to the joint's axis: {xyz, rpy}, or a matrix of 3 rows of 4
+#   joint  the motion: Rx Ry Rz turn, Tx Ty Tz slide; the variable stands here: Rz(q1)
+#   out    from the next frame back to the joint's axis; without it: the same frame
+# There are no a, alpha, d, theta here.  A row without a joint is fixed.""",
+        ),
+    )
+}
+# The names that stand in the rows of some convention.
+QUANTITIES = tuple(sorted({name for one in CONVENTIONS.values() for name in one.quantities}))

@@ -1,0 +1,1 @@
+"""Why a formula is wrong: the likely slips, each tested."""
