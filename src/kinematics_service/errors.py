@@ -12,6 +12,7 @@ Those with (V) are ValueErrors as well; behind a colon stands what an error carr
     |   +-- JointVectorError: row
     |   +-- TargetError
     |   +-- TwistError
+    |   +-- PlanError
     |   +-- ServoSettingsError
     +-- SweepError
     +-- DerivationError (V)
@@ -155,6 +156,10 @@ class TargetError(ArgumentError):
 
 class TwistError(ArgumentError):
     """A twist that is not six finite numbers, or in axes that do not exist."""
+
+
+class PlanError(ArgumentError):
+    """A plan whose times do not rise, or a question about it that means nothing."""
 
 
 class ServoSettingsError(ArgumentError):
