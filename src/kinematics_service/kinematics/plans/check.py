@@ -1,6 +1,7 @@
 """A plan checked between its points too: singular poses, limits, speeds."""
 
 from collections.abc import Sequence
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -22,13 +23,10 @@ LIMIT_SLACK = 1e-6
 DISTANCE = 'distance'
 
 
-def stop_distance(robot: Robot) -> float:
-    """Return the threshold `stop` of the distance, rad: the default where another is watched."""
-    if robot.thresholds.measure == DISTANCE:
-        return robot.thresholds.stop
-    stop = MEASURES[DISTANCE].stop
-    assert stop is not None
-    return stop
+def threshold_of_distance(robot: Robot, which: Literal['warn', 'stop'] = 'stop') -> float:
+    """Return a threshold of the distance, rad: the default where another measure is watched."""
+    watched = robot.thresholds.measure == DISTANCE
+    return float(getattr(robot.thresholds if watched else MEASURES[DISTANCE], which))
 
 
 def check_plan(
@@ -94,7 +92,11 @@ def check_plan(
         )
     ]
     assert given[0] is not None
-    asked = stop_distance(robot) if distance is None else _positive(distance, 'distance', np.pi)
+    asked = (
+        threshold_of_distance(robot)
+        if distance is None
+        else _positive(distance, 'distance', np.pi)
+    )
     limit = None if speed_limit is None else _positive(speed_limit, 'speed_limit', np.inf)
     motion = polynomial_motion(at, given[0], given[1], given[2])
     points = dict.fromkeys([TOOL, *map(str, speed_of)])

@@ -58,7 +58,7 @@ def speed_over_plan(
     PlanError
         There is no such point.
     """
-    chain = _chain_to(robot, of)
+    chain = chain_to(robot, of)
     if chain is None or len(chain.table.joint) == 0:
         still: PlanVerdict | None = None if limit is None else 'proved'
         return PlanSpeed(of, 0.0, 0.0, moment_at(motion, 0, 0.0), limit, still)
@@ -108,8 +108,15 @@ def _at_the_points(speeds: '_Speeds') -> _Largest:
     return _Largest(float(found[k]), int(segment[k]), float(s[k]))
 
 
-def _chain_to(robot: Robot, of: str) -> Chain | None:
-    # The chain that ends in a point; None where the point stands still.
+def chain_to(robot: Robot, of: str) -> Chain | None:
+    """
+    Return the chain that ends in a point; None where the point stands still.
+
+    Raises
+    ------
+    PlanError
+        There is no such point.
+    """
     table = robot.chain.table
     if of == TOOL:
         return robot.chain

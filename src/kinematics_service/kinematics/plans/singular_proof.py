@@ -22,7 +22,7 @@ from .polynomials import Pieces, PolynomialMotion, Which, joined
 from .verdicts import PlanSingularity, PlanVerdict
 
 # A clearance that exceeds the threshold by less than this share proves no more than its own pose.
-LEAST_ROOM = 0.01
+LEAST_ROOM = 0.002
 # A piece whose middle is not decided is split until it is shorter than this share of the
 # threshold.
 SHORTEST = 0.05
