@@ -161,7 +161,7 @@ def audit(
     track, frames = source.poses(), None
     if track is not None:
         frames = frames_of(robot, track, timeline, frame_settings or FrameSettings())
-    plans = checks_of(robot, source.plans, settings.joint_prefix, asked)
+    plans = checks_of(robot, source, settings.joint_prefix, asked)
     phases['findings'] = time.perf_counter() - begin
     return Audit(
         robot=robot,

@@ -1,12 +1,14 @@
 """Planned trajectories checked between their points too."""
 
-from collections.abc import Iterable
 from typing import NamedTuple
 
+from ...errors import PlanError
 from ...formats.recordings.between_points import PlannedTrajectory
+from ...formats.recordings.source import RecordingSource, Remark
 from ...kinematics.plans.check import check_plan
 from ...kinematics.plans.point_speed import TOOL, chain_to
 from ...kinematics.plans.verdicts import PlanCheck
+from ...robot.measures import Level
 from ...robot.robot import Robot
 
 
@@ -48,10 +50,16 @@ def refuse_unknown_point(robot: Robot, of: str) -> None:
 
 
 def checks_of(
-    robot: Robot, plans: Iterable[PlannedTrajectory], joint_prefix: str, asked: PlanSettings
+    robot: Robot, source: RecordingSource, joint_prefix: str, asked: PlanSettings
 ) -> tuple[PlanCheck, ...]:
-    """Return what is proved of each trajectory."""
-    return tuple(_check(robot, plan, joint_prefix, asked) for plan in plans)
+    """Return what is proved of each trajectory; why one cannot be checked becomes a remark."""
+    checks = []
+    for plan in source.plans:
+        try:
+            checks.append(_check(robot, plan, joint_prefix, asked))
+        except PlanError as error:
+            source.remarks.append(Remark(Level.ERROR, f'The plan is not checked: {error}'))
+    return tuple(checks)
 
 
 def _check(

@@ -6,6 +6,7 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
+from ... import kernel
 from ...errors import JointVectorError, PlanError
 from ...kernel import Floats
 from ...robot.measures import MEASURES
@@ -68,7 +69,8 @@ def check_plan(
     Raises
     ------
     PlanError
-        The times do not rise, a number means nothing, or there is no such point.
+        The times do not rise, a number means nothing, there is no such point, or the motion
+        between the points is larger than the kernel takes.
     JointVectorError
         The numbers of the points are of the wrong shape, or not finite.
 
@@ -100,11 +102,13 @@ def check_plan(
     limit = None if speed_limit is None else _positive(speed_limit, 'speed_limit', np.inf)
     motion = polynomial_motion(at, given[0], given[1], given[2])
     points = dict.fromkeys([TOOL, *map(str, speed_of)])
-    return PlanCheck(
-        singularity_of_plan(robot, motion, asked),
-        tuple(_joint(robot, motion, j) for j in range(robot.dof)),
-        tuple(speed_over_plan(robot, motion, of, limit) for of in points),
-    )
+    with np.errstate(over='ignore', invalid='ignore'):  # what is too large is refused
+        joints = tuple(_joint(robot, motion, j) for j in range(robot.dof))
+        return PlanCheck(
+            singularity_of_plan(robot, motion, asked),
+            joints,
+            tuple(speed_over_plan(robot, motion, of, limit) for of in points),
+        )
 
 
 def _times(times: npt.ArrayLike) -> Floats:
@@ -176,6 +180,15 @@ def _joint(robot: Robot, motion: PolynomialMotion, j: int) -> PlanJoint:
     fastest = max(
         _extreme(motion, rate, 1.0), _extreme(motion, -rate, 1.0), key=lambda one: one.value
     )
+    for extreme in (least, greatest, fastest):
+        if not abs(extreme.value) <= kernel.LARGEST:
+            raise PlanError(
+                f'between its points {robot.joint_names[j]} moves too far or too fast to be '
+                'judged',
+                'positions',
+                [f'at most {kernel.LARGEST:g}'],
+                extreme.value,
+            )
     low, high = robot.limits[j]
     inside = least.value >= low - LIMIT_SLACK and greatest.value <= high + LIMIT_SLACK
     slow = fastest.value <= robot.velocity_limits[j] * (1.0 + LIMIT_SLACK)

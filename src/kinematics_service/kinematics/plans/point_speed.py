@@ -186,7 +186,8 @@ class _Speeds:
         # |v + a t| is convex in t, so it is largest at an end of the piece.
         ends = np.maximum(np.linalg.norm(v + swing, axis=1), np.linalg.norm(v - swing, axis=1))
         bend = self._third(taylor, pieces.half, T)
-        return _Bounded(np.linalg.norm(v, axis=1), ends + 0.5 * bend * seconds**2)
+        most = ends + 0.5 * bend * seconds**2
+        return _Bounded(np.linalg.norm(v, axis=1), np.where(np.isnan(most), np.inf, most))
 
     def _durations(self, pieces: Pieces) -> Floats:
         durations = self.motion.durations[pieces.segment]

@@ -26,8 +26,8 @@ LEAST_ROOM = 0.002
 # A piece whose middle is not decided is split until it is shorter than this share of the
 # threshold.
 SHORTEST = 0.05
-# Round-off of joint positions, rad.
-ROUND_OFF = 1e-9
+# Round-off of joint positions, rad, and as a share of the largest numbers they are made of.
+ROUND_OFF, ROUND_OFF_SHARE = 1e-9, 1e-14
 # Clearances computed at most: of a plan, and more for each of its segments.
 BUDGET, BUDGET_OF_SEGMENT = 5_000, 20
 # Clearances computed at most to raise the lower bound of a plan that is proved, and its rounds.
@@ -77,6 +77,8 @@ class _Proof:
         strokes = strokes_of(robot.chain, robot.limits)
         # The other joints change the rank of no pose, so their motion does not count.
         self._moving = find_bounds(robot.chain, robot.task, np.maximum(strokes, 0.0)).moving
+        size = np.max(np.sum(np.abs(motion.coefficients), axis=1))
+        self._round_off = ROUND_OFF + ROUND_OFF_SHARE * float(size)
         self._nearest = _Nearest(math.inf, 0, 0.0, None)
         self._proved: list[_Proved] = []
         self._open: list[tuple[Pieces, Floats]] = []
@@ -152,7 +154,8 @@ class _Proof:
 
     def _clearances(self, pieces: Pieces) -> Floats:
         self._evaluations += len(pieces.segment)
-        return clearances(self._robot, self._motion.positions(pieces.segment, pieces.middle))
+        q = self._motion.positions(pieces.segment, pieces.middle)
+        return np.maximum(clearances(self._robot, q) - self._round_off, 0.0)
 
     def _taylor(self, pieces: Pieces) -> Floats:
         scaled = self._motion.taylor(pieces) / self._robot.task.column_scales
@@ -228,7 +231,7 @@ def _span(taylor: Floats, reach: Floats) -> Floats:
     # segment).
     powers = reach[:, None] ** np.arange(1, taylor.shape[1])
     most = np.sum(np.abs(taylor[:, 1:]) * powers[:, :, None], axis=1)
-    return np.asarray(np.linalg.norm(most, axis=1) + ROUND_OFF)
+    return np.asarray(np.linalg.norm(most, axis=1))
 
 
 def _covered(taylor: Floats, half: Floats, room: Floats) -> Floats:
