@@ -74,7 +74,7 @@ def _not_proved(where: str, found: PlanSingularity) -> Finding:
     if found.verdict == 'refuted':
         return Finding(
             Level.ERROR,
-            f'{where}Refuted: at {seconds(moment.time)}, after points[{moment.point}], the plan '
+            f'{where}Refuted: at {moment.time:.3f} s, after points[{moment.point}], the plan '
             f'is {rounded_up(found.upper)} rad from a singular pose ({found.threshold:g} asked).',
         )
     begin, end = found.undecided[0]
@@ -114,7 +114,7 @@ def point_in_words(of: str) -> str:
 
 
 def _speed(where: str, speed: PlanSpeed) -> Finding:
-    who, at = point_in_words(speed.of), seconds(speed.moment.time)
+    who, at = point_in_words(speed.of), f'{speed.moment.time:.3f} s'
     bracket = f'{rounded_down(speed.lower)} to {rounded_up(speed.upper)} m/s'
     if speed.verdict == 'refuted':
         return Finding(

@@ -53,7 +53,7 @@ class _Proved(NamedTuple):
         return _Proved(self.pieces.chosen(which), self.clearance[which], self.span[which])
 
 
-class _Nearest(NamedTuple):
+class _FoundPose(NamedTuple):
     """The singular pose nearest to the plan so far: its distance, the place, the pose."""
 
     distance: float
@@ -79,7 +79,7 @@ class _Proof:
         self._moving = find_bounds(robot.chain, robot.task, np.maximum(strokes, 0.0)).moving
         size = np.max(np.sum(np.abs(motion.coefficients), axis=1))
         self._round_off = ROUND_OFF + ROUND_OFF_SHARE * float(size)
-        self._nearest = _Nearest(math.inf, 0, 0.0, None)
+        self._nearest = _FoundPose(math.inf, 0, 0.0, None)
         self._proved: list[_Proved] = []
         self._open: list[tuple[Pieces, Floats]] = []
         self._evaluations = 0
@@ -110,7 +110,7 @@ class _Proof:
             away = np.where(np.isfinite(away), away, np.inf)
             k = int(np.argmin(away))
             if away[k] < self._nearest.distance:
-                self._nearest = _Nearest(
+                self._nearest = _FoundPose(
                     float(away[k]), int(segment[part][k]), float(s[part][k]), np.array(poses[k])
                 )
 
