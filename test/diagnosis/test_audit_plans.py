@@ -49,7 +49,7 @@ def test_a_dip_that_samples_step_over_is_refuted(tmp_path, capsys):
     code, out, found = audited(capsys, write(tmp_path, {'joint_trajectory': plan}))
     assert code == 1
     assert 'bad  Refuted: at 5.00' in out.splitlines()[1]
-    assert 'rad from a singular pose (0.03 asked)' in out
+    assert 'rad from a singular pose (wrist) (0.03 asked)' in out
     (check,) = found['plans']
     told = check['singularity']
     assert (check['verdict'], told['verdict']) == ('refuted', 'refuted')

@@ -6,12 +6,16 @@ from typing import Literal
 
 from ...kinematics.plans.point_speed import TOOL
 from ...kinematics.plans.verdicts import PlanSingularity, PlanSpeed
+from ...kinematics.singularity import singularity
 from ...robot.measures import Level
+from ...robot.robot import Robot
 from .auditing import Audit
 from .findings import Finding, count, seconds
 
 # Sentences on trajectories of one file that are not proved; the rest are counted.
 MOST = 3
+# A factor whose distance is below this is zero, rad.
+VANISHES = 1e-6
 
 
 def rounded_down(value: float) -> str:
@@ -52,30 +56,45 @@ def _singular(audit: Audit) -> list[Finding]:
     found = [plan.singularity for plan in audit.plans]
     open_ = [(k, one) for k, one in enumerate(found, 1) if one.verdict != 'proved']
     open_.sort(key=lambda pair: pair[1].verdict != 'refuted')
-    sentences = [_not_proved(_where(audit, k), one) for k, one in open_[:MOST]]
+    sentences = [_not_proved(audit.robot, _where(audit, k), one) for k, one in open_[:MOST]]
     if len(open_) > MOST:
         level = Level.ERROR if open_[MOST][1].verdict == 'refuted' else Level.WARN
         more = count(len(open_) - MOST, 'trajectory').replace('trajectorys', 'trajectories')
         sentences.append(Finding(level, f'{more} more are refuted or not decided.'))
     if not open_:
         least = min(found, key=lambda one: one.lower)
+        upper = min(one.upper for one in found)
+        nearest = (
+            f'; the nearest found is {rounded_up(upper)} rad away' if upper < math.inf else ''
+        )
         sentences.append(
             Finding(
                 Level.OK,
                 f'Proved, between its points too: the plan keeps {rounded_down(least.lower)} rad '
-                f'or more from every singular pose ({least.threshold:g} asked).',
+                f'or more from every singular pose ({least.threshold:g} asked){nearest}.',
             )
         )
     return sentences
 
 
-def _not_proved(where: str, found: PlanSingularity) -> Finding:
+def _named(robot: Robot, found: PlanSingularity) -> str:
+    # The named factors that vanish at the singular pose found.
+    if found.nearest_singular is None or not robot.factors.names:
+        return ''
+    factors = singularity(robot, found.nearest_singular).factors
+    assert factors is not None
+    names = [name for name, away in zip(factors.names, factors.distances) if away < VANISHES]
+    return f' ({", ".join(names)})' if names else ''
+
+
+def _not_proved(robot: Robot, where: str, found: PlanSingularity) -> Finding:
     moment = found.moment
     if found.verdict == 'refuted':
         return Finding(
             Level.ERROR,
             f'{where}Refuted: at {moment.time:.3f} s, after points[{moment.point}], the plan '
-            f'is {rounded_up(found.upper)} rad from a singular pose ({found.threshold:g} asked).',
+            f'is {rounded_up(found.upper)} rad from a singular pose{_named(robot, found)} '
+            f'({found.threshold:g} asked).',
         )
     begin, end = found.undecided[0]
     span = sum(end - begin for begin, end in found.undecided)
