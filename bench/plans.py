@@ -3,7 +3,7 @@ Verdicts on random plans against dense sampling and brute force, and the time of
 
     python bench/plans.py [--segments 630] [arm ...]
 
-prints a line for each arm: random segments (quintic, 2 s, 1 to 5 rad a joint) that are proved to
+prints a line for each arm: random segments (quintic, 2 s, 1 to 5 rad a joint) proved to
 keep 0.03 rad from every singular pose, refuted by one, or not decided; those that 60 samples call
 fine, and how many of these are refuted; the proved ones that 400 samples or a search by brute
 force refute (there must be none); clearances computed, median and most; brackets of the tool's

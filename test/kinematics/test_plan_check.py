@@ -12,7 +12,7 @@ import kinematics_service as ks
 from kinematics_service import kernel
 from kinematics_service.kinematics.plans import singular_proof
 from kinematics_service.kinematics.plans.extremes import largest
-from kinematics_service.kinematics.plans.point_speed import chain_to
+from kinematics_service.kinematics.plans.point_speed import _Speeds, chain_to
 from kinematics_service.kinematics.plans.polynomials import Pieces, polynomial_motion
 
 THRESHOLD = 0.03
@@ -175,25 +175,42 @@ def test_speeds_are_bracketed(name):
             assert speed.lower <= speed.upper <= BRACKET * speed.lower + 1e-9
 
 
-@pytest.mark.parametrize('name', [*ARMS, 'parallelogram_left'])
-def test_the_velocity_changes_no_faster_than_its_bound(name):
-    # The largest speed within each of some pieces is below what the piece says it is.
-    from kinematics_service.kinematics.plans.point_speed import _Speeds
+def derivatives(robot, motion, segment, s):
+    """Return the tool's velocity, acceleration and third derivative at places, by differences."""
+    step = 2e-3
+    p = [
+        ks.forward_kinematics(robot, motion.positions(segment, s + k * step))[:, :3, 3]
+        for k in (-2, -1, 1, 2)
+    ]
+    middle = ks.forward_kinematics(robot, motion.positions(segment, s))[:, :3, 3]
+    T = step * motion.durations[segment][:, None]
+    third = (p[3] - 2.0 * p[2] + 2.0 * p[1] - p[0]) / (2.0 * T**3)
+    return (p[2] - p[1]) / (2.0 * T), (p[2] - 2.0 * middle + p[1]) / T**2, third
 
+
+@pytest.mark.parametrize('name', [*ARMS, 'parallelogram_left'])
+def test_velocities_of_a_point_are_derivatives_and_change_within_their_bounds(name):
     robot, random = named(name), np.random.default_rng(9)
-    plan = random_plan(robot, random)
-    motion = polynomial_motion(*plan)
-    speeds = _Speeds(robot.chain, motion)
-    count = 40
+    motion = polynomial_motion(*random_plan(robot, random))
+    speeds, count = _Speeds(robot.chain, motion), 60
     pieces = Pieces(
         random.integers(0, 2, count),
         random.uniform(0.2, 0.8, count),
-        random.uniform(0, 0.2, count),
+        random.uniform(0.0, 0.15, count),
     )
-    bounded = speeds.bounded(pieces)
-    for share in np.linspace(-1.0, 1.0, 9):
-        at = pieces._replace(middle=pieces.middle + share * pieces.half, half=0.0 * pieces.half)
-        assert np.all(speeds.bounded(at).speed <= bounded.most * (1.0 + 1e-12))
+    taylor, T = motion.taylor(pieces), motion.durations[pieces.segment]
+    v, a = speeds._velocity(taylor, T)
+    expected = derivatives(robot, motion, pieces.segment, pieces.middle)
+    np.testing.assert_allclose(v, expected[0], rtol=0, atol=1e-3)
+    np.testing.assert_allclose(a, expected[1], rtol=0, atol=1e-2)
+    bound, most = speeds._third(taylor, pieces.half, T), np.zeros(count)
+    for share in np.linspace(-1.0, 1.0, 7):
+        at = pieces.middle + share * pieces.half
+        third = derivatives(robot, motion, pieces.segment, at)[2]
+        most = np.maximum(most, np.linalg.norm(third, axis=1))
+        assert np.all(most <= 1.001 * bound)
+    # A bound that is far too large would cost more than it should.
+    assert np.median(bound / most) < 30.0
 
 
 def test_a_point_of_a_joint_is_on_its_axis():
