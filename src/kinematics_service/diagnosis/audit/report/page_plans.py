@@ -1,5 +1,6 @@
 """The section of the audit page on what is proved of plans."""
 
+import math
 from html import escape
 
 from ....kinematics.plans.verdicts import PlanCheck, PlanMoment, PlanVerdict
@@ -37,8 +38,8 @@ def _rows(audit: Audit, k: int, plan: PlanCheck) -> list[list[str]]:
         [
             f'{which}{found.threshold:g} rad from every singular pose',
             TAGS[found.verdict],
-            f'{rounded_down(found.lower)} rad',
-            f'{rounded_up(found.upper)} rad',
+            f'{rounded_down(found.lower)} rad' if found.lower > 0.0 else '&ndash;',
+            f'{rounded_up(found.upper)} rad' if math.isfinite(found.upper) else '&ndash;',
             *_moment(found.moment),
             pose,
         ]
