@@ -14,6 +14,8 @@ TOPICS = {
     'joint names; it has no stamp: message k belongs to pose k',
     '~/twist': 'J qdot; `frame_id` is the frame whose axes are used',
     '~/velocity': 'the same with body, reference and axes named',
+    '~/singularity/clearance': 'radius in which no pose is singular, proved, rad; costs nothing '
+    'unheard',
     '~/link_frames': 'every frame of the table in the base frame',
     '~/markers': 'links, joint axes, velocity ellipsoid, twist, lost direction for RViz and '
     'Foxglove; at most thirty a second',

@@ -1,5 +1,6 @@
 """
-A gate for CI: every planned trajectory of a folder must keep away from singular poses and limits.
+A gate for CI: every planned trajectory of a folder is proved to keep away from singular poses and
+limits.
 
     python examples/audit_gate.py ur5e plans/
 
@@ -12,7 +13,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-GATE = 'stop,limits'
+GATE = 'stop,undecided,limits'
 
 
 def audited(robot, plan):

@@ -8,6 +8,7 @@ import numpy as np
 from random_robots import CONVENTIONS, random_arm
 
 import kinematics_service as ks
+from kinematics_service.kinematics import singularity_rates
 from kinematics_service.robot.robot import build_robot
 
 BUNDLED = tuple(ks.bundled_robots())
@@ -37,6 +38,12 @@ def without_factors(name):
         return robot_of(name)
     judged = dataclasses.replace(description.singularity, factors=())
     return build_robot(dataclasses.replace(description, singularity=judged))
+
+
+def first_order_distances(robot, q):
+    """Return the distance by first order, as it is told where no singular pose is looked for."""
+    measures = singularity_rates.measures_of(ks.evaluate(robot, q))
+    return singularity_rates.first_order(robot, measures).reshape(np.shape(q)[:-1])
 
 
 def sliding(robot):

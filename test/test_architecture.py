@@ -30,6 +30,7 @@ ROOMS = (
     'robot',
     'kinematics',
     'kinematics/inverse',
+    'kinematics/plans',
     'estimation',
     'symbolic/algebra',
     'symbolic',

@@ -35,6 +35,7 @@ API = """
     singularity Singularity Level
     inverse_kinematics IkResult IkSolution IkFamily
     joint_velocity ServoSettings ServoStep
+    check_plan PlanCheck PlanError
     diagnose_frames FrameDiagnosis
     derive Derivation
     import_urdf UrdfImport urdf_text

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from .diagnosis.frame_check.diagnosis import diagnose_frames as diagnose_frames
     from .errors import JointVectorError as JointVectorError
     from .errors import KinematicsError as KinematicsError
+    from .errors import PlanError as PlanError
     from .errors import PointError as PointError
     from .errors import RobotFileError as RobotFileError
     from .errors import RobotNotFoundError as RobotNotFoundError
@@ -47,6 +48,8 @@ if TYPE_CHECKING:
     from .kinematics.inverse.servo import ServoStep as ServoStep
     from .kinematics.inverse.servo import joint_velocity as joint_velocity
     from .kinematics.inverse.solve import inverse_kinematics as inverse_kinematics
+    from .kinematics.plans.check import check_plan as check_plan
+    from .kinematics.plans.verdicts import PlanCheck as PlanCheck
     from .kinematics.singularity import Singularity as Singularity
     from .kinematics.singularity import singularity as singularity
     from .kinematics.statics import WrenchEstimate as WrenchEstimate
@@ -101,6 +104,9 @@ _HOME = {
     'robot_from_text': 'robot.robot',
     'Singularity': 'kinematics.singularity',
     'singularity': 'kinematics.singularity',
+    'PlanCheck': 'kinematics.plans.verdicts',
+    'PlanError': 'errors',
+    'check_plan': 'kinematics.plans.check',
     'Derivation': 'symbolic.derivation',
     'derive': 'symbolic.derivation',
     'ToolState': 'kinematics.tool_state',

@@ -13,6 +13,7 @@ Those with (V) are ValueErrors as well; behind a colon stands what an error carr
     |   +-- PointError
     |   +-- TargetError
     |   +-- TwistError
+    |   +-- PlanError
     |   +-- ServoSettingsError
     +-- SweepError
     +-- DerivationError (V)
@@ -160,6 +161,10 @@ class TargetError(ArgumentError):
 
 class TwistError(ArgumentError):
     """A twist that is not six finite numbers, or in axes that do not exist."""
+
+
+class PlanError(ArgumentError):
+    """A plan whose times do not rise, or a question about it that means nothing."""
 
 
 class ServoSettingsError(ArgumentError):

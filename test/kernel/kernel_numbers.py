@@ -79,7 +79,7 @@ def arm_of(name):
     rows = [task.axes, task.rotation, task.row_scales, task.column_scales]
     rows = [rounded(array) for array in rows]
     kernel_rows = kernel.TaskRows(task.generic_rank, *rows)
-    arm = kernel.Arm(chain, kernel_rows, tape(robot.dof), False, kernel.DISTANCE, 0.2, 0.1)
+    arm = kernel.Arm(chain, kernel_rows, tape(robot.dof), False, kernel.DISTANCE, 0.2, 0.1, 1.0)
     return arm, [*arrays, *rows, np.array([task.generic_rank])]
 
 
@@ -97,6 +97,12 @@ def visits(arm, random):
     measures = np.zeros((POSES, arm_width(arm)))
     kernel.measure(arm, rows, q, measures)
     yield 'measure', measures
+    for in_order in (False, True):
+        kernel.find_nearest(kernel.NearestSearch(arm), rows, q, measures, in_order)
+        yield 'find_nearest', measures
+    moving, point, radii = np.arange(n), np.array([0.05, 0.0, -0.1]), np.zeros(POSES)
+    kernel.clearances(kernel.Clearance(arm, moving, point, 3.0, 5.0), q, radii)
+    yield 'clearances', radii
     turned = np.zeros((POSES * chain.frames, 4))
     kernel.quaternions(rows[:, chain.frames_at :].reshape(-1, 4, 4).copy(), turned)
     yield 'quaternions', turned
@@ -134,7 +140,7 @@ def steps_of_the_servo(arm, q, row, twist):
 def arm_width(arm):
     """Return the length of a row of measures."""
     n, m = arm.chain.dof, arm.task.count
-    return kernel.LOST_AT + 6 + 2 * n + min(m, n) + kernel.JUDGED + arm.tape.factors * (2 + n)
+    return kernel.LOST_AT + 6 + 2 * n + min(m, n) + kernel.JUDGED + arm.tape.factors * (2 + n) + n
 
 
 def lines(names):

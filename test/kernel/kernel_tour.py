@@ -41,6 +41,7 @@ GIVEN = (
     *(kernel.Arm, kernel.Chain, kernel.TaskRows, kernel.Tape, kernel.OurJoints),
     *(kernel.ClosedForm, kernel.Joints, kernel.Refinement, kernel.Residual, kernel.Servo),
     kernel.SixJoints,
+    *(kernel.Clearance, kernel.NearestSearch),
 )
 # Of solutions, and of a step of the servo.
 SAID_OF_ONE = ('miss', 'margin', 'share', 'posture')
@@ -48,7 +49,7 @@ SAID_OF_A_STEP = ('qdot', 'damping', 'least_singular_value', 'shortened', 'slowe
 # How it is built; and details, which have tests of their own.
 NOT_PART_OF_IT = {
     *('is_compiled', 'notice', 'prefer_source_where_needed', 'is_stale', 'sine_and_cosine'),
-    *('decompose', 'determinant_of', 'shortest_angle'),
+    *('decompose', 'determinant_of', 'eigenvectors', 'shortest_angle'),
 }
 
 
@@ -136,10 +137,12 @@ def poses_and_measures(robot: Robot, random: np.random.Generator):
     with np.errstate(all='ignore'):
         ks.evaluate(robot, q, qdot)
         ks.forward_kinematics(robot, q)
-        ks.singularity(robot, q[:SINGLY], qdot[:SINGLY])
+        found = ks.singularity(robot, q[:SINGLY], qdot[:SINGLY])
+        assert found.clearance.size == found.distance.size == SINGLY
         for k in range(SINGLY):
             state = ks.evaluate(robot, q[k], qdot[k])
-            kernel.measure_one(robot.arm, state.row, np.empty(robot.measure_places.width))
+            search = kernel.NearestSearch(robot.arm)
+            kernel.measure_one(search, state.row, np.empty(robot.measure_places.width))
             ks.singularity(robot, q[k], qdot[k])
             ks.evaluate(robot, q[k], measured=True)
             ks.forward_kinematics(robot, q[k])

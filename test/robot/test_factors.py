@@ -117,7 +117,8 @@ def test_a_factor_of_a_file_in_degrees_and_millimetres_is_the_same():
 def test_the_distance_of_a_single_factor_is_the_angle_to_its_zero():
     robot = arm('sin(q2)')
     found = ks.singularity(robot, [0.3, 0.02])
-    assert found.distance == pytest.approx(math.tan(0.02))
+    assert found.distance == pytest.approx(0.02, abs=1e-12)
+    assert found.factors.distances == pytest.approx(math.tan(0.02))
     assert found.factors.names == ('elbow',)
     np.testing.assert_allclose(found.factors.motions, [[0.0, -math.tan(0.02)]])
     assert ks.singularity(robot, [0.3, 0.0]).distance == 0.0

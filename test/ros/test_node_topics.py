@@ -36,6 +36,7 @@ PER_MESSAGE = {
     'singularity/condition_number': Float64,
     'singularity/smallest_singular_value': Float64,
     'singularity/distance': Float64,
+    'singularity/clearance': Float64,
     'link_frames': PoseArray,
     'markers': MarkerArray,
 }

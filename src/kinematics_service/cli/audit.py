@@ -22,12 +22,13 @@ from .frame_options import (
     given_frames,
 )
 from .options import OfOption, RobotOption, WrongUsage, ending_at, given_robot
+from .plan_options import given_plans
 
 if TYPE_CHECKING:
     from ..robot.robot import Robot
     from .audit_runs import Outcome
 
-FAILURES = ('never', 'warn', 'stop', 'limits', 'frames')
+FAILURES = ('never', 'warn', 'stop', 'undecided', 'limits', 'speed', 'frames')
 
 HELP = """
 Judge a recording of joint states, or a planned trajectory, as the node would have judged it:
@@ -37,7 +38,7 @@ poses agrees.
 \b
 Examples:
   kinematics_service audit run.mcap --robot ur5e --html run.html
-  kinematics_service audit plan.yaml --robot arm.yaml
+  kinematics_service audit plan.yaml --robot arm.yaml --speed-limit 0.25
   kinematics_service audit bag/ --robot ur5e --pose-topic /tcp_pose --json -
   kinematics_service audit run.bag --robot panda --out run_kinematics.mcap
   kinematics_service audit shift/*.mcap --robot ur5e --jobs 4 --html pages/
@@ -49,6 +50,9 @@ FILE is one of
     what UR's RTDE recorder writes; other columns with --columns
   a JointTrajectory (.yaml, .json) as `ros2 topic echo` prints it, or in a bag
 
+A plan is decided between its points too: proved to keep away from singular
+poses, refuted by one, or not decided. It is no safety function.
+
 \b
 Each of several FILEs gets its own verdict; --html, --json and --out name
 folders, and the exit code is that of the worst.
@@ -57,11 +61,15 @@ folders, and the exit code is that of the worst.
 Exit code 0: judged. 1: FILE cannot be read or has no state of this robot, or
 --fail-on is met. 2: wrong usage. --fail-on is a list of
   warn, stop     it comes nearer to a singularity than that threshold
+  undecided      whether a plan does is neither proved nor refuted, or whether
+                 it keeps --speed-limit
   limits         a joint is beyond its limits
+  speed          a joint is above its velocity limit, or a plan above --speed-limit
   frames         there is no second source of poses, or it cannot be compared,
                  or disagrees: the cause is found, or more than --pose-stop
                  remains with constant offsets of base and tool
-  never          the default of a recording; that of a plan is stop
+  never          the default of a recording; that of a plan is stop,undecided,
+                 and speed with --speed-limit
 A plan that could not be judged in some sample, and a file whose checksum is
 wrong, fail too, unless --fail-on is never.
 """
@@ -108,6 +116,17 @@ def audit(
     fail_on: Annotated[
         Optional[str],
         typer.Option(metavar='LIST', help='When to exit with code 1: never, warn, stop, ...'),
+    ] = None,
+    speed_limit: Annotated[
+        Optional[float],
+        typer.Option(metavar='M/S', help='Of plans: the largest speed of the tool, m/s.'),
+    ] = None,
+    speed_of: Annotated[
+        Optional[str],
+        typer.Option(
+            metavar='POINT,...',
+            help='Of plans: other points whose speed counts: frames by number, or joints.',
+        ),
     ] = None,
     joint_prefix: Annotated[
         str, typer.Option(metavar='TEXT', help='Put before the joint names of the robot file.')
@@ -158,6 +177,7 @@ def audit(
                 raise WrongUsage(f'--{option}: {path} is the recording itself')
     arm = _judged(ending_at(given_robot(robot), of), warn, stop)
     frames = given_frames(pose_gap, pose_warn, pose_stop)
+    plans = given_plans(arm, failures, speed_limit, speed_of)
     form = given_format(pose_format)
     from ..estimation.estimator import EstimatorSettings
     from ..formats.recordings.source import Selection
@@ -174,6 +194,7 @@ def audit(
             reading,
             settings,
             frames,
+            plans,
             failures,
             html is not None,
             json is not None,

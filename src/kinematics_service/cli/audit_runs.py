@@ -12,9 +12,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 if TYPE_CHECKING:
     from ..diagnosis.audit.auditing import Audit
     from ..diagnosis.audit.frames import FrameSettings
+    from ..diagnosis.audit.planned import PlanSettings
     from ..diagnosis.audit.report.summary import Summary
     from ..estimation.estimator import EstimatorSettings
     from ..formats.recordings.source import Selection
+    from ..kinematics.plans.verdicts import PlanCheck
 
 Progress = Callable[[int], None]
 
@@ -32,6 +34,8 @@ class Run:
         Date of the audit, in words.
     frames
         How a second source of poses is matched and judged.
+    plans
+        What is asked of plans.
     failures
         Findings that fail it; None for those that are usual for its kind.
     html, json
@@ -46,6 +50,7 @@ class Run:
     reading: 'Selection'
     settings: 'EstimatorSettings'
     frames: 'FrameSettings'
+    plans: 'PlanSettings'
     failures: tuple[str, ...] | None
     html: bool
     json: bool
@@ -101,25 +106,52 @@ def _audited(run: Run, bar: Callable[[int | None], Any]) -> 'Audit':
             part = stack.enter_context(writer).write
         progress = stack.enter_context(bar(source.total))
         listener = AuditProgress(progress, part)
-        return audit(source, reading.robot, str(run.file), run.settings, listener, run.frames)
+        return audit(
+            source,
+            reading.robot,
+            str(run.file),
+            run.settings,
+            listener,
+            run.frames,
+            run.plans,
+        )
 
 
 def _failed(finished: 'Audit', wanted: tuple[str, ...] | None) -> bool:
+    from ..diagnosis.audit.plan_findings import joints_refuted
     from ..robot.measures import Level
 
-    wanted = wanted or (('stop',) if finished.planned else ('never',))
+    wanted = wanted or _usual_failures(finished)
     worst = max((stretch.level for stretch in finished.stretches), default=Level.OK)
     frames = finished.frames
+    near = any(plan.singularity.verdict == 'refuted' for plan in finished.plans)
+    beyond = joints_refuted(finished, 'limits')
+    fast = bool(joints_refuted(finished, 'speed')) or any(
+        speed.verdict == 'refuted' for plan in finished.plans for speed in plan.speeds
+    )
     met = {
         'never': False,
-        'warn': worst >= Level.WARN,
-        'stop': worst >= Level.ERROR,
-        'limits': any(joint.beyond for joint in finished.joints),
+        'warn': worst >= Level.WARN or near,
+        'stop': worst >= Level.ERROR or near,
+        'limits': bool(beyond) or any(joint.beyond for joint in finished.joints),
+        'speed': fast or any(joint.too_fast for joint in finished.joints),
+        'undecided': any('not decided' in _verdicts(plan) for plan in finished.plans),
         'frames': frames is None or frames.failed,
     }
     # It is not fine if something could not be judged: samples of a plan, or a damaged file.
     unjudged = finished.damaged or (finished.planned and bool(finished.refused))
     return (unjudged and wanted != ('never',)) or any(met[word] for word in wanted)
+
+
+def _usual_failures(finished: 'Audit') -> tuple[str, ...]:
+    if not finished.planned:
+        return ('never',)
+    limited = finished.asked.speed_limit is not None
+    return ('stop', 'undecided', 'speed') if limited else ('stop', 'undecided')
+
+
+def _verdicts(plan: 'PlanCheck') -> list[str | None]:
+    return [plan.singularity.verdict, *(speed.verdict for speed in plan.speeds)]
 
 
 def _no_frames(finished: 'Audit', run: Run) -> str:

@@ -25,6 +25,9 @@ NUMBERS = (*MEASURES, 'singular_values', 'rank', 'generic_rank')
 JSON_KEYS = f"""\
   level, measure, warn, stop     OK, WARN or ERROR by the measure watched
 {textwrap.indent(textwrap.fill(', '.join(NUMBERS), 74), '  ')}
+  distance is to nearest_singular: the n joint positions of the singular pose
+  found, null where none was found near. decided: false where one may be near
+  and none was found. clearance: radius without a singular pose, proved, rad
   task, length                   rows of J judged, characteristic length
   lost_direction                 6 numbers, base axes; angular ones * length
   joint_motion, way_out          n numbers each, rad or m
@@ -64,6 +67,9 @@ def singularity_json(robot: Robot, singularity: Singularity) -> dict[str, Any]:
         'warn': robot.thresholds.warn,
         'stop': robot.thresholds.stop,
         **{name: getattr(singularity, name) for name in NUMBERS},
+        'nearest_singular': singularity.nearest_singular,
+        'decided': singularity.decided,
+        'clearance': singularity.clearance,
         'task': robot.task.rows,
         'length': robot.task.length,
         'lost_direction': singularity.lost_direction,
@@ -93,8 +99,9 @@ def _print_joints(out: Output, state: ToolState, singularity: Singularity) -> No
     # One line per joint: its position, and its part in the singularity.
     robot = state.robot
     outside = beyond_limits(robot, state.q)
-    joints = table('  joint', 'position', '', 'way out', 'weakest motion', '')
-    for column in joints.columns[1:5]:
+    nearest = singularity.nearest_singular
+    joints = table('  joint', 'position', '', 'singular', 'way out', 'weakest motion', '')
+    for column in joints.columns[1:6]:
         column.justify = 'right'
         column.no_wrap = True
     for j, name in enumerate(robot.joint_names):
@@ -103,6 +110,7 @@ def _print_joints(out: Output, state: ToolState, singularity: Singularity) -> No
             f'  {plain(name)}',
             f'{number(state.q[j], 4)} {"m  " if slides else "rad"}',
             '' if slides else f'{number(state.q[j] * DEGREES, 2)} deg',
+            '' if nearest is None else number(nearest[j], 4),
             number(singularity.way_out[j], 3),
             number(singularity.joint_motion[j], 3),
             'beyond its limit' if name in outside else '',
@@ -111,6 +119,11 @@ def _print_joints(out: Output, state: ToolState, singularity: Singularity) -> No
     out.print(
         joints,
         '',
+        *(
+            ['  singular: where the nearest singular pose was found']
+            if nearest is not None
+            else []
+        ),
         f'  way out: the joint motion that leads away fastest{either}',
         '  weakest motion: the joint motion that moves the tool least',
     )
@@ -122,6 +135,10 @@ def _measure_words(robot: Robot, singularity: Singularity) -> Iterator[tuple[str
     at_pose = singularity.rank < singularity.generic_rank
     for measure in MEASURES.values():
         yield measure.words, _value_words(measure, robot, singularity)
+    clearance = singularity.clearance
+    if clearance > 0.0:
+        words = f'{clearance:.4g} rad: no pose within {in_degrees(clearance)} is singular, proved'
+        yield 'clearance', words
     yield (
         'rank',
         f'{singularity.rank} of {full}'
@@ -152,6 +169,10 @@ def _value_words(measure: Measure, robot: Robot, singularity: Singularity) -> st
     if measure.name == 'distance':
         if singularity.rank < singularity.generic_rank:
             meaning = 'this pose is singular'
+        elif singularity.nearest_singular is not None:
+            meaning = f'{in_degrees(value)} of joint motion to a singular pose, see below'
+        elif not singularity.decided:
+            meaning = 'not decided: no singular pose was found, none is excluded'
         elif value >= math.pi:
             meaning = 'far from singular poses: the first-order estimate ends at pi'
         else:

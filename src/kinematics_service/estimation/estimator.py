@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .. import kernel
-from ..kernel import Floats, IncomingForm, OutgoingMessages
+from ..kernel import Floats, IncomingForm, NearestSearch, OutgoingMessages
 from ..kinematics.singularity import Singularity, watched_value
 from ..kinematics.tool_state import ToolState, as_the_kernel_takes_it
 from ..robot.measures import Level
@@ -164,12 +164,15 @@ class Estimator:
         self.settings = settings
         self.counts: Counter[str] = Counter()
         self._table = self._new_table()
+        self._search = NearestSearch(robot.arm)
         self._alarm = Alarm()
         self._prepare()
 
     def configure(self, robot: Robot, settings: EstimatorSettings) -> None:
         """Apply other settings; the joints' states are kept unless the joints get other names."""
         same_names = settings.joint_prefix == self.settings.joint_prefix
+        if robot is not self.robot:
+            self._search = NearestSearch(robot.arm)
         self.robot, self.settings = robot, settings
         if same_names:
             self._table.configure(robot, self._source, settings.timeout)
@@ -191,7 +194,7 @@ class Estimator:
         # The values `take_bytes` needs for each message, looked up once.
         robot = self.robot
         self._arguments = (
-            robot.arm,
+            self._search,
             self._table.memory,
             robot.chain.single_widths,
             robot.measure_places.width,
@@ -273,7 +276,7 @@ class Estimator:
         self, sample: JointSample, depth: int = kernel.ALL_FRAMES
     ) -> EstimatorOutput | RefusedMessage:
         """
-        Return the new state a sample makes, or why it makes none.
+        Return the new state a sample makes, with its measures there, or why it makes none.
 
         Parameters
         ----------
@@ -286,7 +289,10 @@ class Estimator:
         outcome = self._observe(sample, row)
         if isinstance(outcome, RefusedMessage):
             return outcome
-        state = ToolState(self.robot, row, outcome != kernel.SAID_WITHOUT_VELOCITIES)
+        measures = np.empty(self.robot.measure_places.width)
+        kernel.measure_one(self._search, row, measures)
+        moving = outcome != kernel.SAID_WITHOUT_VELOCITIES
+        state = ToolState(self.robot, row, moving, None, measures)
         return EstimatorOutput(
             state, row[-kernel.ROW_TAIL :], sample.stamp or sample.received, _SOURCES[outcome]
         )
@@ -300,7 +306,7 @@ class Estimator:
         answers: OutgoingMessages | None = None,
     ) -> EstimatorOutput | RefusedMessage | None:
         """
-        Return what `take` returns for a serialized message, with its measures already there.
+        Return what `take` returns for a serialized message.
 
         None for bytes of another form, for a message without a stamp, and for one that needs a
         message of refusal: then nothing was done, and the caller reads it and gives it to `take`.
@@ -320,10 +326,10 @@ class Estimator:
             incoming = self._keep(form)
         if incoming is None:
             return None
-        arm, memory, widths, width = self._arguments
+        search, memory, widths, width = self._arguments
         row, measures = np.empty(widths[depth]), np.empty(width)
         outcome: int = kernel.observe_bytes(
-            arm,
+            search,
             memory,
             incoming,
             data,

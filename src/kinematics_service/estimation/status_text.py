@@ -111,6 +111,8 @@ def singularity_status(
         sentence = f'not near a singularity: {shown}'
     else:
         head = 'at a singularity' if level == Level.ERROR else 'near a singularity'
+        if not singularity.decided:
+            head = 'not decided whether near a singularity, none was found and none is excluded'
         named = _nearest_factor(robot, singularity)
         sentence = f'{head}: {named}{shown}; losing {lost} in {base_frame}'
         if tendency in ('towards', 'away'):
@@ -123,6 +125,8 @@ def singularity_status(
         ('warn', f'{robot.thresholds.warn:g}'),
         ('stop', f'{robot.thresholds.stop:g}'),
         *((name, _amount(getattr(singularity, name))) for name in MEASURES),
+        ('decided', 'yes' if singularity.decided else 'no'),
+        ('nearest_singular', _pose_in_words(names, singularity.nearest_singular)),
         ('rank', f'{singularity.rank} of {singularity.generic_rank}'),
         ('lost_direction', ' '.join(f'{x:+.4f}' for x in singularity.lost_direction)),
         ('lost_direction_in_words', lost),
@@ -136,6 +140,12 @@ def singularity_status(
     if robot.task.structurally_deficient:
         values.append(('structural', structure_in_words(robot)))
     return StatusText(level, sentence, tuple(values))
+
+
+def _pose_in_words(names: Sequence[str], pose: Floats | None) -> str:
+    if pose is None:
+        return 'none found'
+    return ' '.join(f'{name}={position:.4f}' for name, position in zip(names, pose))
 
 
 def _nearest_factor(robot: Robot, singularity: Singularity) -> str:

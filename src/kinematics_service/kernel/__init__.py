@@ -7,7 +7,6 @@ from .compiled import prefer_source_where_needed
 
 prefer_source_where_needed()
 
-from .arm import Arm as Arm
 from .evaluation import evaluate as evaluate
 from .evaluation import evaluate_one as evaluate_one
 from .evaluation import quaternions as quaternions
@@ -40,16 +39,22 @@ from .joint_memory import JointMemory as JointMemory
 from .joint_memory import OurJoints as OurJoints
 from .joint_memory import forget as forget
 from .judging import evaluate_and_measure_one as evaluate_and_measure_one
+from .judging import find_nearest as find_nearest
 from .judging import measure as measure
 from .judging import measure_one as measure_one
 from .layout.arrays import Bytes as Bytes
 from .layout.arrays import Floats as Floats
 from .layout.arrays import Integers as Integers
 from .layout.places import *  # noqa: F403
+from .measures.arm import Arm as Arm
+from .measures.clearance import Clearance as Clearance
+from .measures.clearance import clearances as clearances
 from .measures.factors import Tape as Tape
 from .measures.factors import evaluate_factors as evaluate_factors
+from .measures.nearest_singular import NearestSearch as NearestSearch
 from .measures.singular_values import decompose as decompose
 from .measures.singular_values import determinant_of as determinant_of
+from .measures.symmetric import eigenvectors as eigenvectors
 from .measures.task_rows import TaskRows as TaskRows
 from .messages import FormTable as FormTable
 from .messages import IncomingForm as IncomingForm

@@ -4,7 +4,7 @@ from libc cimport math
 
 from .forward cimport chain_lanes, chain_pass
 from .layout cimport arrays, places
-from .arm cimport Arm
+from .measures.arm cimport Arm
 from .forward.chain cimport Chain
 
 @cython.locals(

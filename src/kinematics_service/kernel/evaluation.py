@@ -2,11 +2,11 @@
 
 import math
 
-from .arm import Arm
 from .forward import chain_lanes, chain_pass
 from .forward.chain import Chain
 from .layout import arrays, places
 from .layout.arrays import Floats
+from .measures.arm import Arm
 
 
 def evaluate(chain: Chain, q: Floats, qdot: Floats, depth: int, rows: Floats) -> int:

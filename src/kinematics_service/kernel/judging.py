@@ -3,10 +3,11 @@
 import math
 
 from . import evaluation
-from .arm import Arm
 from .layout import arrays, lanes, places
 from .layout.arrays import Floats
 from .measures import factor_lanes, factors, measure_lanes, singularity
+from .measures.arm import Arm
+from .measures.nearest_singular import NearestSearch
 
 
 def _judge_factors(arm: Arm, q: Floats, judged: Floats, steps: Floats) -> None:
@@ -27,20 +28,13 @@ def _judge_factors(arm: Arm, q: Floats, judged: Floats, steps: Floats) -> None:
 
 
 def _judge(arm: Arm, measures: Floats) -> None:
-    # Distance, nearest factor and level, of all that has been measured.
+    # Nearest factor and level, of all that has been measured and found.
     judged = arrays.after(measures, _judged_at(arm))
     distances = arrays.after(judged, places.JUDGED)
     nearest = 0
     for f in range(arm.tape.factors):
         if distances[f] < distances[nearest]:
             nearest = f
-    if arm.tape.factors > 0:
-        # Factors do not suffer between two singular sets; where their product is the determinant
-        # nothing else is needed.
-        estimate = measures[places.DISTANCE]
-        if estimate != 0.0 and (arm.factors_complete or not estimate < distances[nearest]):
-            measures[places.DISTANCE] = distances[nearest]
-
     watched = abs(measures[arm.watched])
     sign = 1.0 if arm.stop < arm.warn else -1.0
     level = 0.0
@@ -53,22 +47,79 @@ def _judge(arm: Arm, measures: Floats) -> None:
     judged[places.NEAREST] = nearest
 
 
-def judge_row(arm: Arm, row: Floats, q: Floats, measures: Floats, work: Floats) -> None:
-    """
-    Fill the measures of a row, the factors there, and the level without hysteresis.
+def _first_order(arm: Arm, measures: Floats) -> float:
+    # Factors do not suffer between two singular sets; where their product is the determinant
+    # nothing else is needed.
+    estimate = measures[places.DISTANCE]
+    distances = arrays.after(measures, _judged_at(arm) + places.JUDGED)
+    nearest = places.PI
+    for f in range(arm.tape.factors):
+        nearest = min(nearest, distances[f])
+    if arm.tape.factors == 0 or estimate == 0.0:
+        return estimate
+    return nearest if arm.factors_complete else min(estimate, nearest)
 
-    `work` has room for `room` numbers.
-    """
-    singularity.measure_row(arm.chain, arm.task, row, measures, work)
-    if arm.tape.factors > 0:
-        _judge_factors(arm, q, arrays.after(measures, _judged_at(arm)), work)
+
+def _judge_first_order(arm: Arm, measures: Floats) -> None:
+    # The distance by first order: no singular pose has been looked for.
+    judged = arrays.after(measures, _judged_at(arm))
+    pose = arrays.after(measures, width(arm) - arm.chain.dof)
+    estimate = _first_order(arm, measures)
+    judged[places.FIRST_ORDER], judged[places.DECIDED] = estimate, 1.0
+    for j in range(arm.chain.dof):
+        pose[j] = places.NAN
+    measures[places.DISTANCE] = estimate
     _judge(arm, measures)
 
 
+def _take_over(arm: Arm, measures: Floats, search: NearestSearch) -> None:
+    # What was found, into measures of first order.
+    judged = arrays.after(measures, _judged_at(arm))
+    judged[places.DECIDED] = 1.0 if search.is_decided() else 0.0
+    if search.is_near():
+        search.write_pose(arrays.after(measures, width(arm) - arm.chain.dof))
+        measures[places.DISTANCE] = search.distance
+    elif search.ran and not search.found():
+        measures[places.DISTANCE] = search.estimate
+    else:
+        measures[places.DISTANCE] = max(judged[places.FIRST_ORDER], search.horizon)
+    _judge(arm, measures)
+
+
+def judge_row(
+    arm: Arm, row: Floats, q: Floats, measures: Floats, work: Floats, search: NearestSearch
+) -> None:
+    """
+    Fill the measures of a row, the factors there, and the level without hysteresis.
+
+    `work` has room for `room` numbers; the search is that of the pose before, or a new one.
+    """
+    _judge_one(arm, row, q, measures, work)
+    judged = arrays.after(measures, _judged_at(arm))
+    estimate = judged[places.FIRST_ORDER]
+    if not search.follow(q, estimate):
+        search.look(q, row, work, measures, estimate, arrays.after(judged, places.JUDGED))
+    _take_over(arm, measures, search)
+
+
+def _judge_one(arm: Arm, row: Floats, q: Floats, measures: Floats, work: Floats) -> None:
+    # As `judge_row`, by first order; leaves the directions in `work`.
+    singularity.measure_row(arm.chain, arm.task, row, measures, work)
+    if arm.tape.factors > 0:
+        steps = arrays.after(work, _directions(arm))
+        _judge_factors(arm, q, arrays.after(measures, _judged_at(arm)), steps)
+    _judge_first_order(arm, measures)
+
+
 def _judge_rows(
-    arm: Arm, rows: Floats, row_width: int, q: Floats, measures: Floats, work: Floats
+    arm: Arm,
+    rows: Floats,
+    row_width: int,
+    q: Floats,
+    measures: Floats,
+    work: Floats,
 ) -> int:
-    # As `judge_row` fills each of LANES rows; returns a bit for each that is left to it.
+    # As `_judge_one` fills each of LANES rows; returns a bit for each that is left to it.
     n, columns, length = arm.chain.dof, width(arm), arm.chain.frames_at
     measured = work
     evaluated = arrays.after(measured, columns * places.LANES)
@@ -83,12 +134,20 @@ def _judge_rows(
             return measure_lanes.ALL_LANES
     lanes.put_one_by_one(measured, columns, measures, columns)
     for lane in range(places.LANES):
-        _judge(arm, arrays.after(measures, lane * columns))
+        if (left >> lane) & 1:
+            continue
+        _judge_first_order(arm, arrays.after(measures, lane * columns))
     return left
 
 
 def _judge_all(
-    arm: Arm, count: int, rows: Floats, row_width: int, q: Floats, measures: Floats, work: Floats
+    arm: Arm,
+    count: int,
+    rows: Floats,
+    row_width: int,
+    q: Floats,
+    measures: Floats,
+    work: Floats,
 ) -> None:
     n, columns = arm.chain.dof, width(arm)
     regular = arm.task.generic_rank == min(n, arm.task.count)
@@ -107,7 +166,7 @@ def _judge_all(
             )
         for one in range(k, k + together):
             if left & 1:
-                judge_row(
+                _judge_one(
                     arm,
                     arrays.after(rows, one * row_width),
                     arrays.after(q, one * n),
@@ -118,19 +177,51 @@ def _judge_all(
         k += together
 
 
+def _find_all(
+    arm: Arm,
+    count: int,
+    rows: Floats,
+    row_width: int,
+    q: Floats,
+    measures: Floats,
+    work: Floats,
+    search: NearestSearch,
+    in_order: bool,
+) -> None:
+    n, columns = arm.chain.dof, width(arm)
+    for k in range(count):
+        position, one = arrays.after(q, k * n), arrays.after(measures, k * columns)
+        judged = arrays.after(one, _judged_at(arm))
+        estimate = judged[places.FIRST_ORDER]
+        if not (in_order and search.follow(position, estimate)):
+            row = arrays.after(rows, k * row_width)
+            sigma = arrays.after(one, _judged_at(arm) - min(n, arm.task.count))
+            singularity.write_directions(n, arm.task, row, work, sigma)
+            distances = arrays.after(judged, places.JUDGED)
+            search.look(position, row, work, one, estimate, distances)
+        _take_over(arm, one, search)
+
+
 def _judged_at(arm: Arm) -> int:
     return places.LOST_AT + 6 + 2 * arm.chain.dof + min(arm.chain.dof, arm.task.count)
 
 
+def _directions(arm: Arm) -> int:
+    # How many numbers the directions that `measure_row` leaves take.
+    n, m = arm.chain.dof, arm.task.count
+    return min(m, n) * (m + n)
+
+
 def room(arm: Arm) -> int:
     """Return how many numbers `judge_row` needs room for."""
-    n, m = arm.chain.dof, arm.task.count
-    return max(min(m, n) * (m + n) + 6 * n + n * n, arm.tape.steps * (n + 1))
+    n = arm.chain.dof
+    return _directions(arm) + max(6 * n + n * n, arm.tape.steps * (n + 1))
 
 
 def width(arm: Arm) -> int:
     """Return the length of a row of measures."""
-    return _judged_at(arm) + places.JUDGED + arm.tape.factors * (2 + arm.chain.dof)
+    n = arm.chain.dof
+    return _judged_at(arm) + places.JUDGED + arm.tape.factors * (2 + n) + n
 
 
 def _room_side_by_side(arm: Arm) -> int:
@@ -139,9 +230,20 @@ def _room_side_by_side(arm: Arm) -> int:
     return max(room(arm), places.LANES * (width(arm) + arm.chain.frames_at + free))
 
 
+def _check_rows(arm: Arm, rows: Floats, measures: Floats) -> None:
+    if (
+        arrays.extent(rows, 1) < arm.chain.frames_at
+        or arrays.extent(measures, 0) != arrays.extent(rows, 0)
+        or arrays.extent(measures, 1) != width(arm)
+    ):
+        raise TypeError('the arrays of measures do not go together')
+
+
 def measure(arm: Arm, rows: Floats, q: Floats, measures: Floats) -> None:
     """
     Fill `measures` with the singularity measures of each evaluated row (depth JACOBIAN or more).
+
+    The distance is of first order: `find_nearest` looks for the singular poses.
 
     Parameters
     ----------
@@ -150,19 +252,18 @@ def measure(arm: Arm, rows: Floats, q: Floats, measures: Floats) -> None:
     rows : shape (N, width)
         As `evaluate` filled them.
     q : shape (N, n), rad or m
-        Where the rows were evaluated; read only where the arm has factors.
-    measures : shape (N, 6 + 6 + 2 n + min(m, n) + 3 + F (2 + n))
+        Where the rows were evaluated.
+    measures : shape (N, 6 + 6 + 2 n + min(m, n) + 5 + F (2 + n) + n)
         Scalars DETERMINANT (NaN where J_t is not square) to RANK, the lost direction (6,) in base
         axes, the joint motion (n,) and the way out (n,) in rad or m, the singular values; WATCHED
-        to NEAREST, the distances to the zeros of the F factors, value and gradient of each.
+        to DECIDED, the distances to the zeros of the F factors, value and gradient of each; the
+        singular pose that was found nearest (n,).
     """
     arrays.given(arm)
+    _check_rows(arm, rows, measures)
     count, row_width = arrays.extent(rows, 0), arrays.extent(rows, 1)
-    n, columns = arm.chain.dof, width(arm)
-    if row_width < arm.chain.frames_at or arrays.extent(measures, 1) != columns:
-        raise TypeError('the arrays of measures do not go together')
-    table, positions = arrays.numbers(rows, 0), arrays.numbers(q, count * n)
-    results = arrays.results(measures, count * columns)
+    table, positions = arrays.numbers(rows, 0), arrays.numbers(q, count * arm.chain.dof)
+    results = arrays.results(measures, count * width(arm))
     work = arrays.scratch(_room_side_by_side(arm))
     lock = arrays.let_go()
     _judge_all(arm, count, table, row_width, positions, results, work)
@@ -170,23 +271,55 @@ def measure(arm: Arm, rows: Floats, q: Floats, measures: Floats) -> None:
     arrays.give_back(work)
 
 
-def measure_one(arm: Arm, row: Floats, measures: Floats) -> None:
-    """Fill `measures` for one row, after which its q stands: as `evaluate_one` filled it."""
-    arrays.given(arm)
+def find_nearest(
+    search: NearestSearch, rows: Floats, q: Floats, measures: Floats, in_order: bool
+) -> None:
+    """
+    Look for the singular pose nearest to each pose, and bring what `measure` filled up to it.
+
+    Parameters
+    ----------
+    search
+        Of the arm.
+    rows, q, measures
+        As in `measure`.
+    in_order
+        Whether they are poses of a motion, of which the search has seen those before.
+    """
+    arrays.given(search)
+    arm = search.arm
+    _check_rows(arm, rows, measures)
+    count, row_width = arrays.extent(rows, 0), arrays.extent(rows, 1)
+    table, positions = arrays.numbers(rows, 0), arrays.numbers(q, count * arm.chain.dof)
+    results = arrays.results(measures, count * width(arm))
+    work = arrays.scratch(room(arm))
+    lock = arrays.let_go()
+    _find_all(arm, count, table, row_width, positions, results, work, search, in_order)
+    arrays.take_back(lock)
+    arrays.give_back(work)
+
+
+def measure_one(search: NearestSearch, row: Floats, measures: Floats) -> None:
+    """
+    Do `measure` and `find_nearest` for one row, after which its q stands, as `evaluate_one` has
+    it.
+    """
+    arrays.given(search)
+    arm = search.arm
     tail = 2 * arm.chain.dof + places.ROW_TAIL
     evaluated = arrays.numbers(row, arm.chain.frames_at + tail)
     results = arrays.results(measures, width(arm))
     q = arrays.after(evaluated, arrays.size(row) - tail)
     work = arrays.scratch(room(arm))
-    judge_row(arm, evaluated, q, results, work)
+    judge_row(arm, evaluated, q, results, work, search)
     arrays.give_back(work)
 
 
 def evaluate_and_measure_one(
     arm: Arm, q: Floats, qdot: Floats, row: Floats, measures: Floats
 ) -> int:
-    """`evaluate_one`, then `measure_one`, in one call; returns what the first returns."""
+    """`evaluate_one`, then `measure_one` with a new search; returns what the first returns."""
     bad = evaluation.evaluate_one(arm, q, qdot, row)
     if bad == -1:
-        measure_one(arm, row, measures)
+        measure_one(NearestSearch(arm), row, measures)
     return bad

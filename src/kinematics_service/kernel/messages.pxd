@@ -3,8 +3,9 @@ cimport numpy as cnp
 
 from . cimport judging, observing, outgoing
 from .layout cimport arrays, places
-from .arm cimport Arm
+from .measures.arm cimport Arm
 from .joint_memory cimport JointMemory, OurJoints
+from .measures.nearest_singular cimport NearestSearch
 from .outgoing cimport OutgoingMessages
 
 cdef class IncomingForm:
@@ -24,8 +25,9 @@ cdef void _copy_numbers(
 @cython.locals(
     octets='unsigned char*', at=Py_ssize_t, stamp='long long', n=Py_ssize_t, width=Py_ssize_t, count=Py_ssize_t,
     evaluated='double*', measured='double*', work='double*', velocities='double*', said=int,
+    arm=Arm,
 )
 cpdef int observe_bytes(
-    Arm arm, JointMemory memory, IncomingForm form, bytes data, long long arrival,
+    NearestSearch search, JointMemory memory, IncomingForm form, bytes data, long long arrival,
     cnp.ndarray row, cnp.ndarray measures, OutgoingMessages answers,
 ) except -9

@@ -3,10 +3,10 @@
 from typing import NamedTuple
 
 from . import judging, observing, outgoing
-from .arm import Arm
 from .joint_memory import JointMemory, OurJoints
 from .layout import arrays, places
 from .layout.arrays import Bytes, Floats
+from .measures.nearest_singular import NearestSearch
 from .outgoing import OutgoingMessages
 
 
@@ -86,7 +86,7 @@ def _copy_numbers(data: Bytes, at: int, count: int, numbers: Floats) -> None:
 
 
 def observe_bytes(
-    arm: Arm,
+    search: NearestSearch,
     memory: JointMemory,
     form: IncomingForm,
     data: bytes,
@@ -103,7 +103,9 @@ def observe_bytes(
 
     Parameters
     ----------
-    arm, memory, arrival, row
+    search
+        Of the arm: that of the message before, or a new one.
+    memory, arrival, row
         As in `observe`.
     form
         The form; its stamp is written.
@@ -114,9 +116,10 @@ def observe_bytes(
     answers
         What is filled with the state, as `fill_messages` does it.
     """
-    arrays.given(arm)
+    arrays.given(search)
     arrays.given(memory)
     arrays.given(form)
+    arm = search.arm
     if len(data) != form.size:
         return places.NOT_THIS_FORM
     octets = arrays.octets_of(data)
@@ -153,7 +156,7 @@ def observe_bytes(
         width,
     )
     if said % places.STARTED_ANEW <= places.SAID_WITH_DIFFERENCES:
-        judging.judge_row(arm, evaluated, arrays.after(evaluated, width), measured, work)
+        judging.judge_row(arm, evaluated, arrays.after(evaluated, width), measured, work, search)
         if answers is not None:
             outgoing.fill(answers, stamp, evaluated, arrays.size(row), measured)
     arrays.give_back(work)

@@ -5,7 +5,7 @@ from libc cimport math
 from . cimport evaluation, joint_memory
 from .forward cimport angles
 from .layout cimport arrays, places
-from .arm cimport Arm
+from .measures.arm cimport Arm
 from .joint_memory cimport JointMemory, OurJoints
 
 cdef double MOVED_APART, RETURNED

@@ -3,11 +3,11 @@
 import math
 
 from . import evaluation, joint_memory
-from .arm import Arm
 from .forward import angles
 from .joint_memory import JointMemory, OurJoints
 from .layout import arrays, places
 from .layout.arrays import Floats
+from .measures.arm import Arm
 
 # Evidence that two publishers disagree about a joint: it jumps by more than MOVED_APART (rad or m)
 # and back to within a fifth of that, again and again within the window.

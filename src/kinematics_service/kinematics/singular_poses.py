@@ -7,8 +7,8 @@ from ..robot.robot import Robot
 from ..robot.task import seeded_poses
 from .singularity import singularity
 
-# Number of seeded poses, and of steps: the distance is a first-order estimate, so each step about
-# squares the error, and a pose that has not converged by then has met a limit.
+# Number of seeded poses, and of steps: far away the distance is a first-order estimate, so each
+# step about squares the error, and a pose that has not converged by then has met a limit.
 STARTS = 200
 STEPS = 25
 # Longest step in rad (of the fastest joint; a prismatic one divided by the length).
@@ -33,9 +33,10 @@ def singular_poses(robot: Robot, inside: Floats) -> Floats:
     scale = np.where(slides, robot.task.length, 1.0)
     for _ in range(STEPS):
         near = singularity(robot, q)
-        # Along the way out ln w grows fastest: back along it, as far as by the first order w is
-        # zero.
-        step = near.distance[:, None] * near.way_out
+        # To the pose that was found; or back along the way out, where ln w grows fastest, as far
+        # as by the first order w is zero.
+        found = np.isfinite(near.nearest_singular)
+        step = np.where(found, q - near.nearest_singular, near.distance[:, None] * near.way_out)
         fastest = np.max(np.abs(step) / scale, axis=1, keepdims=True)
         shorter = LONGEST_STEP / np.maximum(fastest, LONGEST_STEP)
         q = np.clip(q - shorter * step, inside[:, 0], inside[:, 1])

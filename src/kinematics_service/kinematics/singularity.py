@@ -1,5 +1,6 @@
 """How near a pose is to a singular one, which motion is lost there, and which way leads out."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 from typing import Any, Generic, TypeVar
@@ -13,6 +14,7 @@ from ..robot.measure_places import MeasurePlaces
 from ..robot.measures import MEASURES, Level
 from ..robot.robot import Robot
 from . import singularity_rates as measure_rates
+from .clearance import clearances
 from .factor_distances import FactorMeasures, same_values
 from .tool_state import ToolState, evaluate
 
@@ -38,8 +40,18 @@ class Singularity:
     rank, generic_rank
         Rank here, and at random poses.
     distance
-        First-order estimate of the joint motion to the nearest singular pose, rad, 0 to pi; of the
-        named factors where the robot file lists them.
+        Joint motion to the nearest singular pose, rad, 0 to pi (prismatic joints divided by the
+        length): to `nearest_singular` where one was found, otherwise a first-order estimate, of
+        the named factors where the robot file lists them.
+    nearest_singular : shape (..., n), rad or m
+        The singular pose nearest to this one, found by Newton's method and evaluated: None where
+        none was found or looked for; in a batch, NaN. Limits of joints do not count.
+    decided
+        False where first or second order say that a singular pose may be near, and none was found.
+        It is no proof that there is none.
+    clearance
+        Radius around this pose in which no pose is singular, rad, at most 1: proved by bounds of
+        the Jacobian's change. Computed when it is first asked for.
     lost_direction : shape (..., 6)
         Unit vector of the tool motion that takes most joint motion, in base axes: linear, then
         angular times the length.
@@ -67,6 +79,9 @@ class Singularity:
     rank: Any
     generic_rank: int
     distance: Any
+    nearest_singular: Any
+    decided: Any
+    clearance: Any
     lost_direction: Floats
     joint_motion: Floats
     way_out: Floats
@@ -78,6 +93,10 @@ class Singularity:
     def __eq__(self, other: object) -> bool:
         """Compare every value exactly; what is no number equals itself."""
         return same_values(self, other) if isinstance(other, Singularity) else NotImplemented
+
+    def __reduce__(self) -> tuple[type['Singularity'], tuple[Any, ...]]:
+        """Copy and pickle the values alone, and not the arm they are of."""
+        return Singularity, tuple(getattr(self, field.name) for field in fields(self))
 
 
 T = TypeVar('T')
@@ -115,10 +134,6 @@ class _OnePose(Singularity):
         else:
             kept = self.__dict__
             kept['_state'], kept['_row'] = state, row
-
-    def __reduce__(self) -> tuple[type[Singularity], tuple[Any, ...]]:
-        """Copy and pickle the values alone, and not the arm they are of."""
-        return Singularity, tuple(getattr(self, field.name) for field in fields(self))
 
     def _vector(self, begin: int, end: int) -> Floats:
         return _read_only(self._row[begin:end])
@@ -160,6 +175,20 @@ class _OnePose(Singularity):
         return self._row.item(kernel.DISTANCE)
 
     @_cached
+    def nearest_singular(self) -> Floats | None:
+        pose = self._vector(self._places.pose, self._places.width)
+        return None if math.isnan(pose[0]) else pose
+
+    @_cached
+    def decided(self) -> bool:
+        return self._row.item(self._places.judged + kernel.DECIDED) != 0.0
+
+    @_cached
+    def clearance(self) -> float:
+        state = self._state
+        return clearances(state.robot, np.array(state.q[None])).item(0)
+
+    @_cached
     def lost_direction(self) -> Floats:
         return self._vector(self._places.lost, self._places.motion)
 
@@ -198,9 +227,89 @@ class _OnePose(Singularity):
         return FactorMeasures(
             names=names,
             distances=self._vector(places.distances, places.results),
-            results=self._vector(places.results, places.width).reshape(len(names), 1 + robot.dof),
+            results=self._vector(places.results, places.pose).reshape(len(names), 1 + robot.dof),
             column_scales=robot.task.column_scales,
         )
+
+
+class _ManyPoses(Singularity):
+    """
+    The measures of a batch; singular poses are looked for when something is asked that needs them.
+
+    `_first` are the measures by first order.
+    """
+
+    _state: ToolState
+    _first: Floats
+
+    def __init__(
+        self, state: ToolState | None = None, first: Floats | None = None, **values: Any
+    ) -> None:
+        kept = self.__dict__
+        if state is None:
+            super().__init__(**values)
+        else:
+            kept.update(values, _state=state, _first=first)
+
+    def _column(self, table: Floats, begin: int, end: int | None = None) -> Floats:
+        part = table[:, begin] if end is None else table[:, begin:end]
+        return _read_only(part.reshape(*self._state.row.shape[:-1], *part.shape[1:]))
+
+    @_cached
+    def _found(self) -> Floats:
+        state = self._state
+        if state.measures is not None:
+            return state.measures
+        return measure_rates.searched(state, self._first)
+
+    @property
+    def _watched(self) -> Floats:
+        # What the level depends on.
+        by_distance = self._state.robot.thresholds.measure == 'distance'
+        return self._found if by_distance else self._first
+
+    @_cached
+    def distance(self) -> Floats:
+        return self._column(self._found, kernel.DISTANCE)
+
+    @_cached
+    def nearest_singular(self) -> Floats:
+        places = self._state.robot.measure_places
+        return self._column(self._found, places.pose, places.width)
+
+    @_cached
+    def decided(self) -> Floats:
+        places = self._state.robot.measure_places
+        return _read_only(self._column(self._found, places.judged + kernel.DECIDED) != 0.0)
+
+    @_cached
+    def level(self) -> Floats:
+        places = self._state.robot.measure_places
+        return _read_only(
+            self._column(self._watched, places.judged + kernel.LEVEL).astype(np.int64)
+        )
+
+    @_cached
+    def rate(self) -> Floats | None:
+        if not self._state.moving:
+            return None
+        rates = measure_rates.rates(self._state, self._watched)
+        return _read_only(rates.reshape(self._state.row.shape[:-1]))
+
+    @_cached
+    def time_to_warning(self) -> Floats | None:
+        if self.rate is None:
+            return None
+        robot = self._state.robot
+        values = measure_rates.watched(robot, self._watched)
+        times = measure_rates.times_to_warning(robot, values, self.rate.reshape(-1))
+        return _read_only(times.reshape(self.rate.shape))
+
+    @_cached
+    def clearance(self) -> Floats:
+        q = np.ascontiguousarray(self._state.q)
+        radii = clearances(self._state.robot, q.reshape(-1, q.shape[-1]))
+        return _read_only(radii.reshape(q.shape[:-1]))
 
 
 _LEVELS = tuple(Level)
@@ -221,9 +330,22 @@ def measured(state: ToolState) -> ToolState:
     return state if state.measures is not None else state._replace(measures=_measure(state))
 
 
+def measured_in_order(state: ToolState, search: kernel.NearestSearch) -> ToolState:
+    """
+    Return the poses of a motion with their measures there, `search` that of the poses before.
+    """
+    first = measure_rates.measures_of(state)
+    return state._replace(measures=measure_rates.searched(state, first, search))
+
+
+def measured_before(state: ToolState, distance: Floats, nearest_singular: Floats) -> ToolState:
+    """Return poses with their measures there, what a search had found (N,), (N, n) kept of it."""
+    return state._replace(measures=measure_rates.recalled(state, distance, nearest_singular))
+
+
 def _measure(state: ToolState) -> Floats:
     row = np.empty(state.robot.measure_places.width)
-    kernel.measure_one(state.robot.arm, state.row, row)
+    kernel.measure_one(kernel.NearestSearch(state.robot.arm), state.row, row)
     return row
 
 
@@ -239,13 +361,7 @@ def _of_batch(state: ToolState) -> Singularity:
     robot, n = state.robot, state.robot.dof
     leading = state.row.shape[:-1]
     places = robot.measure_places
-    measures = measure_rates.measures_of(state)
-    values = measure_rates.watched(robot, measures)
-    rates = times = None
-    if state.moving:
-        rates = measure_rates.rates(state, measures)
-        times = measure_rates.times_to_warning(robot, values, rates).reshape(leading)
-        rates = rates.reshape(leading)
+    measures = measure_rates.measures_of(state) if state.measures is None else state.measures
     measures.setflags(write=False)
     table = measures.reshape(*leading, measures.shape[-1])
     names = robot.factors.names
@@ -254,15 +370,18 @@ def _of_batch(state: ToolState) -> Singularity:
         factors = FactorMeasures(
             names=names,
             distances=table[..., places.distances : places.results],
-            results=table[..., places.results :].reshape(*leading, len(names), 1 + n),
+            results=table[..., places.results : places.pose].reshape(*leading, len(names), 1 + n),
             column_scales=np.broadcast_to(robot.task.column_scales, (*leading, n)),
         )
-    return Singularity(
+    return _ManyPoses(
+        state,
+        measures,
         **{
             name: table[..., measure.column]
             if robot.task.square or not measure.of_square
             else None
             for name, measure in MEASURES.items()
+            if name != 'distance'
         },
         singular_values=table[..., places.sigma : places.judged],
         rank=table[..., kernel.RANK].astype(int),
@@ -270,9 +389,6 @@ def _of_batch(state: ToolState) -> Singularity:
         lost_direction=table[..., places.lost : places.motion],
         joint_motion=table[..., places.motion : places.way],
         way_out=table[..., places.way : places.sigma],
-        rate=rates,
-        time_to_warning=times,
-        level=table[..., places.judged + kernel.LEVEL].astype(np.int64),
         factors=factors,
     )
 

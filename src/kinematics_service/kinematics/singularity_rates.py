@@ -22,11 +22,11 @@ AT_REST = 1e-9
 def measures_of(state: ToolState) -> Floats:
     """
     Return the measures of every pose of a state, one row each, as `kernel.measure` lays them out.
+
+    The distance is of first order.
     """
     robot = state.robot
-    numbers = state.numbers
-    rows = numbers.reshape(-1, numbers.shape[-1])
-    q = np.ascontiguousarray(state.q).reshape(-1, robot.dof)
+    rows, q = _rows(state)
     measures = np.empty((len(rows), robot.measure_places.width))
 
     def part(begin: int, end: int) -> int:
@@ -35,6 +35,59 @@ def measures_of(state: ToolState) -> Floats:
 
     in_parts(len(rows), part)
     return measures
+
+
+def searched(
+    state: ToolState, measures: Floats, search: kernel.NearestSearch | None = None
+) -> Floats:
+    """
+    Return what `measures_of` a state returned, with the singular poses that are found nearest.
+
+    Parameters
+    ----------
+    state, measures
+        The poses.
+    search
+        That of the poses before, for poses of a motion.
+    """
+    rows, q = _rows(state)
+    found = measures.copy()
+    if search is not None:
+        kernel.find_nearest(search, rows, q, found, True)
+        return found
+
+    def part(begin: int, end: int) -> int:
+        alone = kernel.NearestSearch(state.robot.arm)
+        kernel.find_nearest(alone, rows[begin:end], q[begin:end], found[begin:end], False)
+        return -1
+
+    in_parts(len(rows), part)
+    return found
+
+
+def recalled(state: ToolState, distance: Floats, nearest_singular: Floats) -> Floats:
+    """
+    Return the measures of a state, with distances (N,) and poses (N, n) that a search had found.
+
+    The level and what is decided are those of first order.
+    """
+    robot, measures = state.robot, measures_of(state)
+    measures[:, kernel.DISTANCE] = distance
+    measures[:, robot.measure_places.pose :] = nearest_singular
+    if robot.thresholds.measure == 'distance':
+        measures[:, robot.measure_places.judged + kernel.WATCHED] = distance
+    return measures
+
+
+def _rows(state: ToolState) -> tuple[Floats, Floats]:
+    numbers = state.numbers
+    q = np.ascontiguousarray(state.q).reshape(-1, state.robot.dof)
+    return numbers.reshape(-1, numbers.shape[-1]), q
+
+
+def first_order(robot: Robot, measures: Floats) -> Floats:
+    """Return the distance by first order, shape (N,), rad."""
+    return measures[:, robot.measure_places.judged + kernel.FIRST_ORDER]
 
 
 def watched(robot: Robot, measures: Floats) -> Floats:
@@ -46,7 +99,10 @@ def watched(robot: Robot, measures: Floats) -> Floats:
 
 def rates(state: ToolState, measures: Floats) -> Floats:
     """
-    Return the change of the watched measure along qdot, shape (N,), 1/s: a forward difference.
+    Return the change of the watched measure along qdot, shape (N,), 1/s.
+
+    That of the distance to a pose which was found is its exact derivative: what matters is the
+    motion towards that pose, which is the nearest. Otherwise a forward difference.
     """
     robot, n = state.robot, state.robot.dof
     q = np.ascontiguousarray(state.q).reshape(-1, n)
@@ -55,10 +111,21 @@ def rates(state: ToolState, measures: Floats) -> Floats:
     moving = speed > AT_REST
     step = np.where(moving, STEP / np.where(moving, speed, 1.0), 0.0)
     ahead = evaluate(robot, q + step[:, None] * qdot)
-    here, there = watched(robot, measures), watched(robot, measures_of(ahead))
+    there = watched(robot, measures_of(ahead))
+    by_distance = robot.thresholds.measure == 'distance'
+    here = first_order(robot, measures) if by_distance else watched(robot, measures)
     # A condition number that is and stays infinite does not change.
     change = np.subtract(there, here, out=np.zeros_like(here), where=there != here)
-    return np.divide(change, step, out=np.zeros_like(change), where=moving)
+    result = np.divide(change, step, out=np.zeros_like(change), where=moving)
+    if by_distance:
+        distance = watched(robot, measures)
+        poses = measures[:, robot.measure_places.pose :]
+        found = np.isfinite(poses[:, 0]) & (distance > 0.0) & moving
+        scales = robot.task.column_scales
+        away = (poses[found] - q[found]) / scales
+        along = np.sum(away * (qdot[found] / scales), axis=1)
+        result[found] = -along / np.sqrt(np.sum(away**2, axis=1))
+    return result
 
 
 def times_to_warning(robot: Robot, values: Floats, rates: Floats) -> Floats:

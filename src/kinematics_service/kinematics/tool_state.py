@@ -31,7 +31,7 @@ class ToolState(NamedTuple):
     joints
         q and qdot of a batch; None for one pose.
     measures
-        The row of measures of one pose, if the same call has computed it.
+        The row of measures of one pose, or those of a batch (N, width), where they are known.
     """
 
     robot: Robot

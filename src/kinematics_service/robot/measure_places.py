@@ -14,9 +14,11 @@ class MeasurePlaces(NamedTuple):
     lost, motion, way, sigma
         First column of the lost direction, the joint motion, the way out, the singular values.
     judged
-        First of the columns kernel.WATCHED, LEVEL and NEAREST.
+        First of the columns kernel.WATCHED to DECIDED.
     distances, results
         First column of the factors' distances, and of their values and gradients.
+    pose
+        First column of the singular pose that was found nearest.
     width
         Number of columns.
     """
@@ -28,6 +30,7 @@ class MeasurePlaces(NamedTuple):
     judged: int
     distances: int
     results: int
+    pose: int
     width: int
 
 
@@ -39,5 +42,7 @@ def measure_places(dof: int, rows: int, factors: int = 0) -> MeasurePlaces:
     judged = sigma + min(dof, rows)
     distances = judged + kernel.JUDGED
     results = distances + factors
-    width = results + factors * (1 + dof)
-    return MeasurePlaces(kernel.LOST_AT, motion, way, sigma, judged, distances, results, width)
+    pose = results + factors * (1 + dof)
+    return MeasurePlaces(
+        kernel.LOST_AT, motion, way, sigma, judged, distances, results, pose, pose + dof
+    )

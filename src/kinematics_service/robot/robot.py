@@ -92,6 +92,7 @@ class Robot(FrozenArrays):
             MEASURES[self.thresholds.measure].column,
             self.thresholds.warn,
             self.thresholds.stop,
+            max(self.task.reach, self.task.length),
         )
 
     @cached_property

@@ -125,10 +125,10 @@ def _default_rows(J: Floats, moved: Sequence[bool]) -> tuple[str, ...]:
     angular = tuple(name for name in names if name in ROW_NAMES[3:])
     if n >= 6:
         return names
-    if _rank(J[:, :3]) >= n:
-        return linear
-    if _rank(J[:, 3:]) >= n:
-        return angular
+    # Of the rows that are moved: what is left of the others is round-off, which has any rank.
+    for some in (linear, angular):
+        if some and _rank(J[:, [ROW_NAMES.index(name) for name in some]]) >= n:
+            return some
     return names
 
 

@@ -22,12 +22,14 @@ from ...formats.recordings.block import Block, UnreadableMessage
 from ...formats.recordings.columns import Column, spans
 from ...formats.recordings.source import RecordingSource, Remark
 from ...kernel import Floats
+from ...kinematics.plans.verdicts import PlanCheck
 from ...robot.measures import Level
 from ...robot.robot import Robot
 from .computer import Computer, NoStateError
 from .frames import FrameReport, FrameSettings, NotCompared, frames_of
 from .ingest import Ingest, RefusedExample
 from .joints import JointReport, Jump, joint_reports, jumps_of
+from .planned import PlanSettings, checks_of
 from .stream import Stream, StreamWatch
 from .stretches import Stretch, badness, stretches_of, watched_values
 from .timeline import Timeline, TimelineBatch
@@ -59,6 +61,10 @@ class Audit:
         The worst ones.
     frames
         The second source of poses, or why it is not compared; None if there is none.
+    plans
+        What is proved of each planned trajectory between its points too.
+    asked
+        What is asked of plans.
     phases : s
         Times of the parts of the work.
     """
@@ -79,6 +85,8 @@ class Audit:
     jumps: tuple[Jump, ...]
     moments: tuple[WorstMoment, ...]
     frames: FrameReport | NotCompared | None
+    plans: tuple[PlanCheck, ...] = ()
+    asked: PlanSettings = PlanSettings()
     phases: dict[str, float] = field(default_factory=dict)
 
     @property
@@ -109,6 +117,7 @@ def audit(
     settings: EstimatorSettings | None = None,
     listener: AuditProgress | None = None,
     frame_settings: FrameSettings | None = None,
+    plan_settings: PlanSettings | None = None,
 ) -> Audit:
     """
     Return the audit of an open recording or planned trajectory.
@@ -116,8 +125,12 @@ def audit(
     Raises
     ------
     AuditError
-        No message makes a state of the arm, or the file is damaged.
+        No message makes a state of the arm, the file is damaged, or something is asked of a
+        recording that only a plan can be asked.
     """
+    asked = plan_settings or PlanSettings()
+    if not source.planned and (asked.speed_limit is not None or asked.speed_of):
+        raise AuditError(f'{file}: speeds are asked of plans, and this is a recording')
     settings = settings or EstimatorSettings()
     listener = listener or AuditProgress()
     begin = time.perf_counter()
@@ -148,6 +161,7 @@ def audit(
     track, frames = source.poses(), None
     if track is not None:
         frames = frames_of(robot, track, timeline, frame_settings or FrameSettings())
+    plans = checks_of(robot, source, settings.joint_prefix, asked)
     phases['findings'] = time.perf_counter() - begin
     return Audit(
         robot=robot,
@@ -166,6 +180,8 @@ def audit(
         jumps=jumps,
         moments=_moments(robot, timeline, joints, jumps),
         frames=frames,
+        plans=plans,
+        asked=asked,
         phases=phases,
     )
 

@@ -10,8 +10,13 @@ from ...errors import JointVectorError
 from ...estimation.estimator import ACCEPTED, TOO_LARGE
 from ...estimation.status_text import StatusText, singularity_status, stale_status
 from ...formats.recordings.block import Block, Flags, UnreadableMessage
-from ...kernel import Floats
-from ...kinematics.singularity import FactorMeasures, Singularity, singularity_of
+from ...kernel import Floats, NearestSearch
+from ...kinematics.singularity import (
+    FactorMeasures,
+    Singularity,
+    measured_in_order,
+    singularity_of,
+)
 from ...kinematics.tool_state import evaluate
 from ...robot.measures import MEASURES, Level
 from ...robot.robot import Robot
@@ -28,6 +33,9 @@ def part_singularity(singularity: Singularity, k: int, moving: bool) -> Singular
     """Return the measures of one pose of a batch; `moving`: its velocities are known."""
     values: dict[str, Any] = {}
     for field in dataclasses.fields(Singularity):
+        if field.name == 'clearance':  # takes long, and nobody reads it
+            values['clearance'] = None
+            continue
         value = getattr(singularity, field.name)
         if isinstance(value, FactorMeasures):
             value = FactorMeasures(
@@ -38,6 +46,8 @@ def part_singularity(singularity: Singularity, k: int, moving: bool) -> Singular
         values[field.name] = value
     for name in MEASURES:
         values[name] = None if values[name] is None else float(values[name])
+    if np.isnan(values['nearest_singular'][0]):
+        values['nearest_singular'] = None
     values['level'] = Level(int(values['level']))
     if not moving:
         values['rate'] = values['time_to_warning'] = None
@@ -60,6 +70,7 @@ class Computer:
         self._robot, self._ingest = robot, ingest
         self._base_frame, self._joint_prefix = base_frame, joint_prefix
         self._judge = Judge(robot.thresholds)
+        self._search = NearestSearch(robot.arm)
         self._quaternion: Floats | None = None
         self._timeline = Timeline(robot)
 
@@ -90,6 +101,7 @@ class Computer:
             if not len(known):
                 return None
             state = evaluate(robot, known.q, np.nan_to_num(known.qdot, nan=0.0))
+        state = measured_in_order(state, self._search)
         singularity = singularity_of(state)
         factors = singularity.factors
         nearest = None if factors is None else np.argmin(factors.distances, axis=1)

@@ -6,8 +6,10 @@ from typing import NamedTuple
 from ...estimation.estimator import DROPPED, RESETS
 from ...robot.measures import MEASURES, Level
 from .auditing import Audit
+from .findings import Finding, count, seconds
 from .frames import NotCompared
 from .joints import look_like_degrees
+from .plan_findings import joints_refuted, plan_findings
 
 # The verdict is in doubt if more messages than this number, and than this share, make no state: a
 # few are usual while several drivers start, and 1 in 1,000 at 1 kHz is a millisecond in a second,
@@ -15,13 +17,6 @@ from .joints import look_like_degrees
 FEW, SHARE = 2, 1e-3
 # Difference of reported velocity that is worth a sentence, as a share of the joint's own speed.
 VELOCITY_SHARE = 0.2
-
-
-class Finding(NamedTuple):
-    """One finding: `level` OK, WARN or ERROR."""
-
-    level: Level
-    text: str
 
 
 class AuditVerdict(NamedTuple):
@@ -35,23 +30,15 @@ class AuditVerdict(NamedTuple):
         return max(sentence.level for sentence in self.sentences)
 
 
-def seconds(time: float) -> str:
-    """Return a duration in words: 0.04 s, 3.2 s, 2 min 5 s, 1 h 3 min."""
-    if time < 60.0:
-        return f'{time:.3g} s'
-    if time < 3600.0:
-        return f'{int(time // 60)} min {int(time % 60)} s'
-    return f'{int(time // 3600)} h {int(time % 3600 // 60)} min'
-
-
-def count(number: int, noun: str) -> str:
-    """Return a number with its noun: `1 message`, `2 messages`."""
-    return f'{number:,} {noun}' + ('' if number == 1 else 's')
-
-
 def verdict_of(audit: Audit) -> AuditVerdict:
     """Return the findings in words."""
-    sentences = [*_not_judged(audit), _singular(audit), *_limits(audit), *_frames(audit)]
+    sentences = [
+        *_not_judged(audit),
+        *plan_findings(audit),
+        _singular(audit),
+        *_limits(audit),
+        *_frames(audit),
+    ]
     if not audit.planned:
         sentences += [*_messages(audit), *_stream(audit), *_velocities(audit)]
     if audit.jump_count:
@@ -146,9 +133,10 @@ def _goodness(audit: Audit, value: float) -> float:
 
 def _limits(audit: Audit) -> list[Finding]:
     sentences = []
-    beyond = [joint for joint in audit.joints if joint.beyond]
+    beyond = [joint.name for joint in audit.joints if joint.beyond]
+    beyond = list(dict.fromkeys([*beyond, *joints_refuted(audit, 'limits')]))
     if beyond:
-        names = ', '.join(joint.name for joint in beyond)
+        names = ', '.join(beyond)
         hint = ''
         if look_like_degrees(audit.joints):
             hint = ' by many turns: the positions may be in degrees'
@@ -157,10 +145,12 @@ def _limits(audit: Audit) -> list[Finding]:
         sentences.append(
             Finding(Level.WARN, 'Joints turn many times: the positions may be in degrees.')
         )
-    touching = [joint.name for joint in audit.joints if joint.touching and not joint.beyond]
+    touching = [joint.name for joint in audit.joints if joint.touching]
+    touching = [name for name in touching if name not in beyond]
     if touching:
         sentences.append(Finding(Level.WARN, f'At its limit: {", ".join(touching)}.'))
     fast = [joint.name for joint in audit.joints if joint.too_fast]
+    fast = list(dict.fromkeys([*fast, *joints_refuted(audit, 'speed')]))
     if fast:
         sentences.append(Finding(Level.WARN, f'Faster than its limit: {", ".join(fast)}.'))
     return sentences

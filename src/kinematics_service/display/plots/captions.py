@@ -54,7 +54,7 @@ def nearness(robot: Robot, singularity: Singularity) -> str:
     else:
         text = f'distance to singularity {distance:.3g} rad ({math.degrees(distance):.3g}°)'
     factors = singularity.factors
-    if factors is not None and np.min(factors.distances) <= distance + 1e-12 < math.pi:
+    if factors is not None and np.min(factors.distances) <= 1.5 * distance < 1.5 * math.pi:
         text += f': {words(factors.names[factors.nearest])}'
     if singularity.level not in (Level.OK, Level.STALE):
         text += f' [{singularity.level.name}]'

@@ -17,7 +17,7 @@ from .set_styles import set_styles
 # A factor that is this small on the border, as a share of its largest value, is zero there.
 AT_BORDER = 1e-9
 QUARTER = math.pi / 4.0
-# The first-order estimate is poor beyond this distance, rad.
+# The distance is an estimate that says little beyond, rad.
 FAR = 1.0
 
 
@@ -52,7 +52,7 @@ def map_picture(robot: Robot, numbers: DistanceMap) -> Draw:
             cax=axes.inset_axes((1.03, 0.0, 0.04, 1.0)),
             extend='max' if largest == FAR else 'neither',
         )
-        bar.set_label(with_unit('first-order estimate of the distance to singularity', 'rad'))
+        bar.set_label(with_unit('distance to singularity', 'rad'))
         entries = _draw_sets(axes, numbers) + _draw_thresholds(axes, robot, numbers)
         for axis, joint in zip((axes.xaxis, axes.yaxis), numbers.joints):
             _label(axis, robot, joint)

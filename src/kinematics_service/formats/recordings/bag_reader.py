@@ -14,6 +14,7 @@ from ...errors import AuditError, KinematicsError
 from ...estimation.joint_sample import JointSample
 from .bag_checks import checked, missing
 from .bag_poses import POSES, track_of_messages
+from .between_points import PlannedTrajectory
 from .block import LARGEST_BLOCK, Block, UnreadableMessage, blocks_of
 from .joint_state_cdr import columns_of
 from .source import PoseTrack, RecordingSource, Remark, Selection
@@ -117,6 +118,7 @@ class _Bag:
         self.path, self.reader, self.wanted = path, reader, wanted
         self.types: dict[str, str] = {c.topic: c.msgtype for c in reader.connections}
         self.remarks: list[Remark] = []
+        self.plans: list[PlannedTrajectory] = []
         self.read = 0
 
     def source(self) -> RecordingSource:
@@ -132,18 +134,22 @@ class _Bag:
         if kind == TRAJECTORY:
             from .plan_reader import blocks_of_trajectories, trajectory_of_message
 
-            messages = (
-                trajectory_of_message(message) for message, _ in self._messages(connections)
-            )
+            def read() -> Iterator[PlannedTrajectory]:
+                for message, _ in self._messages(connections):
+                    self.plans.append(trajectory_of_message(message))
+                    yield self.plans[-1]
+
             blocks: Iterator[Block | UnreadableMessage] = blocks_of_trajectories(
-                messages, self.wanted, f'{self.path}: {topic}'
+                read(), self.wanted, f'{self.path}: {topic}'
             )
             what, total = f'planned trajectory in a {what}', None
         else:
             blocks = self._blocks(connections)
         planned = kind == TRAJECTORY
         guarded = self._guarded(blocks, connections)
-        return RecordingSource(what, topic, planned, total, guarded, lambda: poses, self.remarks)
+        return RecordingSource(
+            what, topic, planned, total, guarded, lambda: poses, self.remarks, self.plans
+        )
 
     def _guarded(
         self, blocks: Iterator[Block | UnreadableMessage], connections: list[Any]

@@ -57,6 +57,7 @@ def open_planned(file: Path, wanted: Selection) -> RecordingSource:
         True,
         None,
         blocks_of_trajectories(planned, wanted, str(file)),
+        plans=planned,
         remarks=[Remark(Level.OK, f'{len(planned)} trajectories in a row')]
         if len(planned) > 1
         else [],

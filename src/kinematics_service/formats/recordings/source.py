@@ -7,6 +7,7 @@ from typing import NamedTuple
 from ...kernel import Floats
 from ...robot.measures import Level
 from ...robot.robot import Robot
+from .between_points import PlannedTrajectory
 from .block import Block, Times, UnreadableMessage
 from .pose_format import PoseFormat
 
@@ -86,6 +87,8 @@ class RecordingSource:
         Returns the second source of the tool pose when the blocks are read; None without any.
     remarks
         Remarks on the file itself, complete when the blocks are read.
+    plans
+        The planned trajectories, complete when the blocks are read.
     """
 
     what: str
@@ -95,3 +98,4 @@ class RecordingSource:
     blocks: Iterator[Block | UnreadableMessage]
     poses: Callable[[], PoseTrack | None] = lambda: None
     remarks: list[Remark] = field(default_factory=list)
+    plans: list[PlannedTrajectory] = field(default_factory=list)

@@ -60,6 +60,6 @@ cdef double _finish_row(
     Chain chain, double* T, double* qdot, int depth, double* row
 ) noexcept nogil
 @cython.locals(n=int, k=int, e=int, i=int, j=int)
-cdef void _add_up_screws(Chain chain, double* screws, double* row) noexcept nogil
+cdef void add_up_screws(Chain chain, double* screws, double* row) noexcept nogil
 @cython.locals(entries=int, twist=int, along=double, total=double, screw=int, e=int, i=int)
 cdef double _write_twist(Chain chain, double* screws, double* qdot, double* row) noexcept nogil

@@ -249,12 +249,12 @@ def _finish_row(chain: Chain, T: Numbers, qdot: Floats, depth: int, row: Floats)
     for e in range(chain.entries):
         _write_screw(chain.by_theta[e], chain.by_d[e], chain.entries, row, arrays.after(screws, e))
     if chain.form == places.MIXED:
-        _add_up_screws(chain, screws, row)
+        add_up_screws(chain, screws, row)
     return total + _write_twist(chain, screws, qdot, row)
 
 
-def _add_up_screws(chain: Chain, screws: Floats, row: Floats) -> None:
-    # The Jacobian, if entries and joints differ.
+def add_up_screws(chain: Chain, screws: Floats, row: Floats) -> None:
+    """Fill the Jacobian, if entries and joints differ."""
     n = chain.dof
     for k in range(places.JACOBIAN_AT, places.JACOBIAN_AT + 6 * n):
         row[k] = 0.0

@@ -3,15 +3,11 @@ cimport numpy as cnp
 from libc cimport math
 
 from ..layout cimport arrays, places
+from ..measures cimport symmetric
 from .residuals cimport Residual
 
 cdef double ROUND_OFF, SLOW, STIFFEST, LEAST_LENGTH
 cdef int PATIENCE
-
-@cython.locals(value=double, i=int, j=int, k=int)
-cdef bint _damped_step(
-    int n, double* A, double* g, double damping, double* L, double* step
-) noexcept nogil
 
 @cython.final
 cdef class Refinement:

@@ -4,6 +4,7 @@ import math
 
 from ..layout import arrays, places
 from ..layout.arrays import Floats
+from ..measures import symmetric
 from .residuals import Residual
 
 # A smaller error is round-off of forward kinematics, as a share of the length.
@@ -13,34 +14,6 @@ SLOW, PATIENCE = 1e-3, 12
 STIFFEST = 1e8
 # A length below which lengths are not taken to shrink (m).
 LEAST_LENGTH = 1e-3
-
-
-def _damped_step(n: int, A: Floats, g: Floats, damping: float, L: Floats, step: Floats) -> bool:
-    # Solves (A + damping) step = g by Cholesky; False where round-off makes that impossible.
-    for i in range(n):
-        for j in range(i + 1):
-            value = A[i * n + j]
-            if i == j:
-                value += damping
-            for k in range(j):
-                value -= L[i * n + k] * L[j * n + k]
-            if i == j:
-                if not value > 0.0:
-                    return False
-                L[i * n + i] = math.sqrt(value)
-            else:
-                L[i * n + j] = value / L[j * n + j]
-    for i in range(n):
-        value = g[i]
-        for k in range(i):
-            value -= L[i * n + k] * step[k]
-        step[i] = value / L[i * n + i]
-    for i in range(n - 1, -1, -1):
-        value = step[i]
-        for k in range(i + 1, n):
-            value -= L[k * n + i] * step[k]
-        step[i] = value / L[i * n + i]
-    return True
 
 
 class Refinement:
@@ -103,7 +76,7 @@ class Refinement:
                 fresh = False
             if size == 0.0:
                 break
-            if not _damped_step(
+            if not symmetric.damped_step(
                 self.residual.n, self.A, self.g, damping * size + 1e-18 * size, self.L, self.step
             ):
                 damping = max(10.0 * damping, 1e-15)

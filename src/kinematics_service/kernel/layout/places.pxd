@@ -1,6 +1,7 @@
 cdef extern from *:
     """
     #define KINEMATICS_LARGEST_REDUCED 1e5
+    #define KINEMATICS_LARGEST_CLEARANCE 1.0
     #define KINEMATICS_RANK_TOLERANCE 1e-10
     #define KINEMATICS_LARGEST 1e15
     #define KINEMATICS_AT_LIMIT 1e-9
@@ -15,6 +16,7 @@ cdef extern from *:
     #define KINEMATICS_INFINITY Py_HUGE_VAL
     """
     const double LARGEST_REDUCED "KINEMATICS_LARGEST_REDUCED"
+    const double LARGEST_CLEARANCE "KINEMATICS_LARGEST_CLEARANCE"
     const double RANK_TOLERANCE "KINEMATICS_RANK_TOLERANCE"
     const double LARGEST "KINEMATICS_LARGEST"
     const double AT_LIMIT "KINEMATICS_AT_LIMIT"
@@ -60,6 +62,8 @@ cdef enum:
     WATCHED = 0
     LEVEL
     NEAREST
+    FIRST_ORDER
+    DECIDED
     JUDGED
 
 cdef enum:

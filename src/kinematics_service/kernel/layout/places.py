@@ -36,9 +36,10 @@ ROW_TAIL = 4
 ) = range(7)
 
 # After the singular values, where thresholds and factors are known: the watched measure, its level
-# without hysteresis, the factor nearest to its zero; the distances of the factors in rad; value
-# and gradient of each.
-WATCHED, LEVEL, NEAREST, JUDGED = range(4)
+# without hysteresis, the factor nearest to its zero, the distance by first order, and whether the
+# search for a singular pose nearby was decided; the distances of the factors in rad; value and
+# gradient of each; the singular pose that was found (n), NaN where none was.
+WATCHED, LEVEL, NEAREST, FIRST_ORDER, DECIDED, JUDGED = range(6)
 
 # Jumps of a joint whose times are remembered.
 JUMPS_KEPT = 16
@@ -98,6 +99,8 @@ NEAR_STEPS = 40
 
 # Up to here the number of quarter turns has 17 bits, and its product with a part is exact.
 LARGEST_REDUCED = 1e5
+# The largest clearance that is told (rad): its bounds hold within it.
+LARGEST_CLEARANCE = 1.0
 # A singular value below this share of the largest counts as zero (rank, distance).
 # Round-off of J is some 1e-15; the golden data uses the same share.
 RANK_TOLERANCE = 1e-10

@@ -17,11 +17,13 @@ cdef void orthogonalise(double* W, int count, int length, int width) noexcept no
 cdef void sort_by_norm(
     double* W, double* sigma, int count, int length, int width
 ) noexcept nogil
+@cython.locals(row='double*', scale=double, width=int, i=int, k=int)
+cdef void unit_rows(double* W, double* sigma, int count, int length) noexcept nogil
 @cython.locals(
     row='double*', above='double*', used=double, least=double, along=double, norm=double,
-    scale=double, axis=int, width=int, i=int, j=int, k=int,
+    axis=int, j=int, k=int,
 )
-cdef void unit_rows(double* W, double* sigma, int count, int length) noexcept nogil
+cdef void write_orthogonal_row(double* W, int i, int length, int width) noexcept nogil
 @cython.locals(
     product=double, factor=double, x=double, pivot=int, i=int, j=int, k=int
 )

@@ -100,7 +100,7 @@ def unit_rows(W: Floats, sigma: Floats, count: int, length: int) -> None:
     Make the rows of A unit vectors.
 
     A row that is round-off has lost its direction: it is replaced by one orthogonal to the rows
-    above it, made from the axis they use least.
+    above it.
     """
     width = length + count
     for i in range(count):
@@ -110,30 +110,38 @@ def unit_rows(W: Floats, sigma: Floats, count: int, length: int) -> None:
             for k in range(length):
                 row[k] *= scale
             continue
-        axis, least = 0, 2.0
-        for k in range(length):
-            used = 0.0
-            for j in range(i):
-                used += W[j * width + k] * W[j * width + k]
-            if used < least - 1e-9:
-                axis, least = k, used
-        for k in range(length):
-            row[k] = 0.0
-        row[axis] = 1.0
-        for _ in range(2):  # twice is enough (Kahan)
-            for j in range(i):
-                above = arrays.after(W, j * width)
-                along = 0.0
-                for k in range(length):
-                    along += row[k] * above[k]
-                for k in range(length):
-                    row[k] -= along * above[k]
-        norm = 0.0
-        for k in range(length):
-            norm += row[k] * row[k]
-        norm = math.sqrt(norm)
-        for k in range(length):
-            row[k] /= norm
+        write_orthogonal_row(W, i, length, width)
+
+
+def write_orthogonal_row(W: Floats, i: int, length: int, width: int) -> None:
+    """
+    Make row i of A a unit vector orthogonal to the unit rows above, from the axis they use least.
+    """
+    row = arrays.after(W, i * width)
+    axis, least = 0, 2.0
+    for k in range(length):
+        used = 0.0
+        for j in range(i):
+            used += W[j * width + k] * W[j * width + k]
+        if used < least - 1e-9:
+            axis, least = k, used
+    for k in range(length):
+        row[k] = 0.0
+    row[axis] = 1.0
+    for _ in range(2):  # twice is enough (Kahan)
+        for j in range(i):
+            above = arrays.after(W, j * width)
+            along = 0.0
+            for k in range(length):
+                along += row[k] * above[k]
+            for k in range(length):
+                row[k] -= along * above[k]
+    norm = 0.0
+    for k in range(length):
+        norm += row[k] * row[k]
+    norm = math.sqrt(norm)
+    for k in range(length):
+        row[k] /= norm
 
 
 def determinant(A: Floats, size: int) -> float:

@@ -11,9 +11,9 @@ from .task_rows cimport TaskRows
     elements=int, entries=int, j=int, k=int, e=int, bx=double, by=double, bz=double,
     ax=double, ay=double, az=double,
 )
-cdef void _gradient(Chain chain, double* row, double* Y, double* gradient) noexcept nogil
+cdef void write_gradient(Chain chain, double* row, double* Y, double* gradient) noexcept nogil
 @cython.locals(x=double, y=double, z=double, half=int, i=int)
-cdef void _to_base_axes(TaskRows task, double* vector) noexcept nogil
+cdef void to_base_axes(TaskRows task, double* vector) noexcept nogil
 @cython.locals(
     m=int, count=int, length=int, axis=int, component=int, i=int, j=int,
     a=double, b=double, c=double, value=double,
@@ -25,6 +25,10 @@ cdef void _fill_task_rows(
 cdef void _scale_task_rows(int n, TaskRows task, double* W) noexcept nogil
 cdef void _decompose(
     double* W, double* sigma, int count, int length, int width
+) noexcept nogil
+@cython.locals(m=int, count=int, length=int)
+cdef void write_directions(
+    int n, TaskRows task, double* row, double* W, double* sigma
 ) noexcept nogil
 @cython.locals(i=int, j=int)
 cdef void _write_determinant(int n, double* W, double* spare, double* measures) noexcept nogil

@@ -8,17 +8,20 @@ import math
 
 from ..forward.chain import Chain
 from ..layout import arrays, places
-from ..layout.arrays import Floats
+from ..layout.arrays import Floats, Numbers
 from . import singular_values
 from .task_rows import TaskRows
 
 
-def _gradient(chain: Chain, row: Floats, Y: Floats, gradient: Floats) -> None:
-    # gradient[k] = sum_j Y[j] . dJ[:, j]/dq_k for the geometric Jacobian (Y in base axes).
-    # A joint f turns everything behind it by its screw (v_f, w_f) and moves the tool under
-    # everything before it: for an entry e behind f (or f itself) dv_e = w_f x v_e and
-    # dw_e = w_f x w_e; for one before it dv_e = w_e x v_f. So
-    # g_f = w_f . sum_behind(v_e x Yv + w_e x Yw) + v_f . sum_before(Yv x w_e): two running sums.
+def write_gradient(chain: Chain, row: Floats, Y: Floats, gradient: Floats) -> None:
+    """
+    Fill gradient[k] = sum_j Y[j] . dJ[:, j]/dq_k for the geometric Jacobian (Y in base axes).
+
+    A joint f turns everything behind it by its screw (v_f, w_f) and moves the tool under
+    everything before it: for an entry e behind f (or f itself) dv_e = w_f x v_e and
+    dw_e = w_f x w_e; for one before it dv_e = w_e x v_f. So
+    g_f = w_f . sum_behind(v_e x Yv + w_e x Yw) + v_f . sum_before(Yv x w_e): two running sums.
+    """
     elements, entries = chain.elements, chain.entries
     vx = arrays.after(row, chain.screws_at)
     vy, vz = arrays.after(vx, entries), arrays.after(vx, 2 * entries)
@@ -46,8 +49,8 @@ def _gradient(chain: Chain, row: Floats, Y: Floats, gradient: Floats) -> None:
             gradient[chain.joint[e]] += wx[e] * ax + wy[e] * ay + wz[e] * az
 
 
-def _to_base_axes(task: TaskRows, vector: Floats) -> None:
-    # Turns both halves of a (6,) vector from the axes of frame 0 into those of the base frame.
+def to_base_axes(task: TaskRows, vector: Numbers) -> None:
+    """Turn both halves of a (6,) vector from the axes of frame 0 into those of the base frame."""
     for half in range(0, 6, 3):
         x, y, z = vector[half], vector[half + 1], vector[half + 2]
         for i in range(3):
@@ -94,6 +97,18 @@ def _decompose(W: Floats, sigma: Floats, count: int, length: int, width: int) ->
     singular_values.sort_by_norm(W, sigma, count, length, width)
     singular_values.orthogonalise(W, count, length, width)
     singular_values.sort_by_norm(W, sigma, count, length, width)
+
+
+def write_directions(n: int, task: TaskRows, row: Floats, W: Floats, sigma: Floats) -> None:
+    """
+    Fill the singular values of the scaled J_t, and its directions as `unit_rows` leaves them.
+    """
+    m = task.count
+    count, length = min(m, n), max(m, n)
+    _fill_task_rows(n, task, row, W, m + n)
+    _scale_task_rows(n, task, W)
+    _decompose(W, sigma, count, length, m + n)
+    singular_values.unit_rows(W, sigma, count, length)
 
 
 def _write_determinant(n: int, W: Floats, spare: Floats, measures: Floats) -> None:
@@ -158,7 +173,7 @@ def _fill_slopes(
             for i in range(6):
                 Y[6 * j + i] += right * left[i]
     for j in range(n):
-        _to_base_axes(task, arrays.after(Y, 6 * j))
+        to_base_axes(task, arrays.after(Y, 6 * j))
 
 
 def _write_direction(
@@ -176,7 +191,7 @@ def _write_direction(
     for i in range(m):
         axis = task.axis[i]
         lost[axis] = direction[length + i] if wide else direction[i]
-    _to_base_axes(task, lost)
+    to_base_axes(task, lost)
     for j in range(n):
         along = direction[j] if wide else direction[length + j]
         motion[j] = along * task.column_scale[j]
@@ -220,7 +235,7 @@ def measure_row(
     lost = rank <= last  # of the directions that other poses have
     first = last if lost else 0
     _fill_slopes(n, first, last, lost, task, W, sigma, Y)
-    _gradient(chain, row, Y, way_out)
+    write_gradient(chain, row, Y, way_out)
     squares = 0.0
     for j in range(n):
         way_out[j] *= task.column_scale[j]

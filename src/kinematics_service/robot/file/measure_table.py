@@ -79,7 +79,7 @@ MEASURES = {
     for measure in (
         Measure(
             'distance',
-            'first-order estimate of the joint motion to the nearest singular pose, rad',
+            'joint motion to the nearest singular pose that was found, rad',
             kernel.DISTANCE,
             unit='rad',
             warn=0.1,  # about 6 and 2 degrees

@@ -99,6 +99,11 @@ def _markers(report: StateReport) -> Any:
     return markers_message(report)
 
 
+def _clearance(report: StateReport) -> Any:
+    # Not among the numbers of a state: it takes ten times as long as all of them.
+    return Float64(data=float(report.singularity.clearance))
+
+
 TOPICS = (
     OutputTopic('~/pose', PoseStamped, pose_template, pose_numbers),
     OutputTopic('~/jacobian', Float64MultiArray, jacobian_template, jacobian_numbers),
@@ -110,6 +115,7 @@ TOPICS = (
         )
         for measure in reversed(MEASURES.values())  # the distance last
     ),
+    OutputTopic('~/singularity/clearance', Float64, build=_clearance),
     OutputTopic(
         '~/link_frames',
         PoseArray,

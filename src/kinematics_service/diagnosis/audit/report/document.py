@@ -8,7 +8,8 @@ import numpy as np
 
 from ....formats.recordings.block import Times
 from ....kernel import Floats
-from ....kinematics.singularity import singularity_of
+from ....kinematics.plans.verdicts import PlanCheck, PlanMoment
+from ....kinematics.singularity import measured_before, singularity_of
 from ....kinematics.tool_state import evaluate
 from ....rigid_motion import roll_pitch_yaw
 from ....robot.measures import MEASURES, Level
@@ -123,8 +124,57 @@ def document_of(audit: Audit) -> dict[str, Any]:
             for warning in audit.timeline.warnings
         ],
         'frames': _frames(audit),
+        'plans': [_plan(check) for check in audit.plans],
         'series': _series(audit, rows),
     }
+
+
+def _plan(check: PlanCheck) -> dict[str, Any]:
+    singularity = check.singularity
+    return {
+        'verdict': check.verdict,
+        'singularity': {
+            'verdict': singularity.verdict,
+            'distance_asked': singularity.threshold,
+            'distance_proved': singularity.lower,
+            'distance_found': singularity.upper,
+            **_moment(singularity.moment),
+            'nearest_singular': singularity.nearest_singular,
+            'undecided': singularity.undecided,
+            'clearances': singularity.evaluations,
+        },
+        'joints': [
+            {
+                'name': joint.name,
+                'limits': joint.limits,
+                'speed': joint.speed,
+                **{
+                    name: {'value': extreme.value, **_moment(extreme.moment)}
+                    for name, extreme in (
+                        ('least', joint.least),
+                        ('greatest', joint.greatest),
+                        ('fastest', joint.fastest),
+                    )
+                },
+            }
+            for joint in check.joints
+        ],
+        'speeds': [
+            {
+                'of': speed.of,
+                'verdict': speed.verdict,
+                'limit': speed.limit,
+                'lower': speed.lower,
+                'upper': speed.upper,
+                **_moment(speed.moment),
+            }
+            for speed in check.speeds
+        ],
+    }
+
+
+def _moment(moment: PlanMoment) -> dict[str, Any]:
+    return {'t': moment.time, 'point': moment.point, 'q': moment.q}
 
 
 def _stream(audit: Audit) -> dict[str, Any]:
@@ -191,7 +241,9 @@ def _series(audit: Audit, rows: Times) -> dict[str, Any]:
     timeline = audit.timeline
     q, qdot, factors = timeline.q[rows], timeline.qdot[rows], timeline.factors[rows]
     state = evaluate(audit.robot, q, np.nan_to_num(qdot, nan=0.0))
-    singularity = singularity_of(state)
+    singularity = singularity_of(
+        measured_before(state, timeline.distance[rows], timeline.nearest_singular[rows])
+    )
     moving = ~np.any(np.isnan(qdot), axis=1)
     signs = np.where(timeline.turned[rows], -1.0, 1.0)
     measures = {name: getattr(singularity, name) for name in MEASURES}

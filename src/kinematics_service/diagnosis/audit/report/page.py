@@ -15,10 +15,12 @@ from ....estimation.estimator import ACCEPTED
 from ....robot.measures import MEASURES
 from ....version import __version__
 from ..auditing import Audit
-from ..verdict import AuditVerdict, count, seconds, verdict_of
+from ..findings import count, seconds
+from ..verdict import AuditVerdict, verdict_of
 from .page_charts import interval_chart, joint_charts, measure_charts, tool_charts
 from .page_frames import frame_section
 from .page_header import Provenance, header
+from .page_plans import plan_section
 from .page_table import MOST, more_of, table
 
 SIGNS = {'OK': '&#10003; fine', 'WARN': '&#9650; WARN', 'ERROR': '&#9632; ERROR'}
@@ -248,6 +250,7 @@ def _stream(audit: Audit) -> str:
 
 
 SECTIONS: tuple[Callable[[Audit], str], ...] = (
+    plan_section,
     _singularities,
     _moments,
     _joints,

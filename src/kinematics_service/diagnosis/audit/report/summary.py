@@ -7,7 +7,8 @@ from rich.text import Text
 from ....printing import Output, heading, plain, table
 from ....robot.measures import Level
 from ..auditing import Audit
-from ..verdict import Finding, count, seconds, verdict_of
+from ..findings import Finding, count, seconds
+from ..verdict import verdict_of
 
 SIGNS = {Level.OK: ('fine', 'green'), Level.WARN: ('note', 'yellow'), Level.ERROR: ('bad', 'red')}
 MOST = 20

@@ -1,9 +1,9 @@
 """Everything the kernel reads of an arm."""
 
-from .forward.chain import Chain
-from .layout import places
-from .measures.factors import Tape
-from .measures.task_rows import TaskRows
+from ..forward.chain import Chain
+from ..layout import places
+from .factors import Tape
+from .task_rows import TaskRows
 
 
 class Arm:
@@ -20,6 +20,9 @@ class Arm:
         Column of the measure that the thresholds are about.
     warn, stop
         The thresholds.
+    reach
+        How far the tool comes from frame 0, or the characteristic length where that is more, m: by
+        how much J_t bends. Singular poses are looked for only where it is known, not 0.
     """
 
     def __init__(
@@ -31,6 +34,7 @@ class Arm:
         watched: int,
         warn: float,
         stop: float,
+        reach: float = 0.0,
     ) -> None:
         if task.joints != chain.dof or tape.joints > chain.dof:
             raise TypeError('the parts of an arm do not go together')
@@ -43,3 +47,4 @@ class Arm:
         self.watched = watched
         self.warn = warn
         self.stop = stop
+        self.reach = reach

@@ -1,7 +1,7 @@
-from .layout cimport places
-from .forward.chain cimport Chain
-from .measures.factors cimport Tape
-from .measures.task_rows cimport TaskRows
+from ..layout cimport places
+from ..forward.chain cimport Chain
+from .factors cimport Tape
+from .task_rows cimport TaskRows
 
 cdef class Arm:
     cdef readonly Chain chain
@@ -9,4 +9,4 @@ cdef class Arm:
     cdef readonly Tape tape
     cdef readonly bint factors_complete
     cdef readonly int watched
-    cdef readonly double warn, stop
+    cdef readonly double warn, stop, reach

@@ -1,0 +1,156 @@
+"""What is proved of plans, in sentences."""
+
+import math
+from collections.abc import Callable, Iterator
+from typing import Literal
+
+from ...kinematics.plans.point_speed import TOOL
+from ...kinematics.plans.verdicts import PlanSingularity, PlanSpeed
+from ...kinematics.singularity import singularity
+from ...robot.measures import Level
+from ...robot.robot import Robot
+from .auditing import Audit
+from .findings import Finding, count, seconds
+
+# Sentences on trajectories of one file that are not proved; the rest are counted.
+MOST = 3
+# A factor whose distance is below this is zero, rad.
+VANISHES = 1e-6
+
+
+def rounded_down(value: float) -> str:
+    """Return a number with four digits that is not above it."""
+    return f'{_rounded(value, math.floor):.4g}'
+
+
+def rounded_up(value: float) -> str:
+    """Return a number with four digits that is not below it."""
+    return f'{_rounded(value, math.ceil):.4g}'
+
+
+def _rounded(value: float, way: Callable[[float], int]) -> float:
+    if value == 0.0 or not math.isfinite(value):
+        return value
+    unit = 10.0 ** (math.floor(math.log10(abs(value))) - 3)
+    return way(value / unit) * unit
+
+
+def joints_refuted(audit: Audit, what: Literal['limits', 'speed']) -> list[str]:
+    """Return the names of joints that leave their limits in some plan, or are too fast."""
+    joints = [joint for plan in audit.plans for joint in plan.joints]
+    return [joint.name for joint in joints if getattr(joint, what) == 'refuted']
+
+
+def plan_findings(audit: Audit) -> list[Finding]:
+    """Return the findings on the plans of a file; none for a recording."""
+    if not audit.plans:
+        return []
+    return [*_singular(audit), *_joints(audit), *_speeds(audit)]
+
+
+def _where(audit: Audit, number: int) -> str:
+    return f'Trajectory {number} of {len(audit.plans)}: ' if len(audit.plans) > 1 else ''
+
+
+def _singular(audit: Audit) -> list[Finding]:
+    found = [plan.singularity for plan in audit.plans]
+    open_ = [(k, one) for k, one in enumerate(found, 1) if one.verdict != 'proved']
+    open_.sort(key=lambda pair: pair[1].verdict != 'refuted')
+    sentences = [_not_proved(audit.robot, _where(audit, k), one) for k, one in open_[:MOST]]
+    if len(open_) > MOST:
+        level = Level.ERROR if open_[MOST][1].verdict == 'refuted' else Level.WARN
+        more = count(len(open_) - MOST, 'trajectory').replace('trajectorys', 'trajectories')
+        sentences.append(Finding(level, f'{more} more are refuted or not decided.'))
+    if not open_:
+        least = min(found, key=lambda one: one.lower)
+        upper = min(one.upper for one in found)
+        nearest = (
+            f'; the nearest found is {rounded_up(upper)} rad away' if upper < math.inf else ''
+        )
+        sentences.append(
+            Finding(
+                Level.OK,
+                f'Proved, between its points too: the plan keeps {rounded_down(least.lower)} rad '
+                f'or more from every singular pose ({least.threshold:g} asked){nearest}.',
+            )
+        )
+    return sentences
+
+
+def _named(robot: Robot, found: PlanSingularity) -> str:
+    # The named factors that vanish at the singular pose found.
+    if found.nearest_singular is None or not robot.factors.names:
+        return ''
+    factors = singularity(robot, found.nearest_singular).factors
+    assert factors is not None
+    names = [name for name, away in zip(factors.names, factors.distances) if away < VANISHES]
+    return f' ({", ".join(names)})' if names else ''
+
+
+def _not_proved(robot: Robot, where: str, found: PlanSingularity) -> Finding:
+    moment = found.moment
+    if found.verdict == 'refuted':
+        return Finding(
+            Level.ERROR,
+            f'{where}Refuted: at {moment.time:.3f} s, after points[{moment.point}], the plan '
+            f'is {rounded_up(found.upper)} rad from a singular pose{_named(robot, found)} '
+            f'({found.threshold:g} asked).',
+        )
+    begin, end = found.undecided[0]
+    span = sum(end - begin for begin, end in found.undecided)
+    stretches = count(len(found.undecided), 'stretch').replace('stretchs', 'stretches')
+    nearest = 'none was found near it'
+    if math.isfinite(found.upper):
+        nearest = f'the nearest found is {rounded_up(found.upper)} rad away'
+    return Finding(
+        Level.WARN,
+        f'{where}Not decided in {stretches} ({seconds(span)}), the first from {begin:.3f} to '
+        f'{end:.3f} s: that it keeps {found.threshold:g} rad from every singular pose is neither '
+        f'proved (there {rounded_down(found.lower)} is) nor refuted ({nearest}).',
+    )
+
+
+def _joints(audit: Audit) -> Iterator[Finding]:
+    if not joints_refuted(audit, 'limits') and not joints_refuted(audit, 'speed'):
+        yield Finding(
+            Level.OK, 'Proved, between its points too: joints keep their limits and speeds.'
+        )
+
+
+def _speeds(audit: Audit) -> Iterator[Finding]:
+    if not audit.asked.speeds_told:
+        return
+    for k in range(len(audit.plans[0].speeds)):
+        number, plan = max(enumerate(audit.plans, 1), key=lambda pair: pair[1].speeds[k].upper)
+        yield _speed(_where(audit, number), plan.speeds[k])
+
+
+def point_in_words(of: str) -> str:
+    """Return what a point is: the tool, a frame, a joint."""
+    if of == TOOL:
+        return 'the tool'
+    return f'frame {of}' if of.isdecimal() else of
+
+
+def _speed(where: str, speed: PlanSpeed) -> Finding:
+    who, at = point_in_words(speed.of), f'{speed.moment.time:.3f} s'
+    bracket = f'{rounded_down(speed.lower)} to {rounded_up(speed.upper)} m/s'
+    if speed.verdict == 'refuted':
+        return Finding(
+            Level.ERROR,
+            f'{where}Refuted: {who} moves at {rounded_down(speed.lower)} m/s at {at}, after '
+            f'points[{speed.moment.point}] ({speed.limit:g} allowed).',
+        )
+    if speed.verdict == 'not decided':
+        return Finding(
+            Level.WARN,
+            f'{where}Not decided: the largest speed of {who} is {bracket}, at {at} '
+            f'({speed.limit:g} allowed).',
+        )
+    if speed.verdict == 'proved':
+        return Finding(
+            Level.OK,
+            f'{where}Proved: {who} keeps below {speed.limit:g} m/s; its largest speed is '
+            f'{bracket}, at {at}.',
+        )
+    return Finding(Level.OK, f'{where}The largest speed of {who} is {bracket}, at {at}.')

@@ -1,0 +1,82 @@
+"""Planned trajectories checked between their points too."""
+
+from typing import NamedTuple
+
+from ...errors import PlanError
+from ...formats.recordings.between_points import PlannedTrajectory
+from ...formats.recordings.source import RecordingSource, Remark
+from ...kinematics.plans.check import check_plan
+from ...kinematics.plans.point_speed import TOOL, chain_to
+from ...kinematics.plans.verdicts import PlanCheck
+from ...robot.measures import Level
+from ...robot.robot import Robot
+
+
+class PlanSettings(NamedTuple):
+    """
+    What is asked of plans, as `check_plan` takes it.
+
+    Attributes
+    ----------
+    distance
+        rad; None for the threshold `stop` of the distance.
+    speed_limit
+        m/s; None without one.
+    speed_of
+        Points besides the tool.
+    """
+
+    distance: float | None = None
+    speed_limit: float | None = None
+    speed_of: tuple[str, ...] = ()
+
+    @property
+    def speeds_told(self) -> bool:
+        """Return whether somebody asked for speeds."""
+        return self.speed_limit is not None or bool(self.speed_of)
+
+
+def refuse_unknown_point(robot: Robot, of: str) -> None:
+    """
+    Refuse a point that the arm does not have.
+
+    Raises
+    ------
+    PlanError
+        There is no such point; the message lists those there are.
+    """
+    if of != TOOL:
+        chain_to(robot, of)
+
+
+def checks_of(
+    robot: Robot, source: RecordingSource, joint_prefix: str, asked: PlanSettings
+) -> tuple[PlanCheck, ...]:
+    """Return what is proved of each trajectory; why one cannot be checked becomes a remark."""
+    checks = []
+    for plan in source.plans:
+        try:
+            checks.append(_check(robot, plan, joint_prefix, asked))
+        except PlanError as error:
+            source.remarks.append(Remark(Level.ERROR, f'The plan is not checked: {error}'))
+    return tuple(checks)
+
+
+def _check(
+    robot: Robot, plan: PlannedTrajectory, joint_prefix: str, asked: PlanSettings
+) -> PlanCheck:
+    columns = [plan.names.index(joint_prefix + name) for name in robot.joint_names]
+    velocities, accelerations = (
+        None if table is None else table[:, columns]
+        for table in (plan.velocities, plan.accelerations)
+    )
+    return check_plan(
+        robot,
+        plan.times,
+        plan.positions[:, columns],
+        velocities,
+        accelerations,
+        asked.distance,
+        asked.speed_limit,
+        asked.speed_of,
+    )

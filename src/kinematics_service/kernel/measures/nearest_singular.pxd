@@ -1,0 +1,111 @@
+cimport cython
+from libc cimport math
+
+from ..forward cimport chain_pass
+from ..layout cimport arrays, places
+from . cimport factors
+from . cimport singular_equations, symmetric
+from .arm cimport Arm
+from .singular_equations cimport SingularEquations
+
+cdef int ENOUGH
+cdef double HORIZON, SINGULAR, NEXT_STEP, NO_STEP, NO_GAIN, FLAT_SADDLE, SIDE_STEP, LITTLE, FOLLOWED, TRUSTED
+cdef int ANGLES, STEPS, FULL_STEPS, LAST_STEPS, SECOND_ORDER_STARTS, FOLLOWING_STEPS
+
+@cython.final
+cdef class NearestSearch:
+    cdef Arm arm
+    cdef SingularEquations equations
+    cdef public int budget
+    cdef readonly int evaluations
+    cdef int n, count
+    cdef public double horizon
+    cdef readonly double estimate, distance, lasting
+    cdef readonly bint ran, complete
+    cdef double by_product, by_least, by_two, smallest, second, slope, free
+    cdef double* room
+    cdef double* origin
+    cdef double* first
+    cdef double* d
+    cdef double* onto
+    cdef double* along
+    cdef double* reached
+    cdef double* nearest
+    cdef double* uphill
+    cdef double* roots
+    cdef double* searched
+    cdef double* both
+    cdef double* gram
+    cdef double* system
+    cdef double* factor
+    cdef double* right
+    cdef double* shares
+    cdef double* lengths
+    cdef double* H
+    cdef double* Z
+    cdef double* tape
+
+    @cython.locals(n=int, k=int, j=int, way_out='double*', sigma='double*', found=double)
+    cdef void look(
+        self, double* q, double* row, double* W, double* measures, double first_order,
+        double* distances,
+    ) noexcept nogil
+    @cython.locals(near=cython.bint, longest=double, j=int, away=double)
+    cdef bint follow(self, double* q, double first_order) noexcept nogil
+    @cython.locals(squares=double, j=int, moved=double)
+    cdef double _moved_from(self, double* pose, double* q) noexcept nogil
+    @cython.locals(k=int, reach=double, falls=double)
+    cdef void _estimate(self, double* sigma, double by_product) noexcept nogil
+    @cython.locals(by_product=double)
+    cdef void _search(self, double* distances) noexcept nogil
+    cdef bint found(self) noexcept nogil
+    cdef bint is_near(self) noexcept nogil
+    cdef bint is_decided(self) noexcept nogil
+    @cython.locals(j=int)
+    cdef void write_pose(self, double* pose) noexcept nogil
+    @cython.locals(found=double, by_least=double)
+    cdef bint _is_settled(self) noexcept nogil
+    @cython.locals(j=int)
+    cdef void _run_from(
+        self, double* motion, double length, double factor, double longest
+    ) noexcept nogil
+    @cython.locals(
+        n=int, j=int, step=int, best=double, left=double,
+        away=double, nearest=double, sigma='double*', singular=cython.bint, gain=double, share=double,
+        slide=double, length=double,
+    )
+    cdef void _run(self, int steps, double longest) noexcept nogil
+    @cython.locals(j=int)
+    cdef void _keep(self, double best) noexcept nogil
+    @cython.locals(
+        n=int, lines=int, k=int, r=int, i=int, j=int, p=int, turn=int, square=int,
+        a='double*', b='double*', c='double*', e='double*',
+        first=double, mixed=double, last=double, least=double,
+    )
+    cdef double _look_at_two(self) noexcept nogil
+    @cython.locals(
+        lines=int, square=int, i=int, j=int, sine=double,
+        cosine=double, trace=double, length=double, left=double, all_of_it=double, value=double,
+    )
+    cdef double _solve_two(self, int turn) noexcept nogil
+    @cython.locals(
+        n=int, lines=int, used=int, best=int, turn=int, i=int, j=int, length=double,
+        after=double, before=double, valley=cython.bint, sine=double, cosine=double,
+        apart=double, slope=double,
+    )
+    cdef void _run_from_two(self) noexcept nogil
+    @cython.locals(
+        n=int, i=int, j=int, best=int, half=double, along=double,
+        inside=double, root=double, total=double, way='double*',
+    )
+    cdef void _run_from_second_order(self) noexcept nogil
+    @cython.locals(n=int, i=int, j=int, way='double*')
+    cdef void _run_to_all_sides(self) noexcept nogil
+    @cython.locals(n=int, f=int, least=double, near=cython.bint)
+    cdef bint _follow_factors(self, double* distances) noexcept nogil
+    @cython.locals(
+        n=int, j=int, turn=int, step='double*',
+        scale='double*', sigma='double*', squares=double, along=double, slope=double,
+        onto=double, whole=double, moved=double, target=double, slides=cython.bint,
+    )
+    cdef bint _follow(self, int f) noexcept nogil

@@ -1,0 +1,508 @@
+"""
+The singular pose nearest to a pose: Newton's method from where the first and second order point.
+
+One step goes onto the set of singular poses and along it to its nearest point at once. Most poses
+need no search; most others one start; a saddle of the least singular value needs several.
+
+Along a motion the answer of the last search serves for some way: no singular pose comes nearer
+faster than the joints move.
+"""
+
+import math
+
+from ..forward import chain_pass
+from ..layout import arrays, places
+from ..layout.arrays import Floats
+from . import factors, singular_equations, symmetric
+from .arm import Arm
+from .singular_equations import SingularEquations
+
+# Beyond so many rad (a prismatic joint's divided by the length) nothing is looked for.
+HORIZON = 0.2
+# Evaluations at most of one search, of some 2 to 4 us each; hardly any needs more.
+ENOUGH = 100
+# A pose is singular where the singular value is below this share of the largest, and the next step
+# below this share of the way: at a flat saddle the first alone would lie.
+SINGULAR, NEXT_STEP, NO_STEP = 1e-7, 1e-3, 1e-9
+# Gains of the distance that end a run, as a share.
+NO_GAIN = 1e-5
+# Steps of a run, of these at full length, and at its end onto the set only: along it they may go
+# round between two branches.
+STEPS, FULL_STEPS, LAST_STEPS = 10, 4, 3
+# Directions in which the two least singular values are looked at together: half a turn.
+ANGLES = 16
+# Of the second order, so many starts; and the share of the reach below which a singular value
+# that led nowhere is looked into from all sides, with steps of LITTLE (rad).
+SECOND_ORDER_STARTS = 4
+FLAT_SADDLE = 0.003
+SIDE_STEP, LITTLE = 0.06, 0.03
+# What was found is followed along a motion up to this share of its distance, for another one may
+# have become the nearest; where none is near up to this share of how much farther the nearest is.
+FOLLOWED, TRUSTED = 0.05, 0.5
+FOLLOWING_STEPS = 6
+
+
+class NearestSearch:
+    """
+    Room to look for the singular pose nearest to a pose, what was found, and how far that serves.
+
+    Parameters
+    ----------
+    arm
+        The arm.
+
+    Attributes
+    ----------
+    budget
+        Evaluations of the arm at most, of one pose.
+    horizon
+        Beyond this distance nothing is looked for, rad.
+    estimate
+        Of first order, the least of all, rad.
+    distance
+        To the pose that was found, rad; infinite where none was.
+    ran, complete
+        Whether a search was needed, and whether all its starts were tried.
+    evaluations
+        How many there were.
+    lasting
+        Up to this motion from the pose of the last search its answer serves, rad; negative where
+        there was none.
+    """
+
+    def __init__(self, arm: Arm) -> None:
+        arrays.given(arm)
+        if not arm.reach > 0.0:
+            raise TypeError('an arm without reach has no singular poses to look for')
+        self.arm = arm
+        self.equations = SingularEquations(arm.chain, arm.task)
+        self.budget = ENOUGH
+        self.n, self.count = arm.chain.dof, self.equations.count
+        self.horizon, self.estimate, self.distance = HORIZON, places.PI, places.INFINITY
+        self.ran, self.complete, self.evaluations = False, True, 0
+        self.by_product, self.by_least, self.by_two = 0.0, 0.0, 0.0
+        self.smallest, self.second, self.slope = 0.0, 0.0, 0.0
+        self.free, self.lasting = 0.0, -1.0
+        n, lines = self.n, self.count + 1
+        tape = arm.tape.steps * (n + 1)
+        self.room = arrays.scratch(
+            11 * n + 2 * lines * n + 5 * lines * lines + 2 * lines + ANGLES + 2 * n * n + tape
+        )
+        self.origin = self.room
+        self.first = arrays.after(self.origin, n)
+        self.d = arrays.after(self.first, n)
+        self.onto = arrays.after(self.d, n)
+        self.along = arrays.after(self.onto, n)
+        self.reached = arrays.after(self.along, n)
+        self.nearest = arrays.after(self.reached, n)
+        self.uphill = arrays.after(self.nearest, n)
+        self.roots = arrays.after(self.uphill, n)
+        self.searched = arrays.after(self.roots, 2 * n)
+        self.both = arrays.after(self.searched, n)
+        self.gram = arrays.after(self.both, 2 * lines * n)
+        self.system = arrays.after(self.gram, 3 * lines * lines)
+        self.factor = arrays.after(self.system, lines * lines)
+        self.right = arrays.after(self.factor, lines * lines)
+        self.shares = arrays.after(self.right, lines)
+        self.lengths = arrays.after(self.shares, lines)
+        self.H = arrays.after(self.lengths, ANGLES)
+        self.Z = arrays.after(self.H, n * n)
+        self.tape = arrays.after(self.Z, n * n)
+
+    def __dealloc__(self) -> None:
+        """Give the room back."""
+        arrays.give_back(self.room)
+
+    def look(
+        self,
+        q: Floats,
+        row: Floats,
+        W: Floats,
+        measures: Floats,
+        first_order: float,
+        distances: Floats,
+    ) -> None:
+        """
+        Look for the singular pose nearest to q (n,).
+
+        Parameters
+        ----------
+        q, row
+            The pose, and what evaluates it.
+        W, measures
+            As `measure_row` left them.
+        first_order
+            The distance by the product of the singular values, or by the factors, rad.
+        distances : shape (factors,)
+            To the zeros of the arm's factors, by first order.
+        """
+        self.ran, self.complete, self.evaluations = False, True, 0
+        self.distance, self.estimate = places.INFINITY, first_order
+        self.lasting = -1.0
+        n, k = self.n, self.arm.task.generic_rank
+        for j in range(n):
+            self.origin[j], self.searched[j], self.nearest[j] = q[j], q[j], 0.0
+        if measures[places.RANK] < k:
+            self.distance = 0.0
+            return
+        way_out = arrays.after(measures, places.LOST_AT + 6 + n)
+        sigma = arrays.after(way_out, n)
+        self.equations.take(row, W, sigma)
+        self._estimate(sigma, first_order)
+        if self.free > self.horizon:
+            self.lasting = TRUSTED * (self.free - self.horizon)
+            return
+        self.ran = True
+        for j in range(n):
+            self.uphill[j] = way_out[j] / self.arm.task.column_scale[j]
+        self._search(distances)
+        found = self.distance if self.found() else self.estimate
+        self.lasting = max(FOLLOWED * found, TRUSTED * (found - self.horizon))
+
+    def follow(self, q: Floats, first_order: float) -> bool:
+        """
+        Return whether the answer of the last search serves at q (n,), brought to what it is there.
+        """
+        if not self._moved_from(self.searched, q) <= self.lasting:
+            return False
+        self.evaluations = 0
+        near = self.distance <= self.horizon
+        if near:
+            longest = self._moved_from(self.origin, q) + self.distance
+            for j in range(self.n):
+                away = (self.origin[j] - q[j]) / self.arm.task.column_scale[j]
+                self.d[j] = away + self.nearest[j]
+            self.distance = places.INFINITY
+        for j in range(self.n):
+            self.origin[j] = q[j]
+        if near:
+            self._run(FOLLOWING_STEPS, longest)
+            return self.found()
+        self.estimate = min(self.estimate, first_order)
+        return True
+
+    def _moved_from(self, pose: Floats, q: Floats) -> float:
+        squares = 0.0
+        for j in range(self.n):
+            moved = (q[j] - pose[j]) / self.arm.task.column_scale[j]
+            squares += moved * moved
+        return math.sqrt(squares)
+
+    def _estimate(self, sigma: Floats, by_product: float) -> None:
+        # The figures of first order: by the product of the singular values, or the factors; by the
+        # least singular value; by the least two.
+        k = self.arm.task.generic_rank
+        self.by_product = by_product
+        self.equations.linearise()
+        self.by_least = self.equations.write_step_onto(self.first)
+        if not self.equations.are_fulfilled(self.first):
+            self.by_least = places.INFINITY
+        self.smallest = sigma[k - 1]
+        self.by_two, self.second = places.INFINITY, places.INFINITY
+        if k > 1:
+            self.second = sigma[k - 2]
+            self.by_two = self._look_at_two()
+        self.estimate = min(self.by_product, min(self.by_least, self.by_two))
+        self.slope = self.smallest / self.by_least if self.by_least > 0.0 else 0.0
+        # Nearer than this neither they nor the second order see a singular pose: the least
+        # singular value falls by slope r + reach r^2 / 2 at most, or so.
+        reach = self.arm.reach
+        falls = math.sqrt(self.slope * self.slope + 2.0 * reach * self.smallest) - self.slope
+        self.free = min(self.estimate, falls / reach)
+
+    def _search(self, distances: Floats) -> None:
+        # From one start after the other, until what is found agrees with the first order.
+        if self._follow_factors(distances):
+            return
+        self._run_from(self.first, self.by_least, min(1.0, 0.5 / self.by_least), 0.3)
+        if self._is_settled():
+            return
+        by_product = self.by_product
+        if by_product < 0.8 * self.distance and by_product < 1.5 * self.horizon:
+            self._run_from(self.uphill, 1.0, -by_product, max(0.4 * by_product, 1e-4))
+        if self.arm.task.generic_rank > 1:
+            self._run_from_two()
+        self._run_from_second_order()
+        if self.distance == places.INFINITY and self.smallest < FLAT_SADDLE * self.arm.reach:
+            self._run_to_all_sides()
+
+    def found(self) -> bool:
+        """Return whether a singular pose was found."""
+        return self.distance < places.INFINITY
+
+    def is_near(self) -> bool:
+        """Return whether one was found that is not beyond the horizon."""
+        return self.distance <= self.horizon
+
+    def is_decided(self) -> bool:
+        """Return whether nothing more is to be looked for: false where a search found nothing."""
+        return not self.ran or self.complete and self.distance < places.INFINITY
+
+    def write_pose(self, pose: Floats) -> None:
+        """Fill the pose (n,) that was found, rad or m."""
+        for j in range(self.n):
+            pose[j] = self.origin[j] + self.arm.task.column_scale[j] * self.nearest[j]
+
+    def _is_settled(self) -> bool:
+        # Found where the first order said, and no other figure of it is shorter.
+        found, by_least = self.distance, self.by_least
+        return (
+            abs(found - by_least) < 0.3 * by_least
+            and self.by_two > 0.8 * found
+            and self.by_product > 0.7 * found
+            and found * max(self.slope, 1e-3) < 0.35 * self.second
+        )
+
+    def _run_from(self, motion: Floats, length: float, factor: float, longest: float) -> None:
+        # From a motion of this length, times a factor, with steps up to `longest`.
+        if not abs(factor) * length < places.TAU:
+            return
+        for j in range(self.n):
+            self.d[j] = factor * motion[j]
+        self._run(STEPS, longest)
+
+    def _run(self, steps: int, longest: float) -> None:
+        # Newton's method from d; keeps what it finds where that is nearer.
+        n = self.n
+        best = places.INFINITY
+        for step in range(steps):
+            if self.evaluations >= self.budget:
+                self.complete = False
+                break
+            self.evaluations += 1
+            self.equations.move_to(self.origin, self.d)
+            self.equations.linearise()
+            left = self.equations.write_step_onto(self.onto)
+            away = singular_equations.length_of(self.d, n)
+            nearest = self.equations.write_nearest(self.d, self.along)
+            sigma = self.equations.sigma
+            singular = sigma[self.equations.rank - 1] < SINGULAR * sigma[0]
+            if singular and left < NEXT_STEP * away + NO_STEP:
+                if not away < best:
+                    break
+                gain = min(best - away, away - nearest)
+                best = away
+                for j in range(n):
+                    self.reached[j] = self.d[j]
+                if gain < NO_GAIN * away or away > 2.0 * self.horizon:
+                    break
+            elif away - left > self.distance:
+                break  # it is on its way to one that is farther than what was found
+            share = 1.0
+            if step >= steps - LAST_STEPS:
+                share = 0.0
+            elif step >= FULL_STEPS:
+                share = 0.5
+            for j in range(n):
+                slide = self.along[j] - self.d[j] - self.onto[j]
+                self.onto[j] += share * slide
+            length = singular_equations.length_of(self.onto, n)
+            share = longest / length if length > longest else 1.0
+            for j in range(n):
+                self.d[j] += share * self.onto[j]
+        self._keep(best)
+
+    def _keep(self, best: float) -> None:
+        if best < self.distance:
+            self.distance = best
+            for j in range(self.n):
+                self.nearest[j] = self.reached[j]
+
+    def _look_at_two(self) -> float:
+        # Where the two least singular values may vanish together, z = (cos, sin) of their
+        # directions: z' (diag(s) + sum d_j B_j) = 0, the least |d| for each of ANGLES z; returns
+        # the least of all.
+        n, lines = self.n, self.count + 1
+        k = self.equations.rank - 2
+        for r in range(2):
+            for i in range(lines):
+                self.equations.write_slope(
+                    k + r, k + i, arrays.after(self.both, (r * lines + i) * n)
+                )
+        square = lines * lines
+        for i in range(lines):
+            for j in range(lines):
+                a, b = arrays.after(self.both, i * n), arrays.after(self.both, j * n)
+                c = arrays.after(self.both, (lines + i) * n)
+                e = arrays.after(self.both, (lines + j) * n)
+                first, mixed, last = 0.0, 0.0, 0.0
+                for p in range(n):
+                    first += a[p] * b[p]
+                    mixed += a[p] * e[p] + c[p] * b[p]
+                    last += c[p] * e[p]
+                self.gram[i * lines + j] = first
+                self.gram[square + i * lines + j] = mixed
+                self.gram[2 * square + i * lines + j] = last
+        least = places.INFINITY
+        for turn in range(ANGLES):
+            self.lengths[turn] = self._solve_two(turn)
+            least = min(least, self.lengths[turn])
+        return least
+
+    def _solve_two(self, turn: int) -> float:
+        # Fills `shares` for the directions at a turn, and returns the length of their motion.
+        lines = self.count + 1
+        square = lines * lines
+        sine, cosine = chain_pass.sincos(places.PI * turn / ANGLES)
+        trace = 0.0
+        for i in range(square):
+            self.system[i] = (
+                cosine * cosine * self.gram[i]
+                + sine * cosine * self.gram[square + i]
+                + sine * sine * self.gram[2 * square + i]
+            )
+        for i in range(lines):
+            trace += self.system[i * lines + i]
+            self.right[i] = 0.0
+        self.right[0] = -cosine * self.second
+        self.right[1] = -sine * self.smallest
+        if not symmetric.damped_step(
+            lines, self.system, self.right, 1e-12 * trace, self.factor, self.shares
+        ):
+            return places.INFINITY
+        length, left, all_of_it = 0.0, 0.0, 0.0
+        for i in range(lines):
+            value = 0.0
+            for j in range(lines):
+                value += self.system[i * lines + j] * self.shares[j]
+            length += self.shares[i] * value
+            left += (value - self.right[i]) * (value - self.right[i])
+            all_of_it += self.right[i] * self.right[i]
+        if not left < 0.25 * all_of_it:
+            return places.INFINITY
+        return math.sqrt(length) if length > 0.0 else places.INFINITY
+
+    def _run_from_two(self) -> None:
+        # From the two best directions of `_look_at_two`.
+        n, lines = self.n, self.count + 1
+        used = -1
+        for _ in range(2):
+            best = -1
+            for turn in range(ANGLES):
+                length = self.lengths[turn]
+                after = self.lengths[turn + 1 if turn + 1 < ANGLES else 0]
+                before = self.lengths[turn - 1 if turn > 0 else ANGLES - 1]
+                valley = length <= before and length <= after and turn != used
+                if valley and (best < 0 or length < self.lengths[best]):
+                    best = turn
+            if best < 0:
+                return
+            used = best
+            length = self.lengths[best]
+            if not (length < 1.2 * self.distance and length < 2.0 * self.horizon):
+                return
+            self._solve_two(best)
+            sine, cosine = chain_pass.sincos(places.PI * best / ANGLES)
+            apart = 0.0
+            for j in range(n):
+                self.d[j] = 0.0
+                for i in range(lines):
+                    slope = cosine * self.both[i * n + j] + sine * self.both[(lines + i) * n + j]
+                    self.d[j] += self.shares[i] * slope
+                apart += (self.d[j] - self.nearest[j]) * (self.d[j] - self.nearest[j])
+            if self.distance == places.INFINITY or math.sqrt(apart) > 0.2 * self.distance:
+                self._run(STEPS, max(0.4 * length, 1e-4))
+
+    def _run_from_second_order(self) -> None:
+        # From the zeros of s + g.d + d'Hd / 2 along each eigenvector of H, the nearest first.
+        n = self.n
+        for j in range(n):
+            self.d[j] = 0.0
+        if self.evaluations >= self.budget:
+            self.complete = False
+            return
+        self.evaluations += 1
+        self.equations.move_to(self.origin, self.d)
+        self.equations.write_second_order(self.d, self.onto, self.along, self.H)
+        symmetric.diagonalise(self.H, self.Z, n)
+        for i in range(n):
+            self.roots[2 * i], self.roots[2 * i + 1] = places.INFINITY, places.INFINITY
+            half, along = 0.5 * self.H[i * n + i], 0.0
+            for j in range(n):
+                along += self.d[j] * self.Z[i * n + j]
+            inside = along * along - 4.0 * half * self.smallest
+            if inside >= 0.0 and abs(half) > 1e-12:
+                root = math.sqrt(inside)
+                total = -0.5 * (along + root if along >= 0.0 else along - root)
+                self.roots[2 * i] = total / half
+                if total != 0.0:
+                    self.roots[2 * i + 1] = self.smallest / total
+        for _ in range(SECOND_ORDER_STARTS):
+            best = 0
+            for i in range(2 * n):
+                if abs(self.roots[i]) < abs(self.roots[best]):
+                    best = i
+            root = self.roots[best]
+            self.roots[best] = places.INFINITY
+            if not (abs(root) <= 2.0 * self.horizon and abs(root) <= 1.5 * self.distance):
+                return
+            way = arrays.after(self.Z, best // 2 * n)
+            self._run_from(way, 1.0, root, max(0.4 * abs(root), 1e-4))
+
+    def _run_to_all_sides(self) -> None:
+        # Both ways along each eigenvector of `_run_from_second_order`.
+        n = self.n
+        for i in range(2 * n):
+            way = arrays.after(self.Z, i // 2 * n)
+            for j in range(n):
+                self.d[j] = (SIDE_STEP if i % 2 == 1 else -SIDE_STEP) * way[j]
+            self._run(2 * STEPS, LITTLE)
+            if self.distance < 0.5 * self.horizon:
+                return
+
+    def _follow_factors(self, distances: Floats) -> bool:
+        # Newton's method on each factor, which costs no decomposition; whether that is all there
+        # is to find.
+        n = self.n
+        least = places.PI
+        for f in range(self.arm.tape.factors):
+            least = min(least, distances[f])
+        for f in range(self.arm.tape.factors):
+            near = distances[f] <= 1.5 * min(self.distance, self.horizon)
+            if near and self._follow(f):
+                self._keep(singular_equations.length_of(self.reached, n))
+        return (
+            self.arm.factors_complete
+            and self.distance < 1.3 * least
+            and abs(self.distance - least) < 0.3 * least
+        )
+
+    def _follow(self, f: int) -> bool:
+        # Whether Newton's method on a factor came to a singular pose: in `reached`.
+        n = self.n
+        step = arrays.after(self.tape, self.arm.tape.ends[f] * (n + 1))
+        scale = self.arm.task.column_scale
+        for j in range(n):
+            self.d[j] = 0.0
+        for turn in range(STEPS):
+            for j in range(n):
+                self.equations.q[j] = self.origin[j] + scale[j] * self.d[j]
+            factors.run_tape(self.arm.tape, n, self.equations.q, self.tape)
+            squares, along = 0.0, 0.0
+            for j in range(n):
+                slope = step[j] * scale[j]
+                squares += slope * slope
+                along += slope * self.d[j]
+            if not squares > 0.0:
+                return False
+            onto, whole = -step[n] / squares, (along - step[n]) / squares
+            moved = 0.0
+            slides = turn < STEPS - LAST_STEPS
+            for j in range(n):
+                slope = step[j] * scale[j]
+                target = whole * slope if slides else self.d[j] + onto * slope
+                moved += (target - self.d[j]) * (target - self.d[j])
+                self.d[j] = target
+            if not moved < places.PI * places.PI:
+                return False
+            if math.sqrt(moved) < 1e-9 and turn > 0:
+                break
+        if self.evaluations >= self.budget:
+            self.complete = False
+            return False
+        self.evaluations += 1
+        self.equations.move_to(self.origin, self.d)
+        sigma = self.equations.sigma
+        for j in range(n):
+            self.reached[j] = self.d[j]
+        return sigma[self.equations.rank - 1] < SINGULAR * sigma[0]

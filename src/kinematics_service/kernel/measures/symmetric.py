@@ -1,0 +1,89 @@
+"""A small symmetric matrix: eigenvectors by Jacobi's rotations, equations by Cholesky."""
+
+import math
+
+from ..layout import arrays
+from ..layout.arrays import Floats
+
+# Sweeps at most; matrices of 12 rows were seen to need eight.
+MAX_SWEEPS = 30
+# An entry beside the diagonal below this share of the largest one on it is round-off.
+NEGLIGIBLE = 1e-15
+
+
+def _rotate(H: Floats, Z: Floats, size: int, i: int, j: int) -> None:
+    # The turn in the plane of i and j that makes H[i, j] zero (Golub and Van Loan, 8.5.2).
+    off = H[i * size + j]
+    half = 0.5 * (H[j * size + j] - H[i * size + i])
+    root = math.sqrt(half * half + off * off)
+    t = off / (half + root) if half >= 0.0 else off / (half - root)
+    c = 1.0 / math.sqrt(1.0 + t * t)
+    s = t * c
+    for k in range(size):
+        x, y = H[k * size + i], H[k * size + j]
+        H[k * size + i] = c * x - s * y
+        H[k * size + j] = s * x + c * y
+    for k in range(size):
+        x, y = H[i * size + k], H[j * size + k]
+        H[i * size + k] = c * x - s * y
+        H[j * size + k] = s * x + c * y
+        x, y = Z[i * size + k], Z[j * size + k]
+        Z[i * size + k] = c * x - s * y
+        Z[j * size + k] = s * x + c * y
+
+
+def diagonalise(H: Floats, Z: Floats, size: int) -> None:
+    """
+    Turn a symmetric matrix H (size, size) into a diagonal one, and fill Z with its eigenvectors.
+
+    They are the rows of Z, in no order; H[i, i] is the eigenvalue of row i.
+    """
+    for i in range(size):
+        for j in range(size):
+            Z[i * size + j] = 1.0 if i == j else 0.0
+    for _ in range(MAX_SWEEPS):
+        largest, worst = 0.0, 0.0
+        for i in range(size):
+            largest = max(largest, abs(H[i * size + i]))
+            for j in range(i + 1, size):
+                worst = max(worst, abs(H[i * size + j]))
+        if not worst > NEGLIGIBLE * largest:
+            return
+        for i in range(size):
+            for j in range(i + 1, size):
+                if abs(H[i * size + j]) > NEGLIGIBLE * NEGLIGIBLE * largest:
+                    _rotate(H, Z, size, i, j)
+
+
+def damped_step(n: int, A: Floats, g: Floats, damping: float, L: Floats, step: Floats) -> bool:
+    """Solve (A + damping) step = g by Cholesky; False where round-off makes that impossible."""
+    for i in range(n):
+        for j in range(i + 1):
+            value = A[i * n + j]
+            if i == j:
+                value += damping
+            for k in range(j):
+                value -= L[i * n + k] * L[j * n + k]
+            if i == j:
+                if not value > 0.0:
+                    return False
+                L[i * n + i] = math.sqrt(value)
+            else:
+                L[i * n + j] = value / L[j * n + j]
+    for i in range(n):
+        value = g[i]
+        for k in range(i):
+            value -= L[i * n + k] * step[k]
+        step[i] = value / L[i * n + i]
+    for i in range(n - 1, -1, -1):
+        value = step[i]
+        for k in range(i + 1, n):
+            value -= L[k * n + i] * step[k]
+        step[i] = value / L[i * n + i]
+    return True
+
+
+def eigenvectors(H: Floats, Z: Floats) -> None:
+    """Do what `diagonalise` does, of arrays."""
+    size = arrays.extent(H, 0)
+    diagonalise(arrays.results(H, size * size), arrays.results(Z, size * size), size)

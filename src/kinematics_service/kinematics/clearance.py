@@ -1,0 +1,65 @@
+"""A radius around poses in which no pose is singular, proved."""
+
+import functools
+
+import numpy as np
+
+from .. import kernel
+from ..kernel import Floats
+from ..robot.clearance_bounds import ClearanceBounds, find_bounds, strokes_of
+from ..robot.robot import Robot
+from .threads import in_parts
+
+
+def clearances(robot: Robot, q: Floats) -> Floats:
+    """
+    Return the radius around each pose in which no pose is singular, shape (N,), rad, at most 1.
+
+    A joint motion is measured by the square root of the sum of squares; prismatic joints are
+    divided by the characteristic length.
+
+    Parameters
+    ----------
+    robot
+        The arm.
+    q : shape (N, n), rad or m
+        Joint positions, in C order.
+    """
+    sizes = _sizes(robot, q)
+    radii = np.empty(len(q))
+    for size in np.unique(sizes):
+        chosen = sizes == size
+        radii[chosen] = _radii(robot, _bounds(robot, float(size)), q[chosen])
+    return radii
+
+
+def _sizes(robot: Robot, q: Floats) -> Floats:
+    # How far out sliding joints are that are beyond their limits, or have none: a power of two
+    # times the characteristic length, so that few bounds serve many poses; 0 where none is.
+    strokes = strokes_of(robot.chain, robot.limits)
+    slides = strokes != 0.0
+    away = np.abs(q[:, slides])
+    farthest = np.max(np.where(away > strokes[slides], away, 0.0), axis=1, initial=0.0)
+    _, powers = np.frexp(farthest / robot.task.length)
+    return np.where(farthest > 0.0, np.ldexp(robot.task.length, powers), 0.0)
+
+
+@functools.lru_cache(maxsize=64)
+def _bounds(robot: Robot, size: float) -> ClearanceBounds:
+    strokes = strokes_of(robot.chain, robot.limits)
+    reached = np.where(strokes != 0.0, np.maximum(strokes, size), 0.0)
+    return find_bounds(robot.chain, robot.task, reached)
+
+
+def _radii(robot: Robot, bounds: ClearanceBounds, q: Floats) -> Floats:
+    radii, rows = np.full(len(q), kernel.LARGEST_CLEARANCE), np.ascontiguousarray(q)
+    if not len(bounds.moving):  # the rank is the same at every pose
+        return radii
+
+    def part(begin: int, end: int) -> int:
+        clearance = kernel.Clearance(robot.arm, *bounds)
+        kernel.clearances(clearance, rows[begin:end], radii[begin:end])
+        return -1
+
+    in_parts(len(q), part)
+    return radii

@@ -1,0 +1,1 @@
+"""Plans with a verdict: what is proved of a motion between its points too, and what is refuted."""

@@ -1,0 +1,207 @@
+"""A plan checked between its points too: singular poses, limits, speeds."""
+
+from collections.abc import Sequence
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from ... import kernel
+from ...errors import JointVectorError, PlanError
+from ...kernel import Floats
+from ...robot.measures import MEASURES
+from ...robot.robot import Robot
+from .extremes import largest
+from .moments import moment_at
+from .point_speed import TOOL, speed_over_plan
+from .polynomials import PolynomialMotion, polynomial_motion
+from .singular_proof import singularity_of_plan
+from .verdicts import JointExtreme, PlanCheck, PlanJoint
+
+# As the estimator has it: a position beyond its limit by less is at the limit, rad or m; and as a
+# share of velocity limits.
+LIMIT_SLACK = 1e-6
+DISTANCE = 'distance'
+
+
+def threshold_of_distance(robot: Robot, which: Literal['warn', 'stop'] = 'stop') -> float:
+    """Return a threshold of the distance, rad: the default where another measure is watched."""
+    watched = robot.thresholds.measure == DISTANCE
+    return float(getattr(robot.thresholds if watched else MEASURES[DISTANCE], which))
+
+
+def check_plan(
+    robot: Robot,
+    times: npt.ArrayLike,
+    positions: npt.ArrayLike,
+    velocities: npt.ArrayLike | None = None,
+    accelerations: npt.ArrayLike | None = None,
+    distance: float | None = None,
+    speed_limit: float | None = None,
+    speed_of: Sequence[str] = (),
+) -> PlanCheck:
+    """
+    Return what is proved of a plan between its points too, and what is refuted by a pose.
+
+    Between two points the motion is that of joint_trajectory_controller: straight with positions
+    alone, cubic with velocities, quintic with accelerations. It is no safety function: what a
+    robot does is not looked at.
+
+    Parameters
+    ----------
+    robot
+        The arm.
+    times : shape (N,), s
+        Rising.
+    positions : shape (N, n), rad or m
+        Joint positions at the points, in the order of the arm.
+    velocities, accelerations : shape (N, n)
+        rad/s or m/s, rad/s^2 or m/s^2; accelerations count only with velocities.
+    distance
+        How near a singular pose the plan may not come, rad; the default is the threshold `stop`
+        of the distance.
+    speed_limit
+        The largest speed allowed of each point of `speed_of`, m/s.
+    speed_of
+        Points whose speed is looked at besides the tool's: frames by their number as
+        `link_frames` has them, or joints, for the point of their axis where their row begins.
+
+    Raises
+    ------
+    PlanError
+        The times do not rise, a number means nothing, there is no such point, or the motion
+        between the points is larger than the kernel takes.
+    JointVectorError
+        The numbers of the points are of the wrong shape, or not finite.
+
+    Examples
+    --------
+    >>> import kinematics_service as ks
+    >>> robot = ks.load_robot('planar_2r')
+    >>> check = ks.check_plan(robot, [0.0, 2.0], [[0.1, 0.5], [0.6, 1.5]], speed_limit=2.0)
+    >>> check.verdict, check.singularity.verdict
+    ('proved', 'proved')
+    >>> ks.check_plan(robot, [0.0, 2.0], [[0.1, 0.5], [0.6, -0.5]]).singularity.verdict
+    'refuted'
+    """
+    at = _times(times)
+    given = [
+        _table(robot, table, name, len(at))
+        for name, table in (
+            ('positions', positions),
+            ('velocities', velocities),
+            ('accelerations', accelerations),
+        )
+    ]
+    assert given[0] is not None
+    asked = (
+        threshold_of_distance(robot)
+        if distance is None
+        else _positive(distance, 'distance', np.pi)
+    )
+    limit = None if speed_limit is None else _positive(speed_limit, 'speed_limit', np.inf)
+    motion = polynomial_motion(at, given[0], given[1], given[2])
+    points = dict.fromkeys([TOOL, *map(str, speed_of)])
+    with np.errstate(over='ignore', invalid='ignore'):  # what is too large is refused
+        joints = tuple(_joint(robot, motion, j) for j in range(robot.dof))
+        return PlanCheck(
+            singularity_of_plan(robot, motion, asked),
+            joints,
+            tuple(speed_over_plan(robot, motion, of, limit) for of in points),
+        )
+
+
+def _times(times: npt.ArrayLike) -> Floats:
+    try:
+        at = np.array(times, dtype=np.float64)
+    except (TypeError, ValueError):
+        at = np.full(1, np.nan)
+    if at.ndim != 1 or not len(at) or not np.all(np.isfinite(at)) or np.any(np.diff(at) <= 0.0):
+        raise PlanError(
+            'times must be finite numbers that rise, one for each point',
+            'times',
+            ['(N,)'],
+            at.shape,
+        )
+    return at
+
+
+def _table(robot: Robot, table: npt.ArrayLike | None, name: str, count: int) -> Floats | None:
+    if table is None:
+        return None
+    expected = (count, robot.dof)
+    try:
+        rows = np.array(table, dtype=np.float64, order='C')
+    except (TypeError, ValueError):
+        raise JointVectorError(
+            f'{name} must be numbers, shape {expected}', name, [expected]
+        ) from None
+    if rows.shape != expected:
+        raise JointVectorError(
+            f'{name} has shape {rows.shape}; of {count} points and the joints of {robot.name} '
+            f'({", ".join(robot.joint_names)}) it must be {expected}',
+            name,
+            [expected],
+            rows.shape,
+        )
+    bad = np.flatnonzero(~np.all(np.isfinite(rows), axis=1))
+    if len(bad):
+        raise JointVectorError(
+            f'{name} must be finite: point {bad[0]} is {rows[bad[0]].tolist()}',
+            name,
+            [expected],
+            rows.shape,
+            int(bad[0]),
+        )
+    return rows
+
+
+def _positive(value: float, name: str, most: float) -> float:
+    if not 0.0 < value <= most or np.isinf(value):
+        raise PlanError(
+            f'{name} must be above 0'
+            + (f' and at most {most:.4g}' if np.isfinite(most) else '')
+            + f', not {value:g}',
+            name,
+            ['above 0'],
+            value,
+        )
+    return float(value)
+
+
+def _joint(robot: Robot, motion: PolynomialMotion, j: int) -> PlanJoint:
+    q = motion.coefficients[:, :, j]
+    powers = np.arange(1, q.shape[1])
+    durations = np.where(motion.durations > 0.0, motion.durations, 1.0)
+    rate = q[:, 1:] * powers / durations[:, None]
+    if not len(powers):
+        rate = np.zeros((len(q), 1))
+    least, greatest = _extreme(motion, -q, -1.0), _extreme(motion, q, 1.0)
+    fastest = max(
+        _extreme(motion, rate, 1.0), _extreme(motion, -rate, 1.0), key=lambda one: one.value
+    )
+    for extreme in (least, greatest, fastest):
+        if not abs(extreme.value) <= kernel.LARGEST:
+            raise PlanError(
+                f'between its points {robot.joint_names[j]} moves too far or too fast to be '
+                'judged',
+                'positions',
+                [f'at most {kernel.LARGEST:g}'],
+                extreme.value,
+            )
+    low, high = robot.limits[j]
+    inside = least.value >= low - LIMIT_SLACK and greatest.value <= high + LIMIT_SLACK
+    slow = fastest.value <= robot.velocity_limits[j] * (1.0 + LIMIT_SLACK)
+    return PlanJoint(
+        robot.joint_names[j],
+        least,
+        greatest,
+        fastest,
+        'proved' if inside else 'refuted',
+        'proved' if slow else 'refuted',
+    )
+
+
+def _extreme(motion: PolynomialMotion, coefficients: Floats, sign: float) -> JointExtreme:
+    found = largest(coefficients)
+    return JointExtreme(sign * found.value, moment_at(motion, found.segment, found.s))

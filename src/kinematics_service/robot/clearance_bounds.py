@@ -1,0 +1,186 @@
+"""What the lengths of an arm say of its Jacobian at every pose: bounds of how it bends."""
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import kernel
+from ..kernel import Chain, Floats, Integers
+from .task import Task
+
+# With more entries the third derivative is not bounded: there are entries^4 of its parts.
+MOST_ENTRIES = 16
+# Axes nearer to parallel (sine of their angle) have no common point.
+PARALLEL = 1e-6
+
+
+class ClearanceBounds(NamedTuple):
+    """
+    What `kernel.Clearance` takes of an arm, as it is documented there.
+
+    Attributes
+    ----------
+    moving : shape (d,)
+        The joints that can change the rank of J_t.
+    point : shape (3,), m
+        In the axes of the tool, from its origin.
+    bend, twist
+        Bounds of the second and third derivatives.
+    """
+
+    moving: Integers
+    point: Floats
+    bend: float
+    twist: float
+
+
+class _Elements(NamedTuple):
+    """The elements of a chain where all joints are zero, in the base frame."""
+
+    turns: npt.NDArray[np.bool_]
+    axis: Floats
+    point: Floats
+    tool: Floats
+    rotation: Floats
+
+
+def _elements(chain: Chain) -> _Elements:
+    row = np.zeros(chain.widths[kernel.JACOBIAN])
+    zero = np.zeros((1, chain.dof))
+    kernel.evaluate(chain, zero, zero, kernel.JACOBIAN, row[None])
+    pose = row[:16].reshape(4, 4)
+    screws = row[chain.screws_at : chain.screws_at + 6 * chain.entries].reshape(6, -1).T
+    first = chain.table.first_entry
+    count = len(first) - 1
+    turns, axis, point = np.zeros(count, bool), np.zeros((count, 3)), np.zeros((count, 3))
+    for k in range(count):
+        entries = range(first[k], first[k + 1])
+        # The entry that turns the element most has its axis; v = w x (tool - point).
+        e = max(entries, key=lambda entry: abs(chain.table.by_theta[entry]))
+        if chain.table.by_theta[e] != 0.0:
+            v, w = screws[e, :3], screws[e, 3:]
+            size = np.linalg.norm(w)
+            turns[k], axis[k] = True, w / size
+            point[k] = pose[:3, 3] + np.cross(w, v) / size**2
+    return _Elements(turns, axis, point, pose[:3, 3], pose[:3, :3])
+
+
+def _point(elements: _Elements, six_rows: bool) -> Floats:
+    # Where all six rows count, the point of the last axis that is nearest to the axis before it:
+    # the centre of a spherical wrist. The rank of J is the same for each point of the tool.
+    if not six_rows or len(elements.turns) < 2 or not elements.turns[-2:].all():
+        return elements.tool
+    a, b = elements.axis[-1], elements.axis[-2]
+    p, o = elements.point[-1], elements.point[-2]
+    across = np.cross(a, b)
+    square = float(across @ across)
+    along = np.linalg.det(np.array([o - p, b, across])) / square if square > PARALLEL**2 else 0.0
+    return np.asarray(p + a * along)
+
+
+def _farthest(chain: Chain, elements: _Elements, point: Floats, strokes: Floats) -> Floats:
+    # How far the point can come from the axis of each element: the sum of the ways from foot to
+    # foot along the axes, which never change, and of the ways that elements slide.
+    count = len(elements.turns)
+    first = chain.table.first_entry
+    hops, foot = np.zeros(count), point
+    for k in range(count - 1, -1, -1):
+        if elements.turns[k]:
+            a, c = elements.axis[k], elements.point[k]
+            below = c + a * float(a @ (foot - c))
+            hops[k] = float(np.linalg.norm(foot - below))
+            foot = below
+        for e in range(first[k], first[k + 1]):
+            hops[k] += abs(chain.table.by_d[e]) * strokes[chain.table.joint[e]]
+    return np.cumsum(hops[::-1])[::-1]
+
+
+def _moving(chain: Chain, task: Task, six_rows: bool) -> Integers:
+    # The first joint turns or moves all columns alike, the last one moves none of them, where
+    # that is all it drives.
+    n, table = chain.dof, chain.table
+    alone = [
+        table.first_entry[1] == 1 and np.sum(table.joint == table.joint[0]) == 1,
+        table.first_entry[-1] - table.first_entry[-2] == 1
+        and np.sum(table.joint == table.joint[-1]) == 1,
+    ]
+    whole = set(task.rows) in ({'x', 'y', 'z'}, {'rx', 'ry', 'rz'}) or six_rows
+    counts = np.ones(n, bool)
+    if alone[0] and (whole or table.by_theta[0] == 0.0):
+        counts[table.joint[0]] = False
+    if alone[1] and six_rows:
+        counts[table.joint[-1]] = False
+    return np.flatnonzero(counts).astype(np.int64)
+
+
+def _largest_parts(chain: Chain, task: Task, farthest: Floats, order: int) -> Floats:
+    # Shape (entries, ...): at most so large is the derivative of a column by `order` entries:
+    # the product of their angular velocities and the speed of the last of all in the chain; for
+    # the angular rows, of all that are before the column.
+    table, E = chain.table, chain.entries
+    element = np.repeat(np.arange(len(table.theta_0)), np.diff(table.first_entry))
+    w = np.abs(table.by_theta)
+    v = w * farthest[element] + np.abs(table.by_d)
+    grid = np.indices((E,) * (order + 1))
+    inner = np.sort(grid, axis=0)
+    linear = np.prod(w[inner[:-1]], axis=0) * v[inner[-1]]
+    before = np.all(element[grid[1:]] < element[grid[:1]], axis=0)
+    angular = np.prod(w[grid], axis=0) * before
+    has_linear = any(axis < 3 for axis in task.axes)
+    has_angular = any(axis >= 3 for axis in task.axes)
+    parts = np.hypot(linear * has_linear, angular * task.length * has_angular)
+    # Entries become joints, each with what a unit of it counts.
+    scales = np.zeros((chain.dof, E))
+    scales[table.joint, np.arange(E)] = task.column_scales[table.joint]
+    for axis in range(order + 1):
+        parts = np.moveaxis(np.tensordot(scales, parts, axes=(1, axis)), 0, axis)
+    return np.asarray(parts)
+
+
+def _norm(matrix: Floats) -> float:
+    return float(np.linalg.norm(matrix, 2))
+
+
+def strokes_of(chain: Chain, limits: Floats) -> Floats:
+    """
+    Return how far from zero the limits let each sliding joint be, shape (n,); -1 without limits.
+
+    0 for joints that only turn.
+    """
+    slides = np.zeros(chain.dof, bool)
+    slides[chain.table.joint[chain.table.by_d != 0.0]] = True
+    farthest = np.max(np.abs(limits), axis=1)
+    return np.where(slides, np.where(np.isfinite(farthest), farthest, -1.0), 0.0)
+
+
+def find_bounds(chain: Chain, task: Task, strokes: Floats) -> ClearanceBounds:
+    """
+    Return the bounds of an arm, within kernel.LARGEST_CLEARANCE of poses inside the strokes.
+
+    Parameters
+    ----------
+    chain, task
+        The arm.
+    strokes : shape (n,), rad or m
+        How far from zero each joint is; only those of sliding ones count.
+    """
+    six_rows = len(task.rows) == 6
+    elements = _elements(chain)
+    point = _point(elements, six_rows)
+    around = strokes + kernel.LARGEST_CLEARANCE * task.column_scales
+    farthest = _farthest(chain, elements, point, around)
+    moving = _moving(chain, task, six_rows)
+    n, d = chain.dof, len(moving)
+    if d == 0:
+        return ClearanceBounds(moving, np.zeros(3), 0.0, 0.0)
+    # The flattenings of a tensor with many indices bound what it does along one direction.
+    second = _largest_parts(chain, task, farthest, 2)[np.ix_(np.arange(n), moving, moving)]
+    bend = min(_norm(second.reshape(n, -1)), _norm(np.moveaxis(second, 0, 1).reshape(d, -1)))
+    twist = np.inf
+    if chain.entries <= MOST_ENTRIES:
+        third = _largest_parts(chain, task, farthest, 3)[
+            np.ix_(np.arange(n), moving, moving, moving)
+        ]
+        twist = min(_norm(third.reshape(n, -1)), _norm(third.reshape(n * d, -1)))
+    return ClearanceBounds(moving, elements.rotation.T @ (point - elements.tool), bend, twist)

@@ -1,0 +1,113 @@
+"""
+The nearest singular pose by brute force, by numpy alone: many starts, and J by differences.
+
+Nothing of the kernel but the Jacobian is used, so that this is a second road to the distance.
+"""
+
+import numpy as np
+
+import kinematics_service as ks
+
+# Step of the central differences of J, in rad: its error is some 1e-10 of J.
+STEP = 1e-6
+# A search has ended where the step onto the singular set is below this, rad.
+ENDED = 1e-9
+SINGULAR = 1e-8
+STEPS, LAST_STEPS, LONGEST, FARTHEST = 32, 6, 0.2, 1.2
+
+
+def scaled_jacobian(robot, q):
+    """Return J_t (..., m, n) as singularities are judged by it."""
+    task = robot.task
+    J = ks.jacobian(robot, q)
+    turned = np.swapaxes(task.rotation, 0, 1)
+    J = np.concatenate([turned @ J[..., :3, :], turned @ J[..., 3:, :]], axis=-2)
+    return J[..., task.axes, :] * task.row_scales[:, None] * task.column_scales
+
+
+def slopes_of_jacobian(robot, q):
+    """Return dJ_t/du_j (..., n, m, n) by central differences; u as `column_scales` has it."""
+    shift = STEP * np.diag(robot.task.column_scales)
+    ahead = scaled_jacobian(robot, q[..., None, :] + shift)
+    return (ahead - scaled_jacobian(robot, q[..., None, :] - shift)) / (2.0 * STEP)
+
+
+def equations(robot, q, above=0):
+    """
+    Return s (N, min), right-hand sides c (N, e) and A (N, e, n): c + A d = 0 near a singular pose.
+
+    `above` counts singular values from the least one upwards.
+    """
+    U, s, Vt = np.linalg.svd(scaled_jacobian(robot, q))
+    D = slopes_of_jacobian(robot, q)
+    k = robot.task.generic_rank - 1 - above
+    if U.shape[-1] <= Vt.shape[-1]:
+        A = np.einsum('Nr,Njrc,Nec->Nej', U[:, :, k], D, Vt[:, k:, :])
+    else:
+        A = np.einsum('Nre,Njrc,Nc->Nej', U[:, :, k:], D, Vt[:, k, :])
+    c = np.zeros(A.shape[:2])
+    c[:, 0] = s[:, k]
+    return s, c, A
+
+
+def least(A, b):
+    """Return the least d with A d = b, directions in which A hardly changes left out."""
+    return np.einsum('Nje,Ne->Nj', np.linalg.pinv(A, rcond=1e-5), b)
+
+
+def _descend(robot, origin, d):
+    # Relaxed Newton of all rows at once; the distances where they ended, infinite elsewhere.
+    scales, rank = robot.task.column_scales, robot.task.generic_rank
+    distance = np.full(len(d), np.inf)
+    poses = np.full(d.shape, np.nan)
+    for step in range(STEPS):
+        s, c, A = equations(robot, origin + d * scales)
+        onto = least(A, -c)
+        size, left = np.linalg.norm(d, axis=1), np.linalg.norm(onto, axis=1)
+        ended = (s[:, rank - 1] < SINGULAR * s[:, 0]) & (left < ENDED) & (size < distance)
+        distance[ended], poses[ended] = size[ended], (origin + d * scales)[ended]
+        slide = least(A, np.einsum('Nej,Nj->Ne', A, d) - c) - d - onto
+        share = 0.0 if step >= STEPS - LAST_STEPS else 1.0 if step % 8 < 4 else 0.5
+        move = onto + share * slide
+        length = np.linalg.norm(move, axis=1, keepdims=True)
+        d = d + move * (LONGEST / np.maximum(length, LONGEST))
+        d = np.where(np.linalg.norm(d, axis=1, keepdims=True) > FARTHEST, 0.0, d)
+    return distance, poses
+
+
+def nearest_singular(robot, q, starts=24, seed=3):
+    """Return distances (N,) and poses (N, n); infinite and NaN where no start found one."""
+    random = np.random.default_rng(seed)
+    N, n = q.shape
+    distance, poses = np.full(N, np.inf), np.full((N, n), np.nan)
+    for start in range(starts):
+        spread = 0.5 * start / starts / np.sqrt(n)
+        found, where = _descend(robot, q, random.normal(size=(N, n)) * spread)
+        nearer = found < distance
+        distance[nearer], poses[nearer] = found[nearer], where[nearer]
+    return distance, poses
+
+
+def saddles(robot, count, seed=7):
+    """
+    Return poses (count, n) at which the two least singular values all but vanish together.
+
+    Branches of the singular set meet there or just miss each other, and first-order estimates are
+    at their worst: half of them exactly there, half up to a thousandth of a radian beside.
+    """
+    random = np.random.default_rng(seed)
+    low, high = np.clip(robot.limits, -np.pi, np.pi).T
+    q = random.uniform(low, high, (count, robot.dof))
+    scales, rank = robot.task.column_scales, robot.task.generic_rank
+    if rank < 2:
+        return q
+    for _ in range(12):
+        U, s, Vt = np.linalg.svd(scaled_jacobian(robot, q))
+        D = slopes_of_jacobian(robot, q)
+        last = [rank - 2, rank - 1]
+        A = np.einsum('Nrl,Njrc,Nlc->Nlj', U[:, :, last], D, Vt[:, last, :])
+        step = least(A, -s[:, last])
+        length = np.linalg.norm(step, axis=1, keepdims=True)
+        q = q + step * (LONGEST / np.maximum(length, LONGEST)) * scales
+    beside = random.normal(size=q.shape) * 1e-3 * (np.arange(count) % 2)[:, None]
+    return q + beside * scales

@@ -1,0 +1,141 @@
+"""The radius in which no pose is singular: proved, and so never above the distance of one."""
+
+import dataclasses
+import math
+
+import brute_force
+import numpy as np
+import pytest
+from arms import BUNDLED, RANDOM, robot_of, without_factors
+from calibrated import calibrated_ur5
+from test_nearest_singular import judged_poses, random_poses
+
+import kinematics_service as ks
+from kinematics_service import kernel
+from kinematics_service.robot.clearance_bounds import find_bounds
+
+# Round-off of a distance: a pose counts as singular when it is this near to one (rad).
+AT_IT = 1e-6
+# Steps of differences along a motion, and the share that they are off by.
+STEP, DIFFERENCE = 1e-3, 1.01
+
+
+def named(name):
+    return calibrated_ur5(1) if name == 'calibrated UR5' else without_factors(name)
+
+
+@pytest.mark.parametrize('name', ['calibrated UR5', *BUNDLED, *RANDOM])
+def test_no_singular_pose_is_nearer_than_the_clearance(name):
+    robot = named(name)
+    q = judged_poses(robot, 300)
+    found = ks.singularity(robot, q)
+    distance = np.linalg.norm((found.nearest_singular - q) / robot.task.column_scales, axis=1)
+    there = np.isfinite(distance)
+    assert np.all(found.clearance >= 0.0)
+    assert np.all(found.clearance <= kernel.LARGEST_CLEARANCE)
+    assert np.all(found.clearance[there] <= distance[there] * (1.0 + 1e-6) + AT_IT)
+
+
+@pytest.mark.parametrize('name', ['calibrated UR5', 'puma560', 'offset_stanford_dh', 'panda'])
+def test_no_pose_of_a_search_that_ended_is_nearer_than_the_clearance(name):
+    robot = named(name)
+    q = judged_poses(robot, 48)
+    distance, _ = brute_force.nearest_singular(robot, q, starts=6)
+    assert np.sum(np.isfinite(distance)) > 10
+    clearance = ks.singularity(robot, q).clearance
+    assert np.all(clearance <= distance * (1.0 + 1e-6) + AT_IT)
+
+
+@pytest.mark.parametrize('name', ['calibrated UR5', 'puma560', 'ur5e', 'craig_3r'])
+def test_near_the_singular_set_the_clearance_is_nearly_the_distance(name):
+    robot = named(name)
+    found = ks.singularity(robot, random_poses(robot, 3000))
+    for limit, share in ((0.03, 0.9), (0.1, 0.75)):
+        near = (found.distance < limit) & (found.distance > 1e-3)
+        assert np.median(found.clearance[near] / found.distance[near]) > share
+
+
+def bent(robot, q, motion, order):
+    # The largest singular value of the second or third derivative of J_t along a motion.
+    weights = {2: ((-1, 1), (0, -2), (1, 1)), 3: ((-2, -0.5), (-1, 1), (1, -1), (2, 0.5))}[order]
+    scales = robot.task.column_scales
+    J = sum(
+        weight * brute_force.scaled_jacobian(robot, q + k * STEP * motion * scales)
+        for k, weight in weights
+    )
+    return np.linalg.svd(J / STEP**order, compute_uv=False)[..., 0]
+
+
+@pytest.mark.parametrize(
+    'name',
+    ['puma560', 'panda', 'scara_hsr065', 'spherical_rrp', 'parallelogram_left', 'planar_3r'],
+)
+def test_the_jacobian_bends_no_more_than_its_bounds_say(name):
+    robot = robot_of(name)
+    strokes = np.max(np.abs(np.clip(robot.limits, -1.0, 1.0)), axis=1)
+    bounds = find_bounds(robot.chain, robot.task, strokes)
+    random = np.random.default_rng(0)
+    low, high = np.clip(robot.limits, -1.0, 1.0).T
+    q = random.uniform(low, high, (300, robot.dof))
+    motion = np.zeros_like(q)
+    motion[:, bounds.moving] = random.normal(size=(300, len(bounds.moving)))
+    motion /= np.linalg.norm(motion, axis=1, keepdims=True)
+    if np.any(bounds.point):
+        robot = with_tool_at(robot, bounds.point)
+    assert np.max(bent(robot, q, motion, 2)) < DIFFERENCE * bounds.bend
+    assert np.max(bent(robot, q, motion, 3)) < DIFFERENCE * bounds.twist
+
+
+def with_tool_at(robot, point):
+    # The robot with its tool's origin moved to a point in its own axes.
+    table = robot.chain.table
+    before = np.array(table.before)
+    before[-1, :, 3] += before[-1, :, :3] @ point
+    return dataclasses.replace(robot, chain=kernel.Chain(table._replace(before=before)))
+
+
+def test_a_sliding_joint_without_limits_has_bounds_where_it_is():
+    robot = robot_of('spherical_rrp')
+    inside = np.array([0.3, 0.4, 0.5])
+    beyond = inside + [0.0, 0.0, 5.0]
+    for q in (inside, beyond):
+        found = ks.singularity(robot, q)
+        assert found.clearance > 0.0
+        assert found.nearest_singular is None or found.clearance <= found.distance
+
+
+def test_one_pose_has_the_clearance_of_a_batch():
+    robot = robot_of('kinova_gen3')
+    q = random_poses(robot, 20)
+    batch = ks.singularity(robot, q.reshape(4, 5, 7)).clearance
+    assert batch.shape == (4, 5)
+    one = [ks.singularity(robot, pose).clearance for pose in q]
+    np.testing.assert_array_equal(batch.ravel(), one)
+    assert type(one[0]) is float
+
+
+def test_at_a_singular_pose_there_is_none():
+    assert ks.singularity(robot_of('ur5e'), [0.1, -1.0, 0.0, 0.5, 0.6, 0.7]).clearance == 0.0
+
+
+@pytest.mark.parametrize('size', [1, 2, 5, 7, 12])
+def test_eigenvectors_are_those_of_numpy(size):
+    random = np.random.default_rng(size)
+    for _ in range(50):
+        H = random.normal(size=(size, size))
+        H += H.T
+        left, Z = H.copy(), np.zeros((size, size))
+        kernel.eigenvectors(left, Z)
+        np.testing.assert_allclose(Z @ H @ Z.T, np.diag(np.diag(left)), rtol=0, atol=1e-13 * size)
+        np.testing.assert_allclose(Z @ Z.T, np.eye(size), rtol=0, atol=1e-14 * size)
+        np.testing.assert_allclose(
+            np.sort(np.diag(left)), np.linalg.eigvalsh(H), rtol=0, atol=1e-13 * size
+        )
+
+
+def test_opposite_eigenvalues_are_told_apart():
+    # A saddle: singular vectors would mix the two.
+    H, Z = np.array([[0.0, 1.0], [1.0, 0.0]]), np.zeros((2, 2))
+    kernel.eigenvectors(H, Z)
+    assert sorted(np.diag(H)) == pytest.approx([-1.0, 1.0])
+    assert math.isclose(abs(Z[0, 0]), math.sqrt(0.5))
