@@ -144,12 +144,12 @@ def topics() -> str:
 def parameters() -> str:
     """Return the table of the parameters."""
     try:
-        from kinematics_service.ros.parameters.table import PARAMETERS, ROBOT, TRANSPORT
+        from kinematics_service.ros.parameters.table import PARAMETERS, POINTS, ROBOT, TRANSPORT
     except ImportError:
         return WITHOUT_ROS
     rows = [
         [code(one.name), code(_yaml(one.default)), _accepted(one), one.description]
-        for one in (ROBOT, TRANSPORT, *PARAMETERS)
+        for one in (ROBOT, TRANSPORT, POINTS, *PARAMETERS)
     ]
     return table(('parameter', 'default', 'accepted', 'meaning'), rows)
 
@@ -162,6 +162,7 @@ def _accepted(one: Any) -> str:
     if one.choices:
         return ', '.join(code(choice) for choice in one.choices)
     words = ['true or false'] if isinstance(one.default, bool) else []
+    words += ['a list of texts'] if isinstance(one.default, list) else []
     if one.range is not None:
         words.append(f'{one.range[0]:g} to {one.range[1]:g}')
     if one.least:
@@ -212,6 +213,7 @@ def _value(entry: Any, key: str) -> str:
         entries.Word: 'text',
         entries.Citation: 'text',
         entries.Number: 'number',
+        entries.Whole: 'whole number',
         entries.Truth: '`true` or `false`',
         entries.Numbers: 'list of numbers',
         entries.Pair: 'two numbers',

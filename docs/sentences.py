@@ -53,6 +53,7 @@ ROBOT_FILE = {
             'links': 'the rows of the table, base to tool',
             'base': 'where the table begins, in the base frame',
             'tool': 'the tool, in the last frame of the table',
+            'points': 'other points of the arm, by name: `{elbow: {row: 2}}`',
             'singularity': 'what is called singular, and when to warn',
             'known_poses': 'poses known from elsewhere, which `check` compares',
         },
@@ -100,6 +101,18 @@ ROBOT_FILE = {
         'base and tool',
         'What is left out is zero, and the frames are called `base_link` and `tool0`.',
         {'frame': 'name of the frame in ROS', 'xyz': _XYZ, 'rpy': _RPY},
+    ),
+    'PointEntry': (
+        'points',
+        'A mapping of names to points. A name may be part of a topic, `~/elbow/pose`; `tool` is '
+        'always a point, and stands under its own key. A point that is written to a URDF is a '
+        'link there, and `import --point` reads it back.',
+        {
+            'row': 'the frame that the point moves with, counted as `link_frames` does: 0 is the '
+            "table's frame 0, i the frame after row i",
+            'xyz': _XYZ + ' in that frame',
+            'rpy': _RPY,
+        },
     ),
     'SingularityEntry': (
         'singularity',

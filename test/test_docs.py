@@ -162,7 +162,7 @@ def extras_of_setup():
 
 def parameters():
     table = pytest.importorskip('kinematics_service.ros.parameters.table')
-    return {one.name for one in (table.ROBOT, table.TRANSPORT, *table.PARAMETERS)}
+    return {one.name for one in (table.ROBOT, table.TRANSPORT, table.POINTS, *table.PARAMETERS)}
 
 
 @pytest.mark.slow

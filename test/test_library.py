@@ -28,15 +28,18 @@ every_function = pytest.mark.parametrize('function', FUNCTIONS.values(), ids=FUN
 
 # What is promised; every other module may change.
 API = """
-    __version__ load_robot robot_from_text bundled_robots Robot
-    forward_kinematics link_frames jacobian twist evaluate ToolState
+    __version__ load_robot robot_from_text bundled_robots Robot Point
+    forward_kinematics link_frames jacobian twist twist_at evaluate ToolState
+    acceleration jacobian_rate analytic_jacobian AnalyticJacobian
+    joint_torques wrench_from_torques WrenchEstimate
     singularity Singularity Level
     inverse_kinematics IkResult IkSolution IkFamily
     joint_velocity ServoSettings ServoStep
     diagnose_frames FrameDiagnosis
     derive Derivation
     import_urdf UrdfImport urdf_text
-    KinematicsError RobotFileError RobotNotFoundError JointVectorError TargetError TwistError
+    KinematicsError RobotFileError RobotNotFoundError
+    PointError JointVectorError TargetError TwistError
 """
 
 
@@ -131,12 +134,21 @@ def test_numbers_too_large_for_a_finite_result_are_refused():
         ks.twist(robot, [0.0, 0.0, 1e300], [1e300, 0.0, 0.0])
 
 
-def test_the_frame_is_base_or_tool():
+@pytest.mark.parametrize('axes', ['world', 5, -1, True, None, 1.0])
+def test_axes_are_those_of_the_base_a_point_or_a_row(axes):
     robot, q = robot_of('craig_3r'), np.zeros(3)
-    for function in (lambda f: ks.jacobian(robot, q, frame=f), lambda f: ks.twist(robot, q, q, f)):
-        with pytest.raises(ks.KinematicsError) as refusal:
-            function('world')
-        assert str(refusal.value) == "frame must be 'base' or 'tool', not 'world'"
+    for function in (
+        lambda: ks.jacobian(robot, q, axes=axes),
+        lambda: ks.twist(robot, q, q, axes),
+        lambda: ks.forward_kinematics(robot, q, axes),
+    ):
+        with pytest.raises(ks.PointError) as refusal:
+            function()
+        assert str(refusal.value) == (
+            f'axes must be one of base, tool, or a row from 0 to 4, not {axes!r}'
+        )
+    with pytest.raises(ks.KinematicsError, match="not 'world'"):
+        ks.jacobian(robot, q, frame='world')
 
 
 def test_the_jacobian_in_tool_axes_is_the_one_by_hand():

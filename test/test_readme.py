@@ -60,7 +60,7 @@ def test_every_parameter_stands_in_its_table_with_its_default(made):
     told = {row[0].strip('`'): row[1].strip('`') for row in rows(made['parameters']())}
     assert told == {
         parameter.name: written(parameter.default)
-        for parameter in (table.ROBOT, table.TRANSPORT, *table.PARAMETERS)
+        for parameter in (table.ROBOT, table.TRANSPORT, table.POINTS, *table.PARAMETERS)
     }
 
 

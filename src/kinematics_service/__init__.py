@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from .diagnosis.frame_check.diagnosis import diagnose_frames as diagnose_frames
     from .errors import JointVectorError as JointVectorError
     from .errors import KinematicsError as KinematicsError
+    from .errors import PointError as PointError
     from .errors import RobotFileError as RobotFileError
     from .errors import RobotNotFoundError as RobotNotFoundError
     from .errors import TargetError as TargetError
@@ -30,10 +31,15 @@ if TYPE_CHECKING:
     from .formats.urdf.importer import UrdfImport as UrdfImport
     from .formats.urdf.importer import import_urdf as import_urdf
     from .formats.urdf.writer import urdf_text as urdf_text
+    from .kinematics.acceleration import acceleration as acceleration
+    from .kinematics.acceleration import jacobian_rate as jacobian_rate
+    from .kinematics.analytic import AnalyticJacobian as AnalyticJacobian
+    from .kinematics.analytic import analytic_jacobian as analytic_jacobian
     from .kinematics.forward import forward_kinematics as forward_kinematics
     from .kinematics.forward import jacobian as jacobian
     from .kinematics.forward import link_frames as link_frames
     from .kinematics.forward import twist as twist
+    from .kinematics.forward import twist_at as twist_at
     from .kinematics.inverse.result import IkFamily as IkFamily
     from .kinematics.inverse.result import IkResult as IkResult
     from .kinematics.inverse.result import IkSolution as IkSolution
@@ -43,10 +49,14 @@ if TYPE_CHECKING:
     from .kinematics.inverse.solve import inverse_kinematics as inverse_kinematics
     from .kinematics.singularity import Singularity as Singularity
     from .kinematics.singularity import singularity as singularity
+    from .kinematics.statics import WrenchEstimate as WrenchEstimate
+    from .kinematics.statics import joint_torques as joint_torques
+    from .kinematics.statics import wrench_from_torques as wrench_from_torques
     from .kinematics.tool_state import ToolState as ToolState
     from .kinematics.tool_state import evaluate as evaluate
     from .robot.bundled import bundled_robots as bundled_robots
     from .robot.measures import Level as Level
+    from .robot.points import Point as Point
     from .robot.robot import Robot as Robot
     from .robot.robot import load_robot as load_robot
     from .robot.robot import robot_from_text as robot_from_text
@@ -58,6 +68,7 @@ _HOME = {
     'bundled_robots': 'robot.bundled',
     'JointVectorError': 'errors',
     'KinematicsError': 'errors',
+    'PointError': 'errors',
     'RobotFileError': 'errors',
     'RobotNotFoundError': 'errors',
     'FrameDiagnosis': 'diagnosis.frame_check.diagnosis',
@@ -75,7 +86,16 @@ _HOME = {
     'jacobian': 'kinematics.forward',
     'link_frames': 'kinematics.forward',
     'twist': 'kinematics.forward',
+    'twist_at': 'kinematics.forward',
+    'acceleration': 'kinematics.acceleration',
+    'jacobian_rate': 'kinematics.acceleration',
+    'analytic_jacobian': 'kinematics.analytic',
+    'AnalyticJacobian': 'kinematics.analytic',
+    'joint_torques': 'kinematics.statics',
+    'wrench_from_torques': 'kinematics.statics',
+    'WrenchEstimate': 'kinematics.statics',
     'Level': 'robot.measures',
+    'Point': 'robot.points',
     'Robot': 'robot.robot',
     'load_robot': 'robot.robot',
     'robot_from_text': 'robot.robot',

@@ -10,6 +10,7 @@ Those with (V) are ValueErrors as well; behind a colon stands what an error carr
     +-- ExpressionError (V)
     +-- ArgumentError (V): argument, expected, given
     |   +-- JointVectorError: row
+    |   +-- PointError
     |   +-- TargetError
     |   +-- TwistError
     |   +-- ServoSettingsError
@@ -147,6 +148,10 @@ class JointVectorError(ArgumentError):
     ) -> None:
         super().__init__(message, argument, expected, given)
         self.row = row
+
+
+class PointError(ArgumentError):
+    """A point, row or axes that the arm does not have; a place that is not three numbers."""
 
 
 class TargetError(ArgumentError):

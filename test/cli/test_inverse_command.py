@@ -119,6 +119,25 @@ def test_rows_and_seed(capsys):
     assert {name for family in families[2] for name in family['joints']} == {'joint_4'}
 
 
+def test_axis_and_tolerance(capsys):
+    arguments = ('--robot', 'scara_hsr065', '--xyz', '0.4,0.1,0.2', '--rpy', '4e-7,0,0.3')
+    code, streams = answer(capsys, *arguments)
+    assert code == 0
+    assert 'within the tolerance' in streams.out
+    code, streams = answer(capsys, *arguments, '--tolerance', '0', '--json')
+    assert code == 1
+    assert json.loads(streams.out)['tolerance'] == 0.0
+    code, streams = answer(capsys, *arguments, '--axis', 'z', '--tolerance', '0')
+    assert code == 1
+    assert '(x y z, direction of tool axis z)' in streams.out
+    upright = (*arguments[:-1], '0,0,0.3')
+    code, streams = answer(capsys, *upright, '--axis', 'z', '--tolerance', '0', '--json')
+    document = json.loads(streams.out)
+    assert code == 0
+    assert document['axis'] == 'z'
+    assert {name for family in document['families'] for name in family['joints']} == {'joint_4'}
+
+
 @pytest.mark.parametrize(
     ('argv', 'sentence'),
     [
@@ -127,6 +146,9 @@ def test_rows_and_seed(capsys):
         (('--xyz', '1,2,3', '--rows', 'x,roll'), "--rows: 'x,roll' is not some of x y z"),
         (('--xyz', '1,2,3', '--rows', 'rx'), "--rows: 'rx' is not some of x y z"),
         (('--xyz', '1,2,3', '--one', '--all'), 'give one of them'),
+        (('--xyz', '1,2,3', '--axis', 'z'), '--axis: x, y or z, beside --rpy or --quaternion'),
+        (('--xyz', '1,2,3', '--rpy', '0,0,0', '--axis', 'w'), '--axis: x, y or z'),
+        (('--xyz', '1,2,3', '--tolerance', '-1'), '--tolerance'),
         (('--xyz', '1,2,3', '--near', '0'), '--near: craig_3r has 3 joints'),
         (('--xyz', '1,2,3', '--rpy', '0,0,0', '--quaternion', '0,0,0,1'), 'give one'),
         (('--xyz', '1,2,3', '--quaternion', '0,0,0,2'), 'unit length'),

@@ -316,7 +316,10 @@ def test_units_of_determinant_and_manipulability(name):
     # By scaling: an arm twice as large has 2^k times the number where the unit is m^k.
     robot = robot_of(name)
     unit = measure_units(robot)['manipulability']
-    assert unit != 'mixed'
+    if unit == 'mixed':
+        # Five joints and six rows: the minors have units of their own.
+        assert robot.dof < len(robot.task.rows)
+        return
     power = {'': 0, 'm': 1}.get(unit) if unit in ('', 'm') else int(re.findall(r'-?\d+', unit)[0])
     q = clear_pose(robot)
     J = ks.jacobian(robot, q)

@@ -23,8 +23,8 @@ from kinematics_service.estimation.joint_sample import JointSample
 from kinematics_service.estimation.joint_state_form import form_of
 from kinematics_service.kinematics.inverse.plan import plan_for
 from kinematics_service.kinematics.inverse.screws import screws_of
-from kinematics_service.kinematics.inverse.search import PROVED, refinement
-from kinematics_service.kinematics.inverse.target import ik_target_of
+from kinematics_service.kinematics.inverse.search import refinement
+from kinematics_service.kinematics.inverse.target import PROVED, ik_target_of
 from kinematics_service.rigid_motion import inverse
 from kinematics_service.robot.robot import Robot
 from kinematics_service.robot.task import ROW_NAMES
@@ -231,6 +231,7 @@ def targets(robot: Robot, random: np.random.Generator):
         ks.inverse_kinematics(robot, state.pose[:3, 3], rows=('x', 'y', 'z'), all_solutions=False)
         if k == 1:
             ks.inverse_kinematics(robot, far)
+            ks.inverse_kinematics(robot, state.pose, axis='z', all_solutions=False)
         ks.joint_velocity(robot, state, state.twist)
         ks.joint_velocity(robot, state, 1e3 * random.normal(size=6), frame='tool')
         # What a search finds: the same solution twice, and one nearby.

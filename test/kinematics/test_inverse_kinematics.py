@@ -249,9 +249,15 @@ def test_just_beyond_the_reach_is_unreachable_and_just_inside_is_not(name, beyon
     shoulder, reach = lengths[name]
     if name == 'anthropomorphic_3r':
         reach = float(np.linalg.norm(ks.forward_kinematics(robot, [0, 0, 0])[:3, 3]))
-    outside = ks.inverse_kinematics(robot, [reach + beyond, 0.0, 0.0])
+    outside = ks.inverse_kinematics(robot, [reach + beyond, 0.0, 0.0], tolerance=0.0)
     assert outside.status == 'unreachable'
     assert outside.nearest.residual == pytest.approx(beyond, rel=1e-3)
+    # What is beyond by less than the tolerance is reached, and never said to be exact.
+    result = ks.inverse_kinematics(robot, [reach + beyond, 0.0, 0.0], tolerance=3e-9)
+    assert result.status == ('solved' if beyond < 3e-9 else 'unreachable')
+    for one in result:
+        assert one.residual == pytest.approx(beyond, rel=1e-3)
+        assert not one.exact
     inside = ks.inverse_kinematics(robot, [reach - beyond, 0.0, 0.0])
     assert inside.status == 'solved'
     assert len(inside) >= 2

@@ -10,6 +10,7 @@ import kinematics_service as ks
 from kinematics_service import ServoSettings, TwistError, joint_velocity
 from kinematics_service.errors import ServoSettingsError
 from kinematics_service.kinematics.inverse.servo import DEFAULTS
+from kinematics_service.kinematics.inverse.way_out import way_out_for
 from kinematics_service.robot.task import ROW_NAMES
 
 EXACT = 1e-9  # the contract: away from singular poses nothing is damped
@@ -147,6 +148,74 @@ def test_what_is_not_lost_is_followed_exactly_at_a_wrist_singularity():
     scaled = (step.twist - twist) * weights
     np.testing.assert_allclose(scaled - lost * (lost @ scaled), 0.0, atol=1e-9)
     assert np.linalg.norm(step.qdot) < 1.0
+
+
+def lost_twist(robot, q):
+    # The direction of the tool that no joint motion gives, in base axes and units of its own.
+    weights = np.array([1] * 3 + [robot.task.length] * 3)
+    return np.linalg.svd(weights[:, None] * ks.jacobian(robot, q))[0][:, -1] / weights
+
+
+@pytest.mark.parametrize('kind', INTO)
+@pytest.mark.parametrize('name', ['ur5e', 'puma560'])
+def test_a_twist_that_is_lost_moves_nothing_and_has_a_way_out(name, kind):
+    robot = ks.load_robot(name)
+    q = singular(robot, INTO[kind])
+    twist = 0.05 * lost_twist(robot, q)
+    step = joint_velocity(robot, q, twist)
+    assert step.lost
+    assert step.followed < 1e-6
+    assert np.max(np.abs(step.qdot)) < 1e-3
+    way = way_out_for(robot, q, twist)
+    there = q.copy()
+    there[robot.joint_names.index(way.joint)] += way.motion
+    after = joint_velocity(robot, there, twist)
+    assert after.damping == 0.0
+    assert after.followed == pytest.approx(1.0)
+    assert not after.lost
+    assert np.linalg.norm(after.twist - after.scale * twist) < EXACT or after.held
+
+
+def test_the_share_that_is_followed_is_that_of_the_twist_along_itself():
+    robot = ks.load_robot('ur5e')
+    q = singular(robot, INTO['wrist'])
+    q[4] += 0.01
+    weights = np.array([1] * 3 + [robot.task.length] * 3)
+    lost = lost_twist(robot, q)
+    kept = ks.jacobian(robot, q)[:, 1]
+    for twist in (kept, lost, kept + lost, 1e-3 * kept - lost):
+        step = joint_velocity(robot, q, 1e-3 * twist)
+        assert step.limited_by == ('singularity',)
+        wanted, made = 1e-3 * twist * weights, step.twist * weights
+        assert step.followed == pytest.approx(wanted @ made / (wanted @ wanted), abs=1e-9)
+        assert not step.lost or abs(twist @ kept) < 0.05
+    assert joint_velocity(robot, INSIDE, kept).followed == pytest.approx(1.0, abs=1e-12)
+    assert joint_velocity(robot, q, np.zeros(6)).followed == 1.0
+
+
+def test_what_an_arm_can_make_at_no_pose_is_said_away_from_singular_poses_too():
+    robot = ks.load_robot('scara_hsr065')
+    q = np.array([0.4, 0.9, 0.1, 0.2])
+    everything = ServoSettings(rows=ROW_NAMES)
+    step = joint_velocity(robot, q, [0, 0, 0.01, 0.02, 0, 0], everything)
+    tilt = (0.02 * robot.task.length) ** 2
+    assert step.followed == pytest.approx(0.01**2 / (0.01**2 + tilt))
+    assert step.damping == 0.0
+    assert not step.lost
+    assert joint_velocity(robot, q, [0, 0, 0.01, 0.02, 0, 0]).followed == pytest.approx(1.0)
+
+
+def test_where_no_single_joint_leads_out_none_is_named(tmp_path):
+    # Stretched, with a knee that is held by its limits.
+    path = tmp_path / 'stiff.yaml'
+    path.write_text(
+        'robot: stiff\nconvention: standard\njoints:\n  - {name: q1, type: revolute}\n'
+        '  - {name: q2, type: revolute, limits: [0, 0.01]}\n'
+        'links:\n  - {a: 1, alpha: 0, d: 0, theta: q1}\n  - {a: 1, alpha: 0, d: 0, theta: q2}\n'
+    )
+    robot = ks.load_robot(path)
+    assert joint_velocity(robot, [0.0, 0.0], [0.1, 0, 0, 0, 0, 0]).lost
+    assert way_out_for(robot, [0.0, 0.0], [0.1, 0, 0, 0, 0, 0]) is None
 
 
 def test_damping_and_velocity_grow_smoothly_towards_a_singularity():

@@ -91,6 +91,14 @@ DEFAULT_TASKS = {
         5,
         'q1 q2',
     ),
+    'four parallel axes, in another way at each pose': (
+        'Rz(q1), Rx(0.7), Rz(q2), Tx(1), Rz(q3), Tx(0.8), Rz(q4), Tx(0.6), Rz(q5), Rx(0.5), '
+        'Tx(0.3), Rz(q6), Tx(0.1)',
+        'r' * 6,
+        'x y z rx ry rz',
+        5,
+        'q2 q3 q4 q5',
+    ),
     'a joint that moves nothing': (
         'Rz(q1), Tx(1), Rz(q2), Tx(1), Rx(0*q3)',
         'rrR',

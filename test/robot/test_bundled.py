@@ -134,6 +134,27 @@ def test_the_printed_table_of_document_003_is_another_arm():
         np.testing.assert_allclose(apart, expected, rtol=0, atol=ROUND_OFF)
 
 
+def test_the_so101_stretched_is_at_its_elbow_and_points_its_gripper():
+    # Its links are bent: stretched, the axes of shoulder, elbow and wrist are in one plane.
+    robot = robot_of('so101')
+    q = np.array([0.4, 0.2, math.atan2(52, 1349) - math.atan2(11257, 2800), 0.3, -0.5])
+    found = ks.singularity(robot, q)
+    assert found.factors.names == ('elbow',)
+    assert found.factors.distances[0] < ROUND_OFF
+    assert found.rank == 4
+    assert found.level == ks.Level.ERROR
+    axes = ks.link_frames(robot, q)[1:4, :3, 3]  # origins of axes 2, 3 and 4
+    upper, lower = np.diff(axes, axis=0)
+    assert np.linalg.norm(np.cross(upper, lower)) < ROUND_OFF
+    # Five joints: a position and the direction of the gripper, as a person types them.
+    q[2] = 0.2
+    target = np.round(ks.forward_kinematics(robot, q), 7)
+    target[:3, :3] = ks.forward_kinematics(robot, q)[:3, :3]
+    result = ks.inverse_kinematics(robot, target, near=q)
+    assert result.status == 'solved'
+    assert np.max(np.abs(result[0].q - q)) < 1e-4
+
+
 def constants(robot):
     return {constant.name: constant.value for constant in robot.description.constants}
 

@@ -162,6 +162,28 @@ def shows_rows(one):
     assert level_of(status) == OK, status.message
 
 
+def shows_axis(one):
+    # A position that the arm reaches, but not with its tool's z axis upright.
+    T = np.eye(4)
+    T[:3, 3] = ks.forward_kinematics(CRAIG, Q)[:3, 3]
+    targets = Targets(one)
+    one.answer(Q)
+    status = targets.ask(pose_target(T))
+    assert level_of(status) == ERROR
+    assert 'direction of tool axis z' in status.message
+
+
+def shows_tolerance(one):
+    # Beyond the reach of 0.82 m by less than the tolerance.
+    T = np.eye(4)
+    T[:3, 3] = (0.9, 0.0, 0.0)
+    targets = Targets(one)
+    one.answer(Q)
+    status = targets.ask(pose_target(T))
+    assert level_of(status) == OK
+    assert float(values_of(status)['residual']) == pytest.approx(0.08)
+
+
 def shows_target_timeout(one):
     targets = Targets(one)
     one.answer(Q)
@@ -215,6 +237,8 @@ TAKES_EFFECT = {
     'singularity.stop': (0.09, shows_stop),
     'singularity.length': (0.25, shows_length),
     'ik.rows': ('x', shows_rows),
+    'ik.axis': ('z', shows_axis),
+    'ik.tolerance': (0.1, shows_tolerance),
     'ik.target_timeout': (0.02, shows_target_timeout),
     'ik.damping': (0.2, shows_servo('damping', 0.2, ELBOW)),
     'ik.damped_below': (0.5, shows_servo('damped_below', 0.5, ELBOW)),
@@ -239,6 +263,8 @@ REFUSED = {
     'singularity.stop': [-0.1, 0.1, 0.5, math.inf, 1],
     'singularity.length': [-0.1, math.nan, math.inf, 1],
     'ik.rows': ['x y up', 'x x', 'xyz', 3],
+    'ik.axis': ['w', 'x y', 3],
+    'ik.tolerance': [-1e-9, math.nan, 2.0, 1],
     'ik.target_timeout': [0.0, -1.0, math.nan, 1],
     'ik.damping': [0.0, -1.0, math.nan, 2.0, 1],
     'ik.damped_below': [0.0, math.inf, 11.0, 1],

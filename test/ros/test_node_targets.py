@@ -19,6 +19,7 @@ OK, WARN, ERROR, STALE = range(4)
 EXACT = 1e-9
 UR5E = (0.3, -1.1, 1.4, -0.9, 0.8, 0.2)
 CRAIG = (0.3, -0.4, 1.2)
+SCARA = (0.4, 0.9, 0.1, 0.2)
 PERIOD = 0.005
 
 
@@ -226,6 +227,8 @@ def test_wrong_parameters_are_refused_with_the_reason():
     for name, value, said in (
         ('ik.rows', 'x y up', 'x y z rx ry rz'),
         ('ik.rows', 'x x', 'each once'),
+        ('ik.axis', 'w', 'x y z, or empty'),
+        ('ik.tolerance', -1.0, 'ik.tolerance'),
         ('ik.damping', math.nan, 'ik.damping'),
         ('ik.horizon', 0.0, 'ik.horizon'),
     ):
@@ -233,6 +236,12 @@ def test_wrong_parameters_are_refused_with_the_reason():
             settings_from({**values, name: value}, robot)
     rows = settings_from({**values, 'ik.rows': 'z x'}, robot).target_rows
     assert rows == ('x', 'z')
+    with pytest.raises(SettingsError, match='the place of rx ry rz'):
+        settings_from({**values, 'ik.axis': 'z', 'ik.rows': 'x y z rx'}, robot)
+    pointing = settings_from({**values, 'ik.axis': 'z'}, robot)
+    assert (pointing.target_rows, pointing.target_axis) == (('x', 'y', 'z'), 'z')
+    # Twists are not about it.
+    assert pointing.servo.rows is None
 
 
 # A path through the wrist singularity of the ur5e: joint 5 goes from bent to straight and beyond.
@@ -275,6 +284,55 @@ def test_a_stream_of_twists_is_tracked_through_a_wrist_singularity(targets, asid
     # Tracked: off by little on the way (the damped direction), and there in the end.
     assert worst < 0.02
     assert float(np.linalg.norm(off)) < 1e-3
+
+
+def test_a_twist_in_the_lost_direction_is_told_with_the_way_out(targets):
+    # The wrist is straight: its lost direction, asked for exactly.
+    q = np.array([*UR5E[:4], 0.0, UR5E[5]])
+    one = targets(q=q)
+    robot = one.arm.robot
+    weights = np.array([1] * 3 + [robot.task.length] * 3)
+    lost = np.linalg.svd(weights[:, None] * ks.jacobian(robot, q))[0][:, -1] / weights
+    status = one.ask(twist_target(0.05 * lost))
+    assert level_of(status) == WARN
+    assert 'lost the direction asked for' in status.message
+    joint, motion = values_of(status)['way out'].split()
+    assert joint == 'wrist_2_joint'
+    assert f'move {joint} by {float(motion):+g} first' in status.message
+    q[4] += float(motion)
+    one.arm.answer(q)
+    status = one.ask(twist_target(0.05 * lost))
+    assert 'lost' not in status.message
+    assert float(values_of(status)['followed']) == pytest.approx(1.0)
+
+
+def test_a_pose_may_be_asked_by_the_direction_of_a_tool_axis(targets):
+    one = targets(ros_args=['-p', 'ik.axis:=z'])
+    robot = one.arm.robot
+    target = ks.forward_kinematics(robot, np.array(UR5E) + 0.02)
+    turned = target.copy()
+    turned[:3, :2] = turned[:3, :2] @ np.array([[0.6, -0.8], [0.8, 0.6]])
+    assert level_of(one.ask(pose_target(turned))) == OK
+    one.arm.spin_until(lambda: one.joint_states, 'answer')
+    reached = ks.forward_kinematics(robot, one.joint_states[-1].position)
+    np.testing.assert_allclose(reached[:3, 2:], target[:3, 2:], atol=EXACT)
+    # The last joint turns about that axis: it has no reason to move.
+    assert one.joint_states[-1].position[5] == pytest.approx(UR5E[5])
+
+
+@pytest.mark.parametrize(('tolerance', 'level'), [('1e-6', OK), ('0.0', ERROR)])
+def test_a_pose_that_is_rounded_is_reached_within_the_tolerance(targets, tolerance, level):
+    rows = ['-p', "ik.rows:='x y z rx ry rz'"]
+    one = targets('scara_hsr065', SCARA, [*rows, '-p', f'ik.tolerance:={tolerance}'])
+    target = ks.forward_kinematics(one.arm.robot, SCARA)
+    tilt = 4e-7
+    target[:3, :3] = np.array([[1, 0, 0], [0, 1, -tilt], [0, tilt, 1]]) @ target[:3, :3]
+    status = one.ask(pose_target(target))
+    assert level_of(status) == level
+    if level == OK:
+        assert 'within the tolerance' in status.message
+        told = float(values_of(status)['residual'])
+        assert told == pytest.approx(tilt * one.arm.robot.task.length, rel=1e-2)
 
 
 def _twist_between(T, ahead):

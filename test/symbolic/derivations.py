@@ -25,6 +25,11 @@ SYSTEMS = {
 }
 
 
+# Arms with the table of another one, or alike another in convention, joints and offsets.
+ALIKE = ('crx10ia_l', 'fr3', 'gen3_lite', 'xarm7')
+DERIVED = tuple(name for name in ks.bundled_robots() if name not in ALIKE)
+
+
 @functools.cache
 def derived(name, *locked):
     """Return the derivation of a bundled robot, joints locked as in `q3=0`."""

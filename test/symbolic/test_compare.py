@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from derivations import DERIVED
 from folders import GOLDEN
 
 import kinematics_service as ks
@@ -421,7 +422,7 @@ def test_a_coincidence_of_lengths_does_not_pass():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('robot', ks.bundled_robots())
+@pytest.mark.parametrize('robot', DERIVED)
 def test_reference_equals_the_kernel(robot):
     arm = ks.load_robot(robot)
     table = table_of(arm.description)

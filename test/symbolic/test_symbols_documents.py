@@ -7,7 +7,7 @@ import json
 import numpy as np
 import pytest
 import sympy
-from derivations import GOLDEN, derived, same, zero
+from derivations import DERIVED, GOLDEN, derived, same, zero
 from sympy import acos, cos, pi, sin
 
 import kinematics_service as ks
@@ -121,7 +121,7 @@ def test_c08_screws_about_the_end_effector(name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('name', ks.bundled_robots())
+@pytest.mark.parametrize('name', DERIVED)
 def test_c09_geometric_jacobian_of_every_convention(name):
     d = derived_arm(name)
     assert d.methods['geometric'] == 0
@@ -141,12 +141,12 @@ def test_c10_analytic_jacobian_by_hand():
         assert same(vee, d.jacobian[3:, j])
 
 
-@pytest.mark.parametrize('name', ks.bundled_robots())
+@pytest.mark.parametrize('name', DERIVED)
 def test_c11_numeric_jacobian(name):
     assert derived_arm(name).central_difference < 1e-8
 
 
-@pytest.mark.parametrize('name', ks.bundled_robots())
+@pytest.mark.parametrize('name', DERIVED)
 def test_c12_the_four_ways_differ_by_exactly_nothing(name):
     methods = derived_arm(name).methods
     assert set(methods) == {'geometric', 'screw', 'analytic', 'rotation taken out'}
@@ -414,7 +414,7 @@ def test_c31_example_of_document_004_step_by_step():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('name', ks.bundled_robots())
+@pytest.mark.parametrize('name', DERIVED)
 def test_c34_intermediate_frames(name):
     d = derived_arm(name)
     robot = d.robot

@@ -1,6 +1,7 @@
 """Offsets of joint angles that are no quarter turns: derived in theta = q + offset, as exactly."""
 
 import functools
+import math
 import re
 
 import numpy as np
@@ -54,6 +55,43 @@ def test_offsets_leave_the_factors_as_they_are(name):
     ours = [(f.rank, f.lost, f.idle, f.irreducible) for f in moved.singular_set.factors]
     theirs = [(f.rank, f.lost, f.idle, f.irreducible) for f in plain.singular_set.factors]
     assert ours == theirs
+
+
+def test_an_offset_that_is_an_arc_tangent_goes_into_the_file():
+    text = """
+robot: bent
+convention: standard
+joints:
+  - {name: q1, type: revolute}
+  - {name: q2, type: revolute}
+links:
+  - {a: 0.3, alpha: 0, d: 0, theta: q1}
+  - {a: 0.2, alpha: 0, d: 0, theta: "q2 + atan2(1, 3)"}
+"""
+    d = ks.derive(ks.robot_from_text(text))
+    assert factors_to_write(d) == {'elbow': 'sin(q2 + atan2(1/3, 1))'}
+    written = with_factors(text, factors_to_write(d))
+    checked_text(d, written)
+    straight = [0.4, -math.atan2(1, 3)]
+    factors = ks.singularity(ks.robot_from_text(written), straight).factors
+    assert factors.names == ('elbow',)
+    assert factors.distances[0] < ROUND_OFF
+
+
+def test_a_calibrated_twist_is_taken_as_it_is():
+    # Axes 2 and 3 of the nominal table are parallel; here they are 0.1 mrad off.
+    nominal = re.split(
+        r'\n(?:singularity|known_poses):', find_robot_file('anthropomorphic_3r').read_text()
+    )[0]
+    text = nominal.replace('alpha: 0,    a: L2', 'alpha: 0.0001, a: L2') + '\n'
+    assert text != nominal + '\n'
+    d = ks.derive(ks.robot_from_text(text))
+    shoulder, elbow = d.factors.values()
+    (theta3,) = elbow.free_symbols
+    assert elbow == sympy.sin(theta3)
+    assert shoulder.has(sympy.cos(sympy.Rational(1, 10000)))
+    written = with_factors(text, factors_to_write(d))
+    assert disagreement(d, ks.robot_from_text(written)) <= ROUND_OFF
 
 
 @pytest.mark.parametrize('name', ARMS)

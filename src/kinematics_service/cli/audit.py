@@ -21,7 +21,7 @@ from .frame_options import (
     given_format,
     given_frames,
 )
-from .options import RobotOption, WrongUsage, given_robot
+from .options import OfOption, RobotOption, WrongUsage, ending_at, given_robot
 
 if TYPE_CHECKING:
     from ..robot.robot import Robot
@@ -79,6 +79,7 @@ class VelocitySource(str, Enum):
 def audit(
     files: Annotated[list[Path], typer.Argument(metavar='FILE...', help='Recordings or plans.')],
     robot: RobotOption,
+    of: OfOption = None,
     topic: Annotated[
         Optional[str],
         typer.Option(metavar='TOPIC', help='Topic of a bag; needed if it has several.'),
@@ -155,7 +156,7 @@ def audit(
         for path in own:
             if path is not None and path.resolve() in [file.resolve() for file in files]:
                 raise WrongUsage(f'--{option}: {path} is the recording itself')
-    arm = _judged(given_robot(robot), warn, stop)
+    arm = _judged(ending_at(given_robot(robot), of), warn, stop)
     frames = given_frames(pose_gap, pose_warn, pose_stop)
     form = given_format(pose_format)
     from ..estimation.estimator import EstimatorSettings

@@ -15,7 +15,7 @@ from ..estimation.status_text import structure_in_words
 from ..kernel import Floats
 from ..printing import Output, facts, heading, plain, table
 from ..robot.file.convention_table import CONVENTIONS
-from ..robot.file.description import Placement
+from ..robot.file.description import Placement, PointDescription
 from ..robot.robot import Robot, load_robot
 from ..robot.task import SEEDED_POSES
 from .application import app
@@ -168,6 +168,8 @@ def _print_arm(
     arm.add_row('  joints', f'{robot.dof}, {joint_letters(description.joints)} from the base')
     arm.add_row('  base', _placement(description.base, "the table's frame 0"))
     arm.add_row('  tool', _placement(description.tool, "the last row's frame"))
+    if description.points:
+        arm.add_row('  points', '\n'.join(map(_point, description.points)))
     arm.add_row(
         '  reach', f'{task.reach:.4g} m from frame 0, the farthest of {SEEDED_POSES} poses'
     )
@@ -189,6 +191,12 @@ def _print_arm(
 def _placement(placement: Placement, other: str) -> str:
     where = motion_text(placement.motion)
     return f'{plain(placement.frame)}, ' + (f'at {other}' if where == 'identity' else where)
+
+
+def _point(point: PointDescription) -> str:
+    frame = f'the frame after row {point.row}' if point.row else "the table's frame 0"
+    where = motion_text(point.motion)
+    return f'{point.name}, at {frame}' + ('' if where == 'identity' else f', {where}')
 
 
 def _structure(robot: Robot) -> str:

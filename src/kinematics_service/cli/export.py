@@ -19,9 +19,9 @@ Examples:
   kinematics_service export puma560 --urdf puma560.urdf
   kinematics_service export my_arm.yaml --urdf - | check_urdf /dev/stdin
 
-Every frame of the table is a link, exact to 1e-12. Coupled and helical joints become
-joints that mimic. The shapes only mark joints and links, so that there is something
-to see; inertia and collision shapes are not known and not written.
+Every frame of the table and every point is a link, exact to 1e-12. Coupled and helical
+joints become joints that mimic. The shapes only mark joints and links, so that there is
+something to see; inertia and collision shapes are not known and not written.
 """
 
 

@@ -9,10 +9,13 @@ from ..printing import Output, facts, heading, json_text, number, numbers
 from ..rigid_motion import roll_pitch_yaw
 from .application import app
 from .options import (
+    AtOption,
     DegreesOption,
     JsonOption,
+    OfOption,
     PositionsOption,
     RobotOption,
+    ending_at,
     given_positions,
     given_robot,
 )
@@ -31,9 +34,11 @@ Print the pose of the tool at joint positions, and how near it is to a singular 
 Examples:
   kinematics_service fk --robot puma560 --deg --q 20,35,-60,15,40,-70
   kinematics_service fk --robot ur5e --q=-0.1,-1.57,1.2,0,0.4,0 --json
+  kinematics_service fk --robot puma560 --of 3 --q 0,0.8,3.1,0,0.8,0
 
 Positions may be negative, and separated by commas, spaces or both. Those of
-prismatic joints are in metres, with --deg too.
+prismatic joints are in metres, with --deg too. With --of and --at another point of the arm
+stands where the tool does, in the pose and in what is said of singular poses.
 
 \b
 The keys of --json, in m and rad; null: infinite or undefined:
@@ -52,11 +57,13 @@ The keys of --json, in m and rad; null: infinite or undefined:
 def fk(
     robot: RobotOption,
     q: PositionsOption,
+    of: OfOption = None,
+    at: AtOption = None,
     deg: DegreesOption = False,
     json: JsonOption = False,
 ) -> None:
     """Run the command; `HELP` is what its user reads."""
-    arm = given_robot(robot)
+    arm = ending_at(given_robot(robot), of, at)
     state = evaluate(arm, given_positions(arm, q, deg))
     singularity = singularity_of(state)
     if json:

@@ -9,7 +9,8 @@ from rich.table import Table
 
 from ..kernel import Floats
 from ..kinematics.inverse.result import IkFamily, IkResult, IkSolution
-from ..kinematics.inverse.solve import inverse_kinematics
+from ..kinematics.inverse.solve import TOLERANCE, inverse_kinematics
+from ..kinematics.inverse.target import TOOL_AXES
 from ..printing import Output, facts, heading, json_text, number, numbers, plain, table
 from ..rigid_motion import rotation_of_quaternion, rotation_of_roll_pitch_yaw
 from ..robot.robot import Robot
@@ -36,12 +37,17 @@ Examples:
   kinematics_service ik --robot craig_3r --xyz 0.4,0.1,-0.2 --near 0,0.5,0.5
   kinematics_service ik --robot puma560 --xyz=-0.3,0.4,0.9 --quaternion 0,0,0,1 --json
   kinematics_service ik --robot scara_hsr065 --xyz 0.4,0.1,0.2 --rows x,y --one
+  kinematics_service ik --robot ur5e --xyz 0.3,-0.2,0.4 --rpy 180,0,0 --deg --axis z
 
 Positions that differ by full turns are one solution: the one inside the limits nearest
 to --near (default: the middle of the limits) is printed. Each was checked by forward
 kinematics. Where the arm can move on without moving the tool, the solution is a family,
 printed at one of its positions. The exit code is 1 if nothing is inside the limits;
 then the nearest pose is printed.
+
+--axis: only the direction of that axis of the tool counts of its orientation, as arms
+of five joints are asked. A target counts as reached within --tolerance where it is not
+met exactly (numbers that were typed are rounded); the residual says how well.
 
 --one: the first solution found inside the limits, the nearest one where there is a
 closed form. An arm without one is searched from there: --seed gives other starts.
@@ -50,6 +56,7 @@ closed form. An arm without one is searched from there: --seed gives other start
 The keys of --json, in m and rad; null: infinite or undefined:
   robot, base_frame, tool_frame, joint_names
   target, near                   4 rows of 4, or x y z; near may be null
+  axis, tolerance                null, or x, y or z; m and rad
   status                         solved, family, outside_limits or unreachable
   reason, method                 a sentence; closed form, algebraic or search
   complete                       proved, found (no proof that these are all) or partial
@@ -106,6 +113,19 @@ RowsOption = Annotated[
         show_default='all of a pose, x y z of a position',
     ),
 ]
+AxisOption = Annotated[
+    Optional[str],
+    typer.Option(
+        '--axis',
+        metavar='AXIS',
+        help='The axis of the tool, x, y or z, of whose orientation alone the direction counts.',
+        show_default='the whole orientation',
+    ),
+]
+ToleranceOption = Annotated[
+    float,
+    typer.Option('--tolerance', min=0.0, help='How far off counts as reached, m and rad.'),
+]
 SeedOption = Annotated[
     int, typer.Option('--seed', min=0, help='Seed of the random starts of a search.')
 ]
@@ -121,6 +141,8 @@ def ik(
     quaternion: QuaternionOption = None,
     near: NearOption = None,
     rows: RowsOption = None,
+    axis: AxisOption = None,
+    tolerance: ToleranceOption = TOLERANCE,
     seed: SeedOption = 0,
     one: OneOption = False,
     everything: AllOption = False,
@@ -132,6 +154,8 @@ def ik(
         raise WrongUsage('--rpy and --quaternion both say how the tool is turned: give one')
     if one and everything:
         raise WrongUsage('--one and --all: give one of them')
+    if axis is not None and (axis not in TOOL_AXES or (rpy is None and quaternion is None)):
+        raise WrongUsage(f'--axis: x, y or z, beside --rpy or --quaternion, not {axis!r} alone')
     arm = given_robot(robot)
     target = target_from(xyz, rpy, quaternion, deg)
     start = None if near is None else joint_values(arm, near, '--near', deg)
@@ -140,12 +164,14 @@ def ik(
         target,
         near=start,
         respect_limits=not everything,
-        rows=None if rows is None else _row_names(rows, target),
+        rows=None if rows is None else _row_names(rows, target, axis),
         seed=seed,
         all_solutions=not one,
+        axis=axis,
+        tolerance=tolerance,
     )
     if json:
-        print(_document(arm, result, target, start))
+        print(_document(arm, result, target, start, {'axis': axis, 'tolerance': tolerance}))
     else:
         _print_result(Output(), arm, result)
     if result.status in ('outside_limits', 'unreachable'):
@@ -185,15 +211,21 @@ def _given(text: str, option: str, count: int) -> Floats:
     return np.array([float(word) for word in words])
 
 
-def _row_names(text: str, target: Floats) -> list[str]:
-    known = ROW_NAMES if target.ndim == 2 else ROW_NAMES[:3]
+def _row_names(text: str, target: Floats, axis: str | None) -> list[str]:
+    known = ROW_NAMES if target.ndim == 2 and axis is None else ROW_NAMES[:3]
     names = re.split(r'\s*,\s*|\s+', text.strip())
     if set(names) - set(known):
         raise WrongUsage(f'--rows: {text!r} is not some of {" ".join(known)}')
     return names
 
 
-def _document(robot: Robot, result: IkResult, target: Floats, near: Floats | None) -> str:
+def _document(
+    robot: Robot,
+    result: IkResult,
+    target: Floats,
+    near: Floats | None,
+    asked: dict[str, Any],
+) -> str:
     nearest = result.nearest
     return json_text(
         {
@@ -203,6 +235,7 @@ def _document(robot: Robot, result: IkResult, target: Floats, near: Floats | Non
             'joint_names': robot.joint_names,
             'target': target,
             'near': near,
+            **asked,
             'status': result.status,
             'reason': result.reason,
             'method': result.method,

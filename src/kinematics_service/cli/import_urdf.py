@@ -4,7 +4,7 @@ import re
 import sys
 from enum import Enum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Optional
 
 import typer
 
@@ -20,6 +20,7 @@ Examples:
   kinematics_service import --urdf arm.urdf --base base_link --tip tool0
   kinematics_service import --urdf a.urdf --base b --tip t --out a.yaml
   kinematics_service import --urdf a.urdf --base b --tip t --name my_arm
+  kinematics_service import --urdf a.urdf --base b --tip t --point camera_link
 
 Names, limits, velocities and joints that mimic are kept. The robot file is compared with
 the plain product of the URDF's joints over 1000 random configurations; the worst error
@@ -57,13 +58,17 @@ def import_urdf(
             '--round-angles', help='Read 1.5708 and the like as the part of pi they round.'
         ),
     ] = False,
+    point: Annotated[
+        Optional[list[str]],
+        typer.Option('--point', metavar='LINK', help='A link that becomes a point; repeatable.'),
+    ] = None,
 ) -> None:
     """Run the command; `HELP` is what its user reads."""
     if name and not re.fullmatch(r'[A-Za-z0-9_]+', name):
         raise WrongUsage(f'--name: {name!r} is not a name of letters, digits and underscores')
     from ..formats.urdf.importer import import_file
 
-    found = import_file(urdf, base, tip, name, convention.value, round_angles)
+    found = import_file(urdf, base, tip, name, convention.value, round_angles, point or ())
     write_document(out, found.text)
     # On the screen the robot file itself is standard output, so that it can be redirected.
     report = sys.stderr if out == '-' else sys.stdout

@@ -1,23 +1,29 @@
 """The command `jacobian`: how joint velocities move the tool at given joint positions."""
 
-from enum import Enum
 from textwrap import indent
 from typing import Annotated, Optional
 
 import typer
 
+from ..errors import PointError
 from ..kernel import Floats
-from ..kinematics.forward import in_axes
+from ..kinematics.forward import BASE, in_axes_of, pose_of_axes
 from ..kinematics.singularity import Singularity, singularity_of
 from ..kinematics.tool_state import ToolState, evaluate
 from ..printing import Output, broken_name, heading, json_text, number, plain, table
+from ..robot.points import TOOL
 from ..robot.robot import Robot
 from .application import app
 from .options import (
+    AtOption,
     DegreesOption,
     JsonOption,
+    OfOption,
     PositionsOption,
     RobotOption,
+    WrongUsage,
+    ending_at,
+    given_point,
     given_positions,
     given_robot,
     joint_values,
@@ -45,27 +51,21 @@ Examples:
   kinematics_service jacobian --robot planar_2r --deg --q 20,30 --qdot 5,-2
 
 The Jacobian is the geometric one, rows vx vy vz wx wy wz, a column a joint in the order of the
-robot; its reference point is the tool's origin, its axes are those of --frame. The twist is
-J qdot in the same axes.
+robot; its reference point is the tool's origin, its axes are those of --axes. The twist is
+J qdot in the same axes. With --of and --at another point of the arm stands where the tool does,
+in all that is printed.
 
 \b
 The keys of --json, in m, rad, s; null: infinite, undefined, not asked for:
   robot, base_frame, tool_frame, joint_names, q
   beyond_limits                  names of joints outside their limits
-  frame                          base or tool
+  frame                          the axes: base, tool, a point or a row
   rows                           vx vy vz wx wy wz
   jacobian                       6 rows of n
   qdot, twist                    n and 6 numbers
   singularity                    an object:
 {indent(JSON_KEYS, '  ')}
 """
-
-
-class AxesOption(str, Enum):
-    """The axes a Jacobian is written in."""
-
-    base = 'base'
-    tool = 'tool'
 
 
 @app.command(short_help='Print the Jacobian and the twist of the tool.', help=HELP)
@@ -76,29 +76,50 @@ def jacobian(
         Optional[str],
         typer.Option(metavar='NUMBERS', help='Joint velocities in rad/s and m/s, for the twist.'),
     ] = None,
-    frame: Annotated[AxesOption, typer.Option(help='The axes of the rows.')] = AxesOption.base,
+    of: OfOption = None,
+    at: AtOption = None,
+    axes: Annotated[
+        str,
+        typer.Option(
+            '--axes',
+            '--frame',
+            metavar='base|tool|POINT',
+            help='The axes of the rows: of the base, the tool, a point, or the frame of a row.',
+        ),
+    ] = BASE,
     deg: DegreesOption = False,
     json: JsonOption = False,
 ) -> None:
     """Run the command; `HELP` is what its user reads."""
-    arm = given_robot(robot)
+    whole = given_robot(robot)
+    arm = ending_at(whole, of, at)
     rates = None if qdot is None else joint_values(arm, qdot, '--qdot', deg)
     state = evaluate(arm, given_positions(arm, q, deg), rates)
-    J = in_axes(state, state.jacobian, frame.value)
-    twist = None if qdot is None else in_axes(state, state.twist[:, None], frame.value)[:, 0]
+    J, twist = state.jacobian, None if qdot is None else state.twist
+    if axes != BASE:
+        pose = _pose_of_axes(whole, axes, state)
+        J = in_axes_of(pose, J)
+        twist = None if twist is None else in_axes_of(pose, twist[:, None])[:, 0]
     singularity = singularity_of(state)
     if json:
-        print(_document(state, singularity, frame, J, twist))
+        print(_document(state, singularity, axes, J, twist))
         return
     out = Output()
-    _print_jacobian(out, arm, frame, J)
+    _print_jacobian(out, arm, at, _axes_name(whole, axes), J)
     if twist is not None:
-        _print_twist(out, arm, frame, twist)
+        _print_twist(out, arm, at, _axes_name(whole, axes), twist)
     print_singularity(out, state, singularity)
 
 
+def _pose_of_axes(robot: Robot, axes: str, state: ToolState) -> Floats:
+    try:
+        return pose_of_axes(robot, given_point(axes), state.q)
+    except PointError as error:
+        raise WrongUsage(f'--axes: {error}') from None
+
+
 def _document(
-    state: ToolState, singularity: Singularity, frame: AxesOption, J: Floats, twist: Floats | None
+    state: ToolState, singularity: Singularity, axes: str, J: Floats, twist: Floats | None
 ) -> str:
     robot = state.robot
     return json_text(
@@ -109,7 +130,7 @@ def _document(
             'joint_names': robot.joint_names,
             'q': state.q,
             'beyond_limits': beyond_limits(robot, state.q),
-            'frame': frame.value,
+            'frame': axes,
             'rows': ROWS,
             'jacobian': J,
             'qdot': state.qdot,
@@ -119,15 +140,17 @@ def _document(
     )
 
 
-def _axes_name(robot: Robot, frame: AxesOption) -> str:
-    return robot.base_frame if frame is AxesOption.base else robot.tool_frame
+def _axes_name(robot: Robot, axes: str) -> str:
+    named = {BASE: robot.base_frame, TOOL: robot.tool_frame}
+    return named.get(axes) or robot.point(given_point(axes)).name
 
 
-def _print_jacobian(out: Output, robot: Robot, frame: AxesOption, J: Floats) -> None:
-    axes = _axes_name(robot, frame)
-    out.print(
-        heading(f'{robot.name}: Jacobian of the origin of {robot.tool_frame}, axes of {axes}')
-    )
+def _place(robot: Robot, at: str | None) -> str:
+    return f'the origin of {robot.tool_frame}' if at is None else f'({at}) of {robot.tool_frame}'
+
+
+def _print_jacobian(out: Output, robot: Robot, at: str | None, axes: str, J: Floats) -> None:
+    out.print(heading(f'{robot.name}: Jacobian of {_place(robot, at)}, axes of {axes}'))
     names = [plain(name) for name in robot.joint_names]
     # Names on one line if there is room, else broken; then as many columns as there is room for.
     room = out.width - len('  vx  ')
@@ -146,7 +169,7 @@ def _print_jacobian(out: Output, robot: Robot, frame: AxesOption, J: Floats) -> 
         out.print('', matrix) if first else out.print(matrix)
 
 
-def _print_twist(out: Output, robot: Robot, frame: AxesOption, twist: Floats) -> None:
+def _print_twist(out: Output, robot: Robot, at: str | None, axes: str, twist: Floats) -> None:
     rows = table('', '', '')
     for column in rows.columns:
         column.justify = 'right'
@@ -155,5 +178,5 @@ def _print_twist(out: Output, robot: Robot, frame: AxesOption, twist: Floats) ->
     for name, value in zip(ROWS[3:], twist[3:]):
         rows.add_row(f'  {name}', f'{number(value)} rad/s', f'{number(value * DEGREES, 4)} deg/s')
     rows.show_header = False
-    title = heading(f'Twist of {robot.tool_frame}, axes of {_axes_name(robot, frame)}')
+    title = heading(f'Twist of {_place(robot, at)}, axes of {axes}')
     out.print('', title, rows)

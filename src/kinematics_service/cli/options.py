@@ -2,14 +2,15 @@
 
 import re
 import sys
-from typing import Annotated
+from typing import Annotated, Optional
 
 import numpy as np
 import typer
 
-from ..errors import RobotNotFoundError
+from ..errors import PointError, RobotNotFoundError
 from ..kernel import Floats
 from ..robot.bundled import find_robot_file
+from ..robot.points import TOOL
 from ..robot.robot import Robot, load_robot
 
 NUMBER = re.compile(r'[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?')
@@ -31,6 +32,21 @@ PositionsOption = Annotated[
 DegreesOption = Annotated[
     bool,
     typer.Option('--deg', help='Angles on the command line are in degrees; lengths stay metres.'),
+]
+OfOption = Annotated[
+    Optional[str],
+    typer.Option(
+        '--of',
+        metavar='POINT',
+        help='Instead of the tool: a point of the robot file, or a row of its table (0: the '
+        "table's frame 0, i: the frame after row i).",
+    ),
+]
+AtOption = Annotated[
+    Optional[str],
+    typer.Option(
+        '--at', metavar='X,Y,Z', help='A point fixed to that frame, in its coordinates, in m.'
+    ),
 ]
 JsonOption = Annotated[bool, typer.Option('--json', help='Print one JSON object, in SI units.')]
 
@@ -70,6 +86,32 @@ def given_robot(name: str, where: str = OPTION) -> Robot:
     return load_robot(name)
 
 
+def given_point(text: str) -> str | int:
+    """Return what `--of` or `--axes` names: a row where it is a whole number."""
+    return int(text) if re.fullmatch('[0-9]{1,6}', text) else text
+
+
+def ending_at(robot: Robot, of: str | None, at: str | None = None) -> Robot:
+    """Return the robot whose tool is what `--of` and `--at` say, or the robot itself."""
+    if of is None and at is None:
+        return robot
+    try:
+        return robot.ending_at(given_point(of or TOOL), None if at is None else _place(at))
+    except PointError as error:
+        raise WrongUsage(f'--{error.argument}: {error}') from None
+
+
+def _place(text: str) -> list[float]:
+    words = _words(text)
+    if len(words) != 3 or not all(map(NUMBER.fullmatch, words)):
+        raise WrongUsage(f'--at: {text!r} is not three numbers; write for instance --at=0,0,0.1')
+    return [float(word) for word in words]
+
+
+def _words(text: str) -> list[str]:
+    return re.split(r'\s*,\s*|\s+', text.strip().strip('[]()').strip().rstrip(','))
+
+
 def given_positions(robot: Robot, text: str, degrees: bool) -> Floats:
     """Return the joint positions of `--q`, shape (n,), rad or m; ask if they look like degrees."""
     q = joint_values(robot, text, '--q', degrees)
@@ -95,7 +137,7 @@ def joint_values(robot: Robot, text: str, option: str, degrees: bool) -> Floats:
 
     Accepted are commas, spaces, and brackets around them all.
     """
-    words = re.split(r'\s*,\s*|\s+', text.strip().strip('[]()').strip().rstrip(','))
+    words = _words(text)
     for word in words:
         if not NUMBER.fullmatch(word):
             raise WrongUsage(

@@ -12,8 +12,10 @@ from .application import app
 from .ik import NearOption, QuaternionOption, RpyOption, target_from
 from .options import (
     DegreesOption,
+    OfOption,
     RobotArgument,
     WrongUsage,
+    ending_at,
     given_positions,
     given_robot,
     joint_values,
@@ -48,7 +50,7 @@ Examples:
 Pictures need matplotlib. The same command gives the same picture, byte for byte.
 """
 
-# The options of each kind besides --save, --show and --deg.
+# The options of each kind besides --of, --save, --show and --deg.
 OPTIONS = {
     'arm': ('--q',),
     'ik': ('--xyz', '--rpy', '--quaternion', '--near'),
@@ -125,6 +127,7 @@ def plot(
             show_default='here',
         ),
     ] = None,
+    of: OfOption = None,
     deg: DegreesOption = False,
     save: Annotated[
         Optional[Path],
@@ -159,7 +162,7 @@ def plot(
         with _wrong_usage():
             suffix_of(save)
     refuse_without_matplotlib()
-    arm = given_robot(robot, '')
+    arm = ending_at(given_robot(robot, ''), of)
     pose = None if q is None else given_positions(arm, q, deg)
     if kind == 'ik':
         start = None if near is None else joint_values(arm, near, '--near', deg)

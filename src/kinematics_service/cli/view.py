@@ -10,7 +10,7 @@ from ..errors import ViewerMissingError
 from ..stop_signals import stop_signals
 from .application import app
 from .missing_ros import RosMissingError, is_ours
-from .options import WrongUsage, given_robot
+from .options import OfOption, WrongUsage, ending_at, given_robot
 from .ros_variables import refuse_ros_variables
 
 DEFAULT = 'puma560'
@@ -49,6 +49,7 @@ def view(
             show_default=f"the node's, or {DEFAULT}",
         ),
     ] = None,
+    of: OfOption = None,
     node: Annotated[
         str,
         typer.Option(
@@ -78,6 +79,8 @@ def view(
     """Run the command; `HELP` is what its user reads."""
     if sliders and publish:
         raise WrongUsage('--sliders needs no ROS and --publish does: give one of them')
+    if of is not None and robot is None:
+        raise WrongUsage('--of names a point of a robot: give --robot, too')
     try:
         from ..display.view.address import Address, check_address
         from ..display.view.run import SliderSource, run_page
@@ -87,7 +90,7 @@ def view(
         raise ViewerMissingError(WITHOUT_VISER.format(reason=error)) from error
     check_address(host, port)
     address = Address(host, port, tuple(allow_host or ()))
-    arm = None if robot is None else given_robot(robot)
+    arm = None if robot is None else ending_at(given_robot(robot), of)
     with stop_signals() as stop:
         status = 'sliders'
         if not sliders:

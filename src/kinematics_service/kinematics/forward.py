@@ -3,23 +3,31 @@ Forward kinematics, Jacobian and twist of an arm: pure functions of joint positi
 
 Frames and orders are those of KDL, MoveIt's `getJacobian`, the Robotics Toolbox's `jacob0` and
 Pinocchio's LOCAL_WORLD_ALIGNED: base axes, reference point the tool's origin, linear rows first.
+Another frame of the arm (`of`), another point of it (`at`) and other axes (`axes`) are choices of
+their own.
 """
-
-from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import kernel
-from ..errors import KinematicsError
+from ..errors import PointError, TwistError
 from ..kernel import Floats
+from ..robot.points import TOOL, place_in_frame
 from ..robot.robot import Robot
-from .tool_state import ToolState, evaluate
+from .tool_state import ToolState, evaluate, evaluate_point
 
-Axes = Literal['base', 'tool']
+BASE = 'base'
 
 
-def forward_kinematics(robot: Robot, q: npt.ArrayLike) -> Floats:
+def forward_kinematics(
+    robot: Robot,
+    q: npt.ArrayLike,
+    axes: str | int = BASE,
+    *,
+    of: str | int = TOOL,
+    at: npt.ArrayLike | None = None,
+) -> Floats:
     """
     Return the pose of the tool in the base frame, shape (..., 4, 4), translation in m.
 
@@ -29,13 +37,34 @@ def forward_kinematics(robot: Robot, q: npt.ArrayLike) -> Floats:
         The arm.
     q : shape (..., n), rad or m
         Joint positions.
+    axes
+        The frame the pose is in: `base`, or as `of`.
+    of
+        The frame whose pose it is: `tool`, a point of the robot file, or a row of the table
+        counted as `link_frames` does.
+    at : shape (3,), m
+        Another origin of that frame, in its own coordinates.
 
     Raises
     ------
     JointVectorError
         The last dimension of `q` is not n, or a number is not finite.
+    PointError
+        The arm has no such point, row or axes; `at` is not three finite numbers.
     """
-    return evaluate(robot, q, depth=kernel.POSE).pose
+    T = state_of(robot, of, q, depth=kernel.POSE).pose
+    if at is not None:
+        T = T.copy()
+        T[..., :3, 3] += offset_of(T, at)
+    if axes == BASE:
+        return T
+    T_base_axes = pose_of_axes(robot, axes, q)
+    R_axes_base = np.swapaxes(T_base_axes[..., :3, :3], -1, -2)
+    result = T.copy()
+    result[..., :3, :3] = R_axes_base @ T[..., :3, :3]
+    between = T[..., :3, 3] - T_base_axes[..., :3, 3]
+    result[..., :3, 3] = (R_axes_base @ between[..., None])[..., 0]
+    return result
 
 
 def link_frames(robot: Robot, q: npt.ArrayLike) -> Floats:
@@ -52,57 +81,220 @@ def link_frames(robot: Robot, q: npt.ArrayLike) -> Floats:
     return evaluate(robot, q, depth=kernel.ALL_FRAMES).link_frames
 
 
-def in_axes(state: ToolState, six_rows: Floats, axes: str) -> Floats:
+def in_axes_of(pose: Floats, six_rows: Floats) -> Floats:
     """
-    Return a Jacobian (..., 6, k) in base axes turned into `base` or `tool` axes.
-
-    The reference point stays the tool's origin.
-
-    Raises
-    ------
-    KinematicsError
-        `axes` is neither of them.
+    Return a Jacobian (..., 6, k) in base axes in those of a pose (..., 4, 4); its point stays.
     """
-    if axes == 'base':
-        return six_rows
-    if axes != 'tool':
-        raise KinematicsError(f"frame must be 'base' or 'tool', not {axes!r}")
-    to_tool = np.swapaxes(state.pose[..., :3, :3], -1, -2)
+    to_axes = np.swapaxes(pose[..., :3, :3], -1, -2)
     return np.concatenate(
-        [to_tool @ six_rows[..., :3, :], to_tool @ six_rows[..., 3:, :]], axis=-2
+        [to_axes @ six_rows[..., :3, :], to_axes @ six_rows[..., 3:, :]], axis=-2
     )
 
 
-def jacobian(robot: Robot, q: npt.ArrayLike, frame: Axes = 'base') -> Floats:
+def pose_of_axes(robot: Robot, axes: str | int, q: npt.ArrayLike) -> Floats:
+    """
+    Return the pose in the base frame of the frame that axes are named after, (..., 4, 4).
+
+    Raises
+    ------
+    PointError
+        The arm has no such point or row.
+    """
+    try:
+        robot.point(axes)
+    except PointError:
+        known = (BASE, *robot.points)
+        raise PointError(
+            f'axes must be one of {", ".join(known)}, or a row from 0 to {robot.rows}, '
+            f'not {axes!r}',
+            'axes',
+            known,
+            axes,
+        ) from None
+    return state_of(robot, axes, q, depth=kernel.POSE).pose
+
+
+def jacobian(
+    robot: Robot,
+    q: npt.ArrayLike,
+    axes: str | int = BASE,
+    *,
+    of: str | int = TOOL,
+    at: npt.ArrayLike | None = None,
+    frame: str | int | None = None,
+) -> Floats:
     """
     Return the geometric Jacobian, shape (..., 6, n), rows vx vy vz wx wy wz.
+
+    Columns of joints behind the frame `of` are zero.
 
     Parameters
     ----------
     robot, q
-        As in `forward_kinematics`, which raises the same error.
+        As in `forward_kinematics`, which raises the same errors.
+    axes
+        Axes the rows are in: `base`, or as `of`. They are at rest: the numbers are those of the
+        same velocities, whatever the axes do.
+    of
+        The frame that moves: `tool`, a point of the robot file, or a row of the table counted as
+        `link_frames` does.
+    at : shape (3,), m
+        The reference point, whose velocity the linear rows are: fixed to the frame `of`, in its
+        coordinates. Without it, its origin.
     frame
-        Axes the rows are in: `base` or `tool`. The reference point is the tool's origin in both.
+        Another name of `axes`.
 
     Raises
     ------
-    KinematicsError
-        `frame` is neither `base` nor `tool`.
+    PointError
+        The arm has no such point, row or axes; `at` is not three finite numbers.
+
+    Examples
+    --------
+    >>> import kinematics_service as ks
+    >>> robot = ks.load_robot('planar_2r')
+    >>> ks.jacobian(robot, [0.0, 0.0], of=1)[1].tolist()
+    [1.0, 0.0]
     """
-    state = evaluate(robot, q)
-    return in_axes(state, state.jacobian, frame)
+    state = state_of(robot, of, q)
+    return chosen(robot, q, state, state.jacobian, of, at, axes if frame is None else frame)
 
 
-def twist(robot: Robot, q: npt.ArrayLike, qdot: npt.ArrayLike, frame: Axes = 'base') -> Floats:
+def twist(
+    robot: Robot,
+    q: npt.ArrayLike,
+    qdot: npt.ArrayLike,
+    axes: str | int = BASE,
+    *,
+    of: str | int = TOOL,
+    at: npt.ArrayLike | None = None,
+    frame: str | int | None = None,
+) -> Floats:
     """
     Return the twist of the tool J qdot, shape (..., 6): vx vy vz (m/s), wx wy wz (rad/s).
 
     Parameters
     ----------
-    robot, q, frame
+    robot, q, axes, of, at, frame
         As in `jacobian`, which raises the same errors.
     qdot : shape (..., n), rad/s or m/s
         Joint velocities.
     """
-    state = evaluate(robot, q, qdot)
-    return in_axes(state, state.twist[..., None], frame)[..., 0]
+    state = state_of(robot, of, q, qdot)
+    axes = axes if frame is None else frame
+    return chosen(robot, q, state, state.twist[..., None], of, at, axes)[..., 0]
+
+
+def twist_at(twist: npt.ArrayLike, r: npt.ArrayLike) -> Floats:
+    """
+    Return the same motion as the twist of another point of the body, v + w x r; shape (..., 6).
+
+    Parameters
+    ----------
+    twist : shape (..., 6), m/s and rad/s
+        Linear, then angular.
+    r : shape (..., 3), m
+        From the point of `twist` to the other one, in the axes of `twist`.
+
+    Raises
+    ------
+    TwistError
+        They are not six and three finite numbers, or their leading dimensions differ.
+
+    Examples
+    --------
+    >>> import kinematics_service as ks
+    >>> ks.twist_at([0, 0, 0, 0, 0, 2.0], [0.5, 0, 0]).tolist()
+    [0.0, 1.0, 0.0, 0.0, 0.0, 2.0]
+    """
+    V, offset = _numbers(twist, 'twist', 6), _numbers(r, 'r', 3)
+    try:
+        linear = V[..., :3] + np.cross(V[..., 3:], offset)
+    except ValueError:
+        raise TwistError(
+            f'twist and r have shapes {V.shape} and {offset.shape}, which do not go together',
+            'r',
+            [(3,)],
+            offset.shape,
+        ) from None
+    return np.concatenate([linear, np.broadcast_to(V[..., 3:], linear.shape)], axis=-1)
+
+
+def _numbers(given: npt.ArrayLike, name: str, count: int) -> Floats:
+    try:
+        array = np.asarray(given, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise TwistError(
+            f'{name} must be numbers, shape (..., {count})', name, [(count,)]
+        ) from None
+    if array.ndim == 0 or array.shape[-1] != count or not np.isfinite(array).all():
+        raise TwistError(
+            f'{name} has shape {array.shape}; it must be (..., {count}) and finite',
+            name,
+            [(count,)],
+            array.shape,
+        )
+    return array
+
+
+def state_of(
+    robot: Robot,
+    of: str | int,
+    q: npt.ArrayLike,
+    qdot: npt.ArrayLike | None = None,
+    depth: int = kernel.JACOBIAN,
+) -> ToolState:
+    """
+    Return the state of a point: for its pose, Jacobian and twist alone.
+
+    Raises
+    ------
+    JointVectorError
+        The last dimension of `q` or `qdot` is not n, or a number is not finite.
+    PointError
+        The arm has no such point or row.
+    """
+    if type(of) is str and of == TOOL:
+        return evaluate(robot, q, qdot, depth)
+    return evaluate_point(robot, robot.point(of), q, qdot, depth)
+
+
+def chosen(
+    robot: Robot,
+    q: npt.ArrayLike,
+    state: ToolState,
+    six_rows: Floats,
+    of: str | int,
+    at: npt.ArrayLike | None,
+    axes: str | int,
+) -> Floats:
+    """
+    Return six rows (..., 6, k) of the frame `of` at the point and in the axes that are asked for.
+
+    Raises
+    ------
+    PointError
+        The arm has no such axes; `at` is not three finite numbers.
+    """
+    if at is not None:
+        six_rows = with_point_at(six_rows, offset_of(state.pose, at))
+    if axes == BASE:
+        return six_rows
+    same = type(axes) is type(of) and axes == of
+    return in_axes_of(state.pose if same else pose_of_axes(robot, axes, q), six_rows)
+
+
+def with_point_at(six_rows: Floats, r: Floats) -> Floats:
+    """
+    Return six rows (..., 6, k) with their point moved by r (..., 3), in the same axes: v + w x r.
+    """
+    x, y, z = np.moveaxis(r[..., None], -2, 0)
+    w = six_rows[..., 3:, :]
+    wx, wy, wz = w[..., 0, :], w[..., 1, :], w[..., 2, :]
+    v = np.stack([wy * z - wz * y, wz * x - wx * z, wx * y - wy * x], axis=-2)
+    return np.concatenate([six_rows[..., :3, :] + v, w], axis=-2)
+
+
+def offset_of(pose: Floats, at: npt.ArrayLike) -> Floats:
+    """Return the way from a frame's origin to a point fixed to it, in base axes, (..., 3)."""
+    return np.asarray(pose[..., :3, :3] @ place_in_frame(at))

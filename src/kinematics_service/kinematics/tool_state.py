@@ -9,7 +9,8 @@ import numpy.typing as npt
 
 from .. import kernel
 from ..errors import JointVectorError
-from ..kernel import Floats
+from ..kernel import Chain, Floats
+from ..robot.points import Point
 from ..robot.robot import Robot
 from .threads import in_parts
 
@@ -190,7 +191,7 @@ def evaluate(
     else:
         rates = _joint_vector(robot, qdot, 'qdot')
     if positions.ndim > 1 or rates.ndim > 1:
-        return _evaluate_batch(robot, positions, None if qdot is None else rates, depth)
+        return _evaluate_batch(robot, chain, positions, None if qdot is None else rates, depth)
     row, measures = np.empty(chain.single_widths[depth]), None
     if measured:
         measures = np.empty(robot.measure_places.width)
@@ -204,8 +205,31 @@ def evaluate(
     return _new(ToolState, (robot, row, qdot is not None, None, measures))
 
 
-def _evaluate_batch(robot: Robot, q: Floats, qdot: Floats | None, depth: int) -> ToolState:
-    chain = robot.chain
+def evaluate_point(
+    robot: Robot,
+    point: Point,
+    q: npt.ArrayLike,
+    qdot: npt.ArrayLike | None = None,
+    depth: int = kernel.JACOBIAN,
+) -> ToolState:
+    """
+    Return a state with a point of the arm in the place of the tool, at depth POSE or JACOBIAN.
+
+    It is of use for pose, Jacobian and twist alone: frames and measures belong to the tool.
+
+    Raises
+    ------
+    JointVectorError
+        The last dimension is not n, or a number is not finite.
+    """
+    positions = _joint_vector(robot, q, 'q')
+    rates = None if qdot is None else _joint_vector(robot, qdot, 'qdot')
+    return _evaluate_batch(robot, point.chain, positions, rates, depth)
+
+
+def _evaluate_batch(
+    robot: Robot, chain: Chain, q: Floats, qdot: Floats | None, depth: int
+) -> ToolState:
     # An array with more dimensions is a copy already.
     if q.ndim == 1:
         q = _joint_vector(robot, q, 'q')

@@ -11,14 +11,20 @@ from ..errors import RobotNotFoundError
 # What a person looks for; a robot that stands in no group is listed after them.
 GROUPS: Mapping[str, tuple[str, ...]] = {
     'Industrial and research arms': (
+        'crx10ia_l',
+        'fr3',
+        'gen3_lite',
         'kinova_gen3',
         'kuka_iiwa14',
         'panda',
         'puma560',
         'scara_hsr065',
+        'so101',
         'ur3e',
         'ur5e',
         'ur10e',
+        'xarm6',
+        'xarm7',
     ),
     'Textbook and course arms': (
         'planar_2r',

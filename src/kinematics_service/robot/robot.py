@@ -5,8 +5,9 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+import numpy.typing as npt
 
-from ..errors import Fault, KinematicsError, RobotFileError
+from ..errors import Fault, KinematicsError, PointError, RobotFileError
 from ..kernel import Arm, Chain, Floats
 from .bundled import find_robot_file
 from .chain import FrozenArrays, fold
@@ -16,6 +17,7 @@ from .file.description import RobotDescription
 from .file.reader import parse_robot, read_robot_file
 from .measure_places import MeasurePlaces, measure_places
 from .measures import MEASURES, Thresholds, thresholds_for
+from .points import Point, described_point, ending_at, known_points, with_chain
 from .task import Task, find_task, seeded_poses
 
 
@@ -98,6 +100,74 @@ class Robot(FrozenArrays):
         """Return where the measures stand in a row of them."""
         return measure_places(self.dof, len(self.task.rows), len(self.factors.names))
 
+    @property
+    def points(self) -> tuple[str, ...]:
+        """Return the names of the points: `tool`, and those of the robot file."""
+        return known_points(self.description)
+
+    @cached_property
+    def _found_points(self) -> dict[str, Point]:
+        return {}
+
+    @cached_property
+    def _found_ends(self) -> dict[str, 'Robot']:
+        return {}
+
+    def point(self, of: str | int) -> Point:
+        """
+        Return a point by its name, or the frame of a row of the table.
+
+        Parameters
+        ----------
+        of
+            `tool`, a name of the robot file, or a row counted as `link_frames` does: 0 is the
+            table's frame 0, i the frame after row i.
+
+        Raises
+        ------
+        PointError
+            The arm has no such point or row.
+        """
+        described = described_point(self.description, of)
+        found = self._found_points.get(described.name)
+        if found is None:
+            found = with_chain(self.description, self.variables, described)
+            self._found_points[described.name] = found
+        return found
+
+    def ending_at(self, of: str | int, at: npt.ArrayLike | None = None) -> 'Robot':
+        """
+        Return the same arm with a point as its tool: for its measures, plots and audits.
+
+        It is called after both, `puma560_elbow`. Its task is that of an arm of the joints that
+        move the point, its thresholds are the defaults. Joints behind the point keep their columns
+        and move nothing.
+
+        Parameters
+        ----------
+        of
+            As `point` takes it.
+        at : shape (3,), m
+            Another origin of that frame, in its own coordinates.
+
+        Raises
+        ------
+        PointError
+            The arm has no such point or row, or no joint moves it; `at` is not three finite
+            numbers.
+        """
+        point = self.point(of)
+        found = self._found_ends.get(point.name) if at is None else None
+        if found is not None:
+            return found
+        if not point.chain.entries:
+            raise PointError(f'no joint moves {of!r} of {self.name}', 'of', self.points, of)
+        description = ending_at(self.description, of, at)
+        robot = self if description is self.description else _built_for_its_joints(description)
+        if at is None:
+            self._found_ends[point.name] = robot
+        return robot
+
     def __repr__(self) -> str:
         return f'Robot({self.name!r}, {self.dof} joints, {self.convention})'
 
@@ -148,6 +218,25 @@ def build_robot(description: RobotDescription) -> Robot:
         factors=factors,
         description=description,
     )
+
+
+def _built_for_its_joints(description: RobotDescription) -> Robot:
+    # The robot whose task is chosen as if there were no joints but those that move something.
+    joints = [joint for joint in description.joints if not joint.unused]
+    chain = fold(
+        table_rows(description),
+        [joint.variable for joint in joints],
+        description.base.motion.matrix,
+        description.tool.motion.matrix,
+    )
+    task = find_task(
+        chain,
+        [joint.name for joint in joints],
+        np.array([[joint.lower, joint.upper] for joint in joints]),
+        [joint.type == 'prismatic' for joint in joints],
+    )
+    judged = replace(description.singularity, task=task.rows)
+    return build_robot(replace(description, singularity=judged))
 
 
 def with_singularity(

@@ -21,6 +21,9 @@ SEED = 20240523
 # A row counts as moved when some pose moves it by more than this share of the largest entry of J.
 MOVED = 1e-9
 
+# Poses at which joints are found that cancel, each pose in a way of its own.
+CLEAREST = 20
+
 
 @dataclass(frozen=True, eq=False)
 class Task(FrozenArrays):
@@ -36,8 +39,9 @@ class Task(FrozenArrays):
     generic_rank
         Rank of J_t at random poses.
     dependent_joints
-        Names of joints whose motions cancel at every pose (they share an axis, for example); empty
-        for most arms.
+        Names of joints whose motions cancel at every pose: always the same motions (of joints that
+        share an axis, for example), or, where J_t has full rank at no pose, others at each (of
+        four parallel axes). Empty for most arms.
     reach
         Largest distance from frame 0 to the tool over the seeded poses, in m.
     axes : shape (m,)
@@ -188,7 +192,7 @@ def find_task(
         rows=rows,
         length=length,
         generic_rank=generic_rank,
-        dependent_joints=_dependent_joints(J_t, joint_names),
+        dependent_joints=_dependent_joints(J_t, joint_names, generic_rank),
         reach=float(np.max(distances)),
         axes=np.array(indices, dtype=np.int64),
         rotation=rotation,
@@ -197,8 +201,14 @@ def find_task(
     )
 
 
-def _dependent_joints(J_t: Floats, joint_names: Sequence[str]) -> tuple[str, ...]:
+def _dependent_joints(J_t: Floats, joint_names: Sequence[str], rank: int) -> tuple[str, ...]:
     # Joint motions that move the tool at no pose are the null space of all J_t on top of another.
-    _, sigma, right = np.linalg.svd(J_t.reshape(-1, J_t.shape[2]), full_matrices=False)
+    m, n = J_t.shape[1:]
+    _, sigma, right = np.linalg.svd(J_t.reshape(-1, n), full_matrices=False)
     idle = right[sigma <= kernel.RANK_TOLERANCE * sigma[0]]
+    if len(idle) < n - rank and n <= m:
+        # At each pose others cancel, too: seen best where the rest are farthest from it.
+        _, sigma, right = np.linalg.svd(J_t)
+        clearest = np.argsort(sigma[:, rank - 1])[-CLEAREST:]
+        idle = right[clearest, rank:].reshape(-1, n)
     return tuple(name for j, name in enumerate(joint_names) if np.any(np.abs(idle[:, j]) > 1e-6))

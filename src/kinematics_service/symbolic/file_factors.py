@@ -32,6 +32,9 @@ class FilePrinter(StrPrinter):  # type: ignore[misc]
             return f'1/{self.parenthesize(base, 100)}'
         raise DerivationError(f'{expr} has no form in a robot file')
 
+    def _print_atan(self, expr: Any) -> str:
+        return f'atan2({self._print(expr.args[0])}, 1)'
+
     def _print_Rational(self, expr: Any) -> str:
         return decimal(expr) or f'{expr.p}/{expr.q}'
 

@@ -2,6 +2,7 @@
 
 import os
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -14,6 +15,7 @@ from ...version import __version__
 from .certificate import Certificate, certify, configurations
 from .chain import UrdfChain, read_chain
 from .document import XmlElement, parse_urdf, read_urdf
+from .points import points_text
 from .quantity import as_rounded_part_of_pi
 from .robot_text import robot_file_text
 from .table import modified, table_of
@@ -54,6 +56,7 @@ def import_urdf(
     name: str = '',
     convention: TableConvention = 'standard',
     round_angles: bool = False,
+    points: Sequence[str] = (),
 ) -> UrdfImport:
     """
     Return the robot file of a chain of a URDF given as text.
@@ -71,6 +74,8 @@ def import_urdf(
     round_angles
         Take an angle for the part of pi whose rounding it is, `1.5708` for pi/2. The certificate
         compares with the file as it is written, and so shows what that changes.
+    points
+        Links that become points of the robot file; they are fixed to what the chain moves.
 
     Raises
     ------
@@ -78,7 +83,7 @@ def import_urdf(
         The text is no URDF, has no such chain, or holds a joint that no robot file can express.
     """
     root = parse_urdf(urdf.encode('utf-8'), '<text>')
-    return _imported(root, 'URDF', base, tip, name, convention, round_angles)
+    return _imported(root, 'URDF', base, tip, name, convention, round_angles, points)
 
 
 def import_file(
@@ -88,6 +93,7 @@ def import_file(
     name: str = '',
     convention: TableConvention = 'standard',
     round_angles: bool = False,
+    points: Sequence[str] = (),
 ) -> UrdfImport:
     """
     Return the robot file of a chain of a URDF file; see `import_urdf`.
@@ -99,7 +105,7 @@ def import_file(
     """
     path = Path(path)
     source = f'URDF {path.name}'
-    return _imported(read_urdf(path), source, base, tip, name, convention, round_angles)
+    return _imported(read_urdf(path), source, base, tip, name, convention, round_angles, points)
 
 
 def _imported(
@@ -110,10 +116,17 @@ def _imported(
     name: str,
     convention: str,
     round_angles: bool,
+    points: Sequence[str],
 ) -> UrdfImport:
     tree = read_tree(root)
     chain = read_chain(tree, base, tip)
-    meant = read_chain(tree, base, tip, as_rounded_part_of_pi) if round_angles else chain
+
+    def way_to(link: str) -> UrdfChain:
+        if round_angles:
+            return read_chain(tree, base, link, as_rounded_part_of_pi)
+        return read_chain(tree, base, link)
+
+    meant = way_to(tip)
     table = table_of(meant)
     if convention == 'modified':
         table = modified(table)
@@ -129,14 +142,19 @@ def _imported(
         )
         return head + robot_file_text(chain, table, convention, name, source, known)
 
-    certificate = certify(chain, robot_from_text(text('not yet measured')))
+    robot = robot_from_text(text('not yet measured'))
+    certificate = certify(chain, robot)
     _judge(certificate, chain, round_angles)
-    written = text(str(certificate))
+    section = points_text(robot, meant, points, way_to, ACCEPTED * _size(chain))
+    written = text(str(certificate)) + section
     return UrdfImport(written, robot_from_text(written), certificate)
 
 
+def _size(chain: UrdfChain) -> float:
+    return 1.0 + sum(float(np.linalg.norm(motion.before[:3, 3])) for motion in chain.motions)
+
+
 def _judge(certificate: Certificate, chain: UrdfChain, round_angles: bool) -> None:
-    size = 1.0 + sum(float(np.linalg.norm(motion.before[:3, 3])) for motion in chain.motions)
     worst = max(certificate.position_error, certificate.rotation_error)
-    if worst > ACCEPTED * size and not round_angles:
+    if worst > ACCEPTED * _size(chain) and not round_angles:
         raise UrdfError(f'the table is not exact enough to be written: {certificate}')

@@ -78,8 +78,11 @@ class _Planner:
         self.joint_names = [names.joint_prefix + name for name in robot.joint_names]
         self.base = names.frame_prefix + (names.base or robot.base_frame)
         self.tool = names.frame_prefix + (names.tool or robot.tool_frame)
+        self.points = {
+            names.frame_prefix + point.name: point for point in robot.description.points
+        }
         self._stem = f'{names.frame_prefix}{robot.name}_frame'
-        self._new_link = _UniqueNames((self.base, self.tool)).new
+        self._new_link = _UniqueNames((self.base, self.tool, *self.points)).new
         self._new_joint = _UniqueNames(self.joint_names).new
 
     def plan(self) -> UrdfPlan:
@@ -92,6 +95,10 @@ class _Planner:
         ends = itertools.pairwise(frames)
         for i, (row, moving, (parent, child)) in enumerate(zip(rows, motions, ends), start=1):
             joints += self._row(i, row, moving, parent, child)
+        joints += [
+            self._fixed(frames[point.row], name, point.motion.matrix)
+            for name, point in self.points.items()
+        ]
         joints.append(self._fixed(frames[-1], self.tool, robot.description.tool.motion.matrix))
         order = self._order(joints)
         moved = {motion.joint for motion in itertools.chain(*motions)}

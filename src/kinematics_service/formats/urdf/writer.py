@@ -28,10 +28,10 @@ def urdf_text(robot: Robot, names: FrameNames = AS_IN_THE_FILE) -> str:
     """
     Return the URDF of a robot.
 
-    Its root is the base frame, its last leaf the tool frame; `<robot name>_frame_<i>` are the
-    frames of the table, as `link_frames` gives them. Numbers are written so that they are read
-    back to the last bit. There is no `<inertial>` and no `<collision>`: the robot file has
-    neither.
+    Its root is the base frame, its last leaf the tool frame, and each point of the file a leaf of
+    its name; `<robot name>_frame_<i>` are the frames of the table, as `link_frames` gives them.
+    Numbers are written so that they are read back to the last bit. There is no `<inertial>` and
+    no `<collision>`: the robot file has neither.
 
     Parameters
     ----------

@@ -13,6 +13,8 @@ ctypedef (double, double) Pair
     angle=double, share=double,
 )
 cdef vectors.Triple _rotation_vector(double* R) noexcept nogil
+@cython.locals(normal=vectors.Triple, sine=double, angle=double, share=double)
+cdef vectors.Triple _turn_between(vectors.Triple a, vectors.Triple b) noexcept nogil
 cdef vectors.Triple _turned_back(double* axes, vectors.Triple v) noexcept nogil
 cdef void _write_weighted(
     double* weights, double scale, vectors.Triple linear, vectors.Triple angular, double* six
@@ -31,14 +33,18 @@ cdef class Residual:
     cdef double* still
     cdef double* row
     cdef int n
+    cdef int tool_axis
 
     cdef void evaluate(self, double* q, int depth) noexcept nogil
     @cython.locals(
         goal='double*', row='double*', error='double*', R='double[9]', linear=vectors.Triple,
-        angular=vectors.Triple, square=double, i=int, j=int,
+        angular=vectors.Triple, turn=vectors.Triple, square=double, i=int, j=int, k=int,
     )
     cdef double square(self, double* q, int depth) noexcept nogil
-    @cython.locals(n=int, linear=vectors.Triple, angular=vectors.Triple, j=int)
+    @cython.locals(
+        n=int, linear=vectors.Triple, angular=vectors.Triple, turn=vectors.Triple,
+        axis=vectors.Triple, J='double*', j=int, k=int,
+    )
     cdef void write_columns(self, double* scales) noexcept nogil
     cdef double length(self) noexcept nogil
 

@@ -2,7 +2,7 @@
 
 import math
 
-from ..forward import chain_pass
+from ..forward import chain_pass, vectors
 from ..forward.chain import Chain
 from ..layout import arrays, places
 from ..layout.arrays import Floats, Numbers, Vector
@@ -28,6 +28,21 @@ def _rotation_vector(R: Numbers) -> Vector:
         a, b, c = R[2], R[5], R[8] + 1.0
     share = angle / math.sqrt(a * a + b * b + c * c)
     return (a * share, b * share, c * share)
+
+
+def _turn_between(a: Vector, b: Vector) -> Vector:
+    # The shortest turn that takes the unit vector a to b, as axis times angle.
+    normal = vectors.cross(a, b)
+    sine = math.sqrt(vectors.dot(normal, normal))
+    angle = math.atan2(sine, vectors.dot(a, b))
+    if sine < 1e-9:
+        if angle < 1.0:
+            return normal
+        # Half a turn: about any axis across.
+        normal = vectors.across(a)
+        sine = math.sqrt(vectors.dot(normal, normal))
+    share = angle / sine
+    return (normal[0] * share, normal[1] * share, normal[2] * share)
 
 
 def _turned_back(axes: Floats, v: Vector) -> Vector:
@@ -65,6 +80,9 @@ class Residual:
     weights : shape (6,)
         Weights of the rows x y z rx ry rz: 1, the length (m) for angular ones, 0 for rows that do
         not count.
+    tool_axis
+        0, 1, 2: of the rotation only the direction of this axis of the tool counts, in all three
+        angular rows: the tool may turn about it. -1: the rotation itself.
     """
 
     def __init__(
@@ -73,8 +91,12 @@ class Residual:
         pose: Floats,
         axes: Floats,
         weights: Floats,
+        tool_axis: int,
     ) -> None:
         arrays.given(chain)
+        if not -1 <= tool_axis <= 2:
+            raise TypeError('a tool has three axes')
+        self.tool_axis = tool_axis
         self.chain = chain
         self.pose = arrays.numbers(pose, 16)
         self.axes = arrays.numbers(axes, 9)
@@ -101,7 +123,13 @@ class Residual:
         goal, row, error = self.pose, self.row, self.error
         linear = _turned_back(self.axes, (goal[3] - row[3], goal[7] - row[7], goal[11] - row[11]))
         angular = (0.0, 0.0, 0.0)
-        if self.weights[3] + self.weights[4] + self.weights[5] > 0.0:
+        k = self.tool_axis
+        if k >= 0:
+            turn = _turn_between(
+                (row[k], row[4 + k], row[8 + k]), (goal[k], goal[4 + k], goal[8 + k])
+            )
+            angular = _turned_back(self.axes, turn)
+        elif self.weights[3] + self.weights[4] + self.weights[5] > 0.0:
             R = [0.0] * 9
             for i in range(3):
                 for j in range(3):
@@ -123,11 +151,16 @@ class Residual:
 
         A unit of each joint counts scales[j] (0: the joint is held).
         """
-        n = self.n
+        n, k = self.n, self.tool_axis
         for j in range(n):
             J = arrays.after(self.row, places.JACOBIAN_AT + j)
             linear = _turned_back(self.axes, (J[0], J[n], J[2 * n]))
-            angular = _turned_back(self.axes, (J[3 * n], J[4 * n], J[5 * n]))
+            turn = (J[3 * n], J[4 * n], J[5 * n])
+            if k >= 0:
+                # Turning about the axis itself leaves its direction.
+                axis = (self.row[k], self.row[4 + k], self.row[8 + k])
+                turn = vectors.plus(turn, -vectors.dot(turn, axis), axis)
+            angular = _turned_back(self.axes, turn)
             _write_weighted(
                 self.weights, scales[j], linear, angular, arrays.after(self.columns, 6 * j)
             )

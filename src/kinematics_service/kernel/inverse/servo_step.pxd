@@ -30,6 +30,7 @@ cdef class ServoOutput:
     cdef readonly object qdot
     cdef readonly double damping
     cdef readonly double least_singular_value
+    cdef readonly double followed
     cdef readonly double shortened
     cdef readonly int slowest
     cdef double largest
@@ -56,7 +57,8 @@ cdef class ServoOutput:
     @cython.locals(
         m=int, count=int, W='double*', free='long long*', damping=double, below=double,
         wide=cython.bint, rows=int, length=int, width=int, row='double*', turns='double*',
-        square=double, share=double, along=double, least=double, i=int, j=int, k=int,
+        square=double, share=double, along=double, least=double, made=double, wanted=double,
+        own=double, i=int, j=int, k=int,
     )
     cdef void solve(self) noexcept nogil
     @cython.locals(n=int, width=int, wide=cython.bint, at=int, i=int, j=int)

@@ -76,6 +76,8 @@ class ServoOutput:
         As a share of the largest.
     least_singular_value
         As a share of the length.
+    followed
+        The share of the twist, along itself, that velocities without limits would make.
     shortened
         The share to which all velocities were shortened for their limits.
     slowest
@@ -89,7 +91,7 @@ class ServoOutput:
         least = min(m, n)
         self.qdot = qdot
         self.rates = arrays.results(qdot, n)
-        self.damping, self.least_singular_value = 0.0, -1.0
+        self.damping, self.least_singular_value, self.followed = 0.0, -1.0, 1.0
         self.shortened, self.slowest = 1.0, -1
         self.largest, self.count = 0.0, n
         self.room = arrays.scratch(m * n + m + 4 * n + least * (1 + m + n))
@@ -108,6 +110,7 @@ class ServoOutput:
     def begin(self) -> None:
         """Reset an earlier step: all joints are free, and none moves."""
         self.damping, self.least_singular_value, self.largest = 0.0, -1.0, 0.0
+        self.followed = 1.0
         self.shortened, self.slowest, self.count = 1.0, -1, self.servo.n
         for j in range(self.servo.n):
             self.rates[j], self.held[j], self.u[j], self.free[j] = 0.0, 0, 0.0, j
@@ -159,8 +162,11 @@ class ServoOutput:
         self._write_matrix(rows, length)
         singular_values.orthogonalise(W, rows, length, length + rows)
         singular_values.sort_by_norm(W, self.sigma, rows, length, length + rows)
+        made, wanted = 0.0, 0.0
         for j in range(count):
             self.u[free[j]] = 0.0
+        for k in range(m):
+            wanted += self.v[k] * self.v[k]
         for i in range(rows):
             row = arrays.after(W, i * width)
             turns = arrays.after(row, length)
@@ -173,12 +179,16 @@ class ServoOutput:
             along = 0.0
             for k in range(m):
                 along += (turns[k] if wide else row[k]) * self.v[k]
-            along /= self.sigma[i] * self.sigma[i] + square
+            own = self.sigma[i] * self.sigma[i]
+            made += along * along * (own if wide else 1.0) / (own + square)
+            along /= own + square
             for j in range(count):
                 self.u[free[j]] += along * (row[j] if wide else turns[j])
         if self.least_singular_value < 0.0:
             least = self.sigma[min(self.servo.task.generic_rank, rows) - 1]
             self.least_singular_value = least * (self.largest / self.servo.length)
+            if wanted > 0.0:
+                self.followed = made / wanted
         for k in range(count):
             j = free[k]
             self.u[j] *= self.servo.task.column_scale[j] / self.largest

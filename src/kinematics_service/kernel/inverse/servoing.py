@@ -58,6 +58,7 @@ def _fill(step: ServoOutput, q: Floats, row: Floats, twist: Floats) -> None:
     step.write_task(row, twist, size)
     if not step.largest > 0.0:
         step.damping, step.least_singular_value = 1.0, 0.0
+        step.followed = 0.0 if size > 0.0 else 1.0
         return
     step.solve()
     _shorten_alike(step, size)

@@ -9,7 +9,7 @@ from ...kernel import Floats
 from ...rigid_motion import exponential
 from .closed import room_for
 from .problem import IkProblem
-from .search import PROVED, DistinctSolutions, refined, refinement
+from .search import DistinctSolutions, refined, refinement
 from .target import residual_of
 
 # So far targets are moved beside a degenerate one, as shares of the length and in rad.
@@ -53,7 +53,7 @@ def eliminated_solutions(problem: IkProblem, arm: kernel.SixJoints) -> Eliminate
         refinement(problem.target, problem.plan),
         problem.plan.joints,
         problem.near,
-        PROVED,
+        problem.target.proved,
         solutions,
         counts,
     )

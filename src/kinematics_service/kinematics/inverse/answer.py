@@ -12,7 +12,8 @@ from .multiple import with_multiplicities
 from .problem import IkProblem
 from .representatives import representatives
 from .result import Complete, IkFamily, IkResult, IkSolution, Method, NearestPose, Posture, Status
-from .search import PROVED, DistinctSolutions, LeastError, refined, starts
+from .search import DistinctSolutions, LeastError, refined, starts
+from .target import PROVED
 
 # Starts, inside the limits, for the nearest pose.
 NEAREST_STARTS = 64
@@ -32,7 +33,9 @@ def answer(
     """Return the result of proved solutions, told apart from families."""
     result = _result_of_found(problem, found, method, best, respect_limits, roots)
     nearest = result.nearest
-    if nearest is None or nearest.residual >= PROVED or result.status == 'family':
+    if nearest is None or result.status == 'family':
+        return result
+    if not problem.target.is_reached_at(nearest.q, nearest.residual):
         return result
     # The search for the nearest pose met the target inside the limits.
     q = np.concatenate([found.q, nearest.q[None]])
@@ -81,12 +84,19 @@ def result_of(
     return IkResult(wanted, continua, status, reason, method, nearest, complete, roots)
 
 
-def inside_limits(solutions: int, families: int) -> str:
-    """Return the sentence of a result that has solutions."""
+def inside_limits(solutions: int, families: int, worst: float = 0.0) -> str:
+    """Return the sentence of a result that has solutions; `worst`: their largest residual, m."""
     sentence = f'{solutions} {"solution" if solutions == 1 else "solutions"} inside the limits'
-    if not families:
-        return sentence
-    return f'{sentence}, and {families} continuous {"family" if families == 1 else "families"}'
+    if families:
+        sentence += f', and {families} continuous {"family" if families == 1 else "families"}'
+    return sentence + not_exact(worst)
+
+
+def not_exact(worst: float) -> str:
+    """Return what is said of solutions within the tolerance; nothing of exact ones."""
+    if worst < PROVED:
+        return ''
+    return f'; the target is met to {worst:.1e} m, within the tolerance'
 
 
 def _status(
@@ -99,16 +109,18 @@ def _status(
     # A search that found nothing is no proof that there is nothing.
     searched = ' (by search, which proves nothing)' if method == 'search' else ''
     if inside:
-        return 'solved', inside_limits(len(inside), sum(family.feasible for family in families))
+        feasible = sum(family.feasible for family in families)
+        worst = max(one.residual for one in inside)
+        return 'solved', inside_limits(len(inside), feasible, worst)
     if any(family.feasible for family in families):
         joints = ', '.join(dict.fromkeys(name for f in families for name in f.joints))
-        return 'family', LEFT_FREE + joints
+        return 'family', LEFT_FREE + joints + not_exact(max(f.residual for f in families))
     beyond: list[IkSolution | IkFamily] = [*solutions, *families]
     if beyond:
         names = ', '.join(dict.fromkeys(name for one in beyond for name in one.beyond))
         return 'outside_limits', f'reached only beyond the limits of {names}{searched}'
     return 'unreachable', (
-        f'no joint positions bring the tool there ({" ".join(problem.target.rows)}){searched}'
+        f'no joint positions bring the tool there ({problem.target.words}){searched}'
     )
 
 

@@ -5,7 +5,7 @@ import numpy as np
 from ... import kernel
 from .problem import IkProblem
 from .result import IkSolution, Posture
-from .search import PROVED, refinement
+from .search import refinement
 
 # Words for the signs that the kernel returns.
 POSTURES = {
@@ -32,7 +32,7 @@ def closed_solutions(
         refinement(problem.target, problem.plan),
         problem.plan.joints,
         problem.near,
-        PROVED,
+        problem.target.proved,
         only_one,
         solutions,
     )

@@ -9,7 +9,7 @@ from ... import kernel
 from ...kernel import Floats
 from ...robot.robot import Robot
 from .plan import InversePlan, signed
-from .search import PROVED, DistinctSolutions, apart, errors_at, refined
+from .search import DistinctSolutions, apart, errors_at, refined
 from .target import IkTarget
 
 # Below this share of the largest singular value a motion may be free (then it is tried out).
@@ -166,7 +166,7 @@ def nearer(
         trial = q + step * plan.scales * min(1.0, 0.5 / largest)
         gone = refined(target, plan, np.clip(trial, *limits.T)[None], True, limits)
         closer = np.linalg.norm((near - gone.q[0]) / plan.scales) < np.linalg.norm(away)
-        if gone.errors[0] >= PROVED or not closer:
+        if not target.is_reached_at(gone.q[0], gone.errors[0]) or not closer:
             break
         q, error = gone.q[0], float(gone.errors[0])
         if not family.straight:

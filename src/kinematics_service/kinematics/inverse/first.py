@@ -11,7 +11,7 @@ from .closed import closed_solutions, room_for
 from .plan import plan_for
 from .problem import IkProblem
 from .redundant import into_limits
-from .search import PROVED, refinement, starts
+from .search import refinement, starts
 
 # Number of starts tried before the search for all solutions.
 STARTS = 256
@@ -33,14 +33,14 @@ def first_solution(problem: IkProblem) -> kernel.Solutions:
         refinement(problem.target, plan, True, bounds, held=True),
         plan.joints,
         problem.near,
-        PROVED,
-        _starts(problem.robot, problem.target.rows, problem.seed),
+        problem.target.proved,
+        _starts(problem.robot, problem.target.rows, problem.target.axis, problem.seed),
         solution,
     )
     return solution
 
 
 @functools.lru_cache(maxsize=128)
-def _starts(robot: Robot, rows: tuple[str, ...], seed: int) -> Floats:
+def _starts(robot: Robot, rows: tuple[str, ...], axis: str, seed: int) -> Floats:
     random = np.random.default_rng(seed)
-    return into_limits(robot, starts(robot, plan_for(robot, rows), random, STARTS), random)
+    return into_limits(robot, starts(robot, plan_for(robot, rows, axis), random, STARTS), random)

@@ -19,8 +19,8 @@ from ...robot.robot import Robot
 from ...robot.task import ROW_NAMES
 from ..forward import forward_kinematics, jacobian
 from .plan import InversePlan
-from .search import PROVED, DistinctSolutions, apart, errors_at
-from .target import IkTarget
+from .search import DistinctSolutions, apart, errors_at
+from .target import TOOL_AXES, IkTarget
 
 # g is sampled so far on both sides (rad), at so many places, by a polynomial of a lower degree.
 SPAN, SAMPLES, DEGREE = 0.02, 13, 9
@@ -115,7 +115,7 @@ def _multiples(
             return unknown
         place = q + way * plan.scales
         left_over = float(errors_at(target, plan, place[None])[0])
-        if left_over >= PROVED:
+        if left_over >= target.proved:
             return unknown
         found.append(Multiple(place, left_over, order))
     return found or unknown
@@ -180,19 +180,35 @@ def _way(
 
 
 def _rows(target: IkTarget) -> list[int]:
-    return [ROW_NAMES.index(name) for name in target.rows]
+    rows = [ROW_NAMES.index(name) for name in target.rows]
+    return rows + [3, 4, 5] if target.axis else rows
 
 
 def _weighted_error(robot: Robot, target: IkTarget, q: Floats) -> Floats:
     T = forward_kinematics(robot, q)
     R = robot.task.rotation
     linear = R.T @ (target.pose[:3, 3] - T[:3, 3])
-    angular = R.T @ rotation_vector(target.pose[:3, :3] @ T[:3, :3].T)
+    if target.axis:
+        k = TOOL_AXES.index(target.axis)
+        angular = R.T @ _turn_between(T[:3, k], target.pose[:3, k])
+    else:
+        angular = R.T @ rotation_vector(target.pose[:3, :3] @ T[:3, :3].T)
     return np.concatenate([linear, robot.task.length * angular])[_rows(target)]
+
+
+def _turn_between(a: Floats, b: Floats) -> Floats:
+    # The shortest turn (3,) that takes a unit vector to another less than half a turn away.
+    normal = np.cross(a, b)
+    sine = float(np.linalg.norm(normal))
+    return np.asarray(normal * (np.arctan2(sine, a @ b) / sine if sine > 0.0 else 1.0))
 
 
 def _weighted_jacobian(robot: Robot, target: IkTarget, plan: InversePlan, q: Floats) -> Floats:
     J = jacobian(robot, q)
     R = robot.task.rotation
-    rows = np.vstack([R.T @ J[:3], robot.task.length * R.T @ J[3:]])
+    turns = J[3:]
+    if target.axis:
+        along = forward_kinematics(robot, q)[:3, TOOL_AXES.index(target.axis)]
+        turns = turns - np.outer(along, along @ turns)
+    rows = np.vstack([R.T @ J[:3], robot.task.length * R.T @ turns])
     return np.asarray(rows[_rows(target)] * plan.scales)

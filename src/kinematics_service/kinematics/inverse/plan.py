@@ -59,6 +59,9 @@ class InversePlan(FrozenArrays):
         Scaled joint motions that never move the rows; two joints on one axis have one.
     redundant
         Whether solutions come in families even with those joints held.
+    overdetermined
+        Whether the joints move the tool in fewer ways than count: then no target that was rounded
+        is met exactly.
     periods : shape (n,)
         Turn after which a joint is back: 2 pi, more or less behind a gear, or infinite.
     middle : shape (n,), rad or m
@@ -77,6 +80,7 @@ class InversePlan(FrozenArrays):
     held: Floats
     idle: Floats
     redundant: bool
+    overdetermined: bool
     periods: Floats
     middle: Floats
     limits: Floats
@@ -84,18 +88,19 @@ class InversePlan(FrozenArrays):
 
 
 @functools.lru_cache(maxsize=128)
-def plan_for(robot: Robot, rows: tuple[str, ...]) -> InversePlan:
-    """Return the plan of an arm for the wanted rows."""
+def plan_for(robot: Robot, rows: tuple[str, ...], axis: str = '') -> InversePlan:
+    """Return the plan of an arm for the wanted rows and, with `axis`, the tool's direction."""
     screws = screws_of(robot.chain)
     scales = np.array(robot.task.column_scales)
-    idle, rank = _idle_motions(robot, rows, scales)
+    idle, rank = _idle_motions(robot, rows, axis, scales)
     held = scales.copy()
     for j in _pivots(idle):
         held[j] = 0.0
     redundant = rank + len(idle) < robot.dof
     whole = rows == ROW_NAMES
     closed = None
-    if not redundant and not len(idle) and (whole or rows == ROW_NAMES[:3]):
+    position = rows == ROW_NAMES[:3] and not axis
+    if not redundant and not len(idle) and (whole or position):
         closed = _closed_form(screws, robot, whole)
     six_joints, three_slides = None, None
     isolated = whole and robot.dof == 6 and not redundant and not len(idle)
@@ -118,6 +123,7 @@ def plan_for(robot: Robot, rows: tuple[str, ...]) -> InversePlan:
         held=held,
         idle=idle,
         redundant=redundant,
+        overdetermined=rank < len(rows) + (2 if axis else 0),
         periods=periods,
         middle=middle,
         limits=limits,
@@ -125,13 +131,16 @@ def plan_for(robot: Robot, rows: tuple[str, ...]) -> InversePlan:
     )
 
 
-def _idle_motions(robot: Robot, rows: tuple[str, ...], scales: Floats) -> tuple[Floats, int]:
+def _idle_motions(
+    robot: Robot, rows: tuple[str, ...], axis: str, scales: Floats
+) -> tuple[Floats, int]:
     # Returns the motions in the null space of every J, and the rank of J at most poses.
     slides = [kind == 'prismatic' for kind in robot.joint_types]
     q = np.ascontiguousarray(seeded_poses(robot.limits, slides)[:POSES])
     n = robot.dof
     sigma, motions = np.zeros((POSES, n)), np.zeros((POSES, n, n))
-    residual = residual_of(robot, IDENTITY, rows)  # of any pose: only its rows matter
+    # Of any pose: only what counts of it matters.
+    residual = residual_of(robot, IDENTITY, rows, axis)
     kernel.free_motions(residual, scales, q, sigma, motions)
     rank = int(np.max(np.sum(sigma > RANK * sigma[:, :1], axis=1)))
     # sigma V are the rows of J^T J's root: their common null space is that of all of them.

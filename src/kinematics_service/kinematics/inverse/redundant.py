@@ -9,7 +9,7 @@ from ...kernel import Floats
 from ...robot.robot import Robot
 from .families import SolutionFamily, nearer, tangent
 from .plan import InversePlan
-from .search import PROVED, LeastError, refined, starts
+from .search import LeastError, refined, starts
 from .target import IkTarget
 
 # Number of starts inside the limits, at first and if those fail.
@@ -32,8 +32,9 @@ def redundant_family(
         k = int(np.argmin(arrived.errors))
         if bounded and arrived.errors[k] < best.error:
             best = LeastError(arrived.q[k], float(arrived.errors[k]))
-        good = np.flatnonzero(arrived.errors < PROVED)
-        if not len(good):
+        arrivals = enumerate(zip(arrived.q, arrived.errors))
+        good = [k for k, (one, error) in arrivals if target.is_reached_at(one, error)]
+        if not good:
             continue
         distance = np.linalg.norm((arrived.q[good] - near) / plan.scales, axis=1)
         one = good[int(np.argmin(distance))]
@@ -48,7 +49,7 @@ def redundant_family(
 
 def dimension(robot: Robot, target: IkTarget) -> int:
     """Return the dimension of the families of a redundant arm."""
-    return max(robot.chain.dof - len(target.rows), 1)
+    return max(robot.chain.dof - target.equations, 1)
 
 
 def into_limits(robot: Robot, q: Floats, random: np.random.Generator) -> Floats:

@@ -8,6 +8,7 @@ import numpy as np
 
 from ...kernel import Floats
 from ...robot.chain import FrozenArrays
+from .target import PROVED
 
 Status = Literal['solved', 'family', 'outside_limits', 'unreachable']
 Method = Literal['closed form', 'algebraic', 'search']
@@ -53,7 +54,8 @@ class IkSolution(FrozenArrays):
         Read-only.
     residual
         The remaining error by forward kinematics: norm of the position error (m) and of the
-        rotation vector times the arm's length, over the wanted rows.
+        rotation vector times the arm's length, over the wanted rows. Above 1e-10 the target is
+        met to within the tolerance only: see `exact`.
     feasible
         Whether every joint is inside its limits.
     beyond
@@ -76,6 +78,11 @@ class IkSolution(FrozenArrays):
     margin: float
     posture: Posture
     multiplicity: int = 1
+
+    @property
+    def exact(self) -> bool:
+        """Return whether the target is met to round-off, rather than to within the tolerance."""
+        return self.residual < PROVED
 
 
 @dataclass(frozen=True, eq=False)

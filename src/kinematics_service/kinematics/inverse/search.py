@@ -10,8 +10,6 @@ from ...robot.robot import Robot
 from .plan import InversePlan
 from .target import IkTarget
 
-# Largest error of a solution by forward kinematics (m).
-PROVED = 1e-10
 BATCH = 48
 # The search ends when every solution has been met this often (Good 1953: solutions met once hint
 # at others not met), or after this many starts, fewer if no start arrives.
@@ -119,9 +117,15 @@ def distinct(
     order = np.argsort(found.errors, kind='stable')
     q, errors = found.q[order], found.errors[order]
     which, met = np.empty(len(q), dtype=np.int64), np.empty(len(q), dtype=np.int64)
-    count = kernel.distinct(target.residual, plan.joints, PROVED, q, errors, which, met)
+    count = kernel.distinct(target.residual, plan.joints, target.proved, q, errors, which, met)
     kept = which[:count]
     return DistinctSolutions(q[kept], errors[kept]), met[:count]
+
+
+def reached(target: IkTarget, found: DistinctSolutions) -> DistinctSolutions:
+    """Return those of what was found that are within the tolerance."""
+    which = [target.is_reached_at(q, error) for q, error in zip(found.q, found.errors)]
+    return DistinctSolutions(found.q[which], found.errors[which])
 
 
 def starts(robot: Robot, plan: InversePlan, random: np.random.Generator, count: int) -> Floats:

@@ -12,7 +12,7 @@ others make up for it.
 import functools
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -23,8 +23,12 @@ from ...kernel import Floats
 from ...robot.chain import FrozenArrays
 from ...robot.robot import Robot
 from ...robot.task import ROW_NAMES, find_task
-from ..forward import Axes
 from ..tool_state import ToolState, evaluate
+
+# Of a twist that is lost less than this share is made.
+HARDLY = 0.05
+# Of a twist that is followed no more than this share is missing.
+ROUND_OFF = 1e-9
 
 
 @dataclass(frozen=True)
@@ -98,6 +102,9 @@ class ServoStep(FrozenArrays):
         Of the largest damping the share in use: 0 away from singular poses, 1 at one.
     smallest_singular_value
         Of the scaled J_t, as a share of the length.
+    followed
+        The share of the wanted twist, along itself and in the rows of the task, that the arm can
+        make before limits: 1 unless directions are damped, or lost at every pose.
     """
 
     READ_ONLY: ClassVar = ('qdot', 'twist')
@@ -109,6 +116,12 @@ class ServoStep(FrozenArrays):
     held: tuple[str, ...]
     damping: float
     smallest_singular_value: float
+    followed: float
+
+    @property
+    def lost(self) -> bool:
+        """Return whether the twist asks for hardly more than what a singular pose has lost."""
+        return self.damping > 0.0 and self.followed < HARDLY
 
     @property
     def limited_by(self) -> tuple[str, ...]:
@@ -151,7 +164,7 @@ def joint_velocity(
     state: ToolState | npt.ArrayLike,
     twist: npt.ArrayLike,
     settings: ServoSettings = DEFAULTS,
-    frame: Axes = 'base',
+    frame: Literal['base', 'tool'] = 'base',
 ) -> ServoStep:
     """
     Return the joint velocities for a twist of the tool.
@@ -205,6 +218,7 @@ def joint_velocity(
         held=tuple(name for j, name in enumerate(robot.joint_names) if step.is_held(j)),
         damping=step.damping,
         smallest_singular_value=step.least_singular_value,
+        followed=step.followed,
     )
 
 

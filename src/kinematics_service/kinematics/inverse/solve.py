@@ -13,7 +13,15 @@ from ... import kernel
 from ...rigid_motion import inverse
 from ...robot.robot import Robot
 from .algebraic import Eliminated, eliminated_solutions, solutions_beside
-from .answer import LEFT_FREE, answer, inside_limits, moving_joints, nearest_pose, result_of
+from .answer import (
+    LEFT_FREE,
+    answer,
+    inside_limits,
+    moving_joints,
+    nearest_pose,
+    not_exact,
+    result_of,
+)
 from .closed import NO_POSTURE, closed_solutions, solutions_of
 from .families import SUSPECT, isolated_or_not, tangent
 from .first import first_solution
@@ -23,9 +31,12 @@ from .problem import IkProblem, near_or_middle
 from .redundant import dimension, redundant_family
 from .result import IkFamily, IkResult, Method
 from .screws import screws_of
-from .search import DistinctSolutions, LeastError, distinct, search
+from .search import DistinctSolutions, LeastError, distinct, reached, search
 from .target import ik_target_of
 from .three_slides import three_slides_solutions
+
+# How far off a target is reached (m, rad): what a person types has seven digits.
+TOLERANCE = 1e-6
 
 
 def inverse_kinematics(
@@ -36,6 +47,8 @@ def inverse_kinematics(
     rows: Sequence[str] | None = None,
     seed: int = 0,
     all_solutions: bool = True,
+    axis: str | None = None,
+    tolerance: float = TOLERANCE,
 ) -> IkResult:
     """
     Return all joint positions that bring the tool to a target in the base frame.
@@ -66,29 +79,51 @@ def inverse_kinematics(
         form it is the nearest to `near`, otherwise what refinement from `near` leads to. A
         redundant arm's is the representative of its family (`families[0].q`). If no start leads
         inside the limits, all are searched for.
+    axis
+        Of a pose as target, the axis of the tool, x, y or z, whose direction counts instead of the
+        whole rotation: the tool may turn about it. `rows` are some of x y z then.
+    tolerance
+        How far off the tool may be, m and rad. A solution that is exact comes first: where an arm
+        can be exact, one that is not is looked for only if no exact one is inside the limits. Arms
+        that move the tool in fewer ways than count meet no rounded target exactly; of those all
+        solutions within the tolerance are returned. Each is where its residual is least. 0: only
+        exact ones (to 1e-10 m).
 
     Raises
     ------
     TargetError
-        The target is neither a pose nor a position, or not finite.
+        The target is neither a pose nor a position, or not finite; rows, axis or tolerance are
+        not as above.
     JointVectorError
         `near` is not n finite numbers.
     """
-    checked = ik_target_of(robot, target, rows)
-    plan = plan_for(robot, checked.rows)
+    checked = ik_target_of(robot, target, rows, axis, tolerance)
+    plan = plan_for(robot, checked.rows, checked.axis)
+    if plan.overdetermined:
+        checked = checked.within_tolerance()
     problem = IkProblem(robot, checked, plan, near_or_middle(robot, plan, near), seed)
     if not all_solutions:
         proved = first_solution(problem)
-        if proved.count:
+        if proved.count and checked.is_reached_at(proved.q[0], proved.miss(0)):
             return _one(problem, proved)
-        result = _all(problem, respect_limits)
+        result = _exact_or_near(problem, respect_limits)
         return replace(
             result,
             solutions=result.solutions[:1],
             families=result.families[:1],
             complete='partial' if result.solutions or result.families else result.complete,
         )
-    return _all(problem, respect_limits)
+    return _exact_or_near(problem, respect_limits)
+
+
+def _exact_or_near(problem: IkProblem, respect_limits: bool) -> IkResult:
+    result = _all(problem, respect_limits)
+    nearest, target = result.nearest, problem.target
+    if nearest is None or result.status == 'family' or not target.is_near_at(nearest.q):
+        return result
+    # Just beyond what the arm reaches, or reaches inside its limits.
+    near = problem._replace(target=target.within_tolerance())
+    return (_all if problem.plan.redundant else _searched)(near, respect_limits)
 
 
 def _all(problem: IkProblem, respect_limits: bool) -> IkResult:
@@ -157,7 +192,7 @@ def _searched(
 ) -> IkResult:
     robot, checked, plan, near, _ = problem
     found, best = search(robot, checked, plan, near, problem.random(), known)
-    return answer(problem, found, 'search', best, respect_limits)
+    return answer(problem, reached(checked, found), 'search', best, respect_limits)
 
 
 def _found(proved: kernel.Solutions) -> DistinctSolutions:
@@ -188,11 +223,11 @@ def _one(problem: IkProblem, proved: kernel.Solutions) -> IkResult:
         )
         nearest = nearest_pose(problem, continuum.q, error)
         joints = ', '.join(continuum.joints)
-        reason = LEFT_FREE + joints
+        reason = LEFT_FREE + joints + not_exact(error)
         return IkResult((), (continuum,), 'family', reason, method, nearest, 'partial')
     if proved.share(0) < SUSPECT:
         # Perhaps not isolated.
         result = answer(problem, _found(proved), method, LeastError(near, np.inf), True)
         return replace(result, complete='partial')
-    reason = 'a solution inside the limits; others were not looked for'
+    reason = f'a solution inside the limits{not_exact(error)}; others were not looked for'
     return IkResult(solutions_of(problem, proved), (), 'solved', reason, method, None, 'partial')

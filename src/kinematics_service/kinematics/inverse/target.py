@@ -1,6 +1,7 @@
-"""A target and its rows that count, checked."""
+"""A target, its rows that count, and how far off it is reached: checked."""
 
 import functools
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -18,6 +19,9 @@ IDENTITY = np.eye(4)
 
 # Of a pose and of a position.
 SHAPES = ((4, 4), (3,))
+TOOL_AXES = ('x', 'y', 'z')
+# Largest error of a solution that is exact: forward kinematics meets the target to round-off (m).
+PROVED = 1e-10
 
 
 class IkTarget(NamedTuple):
@@ -28,19 +32,59 @@ class IkTarget(NamedTuple):
     ----------
     rows
         The rows that count, a part of x y z rx ry rz: axes of the table's frame 0.
+    axis
+        The axis of the tool, x, y or z, whose direction counts; empty for none.
     pose : shape (4, 4)
         The tool in the base frame; for a position its rotation is the identity.
     residual
         The residual of the tool against the target.
+    tolerance
+        How far off the tool may be, m and rad.
+    bound
+        The residual of a tool so far off in both, m.
+    proved
+        Largest residual of a solution, m.
     """
 
     rows: tuple[str, ...]
+    axis: str
     pose: Floats
     residual: kernel.Residual
+    tolerance: float
+    bound: float
+    proved: float = PROVED
+
+    @property
+    def equations(self) -> int:
+        """Return how many joints the target asks for; a direction asks for two."""
+        return len(self.rows) + (2 if self.axis else 0)
+
+    @property
+    def words(self) -> str:
+        """Return what counts, as `x y z, direction of tool axis z`."""
+        return ' '.join(self.rows) + (f', direction of tool axis {self.axis}' if self.axis else '')
+
+    def is_reached_at(self, q: Floats, residual: float) -> bool:
+        """Return whether joint positions (n,) with a residual (m) are a solution."""
+        if residual < PROVED:
+            return True
+        return residual < self.proved and self.is_near_at(q)
+
+    def is_near_at(self, q: Floats) -> bool:
+        """Return whether the tool is within the tolerance at joint positions (n,)."""
+        return max(kernel.parts_of_error(self.residual, np.array(q))) <= self.tolerance
+
+    def within_tolerance(self) -> 'IkTarget':
+        """Return the target with solutions that meet it to within the tolerance."""
+        return self._replace(proved=max(self.bound, PROVED))
 
 
 def ik_target_of(
-    robot: Robot, target: npt.ArrayLike, rows: Sequence[str] | None = None
+    robot: Robot,
+    target: npt.ArrayLike,
+    rows: Sequence[str] | None = None,
+    axis: str | None = None,
+    tolerance: float = 0.0,
 ) -> IkTarget:
     """
     Return a checked target.
@@ -52,13 +96,22 @@ def ik_target_of(
     target : shape (4, 4) or (3,)
         Pose, or position (m), of the tool in the base frame.
     rows
-        Which rows count; default: all of a pose, x y z of a position.
+        Which rows count; default: all of a pose, x y z of a position and beside an axis.
+    axis
+        The axis of the tool, x, y or z, whose direction counts instead of the whole rotation.
+    tolerance
+        How far off the tool may be, m and rad.
 
     Raises
     ------
     TargetError
-        The target is of another shape, not finite or no rigid motion; a row does not exist.
+        The target is of another shape, not finite or no rigid motion; a row or an axis does not
+        exist, or they do not go together; the tolerance is negative or not finite.
     """
+    if not (math.isfinite(tolerance) and tolerance >= 0.0):
+        raise TargetError(
+            f'tolerance must be 0 or a positive number (m and rad), not {tolerance}', 'tolerance'
+        )
     try:
         given = np.array(target, dtype=np.float64, order='C')
     except (TypeError, ValueError):
@@ -75,6 +128,16 @@ def ik_target_of(
             SHAPES,
             given.shape,
         )
+    if axis is not None:
+        if axis not in TOOL_AXES or given.shape != (4, 4):
+            raise TargetError(
+                f'axis must be x, y or z, of a pose (4, 4) as target, not {axis!r}',
+                'axis',
+                TOOL_AXES,
+                axis,
+            )
+        # A direction takes the place of the three rows of a rotation.
+        known = ROW_NAMES[:3]
     if rows is None:
         ordered = known
     else:
@@ -102,13 +165,18 @@ def ik_target_of(
             )
         left, _, right = np.linalg.svd(given[:3, :3])
         pose[:3, :3] = left @ right
-    return IkTarget(ordered, pose, residual_of(robot, pose, ordered))
+    residual = residual_of(robot, pose, ordered, axis or '')
+    bound = math.hypot(1.0, robot.task.length) * tolerance
+    return IkTarget(ordered, axis or '', pose, residual, tolerance, bound)
 
 
-def residual_of(robot: Robot, pose: Floats, rows: tuple[str, ...]) -> kernel.Residual:
-    """Return the residual of the tool against a pose (4, 4), in the rows that count."""
-    weights = _weights(robot.task.length, rows)
-    return kernel.Residual(robot.chain, pose, robot.task.rotation, weights)
+def residual_of(
+    robot: Robot, pose: Floats, rows: tuple[str, ...], axis: str = ''
+) -> kernel.Residual:
+    """Return the residual of the tool against a pose (4, 4), in what counts of it."""
+    weights = _weights(robot.task.length, rows + ROW_NAMES[3:] if axis else rows)
+    tool_axis = TOOL_AXES.index(axis) if axis else -1
+    return kernel.Residual(robot.chain, pose, robot.task.rotation, weights, tool_axis)
 
 
 @functools.lru_cache(maxsize=128)

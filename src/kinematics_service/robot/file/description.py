@@ -160,6 +160,24 @@ class Placement:
 
 
 @dataclass(frozen=True)
+class PointDescription:
+    """
+    A named point of the arm: a frame that moves with a row of the table.
+
+    Parameters
+    ----------
+    row
+        0 is the table's frame 0, i the frame after row i.
+    motion
+        The point in that frame.
+    """
+
+    name: str
+    row: int
+    motion: RigidMotion
+
+
+@dataclass(frozen=True)
 class KnownPose:
     """
     Where the tool is in the base frame at one joint vector, by the file's source.
@@ -223,6 +241,8 @@ class RobotDescription:
         What the texts inside are written in; every number but the constants' is SI.
     links
         The rows of the table; the convention says of which kind.
+    points
+        In the order of the file; the tool is none of them.
     warnings
         What is allowed but is most likely a mistake: another unit, a constant nobody uses.
     remarks
@@ -241,6 +261,7 @@ class RobotDescription:
     links: tuple[Link, ...]
     base: Placement
     tool: Placement
+    points: tuple[PointDescription, ...]
     singularity: SingularityDescription
     known_poses: tuple[KnownPose, ...]
     warnings: tuple[Fault, ...]

@@ -15,6 +15,7 @@ from .fault_report import MAX_FAULTS, FaultReport, quoted, shown
 from .yaml_document import Path, ScalarNode
 
 NULL = re.compile(r'~|null|Null|NULL|')
+WHOLE = re.compile(r'[0-9]{1,6}')
 TRUTH = re.compile(r'true|True|TRUE|false|False|FALSE')
 
 
@@ -64,6 +65,13 @@ def _citation(value: Any) -> str:
 
 def _number(value: Any) -> str:
     return _scalar(value, 'a number or an expression').text.strip()
+
+
+def _whole(value: Any) -> int:
+    text = _scalar(value, 'a whole number').text.strip()
+    if not WHOLE.fullmatch(text):
+        raise WrongValue(f'expected a whole number, not {quoted(text)}')
+    return int(text)
 
 
 def _truth(value: Any) -> bool:
@@ -129,6 +137,7 @@ def choice(accepted: tuple[str, ...]) -> str:
 Word = Annotated[str | None, _word]
 Citation = Annotated[str | None, _citation]
 Number = Annotated[str | None, _number]
+Whole = Annotated[int | None, _whole]
 Truth = Annotated[bool | None, _truth]
 Numbers = Annotated[list[str | None] | None, _listed(None, 'a list of numbers'), _number]
 Pair = Annotated[list[str | None] | None, _listed(2, 'two numbers, [lower, upper]'), _number]

@@ -17,6 +17,7 @@ from .joints import joint_type_of, names_given, read_joint, read_joint_entries, 
 from .known_poses import read_known_poses
 from .links import check_helical, likely_convention, read_links, variables_of, warn_of_size
 from .motions import read_placement
+from .points import read_points
 from .quantities import Quantities, Units
 from .schema import JointEntry, RobotEntry, UnitsEntry
 from .singularity import read_singularity
@@ -122,6 +123,9 @@ def parse_robot(text: str, file: str) -> RobotDescription:
     tool = read_placement(entry.tool, ('tool',), 'tool0', quantities)
     if base and tool and base.frame == tool.frame:
         report.fault(('tool', 'frame'), f'{quoted(tool.frame)} is also the base frame')
+    points = read_points(
+        entry.points, None if links is None else len(links), (base, tool), quantities
+    )
     singularity = read_singularity(entry.singularity, quantities)
     known_poses = read_known_poses(entry.known_poses, joint_types, joints, quantities)
 
@@ -141,6 +145,7 @@ def parse_robot(text: str, file: str) -> RobotDescription:
         links=links,
         base=base,
         tool=tool,
+        points=points,
         singularity=singularity,
         known_poses=known_poses,
         warnings=report.warnings(),

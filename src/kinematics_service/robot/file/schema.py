@@ -8,7 +8,19 @@ from functools import cache
 from typing import Annotated, Any
 
 from .convention_table import CONVENTIONS, QUANTITIES
-from .entries import Citation, Entry, Number, Numbers, Pair, Triple, Truth, Word, Words, one_of
+from .entries import (
+    Citation,
+    Entry,
+    Number,
+    Numbers,
+    Pair,
+    Triple,
+    Truth,
+    Whole,
+    Word,
+    Words,
+    one_of,
+)
 from .measure_table import MEASURES
 
 # Other words for the accepted ones, of textbooks, URDF and other programs.
@@ -61,6 +73,7 @@ class RobotEntry(Entry):
     links: Any = None
     base: Any = None
     tool: Any = None
+    points: Any = None
     singularity: Any = None
     known_poses: Any = None
 
@@ -148,6 +161,16 @@ class PlacementEntry(PoseEntry):
     also = {**POSE_KEYS, 'name': 'frame', 'link': 'frame'}
 
     frame: Word = None
+
+
+class PointEntry(PoseEntry):
+    """A named point of the arm."""
+
+    noun = 'a point'
+    required = ('row',)
+    also = {**POSE_KEYS, **dict.fromkeys(('link', 'frame', 'after', 'after_row'), 'row')}
+
+    row: Whole = None
 
 
 class ToleranceEntry(Entry):

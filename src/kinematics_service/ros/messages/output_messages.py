@@ -10,7 +10,7 @@ from std_msgs.msg import Float64, Float64MultiArray, Header, MultiArrayDimension
 
 from ... import kernel
 from ...kernel import Floats, Integers
-from ...kinematics.forward import in_axes
+from ...kinematics.forward import in_axes_of
 from ...kinematics.singularity import measured
 from ...robot.measures import Measure
 from ..parameters.settings import ROW_LABELS, NodeSettings
@@ -90,7 +90,7 @@ def jacobian_numbers(settings: NodeSettings) -> Numbers:
 
     def numbers(report: StateReport) -> Floats:
         state = report.answer.state
-        return in_axes(state, state.jacobian, axes)[order].ravel()
+        return in_axes_of(state.pose, state.jacobian)[order].ravel()
 
     return Computed(numbers)
 
@@ -103,7 +103,7 @@ def twist_numbers(settings: NodeSettings) -> Numbers:
 
     def numbers(report: StateReport) -> Floats:
         state = report.answer.state
-        return in_axes(state, state.twist[:, None], axes)[:, 0]
+        return in_axes_of(state.pose, state.twist[:, None])[:, 0]
 
     return Computed(numbers)
 

@@ -3,7 +3,7 @@ The topics a node publishes for each accepted message: one row each, in the orde
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from geometry_msgs.msg import PoseArray, PoseStamped, TwistStamped, VelocityStamped
@@ -77,6 +77,8 @@ class OutputTopic:
         What the kernel must have computed.
     period : ns
         Least difference of stamps between two messages; 0: every report.
+    of
+        The point it is about; empty for the tool.
     """
 
     name: str
@@ -87,6 +89,7 @@ class OutputTopic:
     of_motion: bool = False
     depth: int = kernel.JACOBIAN
     period: int = 0
+    of: str = ''
 
 
 def _markers(report: StateReport) -> Any:
@@ -129,3 +132,16 @@ TOPICS = (
         period=33_000_000,
     ),
 )
+
+
+# What there is of a point besides the tool.
+OF_POINTS = tuple(topic for topic in TOPICS if topic.name in ('~/pose', '~/jacobian', '~/twist'))
+
+
+def topics_of(settings: NodeSettings) -> tuple[OutputTopic, ...]:
+    """Return the topics of a node: those of the tool, then those of each point."""
+    return TOPICS + tuple(
+        replace(topic, name=topic.name.replace('~', f'~/{point}'), of=point)
+        for point in settings.points
+        for topic in OF_POINTS
+    )

@@ -43,6 +43,7 @@ def description_of(
             )
         ],
         'frames': {'base': settings.base_frame, 'tool': settings.tool_frame},
+        'points': {name: point.tool_frame for name, point in settings.points.items()},
         'jacobian': {
             'axes': settings.jacobian_frame,
             'rows': ROW_LABELS[settings.row_order].split(','),

@@ -19,8 +19,9 @@ from ...kinematics.singularity import measured, singularity_of
 from ..messages.message_layout import MessageLayout
 from ..messages.messages import StateReport, transform_message
 from ..messages.output_messages import Copied, Numbers
-from ..messages.topics import OUTPUT_QOS, TOPICS, OutputTopic
+from ..messages.topics import OUTPUT_QOS, OutputTopic, topics_of
 from ..parameters.settings import NodeSettings
+from .point_states import PointStates
 from .stamp_grid import StampGrid
 
 Sends = tuple[tuple[Callable[[bytes], None], Callable[[], bytes]], ...]
@@ -113,7 +114,8 @@ def filled_by_the_kernel(
     stamps, targets, sources = [], [], []
     for channel in channels:
         layout, numbers = channel.layout, channel.numbers
-        if not channel.as_bytes or layout is None or not isinstance(numbers, Copied):
+        of_tool = not channel.topic.of
+        if not (of_tool and channel.as_bytes and layout and isinstance(numbers, Copied)):
             filled.append(None)
             continue
         begin = len(data)
@@ -153,7 +155,8 @@ class Outputs:
         )  # topics whose layout differs from that of ROS's serializer
         self._settings = settings
         self._active: ActiveTopics | None = None
-        self.channels = [self._channel(topic) for topic in TOPICS]
+        self._points = PointStates()
+        self.channels = [self._channel(topic) for topic in topics_of(settings)]
         self._tf: Publisher | None = None
         self.configure(settings)
 
@@ -215,22 +218,32 @@ class Outputs:
             for publish, data in active.sends[answer.state.moving]:
                 publish(data())
             return
-        settings, report = self._settings, None
+        reports: dict[str, StateReport] = {}
         for channel, message in zip(active.channels, active.filled):
             if is_filled and message is not None:
                 if answer.state.moving or not channel.topic.of_motion:
                     channel.publish_bytes(message.tobytes())
                 continue
-            if report is None:
-                answer = answer._replace(state=measured(answer.state))
-                report = StateReport(answer, singularity_of(answer.state), settings)
-            channel.send(report)
-        if settings.publish_tf:
-            self._publish_tf(StateReport(answer, singularity_of(answer.state), settings))
+            of = channel.topic.of
+            if of not in reports:
+                reports[of] = self._report(of, answer)
+            channel.send(reports[of])
+        if self._settings.publish_tf:
+            self._publish_tf(reports.get('') or self._report('', answer))
+
+    def _report(self, of: str, answer: EstimatorOutput) -> StateReport:
+        settings = self._settings
+        if of:
+            settings = settings.points[of]
+            answer = self._points.answer(of, settings.robot, answer)
+        else:
+            answer = answer._replace(state=measured(answer.state))
+        return StateReport(answer, singularity_of(answer.state), settings)
 
     def _configured(self, channel: Channel) -> Channel:
         # Adds the layout for the settings in force, which is checked if messages go out as bytes.
-        topic, settings = channel.topic, self._settings
+        topic = channel.topic
+        settings = self._settings.points[topic.of] if topic.of else self._settings
         numbers = topic.numbers(settings)
         if topic.template is None or numbers is None:
             return channel._replace(numbers=None, layout=None, as_bytes=False)

@@ -5,7 +5,8 @@ import numpy as np
 from ...estimation.status_text import StatusText
 from ...kernel import Floats
 from ...kinematics.inverse.result import IkResult
-from ...kinematics.inverse.servo import ServoStep
+from ...kinematics.inverse.servo import ROUND_OFF, ServoStep
+from ...kinematics.inverse.way_out import WayOut
 from ...robot.measures import Level
 from ..messages.target_messages import Choice
 
@@ -41,19 +42,34 @@ def pose_status(result: IkResult, choice: Choice, near: Floats) -> StatusText:
     return StatusText(Level.ERROR, sentence, tuple(values))
 
 
-def twist_status(step: ServoStep) -> StatusText:
-    """Return the outcome of a twist target: WARN if the tool moves otherwise than asked."""
+def twist_status(step: ServoStep, way_out: WayOut | None) -> StatusText:
+    """
+    Return the outcome of a twist target: WARN if the tool moves otherwise than asked. `way_out` is
+    that of a lost twist.
+    """
     values = (
         ('limited by', ', '.join(step.limited_by) or 'nothing'),
         ('damping', f'{step.damping:.4g}'),
+        ('followed', f'{step.followed:.6g}'),
         ('scale', f'{step.scale:.6g}'),
         ('smallest singular value', f'{step.smallest_singular_value:.6g}'),
         ('held joints', ', '.join(step.held)),
         ('twist', _numbers(step.twist)),
+        ('way out', f'{way_out.joint} {way_out.motion:+.6g}' if way_out else ''),
     )
     reasons = []
-    if step.damping > 0.0:
+    if step.lost:
+        reasons.append(
+            f'this singular pose has lost the direction asked for: {step.followed:.1%} of the '
+            f'twist is made; the way out: {_way_out(way_out)}'
+        )
+    elif step.damping > 0.0:
         reasons.append(f'damped near a singularity ({step.damping:.0%} of the maximum)')
+    elif step.followed < 1.0 - ROUND_OFF:
+        reasons.append(
+            f'{step.followed:.0%} of the twist is made: the arm cannot make the rest at any pose '
+            '(ik.rows says what counts)'
+        )
     if step.slowest:
         reasons.append(f'slowed to {step.scale:.0%} by the velocity limit of {step.slowest}')
     if step.held:
@@ -61,6 +77,12 @@ def twist_status(step: ServoStep) -> StatusText:
     if reasons:
         return StatusText(Level.WARN, '; '.join(reasons), values)
     return StatusText(Level.OK, 'followed as asked', values)
+
+
+def _way_out(way_out: WayOut | None) -> str:
+    if way_out is None:
+        return 'to another pose by several joints; no single joint within 0.4 rad leads out'
+    return f'move {way_out.joint} by {way_out.motion:+g} first'
 
 
 def _numbers(values: Floats) -> str:

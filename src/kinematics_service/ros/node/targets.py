@@ -21,6 +21,7 @@ from ...estimation.status_text import StatusText
 from ...kinematics.inverse.plan import plan_for
 from ...kinematics.inverse.servo import joint_velocity
 from ...kinematics.inverse.solve import inverse_kinematics
+from ...kinematics.inverse.way_out import way_out_for
 from ...robot.measures import Level
 from ..messages.message_check import read_message
 from ..messages.messages import SECOND, full_name, status_message
@@ -159,7 +160,14 @@ class Targets:
         given = pose_of(message)
         present = self._present().state
         T = pose_in_base(given, message.header.frame_id, present.pose, settings)
-        result = inverse_kinematics(settings.robot, T, near=present.q, rows=settings.target_rows)
+        result = inverse_kinematics(
+            settings.robot,
+            T,
+            near=present.q,
+            rows=settings.target_rows,
+            axis=settings.target_axis,
+            tolerance=settings.target_tolerance,
+        )
         choice = choice_of(result, settings.robot, present.q)
         if self._solutions.get_subscription_count() > 0:
             self._solutions.publish(solutions_message(choice, settings))
@@ -196,7 +204,10 @@ class Targets:
         elif not moving:
             self._timer.cancel()
         self._moving_since = time.monotonic() if moving else None
-        return twist_status(step)
+        way_out = None
+        if step.lost and self._status.get_subscription_count() > 0:
+            way_out = way_out_for(settings.robot, present.q, twist, settings.servo)
+        return twist_status(step, way_out)
 
     def _watch(self) -> None:
         since = self._moving_since
@@ -241,7 +252,7 @@ class Targets:
 
 def _planned(settings: NodeSettings) -> NodeSettings:
     # The arm's plan is made now, in some milliseconds, so that no joint state waits for it later.
-    plan_for(settings.robot, settings.target_rows)
+    plan_for(settings.robot, settings.target_rows, settings.target_axis or '')
     return settings
 
 

@@ -13,7 +13,7 @@ from rclpy.parameter import Parameter as RosParameter
 from ...errors import KinematicsError, RobotConflictError, SettingsError
 from ...robot.robot import load_robot
 from .settings import NodeSettings, defaults, settings_from
-from .table import PARAMETERS, ROBOT, TRANSPORT
+from .table import PARAMETERS, POINTS, ROBOT, TRANSPORT
 
 KINDS = {str: 'a string', bool: 'true or false', float: 'a number with a point'}
 NAMES = frozenset(parameter.name for parameter in PARAMETERS)
@@ -48,6 +48,8 @@ class NodeParameters:
         self.transport = self._transport()
         self.by_default = robot is None and name == ROBOT.default
         self._robot = load_robot(name)
+        # An empty list on a command line arrives as nothing.
+        self._points = self._declare(POINTS.name, POINTS.default, POINTS.descriptor()) or ()
         for parameter in PARAMETERS:
             default = defaults(self._robot)[parameter.name]
             self._declare(parameter.name, default, parameter.descriptor())
@@ -101,7 +103,7 @@ class NodeParameters:
 
     def _settings_with(self, changes: Mapping[str, Any]) -> NodeSettings:
         values = {name: self._node.get_parameter(name).value for name in NAMES}
-        return settings_from({**values, **changes}, self._robot)
+        return settings_from({**values, **changes}, self._robot, self._points)
 
     def _check(self, parameters: Sequence[RosParameter]) -> SetParametersResult:
         # After an exception here the client that sets the parameter would get no answer, so it is

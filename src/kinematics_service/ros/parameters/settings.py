@@ -1,14 +1,15 @@
 """The node's parameters: a table, and the frozen settings that follow from their values."""
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from typing import Any
 
 from ...errors import KinematicsError, SettingsError
 from ...estimation.estimator import EstimatorSettings
 from ...kinematics.inverse.servo import ServoSettings
+from ...kinematics.inverse.target import TOOL_AXES
 from ...robot.measures import Thresholds, thresholds_for
 from ...robot.robot import Robot, with_singularity
 from ...robot.task import ROW_NAMES
@@ -45,12 +46,17 @@ class NodeSettings:
         Whether to publish the tool on /tf.
     publish_robot_description
         Whether to publish a URDF.
-    target_rows
-        The rows of target poses that count.
+    target_rows, target_axis
+        The rows of target poses that count, and the axis of the tool whose direction does, or
+        None.
+    target_tolerance : m, rad
+        How far off a target pose is still reached.
     target_timeout : ns
         Time for which a target twist is in force.
     servo
         How target twists become joint velocities.
+    points
+        For each point with topics of its own the settings whose tool it is.
     """
 
     robot: Robot
@@ -65,8 +71,11 @@ class NodeSettings:
     publish_tf: bool
     publish_robot_description: bool
     target_rows: tuple[str, ...]
+    target_axis: str | None
+    target_tolerance: float
     target_timeout: int
     servo: ServoSettings
+    points: Mapping[str, 'NodeSettings']
 
     @property
     def joint_names(self) -> tuple[str, ...]:
@@ -91,7 +100,9 @@ def _checked_name(name: str, value: str, what: str) -> str:
     return value
 
 
-def settings_from(values: Mapping[str, Any], robot: Robot) -> NodeSettings:
+def settings_from(
+    values: Mapping[str, Any], robot: Robot, points: Sequence[str] = ()
+) -> NodeSettings:
     """
     Return the settings that follow from parameter values.
 
@@ -101,6 +112,8 @@ def settings_from(values: Mapping[str, Any], robot: Robot) -> NodeSettings:
         A value for each of `PARAMETERS`, of its type.
     robot
         The arm of its file.
+    points
+        Names of the points that have topics of their own.
 
     Raises
     ------
@@ -131,7 +144,8 @@ def settings_from(values: Mapping[str, Any], robot: Robot) -> NodeSettings:
     rate = values['publish_rate']
     judged = _judged(values, robot)
     rows = _rows(values['ik.rows'], judged)
-    return NodeSettings(
+    axis = _axis(values, rows)
+    settings = NodeSettings(
         robot=judged,
         estimator=EstimatorSettings(
             joint_prefix=_checked_name('joint_prefix', values['joint_prefix'], 'part of a name'),
@@ -147,10 +161,37 @@ def settings_from(values: Mapping[str, Any], robot: Robot) -> NodeSettings:
         period=round(1e9 / rate) if rate > 0.0 else 0,
         publish_tf=values['publish_tf'],
         publish_robot_description=values['publish_robot_description'],
-        target_rows=rows,
+        target_rows=_linear(rows) if axis else rows,
+        target_axis=axis,
+        target_tolerance=values['ik.tolerance'],
         target_timeout=round(values['ik.target_timeout'] * 1e9),
         servo=_servo(values, rows, judged),
+        points={},
     )
+    return replace(settings, points=_points(points, robot, settings))
+
+
+def _points(names: Any, robot: Robot, settings: NodeSettings) -> dict[str, NodeSettings]:
+    # The robot of the file keeps the arms that end at its points; a changed parameter needs no
+    # new ones.
+    known = robot.points[1:]
+    choices = f'some of {", ".join(known)}' if known else f'none: {robot.name} names no points'
+    listed = isinstance(names, (list, tuple)) and all(isinstance(name, str) for name in names)
+    if not listed:
+        raise _refuse('points', names, f'a list of names, such as [elbow]; {choices}')
+    found: dict[str, NodeSettings] = {}
+    for name in names:
+        if name not in known or name in found:
+            raise _refuse('points', name, f'{choices}{", each once" if known else ""}')
+        try:
+            end = robot.ending_at(name)
+        except KinematicsError as error:
+            raise _refuse('points', name, str(error)) from None
+        frame = settings.frame_prefix + name
+        if frame in (settings.base_frame, settings.tool_frame):
+            raise _refuse('points', name, f'{frame} is the frame of the base or the tool')
+        found[name] = replace(settings, robot=end, tool_frame=frame)
+    return found
 
 
 def _rows(text: str, robot: Robot) -> tuple[str, ...]:
@@ -158,6 +199,23 @@ def _rows(text: str, robot: Robot) -> tuple[str, ...]:
     if len(set(rows)) != len(rows) or not set(rows) <= set(ROW_NAMES):
         raise _refuse('ik.rows', text, f'some of {" ".join(ROW_NAMES)}, each once')
     return tuple(name for name in ROW_NAMES if name in rows) or robot.task.rows
+
+
+def _linear(rows: tuple[str, ...]) -> tuple[str, ...]:
+    return tuple(name for name in rows if name in ROW_NAMES[:3])
+
+
+def _axis(values: Mapping[str, Any], rows: tuple[str, ...]) -> str | None:
+    axis: str = values['ik.axis']
+    if not axis:
+        return None
+    if axis not in TOOL_AXES:
+        raise _refuse('ik.axis', axis, f'one of {" ".join(TOOL_AXES)}, or empty')
+    if not _linear(rows) or (values['ik.rows'] and rows != _linear(rows)):
+        raise _refuse(
+            'ik.axis', axis, 'only with ik.rows of x y z: it takes the place of rx ry rz'
+        )
+    return axis
 
 
 def _servo(values: Mapping[str, Any], rows: tuple[str, ...], robot: Robot) -> ServoSettings:

@@ -26,12 +26,14 @@ class Parameter:
     range: tuple[float, float] | None = None
     least: float = 0.0  # range of values other than 0, if 0 has a meaning of its own
     read_only: bool = False
+    dynamic_typing: bool = False
 
     def descriptor(self) -> ParameterDescriptor:
         """Return the descriptor that `ros2 param describe` shows."""
         descriptor = ParameterDescriptor()
         descriptor.description = self.description
         descriptor.read_only = self.read_only
+        descriptor.dynamic_typing = self.dynamic_typing
         if self.choices:
             descriptor.additional_constraints = 'one of: ' + ', '.join(self.choices)
         if self.least:
@@ -55,6 +57,15 @@ TRANSPORT = Parameter(
     'give the same, the second costs more. Set at start.',
     TRANSPORTS,
     read_only=True,
+)
+
+POINTS = Parameter(
+    'points',
+    [],
+    'Points of the robot file that have topics of their own, `~/NAME/pose`, `~/NAME/jacobian` and '
+    '`~/NAME/twist`: a list of names; set at start.',
+    read_only=True,
+    dynamic_typing=True,  # to rclpy an empty list is one of bytes
 )
 
 PARAMETERS = (
@@ -122,6 +133,19 @@ PARAMETERS = (
         '',
         'Which of x y z rx ry rz of a target pose or twist count, separated by spaces; '
         "empty: the rows of the arm's task.",
+    ),
+    Parameter(
+        'ik.axis',
+        '',
+        'The axis of the tool (x, y or z) whose direction counts of a target pose instead of the '
+        'rows rx ry rz, as for arms of five joints; empty: none. Twists are not affected.',
+    ),
+    Parameter(
+        'ik.tolerance',
+        1e-6,
+        'How far off a target pose is still reached, m and rad; the residual is told.',
+        (),
+        (0.0, 1.0),
     ),
     Parameter(
         'ik.target_timeout',

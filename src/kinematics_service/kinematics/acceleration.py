@@ -1,0 +1,150 @@
+"""
+Accelerations: the time derivative of the Jacobian, and what follows from it.
+
+The Jacobian is a sum of screws, which the kernel gives with the pose. A screw (s, w) of an element
+is carried along by the elements before it, which move the reference point by V and turn by W:
+dw/dt = W x w and ds/dt = W x s + w x (V_all - V), where V_all is the velocity of the reference
+point. That is exact, and needs no differences.
+"""
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import JointVectorError
+from ..kernel import Chain, Floats
+from ..robot.points import TOOL
+from ..robot.robot import Robot
+from .forward import BASE, chosen, offset_of, state_of, with_point_at
+from .tool_state import ToolState
+
+
+def jacobian_rate(
+    robot: Robot,
+    q: npt.ArrayLike,
+    qdot: npt.ArrayLike,
+    axes: str | int = BASE,
+    *,
+    of: str | int = TOOL,
+    at: npt.ArrayLike | None = None,
+) -> Floats:
+    """
+    Return the time derivative of the geometric Jacobian, shape (..., 6, n): KDL's JacDot.
+
+    Parameters
+    ----------
+    robot
+        The arm.
+    q, qdot : shape (..., n), rad or m, rad/s or m/s
+        Joint positions and velocities.
+    axes, of, at
+        As `jacobian` takes them. The derivative is that in the base frame; `axes` are those its
+        numbers are in.
+
+    Raises
+    ------
+    JointVectorError
+        The last dimension of `q` or `qdot` is not n, or a number is not finite.
+    PointError
+        The arm has no such point, row or axes; `at` is not three finite numbers.
+    """
+    state, chain = state_of(robot, of, q, qdot), robot.point(of).chain
+    return chosen(robot, q, state, _rate(state, chain, at), of, None, axes)
+
+
+def acceleration(
+    robot: Robot,
+    q: npt.ArrayLike,
+    qdot: npt.ArrayLike,
+    qddot: npt.ArrayLike,
+    axes: str | int = BASE,
+    *,
+    of: str | int = TOOL,
+    at: npt.ArrayLike | None = None,
+) -> Floats:
+    """
+    Return the acceleration of the tool, J qddot + dJ/dt qdot, shape (..., 6), m/s^2 and rad/s^2.
+
+    It is the classical one: the second derivative of the place of the reference point, then the
+    derivative of the angular velocity.
+
+    Parameters
+    ----------
+    robot
+        The arm.
+    q, qdot, qddot : shape (..., n)
+        Joint positions, velocities and accelerations, in rad or m and s.
+    axes, of, at
+        As `jacobian_rate` takes them.
+
+    Raises
+    ------
+    JointVectorError
+        The last dimension of `q`, `qdot` or `qddot` is not n, or a number is not finite.
+    PointError
+        The arm has no such point, row or axes; `at` is not three finite numbers.
+
+    Examples
+    --------
+    An arm of 1 m that turns by 2 rad/s: its end is drawn inwards by 4 m/s^2.
+
+    >>> import kinematics_service as ks
+    >>> robot = ks.load_robot('planar_2r')
+    >>> ks.acceleration(robot, [0, 0], [2.0, 0], [0, 0], of=1)[0].tolist()
+    -4.0
+    """
+    state, chain = state_of(robot, of, q, qdot), robot.point(of).chain
+    accelerations = _accelerations(robot, qddot)
+    J, rates = state.jacobian, state.qdot
+    assert rates is not None  # they have been given
+    if at is not None:
+        J = with_point_at(J, offset_of(state.pose, at))
+    try:
+        total = J @ accelerations[..., None] + _rate(state, chain, at) @ rates[..., None]
+    except ValueError:
+        raise JointVectorError(
+            f'q and qddot have shapes {state.q.shape} and {accelerations.shape}, which do not go '
+            'together',
+            'qddot',
+            [state.q.shape],
+            accelerations.shape,
+        ) from None
+    return chosen(robot, q, state, total, of, None, axes)[..., 0]
+
+
+def _accelerations(robot: Robot, qddot: npt.ArrayLike) -> Floats:
+    try:
+        array = np.asarray(qddot, dtype=np.float64)
+    except (TypeError, ValueError):
+        array = np.empty(0)
+    if array.ndim == 0 or array.shape[-1] != robot.dof or not np.isfinite(array).all():
+        raise JointVectorError(
+            f'qddot must be finite numbers of shape (..., {robot.dof}), not of {array.shape}',
+            'qddot',
+            [(robot.dof,)],
+            array.shape,
+        )
+    return array
+
+
+def _rate(state: ToolState, chain: Chain, at: npt.ArrayLike | None) -> Floats:
+    # The derivative of J in base axes, shape (..., 6, n).
+    table, entries, qdot = chain.table, chain.entries, state.qdot
+    assert qdot is not None  # it has been given
+    screws = state.row[..., chain.screws_at : chain.screws_at + 6 * entries]
+    screws = screws.reshape(*state.row.shape[:-1], 6, entries)
+    if at is not None:
+        screws = with_point_at(screws, offset_of(state.pose, at))
+    moving = screws * qdot[..., None, table.joint]
+    # What the elements before each entry do together; entries of one element share an axis.
+    sums = np.concatenate([np.zeros((*moving.shape[:-1], 1)), np.cumsum(moving, axis=-1)], axis=-1)
+    first = np.repeat(table.first_entry[:-1], np.diff(table.first_entry))
+    before, rest = sums[..., first], sums[..., -1:] - sums[..., first]
+    v, w = screws[..., :3, :], screws[..., 3:, :]
+    V, W = rest[..., :3, :], before[..., 3:, :]
+    rates = np.concatenate(
+        [np.cross(W, v, axis=-2) + np.cross(w, V, axis=-2), np.cross(W, w, axis=-2)], axis=-2
+    )
+    result = np.zeros((*rates.shape[:-1], chain.dof))
+    for entry, joint in enumerate(table.joint):
+        result[..., joint] += rates[..., entry]
+    return result

@@ -1,0 +1,185 @@
+"""
+Analytic Jacobians: the rates of coordinates of the orientation instead of the angular velocity.
+
+Coordinates of rotations have singular poses of their own, which are not those of the arm: at
+pitch = +-90 degrees roll and yaw turn about one axis, and a rotation vector jumps at half a turn.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import PointError
+from ..kernel import Floats
+from ..rigid_motion import LEVEL, roll_pitch_yaw, rotation_vector
+from ..robot.chain import FrozenArrays
+from ..robot.points import TOOL
+from ..robot.robot import Robot
+from .forward import BASE, chosen, state_of
+
+# Names of the rows of the orientation.
+COORDINATES = {
+    'rpy': ('roll', 'pitch', 'yaw'),
+    'quaternion': ('qx', 'qy', 'qz', 'qw'),
+    'rotation_vector': ('rx', 'ry', 'rz'),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class AnalyticJacobian(FrozenArrays):
+    """
+    A Jacobian whose rows are rates of position and of coordinates of the orientation.
+
+    Attributes
+    ----------
+    rows
+        Names of the rows: x y z, then the coordinates.
+    jacobian : shape (..., 6 or 7, n)
+        In m and rad, base axes. Where the coordinates are singular and have no rates, as roll and
+        yaw at pitch = +-90 degrees, the rows of the orientation are not a number.
+    coordinates : shape (..., 3 or 4)
+        Roll, pitch and yaw, R = Rz(yaw) Ry(pitch) Rx(roll); the unit quaternion x y z w, w >= 0;
+        or the rotation vector, of length up to pi.
+    amplification : shape (...)
+        The largest rate of the coordinates for an angular velocity of 1 rad/s: 1 / cos(pitch) or
+        so, and infinite where they are singular; 0.5 for quaternions; at most pi / 2 for rotation
+        vectors.
+    singular : shape (...)
+        Whether the coordinates fail: pitch = +-90 degrees; half a turn, where a rotation vector
+        jumps to its opposite and the rates hold on one side of it only. Never for quaternions,
+        whose sign alone changes there.
+    """
+
+    READ_ONLY = ('jacobian', 'coordinates', 'amplification', 'singular')
+
+    rows: tuple[str, ...]
+    jacobian: Floats
+    coordinates: Floats
+    amplification: Floats
+    singular: npt.NDArray[np.bool_]
+
+
+def analytic_jacobian(
+    robot: Robot,
+    q: npt.ArrayLike,
+    rates: str = 'rpy',
+    *,
+    of: str | int = TOOL,
+    at: npt.ArrayLike | None = None,
+) -> AnalyticJacobian:
+    """
+    Return the Jacobian of position and orientation as coordinates, and where these fail.
+
+    Parameters
+    ----------
+    robot
+        The arm.
+    q : shape (..., n), rad or m
+        Joint positions.
+    rates
+        `rpy`, `quaternion` or `rotation_vector`.
+    of, at
+        As `jacobian` takes them.
+
+    Raises
+    ------
+    JointVectorError
+        The last dimension of `q` is not n, or a number is not finite.
+    PointError
+        The arm has no such point or row; `at` is not three finite numbers; there are no such
+        coordinates.
+
+    Examples
+    --------
+    >>> import kinematics_service as ks
+    >>> robot = ks.load_robot('planar_2r')
+    >>> result = ks.analytic_jacobian(robot, [0.1, 0.2])
+    >>> result.rows[5], result.jacobian[5].tolist(), float(result.amplification)
+    ('yaw', [1.0, 1.0], 1.0)
+    """
+    if rates not in COORDINATES:
+        known = tuple(COORDINATES)
+        raise PointError(
+            f'rates must be one of {", ".join(known)}, not {rates!r}', 'rates', known, rates
+        )
+    state = state_of(robot, of, q)
+    J = chosen(robot, q, state, state.jacobian, of, at, BASE)
+    R = state.pose[..., :3, :3]
+    if rates == 'rpy':
+        coordinates, by_turn, amplification, singular = _of_rpy(R)
+    elif rates == 'quaternion':
+        coordinates, by_turn, amplification, singular = _of_quaternion(state.quaternion_xyzw)
+    else:
+        coordinates, by_turn, amplification, singular = _of_rotation_vector(R)
+    return AnalyticJacobian(
+        rows=('x', 'y', 'z', *COORDINATES[rates]),
+        jacobian=np.concatenate([J[..., :3, :], by_turn @ J[..., 3:, :]], axis=-2),
+        coordinates=coordinates,
+        amplification=amplification,
+        singular=singular,
+    )
+
+
+# Coordinates; what makes their rates of an angular velocity, and its norm; whether singular.
+_Map = tuple[Floats, Floats, Floats, npt.NDArray[np.bool_]]
+
+
+def _of_rpy(R: Floats) -> _Map:
+    angles = [roll_pitch_yaw(matrix) for matrix in R.reshape(-1, 3, 3)]
+    coordinates = np.array(angles).reshape(*R.shape[:-2], 3)
+    cos_pitch = np.hypot(R[..., 0, 0], R[..., 1, 0])
+    singular = np.asarray(cos_pitch < LEVEL)
+    by = np.where(singular, np.nan, cos_pitch)
+    c, s = R[..., 0, 0] / by, R[..., 1, 0] / by
+    tangent = -R[..., 2, 0] / by
+    zero = np.where(singular, np.nan, 0.0)
+    # w = roll' Rz Ry x + pitch' Rz y + yaw' z, solved for the three rates.
+    by_turn = _stacked(
+        [c / by, s / by, zero], [-s, c, zero], [c * tangent, s * tangent, zero + 1.0]
+    )
+    # The smallest singular value of that sum is sqrt(1 - |sin|) = cos / sqrt(1 + |sin|).
+    growth = np.sqrt(1.0 + np.abs(R[..., 2, 0]))
+    amplification = np.where(singular, np.inf, growth / np.where(singular, 1.0, cos_pitch))
+    return coordinates, by_turn, amplification, singular
+
+
+def _of_quaternion(quaternion_xyzw: Floats) -> _Map:
+    x, y, z, w = np.moveaxis(quaternion_xyzw, -1, 0)
+    # Half the product of the angular velocity, as a quaternion, with this one.
+    by_turn = 0.5 * _stacked([w, z, -y], [-z, w, x], [y, -x, w], [-x, -y, -z])
+    return (
+        quaternion_xyzw.copy(),
+        by_turn,
+        np.full(w.shape, 0.5),
+        np.zeros(w.shape, dtype=np.bool_),
+    )
+
+
+def _of_rotation_vector(R: Floats) -> _Map:
+    vector = rotation_vector(R.reshape(-1, 3, 3)).reshape(*R.shape[:-2], 3)
+    x, y, z = np.moveaxis(vector, -1, 0)
+    angle = np.sqrt(x * x + y * y + z * z)
+    half = 0.5 * angle
+    small = angle < 1e-3
+    safe = np.where(small, 1.0, angle)
+    # (1 - half cot(half)) / angle^2, by its series near zero.
+    share = np.where(
+        small,
+        1.0 / 12.0 + angle * angle / 720.0,
+        (1.0 - 0.5 * safe / np.tan(0.5 * safe)) / (safe * safe),
+    )
+    zero = np.zeros_like(x)
+    cross = _stacked([zero, -z, y], [z, zero, -x], [-y, x, zero])
+    # The inverse of the left Jacobian of SO(3).
+    by_turn = np.eye(3) - 0.5 * cross + share[..., None, None] * (cross @ cross)
+    return (
+        vector,
+        by_turn,
+        np.asarray(1.0 / np.sinc(half / np.pi)),
+        np.asarray(angle > np.pi - LEVEL),
+    )
+
+
+def _stacked(*rows: list[Floats]) -> Floats:
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)

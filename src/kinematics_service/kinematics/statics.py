@@ -1,0 +1,186 @@
+"""
+Statics: joint torques that hold a wrench, and the wrench that torques tell of.
+
+A wrench is a force and then a torque at a reference point, in N and N m; a joint's torque is in
+N m, or the force of a prismatic joint in N. Power is the same on both sides, so tau = J^T F.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import kernel
+from ..errors import JointVectorError, TwistError
+from ..kernel import Floats
+from ..robot.chain import FrozenArrays
+from ..robot.points import TOOL
+from ..robot.robot import Robot
+from .forward import BASE, jacobian
+
+
+@dataclass(frozen=True, eq=False)
+class WrenchEstimate(FrozenArrays):
+    """
+    A wrench found from joint torques, and what the pose hides of it.
+
+    Attributes
+    ----------
+    wrench : shape (..., 6), N and N m
+        The smallest wrench that explains the torques best.
+    residual : shape (..., n), N m or N
+        The part of the torques that no wrench explains: the torques less J^T times the wrench.
+    rank : shape (...)
+        Number of independent directions of wrench that the joints feel here.
+    hidden : shape (..., 6, 6)
+        Rows 0 to rank - 1 are zero; each of the others is a wrench that no joint feels, so that
+        any multiple of it may be added. They are unit vectors of force and of torque over the
+        characteristic length, at right angles.
+    """
+
+    READ_ONLY = ('wrench', 'residual', 'rank', 'hidden')
+
+    wrench: Floats
+    residual: Floats
+    rank: npt.NDArray[np.int64]
+    hidden: Floats
+
+
+def joint_torques(
+    robot: Robot,
+    q: npt.ArrayLike,
+    wrench: npt.ArrayLike,
+    axes: str | int = BASE,
+    *,
+    of: str | int = TOOL,
+    at: npt.ArrayLike | None = None,
+) -> Floats:
+    """
+    Return the joint torques J^T F that exert a wrench, shape (..., n), N m or N.
+
+    Gravity and friction are not in them.
+
+    Parameters
+    ----------
+    robot
+        The arm.
+    q : shape (..., n), rad or m
+        Joint positions.
+    wrench : shape (..., 6), N and N m
+        Force and torque that the arm exerts, at the reference point.
+    axes, of, at
+        As `jacobian` takes them.
+
+    Raises
+    ------
+    JointVectorError
+        The last dimension of `q` is not n, or a number is not finite.
+    TwistError
+        `wrench` is not six finite numbers, or its leading dimensions do not fit those of `q`.
+    PointError
+        The arm has no such point, row or axes; `at` is not three finite numbers.
+
+    Examples
+    --------
+    An arm of two links of 1 m, stretched along x, that pushes upwards along y with 3 N:
+
+    >>> import kinematics_service as ks
+    >>> robot = ks.load_robot('planar_2r')
+    >>> ks.joint_torques(robot, [0, 0], [0, 3.0, 0, 0, 0, 0]).tolist()
+    [6.0, 3.0]
+    """
+    J = jacobian(robot, q, axes, of=of, at=at)
+    try:
+        F = np.asarray(wrench, dtype=np.float64)
+    except (TypeError, ValueError):
+        F = np.empty(0)
+    if F.ndim == 0 or F.shape[-1] != 6 or not np.isfinite(F).all():
+        raise TwistError(
+            f'wrench must be finite numbers of shape (..., 6), not of {F.shape}',
+            'wrench',
+            [(6,)],
+            F.shape,
+        )
+    try:
+        return np.asarray(np.einsum('...ij,...i->...j', J, F))
+    except ValueError:
+        raise TwistError(
+            f'q and wrench have shapes {(*J.shape[:-2], robot.dof)} and {F.shape}, which do not '
+            'go together',
+            'wrench',
+            [(6,)],
+            F.shape,
+        ) from None
+
+
+def wrench_from_torques(
+    robot: Robot,
+    q: npt.ArrayLike,
+    torques: npt.ArrayLike,
+    axes: str | int = BASE,
+    *,
+    of: str | int = TOOL,
+    at: npt.ArrayLike | None = None,
+) -> WrenchEstimate:
+    """
+    Return the wrench that joint torques exert, by least squares, and what the pose hides.
+
+    Torques count as forces times the characteristic length, for the wrench and for the joints.
+
+    Parameters
+    ----------
+    robot
+        The arm.
+    q : shape (..., n), rad or m
+        Joint positions.
+    torques : shape (..., n), N m or N
+        Of the joints, without those of gravity and friction.
+    axes, of, at
+        As `jacobian` takes them.
+
+    Raises
+    ------
+    JointVectorError
+        The last dimension of `q` or `torques` is not n, or a number is not finite.
+    PointError
+        The arm has no such point, row or axes; `at` is not three finite numbers.
+    """
+    J = jacobian(robot, q, axes, of=of, at=at)
+    try:
+        tau = np.asarray(torques, dtype=np.float64)
+    except (TypeError, ValueError):
+        tau = np.empty(0)
+    if tau.ndim == 0 or tau.shape[-1] != robot.dof or not np.isfinite(tau).all():
+        raise JointVectorError(
+            f'torques must be finite numbers of shape (..., {robot.dof}), not of {tau.shape}',
+            'torques',
+            [(robot.dof,)],
+            tau.shape,
+        )
+    length = robot.task.length
+    # F' = (force, torque / length) and tau' = tau times the scale of each joint: tau' = J'^T F'.
+    row_scales = np.array([1.0, 1.0, 1.0, length, length, length])
+    column_scales = robot.task.column_scales
+    U, sigma, Vt = np.linalg.svd(row_scales[:, None] * J * column_scales)
+    kept = sigma > kernel.RANK_TOLERANCE * np.maximum(sigma[..., :1], np.finfo(float).tiny)
+    gains = np.divide(1.0, sigma, out=np.zeros_like(sigma), where=kept)
+    count = sigma.shape[-1]
+    try:
+        along = np.einsum('...kj,...j->...k', Vt[..., :count, :], tau * column_scales)
+    except ValueError:
+        raise JointVectorError(
+            f'q and torques have shapes {(*J.shape[:-2], robot.dof)} and {tau.shape}, which do '
+            'not go together',
+            'torques',
+            [(robot.dof,)],
+            tau.shape,
+        ) from None
+    wrench = np.einsum('...ik,...k->...i', U[..., :, :count], gains * along) * row_scales
+    rank = np.asarray(np.sum(kept, axis=-1), dtype=np.int64)
+    felt = np.arange(6) < rank[..., None]
+    return WrenchEstimate(
+        wrench=wrench,
+        residual=tau - np.einsum('...ij,...i->...j', J, wrench),
+        rank=rank,
+        hidden=np.where(felt[..., None], 0.0, np.swapaxes(U, -1, -2)),
+    )

@@ -1,0 +1,174 @@
+"""
+The points of an arm: its tool, the points that its file names, and the frames of its table.
+
+A point needs no kinematics of its own. The rows up to it, and its place after them as the tool,
+make a chain like any other: its pose, Jacobian and twist are the point's, and the columns of the
+joints behind it are zero.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import PointError
+from ..kernel import Chain, Floats
+from .chain import fold
+from .conventions import table_rows
+from .file.description import (
+    IDENTITY,
+    Placement,
+    PointDescription,
+    RigidMotion,
+    RobotDescription,
+    SingularityDescription,
+)
+
+TOOL = 'tool'
+
+
+@dataclass(frozen=True, eq=False)
+class Point:
+    """
+    A frame of an arm.
+
+    Attributes
+    ----------
+    name
+        `tool`, the name in the robot file, or `row 2`.
+    chain
+        The arm up to this frame.
+    """
+
+    name: str
+    chain: Chain
+
+
+def known_points(description: RobotDescription) -> tuple[str, ...]:
+    """Return the names of the tool and of the points in the file."""
+    return (TOOL, *(point.name for point in description.points))
+
+
+def described_point(description: RobotDescription, of: str | int) -> PointDescription:
+    """
+    Return the point of a name, or of a row counted as `link_frames` does.
+
+    Raises
+    ------
+    PointError
+        The arm has no such point or row.
+    """
+    rows = len(description.links)
+    if isinstance(of, str):
+        if of == TOOL:
+            return PointDescription(TOOL, rows, description.tool.motion)
+        found = next((point for point in description.points if point.name == of), None)
+        if found is not None:
+            return found
+    elif isinstance(of, (int, np.integer)) and not isinstance(of, bool) and 0 <= of <= rows:
+        return PointDescription(f'row {of}', int(of), IDENTITY)
+    known = known_points(description)
+    raise PointError(
+        f'{of!r} is no point of {description.name}: it has {", ".join(known)}, and the frames of '
+        f'the rows 0 to {rows}',
+        'of',
+        known,
+        of,
+    )
+
+
+def with_chain(
+    description: RobotDescription, variables: Sequence[str], point: PointDescription
+) -> Point:
+    """
+    Return a point of an arm with its chain.
+
+    Parameters
+    ----------
+    description
+        The robot file.
+    variables : n names
+        The joint variables, in the order of the Jacobian's columns.
+    point
+        As `described_point` returns it.
+    """
+    rows = table_rows(description)[: point.row]
+    chain = fold(rows, variables, description.base.motion.matrix, point.motion.matrix)
+    return Point(point.name, chain)
+
+
+def place_in_frame(at: npt.ArrayLike) -> Floats:
+    """
+    Return where a point is in a frame, shape (3,), m.
+
+    Raises
+    ------
+    PointError
+        These are not three finite numbers.
+    """
+    try:
+        place = np.asarray(at, dtype=np.float64)
+    except (TypeError, ValueError):
+        place = np.empty(0)
+    if place.shape != (3,) or not np.isfinite(place).all():
+        raise PointError(f'at must be three finite numbers in m, not {at!r}', 'at', [(3,)], at)
+    return place
+
+
+def _moved(motion: RigidMotion, place: Floats, unit: float) -> RigidMotion:
+    # With the origin at a place in its own frame; its rotation keeps its texts.
+    matrix = motion.matrix.copy()
+    matrix[:3, 3] += matrix[:3, :3] @ place
+    origin = [repr(float(value / unit)) for value in matrix[:3, 3]]
+    if len(motion.texts) == 6:
+        return RigidMotion(matrix, (*origin, *motion.texts[3:]))
+    rows = [(*motion.texts[4 * i : 4 * i + 3], origin[i]) for i in range(3)]
+    return RigidMotion(matrix, (*rows[0], *rows[1], *rows[2], *motion.texts[12:]))
+
+
+def ending_at(
+    description: RobotDescription, of: str | int, at: npt.ArrayLike | None = None
+) -> RobotDescription:
+    """
+    Return the same arm with a point as its tool, its origin at a place (3,) in its frame (m).
+
+    It is called after both, `puma560_elbow`. What the file says of singular poses and known poses
+    is about its own tool, and left out. Joints behind the point move nothing.
+
+    Raises
+    ------
+    PointError
+        The arm has no such point or row; `at` is not three finite numbers.
+    """
+    point = described_point(description, of)
+    if at is not None:
+        unit = 1e-3 if description.length_unit == 'mm' else 1.0
+        point = replace(point, motion=_moved(point.motion, place_in_frame(at), unit))
+    elif point.name == TOOL:
+        return description
+    links = description.links[: point.row]
+    moving = {
+        variable
+        for row in table_rows(description)[: point.row]
+        for affine in (row.theta, row.d)
+        for variable, _ in affine.coefficients
+    }
+    of_tool = point.name == TOOL
+    frame = description.tool.frame if of_tool else point.name.replace(' ', '_')
+    return replace(
+        description,
+        name=description.name if of_tool else f'{description.name}_{frame}',
+        joints=tuple(
+            replace(joint, unused=joint.variable not in moving) for joint in description.joints
+        ),
+        links=links,
+        tool=Placement(frame, point.motion),
+        points=tuple(
+            other
+            for other in description.points
+            if other.row <= point.row and other.name != point.name
+        ),
+        singularity=SingularityDescription(None, None, 'distance', None, None, ()),
+        known_poses=(),
+    )

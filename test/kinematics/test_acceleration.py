@@ -1,0 +1,131 @@
+"""Derivatives of the Jacobian, and accelerations: against differences, and Pinocchio."""
+
+import numpy as np
+import pytest
+from arms import BUNDLED, RANDOM, poses, robot_of
+from tolerances import DIFFERENCE, DIFFERENCE_STEP, ROUND_OFF
+
+import kinematics_service as ks
+
+SOME_ARMS = (*BUNDLED, *RANDOM[::3])
+some_arms = pytest.mark.parametrize('name', SOME_ARMS)
+
+# Sums of products of three numbers: accelerations of long arms reach 100 m/s^2.
+ACCELERATION = 1e-10
+AT = np.array([0.3, -0.2, 0.5])
+
+
+def motion(robot, count=8):
+    """Return positions, velocities and accelerations, each (N, n)."""
+    q = poses(robot, count)
+    qdot, qddot = np.random.default_rng(7).uniform(-1.5, 1.5, (2, *q.shape))
+    return q, qdot, qddot
+
+
+@some_arms
+def test_the_rate_of_the_jacobian_is_its_difference_along_the_motion(name):
+    robot = robot_of(name)
+    q, qdot, _ = motion(robot)
+    step = DIFFERENCE_STEP * qdot
+    for choice in ({}, {'of': (robot.rows + 1) // 2, 'at': AT}):
+        ahead, behind = (ks.jacobian(robot, q + sign * step, **choice) for sign in (1, -1))
+        np.testing.assert_allclose(
+            ks.jacobian_rate(robot, q, qdot, **choice),
+            (ahead - behind) / (2 * DIFFERENCE_STEP),
+            rtol=0,
+            atol=DIFFERENCE,
+        )
+
+
+@some_arms
+def test_the_acceleration_is_the_derivative_of_the_twist(name):
+    robot = robot_of(name)
+    q, qdot, qddot = motion(robot)
+
+    def twist(t, **choice):
+        return ks.twist(robot, q + t * qdot + 0.5 * t * t * qddot, qdot + t * qddot, **choice)
+
+    for choice in ({}, {'of': (robot.rows + 1) // 2, 'at': AT}):
+        h = DIFFERENCE_STEP
+        expected = (twist(h, **choice) - twist(-h, **choice)) / (2 * h)
+        found = ks.acceleration(robot, q, qdot, qddot, **choice)
+        np.testing.assert_allclose(found, expected, rtol=0, atol=DIFFERENCE)
+
+
+@some_arms
+def test_the_acceleration_is_that_of_the_rate_and_of_the_jacobian(name):
+    robot = robot_of(name)
+    q, qdot, qddot = motion(robot, 2)
+    rate, J = ks.jacobian_rate(robot, q, qdot), ks.jacobian(robot, q)
+    expected = rate @ qdot[..., None] + J @ qddot[..., None]
+    found = ks.acceleration(robot, q, qdot, qddot)
+    np.testing.assert_allclose(found, expected[..., 0], rtol=0, atol=ACCELERATION)
+    one = [ks.acceleration(robot, *one) for one in zip(q, qdot, qddot)]
+    np.testing.assert_allclose(found, one, rtol=0, atol=ACCELERATION)
+
+
+@pytest.mark.peers
+@pytest.mark.parametrize('name', [n for n in BUNDLED if not n.startswith('parallelogram')])
+def test_pinocchio_classical_accelerations_of_a_row_and_the_tool(name):
+    pinocchio = pytest.importorskip('pinocchio')
+    robot = robot_of(name)
+    model = pinocchio.buildModelFromXML(ks.urdf_text(robot), True)
+    data = model.createData()
+    joints = [model.joints[model.getJointId(joint)] for joint in robot.joint_names]
+    row = (robot.rows + 1) // 2
+    frames = {row: f'{robot.name}_frame_{row}', 'tool': robot.tool_frame}
+    references = pinocchio.ReferenceFrame
+    for q, qdot, qddot in zip(*motion(robot, 3)):
+        whole, v, a = pinocchio.neutral(model), np.zeros(model.nv), np.zeros(model.nv)
+        for joint, *values in zip(joints, q, qdot, qddot):
+            turned = [np.cos(values[0]), np.sin(values[0])] if joint.nq == 2 else values[0]
+            whole[joint.idx_q : joint.idx_q + joint.nq] = turned
+            v[joint.idx_v], a[joint.idx_v] = values[1:]
+        pinocchio.forwardKinematics(model, data, whole, v, a)
+        for of, frame in frames.items():
+            number = model.getFrameId(frame)
+            for axes, reference in (
+                ('base', references.LOCAL_WORLD_ALIGNED),
+                (of, references.LOCAL),
+            ):
+                expected = pinocchio.getFrameClassicalAcceleration(model, data, number, reference)
+                np.testing.assert_allclose(
+                    ks.acceleration(robot, q, qdot, qddot, axes, of=of),
+                    expected.vector,
+                    rtol=0,
+                    atol=ACCELERATION,
+                )
+
+
+def test_a_link_that_turns_steadily_draws_its_end_inwards():
+    robot = robot_of('planar_2r')
+    found = ks.acceleration(robot, [0.4, 0.9], [2.0, 0.0], [0.0, 3.0])
+    r1, r2 = np.array([np.cos(0.4), np.sin(0.4)]), np.array([np.cos(1.3), np.sin(1.3)])
+    expected = -4 * (r1 + r2) + 3 * np.array([-r2[1], r2[0]])
+    np.testing.assert_allclose(found, [*expected, 0, 0, 0, 3], rtol=0, atol=ROUND_OFF)
+
+
+def test_nothing_accelerates_in_front_of_the_first_joint():
+    robot = robot_of('craig_3r')
+    assert not ks.acceleration(robot, [0.1, 0.2, 0.3], [1, 2, 3], [4, 5, 6], of=0).any()
+    assert ks.jacobian_rate(robot, np.zeros((2, 3)), [1, 2, 3], of=0).shape == (2, 6, 3)
+
+
+@pytest.mark.parametrize(
+    ('qddot', 'message'),
+    [
+        ([1, 2], 'qddot must be finite numbers of shape (..., 3), not of (2,)'),
+        ([1, 2, np.nan], 'qddot must be finite numbers of shape (..., 3), not of (3,)'),
+        ('fast', 'qddot must be finite numbers of shape (..., 3), not of (0,)'),
+        (
+            np.zeros((5, 3)),
+            'q and qddot have shapes (4, 3) and (5, 3), which do not go together',
+        ),
+    ],
+)
+def test_accelerations_that_do_not_fit_are_refused(qddot, message):
+    robot = robot_of('craig_3r')
+    with pytest.raises(ks.JointVectorError) as refusal:
+        ks.acceleration(robot, np.zeros((4, 3)), np.zeros(3), qddot)
+    assert str(refusal.value) == message
+    assert refusal.value.argument == 'qddot'

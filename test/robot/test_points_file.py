@@ -1,0 +1,189 @@
+"""Points in a robot file: what is read, what is refused, what `check` and a URDF say of them."""
+
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+import kinematics_service as ks
+from kinematics_service.__main__ import main
+
+ARM = """\
+robot: seen
+source: made up to have points
+convention: standard
+units: {angle: deg, length: mm}
+constants: {L1: 400, L2: 300}
+joints:
+  - {name: q1, type: revolute, limits: [-180, 180]}
+  - {name: q2, type: revolute, limits: [-120, 120]}
+  - {name: q3, type: revolute, limits: [-120, 120]}
+links:
+  - {a: 0, alpha: 90, d: L1, theta: q1}
+  - {a: L2, alpha: 0, d: 0, theta: q2}
+  - {a: L2, alpha: 0, d: 0, theta: q3}
+tool: {xyz: [0, 0, 100]}
+points:
+  elbow: {row: 2}
+  camera: {row: 3, xyz: [0, L1/8, 100], rpy: [0, -90, 0]}
+  plate: {row: 0, xyz: [0, 0, L1/2]}
+"""
+
+
+def test_points_are_read_in_the_units_of_the_file():
+    points = ks.robot_from_text(ARM).description.points
+    assert [(point.name, point.row) for point in points] == [
+        ('elbow', 2),
+        ('camera', 3),
+        ('plate', 0),
+    ]
+    camera = points[1].motion
+    assert camera.matrix[:3, 3].tolist() == [0.0, 0.05, 0.1]
+    np.testing.assert_allclose(
+        camera.matrix[:3, :3], [[0, 0, -1], [0, 1, 0], [1, 0, 0]], rtol=0, atol=1e-15
+    )
+    assert camera.texts == ('0', 'L1/8', '100', '0', '-90', '0')
+    assert not camera.matrix.flags.writeable
+
+
+def test_the_tool_is_a_point_of_every_arm():
+    assert ks.robot_from_text(ARM).points == ('tool', 'elbow', 'camera', 'plate')
+    assert ks.load_robot('puma560').points == ('tool',)
+
+
+REFUSED = {
+    'elbow: {row: 4}': 'points.elbow.row: there is no row 4: 0 is the frame before the table, '
+    '3 the frame after its last row',
+    'elbow: {row: 1.5}': "points.elbow.row: expected a whole number, not '1.5'",
+    'elbow: {row: -1}': "points.elbow.row: expected a whole number, not '-1'",
+    'elbow: {row: q2}': "points.elbow.row: expected a whole number, not 'q2'",
+    'elbow: {}': "points.elbow: the key 'row' is missing (a point needs: row)",
+    'elbow: 2': "points.elbow: expected a point as a mapping {xyz, rpy, row}, not '2'",
+    'elbow: {row: 2, xyz: [0, 1]}': 'points.elbow.xyz: expected three numbers, not 2',
+    'elbow: {row: 2, xyz: [0, q1, 0]}': "points.elbow.xyz[1]: 'q1' is a joint variable, and a "
+    'constant is expected here',
+    'elbow: {row: 2, position: [0, 0, 1]}': 'points.elbow.position: unknown key, did you mean '
+    "'xyz'? (accepted: xyz, rpy, row)",
+    'tool: {row: 2}': "points.tool: the name 'tool' is that of the tool, which is always a "
+    "point; its place stands under the key 'tool'",
+    'base: {row: 2}': "points.base: the name 'base' is that of the base frame",
+    'tool0: {row: 2}': "points.tool0: the name 'tool0' is that of the frame of the tool",
+    '2nd: {row: 2}': "points['2nd']: the name '2nd' cannot be part of a topic: letters, digits "
+    'and single underscores between them, a letter first, at most 60 characters',
+    'fore__arm: {row: 2}': "points.fore__arm: the name 'fore__arm' cannot be part of a topic: "
+    'letters, digits and single underscores between them, a letter first, at most 60 characters',
+    'fore-arm: {row: 2}': "points['fore-arm']: the name 'fore-arm' cannot be part of a topic: "
+    'letters, digits and single underscores between them, a letter first, at most 60 characters',
+}
+
+
+@pytest.mark.parametrize('entry', REFUSED)
+def test_a_point_that_cannot_be_is_a_fault(entry):
+    with pytest.raises(ks.RobotFileError) as refusal:
+        ks.robot_from_text(ARM.replace('elbow: {row: 2}', entry))
+    assert str(refusal.value) == f'<text>:16: {REFUSED[entry]}'
+
+
+def test_points_that_are_no_mapping_are_a_fault():
+    text = ARM[: ARM.index('points:')] + 'points: [elbow]\n'
+    with pytest.raises(ks.RobotFileError) as refusal:
+        ks.robot_from_text(text)
+    assert str(refusal.value) == (
+        '<text>:15: points: expected a mapping of names to {row, xyz, rpy}, not a list'
+    )
+
+
+def test_the_rows_of_points_are_not_judged_where_the_table_is_broken():
+    with pytest.raises(ks.RobotFileError) as refusal:
+        ks.robot_from_text(ARM.replace('theta: q3', 'theta: q4').replace('row: 2', 'row: 9'))
+    assert all('points' not in fault.where for fault in refusal.value.faults)
+
+
+def test_a_constant_of_a_point_is_used():
+    text = ARM.replace('L1: 400', 'L1: 400, bracket: 20').replace(
+        '[0, 0, L1/2]', '[0, 0, bracket]'
+    )
+    assert ks.robot_from_text(text).description.warnings == ()
+    assert ks.robot_from_text(ARM.replace('L1: 400', 'L1: 400, no: 1')).description.warnings
+
+
+def test_check_prints_the_points(tmp_path, capsys):
+    file = tmp_path / 'seen.yaml'
+    file.write_text(ARM)
+    assert main(['check', str(file)]) == 0
+    lines = [line.strip() for line in capsys.readouterr().out.splitlines()]
+    at = lines.index('points       elbow, at the frame after row 2')
+    assert lines[at + 1 : at + 3] == [
+        'camera, at the frame after row 3, xyz (0, L1/8, 100) rpy (0, -90, 0)',
+        "plate, at the table's frame 0, xyz (0, 0, L1/2)",
+    ]
+
+
+def test_a_point_is_a_leaf_of_the_urdf_and_the_tool_is_the_last_one():
+    root = ElementTree.fromstring(ks.urdf_text(ks.robot_from_text(ARM)))
+    joints = {joint.find('child').get('link'): joint for joint in root.iter('joint')}
+    parents = {joints[name].find('parent').get('link') for name in ('camera', 'tool0')}
+    assert parents == {'seen_frame_3'}
+    assert joints['elbow'].find('parent').get('link') == 'seen_frame_2'
+    assert joints['camera'].find('origin').get('xyz') == '0 0.05 0.1'
+    assert list(joints)[-1] == 'tool0'
+
+
+def test_a_chain_is_imported_back_to_its_tool_and_to_a_point():
+    robot = ks.robot_from_text(ARM)
+    text, q = ks.urdf_text(robot), [0.3, -0.5, 0.9]
+    for tip, of in (('tool0', 'tool'), ('camera', 'camera')):
+        again = ks.import_urdf(text, 'base_link', tip).robot
+        np.testing.assert_allclose(
+            ks.forward_kinematics(again, q),
+            ks.forward_kinematics(robot, q, of=of),
+            rtol=0,
+            atol=1e-12,
+        )
+        assert again.points == ('tool',)
+
+
+def test_links_of_a_urdf_are_imported_as_points():
+    robot = ks.robot_from_text(ARM)
+    text = ks.urdf_text(robot)
+    q = np.random.default_rng(0).uniform(-2, 2, (20, 3))
+    for convention in ('standard', 'modified'):
+        found = ks.import_urdf(
+            text, 'base_link', 'tool0', convention=convention, points=['elbow', 'camera']
+        )
+        again = ks.robot_from_text(found.text)
+        assert found.robot.points == again.points == ('tool', 'elbow', 'camera')
+        for of in ('tool', 'elbow', 'camera'):
+            for function in (ks.forward_kinematics, ks.jacobian):
+                np.testing.assert_allclose(
+                    function(again, q, of=of), function(robot, q, of=of), rtol=0, atol=1e-12
+                )
+
+
+def test_links_are_imported_under_names_that_points_may_have():
+    text = ks.urdf_text(ks.robot_from_text(ARM))
+    for link, name in (('2nd-camera__link', 'link_2nd_camera_link'), ('tool', 'tool_link')):
+        renamed = text.replace('"camera"', f'"{link}"')
+        found = ks.import_urdf(renamed, 'base_link', 'tool0', points=[link])
+        assert found.robot.points == ('tool', name)
+
+
+def test_links_that_are_no_points_of_the_arm_are_refused():
+    text = ks.urdf_text(ks.robot_from_text(ARM))
+    with pytest.raises(ks.KinematicsError, match='nowhere'):
+        ks.import_urdf(text, 'base_link', 'tool0', points=['nowhere'])
+    with pytest.raises(ks.KinematicsError) as refusal:
+        ks.import_urdf(text, 'base_link', 'elbow', points=['camera'])
+    assert str(refusal.value) == (
+        "the link 'camera' moves with the joint 'q3', which is not on the way to the tip: it "
+        'cannot be a point of this arm'
+    )
+
+
+def test_the_command_import_takes_links_for_points(tmp_path, capsys):
+    urdf, out = tmp_path / 'seen.urdf', tmp_path / 'seen.yaml'
+    urdf.write_text(ks.urdf_text(ks.robot_from_text(ARM)))
+    ends = ['--base', 'base_link', '--tip', 'tool0', '--out', str(out)]
+    points = ['--point', 'elbow', '--point', 'camera']
+    assert main(['import', '--urdf', str(urdf), *ends, *points]) == 0
+    assert ks.load_robot(out).points == ('tool', 'elbow', 'camera')
