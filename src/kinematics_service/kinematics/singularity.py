@@ -41,8 +41,8 @@ class Singularity:
         Rank here, and at random poses.
     distance
         Joint motion to the nearest singular pose, rad, 0 to pi (prismatic joints divided by the
-        length): to `nearest_singular` where one was found, otherwise a first-order estimate, of
-        the named factors where the robot file lists them.
+        length): to `nearest_singular` where one was found within 0.2 rad, otherwise a first-order
+        estimate, of the named factors where the robot file lists them.
     nearest_singular : shape (..., n), rad or m
         The singular pose nearest to this one, found by Newton's method and evaluated: None where
         none was found or looked for; in a batch, NaN. Limits of joints do not count.

@@ -10,7 +10,7 @@ from .arm cimport Arm
 from .singular_equations cimport SingularEquations
 
 cdef int HALVINGS, MULTIPLIER_HALVINGS
-cdef double ROUND_OFF, NORM_ROUND_OFF, TINY
+cdef double SINGULAR, NORM_ROUND_OFF, TINY
 
 @cython.final
 cdef class Clearance:
@@ -20,7 +20,7 @@ cdef class Clearance:
     cdef int count
     cdef long long* moving
     cdef double* point
-    cdef double bend, twist
+    cdef double bend, twist, singular
     cdef double* room
     cdef double* slope
     cdef double* b

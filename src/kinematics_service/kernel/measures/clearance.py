@@ -17,8 +17,9 @@ from .singular_equations import SingularEquations
 
 # Halvings of the radius, and of the multiplier of a minimum.
 HALVINGS, MULTIPLIER_HALVINGS = 40, 40
-# Round-off of a singular value, as a share of the largest.
-ROUND_OFF = 1e-13
+# A pose is singular where a singular value is below this share of the largest, as for the search:
+# lengths that are rounded leave one that is not zero.
+SINGULAR = 1e-7
 # Of a norm, as a share.
 NORM_ROUND_OFF = 1e-12
 # No denominator of a minimum is smaller.
@@ -55,7 +56,7 @@ class Clearance:
         self.count = arrays.size(moving)
         self.moving = arrays.whole(moving, self.count)
         self.point = arrays.numbers(point, 3)
-        self.bend, self.twist = bend, twist
+        self.bend, self.twist, self.singular = bend, twist, 0.0
         n, m, d = arm.chain.dof, arm.task.count, self.count
         few, tensor = min(m, n), d * m * n
         self.room = arrays.scratch(
@@ -94,8 +95,8 @@ class Clearance:
         k = self.arm.task.generic_rank
         self._stand_at(q)
         sigma = self.equations.sigma
-        smallest = sigma[k - 1] - ROUND_OFF * sigma[0]
-        if not smallest > 0.0:
+        smallest, self.singular = sigma[k - 1], SINGULAR * sigma[0]
+        if not smallest > self.singular:
             return 0.0
         self._write_changes()
         change = self._tensor_norm(self.D, self.arm.task.count, self.arm.chain.dof)
@@ -204,7 +205,7 @@ class Clearance:
         good, bad = 0.0, places.LARGEST_CLEARANCE
         for _ in range(HALVINGS):
             r = 0.5 * (good + bad)
-            if smallest - change * r - 0.5 * self.bend * r * r > 0.0:
+            if smallest - change * r - 0.5 * self.bend * r * r > self.singular:
                 good = r
             else:
                 bad = r
@@ -326,8 +327,9 @@ class Clearance:
         second: float,
     ) -> bool:
         # s + a(d) - c'(1 + P)^-1 b > 0 for all |d| <= r: a, b, c and P by their first derivatives,
-        # the rest by the bounds of the second and third.
-        bent = 0.5 * self.bend * r * r
+        # the rest by the bounds of the second and third. What a singular value may be counts as a
+        # change: J_t stays regular with any that is as large.
+        bent = 0.5 * self.bend * r * r + self.singular
         inside = block * r + bent / second
         if not inside < 1.0:
             return False
@@ -339,7 +341,8 @@ class Clearance:
             return False
         rest = both - b * c * r * r + both * inside / (1.0 - inside)
         lowest = self._lowest(r)
-        return complement + lowest - self.twist * r * r * r / 6.0 - rest > 0.0
+        left = complement + lowest - self.twist * r * r * r / 6.0 - rest
+        return left > self.singular
 
     def _lowest(self, r: float) -> float:
         # A lower bound of g.d + d'Qd / 2 over |d| <= r, Q diagonal: its Lagrange dual, which is
