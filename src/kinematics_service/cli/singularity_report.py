@@ -25,9 +25,10 @@ NUMBERS = (*MEASURES, 'singular_values', 'rank', 'generic_rank')
 JSON_KEYS = f"""\
   level, measure, warn, stop     OK, WARN or ERROR by the measure watched
 {textwrap.indent(textwrap.fill(', '.join(NUMBERS), 74), '  ')}
-  distance is to nearest_singular: the n joint positions of the singular pose
-  found, null where none was found near. decided: false where one may be near
-  and none was found. clearance: radius without a singular pose, proved, rad
+  nearest_singular               joint positions of the singular pose found,
+                                 distance away; null where none was near
+  decided                        false: one may be near, and none was found
+  clearance                      radius without a singular pose, proved, rad
   task, length                   rows of J judged, characteristic length
   lost_direction                 6 numbers, base axes; angular ones * length
   joint_motion, way_out          n numbers each, rad or m
@@ -135,10 +136,10 @@ def _measure_words(robot: Robot, singularity: Singularity) -> Iterator[tuple[str
     at_pose = singularity.rank < singularity.generic_rank
     for measure in MEASURES.values():
         yield measure.words, _value_words(measure, robot, singularity)
-    clearance = singularity.clearance
-    if clearance > 0.0:
-        words = f'{clearance:.4g} rad: no pose within {in_degrees(clearance)} is singular, proved'
-        yield 'clearance', words
+        clearance = singularity.clearance
+        if measure.name == 'distance' and clearance > 0.0:
+            within = f'no pose within {in_degrees(clearance)} is singular, proved'
+            yield 'clearance', f'{clearance:.4g} rad: {within}'
     yield (
         'rank',
         f'{singularity.rank} of {full}'
