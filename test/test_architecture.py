@@ -44,6 +44,7 @@ ROOMS = (
     'diagnosis/frame_check',
     'diagnosis/audit',
     'diagnosis/audit/report',
+    'diagnosis/calibration',
     'display/plots',
     'display/view',
     'ros/parameters',

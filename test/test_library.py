@@ -36,6 +36,7 @@ API = """
     inverse_kinematics IkResult IkSolution IkFamily
     joint_velocity ServoSettings ServoStep
     diagnose_frames FrameDiagnosis
+    calibrate Calibration
     derive Derivation
     import_urdf UrdfImport urdf_text
     KinematicsError RobotFileError RobotNotFoundError

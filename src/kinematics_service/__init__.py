@@ -19,6 +19,8 @@ from importlib import import_module  # noqa: E402
 from typing import TYPE_CHECKING, Any  # noqa: E402
 
 if TYPE_CHECKING:
+    from .diagnosis.calibration.calibration import Calibration as Calibration
+    from .diagnosis.calibration.calibration import calibrate as calibrate
     from .diagnosis.frame_check.diagnosis import FrameDiagnosis as FrameDiagnosis
     from .diagnosis.frame_check.diagnosis import diagnose_frames as diagnose_frames
     from .errors import JointVectorError as JointVectorError
@@ -71,6 +73,8 @@ _HOME = {
     'PointError': 'errors',
     'RobotFileError': 'errors',
     'RobotNotFoundError': 'errors',
+    'Calibration': 'diagnosis.calibration.calibration',
+    'calibrate': 'diagnosis.calibration.calibration',
     'FrameDiagnosis': 'diagnosis.frame_check.diagnosis',
     'diagnose_frames': 'diagnosis.frame_check.diagnosis',
     'TargetError': 'errors',

@@ -1,0 +1,209 @@
+"""A robot's description with corrections: nominal numbers and what is added to them, both seen."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import get_args
+
+import numpy as np
+
+from ...kernel import Floats
+from ...rigid_motion import exact_rpy
+from ...robot.file.description import (
+    IDENTITY,
+    Axis,
+    DhRow,
+    ElementaryMotion,
+    RigidMotion,
+    RobotDescription,
+    ShapeRow,
+)
+from ...robot.file.expressions import Affine, Expression
+from ...robot.robot import Robot, build_robot
+from .corrected_chain import small_motion
+from .parameters import ArmParameter
+
+TableLink = DhRow | ElementaryMotion | ShapeRow
+# By row of the table and place in it: the correction, rad or m.
+Corrections = Mapping[tuple[int, str], float]
+ORDER: tuple[Axis, ...] = get_args(Axis)
+
+
+def corrected_robot(
+    robot: Robot,
+    parameters: Sequence[ArmParameter],
+    values: Floats,
+    base: Floats | None = None,
+    tool: Floats | None = None,
+) -> Robot:
+    """
+    Return the robot with corrections of its table.
+
+    Named singular factors and known poses, which were those of the nominal table, are left out.
+
+    Parameters
+    ----------
+    parameters, values : P
+        Corrections in rad and m; those of base and tool are passed over.
+    base, tool : shape (4, 4)
+        Instead of those of the file; None: as they are.
+    """
+    description = robot.description
+    found = {
+        (one.row, one.place): float(value)
+        for one, value in zip(parameters, values)
+        if one.row >= 0 and value != 0.0
+    }
+    ends = description.base, description.tool
+    placed = [
+        end if motion is None else replace(end, motion=rigid_motion(motion, description))
+        for end, motion in zip(ends, (base, tool))
+    ]
+    return build_robot(
+        replace(
+            description,
+            links=_links(description, found),
+            base=placed[0],
+            tool=placed[1],
+            singularity=replace(description.singularity, factors=()),
+            known_poses=(),
+            warnings=(),
+        )
+    )
+
+
+def rigid_motion(T: Floats, description: RobotDescription) -> RigidMotion:
+    """Return a pose (4, 4) as the file writes it: x y z roll pitch yaw in its units."""
+    numbers = [
+        *(in_file_units(x, False, description) for x in T[:3, 3].tolist()),
+        *(in_file_units(x, True, description) for x in exact_rpy(T[:3, :3])),
+    ]
+    return RigidMotion(T, tuple(number_text(x) for x in numbers))
+
+
+def in_file_units(value: float, angle: bool, description: RobotDescription) -> float:
+    """Return a number of rad or m in the units of a file."""
+    if angle:
+        return math.degrees(value) if description.angle_unit == 'deg' else value
+    return 1e3 * value if description.length_unit == 'mm' else value
+
+
+def number_text(value: float) -> str:
+    """Return a number that reads back the same, without a negative zero."""
+    return repr(float(value) + 0.0).removesuffix('.0')
+
+
+def _links(description: RobotDescription, found: Corrections) -> tuple[TableLink, ...]:
+    links: list[TableLink] = []
+    turn = 0.0  # what an extra row leaves for the next one to turn back
+    for k, link in enumerate(description.links):
+        if isinstance(link, DhRow):
+            rows, turn = _dh_rows(description, k, link, found, turn)
+            links += rows
+        elif isinstance(link, ShapeRow):
+            links += _shape_rows(description, k, link, found)
+        else:
+            links += _elementary_rows(description, k, link, found)
+    if turn:
+        zero = Expression('0', Affine(0.0, ()))
+        links.append(DhRow(zero, zero, zero, _added(zero, turn, True, description)))
+    return tuple(links)
+
+
+def _dh_rows(
+    description: RobotDescription, k: int, link: DhRow, found: Corrections, turn: float
+) -> tuple[list[TableLink], float]:
+    def value(place: str) -> float:
+        return found.get((k, place), 0.0)
+
+    own = DhRow(
+        a=_added(link.a, value('a'), False, description),
+        alpha=_added(link.alpha, value('alpha'), True, description),
+        d=_added(link.d, value('d'), False, description),
+        theta=_added(_turned(link.theta, turn, description), value('theta'), True, description),
+    )
+    beta, b = value('Ry'), value('Ty')
+    if not beta and not b:
+        return [own], 0.0
+    # Ry(beta) Ty(b) = Rz(90 deg) Rx(beta) Tx(b) Rz(-90 deg): a row more, and the turn back.
+    zero = Expression('0', Affine(0.0, ()))
+    quarter = _turned(zero, math.pi / 2.0, description)
+    across = (_added(zero, b, False, description), _added(zero, beta, True, description))
+    if description.convention == 'standard':
+        return [own, DhRow(*across, d=zero, theta=quarter)], -math.pi / 2.0
+    # Modified: the table's a and alpha stand before the extra ones, its theta and d behind them.
+    first = DhRow(own.a, own.alpha, zero, quarter)
+    theta = _turned(link.theta, turn - math.pi / 2.0, description)
+    second = DhRow(*across, d=own.d, theta=_added(theta, value('theta'), True, description))
+    return [first, second], 0.0
+
+
+def _elementary_rows(
+    description: RobotDescription, k: int, link: ElementaryMotion, found: Corrections
+) -> list[TableLink]:
+    own = replace(
+        link,
+        argument=_added(
+            link.argument, found.get((k, 'own'), 0.0), link.axis[0] == 'R', description
+        ),
+    )
+    zero = Expression('0', Affine(0.0, ()))
+    extra: list[TableLink] = [
+        ElementaryMotion(axis, _added(zero, found[k, axis], axis[0] == 'R', description))
+        for axis in ORDER
+        if (k, axis) in found
+    ]
+    return [*extra, own]
+
+
+def _shape_rows(
+    description: RobotDescription, k: int, link: ShapeRow, found: Corrections
+) -> list[TableLink]:
+    if link.joint is None:
+        return [link]
+    joint = replace(
+        link.joint,
+        argument=_added(
+            link.joint.argument,
+            found.get((k, 'own'), 0.0),
+            link.joint.axis[0] == 'R',
+            description,
+        ),
+    )
+    numbers = [found.get((k, axis), 0.0) for axis in ORDER]
+    if not any(numbers):
+        return [replace(link, joint=joint)]
+    T = np.eye(4)
+    for axis, number in zip(ORDER, numbers):
+        T = T @ small_motion(axis[0] == 'R', 'xyz'.index(axis[1]), number)
+    # The matrix `in` of the file keeps a row of its own, and the correction follows it.
+    extra = ShapeRow(rigid_motion(T, description), joint, link.outer)
+    if link.inner == IDENTITY:
+        return [extra]
+    return [ShapeRow(link.inner, None, IDENTITY), extra]
+
+
+def _turned(given: Expression, turn: float, description: RobotDescription) -> Expression:
+    # Quarter turns are written as such.
+    if turn == 0.0:
+        return given
+    text = '90' if description.angle_unit == 'deg' else 'pi/2'
+    sign = '-' if turn < 0.0 else '+'
+    if given.text == '0':
+        text = text if turn > 0.0 else f'-{text}'
+    else:
+        text = f'{given.text} {sign} {text}'
+    affine = replace(given.affine, constant=given.affine.constant + turn)
+    return Expression(text, affine)
+
+
+def _added(
+    given: Expression, value: float, angle: bool, description: RobotDescription
+) -> Expression:
+    if value == 0.0:
+        return given
+    number = in_file_units(value, angle, description)
+    size, sign = number_text(abs(number)), '-' if number < 0.0 else '+'
+    text = number_text(number) if given.text == '0' else f'{given.text} {sign} {size}'
+    affine = replace(given.affine, constant=given.affine.constant + value)
+    return Expression(text, affine)
