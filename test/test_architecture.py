@@ -80,6 +80,7 @@ RULES = {
         one_of('yaml', 'ruamel'),
         (
             'robot/file/yaml_reader.py',
+            'robot/file/sections.py',
             'robot/file/writer.py',
             'formats/recordings/plan_yaml.py',
         ),

@@ -22,7 +22,9 @@ from .corrections import corrected_robot
 from .fitting import FitProblem, Identified, Noise, identify, refined, weighted_jacobian
 from .knowledge import KNOWN, ParameterCombination, combinations_of
 from .parameters import (
+    ENDS,
     GROUPS,
+    LAG,
     ArmParameter,
     end_parameters,
     parameters_of,
@@ -32,15 +34,14 @@ from .parameters import (
 )
 from .placing import Free, Offsets
 
-# Standard deviations of base and tool before, m and rad: nothing is known of them.
-ANYWHERE = 1.0
+# Standard deviations of base and tool before, m and rad: nothing is known of them; of a lag, s.
+ANYWHERE, ANY_LAG = 1.0, 0.1
 # Blocks of time for the cross-validation.
 BLOCKS = 5
 # Below this share of its prior a parameter's deviation says that the poses tell it.
 TOLD = 1.0 / 3.0
 # A larger share of outliers is remarked on.
 MANY_OUTLIERS = 0.15
-ENDS = ('base', 'tool')
 
 
 @dataclass(frozen=True)
@@ -51,7 +52,7 @@ class CalibratedParameter:
     Attributes
     ----------
     name, group, angle
-        As `ArmParameter` has them; angles are in rad, lengths in m.
+        As `ArmParameter` has them; angles are in rad, lengths in m, a lag in s.
     correction
         What is added to the nominal number.
     deviation
@@ -149,7 +150,9 @@ class Calibration(FrozenArrays):
     @property
     def untold(self) -> tuple[str, ...]:
         """Return the parameters of the table that mostly stay where their prior has them."""
-        return tuple(one.name for one in self.parameters if one.group not in ENDS and not one.told)
+        return tuple(
+            one.name for one in self.parameters if one.group in GROUPS[:3] and not one.told
+        )
 
 
 def calibrate(
@@ -158,6 +161,7 @@ def calibrate(
     poses: npt.ArrayLike,
     *,
     sets: npt.ArrayLike | None = None,
+    rates: npt.ArrayLike | None = None,
     own: Sequence[str] = ('base',),
     fit: Sequence[str] = (),
     fix: Sequence[str] = (),
@@ -180,11 +184,14 @@ def calibrate(
         frame that stands still, and of a tool frame or point that need not be that of the file.
     sets : shape (N,)
         Where the poses were measured in several sets: the set of each, from 0.
+    rates : shape (N, n), rad/s or m/s
+        Joint velocities where the arm moved: then a small lag is fitted, too. The joints are where
+        the poses have them `lag` seconds later.
     own
         What each set has of its own: `base`, `tool`, or both.
     fit, fix
-        Groups (offsets, lengths, angles, base, tool) or names of parameters that are fitted, and
-        that are not; default: all are fitted. What is not fitted stays as in the robot file.
+        Groups (offsets, lengths, angles, base, tool, lag) or names of parameters that are fitted,
+        and that are not; default: all are fitted. What is not fitted stays as in the robot file.
     tolerances
         Standard deviations of nominal numbers, m and rad, by group or name; default: 1 mm and
         0.2 degrees.
@@ -213,7 +220,7 @@ def calibrate(
     >>> round(found.corrections['theta2'], 6), found.known, found.possible
     (0.001, 30, 30)
     """
-    given = measured(robot, q, poses, sets)
+    given = measured(robot, q, poses, sets, rates)
     for end in own:
         if end not in ENDS:
             raise CalibrationError(f'own: {end!r} is not one of {", ".join(ENDS)}')
@@ -247,6 +254,7 @@ class _Names:
                 for k in range(self.ends[end])
                 for one in end_parameters(end, k)
             ),
+            *([] if given.rates is None else [LAG]),
         )
 
     def first(self, end: str, k: int) -> int:
@@ -311,6 +319,7 @@ class _Names:
             self.given.q,
             self.given.poses,
             self.given.positions,
+            self.given.rates,
         )
 
     def placed(self, offsets: Sequence[Offsets]) -> tuple[list[Floats], list[Floats]]:
@@ -321,8 +330,8 @@ class _Names:
 
 
 def _prior(one: ArmParameter, tolerances: Mapping[str, float]) -> float:
-    if one.group in ENDS:
-        return tolerances.get(one.name, ANYWHERE)
+    if one.group in (*ENDS, LAG.group):
+        return tolerances.get(one.name, ANYWHERE if one.group in ENDS else ANY_LAG)
     found = tolerances.get(one.name, tolerances.get(one.group, one.scale))
     if not found > 0.0:
         raise CalibrationError(f'the tolerance of {one.name} is not above 0; use fix instead')

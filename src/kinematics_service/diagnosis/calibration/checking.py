@@ -9,6 +9,7 @@ from ...errors import CalibrationError, FramesError
 from ...formats.recordings.source import MOST_POSES
 from ...kernel import Floats, Integers
 from ...kinematics.forward import forward_kinematics
+from ...rigid_motion import rotation_vector
 from ...robot.robot import Robot
 from ..frame_check.diagnosis import FrameDiagnosis, check_rotations, diagnose_frames
 from ..frame_check.errors import angle_in_words, length_in_words
@@ -40,12 +41,15 @@ class Measured(NamedTuple):
         Whether they are positions alone.
     sets : shape (N,)
         Whole numbers from 0.
+    rates : shape (N, n), rad/s or m/s
+        Joint velocities; None if they are not known.
     """
 
     q: Floats
     poses: Floats
     positions: bool
     sets: Integers
+    rates: Floats | None = None
 
     @property
     def set_count(self) -> int:
@@ -54,7 +58,11 @@ class Measured(NamedTuple):
 
 
 def measured(
-    robot: Robot, q: npt.ArrayLike, poses: npt.ArrayLike, sets: npt.ArrayLike | None
+    robot: Robot,
+    q: npt.ArrayLike,
+    poses: npt.ArrayLike,
+    sets: npt.ArrayLike | None,
+    rates: npt.ArrayLike | None = None,
 ) -> Measured:
     """
     Return measured poses as arrays that fit each other.
@@ -87,7 +95,12 @@ def measured(
     groups = np.zeros(count, dtype=np.int64) if sets is None else np.array(sets, dtype=np.int64)
     if groups.shape != (count,) or np.any(np.unique(groups) != np.arange(len(np.unique(groups)))):
         raise CalibrationError(f'sets must be {count} whole numbers from 0 on, none left out')
-    result = Measured(positions_of_joints, T, positions, groups)
+    speeds = None if rates is None else np.array(rates, dtype=np.float64)
+    if speeds is not None and not (
+        speeds.shape == positions_of_joints.shape and np.all(np.isfinite(speeds))
+    ):
+        raise CalibrationError(f'rates must be finite, of the shape {positions_of_joints.shape}')
+    result = Measured(positions_of_joints, T, positions, groups, speeds)
     for k in range(result.set_count if count else 1):
         _check_set(robot, result, k)
     return result
@@ -196,4 +209,14 @@ def _check_positions(robot: Robot, q: Floats, poses: Floats, middle: float, free
 
 def in_words(position: float, rotation: float, positions: bool) -> str:
     """Return a length (m), and an angle (rad) where orientations are measured, in words."""
-    return length_in_words(position) + ('' if positions else f', {angle_in_words(rotation)}')
+    length, angle = length_in_words(position), angle_in_words(rotation)
+    length = 'less than 1e-6 mm' if length == '0 mm' else length
+    angle = 'less than 1e-6 deg' if angle == '0 deg' else angle
+    return length if positions else f'{length}, {angle}'
+
+
+def apart(one: Floats, other: Floats) -> tuple[Floats, Floats]:
+    """Return the distances (N,), m, and the angles (N,), rad, between poses (N, 4, 4)."""
+    R = one[:, :3, :3] @ np.swapaxes(other[:, :3, :3], 1, 2)
+    distances = np.linalg.norm(one[:, :3, 3] - other[:, :3, 3], axis=1)
+    return distances, np.asarray(np.linalg.norm(rotation_vector(R), axis=1))

@@ -26,6 +26,8 @@ from .parameters import ArmParameter
 TableLink = DhRow | ElementaryMotion | ShapeRow
 # By row of the table and place in it: the correction, rad or m.
 Corrections = Mapping[tuple[int, str], float]
+# Decimals of a correction: far below what any noise leaves.
+DIGITS = 12
 ORDER: tuple[Axis, ...] = get_args(Axis)
 
 
@@ -106,7 +108,7 @@ def _links(description: RobotDescription, found: Corrections) -> tuple[TableLink
             links += _elementary_rows(description, k, link, found)
     if turn:
         zero = Expression('0', Affine(0.0, ()))
-        links.append(DhRow(zero, zero, zero, _added(zero, turn, True, description)))
+        links.append(DhRow(zero, zero, zero, _turned(zero, turn, description)))
     return tuple(links)
 
 
@@ -128,7 +130,7 @@ def _dh_rows(
     # Ry(beta) Ty(b) = Rz(90 deg) Rx(beta) Tx(b) Rz(-90 deg): a row more, and the turn back.
     zero = Expression('0', Affine(0.0, ()))
     quarter = _turned(zero, math.pi / 2.0, description)
-    across = (_added(zero, b, False, description), _added(zero, beta, True, description))
+    across = (_number(b, False, description), _number(beta, True, description))
     if description.convention == 'standard':
         return [own, DhRow(*across, d=zero, theta=quarter)], -math.pi / 2.0
     # Modified: the table's a and alpha stand before the extra ones, its theta and d behind them.
@@ -147,9 +149,8 @@ def _elementary_rows(
             link.argument, found.get((k, 'own'), 0.0), link.axis[0] == 'R', description
         ),
     )
-    zero = Expression('0', Affine(0.0, ()))
     extra: list[TableLink] = [
-        ElementaryMotion(axis, _added(zero, found[k, axis], axis[0] == 'R', description))
+        ElementaryMotion(axis, _number(found[k, axis], axis[0] == 'R', description))
         for axis in ORDER
         if (k, axis) in found
     ]
@@ -202,8 +203,13 @@ def _added(
 ) -> Expression:
     if value == 0.0:
         return given
-    number = in_file_units(value, angle, description)
-    size, sign = number_text(abs(number)), '-' if number < 0.0 else '+'
-    text = number_text(number) if given.text == '0' else f'{given.text} {sign} {size}'
+    number = round(in_file_units(value, angle, description), DIGITS)
+    sign = '-' if number < 0.0 else '+'
     affine = replace(given.affine, constant=given.affine.constant + value)
-    return Expression(text, affine)
+    return Expression(f'{given.text} {sign} {number_text(abs(number))}', affine)
+
+
+def _number(value: float, angle: bool, description: RobotDescription) -> Expression:
+    # A cell of a row that the nominal table does not have.
+    text = number_text(round(in_file_units(value, angle, description), DIGITS))
+    return Expression(text, Affine(value, ()))

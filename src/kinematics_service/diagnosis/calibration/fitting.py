@@ -16,7 +16,7 @@ from ...formats.recordings.block import Flags
 from ...kernel import Floats, Integers
 from ...rigid_motion import rotation_vector
 from .corrected_chain import CorrectedChain, pose_change, poses_of
-from .parameters import ArmParameter
+from .parameters import LAG, ArmParameter
 
 # Noise (m and rad) below this is round-off; with this many rows more than numbers or fewer the
 # poses cannot tell it, and it is no less than encoders and trackers have.
@@ -30,6 +30,8 @@ ROBUST_ROUNDS, ROUNDS, SORTING_ROUNDS, KNOWN_STEPS = 12, 25, 8, 4
 # A step within this share of the standard deviations, and a change of the noise, ends it.
 ENOUGH = 1e-3
 HALVINGS = 5
+# Time (s) of the difference by which poses move with a lag.
+STEP = 1e-4
 # Rows of a block by columns, where equations are made triangular.
 BLOCK = 4
 
@@ -53,6 +55,8 @@ class FitProblem:
     poses : shape (N, 4, 4)
     positions
         Whether the poses are positions alone.
+    rates : shape (N, n), rad/s or m/s
+        Joint velocities, if the last of all corrections is a lag; None if there is none.
     """
 
     parameters: tuple[ArmParameter, ...]
@@ -64,6 +68,7 @@ class FitProblem:
     q: Floats
     poses: Floats
     positions: bool
+    rates: Floats | None = None
 
     def every(self, values: Floats) -> Floats:
         """Return all corrections, those that are not fitted being zero."""
@@ -76,8 +81,19 @@ class FitProblem:
         poses = np.empty_like(self.poses)
         for k, chain in enumerate(self.chains):
             own = self.sets == k
-            poses[own] = poses_of(chain, self.every(values), self.q[own])
+            poses[own] = self._poses(chain, own, values)
         return poses
+
+    def _poses(
+        self, chain: CorrectedChain, own: Flags, values: Floats, ahead: float = 0.0
+    ) -> Floats:
+        every = self.every(values)
+        return poses_of(chain, every, self._joints(own, every, ahead))
+
+    def _joints(self, own: Flags, every: Floats, ahead: float = 0.0) -> Floats:
+        if self.rates is None:
+            return self.q[own]
+        return np.asarray(self.q[own] + (every[-1] + ahead) * self.rates[own])
 
     def remainders(self, values: Floats) -> Floats:
         """Return position (m) and rotation (rad) that remain, shape (N, 2, 3)."""
@@ -97,8 +113,14 @@ class FitProblem:
         jacobian = np.empty((len(self.q), 6, len(self.columns)))
         for k, chain in enumerate(self.chains):
             own = self.sets == k
-            change = pose_change(chain, self.every(values), self.q[own])
+            every = self.every(values)
+            change = pose_change(chain, every, self._joints(own, every))
             poses[own], jacobian[own] = change.pose, change.jacobian[:, :, self.columns]
+            if self.parameters and self.parameters[-1] == LAG:
+                later, sooner = (self._poses(chain, own, values, s * STEP) for s in (1.0, -1.0))
+                R = later[:, :3, :3] @ np.swapaxes(sooner[:, :3, :3], 1, 2)
+                jacobian[own, :3, -1] = (later - sooner)[:, :3, 3] / (2.0 * STEP)
+                jacobian[own, 3:, -1] = rotation_vector(R) / (2.0 * STEP)
         return self._remainders(poses), jacobian.reshape(len(poses), 2, 3, -1)
 
     def only(self, groups: tuple[str, ...]) -> 'FitProblem':

@@ -34,8 +34,10 @@ POSES = 60
 NOTHING = 1e-9
 
 AXES = 'xyz'
-GROUPS = ('offsets', 'lengths', 'angles', 'base', 'tool')
-ENDS = ('x', 'y', 'z', 'rx', 'ry', 'rz')
+ENDS = ('base', 'tool')
+TABLE_GROUPS = ('offsets', 'lengths', 'angles')
+GROUPS = (*TABLE_GROUPS, *ENDS, 'lag')
+SIX = ('x', 'y', 'z', 'rx', 'ry', 'rz')
 
 
 @dataclass(frozen=True)
@@ -48,9 +50,10 @@ class ArmParameter:
     name
         `theta2`, `d1`, `a3`, `alpha2` of row 2, 1, 3, 2 of the table, counted from 1; `beta2` is
         an extra turn about y beside that row's alpha, `b2` an extra length along y beside its a;
-        `Rz3`, `Tx2` of other conventions; `base.x` to `tool.rz`, `base2.x` of the second set.
+        `Rz3`, `Tx2` of other conventions; `base.x` to `tool.rz`, `base2.x` of the second set;
+        `lag`, the time (s) after which the joints are where the poses have them.
     group
-        offsets (of joint positions), lengths, angles, base or tool.
+        offsets (of joint positions), lengths, angles, base, tool or lag.
     angle
         Whether it is in rad; otherwise it is in m.
     row
@@ -130,7 +133,7 @@ def parameters_of(robot: Robot) -> ArmParameters:
         return every
     count = len(every.table)
     chain = placement(every.chain, np.eye(4), np.eye(4), (count, count + 6))
-    ends = [one for end in GROUPS[-2:] for one in end_parameters(end, 0)]
+    ends = [one for end in ENDS for one in end_parameters(end, 0)]
     J = scaled_jacobian(robot, chain, [*every.table, *ends])
     own = [k for k, one in enumerate(every.table) if one.name not in extra]
     span = _span(J[:, [*own, *range(count, count + 12)]])
@@ -294,11 +297,14 @@ def _of_joint(k: int, joint: ElementaryMotion) -> Iterator[_Placed]:
     yield _Placed(own, joint.axis[1])
 
 
+LAG = ArmParameter('lag', 'lag', False)
+
+
 def end_parameters(end: str, number: int, angles: bool = True) -> list[ArmParameter]:
     """Return the parameters of a base or tool; numbered from the second one on."""
     label = end if number == 0 else f'{end}{number + 1}'
     return [
         replace(ArmParameter(f'{label}.{name}', end, k > 2), place=name)
-        for k, name in enumerate(ENDS)
+        for k, name in enumerate(SIX)
         if angles or k < 3
     ]
