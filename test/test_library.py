@@ -36,7 +36,7 @@ API = """
     inverse_kinematics IkResult IkSolution IkFamily
     joint_velocity ServoSettings ServoStep
     diagnose_frames FrameDiagnosis
-    calibrate Calibration
+    calibrate Calibration propose_poses ProposedPoses
     derive Derivation
     import_urdf UrdfImport urdf_text
     KinematicsError RobotFileError RobotNotFoundError

@@ -154,6 +154,25 @@ def test_a_lag_is_undone_where_the_robot_moves(tmp_path, capsys):
     assert document['errors']['held_out']['position_rms'] < 2e-5
 
 
+def test_proposed_poses_are_a_table_and_a_plan_that_audit_accepts(tmp_path, capsys):
+    csv, yaml = tmp_path / 'next.csv', tmp_path / 'next.yaml'
+    options = ['--robot', 'ur5e', '--propose', '5', '--plan', csv, '--plan', yaml]
+    code, out, err = run(capsys, 'calibrate', *options)
+    assert (code, err) == (0, '')
+    assert out == f'wrote {csv}: 5 poses\nwrote {yaml}: 5 poses\n'
+    for file in (csv, yaml):
+        code, out, err = run(capsys, 'audit', file, '--robot', 'ur5e', '--fail-on', 'limits')
+        assert (code, err) == (0, '')
+    code, out, _ = run(capsys, 'calibrate', '--robot', 'ur5e', '--propose', '5')
+    assert out == csv.read_text()
+    code, _, err = run(capsys, 'calibrate', '--robot', 'ur5e')
+    assert code == 2
+    assert 'give FILE with measured poses, or --propose N alone' in err
+    code, _, err = run(capsys, 'calibrate', *options)
+    assert code == 2
+    assert 'exists already' in err
+
+
 def test_wrong_options_are_wrong_usage(tmp_path, capsys):
     arm = measured_arm('ur5e', 20, NOISE)
     file = table(tmp_path / 'tracker.csv', arm.robot, arm.q, np.array(arm.poses))

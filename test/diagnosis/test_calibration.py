@@ -216,6 +216,55 @@ def test_the_prior_of_a_group_decides_what_stays():
     assert abs(found.corrections['a2']) < 1e-8
 
 
+# The poses to measure next
+
+
+def errors_with(q, seeds=3):
+    # RMS over poses of the arm of what a calibration by these joint positions leaves, m.
+    squares = []
+    for seed in range(seeds):
+        arm = measured_arm('ur5e', 1, seed=seed)
+        random = np.random.default_rng(seed)
+        poses = truly(arm, q)
+        poses[:, :3, 3] += NOISE * random.normal(size=(len(q), 3))
+        poses[:, :3, :3] = exponential(NOISE * random.normal(size=(len(q), 3))) @ poses[:, :3, :3]
+        found = ks.calibrate(arm.robot, q, poses, check=False)
+        others = positions_within(arm.robot, 50, 99)
+        squares.append((predicted(found, others) - truly(arm, others))[:, :3, 3] ** 2)
+    return np.sqrt(3.0 * np.mean(squares))
+
+
+def test_proposed_poses_tell_more_than_random_ones():
+    robot = robot_of('ur5e')
+    proposed = ks.propose_poses(robot, 8)
+    assert np.all(np.asarray(ks.singularity(robot, proposed.q).level) == ks.Level.OK)
+    assert np.all(proposed.q > robot.limits[:, 0])
+    assert np.all(proposed.q < robot.limits[:, 1])
+    assert np.all(proposed.after <= proposed.before + 1e-12)
+    assert errors_with(proposed.q) < 0.8 * errors_with(positions_within(robot, 8, 5))
+
+
+def test_proposed_poses_go_on_from_what_is_known():
+    arm = measured_arm('ur5e', 8, NOISE)
+    found = ks.calibrate(arm.robot, arm.q[:, :6], arm.poses)
+    proposed = ks.propose_poses(arm.robot, 4, found)
+    deviations = {one.name: one.deviation for one in found.parameters}
+    assert np.allclose(proposed.before, [deviations[name] for name in proposed.names], rtol=1e-6)
+    assert np.prod(proposed.after / proposed.before) < 1e-4
+    again = ks.propose_poses(arm.robot, 4, found)
+    assert np.array_equal(again.q, proposed.q)
+    for count in (0, 201):
+        with pytest.raises(ks.KinematicsError, match='propose between 1 and 200'):
+            ks.propose_poses(arm.robot, count)
+
+
+@pytest.mark.parametrize('name', ['panda', 'scara_hsr065', 'rrp_elementary', 'planar_2r'])
+def test_every_kind_of_arm_gets_proposals(name):
+    proposed = ks.propose_poses(robot_of(name), 3, positions=name == 'panda')
+    assert proposed.q.shape == (3, robot_of(name).dof)
+    assert ('tool.rx' in proposed.names) == (name != 'panda')
+
+
 # What is refused
 
 

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from datetime import datetime
 from enum import Enum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Optional
+from typing import TYPE_CHECKING, Annotated, Optional, TextIO
 
 import typer
 
@@ -34,6 +34,7 @@ Examples:
   kinematics_service calibrate bag/ --robot arm.yaml --pose-topic /tracker/pose
   kinematics_service calibrate a.csv b.csv --robot ur5e --own base --json -
   kinematics_service calibrate run.csv --robot ur3e --fix base --frames measured
+  kinematics_service calibrate --robot ur5e --propose 10 --plan next.yaml
 
 \b
 FILE has joint states and measured poses, as for audit: a bag, or a table
@@ -47,13 +48,19 @@ file: both are fitted, unless --fix names base or tool.
 
 \b
 Every number has a prior, --tolerance: what the poses do not tell stays where
-it was. --output is in the convention of the robot file: each number is the
-nominal one and its correction, and known_poses are the measured ones.
+it was. --propose names the poses to measure next, after those of FILE or
+before any; they keep from limits and singular poses, but nothing is known of
+the cell around: look at the motion first. --output is in the convention of
+the robot file: each number is the nominal one and its correction, and
+known_poses are the measured ones.
+
+\b
 Exit code 0: calibrated. 1: FILE cannot be read, or the frame check names a
 mistake that is no matter of calibration. 2: wrong usage.
 """
 
 
+PLANS = ('.csv', '.yaml', '.yml')
 # A joint as fast (rad/s, m/s) as this makes a lag matter.
 MOVING = 0.05
 
@@ -67,8 +74,10 @@ class FramesChoice(str, Enum):
 
 @app.command(short_help="Identify an arm's numbers from measured poses.", help=HELP)
 def calibrate(
-    files: Annotated[list[Path], typer.Argument(metavar='FILE...', help='Recordings.')],
     robot: RobotOption,
+    files: Annotated[
+        Optional[list[Path]], typer.Argument(metavar='FILE...', help='Recordings.')
+    ] = None,
     output: Annotated[
         Optional[Path], typer.Option(metavar='FILE', help='Write the calibrated robot file.')
     ] = None,
@@ -110,16 +119,30 @@ def calibrate(
     ] = '',
     pose_format: FormatOption = None,
     pose_gap: GapOption = None,
+    propose: Annotated[
+        Optional[int], typer.Option(metavar='N', help='Propose N poses to measure next.')
+    ] = None,
+    plan: Annotated[
+        Optional[list[Path]],
+        typer.Option(
+            metavar='FILE', help='Write them: a table (.csv) or a JointTrajectory (.yaml).'
+        ),
+    ] = None,
     force: Annotated[bool, typer.Option('--force', help='Overwrite the output.')] = False,
 ) -> None:
     """Run the command; `HELP` is what its user reads."""
+    plans = _plans(plan, propose)
+    _check_outputs([*([] if output is None else [output]), *plans], force)
     arm = given_robot(robot)
     limit = given_limit('--tolerance', tolerance)
     form = given_format(pose_format)
     if pose_gap is not None and not 0.0 < pose_gap <= LONGEST_GAP:
         raise WrongUsage(f'--pose-gap: {pose_gap:g} is not within 0 and {LONGEST_GAP:g} s')
-    if output is not None and output.exists() and not force:
-        raise WrongUsage(f'{output} exists already: give another name, or --force')
+    if not files:
+        if propose is None or output is not None or json is not None:
+            raise WrongUsage('give FILE with measured poses, or --propose N alone')
+        _propose(arm, propose, None, plans, form.kind == 'position', sys.stdout)
+        return
     from ..estimation.estimator import EstimatorSettings
     from ..formats.recordings.source import Selection
 
@@ -141,9 +164,47 @@ def calibrate(
 
         replace_file(output, text)
     _report(found, given, json)
+    report = sys.stderr if str(json) == '-' else sys.stdout
     if output is not None:
-        report = sys.stderr if str(json) == '-' else sys.stdout
         print(f'wrote {output}; next: python -m kinematics_service check {output}', file=report)
+    if propose is not None:
+        _propose(arm, propose, found, plans, found.positions, report)
+
+
+def _plans(plan: list[Path] | None, propose: int | None) -> list[Path]:
+    if plan and propose is None:
+        raise WrongUsage('--plan writes proposed poses: give --propose N too')
+    for file in plan or []:
+        if file.suffix.lower() not in PLANS:
+            raise WrongUsage(f'--plan: {file} is neither a table (.csv) nor a plan (.yaml)')
+    return plan or []
+
+
+def _check_outputs(outputs: Sequence[Path], force: bool) -> None:
+    for file in outputs:
+        if file.exists() and not force:
+            raise WrongUsage(f'{file} exists already: give another name, or --force')
+
+
+def _propose(
+    arm: 'Robot',
+    count: int,
+    after: 'Calibration | None',
+    plans: Sequence[Path],
+    positions: bool,
+    stream: TextIO,
+) -> None:
+    from ..diagnosis.calibration.plan_text import table_text, trajectory_text
+    from ..diagnosis.calibration.proposal import propose_poses
+    from ..robot.file.writer import replace_file
+
+    proposed = propose_poses(arm, count, after, positions)
+    for file in plans:
+        text = table_text if file.suffix.lower() == '.csv' else trajectory_text
+        replace_file(file, text(proposed))
+        print(f'wrote {file}: {count} poses', file=stream)
+    if not plans:
+        print(table_text(proposed), end='', file=stream)
 
 
 def _words(text: str) -> tuple[str, ...]:
