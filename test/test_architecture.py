@@ -41,6 +41,7 @@ ROOMS = (
     'symbolic/formulas',
     'formats/urdf',
     'formats/recordings',
+    'formats/factory',
     'diagnosis/frame_check',
     'diagnosis/audit',
     'diagnosis/audit/report',

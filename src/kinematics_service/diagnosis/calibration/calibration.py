@@ -42,6 +42,8 @@ BLOCKS = 5
 TOLD = 1.0 / 3.0
 # A larger share of outliers is remarked on.
 MANY_OUTLIERS = 0.15
+# Decimals (m, rad) of the corrections of the calibrated robot: far below what any noise leaves.
+DECIMALS = 13
 
 
 @dataclass(frozen=True)
@@ -361,7 +363,7 @@ def _result(
     base, tool = _ends(robot, names, problem, found.values)
     return Calibration(
         robot=robot,
-        calibrated=corrected_robot(robot, problem.parameters, found.values),
+        calibrated=corrected_robot(robot, problem.parameters, np.round(found.values, DECIMALS)),
         parameters=tuple(
             CalibratedParameter(
                 one.name, one.group, one.angle, float(value), float(deviation), float(prior)

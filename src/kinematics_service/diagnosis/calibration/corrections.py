@@ -26,7 +26,7 @@ from .parameters import ArmParameter
 TableLink = DhRow | ElementaryMotion | ShapeRow
 # By row of the table and place in it: the correction, rad or m.
 Corrections = Mapping[tuple[int, str], float]
-# Decimals of a correction: far below what any noise leaves.
+# Decimals of a number that is turned into degrees or millimetres.
 DIGITS = 12
 ORDER: tuple[Axis, ...] = get_args(Axis)
 
@@ -86,8 +86,8 @@ def rigid_motion(T: Floats, description: RobotDescription) -> RigidMotion:
 def in_file_units(value: float, angle: bool, description: RobotDescription) -> float:
     """Return a number of rad or m in the units of a file."""
     if angle:
-        return math.degrees(value) if description.angle_unit == 'deg' else value
-    return 1e3 * value if description.length_unit == 'mm' else value
+        return round(math.degrees(value), DIGITS) if description.angle_unit == 'deg' else value
+    return round(1e3 * value, DIGITS) if description.length_unit == 'mm' else value
 
 
 def number_text(value: float) -> str:
@@ -203,7 +203,7 @@ def _added(
 ) -> Expression:
     if value == 0.0:
         return given
-    number = round(in_file_units(value, angle, description), DIGITS)
+    number = in_file_units(value, angle, description)
     sign = '-' if number < 0.0 else '+'
     affine = replace(given.affine, constant=given.affine.constant + value)
     return Expression(f'{given.text} {sign} {number_text(abs(number))}', affine)
@@ -211,5 +211,5 @@ def _added(
 
 def _number(value: float, angle: bool, description: RobotDescription) -> Expression:
     # A cell of a row that the nominal table does not have.
-    text = number_text(round(in_file_units(value, angle, description), DIGITS))
+    text = number_text(in_file_units(value, angle, description))
     return Expression(text, Affine(value, ()))
