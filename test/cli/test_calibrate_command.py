@@ -9,11 +9,12 @@ from recordings import recorded
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
-from kinematics_service.diagnosis.calibration.robot_text import Provenance, calibrated_text
+from kinematics_service.diagnosis.calibration.robot_text import CalibrationOrigin, calibrated_text
 from kinematics_service.diagnosis.frame_check.hypotheses import quaternions_of
 from kinematics_service.robot.file.new_robot import Units, new_robot_text
 
 NOISE = 5e-5
+MADE_UP = CalibrationOrigin('made up', '2026-01-01')
 
 
 @pytest.fixture(autouse=True)
@@ -73,7 +74,9 @@ def test_the_text_says_what_was_found_in_every_convention(name):
     arm = measured_arm(name, 40)
     found = ks.calibrate(arm.robot, arm.q, arm.poses)
     text = ks.bundled_robots()[name].read_text()
-    made = calibrated_text(found, text, arm.q, arm.poses, Provenance('made up', '2026-01-01'))
+    made = calibrated_text(
+        found, text, arm.q, arm.poses, CalibrationOrigin('made up', '2026-01-01')
+    )
     read = ks.robot_from_text(made)
     assert read.convention == arm.robot.convention
     measured = found.base_offsets[0] @ ks.forward_kinematics(read, arm.q) @ found.tool_offsets[0]
@@ -92,7 +95,9 @@ def test_degrees_and_millimetres_of_a_file_are_kept(convention):
     measured = ks.forward_kinematics(robot, q + np.radians([0.1, 0.3, -0.2, 0.1, 0.2, 0.1]))
     found = ks.calibrate(robot, q, measured)
     for frames in ('robot', 'measured'):
-        made = calibrated_text(found, text, q, measured, Provenance('made up', '2026'), frames)
+        made = calibrated_text(
+            found, text, q, measured, CalibrationOrigin('made up', '2026'), frames
+        )
         read = ks.robot_from_text(made)
         assert 'units: {angle: deg, length: mm}' in made
         X, Y = np.eye(4), np.eye(4)

@@ -77,7 +77,9 @@ def test_the_factory_table_of_a_real_unit_becomes_one_of_millimetres(
     expected = factory_poses(table, given, q)
     assert np.abs(ks.forward_kinematics(mine, q) - expected).max() < SAME
     lengths = [
-        abs(cell.affine.constant) for row in mine.description.links for cell in (row.a, row.d)
+        abs(cell.affine.constant)
+        for row in mine.description.links
+        for cell in (row['a'], row['d'])
     ]
     assert max(lengths) < 0.7  # the factory's are up to 446 m
     assert main(['check', '--strict', str(out)]) == 0
@@ -88,9 +90,9 @@ def test_the_yaml_of_ur_calibration_is_read_as_origins_of_joints(tmp_path, capsy
     random = np.random.default_rng(0)
     origins, rows = [], []
     for link in robot.description.links:
-        d, a = link.d.affine.constant, link.a.affine.constant
+        d, a = link['d'].affine.constant, link['a'].affine.constant
         origins.append(screw_z(0.0, d))
-        rows.append(screw_x(link.alpha.affine.constant, a))
+        rows.append(screw_x(link['alpha'].affine.constant, a))
     # Each joint's origin is what follows the joint before it; small errors are added.
     poses = [origins[0], *(rows[k] @ origins[k + 1] for k in range(5))]
     poses = [

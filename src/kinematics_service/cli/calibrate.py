@@ -262,7 +262,7 @@ def _calibrated(
 def _text(
     found: 'Calibration', robot: str, given: 'Sequence[MeasuredRecording]', frames: FramesChoice
 ) -> str:
-    from ..diagnosis.calibration.robot_text import Provenance, calibrated_text
+    from ..diagnosis.calibration.robot_text import CalibrationOrigin, calibrated_text
 
     date = datetime.now().astimezone().date().isoformat()
     names = ', '.join(Path(one.file).name for one in given)
@@ -271,7 +271,7 @@ def _text(
         find_robot_file(robot).read_text(encoding='utf-8'),
         given[0].q,
         given[0].poses,
-        Provenance(names, date),
+        CalibrationOrigin(names, date),
         frames.value,
     )
 

@@ -227,7 +227,7 @@ def calibrate(
         if end not in ENDS:
             raise CalibrationError(f'own: {end!r} is not one of {", ".join(ENDS)}')
     arm = parameters_of(robot)
-    names = _Names(robot, given, tuple(own), arm.table)
+    names = _ChosenParameters(robot, given, tuple(own), arm.table)
     fitted = names.fitted(fit, fix)
     free = Free('base' in names.groups(fitted), 'tool' in names.groups(fitted))
     progress('frame check')
@@ -240,7 +240,7 @@ def calibrate(
     return _result(robot, given, names, problem, found, frames)
 
 
-class _Names:
+class _ChosenParameters:
     # All parameters of an arm measured in sets, and what a user's words among them mean.
     def __init__(
         self, robot: Robot, given: Measured, own: tuple[str, ...], table: Sequence[ArmParameter]
@@ -343,7 +343,7 @@ def _prior(one: ArmParameter, tolerances: Mapping[str, float]) -> float:
 def _result(
     robot: Robot,
     given: Measured,
-    names: _Names,
+    names: _ChosenParameters,
     problem: FitProblem,
     found: Identified,
     frames: FrameDiagnosis | None,
@@ -423,7 +423,7 @@ def _outliers(found: Identified) -> tuple[int, ...]:
     return tuple(int(k) for k in order if not found.used[k])
 
 
-def _possible(robot: Robot, names: _Names, problem: FitProblem) -> int:
+def _possible(robot: Robot, names: _ChosenParameters, problem: FitProblem) -> int:
     # Sets beyond the first add a base or a tool of their own, which they tell.
     J = scaled_jacobian(robot, problem.chains[0], names.every, problem.positions)[
         :, problem.columns
@@ -433,7 +433,7 @@ def _possible(robot: Robot, names: _Names, problem: FitProblem) -> int:
 
 
 def _ends(
-    robot: Robot, names: _Names, problem: FitProblem, values: Floats
+    robot: Robot, names: _ChosenParameters, problem: FitProblem, values: Floats
 ) -> tuple[Floats, Floats]:
     # X and Y of measured = X calibrated Y, for each set.
     description = robot.description

@@ -9,11 +9,12 @@ import numpy as np
 
 from ...kernel import Floats
 from ...rigid_motion import exact_rpy
+from ...robot.file.convention_table import Axis
 from ...robot.file.description import (
     IDENTITY,
-    Axis,
     DhRow,
     ElementaryMotion,
+    Link,
     RigidMotion,
     RobotDescription,
     ShapeRow,
@@ -23,7 +24,7 @@ from ...robot.robot import Robot, build_robot
 from .corrected_chain import small_motion
 from .parameters import ArmParameter
 
-TableLink = DhRow | ElementaryMotion | ShapeRow
+ZERO = Expression('0', Affine(0.0, ()))
 # By row of the table and place in it: the correction, rad or m.
 Corrections = Mapping[tuple[int, str], float]
 # Decimals of a number that is turned into degrees or millimetres.
@@ -95,8 +96,8 @@ def number_text(value: float) -> str:
     return repr(float(value) + 0.0).removesuffix('.0')
 
 
-def _links(description: RobotDescription, found: Corrections) -> tuple[TableLink, ...]:
-    links: list[TableLink] = []
+def _links(description: RobotDescription, found: Corrections) -> tuple[Link, ...]:
+    links: list[Link] = []
     turn = 0.0  # what an extra row leaves for the next one to turn back
     for k, link in enumerate(description.links):
         if isinstance(link, DhRow):
@@ -106,50 +107,57 @@ def _links(description: RobotDescription, found: Corrections) -> tuple[TableLink
             links += _shape_rows(description, k, link, found)
         else:
             links += _elementary_rows(description, k, link, found)
-    if turn:
-        zero = Expression('0', Affine(0.0, ()))
-        links.append(DhRow(zero, zero, zero, _turned(zero, turn, description)))
+    if turn and isinstance(link, DhRow):
+        links.append(_row(link, {'theta': _turned(ZERO, turn, description)}))
     return tuple(links)
+
+
+def _row(like: DhRow, cells: Mapping[str, Expression]) -> DhRow:
+    # A row with these quantities; others are zero.
+    motions = (
+        replace(motion, argument=cells.get(name, ZERO))
+        for name, motion in zip(like.names, like.motions)
+    )
+    return replace(like, motions=tuple(motions))
 
 
 def _dh_rows(
     description: RobotDescription, k: int, link: DhRow, found: Corrections, turn: float
-) -> tuple[list[TableLink], float]:
-    def value(place: str) -> float:
-        return found.get((k, place), 0.0)
+) -> tuple[list[Link], float]:
+    def corrected(name: str, given: Expression) -> Expression:
+        angle = link.motions[link.names.index(name)].axis[0] == 'R'
+        return _added(given, found.get((k, name), 0.0), angle, description)
 
-    own = DhRow(
-        a=_added(link.a, value('a'), False, description),
-        alpha=_added(link.alpha, value('alpha'), True, description),
-        d=_added(link.d, value('d'), False, description),
-        theta=_added(_turned(link.theta, turn, description), value('theta'), True, description),
-    )
-    beta, b = value('Ry'), value('Ty')
+    theta = _turned(link['theta'], turn, description) if turn else None
+    cells = {
+        name: corrected(name, theta if theta and name == 'theta' else link[name])
+        for name in link.names
+    }
+    beta, b = found.get((k, 'Ry'), 0.0), found.get((k, 'Ty'), 0.0)
     if not beta and not b:
-        return [own], 0.0
+        return [_row(link, cells)], 0.0
     # Ry(beta) Ty(b) = Rz(90 deg) Rx(beta) Tx(b) Rz(-90 deg): a row more, and the turn back.
-    zero = Expression('0', Affine(0.0, ()))
-    quarter = _turned(zero, math.pi / 2.0, description)
-    across = (_number(b, False, description), _number(beta, True, description))
+    quarter = _turned(ZERO, math.pi / 2.0, description)
+    extra = {'a': _number(b, False, description), 'alpha': _number(beta, True, description)}
     if description.convention == 'standard':
-        return [own, DhRow(*across, d=zero, theta=quarter)], -math.pi / 2.0
+        own = _row(link, cells)
+        return [own, _row(link, {**extra, 'theta': quarter})], -math.pi / 2.0
     # Modified: the table's a and alpha stand before the extra ones, its theta and d behind them.
-    first = DhRow(own.a, own.alpha, zero, quarter)
-    theta = _turned(link.theta, turn - math.pi / 2.0, description)
-    second = DhRow(*across, d=own.d, theta=_added(theta, value('theta'), True, description))
-    return [first, second], 0.0
+    first = _row(link, {'a': cells['a'], 'alpha': cells['alpha'], 'theta': quarter})
+    back = corrected('theta', _turned(link['theta'], -math.pi / 2.0, description))
+    return [first, _row(link, {**extra, 'd': cells['d'], 'theta': back})], 0.0
 
 
 def _elementary_rows(
     description: RobotDescription, k: int, link: ElementaryMotion, found: Corrections
-) -> list[TableLink]:
+) -> list[Link]:
     own = replace(
         link,
         argument=_added(
             link.argument, found.get((k, 'own'), 0.0), link.axis[0] == 'R', description
         ),
     )
-    extra: list[TableLink] = [
+    extra: list[Link] = [
         ElementaryMotion(axis, _number(found[k, axis], axis[0] == 'R', description))
         for axis in ORDER
         if (k, axis) in found
@@ -159,7 +167,7 @@ def _elementary_rows(
 
 def _shape_rows(
     description: RobotDescription, k: int, link: ShapeRow, found: Corrections
-) -> list[TableLink]:
+) -> list[Link]:
     if link.joint is None:
         return [link]
     joint = replace(

@@ -22,7 +22,7 @@ from .calibration import calibrate
 from .checking import apart
 from .corrections import corrected_robot
 from .parameters import ENDS, parameters_of
-from .robot_text import Frames, Provenance, calibrated_text, placed_robot
+from .robot_text import CalibrationOrigin, Frames, calibrated_text, placed_robot
 
 # Poses that the corrections are found by; the others of the seeded ones prove them.
 FOUND_BY = 100
@@ -110,8 +110,8 @@ def import_ur_calibration(path: Path, robot: Robot, text: str, date: str) -> Fac
             f'{path}: the table found is {position:.1e} m and {rotation:.1e} rad from the '
             "factory's own: it is not written"
         )
-    provenance = Provenance(f'the factory calibration {path.name}', date)
-    written = calibrated_text(found, text, q[some], expected[some], provenance, frames)
+    origin = CalibrationOrigin(f'the factory calibration {path.name}', date)
+    written = calibrated_text(found, text, q[some], expected[some], origin, frames)
     return FactoryImport(written, mine, len(distances), position, rotation, nominal)
 
 

@@ -16,11 +16,19 @@ import numpy as np
 from ...kernel import Floats
 from ...rigid_motion import screw_z
 from ...robot.conventions import Row, table_rows
-from ...robot.file.description import DhRow, ElementaryMotion, RobotDescription, ShapeRow
+from ...robot.file.convention_table import CONVENTIONS, NamedMotion
+from ...robot.file.description import DhRow, ElementaryMotion, Link, RobotDescription, ShapeRow
 from ...robot.file.expressions import Affine
 from ...robot.robot import Robot
 from ...robot.task import seeded_poses
-from .corrected_chain import CorrectedChain, CorrectingMotion, JointScrew, Part, pose_change
+from .corrected_chain import (
+    CorrectedChain,
+    CorrectingMotion,
+    JointScrew,
+    Part,
+    pose_change,
+    small_motion,
+)
 
 # Standard deviations of lengths (m) and angles (rad): what is usual between a datasheet and a
 # robot, and what corrections are scaled by so that they compare.
@@ -34,6 +42,8 @@ POSES = 60
 NOTHING = 1e-9
 
 AXES = 'xyz'
+# Conventions in which a row more can say the extra corrections, and where in a row these are.
+WITH_EXTRA, EXTRA_PLACES = ('standard', 'modified'), ('Ry', 'Ty')
 ENDS = ('base', 'tool')
 TABLE_GROUPS = ('offsets', 'lengths', 'angles')
 GROUPS = (*TABLE_GROUPS, *ENDS, 'lag')
@@ -213,25 +223,39 @@ def _built(description: RobotDescription, extra: set[str] | None) -> ArmParamete
 
 def _arranged(
     convention: str,
-    link: DhRow | ElementaryMotion | ShapeRow,
+    link: Link,
     row: Row,
     kept: Sequence[_Placed],
     motions: dict[str, CorrectingMotion],
 ) -> tuple[list[Part], list[Part]]:
     # The parts of a row before its screw, and after it.
-    at = {one.parameter.place: motions[one.parameter.name] for one in kept}
     if isinstance(link, DhRow):
-        along, across = [at['theta'], at['d']], [at['a'], at['alpha']]
-        extra = [at[place] for place in ('Ry', 'Ty') if place in at]
-        if convention == 'standard':
-            return [row.before, *along], [row.after, *across, *extra]
-        return [row.before, *across, *extra, *along], [row.after]
+        at = {one.parameter.place: motions[one.parameter.name] for one in kept}
+        product = CONVENTIONS[convention]
+        extra: list[Part] = [at[place] for place in EXTRA_PLACES if place in at]
+        before, after = (
+            [part for one in part_of for part in _constant(one, link, at)]
+            for part_of in (product.before_joint, product.after_joint)
+        )
+        along: list[Part] = [at[one.quantity] for one in product.joint_motions]
+        if product.after_joint:
+            return [*before, *along], [*after, *extra]
+        return [*before, *extra, *along], after
     if isinstance(link, ShapeRow):
         if link.joint is None:
             return [row.before], [row.after]
         # The corrections stand between the matrix `in` and the joint, in the joint's own axes.
         return [link.inner.matrix, *motions.values(), _from(link.inner.matrix, row)], [row.after]
     return [*motions.values(), row.before], [row.after]
+
+
+def _constant(
+    motion: NamedMotion, link: DhRow, at: dict[str, CorrectingMotion]
+) -> tuple[Part, Part]:
+    # A constant factor of a row's product, and its correction.
+    value = link[motion.quantity].affine.constant
+    still = small_motion(motion.axis[0] == 'R', AXES.index(motion.axis[1]), value)
+    return still, at[motion.quantity]
 
 
 def _from(inner: Floats, row: Row) -> Floats:
@@ -256,7 +280,7 @@ def _coefficients(affine: Affine, variables: Sequence[str]) -> Floats:
 def _placed_rows(description: RobotDescription) -> Iterator[list[_Placed]]:
     for k, link in enumerate(description.links):
         if isinstance(link, DhRow):
-            yield list(_of_dh_row(k, link))
+            yield list(_of_dh_row(k, link, description.convention))
         elif isinstance(link, ShapeRow):
             yield [] if link.joint is None else list(_of_joint(k, link.joint))
         elif link.argument.affine.coefficients:
@@ -269,17 +293,18 @@ def _placed_rows(description: RobotDescription) -> Iterator[list[_Placed]]:
             yield [_Placed(own, link.axis[1])]
 
 
-def _of_dh_row(k: int, link: DhRow) -> Iterator[_Placed]:
-    turns, slides = bool(link.theta.affine.coefficients), bool(link.d.affine.coefficients)
+def _of_dh_row(k: int, link: DhRow, convention: str) -> Iterator[_Placed]:
+    moving = [name for name in link.names if link[name].affine.coefficients]
+    offset = 'theta' if 'theta' in moving else 'd' if 'd' in moving else ''
     row = k + 1
-    group = 'offsets' if turns else 'angles'
-    yield _Placed(ArmParameter(f'theta{row}', group, True, k, 'theta'), 'z')
-    group = 'offsets' if slides and not turns else 'lengths'
-    yield _Placed(ArmParameter(f'd{row}', group, False, k, 'd'), 'z')
-    yield _Placed(ArmParameter(f'a{row}', 'lengths', False, k, 'a'), 'x')
-    yield _Placed(ArmParameter(f'alpha{row}', 'angles', True, k, 'alpha'), 'x')
-    yield _Placed(ArmParameter(f'beta{row}', 'angles', True, k, 'Ry'), 'y', extra=True)
-    yield _Placed(ArmParameter(f'b{row}', 'lengths', False, k, 'Ty'), 'y', extra=True)
+    for axis, quantity in CONVENTIONS[convention].motions:
+        angle = axis[0] == 'R'
+        group = 'offsets' if quantity == offset else 'angles' if angle else 'lengths'
+        parameter = ArmParameter(f'{quantity}{row}', group, angle, k, quantity)
+        yield _Placed(parameter, axis[1])
+    if convention in WITH_EXTRA:
+        yield _Placed(ArmParameter(f'beta{row}', 'angles', True, k, 'Ry'), 'y', extra=True)
+        yield _Placed(ArmParameter(f'b{row}', 'lengths', False, k, 'Ty'), 'y', extra=True)
 
 
 def _of_joint(k: int, joint: ElementaryMotion) -> Iterator[_Placed]:

@@ -37,7 +37,7 @@ Frames = Literal['robot', 'measured']
 
 
 @dataclass(frozen=True)
-class Provenance:
+class CalibrationOrigin:
     """Where a calibration is from: the files of its poses in words, and the date."""
 
     data: str
@@ -49,7 +49,7 @@ def calibrated_text(
     text: str,
     q: Floats,
     poses: Floats,
-    provenance: Provenance,
+    origin: CalibrationOrigin,
     frames: Frames = 'robot',
 ) -> str:
     """
@@ -66,7 +66,7 @@ def calibrated_text(
         The robot file it began with.
     q, poses : shapes (N, n) and (N, 4, 4)
         Those of its first set.
-    provenance
+    origin
         For the certificate.
     frames
         `robot`: base and tool stay as in the file. `measured`: they are those of the poses, of
@@ -81,7 +81,7 @@ def calibrated_text(
     robot = placed_robot(found, frames)
     links = links_section(robot.description.links)
     sections: dict[str, Sequence[str] | None] = {
-        'source': [f'source: {json.dumps(_source(description, provenance), ensure_ascii=False)}'],
+        'source': [f'source: {json.dumps(_source(description, origin), ensure_ascii=False)}'],
         'links': links,
         'singularity': without_factors(text),
     }
@@ -89,7 +89,7 @@ def calibrated_text(
         for end in ENDS:
             sections[end] = placement_section(end, getattr(robot.description, end), 'as measured')
     sections['known_poses'] = _known_poses(found, robot, q, poses, frames)
-    result = with_sections(text, sections, certificate(found, provenance, frames))
+    result = with_sections(text, sections, certificate(found, origin, frames))
     read = robot_from_text(result)
     apart = np.abs(forward_kinematics(read, q) - forward_kinematics(robot, q)).max()
     if not apart < SAME:
@@ -117,7 +117,7 @@ def placed_robot(found: Calibration, frames: Frames) -> Robot:
     )
 
 
-def certificate(found: Calibration, provenance: Provenance, frames: Frames) -> list[str]:
+def certificate(found: Calibration, origin: CalibrationOrigin, frames: Frames) -> list[str]:
     """Return the comment lines that say what was measured, fitted and found."""
 
     def errors(name: str) -> str:
@@ -127,8 +127,8 @@ def certificate(found: Calibration, provenance: Provenance, frames: Frames) -> l
     left_out = f', {len(found.outliers)} left out as outliers' if found.outliers else ''
     ends = 'those of the nominal file' if frames == 'robot' else 'as measured'
     facts = [
-        f'Calibrated by kinematics_service {__version__} on {provenance.date}.',
-        f'data: {provenance.data}, {found.count} '
+        f'Calibrated by kinematics_service {__version__} on {origin.date}.',
+        f'data: {origin.data}, {found.count} '
         f'{"positions" if found.positions else "poses"}{left_out}',
         f'error before (base and tool fitted): {errors("before")} rms; after: {errors("after")}',
         f'error of poses held out, over {BLOCKS} blocks of rows: before '
@@ -149,8 +149,8 @@ def certificate(found: Calibration, provenance: Provenance, frames: Frames) -> l
     return [f'# {fact}' for fact in facts]
 
 
-def _source(description: RobotDescription, provenance: Provenance) -> str:
-    calibrated = f'calibrated from {provenance.data}, {provenance.date}'
+def _source(description: RobotDescription, origin: CalibrationOrigin) -> str:
+    calibrated = f'calibrated from {origin.data}, {origin.date}'
     return '; '.join(part for part in (description.source, calibrated) if part)[:LONGEST_SOURCE]
 
 

@@ -14,9 +14,9 @@ from .description import (
     IDENTITY,
     DhRow,
     ElementaryMotion,
+    Link,
     Placement,
     RigidMotion,
-    ShapeRow,
 )
 from .writer import BOM, last_line, scalar
 from .yaml_reader import LOADER
@@ -82,7 +82,7 @@ def without_factors(text: str) -> list[str] | None:
     return ['singularity:', *(f'  {entry}' for entry in entries)] if entries else None
 
 
-def links_section(links: Sequence[DhRow | ElementaryMotion | ShapeRow]) -> list[str]:
+def links_section(links: Sequence[Link]) -> list[str]:
     """Return the lines of a table."""
     return ['links:', *(f'  - {_link(link)}' for link in links)]
 
@@ -94,10 +94,10 @@ def placement_section(key: str, placement: Placement, note: str = '') -> list[st
     return [f'{key}: {{frame: {scalar(placement.frame)}, {pose}{comment}']
 
 
-def _link(link: DhRow | ElementaryMotion | ShapeRow) -> str:
+def _link(link: Link) -> str:
     if isinstance(link, DhRow):
-        cells = (('a', link.a), ('alpha', link.alpha), ('d', link.d), ('theta', link.theta))
-        return f'{{{", ".join(f"{key}: {scalar(cell.text)}" for key, cell in cells)}}}'
+        cells = (f'{name}: {scalar(link[name].text)}' for name in link.names)
+        return f'{{{", ".join(cells)}}}'
     if isinstance(link, ElementaryMotion):
         return _elementary(link)
     parts = []
