@@ -107,7 +107,7 @@ def test_without_noise_the_arm_is_found_exactly(name):
     assert not found.outliers
 
 
-@ten_arms
+@pytest.mark.parametrize('name', ['puma560', 'panda', 'scara_hsr065', 'offset_stanford_shape'])
 def test_with_noise_errors_are_within_their_deviations(name):
     arm = measured_arm(name, 50, NOISE, seed=3)
     found = ks.calibrate(arm.robot, arm.q, arm.poses)
@@ -164,7 +164,7 @@ def test_outliers_are_named_by_row_and_do_not_count():
     assert off(predicted(found, q), truly(arm, q)) < 10 * NOISE
 
 
-@pytest.mark.parametrize('count', [4, 6, 10])
+@pytest.mark.parametrize('count', [4, 10])
 def test_few_poses_never_make_the_arm_worse_than_its_table(count):
     for seed in range(2):
         arm = measured_arm('ur5e', count, NOISE, seed)
@@ -219,7 +219,7 @@ def test_the_prior_of_a_group_decides_what_stays():
 # The poses to measure next
 
 
-def errors_with(q, seeds=3):
+def errors_with(q, seeds=2):
     # RMS over poses of the arm of what a calibration by these joint positions leaves, m.
     squares = []
     for seed in range(seeds):

@@ -17,6 +17,7 @@ from ...kernel import Floats, Integers
 from ...rigid_motion import rotation_vector
 from .corrected_chain import CorrectedChain, pose_change, poses_of
 from .parameters import LAG, ArmParameter
+from .triangle import triangle_of
 
 # Noise (m and rad) below this is round-off; with this many rows more than numbers or fewer the
 # poses cannot tell it, and it is no less than encoders and trackers have.
@@ -32,8 +33,6 @@ ENOUGH = 1e-3
 HALVINGS = 5
 # Time (s) of the difference by which poses move with a lag.
 STEP = 1e-4
-# Rows of a block by columns, where equations are made triangular.
-BLOCK = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -245,23 +244,6 @@ def weighted_jacobian(problem: FitProblem, values: Floats, noise: Noise, used: F
     """
     solved = _solve(problem, values, noise, used.astype(np.float64))
     return triangle_of(solved.rows[: len(solved.rows) - len(values)])
-
-
-def triangle_of(rows: Floats) -> Floats:
-    """
-    Return R of the QR factorisation of rows (m, k).
-
-    Of blocks of rows first, as many as stand above each other: LAPACK takes them one by one, and
-    no threads of it wait for each other (five times as fast beside other programs).
-    """
-    width = rows.shape[1]
-    block = BLOCK * width
-    while len(rows) > 2 * block > 0:
-        count = len(rows) // block
-        blocks = rows[: count * block].reshape(count, block, width)
-        triangles = np.asarray(np.linalg.qr(blocks, mode='r')).reshape(-1, width)
-        rows = np.concatenate([triangles, rows[count * block :]])
-    return np.asarray(np.linalg.qr(rows, mode='r'))
 
 
 def _stepped(problem: FitProblem, values: Floats, noise: Noise, weights: Floats) -> Floats:

@@ -29,6 +29,7 @@ from .corrected_chain import (
     pose_change,
     small_motion,
 )
+from .triangle import triangle_of
 
 # Standard deviations of lengths (m) and angles (rad): what is usual between a datasheet and a
 # robot, and what corrections are scaled by so that they compare.
@@ -165,10 +166,10 @@ def scaled_jacobian(
     positions: bool = False,
 ) -> Floats:
     """
-    Return the derivative of random poses by usual errors of parameters, as the chain counts them.
+    Return how random poses move with usual errors of parameters, as the chain counts them.
 
     In units of LENGTH, RMS over the poses; angles of the tool count by the characteristic length.
-    With `positions`, of the tool's origin alone.
+    With `positions`, of the tool's origin alone. Of the rows of all poses their triangle (P, P).
     """
     prismatic = [kind == 'prismatic' for kind in robot.joint_types]
     q = seeded_poses(robot.limits, prismatic)[:POSES]
@@ -177,7 +178,7 @@ def scaled_jacobian(
     J[:, 3:] *= robot.task.length
     if positions:
         J = J[:, :3]
-    return np.asarray(J.reshape(-1, len(scales)) / (LENGTH * np.sqrt(len(q))))
+    return triangle_of(J.reshape(-1, len(scales)) / (LENGTH * np.sqrt(len(q))))
 
 
 def structural_rank(J: Floats) -> int:
