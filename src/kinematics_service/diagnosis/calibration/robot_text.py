@@ -143,8 +143,7 @@ def certificate(found: Calibration, origin: CalibrationOrigin, frames: Frames) -
     facts += [
         'A number of the table is the nominal one and its correction. Rows without a joint that',
         'the nominal table does not have are extra angles between parallel axes.',
-        'The singular factors of the nominal table do not hold here and are left out;',
-        '`derive FILE --write` looks for those of this one.',
+        'The singular factors of the nominal table do not hold here and are left out.',
     ]
     return [f'# {fact}' for fact in facts]
 
