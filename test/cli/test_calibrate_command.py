@@ -108,6 +108,22 @@ def test_degrees_and_millimetres_of_a_file_are_kept(convention):
         assert np.abs(X @ ks.forward_kinematics(read, q) @ Y - measured).max() < 1e-9
 
 
+def test_points_of_the_arm_stay_where_they_are(tmp_path):
+    text = ks.bundled_robots()['ur5e'].read_text()
+    text += 'points: {elbow: {row: 2, xyz: [0, 0, 0.1]}, wrist: {row: 4, xyz: [0.05, 0, 0]}}\n'
+    robot = ks.robot_from_text(text)
+    arm = measured_arm('ur5e', 40)
+    found = ks.calibrate(robot, arm.q, arm.poses)
+    read = ks.robot_from_text(calibrated_text(found, text, arm.q, arm.poses, MADE_UP))
+    for name, row in (('elbow', 2), ('wrist', 6)):
+        after = next(one for one in read.description.points if one.name == name)
+        assert after.row == row
+    # Up to the corrections the points are where the nominal arm has them.
+    frames, nominal = (ks.link_frames(one, arm.q[0]) for one in (read, robot))
+    assert np.abs(frames[2] - nominal[2]).max() < 0.02
+    assert np.abs(frames[6] - nominal[4]).max() < 0.02
+
+
 def test_positions_alone_are_read_where_they_are_asked_for(tmp_path, capsys):
     arm = measured_arm('ur5e', 60, NOISE)
     file = table(tmp_path / 'points.csv', arm.robot, arm.q, arm.poses, ends='x y z')

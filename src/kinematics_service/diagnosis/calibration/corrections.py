@@ -57,6 +57,7 @@ def corrected_robot(
         for one, value in zip(parameters, values)
         if one.row >= 0 and value != 0.0
     }
+    links, ends_at = _links(description, found)
     ends = description.base, description.tool
     placed = [
         end if motion is None else replace(end, motion=rigid_motion(motion, description))
@@ -65,7 +66,8 @@ def corrected_robot(
     return build_robot(
         replace(
             description,
-            links=_links(description, found),
+            links=links,
+            points=tuple(replace(one, row=ends_at[one.row]) for one in description.points),
             base=placed[0],
             tool=placed[1],
             singularity=replace(description.singularity, factors=()),
@@ -96,8 +98,12 @@ def number_text(value: float) -> str:
     return repr(float(value) + 0.0).removesuffix('.0')
 
 
-def _links(description: RobotDescription, found: Corrections) -> tuple[Link, ...]:
+def _links(
+    description: RobotDescription, found: Corrections
+) -> tuple[tuple[Link, ...], tuple[int, ...]]:
+    # The rows, and the row that each frame of the nominal table stands after.
     links: list[Link] = []
+    ends_at = [0]
     turn = 0.0  # what an extra row leaves for the next one to turn back
     for k, link in enumerate(description.links):
         if isinstance(link, DhRow):
@@ -107,9 +113,11 @@ def _links(description: RobotDescription, found: Corrections) -> tuple[Link, ...
             links += _shape_rows(description, k, link, found)
         else:
             links += _elementary_rows(description, k, link, found)
+        # An extra row that is turned back in the next one has other axes than the nominal frame.
+        ends_at.append(len(links) - (1 if turn else 0))
     if turn and isinstance(link, DhRow):
         links.append(_row(link, {'theta': _turned(ZERO, turn, description)}))
-    return tuple(links)
+    return tuple(links), tuple(ends_at)
 
 
 def _row(like: DhRow, cells: Mapping[str, Expression]) -> DhRow:

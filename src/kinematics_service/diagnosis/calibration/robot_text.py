@@ -15,6 +15,7 @@ from ...robot.file.description import RobotDescription
 from ...robot.file.sections import (
     links_section,
     placement_section,
+    points_section,
     with_sections,
     without_factors,
 )
@@ -85,6 +86,8 @@ def calibrated_text(
         'links': links,
         'singularity': without_factors(text),
     }
+    if robot.description.points:
+        sections['points'] = points_section(robot.description.points)
     if frames == 'measured':
         for end in ENDS:
             sections[end] = placement_section(end, getattr(robot.description, end), 'as measured')

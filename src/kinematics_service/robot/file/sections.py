@@ -16,6 +16,7 @@ from .description import (
     ElementaryMotion,
     Link,
     Placement,
+    PointDescription,
     RigidMotion,
 )
 from .writer import BOM, last_line, scalar
@@ -92,6 +93,17 @@ def placement_section(key: str, placement: Placement, note: str = '') -> list[st
     pose = _motion(placement.motion).removeprefix('{')
     comment = f'  # {note}' if note else ''
     return [f'{key}: {{frame: {scalar(placement.frame)}, {pose}{comment}']
+
+
+def points_section(points: Sequence[PointDescription]) -> list[str]:
+    """Return the lines of the points of an arm."""
+    return [
+        'points:',
+        *(
+            f'  {scalar(one.name)}: {{row: {one.row}, {_motion(one.motion).removeprefix("{")}'
+            for one in points
+        ),
+    ]
 
 
 def _link(link: Link) -> str:
