@@ -19,6 +19,10 @@ from importlib import import_module  # noqa: E402
 from typing import TYPE_CHECKING, Any  # noqa: E402
 
 if TYPE_CHECKING:
+    from .diagnosis.calibration.calibration import Calibration as Calibration
+    from .diagnosis.calibration.calibration import calibrate as calibrate
+    from .diagnosis.calibration.proposal import ProposedPoses as ProposedPoses
+    from .diagnosis.calibration.proposal import propose_poses as propose_poses
     from .diagnosis.frame_check.diagnosis import FrameDiagnosis as FrameDiagnosis
     from .diagnosis.frame_check.diagnosis import diagnose_frames as diagnose_frames
     from .errors import JointVectorError as JointVectorError
@@ -74,6 +78,10 @@ _HOME = {
     'PointError': 'errors',
     'RobotFileError': 'errors',
     'RobotNotFoundError': 'errors',
+    'Calibration': 'diagnosis.calibration.calibration',
+    'calibrate': 'diagnosis.calibration.calibration',
+    'ProposedPoses': 'diagnosis.calibration.proposal',
+    'propose_poses': 'diagnosis.calibration.proposal',
     'FrameDiagnosis': 'diagnosis.frame_check.diagnosis',
     'diagnose_frames': 'diagnosis.frame_check.diagnosis',
     'TargetError': 'errors',

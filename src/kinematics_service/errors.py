@@ -22,6 +22,7 @@ Those with (V) are ValueErrors as well; behind a colon stands what an error carr
     +-- RecordingError (V)
     +-- AuditError (V)
     +-- FramesError (V)
+    +-- CalibrationError (V)
     +-- PlotError (V)
     +-- ServerAddressError (V)
     +-- ViewerMissingError
@@ -203,6 +204,10 @@ class AuditError(KinematicsError, ValueError):
 
 class FramesError(KinematicsError, ValueError):
     """Poses or joint positions that cannot be compared."""
+
+
+class CalibrationError(KinematicsError, ValueError):
+    """Measured poses that no robot can be identified from; one sentence says why."""
 
 
 class PlotError(KinematicsError, ValueError):

@@ -296,7 +296,10 @@ def test_a_remainder_that_no_cause_explains_is_judged_by_its_size(tmp_path, caps
         (('--pose-stop', '1mm'), '1mm is less than the warning at 4mm,0.5deg'),
         (('--pose-gap', '-1'), '--pose-gap: -1 is not within 0 and 3600 s'),
         (('--pose-gap', 'nan'), '--pose-gap: nan is not within'),
-        (('--pose-format', 'feet'), "'feet' is not one of xyzw, wxyz, rotvec, rpy, matrix, m, mm"),
+        (
+            ('--pose-format', 'feet'),
+            "'feet' is not one of xyzw, wxyz, rotvec, rpy, matrix, position, m, mm",
+        ),
         (('--pose-format', 'mm,m'), 'mm and m exclude each other'),
     ],
 )

@@ -29,6 +29,7 @@ ORDER = (
     'compare',
     'derive',
     'audit',
+    'calibrate',
     'export',
     'import',
     'plot',

@@ -22,7 +22,7 @@ FormatOption = Annotated[
     typer.Option(
         '--pose-format',
         metavar='WORDS',
-        help='Pose columns: m or mm, rad or deg, xyzw, wxyz, rotvec, rpy or matrix; '
+        help='Pose columns: m or mm, rad or deg, xyzw, wxyz, rotvec, rpy, matrix or position; '
         'for instance mm,deg,rpy.',
     ),
 ]
@@ -72,14 +72,14 @@ def given_frames(gap: float | None, warn: str, stop: str) -> 'FrameSettings':
 
     if gap is not None and not 0.0 < gap <= LONGEST_GAP:
         raise WrongUsage(f'--pose-gap: {gap:g} is not within 0 and {LONGEST_GAP:g} s')
-    limits = FrameLimits(_limit('--pose-warn', warn), _limit('--pose-stop', stop))
+    limits = FrameLimits(given_limit('--pose-warn', warn), given_limit('--pose-stop', stop))
     if limits.bad.position < limits.warn.position or limits.bad.angle < limits.warn.angle:
         raise WrongUsage(f'--pose-stop: {stop} is less than the warning at {warn}')
     return FrameSettings(gap, limits)
 
 
-def _limit(option: str, text: str) -> 'PoseLimit':
-    # A length, an angle, or both; one that is not given limits nothing.
+def given_limit(option: str, text: str) -> 'PoseLimit':
+    """Return a length, an angle, or both; one that is not given is infinite."""
     from ..diagnosis.frame_check import PoseLimit
 
     found = {'m': math.inf, 'rad': math.inf}

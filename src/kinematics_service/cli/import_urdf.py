@@ -2,18 +2,20 @@
 
 import re
 import sys
+from datetime import datetime
 from enum import Enum
 from pathlib import Path
 from typing import Annotated, Optional
 
 import typer
 
+from ..robot.bundled import find_robot_file
 from .application import app
 from .export import write_document
-from .options import WrongUsage
+from .options import WrongUsage, given_robot
 
 HELP = """
-Make a robot file from a chain of a URDF, and prove it.
+Make a robot file from a chain of a URDF, or from a factory calibration, and prove it.
 
 \b
 Examples:
@@ -21,10 +23,15 @@ Examples:
   kinematics_service import --urdf a.urdf --base b --tip t --out a.yaml
   kinematics_service import --urdf a.urdf --base b --tip t --name my_arm
   kinematics_service import --urdf a.urdf --base b --tip t --point camera_link
+  kinematics_service import --ur-calibration calibration.conf --robot ur5e --out my_ur5e.yaml
 
 Names, limits, velocities and joints that mimic are kept. The robot file is compared with
 the plain product of the URDF's joints over 1000 random configurations; the worst error
 is printed and written into the file. xacro files are expanded first: xacro FILE > arm.urdf
+
+--ur-calibration is the controller's calibration.conf, or the YAML of ur_calibration; --robot the
+nominal arm. Its numbers get corrections of millimetres and an extra angle between parallel axes,
+in the place of lengths of hundreds of metres that cancel; it is the same arm to 1e-9.
 """
 
 
@@ -35,14 +42,28 @@ class ImportedConvention(str, Enum):
     modified = 'modified'
 
 
-@app.command('import', short_help='Make a robot file from a URDF.', help=HELP)
+@app.command(
+    'import', short_help='Make a robot file from a URDF or a factory calibration.', help=HELP
+)
 def import_urdf(
-    urdf: Annotated[Path, typer.Option('--urdf', metavar='FILE', help='The URDF.')],
+    urdf: Annotated[
+        Optional[Path], typer.Option('--urdf', metavar='FILE', help='The URDF.')
+    ] = None,
     base: Annotated[
-        str,
+        Optional[str],
         typer.Option('--base', metavar='LINK', help='The link in whose frame poses are given.'),
-    ],
-    tip: Annotated[str, typer.Option('--tip', metavar='LINK', help='The link that is the tool.')],
+    ] = None,
+    tip: Annotated[
+        Optional[str], typer.Option('--tip', metavar='LINK', help='The link that is the tool.')
+    ] = None,
+    ur_calibration: Annotated[
+        Optional[Path],
+        typer.Option(metavar='FILE', help='A factory calibration of Universal Robots.'),
+    ] = None,
+    robot: Annotated[
+        Optional[str],
+        typer.Option(metavar='FILE|NAME', help='The nominal arm of a factory calibration.'),
+    ] = None,
     name: Annotated[
         str, typer.Option(metavar='NAME', help='Name of the robot.', show_default="the URDF's")
     ] = '',
@@ -66,6 +87,16 @@ def import_urdf(
     """Run the command; `HELP` is what its user reads."""
     if name and not re.fullmatch(r'[A-Za-z0-9_]+', name):
         raise WrongUsage(f'--name: {name!r} is not a name of letters, digits and underscores')
+    if ur_calibration is not None:
+        if robot is None or urdf is not None:
+            raise WrongUsage('--ur-calibration: give the nominal arm with --robot, and no --urdf')
+        _import_ur_calibration(ur_calibration, robot, out)
+        return
+    if urdf is None or base is None or tip is None:
+        raise WrongUsage(
+            'give --urdf FILE with --base LINK and --tip LINK, or --ur-calibration FILE with '
+            '--robot NAME'
+        )
     from ..formats.urdf.importer import import_file
 
     found = import_file(urdf, base, tip, name, convention.value, round_angles, point or ())
@@ -73,3 +104,14 @@ def import_urdf(
     # On the screen the robot file itself is standard output, so that it can be redirected.
     report = sys.stderr if out == '-' else sys.stdout
     print(f'{found.robot.name}: {found.certificate}', file=report)
+
+
+def _import_ur_calibration(file: Path, robot: str, out: str) -> None:
+    arm = given_robot(robot)
+    from ..diagnosis.calibration.factory import import_ur_calibration
+
+    date = datetime.now().astimezone().date().isoformat()
+    text = find_robot_file(robot).read_text(encoding='utf-8')
+    found = import_ur_calibration(file, arm, text, date)
+    write_document(out, found.text)
+    print(f'{arm.name}: {found}', file=sys.stderr if out == '-' else sys.stdout)

@@ -112,8 +112,10 @@ def frames_of(
     none = NotCompared(track.name, track.frame, track.total or len(track.stamps), track.refused)
     if track.refused:
         return none
+    if track.positions:
+        return none._replace(reason='positions without orientations are for calibrate alone')
     found = joined(robot, track, timeline)
-    use, reason = _matched(found, settings.gap)
+    use, reason = matched(found, settings.gap)
     if np.sum(use) < LEAST:
         reason = reason or f'there are {len(use)} poses'
         return none._replace(reason=f'{reason}; at least {LEAST} are needed')
@@ -148,8 +150,15 @@ def frames_of(
     )
 
 
-def _matched(found: Track, longest: float | None) -> tuple[Flags, str]:
-    # Returns which poses have joint positions, and in words why others have none.
+def matched(found: Track, longest: float | None) -> tuple[Flags, str]:
+    """
+    Return which poses have joint positions, and in words why others have none.
+
+    Parameters
+    ----------
+    longest : s
+        Largest time between the joint states around a pose; None: three usual intervals.
+    """
     if longest is None:
         longest = min(max(INTERVALS * found.interval, LEAST_GAP), MOST_GAP)
     outside, unknown = ~found.within, found.within & ~np.all(np.isfinite(found.q), axis=1)

@@ -147,11 +147,19 @@ def _given(
         raise FramesError('joint positions and poses must be finite')
     if len(q) < LEAST:
         raise FramesError(f'{len(q)} poses are too few: at least {LEAST} are needed')
-    _check_rotations(B[:, :3, :3])
+    check_rotations(B[:, :3, :3])
     return ComparedData(robot, q, B, _later(robot, q, stamps, rates, motion))
 
 
-def _check_rotations(R: Floats) -> None:
+def check_rotations(R: Floats) -> None:
+    """
+    Refuse orientations (N, 3, 3) that are no rotations.
+
+    Raises
+    ------
+    FramesError
+        One is mirrored, or far from a rotation.
+    """
     mirrored = np.flatnonzero(np.linalg.det(R) < 0.0)
     if len(mirrored):
         raise FramesError(

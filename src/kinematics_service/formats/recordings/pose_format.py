@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 from ...errors import AuditError
 
-KINDS = ('xyzw', 'wxyz', 'rotvec', 'rpy', 'matrix')
+KINDS = ('xyzw', 'wxyz', 'rotvec', 'rpy', 'matrix', 'position')
 LENGTHS = ('m', 'mm')
 ANGLES = ('rad', 'deg')
 XYZ = ('x', 'y', 'z')
@@ -27,6 +27,9 @@ ENDS = (
     (_numbers(6), 'rotvec'),
     (_numbers(6), 'rpy'),
     ((*XYZ, 'rx', 'ry', 'rz'), 'rpy'),
+    # Positions alone are taken where they are asked for.
+    (XYZ, 'position'),
+    (_numbers(3), 'position'),
 )
 ACCEPTED_POSES = (
     'accepted are x y z with qx qy qz qw, with rx ry rz (rotation vector) or with roll pitch yaw; '
@@ -43,8 +46,8 @@ class PoseFormat(NamedTuple):
     ----------
     kind
         One of `KINDS`, empty if the names of the columns tell it: a quaternion by the order of
-        its numbers, a rotation vector, roll pitch yaw (R = Rz(yaw) Ry(pitch) Rx(roll)), or a
-        matrix (rows of four).
+        its numbers, a rotation vector, roll pitch yaw (R = Rz(yaw) Ry(pitch) Rx(roll)), a
+        matrix (rows of four), or none: a position alone.
     length, angle
         m or mm; rad or deg.
     """
@@ -85,6 +88,7 @@ def pose_columns(
     """
     for ends, kind in ENDS:
         columns = [prefix + end for end in ends]
-        if wanted.kind in ('', kind) and all(column in header for column in columns):
+        asked = wanted.kind in ('', kind) and (kind != 'position' or wanted.kind == kind)
+        if asked and all(column in header for column in columns):
             return columns, wanted._replace(kind=kind)
     return None

@@ -36,6 +36,8 @@ class PoseTrack(NamedTuple):
         Numbers beyond what a pose can have, each a sentence.
     total
         Number of poses of the source; these may be some of them, evenly spread. 0: just these.
+    positions
+        Whether they are positions alone, their orientation being the identity.
     """
 
     name: str
@@ -46,6 +48,7 @@ class PoseTrack(NamedTuple):
     refused: str = ''
     doubts: tuple[str, ...] = ()
     total: int = 0
+    positions: bool = False
 
 
 class Selection(NamedTuple):

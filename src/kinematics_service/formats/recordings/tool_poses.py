@@ -115,6 +115,7 @@ class PoseRows:
             '',
             tuple(self._doubts(total)),
             total,
+            self._form.kind == 'position',
         )
 
     def _refusal(self, many: bool) -> str:
@@ -177,6 +178,7 @@ ROTATIONS: dict[str, Callable[[Floats, PoseFormat], Floats]] = {
     'rpy': lambda numbers, form: np.array(
         [rotation_of_roll_pitch_yaw(one) for one in _angles(numbers, form)]
     ).reshape(-1, 3, 3),
+    'position': lambda numbers, form: np.tile(np.eye(3), (len(numbers), 1, 1)),
 }
 
 

@@ -62,9 +62,9 @@ def with_factors(text: str, factors: Mapping[str, str]) -> str:
     indent = ' ' * value.start_mark.column
     old = _entry(value, 'factors')
     if old is None:
-        at = _last_line(value) + 1
+        at = last_line(value) + 1
         return ''.join([*lines[:at], *_factor_lines(factors, indent), *lines[at:]])
-    start, end = old[0].start_mark.line, _last_line(old[1]) + 1
+    start, end = old[0].start_mark.line, last_line(old[1]) + 1
     kept = _comments(lines[start:end])
     return ''.join([*lines[:start], *_factor_lines(factors, indent, kept), *lines[end:]])
 
@@ -73,12 +73,13 @@ def _entry(mapping: MappingNode, name: str) -> tuple[Node, Node] | None:
     return next((pair for pair in mapping.value if pair[0].value == name), None)
 
 
-def _last_line(node: Any) -> int:
+def last_line(node: Any) -> int:
+    """Return the line on which a node of YAML ends."""
     # A block's end mark is where the next thing begins, comments and blank lines between.
     if isinstance(node, MappingNode) and not node.flow_style and node.value:
-        return _last_line(node.value[-1][1])
+        return last_line(node.value[-1][1])
     if isinstance(node.value, list) and not node.flow_style and node.value:
-        return _last_line(node.value[-1])
+        return last_line(node.value[-1])
     return int(node.end_mark.line)
 
 
@@ -115,13 +116,13 @@ def _factor_lines(
     comments = comments or {}
     lines = [f'{indent}factors:{comments.get("", "")}\n']
     for name, expression in factors.items():
-        entry = f'{{name: {_scalar(name)}, expression: {_scalar(expression)}}}'
+        entry = f'{{name: {scalar(name)}, expression: {scalar(expression)}}}'
         lines.append(f'{indent}  - {entry}{comments.get(name, "")}\n')
     return lines
 
 
-def _scalar(text: str) -> str:
-    # In braces a comma would end the entry.
+def scalar(text: str) -> str:
+    """Return a text as it may stand between braces, where a comma would end the entry."""
     plain = re.fullmatch(r'[\w .*/()+-]+', text) and not text.startswith(('-', '*', ' '))
     return text if plain else '"' + text.replace('\\', '\\\\').replace('"', '\\"') + '"'
 

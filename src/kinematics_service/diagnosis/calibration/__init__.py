@@ -1,0 +1,1 @@
+"""From the nominal table to one very robot: its numbers identified from measured poses."""

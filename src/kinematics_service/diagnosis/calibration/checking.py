@@ -1,0 +1,222 @@
+"""Measured poses looked at before anything is fitted: what is wrong with them, in a sentence."""
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ...errors import CalibrationError, FramesError
+from ...formats.recordings.source import MOST_POSES
+from ...kernel import Floats, Integers
+from ...kinematics.forward import forward_kinematics
+from ...rigid_motion import rotation_vector
+from ...robot.robot import Robot
+from ..frame_check.diagnosis import FrameDiagnosis, check_rotations, diagnose_frames
+from ..frame_check.errors import angle_in_words, length_in_words
+from .placing import Free, Offsets, offsets_of, shared_offsets
+
+# Poses of a set, and poses by which a cause is tested.
+LEAST, LEAST_FOR_CAUSE = 3, 8
+# Joints that all move less than this (rad, m) tell nothing.
+ALIKE = 1e-3
+# No robot is off by this much (m) with base and tool fitted.
+NO_CALIBRATION = 0.02
+# Rows this many medians off are left out of the frame check; a mistake is named where it leaves
+# this many times more than its opposite.
+FAR_OFF, DECISIVE = 5.0, 3.0
+# What a calibration finds by itself.
+FOUND_HERE = ('joint_offset', 'link_length')
+
+
+class Measured(NamedTuple):
+    """
+    Measured poses.
+
+    Attributes
+    ----------
+    q : shape (N, n), rad or m
+    poses : shape (N, 4, 4)
+        Without orientation the identity.
+    positions
+        Whether they are positions alone.
+    sets : shape (N,)
+        Whole numbers from 0.
+    rates : shape (N, n), rad/s or m/s
+        Joint velocities; None if they are not known.
+    """
+
+    q: Floats
+    poses: Floats
+    positions: bool
+    sets: Integers
+    rates: Floats | None = None
+
+    @property
+    def set_count(self) -> int:
+        """Return the number of sets."""
+        return int(np.max(self.sets)) + 1
+
+
+def measured(
+    robot: Robot,
+    q: npt.ArrayLike,
+    poses: npt.ArrayLike,
+    sets: npt.ArrayLike | None,
+    rates: npt.ArrayLike | None = None,
+) -> Measured:
+    """
+    Return measured poses as arrays that fit each other.
+
+    Raises
+    ------
+    CalibrationError
+        Shapes do not fit, a number is not finite, there are too few poses, they are all alike, or
+        an orientation is no rotation.
+    """
+    positions_of_joints = np.array(q, dtype=np.float64)
+    given = np.array(poses, dtype=np.float64)
+    count = len(positions_of_joints) if positions_of_joints.ndim else 0
+    if positions_of_joints.shape != (count, robot.dof) or given.shape not in (
+        (count, 4, 4),
+        (count, 3),
+    ):
+        raise CalibrationError(
+            f'q must have the shape (N, {robot.dof}) and poses (N, 4, 4) or (N, 3), '
+            f'not {positions_of_joints.shape} and {given.shape}'
+        )
+    positions = given.ndim == 2
+    T = np.tile(np.eye(4), (count, 1, 1))
+    if positions:
+        T[:, :3, 3] = given
+    else:
+        T[:, :3] = given[:, :3]
+    if not (np.all(np.isfinite(positions_of_joints)) and np.all(np.isfinite(T))):
+        raise CalibrationError('joint positions and poses must be finite')
+    groups = np.zeros(count, dtype=np.int64) if sets is None else np.array(sets, dtype=np.int64)
+    if groups.shape != (count,) or np.any(np.unique(groups) != np.arange(len(np.unique(groups)))):
+        raise CalibrationError(f'sets must be {count} whole numbers from 0 on, none left out')
+    speeds = None if rates is None else np.array(rates, dtype=np.float64)
+    if speeds is not None and not (
+        speeds.shape == positions_of_joints.shape and np.all(np.isfinite(speeds))
+    ):
+        raise CalibrationError(f'rates must be finite, of the shape {positions_of_joints.shape}')
+    result = Measured(positions_of_joints, T, positions, groups, speeds)
+    for k in range(result.set_count if count else 1):
+        _check_set(robot, result, k)
+    return result
+
+
+def _check_set(robot: Robot, given: Measured, k: int) -> None:
+    own = given.sets == k
+    count = int(np.sum(own))
+    if count < LEAST:
+        raise CalibrationError(
+            f'{count} poses are too few: at least {LEAST} are needed, and some {robot.dof + 4} '
+            'or more tell most of an arm'
+        )
+    if not given.positions:
+        try:
+            check_rotations(given.poses[own, :3, :3])
+        except FramesError as error:
+            raise CalibrationError(str(error)) from None
+    moved = float(np.max(np.ptp(given.q[own], axis=0)))
+    if moved < ALIKE:
+        raise CalibrationError(
+            f'the {count} poses are all alike (no joint moves by more than {moved:.2g} rad or m): '
+            'they tell nothing of the arm; take poses far apart'
+        )
+
+
+def checked_offsets(
+    robot: Robot, given: Measured, free: Free, own: Free, check: bool
+) -> tuple[list[Offsets], FrameDiagnosis | None]:
+    """
+    Return the offsets of each set to begin with, and what the frame check says of the first.
+
+    Parameters
+    ----------
+    free
+        What may differ from the file.
+    own
+        What each set has of its own.
+    check
+        Whether the frame check is made.
+
+    Raises
+    ------
+    CalibrationError
+        The poses are off by a mistake that is no matter of calibration: the sentence names it.
+    """
+    offsets = []
+    diagnosis = None
+    rows = [given.sets == k for k in range(given.set_count)]
+    q, B = [given.q[row] for row in rows], [given.poses[row] for row in rows]
+    A = [forward_kinematics(robot, joints) for joints in q]
+    for k in range(len(rows)):
+        found = offsets_of(A[k], B[k], given.positions, free)
+        offsets.append(found)
+        if check:
+            one = _checked(robot, q[k], B[k], given.positions, found, free)
+            diagnosis = diagnosis or one
+    return shared_offsets(A, B, offsets, given.positions, free, own), diagnosis
+
+
+def _checked(
+    robot: Robot, q: Floats, poses: Floats, positions: bool, found: Offsets, free: Free
+) -> FrameDiagnosis | None:
+    middle = float(np.median(found.remainder))
+    if positions:
+        _check_positions(robot, q, poses, middle, free)
+    near = np.flatnonzero(found.remainder <= FAR_OFF * middle + ALIKE)
+    near = near[np.unique(np.linspace(0, len(near) - 1, MOST_POSES).astype(int))]
+    diagnosis = None
+    if not positions and len(near) >= LEAST_FOR_CAUSE:
+        diagnosis = diagnose_frames(robot, q[near], poses[near])
+        cause = diagnosis.cause
+        if cause is not None and cause.key not in FOUND_HERE:
+            raise CalibrationError(f'the frame check comes first: {diagnosis.sentence}')
+    if middle > NO_CALIBRATION:
+        raise CalibrationError(
+            f'half of the positions are more than {length_in_words(middle)} off, with base and '
+            f'tool fitted: no robot {robot.name} is off by as much; it is another robot, or the '
+            'poses do not belong to these joint positions'
+        )
+    return diagnosis
+
+
+def _check_positions(robot: Robot, q: Floats, poses: Floats, middle: float, free: Free) -> None:
+    turning = np.array([kind != 'prismatic' for kind in robot.joint_types])
+    mirrored, small = np.array(poses), np.array(poses)
+    mirrored[:, 2, 3] *= -1.0
+    small[:, :3, 3] *= 1e-3
+    for sentence, joints, others in (
+        ('the positions are in millimetres, not metres', q, small),
+        ('mirrored axes: one axis of the positions points the wrong way', q, mirrored),
+        (
+            'the joint positions are in degrees, not radians',
+            np.where(turning, np.radians(q), q),
+            poses,
+        ),
+    ):
+        A = forward_kinematics(robot, joints)
+        left = float(np.median(offsets_of(A, others, True, free).remainder))
+        if left * DECISIVE < middle and middle > ALIKE and left < NO_CALIBRATION:
+            raise CalibrationError(
+                f'{sentence}: with that undone {length_in_words(left)} remain of '
+                f'{length_in_words(middle)} (medians)'
+            )
+
+
+def in_words(position: float, rotation: float, positions: bool) -> str:
+    """Return a length (m), and an angle (rad) where orientations are measured, in words."""
+    length, angle = length_in_words(position), angle_in_words(rotation)
+    length = 'less than 1e-6 mm' if length == '0 mm' else length
+    angle = 'less than 1e-6 deg' if angle == '0 deg' else angle
+    return length if positions else f'{length}, {angle}'
+
+
+def apart(one: Floats, other: Floats) -> tuple[Floats, Floats]:
+    """Return the distances (N,), m, and the angles (N,), rad, between poses (N, 4, 4)."""
+    R = one[:, :3, :3] @ np.swapaxes(other[:, :3, :3], 1, 2)
+    distances = np.linalg.norm(one[:, :3, 3] - other[:, :3, 3], axis=1)
+    return distances, np.asarray(np.linalg.norm(rotation_vector(R), axis=1))

@@ -1,0 +1,153 @@
+"""
+A chain whose constants carry corrections: small elementary motions at named places of the product.
+
+Every correction is a turn about, or a translation along, one axis of a frame that stands between
+two joints. So a pose's derivative with respect to it is a screw about that axis: exact, and for
+all poses at once.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+
+from ...kernel import Floats
+
+
+class CorrectingMotion(NamedTuple):
+    """A turn (rad) about axis 0, 1 or 2 of the frame reached so far, or a translation (m)."""
+
+    turns: bool
+    axis: int
+    column: int
+
+
+Part: TypeAlias = Floats | CorrectingMotion
+
+
+class JointScrew(NamedTuple):
+    """Rz(theta) Tz(d), theta = theta_0 + by_theta q, d = d_0 + by_d q; by_theta, by_d (n,)."""
+
+    theta_0: float
+    d_0: float
+    by_theta: Floats
+    by_d: Floats
+
+
+class CorrectedChain(NamedTuple):
+    """
+    The product of an arm: still parts, a screw, still parts, and so on.
+
+    Attributes
+    ----------
+    still : elements + 1 sequences of parts
+        Constant motions (4, 4) and corrections, from left to right.
+    screws : elements
+        One between each two of them.
+    """
+
+    still: tuple[tuple[Part, ...], ...]
+    screws: tuple[JointScrew, ...]
+
+
+class PoseChange(NamedTuple):
+    """
+    Poses (N, 4, 4), and how they move with each correction: (N, 6, P), linear rows first.
+
+    The rows are those of a Jacobian: the linear velocity of the tool's origin, the angular
+    velocity, in the axes that the poses are given in.
+    """
+
+    pose: Floats
+    jacobian: Floats
+
+
+class _Still(NamedTuple):
+    # A constant product, and the axes of its corrections in the frame where it begins.
+    motion: Floats
+    axes: Floats
+    origins: Floats
+    turns: list[bool]
+    indices: list[int]
+
+
+def small_motion(turns: bool, axis: int, value: float) -> Floats:
+    """Return the turn (rad) about, or the translation (m) along, axis 0, 1 or 2."""
+    T = np.eye(4)
+    if not turns:
+        T[axis, 3] = value
+        return T
+    i, j = (axis + 1) % 3, (axis + 2) % 3
+    T[i, i] = T[j, j] = math.cos(value)
+    T[j, i] = math.sin(value)
+    T[i, j] = -T[j, i]
+    return T
+
+
+def _still(parts: Sequence[Part], values: Floats) -> _Still:
+    M = np.eye(4)
+    axes, origins, turns, indices = [], [], [], []
+    for part in parts:
+        if isinstance(part, CorrectingMotion):
+            axes.append(M[:3, part.axis])
+            origins.append(M[:3, 3])
+            turns.append(part.turns)
+            indices.append(part.column)
+            part = small_motion(part.turns, part.axis, float(values[part.column]))
+        M = M @ part
+    return _Still(M, np.reshape(axes, (-1, 3)).T, np.reshape(origins, (-1, 3)).T, turns, indices)
+
+
+def _screws(screw: JointScrew, q: Floats) -> Floats:
+    theta, d = screw.theta_0 + q @ screw.by_theta, screw.d_0 + q @ screw.by_d
+    T = np.zeros((len(q), 4, 4))
+    T[:, 0, 0] = T[:, 1, 1] = np.cos(theta)
+    T[:, 1, 0] = np.sin(theta)
+    T[:, 0, 1] = -T[:, 1, 0]
+    T[:, 2, 3] = d
+    T[:, 2, 2] = T[:, 3, 3] = 1.0
+    return T
+
+
+def poses_of(chain: CorrectedChain, values: Floats, q: Floats) -> Floats:
+    """Return the poses (N, 4, 4) with corrections (P,), rad and m, at joint positions (N, n)."""
+    frame = np.broadcast_to(_still(chain.still[0], values).motion, (len(q), 4, 4))
+    for parts, screw in zip(chain.still[1:], chain.screws):
+        frame = frame @ _screws(screw, q) @ _still(parts, values).motion
+    return frame
+
+
+def pose_change(chain: CorrectedChain, values: Floats, q: Floats) -> PoseChange:
+    """
+    Return poses and their derivatives by the corrections.
+
+    Parameters
+    ----------
+    values : shape (P,), rad and m
+        The corrections.
+    q : shape (N, n), rad or m
+        Joint positions.
+    """
+    count, many = len(values), len(q)
+    axes, origins = np.zeros((many, 3, count)), np.zeros((many, 3, count))
+    turns = np.zeros(count, dtype=bool)
+    frame = np.broadcast_to(np.eye(4), (many, 4, 4))
+    for k, parts in enumerate(chain.still):
+        if k:
+            frame = frame @ _screws(chain.screws[k - 1], q)
+        still = _still(parts, values)
+        if still.indices:
+            R, at = frame[:, :3, :3], still.indices
+            axes[:, :, at] = R @ still.axes
+            origins[:, :, at] = R @ still.origins + frame[:, :3, 3:4]
+            turns[at] = still.turns
+        frame = frame @ still.motion
+    lever = frame[:, :3, 3:4] - origins
+    jacobian = np.empty((many, 6, count))
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        turned = axes[:, j] * lever[:, k] - axes[:, k] * lever[:, j]
+        jacobian[:, i] = np.where(turns, turned, axes[:, i])
+    jacobian[:, 3:] = np.where(turns, axes, 0.0)
+    return PoseChange(frame, jacobian)

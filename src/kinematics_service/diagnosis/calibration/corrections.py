@@ -1,0 +1,231 @@
+"""A robot's description with corrections: nominal numbers and what is added to them, both seen."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import get_args
+
+import numpy as np
+
+from ...kernel import Floats
+from ...rigid_motion import exact_rpy
+from ...robot.file.convention_table import Axis
+from ...robot.file.description import (
+    IDENTITY,
+    DhRow,
+    ElementaryMotion,
+    Link,
+    RigidMotion,
+    RobotDescription,
+    ShapeRow,
+)
+from ...robot.file.expressions import Affine, Expression
+from ...robot.robot import Robot, build_robot
+from .corrected_chain import small_motion
+from .parameters import ArmParameter
+
+ZERO = Expression('0', Affine(0.0, ()))
+# By row of the table and place in it: the correction, rad or m.
+Corrections = Mapping[tuple[int, str], float]
+# Decimals of a number that is turned into degrees or millimetres.
+DIGITS = 12
+ORDER: tuple[Axis, ...] = get_args(Axis)
+
+
+def corrected_robot(
+    robot: Robot,
+    parameters: Sequence[ArmParameter],
+    values: Floats,
+    base: Floats | None = None,
+    tool: Floats | None = None,
+) -> Robot:
+    """
+    Return the robot with corrections of its table.
+
+    Named singular factors and known poses, which were those of the nominal table, are left out.
+
+    Parameters
+    ----------
+    parameters, values : P
+        Corrections in rad and m; those of base and tool are passed over.
+    base, tool : shape (4, 4)
+        Instead of those of the file; None: as they are.
+    """
+    description = robot.description
+    found = {
+        (one.row, one.place): float(value)
+        for one, value in zip(parameters, values)
+        if one.row >= 0 and value != 0.0
+    }
+    links, ends_at = _links(description, found)
+    ends = description.base, description.tool
+    placed = [
+        end if motion is None else replace(end, motion=rigid_motion(motion, description))
+        for end, motion in zip(ends, (base, tool))
+    ]
+    return build_robot(
+        replace(
+            description,
+            links=links,
+            points=tuple(replace(one, row=ends_at[one.row]) for one in description.points),
+            base=placed[0],
+            tool=placed[1],
+            singularity=replace(description.singularity, factors=()),
+            known_poses=(),
+            warnings=(),
+        )
+    )
+
+
+def rigid_motion(T: Floats, description: RobotDescription) -> RigidMotion:
+    """Return a pose (4, 4) as the file writes it: x y z roll pitch yaw in its units."""
+    numbers = [
+        *(in_file_units(x, False, description) for x in T[:3, 3].tolist()),
+        *(in_file_units(x, True, description) for x in exact_rpy(T[:3, :3])),
+    ]
+    return RigidMotion(T, tuple(number_text(x) for x in numbers))
+
+
+def in_file_units(value: float, angle: bool, description: RobotDescription) -> float:
+    """Return a number of rad or m in the units of a file."""
+    if angle:
+        return round(math.degrees(value), DIGITS) if description.angle_unit == 'deg' else value
+    return round(1e3 * value, DIGITS) if description.length_unit == 'mm' else value
+
+
+def number_text(value: float) -> str:
+    """Return a number that reads back the same, without a negative zero."""
+    return repr(float(value) + 0.0).removesuffix('.0')
+
+
+def _links(
+    description: RobotDescription, found: Corrections
+) -> tuple[tuple[Link, ...], tuple[int, ...]]:
+    # The rows, and the row that each frame of the nominal table stands after.
+    links: list[Link] = []
+    ends_at = [0]
+    turn = 0.0  # what an extra row leaves for the next one to turn back
+    for k, link in enumerate(description.links):
+        if isinstance(link, DhRow):
+            rows, turn = _dh_rows(description, k, link, found, turn)
+            links += rows
+        elif isinstance(link, ShapeRow):
+            links += _shape_rows(description, k, link, found)
+        else:
+            links += _elementary_rows(description, k, link, found)
+        # An extra row that is turned back in the next one has other axes than the nominal frame.
+        ends_at.append(len(links) - (1 if turn else 0))
+    if turn and isinstance(link, DhRow):
+        links.append(_row(link, {'theta': _turned(ZERO, turn, description)}))
+    return tuple(links), tuple(ends_at)
+
+
+def _row(like: DhRow, cells: Mapping[str, Expression]) -> DhRow:
+    # A row with these quantities; others are zero.
+    motions = (
+        replace(motion, argument=cells.get(name, ZERO))
+        for name, motion in zip(like.names, like.motions)
+    )
+    return replace(like, motions=tuple(motions))
+
+
+def _dh_rows(
+    description: RobotDescription, k: int, link: DhRow, found: Corrections, turn: float
+) -> tuple[list[Link], float]:
+    def corrected(name: str, given: Expression) -> Expression:
+        angle = link.motions[link.names.index(name)].axis[0] == 'R'
+        return _added(given, found.get((k, name), 0.0), angle, description)
+
+    theta = _turned(link['theta'], turn, description) if turn else None
+    cells = {
+        name: corrected(name, theta if theta and name == 'theta' else link[name])
+        for name in link.names
+    }
+    beta, b = found.get((k, 'Ry'), 0.0), found.get((k, 'Ty'), 0.0)
+    if not beta and not b:
+        return [_row(link, cells)], 0.0
+    # Ry(beta) Ty(b) = Rz(90 deg) Rx(beta) Tx(b) Rz(-90 deg): a row more, and the turn back.
+    quarter = _turned(ZERO, math.pi / 2.0, description)
+    extra = {'a': _number(b, False, description), 'alpha': _number(beta, True, description)}
+    if description.convention == 'standard':
+        own = _row(link, cells)
+        return [own, _row(link, {**extra, 'theta': quarter})], -math.pi / 2.0
+    # Modified: the table's a and alpha stand before the extra ones, its theta and d behind them.
+    first = _row(link, {'a': cells['a'], 'alpha': cells['alpha'], 'theta': quarter})
+    back = corrected('theta', _turned(link['theta'], -math.pi / 2.0, description))
+    return [first, _row(link, {**extra, 'd': cells['d'], 'theta': back})], 0.0
+
+
+def _elementary_rows(
+    description: RobotDescription, k: int, link: ElementaryMotion, found: Corrections
+) -> list[Link]:
+    own = replace(
+        link,
+        argument=_added(
+            link.argument, found.get((k, 'own'), 0.0), link.axis[0] == 'R', description
+        ),
+    )
+    extra: list[Link] = [
+        ElementaryMotion(axis, _number(found[k, axis], axis[0] == 'R', description))
+        for axis in ORDER
+        if (k, axis) in found
+    ]
+    return [*extra, own]
+
+
+def _shape_rows(
+    description: RobotDescription, k: int, link: ShapeRow, found: Corrections
+) -> list[Link]:
+    if link.joint is None:
+        return [link]
+    joint = replace(
+        link.joint,
+        argument=_added(
+            link.joint.argument,
+            found.get((k, 'own'), 0.0),
+            link.joint.axis[0] == 'R',
+            description,
+        ),
+    )
+    numbers = [found.get((k, axis), 0.0) for axis in ORDER]
+    if not any(numbers):
+        return [replace(link, joint=joint)]
+    T = np.eye(4)
+    for axis, number in zip(ORDER, numbers):
+        T = T @ small_motion(axis[0] == 'R', 'xyz'.index(axis[1]), number)
+    # The matrix `in` of the file keeps a row of its own, and the correction follows it.
+    extra = ShapeRow(rigid_motion(T, description), joint, link.outer)
+    if link.inner == IDENTITY:
+        return [extra]
+    return [ShapeRow(link.inner, None, IDENTITY), extra]
+
+
+def _turned(given: Expression, turn: float, description: RobotDescription) -> Expression:
+    # Quarter turns are written as such.
+    if turn == 0.0:
+        return given
+    text = '90' if description.angle_unit == 'deg' else 'pi/2'
+    sign = '-' if turn < 0.0 else '+'
+    if given.text == '0':
+        text = text if turn > 0.0 else f'-{text}'
+    else:
+        text = f'{given.text} {sign} {text}'
+    affine = replace(given.affine, constant=given.affine.constant + turn)
+    return Expression(text, affine)
+
+
+def _added(
+    given: Expression, value: float, angle: bool, description: RobotDescription
+) -> Expression:
+    if value == 0.0:
+        return given
+    number = in_file_units(value, angle, description)
+    sign = '-' if number < 0.0 else '+'
+    affine = replace(given.affine, constant=given.affine.constant + value)
+    return Expression(f'{given.text} {sign} {number_text(abs(number))}', affine)
+
+
+def _number(value: float, angle: bool, description: RobotDescription) -> Expression:
+    # A cell of a row that the nominal table does not have.
+    text = number_text(in_file_units(value, angle, description))
+    return Expression(text, Affine(value, ()))

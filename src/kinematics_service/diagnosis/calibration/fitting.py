@@ -1,0 +1,309 @@
+"""
+The corrections that bring the poses of an arm to the measured ones, and how well they are known.
+
+Each number has a prior: zero, with the standard deviation of a usual error. So a few poses, or
+poses that do not tell a number, leave it where it was. The noise of the poses is found along with
+the corrections, from the remainder and from how many numbers the poses determine (MacKay 1992).
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from ...formats.recordings.block import Flags
+from ...kernel import Floats, Integers
+from ...rigid_motion import rotation_vector
+from .corrected_chain import CorrectedChain, pose_change, poses_of
+from .parameters import LAG, ArmParameter
+from .triangle import triangle_of
+
+# Noise (m and rad) below this is round-off; with this many rows more than numbers or fewer the
+# poses cannot tell it, and it is no less than encoders and trackers have.
+LEAST_NOISE, FEW_ROWS, USUAL_NOISE = 1e-10, 30.0, 2e-5
+# The median length of three normal numbers; a remainder beyond this many standard deviations
+# weighs less at first, and of a pose, or of a position, it is an outlier in the end.
+MEDIAN, HUBER, OUTLIER, OUTLIER_OF_THREE = 1.538, 3.0, 6.0, 5.3
+# Rounds of the robust start, of the rest, of those that may still change the outliers, and steps
+# where the noise is known already.
+ROBUST_ROUNDS, ROUNDS, SORTING_ROUNDS, KNOWN_STEPS = 12, 25, 8, 4
+# A step within this share of the standard deviations, and a change of the noise, ends it.
+ENOUGH = 1e-3
+HALVINGS = 5
+# Time (s) of the difference by which poses move with a lag.
+STEP = 1e-4
+
+
+@dataclass(frozen=True, eq=False)
+class FitProblem:
+    """
+    Measured poses and the numbers that may be off.
+
+    Attributes
+    ----------
+    parameters, prior : P
+        Those that are fitted; their standard deviations before, rad or m.
+    columns : shape (P,)
+        Where each stands among all corrections of the chains, `count` of them.
+    chains
+        From the frame of the poses to the tool, one for each set.
+    sets : shape (N,)
+        The set of each row.
+    q : shape (N, n), rad or m
+    poses : shape (N, 4, 4)
+    positions
+        Whether the poses are positions alone.
+    rates : shape (N, n), rad/s or m/s
+        Joint velocities, if the last of all corrections is a lag; None if there is none.
+    """
+
+    parameters: tuple[ArmParameter, ...]
+    prior: Floats
+    columns: Integers
+    count: int
+    chains: tuple[CorrectedChain, ...]
+    sets: Integers
+    q: Floats
+    poses: Floats
+    positions: bool
+    rates: Floats | None = None
+
+    def every(self, values: Floats) -> Floats:
+        """Return all corrections, those that are not fitted being zero."""
+        found = np.zeros(self.count)
+        found[self.columns] = values
+        return found
+
+    def predicted(self, values: Floats) -> Floats:
+        """Return the poses (N, 4, 4) with corrections (P,)."""
+        poses = np.empty_like(self.poses)
+        for k, chain in enumerate(self.chains):
+            own = self.sets == k
+            poses[own] = self._poses(chain, own, values)
+        return poses
+
+    def _poses(
+        self, chain: CorrectedChain, own: Flags, values: Floats, ahead: float = 0.0
+    ) -> Floats:
+        every = self.every(values)
+        return poses_of(chain, every, self._joints(own, every, ahead))
+
+    def _joints(self, own: Flags, every: Floats, ahead: float = 0.0) -> Floats:
+        if self.rates is None:
+            return self.q[own]
+        return np.asarray(self.q[own] + (every[-1] + ahead) * self.rates[own])
+
+    def remainders(self, values: Floats) -> Floats:
+        """Return position (m) and rotation (rad) that remain, shape (N, 2, 3)."""
+        return self._remainders(self.predicted(values))
+
+    def _remainders(self, poses: Floats) -> Floats:
+        position = self.poses[:, :3, 3] - poses[:, :3, 3]
+        rotation = np.zeros_like(position)
+        if not self.positions:
+            R = self.poses[:, :3, :3] @ np.swapaxes(poses[:, :3, :3], 1, 2)
+            rotation = rotation_vector(R)
+        return np.stack([position, rotation], axis=1)
+
+    def equations(self, values: Floats) -> tuple[Floats, Floats]:
+        """Return what remains (N, 2, 3), and how the poses move (N, 2, 3, P)."""
+        poses = np.empty_like(self.poses)
+        jacobian = np.empty((len(self.q), 6, len(self.columns)))
+        for k, chain in enumerate(self.chains):
+            own = self.sets == k
+            every = self.every(values)
+            change = pose_change(chain, every, self._joints(own, every))
+            poses[own], jacobian[own] = change.pose, change.jacobian[:, :, self.columns]
+            if self.parameters and self.parameters[-1] == LAG:
+                later, sooner = (self._poses(chain, own, values, s * STEP) for s in (1.0, -1.0))
+                R = later[:, :3, :3] @ np.swapaxes(sooner[:, :3, :3], 1, 2)
+                jacobian[own, :3, -1] = (later - sooner)[:, :3, 3] / (2.0 * STEP)
+                jacobian[own, 3:, -1] = rotation_vector(R) / (2.0 * STEP)
+        return self._remainders(poses), jacobian.reshape(len(poses), 2, 3, -1)
+
+    def only(self, groups: tuple[str, ...]) -> 'FitProblem':
+        """Return the problem of these groups of parameters alone."""
+        kept = [k for k, one in enumerate(self.parameters) if one.group in groups]
+        return replace(
+            self,
+            parameters=tuple(self.parameters[k] for k in kept),
+            prior=self.prior[kept],
+            columns=self.columns[kept],
+        )
+
+
+class Noise(NamedTuple):
+    """Standard deviations of one number of a position (m) and of a rotation vector (rad)."""
+
+    position: float
+    rotation: float
+
+
+@dataclass(frozen=True, eq=False)
+class Identified:
+    """
+    Corrections and how well they are known.
+
+    Attributes
+    ----------
+    values : shape (P,), rad or m
+    covariance : shape (P, P)
+        After the measurement; it contains the priors.
+    noise
+        Of the poses.
+    used : shape (N,)
+        Rows that are no outliers.
+    distances : shape (N,)
+        The remainder of each row in standard deviations.
+    """
+
+    values: Floats
+    covariance: Floats
+    noise: Noise
+    used: Flags
+    distances: Floats
+
+
+class _Step(NamedTuple):
+    # A Gauss-Newton step by priors; the triangle R of the equations; what remains before it.
+    step: Floats
+    triangle: Floats
+    remainders: Floats
+    rows: Floats
+
+
+def identify(
+    problem: FitProblem,
+    noise: Noise | None = None,
+    progress: Callable[[int], None] = lambda round_: None,
+) -> Identified:
+    """
+    Return the corrections, the noise and the outliers of a problem.
+
+    Parameters
+    ----------
+    noise
+        Of the poses; None: found with the corrections.
+    progress
+        Is called with the number of each round.
+    """
+    values = np.zeros(len(problem.parameters))
+    weights = np.ones(len(problem.q))
+    limit = OUTLIER_OF_THREE if problem.positions else OUTLIER
+    for k in range(ROBUST_ROUNDS):
+        progress(k)
+        remainders = problem.remainders(values)
+        found = noise or _median_noise(remainders)
+        distances = _distances(problem, remainders, found)
+        weights = np.minimum(1.0, HUBER / np.maximum(distances, 1e-300))
+        step = _stepped(problem, values, found, weights)
+        values = values + step
+        if np.all(np.abs(step) < ENOUGH * problem.prior):
+            break
+    remainders = problem.remainders(values)
+    found = noise or _median_noise(remainders)
+    used = _distances(problem, remainders, found) < limit
+    for k in range(ROUNDS):
+        progress(ROBUST_ROUNDS + k)
+        solved = _solve(problem, values, found, used.astype(np.float64))
+        values = values + problem.prior * solved.step
+        inverse = np.asarray(np.linalg.inv(solved.triangle), dtype=np.float64)
+        remainders = problem.remainders(values)
+        before = found
+        found = noise or _evident_noise(problem, remainders, solved.rows, inverse, used)
+        distances = _distances(problem, remainders, found)
+        moved = np.max(np.abs(solved.step) / np.linalg.norm(inverse, axis=1), initial=0.0)
+        sorted_ = distances < limit
+        same = bool(np.array_equal(sorted_, used)) or k >= SORTING_ROUNDS
+        used = used if same else sorted_
+        changed = max(abs(b / a - 1.0) if a else 0.0 for a, b in zip(before, found))
+        if same and moved < ENOUGH and changed < ENOUGH:
+            break
+    inverse = problem.prior[:, None] * np.linalg.inv(
+        _solve(problem, values, found, used.astype(np.float64)).triangle
+    )
+    return Identified(values, inverse @ inverse.T, found, used, distances)
+
+
+def refined(problem: FitProblem, values: Floats, noise: Noise, used: Flags) -> Floats:
+    """Return the corrections by some of the rows alone, the noise being known."""
+    for _ in range(KNOWN_STEPS if len(values) else 0):
+        solved = _solve(problem, values, noise, used.astype(np.float64))
+        values = values + problem.prior * solved.step
+        if np.all(np.abs(solved.step) < ENOUGH * ENOUGH):
+            break
+    return values
+
+
+def weighted_jacobian(problem: FitProblem, values: Floats, noise: Noise, used: Flags) -> Floats:
+    """
+    Return how the poses move with the parameters: in deviations of the noise, by those of priors.
+
+    Of the equations only their triangle (P, P), which tells the same about the parameters.
+    """
+    solved = _solve(problem, values, noise, used.astype(np.float64))
+    return triangle_of(solved.rows[: len(solved.rows) - len(values)])
+
+
+def _stepped(problem: FitProblem, values: Floats, noise: Noise, weights: Floats) -> Floats:
+    # A step that is halved until it brings the poses nearer.
+    solved = _solve(problem, values, noise, weights)
+    step = problem.prior * solved.step
+
+    def cost(at: Floats) -> float:
+        d = _distances(problem, problem.remainders(at), noise)
+        return float(np.sum(weights * d**2) + np.sum((at / problem.prior) ** 2))
+
+    before = cost(values)
+    for _ in range(HALVINGS):
+        if cost(values + step) <= before:
+            break
+        step = 0.5 * step
+    return np.asarray(step)
+
+
+def _solve(problem: FitProblem, values: Floats, noise: Noise, weights: Floats) -> _Step:
+    remainders, J = problem.equations(values)
+    kinds = 1 if problem.positions else 2
+    scale = np.sqrt(weights)[:, None, None] / np.asarray(noise, dtype=np.float64)[:, None]
+    count = len(values)
+    rows = (J[:, :kinds] * scale[:, :kinds, :, None] * problem.prior).reshape(-1, count)
+    rows = np.concatenate([rows, np.eye(count)])
+    right = np.concatenate(
+        [(remainders[:, :kinds] * scale[:, :kinds]).reshape(-1), -values / problem.prior]
+    )
+    triangle = triangle_of(np.column_stack([rows, right]))
+    R = triangle[:count, :count]
+    step = np.linalg.solve(R, triangle[:count, count])
+    return _Step(np.asarray(step, dtype=np.float64), R, remainders, rows)
+
+
+def _distances(problem: FitProblem, remainders: Floats, noise: Noise) -> Floats:
+    kinds = 1 if problem.positions else 2
+    squares = (
+        np.sum(remainders**2, axis=2)[:, :kinds] / np.asarray(noise, dtype=np.float64)[:kinds] ** 2
+    )
+    return np.asarray(np.sqrt(np.sum(squares, axis=1)))
+
+
+def _median_noise(remainders: Floats) -> Noise:
+    sizes = np.median(np.linalg.norm(remainders, axis=2), axis=0) / MEDIAN
+    return Noise(*np.maximum(sizes, LEAST_NOISE).tolist())
+
+
+def _evident_noise(
+    problem: FitProblem, remainders: Floats, rows: Floats, inverse: Floats, used: Flags
+) -> Noise:
+    # The remainder over the number of rows that no parameter was fitted to.
+    kinds = 1 if problem.positions else 2
+    count = len(problem.q)
+    basis = rows[: 3 * kinds * count].reshape(count, 3 * kinds, -1) @ inverse
+    leverage = np.sum(basis**2, axis=2).reshape(count, kinds, 3)
+    found = []
+    for kind in range(kinds):
+        free = 3.0 * np.sum(used) - np.sum(leverage[:, kind])
+        squares = float(np.sum(remainders[used, kind] ** 2))
+        least = USUAL_NOISE if free < FEW_ROWS else LEAST_NOISE
+        found.append(max(float(np.sqrt(squares / max(free, 1.0))), least))
+    return Noise(found[0], found[-1])

@@ -1,0 +1,193 @@
+"""
+The poses to measure next: those that tell most of what is not known yet (D-optimal).
+
+Of random poses inside the limits and away from singular ones, those are taken by which the volume
+of what is uncertain shrinks most, one after the other; then each is exchanged for a better one as
+long as there is one (Fedorov 1972).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...errors import CalibrationError
+from ...kernel import Floats
+from ...kinematics.singularity import singularity
+from ...robot.chain import FrozenArrays
+from ...robot.measures import Level
+from ...robot.robot import Robot
+from ...robot.task import seeded_poses
+from .calibration import ANYWHERE, Calibration
+from .corrected_chain import pose_change
+from .parameters import ENDS, SIX, end_parameters, parameters_of, placement
+
+# Standard deviation of a measured number (m, rad) where nothing has been measured yet.
+NOISE = 5e-5
+# Share of the range of a joint that is kept free at either end; passes of exchanges at most.
+MARGIN, PASSES = 0.02, 6
+# A gain of the logarithm of the volume below this is none.
+GAIN = 1e-6
+MOST = 200
+
+
+@dataclass(frozen=True, eq=False)
+class ProposedPoses(FrozenArrays):
+    """
+    Poses to measure next.
+
+    Attributes
+    ----------
+    robot
+        The arm.
+    q : shape (N, n), rad or m
+        Inside the limits, in an order that moves the joints little.
+    names : P
+        Parameters.
+    before, after : shape (P,), rad or m
+        Their standard deviations now, and when these poses have been measured.
+    """
+
+    READ_ONLY = ('q', 'before', 'after')
+
+    robot: Robot
+    q: Floats
+    names: tuple[str, ...]
+    before: Floats
+    after: Floats
+
+
+def propose_poses(
+    robot: Robot, count: int, after: Calibration | None = None, positions: bool = False
+) -> ProposedPoses:
+    """
+    Return the poses to measure next for a calibration.
+
+    Parameters
+    ----------
+    robot
+        The arm.
+    count
+        Number of poses.
+    after
+        What is known already; None: nothing has been measured. Of several sets the first one goes
+        on.
+    positions
+        Whether positions alone will be measured; `after` decides where it is given.
+
+    Raises
+    ------
+    CalibrationError
+        The number is not between 1 and 200, or no pose is away from singular ones.
+
+    Examples
+    --------
+    >>> import kinematics_service as ks
+    >>> robot = ks.load_robot('ur5e')
+    >>> ks.propose_poses(robot, 8).q.shape
+    (8, 6)
+    """
+    if not 1 <= count <= MOST:
+        raise CalibrationError(f'{count} poses: propose between 1 and {MOST}')
+    q = _candidates(robot)
+    names, J, scales = _equations(robot, q, after, positions)
+    own = np.eye(len(names)) if after is None else _information(after, names, scales)
+    chosen = _chosen(J, own, count)
+    information = own + np.einsum('kip,kir->pr', J[chosen], J[chosen])
+    before, later = (
+        scales * np.sqrt(np.diag(np.linalg.inv(matrix))) for matrix in (own, information)
+    )
+    return ProposedPoses(robot, _ordered(q[chosen]), names, before, later)
+
+
+def _candidates(robot: Robot) -> Floats:
+    prismatic = np.array([kind == 'prismatic' for kind in robot.joint_types])
+    q = seeded_poses(robot.limits, prismatic.tolist())
+    # A turn more brings the tool nowhere else.
+    low, high = q.min(axis=0), q.max(axis=0)
+    low = np.where(prismatic, low, np.maximum(low, -np.pi))
+    high = np.where(prismatic, high, np.minimum(high, np.pi))
+    share = (q - q.min(axis=0)) / np.ptp(q, axis=0)
+    q = low + (MARGIN + (1.0 - 2.0 * MARGIN) * share) * (high - low)
+    away = np.asarray(singularity(robot, q).level) == Level.OK
+    if not np.any(away):
+        raise CalibrationError(f'no pose of {robot.name} is away from singular ones')
+    return np.asarray(q[away])
+
+
+def _equations(
+    robot: Robot, q: Floats, after: Calibration | None, positions: bool
+) -> tuple[tuple[str, ...], Floats, Floats]:
+    # Names of the parameters, how poses move with them in deviations (N, rows, P), and priors.
+    arm = parameters_of(robot)
+    every = [*arm.table, *(one for end in ENDS for one in end_parameters(end, 0))]
+    base, tool = robot.description.base.motion.matrix, robot.description.tool.motion.matrix
+    table = len(arm.table)
+    noise = [NOISE, NOISE]
+    if after is not None:
+        positions, noise = after.positions, list(after.noise)
+        base, tool = after.base_offsets[0] @ base, tool @ after.tool_offsets[0]
+    chain = placement(arm.chain, base, tool, (table, table + len(SIX)))
+    J = pose_change(chain, np.zeros(len(every)), q).jacobian
+    J[:, :3] /= noise[0]
+    J[:, 3:] /= noise[1]
+    if after is None:
+        kept = [k for k, one in enumerate(every) if not (positions and _turns_tool(one.name))]
+        scales = np.array([every[k].scale if k < table else ANYWHERE for k in kept])
+    else:
+        fitted = {one.name: one for one in after.parameters}
+        kept = [k for k, one in enumerate(every) if one.name in fitted]
+        scales = np.array([fitted[every[k].name].prior for k in kept])
+    J = J[:, : 3 if positions else 6, kept] * scales
+    return tuple(every[k].name for k in kept), J, scales
+
+
+def _turns_tool(name: str) -> bool:
+    return name.startswith('tool.r')
+
+
+def _information(after: Calibration, names: tuple[str, ...], scales: Floats) -> Floats:
+    at = [one.name for one in after.parameters]
+    rows = [at.index(name) for name in names]
+    covariance = after.covariance[np.ix_(rows, rows)] / np.outer(scales, scales)
+    return np.asarray(np.linalg.inv(covariance))
+
+
+def _chosen(J: Floats, information: Floats, count: int) -> list[int]:
+    chosen: list[int] = []
+    M = information
+    for _ in range(count):
+        best = int(np.argmax(_gains(J, M)))
+        chosen.append(best)
+        M = M + J[best].T @ J[best]
+    for _ in range(PASSES):
+        exchanged = False
+        for place in range(count):
+            old = chosen[place]
+            without = M - J[old].T @ J[old]
+            gains = _gains(J, without)
+            best = int(np.argmax(gains))
+            if gains[best] > gains[old] + GAIN:
+                chosen[place] = best
+                M = without + J[best].T @ J[best]
+                exchanged = True
+        if not exchanged:
+            break
+    return chosen
+
+
+def _gains(J: Floats, M: Floats) -> Floats:
+    # By how much the logarithm of the determinant grows with each pose: log det(I + J M^-1 J^T).
+    inverse = np.linalg.inv(M)
+    inner = np.eye(J.shape[1]) + J @ (0.5 * (inverse + inverse.T)) @ np.swapaxes(J, 1, 2)
+    return np.asarray(np.linalg.slogdet(inner)[1])
+
+
+def _ordered(q: Floats) -> Floats:
+    # From each pose to the nearest one that is left.
+    left = list(range(1, len(q)))
+    order = [0]
+    while left:
+        near = min(left, key=lambda k: float(np.max(np.abs(q[k] - q[order[-1]]))))
+        left.remove(near)
+        order.append(near)
+    return np.asarray(q[order])

@@ -1,0 +1,197 @@
+"""Measured poses read from recordings, as an audit reads them, with the joints at their times."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from ...errors import CalibrationError, KinematicsError
+from ...estimation.estimator import Estimator, EstimatorSettings
+from ...formats.recordings.block import UnreadableMessage
+from ...formats.recordings.columns import Column, StateTable
+from ...formats.recordings.open_file import open_source
+from ...formats.recordings.source import MOST_POSES, PoseTrack, RecordingSource, Selection
+from ...kernel import Floats
+from ...robot.robot import Robot
+from ..audit.frames import matched
+from ..audit.ingest import Ingest
+from ..audit.neighbourhoods import Neighbourhoods
+from ..frame_check.diagnosis import diagnose_frames
+from ..frame_check.errors import time_in_words
+from ..frame_check.joint_motion import SampledMotion
+
+# Poses fewer than these tell no lag.
+LEAST_FOR_LAG = 8
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredRecording:
+    """
+    Poses of one file with the joint positions at their times.
+
+    Attributes
+    ----------
+    file, name
+        The file; topic or columns of the poses.
+    q : shape (N, n), rad or m
+    poses : shape (N, 4, 4)
+    positions
+        Whether they are positions alone.
+    stamps : shape (N,), s
+        Since the first pose.
+    motion
+        Joint positions (K, n) at times (K,), s since the first pose; None if there are too few.
+    rates : shape (N, n), rad/s or m/s
+        Joint velocities; zero where they are not known.
+    remarks
+        Sentences on what was left out or changed.
+    """
+
+    file: str
+    name: str
+    q: Floats
+    poses: Floats
+    positions: bool
+    stamps: Floats
+    motion: tuple[Floats, Floats] | None
+    rates: Floats
+    remarks: tuple[str, ...]
+
+    @property
+    def measured(self) -> Floats:
+        """Return the poses (N, 4, 4), or the positions (N, 3) where there is nothing else."""
+        return self.poses[:, :3, 3] if self.positions else self.poses
+
+
+def read_measured(
+    file: Path, wanted: Selection, settings: EstimatorSettings, gap: float | None = None
+) -> MeasuredRecording:
+    """
+    Return the measured poses of a file.
+
+    Parameters
+    ----------
+    wanted, settings
+        As an audit takes them.
+    gap : s
+        Largest time between the joint states around a pose; None: three usual intervals.
+
+    Raises
+    ------
+    AuditError
+        The file cannot be read.
+    CalibrationError
+        It has no poses, or no joint positions at their times.
+    """
+    with open_source(file, wanted) as source:
+        states = _states(source, wanted.robot, settings)
+        track = source.poses()
+        remarks = [remark.text for remark in source.remarks]
+    if track is None:
+        raise CalibrationError(
+            f'{file}: there are no measured poses; name their topic with --pose-topic (bags) or '
+            'their columns with --columns pose=... (tables)'
+        )
+    if track.refused:
+        raise CalibrationError(f'{file}: {track.name}: {track.refused}')
+    return _joined(str(file), wanted.robot, track, states, gap, remarks)
+
+
+class _States(NamedTuple):
+    stamps: Column
+    q: StateTable
+
+
+def _states(source: RecordingSource, robot: Robot, settings: EstimatorSettings) -> _States:
+    ingest = Ingest(robot, Estimator(robot, settings))
+    states = _States(Column(np.int64), StateTable(robot.dof))
+    for block in source.blocks:
+        if isinstance(block, UnreadableMessage):
+            ingest.refuse(block)
+            continue
+        known = ingest.take(block)
+        if len(known):
+            states.stamps.append(known.stamps)
+            states.q.append(known.q)
+    return states
+
+
+def _joined(
+    file: str,
+    robot: Robot,
+    track: PoseTrack,
+    states: _States,
+    gap: float | None,
+    remarks: list[str],
+) -> MeasuredRecording:
+    around = Neighbourhoods(robot, track)
+    stamps = states.stamps[:]
+    if len(stamps):
+        passed = np.cumsum(np.maximum(np.diff(stamps, prepend=stamps[:1]), 0)) * 1e-9
+        around.take(stamps, passed, states.q[:])
+    found = around.track()
+    use, reason = matched(found, gap)
+    chosen = np.flatnonzero(use)
+    if not len(chosen):
+        reason = reason or 'there is no pose'
+        raise CalibrationError(f'{file}: {track.name}: {reason}')
+    total = track.total or len(track.stamps)
+    chosen = chosen[np.unique(np.linspace(0, len(chosen) - 1, MOST_POSES).astype(int))]
+    if len(chosen) < total:
+        remarks = [*remarks, f'{len(chosen):,} of {total:,} poses are used, evenly spread']
+    zero = found.stamps[chosen[0]]
+    motion = None
+    stamps_of_poses = (found.stamps[chosen] - zero) * 1e-9
+    if len(found.states_at) > 1:
+        motion = (found.states_at - zero) * 1e-9, found.states
+    return MeasuredRecording(
+        file,
+        track.name,
+        found.q[chosen],
+        track.poses[found.poses[chosen]],
+        track.positions,
+        stamps_of_poses,
+        motion,
+        _rates(robot, motion, stamps_of_poses),
+        (*remarks, *([reason] if reason else []), *track.doubts),
+    )
+
+
+def _rates(robot: Robot, motion: tuple[Floats, Floats] | None, stamps: Floats) -> Floats:
+    if motion is None:
+        return np.zeros((len(stamps), robot.dof))
+    joints = SampledMotion(*motion, robot.continuous).at(stamps)
+    return np.where(joints.known[:, None], joints.rates, 0.0)
+
+
+def without_lag(robot: Robot, given: MeasuredRecording) -> MeasuredRecording:
+    """
+    Return the poses with the joint positions of the time they were measured at.
+
+    Where the frame check finds that the poses are behind the joint states, or ahead of them, the
+    joints are looked up that much earlier or later; poses at times without joints are left out.
+    """
+    if given.motion is None or given.positions or len(given.q) < LEAST_FOR_LAG:
+        return given
+    try:
+        found = diagnose_frames(robot, given.q, given.poses, given.stamps, motion=given.motion)
+    except KinematicsError:
+        return given  # the calibration says what is wrong
+    cause = found.cause
+    if cause is None or cause.key != 'time_lag' or cause.value is None:
+        return given
+    joints = SampledMotion(*given.motion, robot.continuous).at(given.stamps + cause.value)
+    side = 'behind' if cause.value < 0.0 else 'ahead of'
+    remark = f'the poses are {time_in_words(abs(cause.value))} {side} the joint states: undone'
+    return MeasuredRecording(
+        given.file,
+        given.name,
+        joints.q[joints.known],
+        given.poses[joints.known],
+        given.positions,
+        given.stamps[joints.known],
+        given.motion,
+        joints.rates[joints.known],
+        (*given.remarks, remark),
+    )

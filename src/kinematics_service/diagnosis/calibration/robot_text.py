@@ -1,0 +1,201 @@
+"""A calibration written as a robot file: nominal numbers, corrections, and its certificate."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from ...errors import CalibrationError, RobotFileWriteError
+from ...kernel import Floats
+from ...kinematics.forward import forward_kinematics
+from ...rigid_motion import exact_rpy
+from ...robot.file.description import RobotDescription
+from ...robot.file.sections import (
+    links_section,
+    placement_section,
+    points_section,
+    with_sections,
+    without_factors,
+)
+from ...robot.robot import Robot, build_robot, robot_from_text
+from ...version import __version__
+from .calibration import BLOCKS, Calibration
+from .checking import apart, in_words
+from .corrections import in_file_units, number_text, rigid_motion
+from .parameters import ENDS
+
+# Known poses written, and how far beyond the largest remainder of them their tolerance is.
+KNOWN_POSES, BEYOND = 5, 1.5
+# No less than this (m, rad): printed digits.
+LEAST = 1e-9
+# The text must say what was found to round-off (m).
+SAME = 1e-10
+LONGEST_SOURCE = 2000
+
+Frames = Literal['robot', 'measured']
+
+
+@dataclass(frozen=True)
+class CalibrationOrigin:
+    """Where a calibration is from: the files of its poses in words, and the date."""
+
+    data: str
+    date: str
+
+
+def calibrated_text(
+    found: Calibration,
+    text: str,
+    q: Floats,
+    poses: Floats,
+    origin: CalibrationOrigin,
+    frames: Frames = 'robot',
+) -> str:
+    """
+    Return the robot file of a calibration.
+
+    Every corrected number is written as the nominal one and what is added. Known poses are the
+    measured ones. Singular factors, those of the nominal table, are left out.
+
+    Parameters
+    ----------
+    found
+        The calibration.
+    text
+        The robot file it began with.
+    q, poses : shapes (N, n) and (N, 4, 4)
+        Those of its first set.
+    origin
+        For the certificate.
+    frames
+        `robot`: base and tool stay as in the file. `measured`: they are those of the poses, of
+        the first set.
+
+    Raises
+    ------
+    RobotFileWriteError
+        The text cannot be changed without touching what is not ours.
+    """
+    description = found.robot.description
+    robot = placed_robot(found, frames)
+    links = links_section(robot.description.links)
+    sections: dict[str, Sequence[str] | None] = {
+        'source': [f'source: {json.dumps(_source(description, origin), ensure_ascii=False)}'],
+        'links': links,
+        'singularity': without_factors(text),
+    }
+    if robot.description.points:
+        sections['points'] = points_section(robot.description.points)
+    if frames == 'measured':
+        for end in ENDS:
+            sections[end] = placement_section(end, getattr(robot.description, end), 'as measured')
+    sections['known_poses'] = _known_poses(found, robot, q, poses, frames)
+    result = with_sections(text, sections, certificate(found, origin, frames))
+    read = robot_from_text(result)
+    apart = np.abs(forward_kinematics(read, q) - forward_kinematics(robot, q)).max()
+    if not apart < SAME:
+        raise RobotFileWriteError(f'the text written is {apart:.2g} m from what was found')
+    return result
+
+
+def placed_robot(found: Calibration, frames: Frames) -> Robot:
+    """Return the calibrated robot with base and tool of its own, or of the measured poses."""
+    if frames == 'robot':
+        return found.calibrated
+    if found.positions:
+        raise CalibrationError(
+            'positions alone do not tell the axes of the tool: its frame stays that of the file'
+        )
+    description = found.calibrated.description
+    base = found.base_offsets[0] @ description.base.motion.matrix
+    tool = description.tool.motion.matrix @ found.tool_offsets[0]
+    return build_robot(
+        replace(
+            description,
+            base=replace(description.base, motion=rigid_motion(base, description)),
+            tool=replace(description.tool, motion=rigid_motion(tool, description)),
+        )
+    )
+
+
+def certificate(found: Calibration, origin: CalibrationOrigin, frames: Frames) -> list[str]:
+    """Return the comment lines that say what was measured, fitted and found."""
+
+    def errors(name: str) -> str:
+        one = getattr(found, name)
+        return in_words(one.position_rms, one.rotation_rms, found.positions)
+
+    left_out = f', {len(found.outliers)} left out as outliers' if found.outliers else ''
+    ends = 'those of the nominal file' if frames == 'robot' else 'as measured'
+    facts = [
+        f'Calibrated by kinematics_service {__version__} on {origin.date}.',
+        f'data: {origin.data}, {found.count} '
+        f'{"positions" if found.positions else "poses"}{left_out}',
+        f'error before (base and tool fitted): {errors("before")} rms; after: {errors("after")}',
+        f'error of poses held out, over {BLOCKS} blocks of rows: before '
+        f'{errors("held_out_before")}; after {errors("held_out")}',
+        f'noise: {in_words(found.noise.position, found.noise.rotation, found.positions)} of '
+        'each number of a pose',
+        f'told by these poses: {found.known} directions of {len(found.parameters)} parameters; '
+        f'by any such poses: {found.possible}',
+        f'base and tool: {ends}',
+    ]
+    facts += [one.sentence for one in found.combinations]
+    facts += [
+        'A number of the table is the nominal one and its correction. Rows without a joint that',
+        'the nominal table does not have are extra angles between parallel axes.',
+        'The singular factors of the nominal table do not hold here and are left out.',
+    ]
+    return [f'# {fact}' for fact in facts]
+
+
+def _source(description: RobotDescription, origin: CalibrationOrigin) -> str:
+    calibrated = f'calibrated from {origin.data}, {origin.date}'
+    return '; '.join(part for part in (description.source, calibrated) if part)[:LONGEST_SOURCE]
+
+
+def _known_poses(
+    found: Calibration, robot: Robot, q: Floats, poses: Floats, frames: Frames
+) -> list[str]:
+    # Measured poses as those of this file's tool in its base frame, evenly spread.
+    X, Y = found.base_offsets[0], found.tool_offsets[0]
+    outliers = set(found.outliers)
+    rows = np.array([k for k in range(len(q)) if k not in outliers])
+    rows = rows[np.unique(np.linspace(0, len(rows) - 1, KNOWN_POSES).astype(int))]
+    expected = forward_kinematics(robot, q[rows])
+    T = poses[rows]
+    if found.positions:
+        # The point of the tool, brought to its origin by the calibrated orientation.
+        point = (np.linalg.inv(X) @ poses[rows])[:, :3, 3]
+        T = expected.copy()
+        T[:, :3, 3] = point - T[:, :3, :3] @ Y[:3, 3]
+    elif frames == 'robot':
+        T = np.linalg.inv(X) @ T @ np.linalg.inv(Y)
+    lengths, angles = apart(T, expected)
+    description = robot.description
+    tolerance = [
+        _rounded(in_file_units(max(BEYOND * float(np.max(size)), LEAST), angle, description))
+        for size, angle in ((lengths, False), (angles, True))
+    ]
+    lines = ['known_poses:  # measured']
+    sliding = [kind == 'prismatic' for kind in robot.joint_types]
+    for joints, pose in zip(q[rows], T):
+        numbers = [
+            number_text(in_file_units(float(x), not slides, description))
+            for x, slides in zip(joints, sliding)
+        ]
+        xyz = [number_text(in_file_units(float(x), False, description)) for x in pose[:3, 3]]
+        entry = f'q: [{", ".join(numbers)}], xyz: [{", ".join(xyz)}]'
+        if found.positions:
+            lines.append(f'  - {{{entry}, tolerance: {{xyz: {tolerance[0]}}}}}')
+            continue
+        rpy = [number_text(in_file_units(x, True, description)) for x in exact_rpy(pose[:3, :3])]
+        bounds = f'{{xyz: {tolerance[0]}, rpy: {tolerance[1]}}}'
+        lines.append(f'  - {{{entry}, rpy: [{", ".join(rpy)}], tolerance: {bounds}}}')
+    return lines
+
+
+def _rounded(value: float) -> str:
+    return number_text(float(f'{value:.2g}'))

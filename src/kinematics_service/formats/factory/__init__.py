@@ -1,0 +1,1 @@
+"""Factory calibrations, as manufacturers store them."""

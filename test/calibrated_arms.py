@@ -1,0 +1,90 @@
+"""Arms that differ from their tables by known errors, and poses measured of them."""
+
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+from arms import robot_of
+
+import kinematics_service as ks
+from kinematics_service.diagnosis.calibration.corrections import corrected_robot
+from kinematics_service.diagnosis.calibration.parameters import parameters_of
+from kinematics_service.rigid_motion import exponential, pose_of
+from kinematics_service.robot.task import seeded_poses
+
+# Ten arms: 6R with and without parallel axes, 7R, SCARA, prismatic, coupled, modified, elementary,
+# shape matrices.
+TEN = (
+    'puma560',
+    'ur5e',
+    'panda',
+    'kuka_iiwa14',
+    'scara_hsr065',
+    'spherical_rrp',
+    'parallelogram_left',
+    'craig_3r',
+    'rrp_elementary',
+    'offset_stanford_shape',
+)
+# Where a tracker stands, and where its target is on the tool.
+BASE = pose_of([1.0, 2.0, -0.5], (0.1, 1.0, -2.0))
+TOOL = pose_of([0.02, -0.05, 0.1], (0.3, -0.2, 2.0))
+
+
+class MeasuredArm(NamedTuple):
+    """
+    An arm with errors and poses of it.
+
+    `robot` is nominal, `true` has the errors; `errors` are those of `parameters`; q (N, n) and
+    poses (N, 4, 4) are measured = base true tool with noise.
+    """
+
+    robot: ks.Robot
+    true: ks.Robot
+    parameters: tuple
+    errors: np.ndarray
+    q: np.ndarray
+    poses: np.ndarray
+
+
+def positions_within(robot, count, seed):
+    """Return random joint positions within the limits, turns of at most half a turn."""
+    prismatic = [kind == 'prismatic' for kind in robot.joint_types]
+    within = seeded_poses(robot.limits, prismatic)
+    low, high = within.min(axis=0), within.max(axis=0)
+    random = np.random.default_rng(seed)
+    return random.uniform(np.maximum(low, -np.pi), np.minimum(high, np.pi), (count, robot.dof))
+
+
+@cache
+def true_arm(name, seed, size):
+    """Return the parameters of an arm, errors of them, and the arm that has these."""
+    robot = robot_of(name)
+    random = np.random.default_rng(seed)
+    parameters = parameters_of(robot).table
+    errors = size * np.array([one.scale for one in parameters])
+    errors = errors * random.normal(size=len(parameters))
+    return parameters, errors, corrected_robot(robot, parameters, errors)
+
+
+def measured_arm(name, count, noise=0.0, seed=0, size=1.0, base=BASE, tool=TOOL):
+    """Return an arm with errors of 1 mm and 0.2 degrees, times `size`, and poses with noise."""
+    robot = robot_of(name)
+    parameters, errors, true = true_arm(name, seed, size)
+    random = np.random.default_rng([seed, 1])
+    q = positions_within(robot, count, seed + 1)
+    poses = base @ ks.forward_kinematics(true, q) @ tool
+    poses[:, :3, 3] += noise * random.normal(size=(count, 3))
+    poses[:, :3, :3] = exponential(noise * random.normal(size=(count, 3))) @ poses[:, :3, :3]
+    return MeasuredArm(robot, true, parameters, errors, q, poses)
+
+
+def predicted(found, q):
+    """Return the measured poses (N, 4, 4) that a calibration predicts, of its first set."""
+    poses = ks.forward_kinematics(found.calibrated, q)
+    return found.base_offsets[0] @ poses @ found.tool_offsets[0]
+
+
+def truly(arm, q, base=BASE, tool=TOOL):
+    """Return the poses that would be measured without noise."""
+    return base @ ks.forward_kinematics(arm.true, q) @ tool

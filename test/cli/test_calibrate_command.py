@@ -1,0 +1,222 @@
+"""The command `calibrate`: tables read as an audit reads them, and robot files that go on."""
+
+import json
+
+import numpy as np
+import pytest
+from calibrated_arms import measured_arm, positions_within
+from recordings import recorded
+
+import kinematics_service as ks
+from kinematics_service.__main__ import main
+from kinematics_service.diagnosis.calibration.robot_text import CalibrationOrigin, calibrated_text
+from kinematics_service.diagnosis.frame_check.hypotheses import quaternions_of
+from kinematics_service.robot.file.new_robot import Units, new_robot_text
+
+NOISE = 5e-5
+MADE_UP = CalibrationOrigin('made up', '2026-01-01')
+
+
+@pytest.fixture(autouse=True)
+def whole_lines(monkeypatch):
+    monkeypatch.delenv('COLUMNS', raising=False)
+
+
+def run(capsys, *argv):
+    code = main([*map(str, argv)])
+    out, err = capsys.readouterr()
+    assert 'Traceback' not in out + err
+    return code, out, err
+
+
+def table(file, robot, q, poses, rate=1.0, ends='x y z qx qy qz qw'):
+    ends = [f'pose.{end}' for end in ends.split()]
+    names = [*(f'position.{name}' for name in robot.joint_names), *ends]
+    numbers = np.column_stack([poses[:, :3, 3], quaternions_of(poses)])[:, : len(ends)]
+    rows = np.column_stack([1.7e9 + np.arange(len(q)) / rate, q, numbers])
+    lines = [','.join(['stamp', *names])]
+    lines += [','.join([f'{row[0]:.6f}', *map(repr, row[1:].tolist())]) for row in rows]
+    file.write_text('\n'.join(lines))
+    return file
+
+
+def test_a_table_of_poses_makes_a_robot_file_that_goes_on(tmp_path, capsys):
+    arm = measured_arm('ur5e', 50, NOISE)
+    file = table(tmp_path / 'tracker.csv', arm.robot, arm.q, arm.poses)
+    output = tmp_path / 'mine.yaml'
+    code, out, err = run(capsys, 'calibrate', file, '--robot', 'ur5e', '--output', output)
+    assert (code, err) == (0, '')
+    assert f'ur5e: 50 poses of {file}' in out
+    assert 'Only d2 + d3 + d4 is told, not each of them.' in out
+    assert f'wrote {output}' in out
+    text = output.read_text()
+    assert text.startswith('# Calibrated by kinematics_service ')
+    assert '# data: tracker.csv, 50 poses\n' in text
+    assert 'a: a2 ' in text  # the nominal number, then its correction
+    assert 'factors:' not in text
+    assert 'calibrated from tracker.csv' in text
+    mine = ks.load_robot(output)
+    assert mine.rows == arm.robot.rows + 2  # an extra angle on either side of the elbow
+    code, out, err = run(capsys, 'check', '--strict', output)
+    assert (code, err) == (0, '')
+    assert '5 of 5 agree' in out
+    target = ks.forward_kinematics(mine, [0.1, -1.2, 1.4, -1.6, -1.2, 0.2])
+    solutions = ks.inverse_kinematics(mine, target)
+    assert len(solutions) >= 8
+    assert all(one.residual < 1e-9 for one in solutions)
+    again = run(capsys, 'calibrate', file, '--robot', 'ur5e', '--output', output)
+    assert again[0] == 2
+    assert 'exists already' in again[2]
+
+
+@pytest.mark.parametrize(
+    'name', ['ur5e', 'panda', 'scara_hsr065', 'rrp_elementary', 'offset_stanford_shape']
+)
+def test_the_text_says_what_was_found_in_every_convention(name):
+    arm = measured_arm(name, 40)
+    found = ks.calibrate(arm.robot, arm.q, arm.poses)
+    text = ks.bundled_robots()[name].read_text()
+    made = calibrated_text(
+        found, text, arm.q, arm.poses, CalibrationOrigin('made up', '2026-01-01')
+    )
+    read = ks.robot_from_text(made)
+    assert read.convention == arm.robot.convention
+    measured = found.base_offsets[0] @ ks.forward_kinematics(read, arm.q) @ found.tool_offsets[0]
+    assert np.abs(measured - arm.poses).max() < 1e-9
+    known = read.description.known_poses
+    reached = ks.forward_kinematics(read, [one.q for one in known])
+    assert len(known) == 5
+    assert max(np.abs(T - one.motion.matrix).max() for T, one in zip(reached, known)) < 1e-8
+
+
+@pytest.mark.parametrize('convention', ['standard', 'modified', 'elementary', 'shape'])
+def test_degrees_and_millimetres_of_a_file_are_kept(convention):
+    text = new_robot_text('mine', 6, convention, Units('deg', 'mm'))
+    robot = ks.robot_from_text(text)
+    q = positions_within(robot, 40, 0)
+    measured = ks.forward_kinematics(robot, q + np.radians([0.1, 0.3, -0.2, 0.1, 0.2, 0.1]))
+    found = ks.calibrate(robot, q, measured)
+    for frames in ('robot', 'measured'):
+        made = calibrated_text(
+            found, text, q, measured, CalibrationOrigin('made up', '2026'), frames
+        )
+        read = ks.robot_from_text(made)
+        assert 'units: {angle: deg, length: mm}' in made
+        X, Y = np.eye(4), np.eye(4)
+        if frames == 'robot':
+            X, Y = found.base_offsets[0], found.tool_offsets[0]
+        assert np.abs(X @ ks.forward_kinematics(read, q) @ Y - measured).max() < 1e-9
+
+
+def test_points_of_the_arm_stay_where_they_are(tmp_path):
+    text = ks.bundled_robots()['ur5e'].read_text()
+    text += 'points: {elbow: {row: 2, xyz: [0, 0, 0.1]}, wrist: {row: 4, xyz: [0.05, 0, 0]}}\n'
+    robot = ks.robot_from_text(text)
+    arm = measured_arm('ur5e', 40)
+    found = ks.calibrate(robot, arm.q, arm.poses)
+    read = ks.robot_from_text(calibrated_text(found, text, arm.q, arm.poses, MADE_UP))
+    for name, row in (('elbow', 2), ('wrist', 6)):
+        after = next(one for one in read.description.points if one.name == name)
+        assert after.row == row
+    # Up to the corrections the points are where the nominal arm has them.
+    frames, nominal = (ks.link_frames(one, arm.q[0]) for one in (read, robot))
+    assert np.abs(frames[2] - nominal[2]).max() < 0.02
+    assert np.abs(frames[6] - nominal[4]).max() < 0.02
+
+
+def test_positions_alone_are_read_where_they_are_asked_for(tmp_path, capsys):
+    arm = measured_arm('ur5e', 60, NOISE)
+    file = table(tmp_path / 'points.csv', arm.robot, arm.q, arm.poses, ends='x y z')
+    code, out, err = run(
+        capsys, 'calibrate', file, '--robot', 'ur5e', '--pose-format', 'position', '--json', '-'
+    )
+    assert (code, err) == (0, '')
+    document = json.loads(out)
+    assert document['positions_only']
+    assert (document['known'], document['possible']) == (27, 27)
+    code, out, err = run(capsys, 'calibrate', file, '--robot', 'ur5e')
+    assert code == 1
+    assert 'there are no measured poses' in err
+    code, out, err = run(capsys, 'audit', file, '--robot', 'ur5e', '--pose-format', 'position')
+    assert code == 0
+    assert 'positions without orientations are for calibrate alone' in out
+
+
+def test_several_files_have_bases_of_their_own(tmp_path, capsys):
+    arm = measured_arm('puma560', 60, NOISE)
+    other = arm.poses.copy()
+    other[:, 0, 3] += 0.7
+    one = table(tmp_path / 'one.csv', arm.robot, arm.q[:30], arm.poses[:30])
+    two = table(tmp_path / 'two.csv', arm.robot, arm.q[30:], other[30:])
+    output = tmp_path / 'mine.yaml'
+    options = ['--robot', 'puma560', '--json', '-', '--output', output]
+    code, out, err = run(capsys, 'calibrate', one, two, *options)
+    assert code == 0
+    document = json.loads(out)
+    assert document['known'] == 36
+    assert document['errors']['held_out']['position_rms'] < 3 * NOISE
+    bases = np.array(document['base_offsets'])
+    assert np.abs((bases[1] - bases[0])[:3, 3] - [0.7, 0, 0]).max() < 1e-3
+    assert run(capsys, 'check', '--strict', output)[0] == 0
+
+
+def test_a_lag_is_undone_where_the_robot_moves(tmp_path, capsys):
+    arm = measured_arm('ur5e', 4)
+    t = np.arange(400) / 50.0
+    wave = np.array([0.5, 0.7, 0.9, 1.1, 0.6, 0.8])
+
+    def joints(t):
+        return [0.2, -1.2, 1.3, -1.0, 1.0, 0.3] + 0.9 * np.sin(t[:, None] * wave + np.arange(6))
+
+    poses = ks.forward_kinematics(arm.true, joints(t - 0.03))
+    file = table(tmp_path / 'moving.csv', arm.robot, joints(t), poses, 50.0)
+    code, out, err = run(capsys, 'calibrate', file, '--robot', 'ur5e', '--json', '-')
+    assert (code, err) == (0, '')
+    document = json.loads(out)
+    assert any('behind the joint states: undone' in remark for remark in document['reading'])
+    assert document['errors']['held_out']['position_rms'] < 2e-5
+
+
+def test_proposed_poses_are_a_table_and_a_plan_that_audit_accepts(tmp_path, capsys):
+    csv, yaml = tmp_path / 'next.csv', tmp_path / 'next.yaml'
+    options = ['--robot', 'ur5e', '--propose', '5', '--plan', csv, '--plan', yaml]
+    code, out, err = run(capsys, 'calibrate', *options)
+    assert (code, err) == (0, '')
+    assert out == f'wrote {csv}: 5 poses\nwrote {yaml}: 5 poses\n'
+    for file in (csv, yaml):
+        code, out, err = run(capsys, 'audit', file, '--robot', 'ur5e', '--fail-on', 'limits')
+        assert (code, err) == (0, '')
+    code, out, _ = run(capsys, 'calibrate', '--robot', 'ur5e', '--propose', '5')
+    assert out == csv.read_text()
+    code, _, err = run(capsys, 'calibrate', '--robot', 'ur5e')
+    assert code == 2
+    assert 'give FILE with measured poses, or --propose N alone' in err
+    code, _, err = run(capsys, 'calibrate', *options)
+    assert code == 2
+    assert 'exists already' in err
+
+
+def test_wrong_options_are_wrong_usage(tmp_path, capsys):
+    arm = measured_arm('ur5e', 20, NOISE)
+    file = table(tmp_path / 'tracker.csv', arm.robot, arm.q, np.array(arm.poses))
+    code, _, err = run(capsys, 'calibrate', file, '--robot', 'ur5e', '--fix', 'bse')
+    assert code == 1
+    assert "'bse' is no parameter of ur5e; accepted are the groups offsets, lengths" in err
+    code, _, err = run(capsys, 'calibrate', file, '--robot', 'ur5e', '--tolerance', '3')
+    assert code == 2
+    code, _, err = run(capsys, 'calibrate', tmp_path / 'none.csv', '--robot', 'ur5e')
+    assert code == 1
+    assert 'there is no such file' in err
+
+
+def test_what_a_controller_knows_of_its_arm_is_found(tmp_path, capsys):
+    file = recorded('ur3e_rad') / 'rad_ur3e_25hz.csv'
+    output = tmp_path / 'my_ur3e.yaml'
+    options = ['--robot', 'ur3e', '--fix', 'base', '--frames', 'measured', '--output', output]
+    code, out, err = run(capsys, 'calibrate', file, *options)
+    assert (code, err) == (0, '')
+    assert 'less than 1e-6 mm, less than 1e-6 deg after' in out
+    assert run(capsys, 'check', '--strict', output)[0] == 0
+    code, out, _ = run(capsys, 'audit', file, '--robot', output, '--json', '-')
+    # Now base and tool of the file are those of the controller, too.
+    assert json.loads(out)['frames']['as_given']['position_rms'] < 2e-9

@@ -1,0 +1,349 @@
+"""
+A robot identified from measured poses: what it finds, what it knows, and what it refuses.
+
+Measured arms are built from robot descriptions and go through the kernel; the calibration has a
+chain of its own, so that each number comes by two roads.
+"""
+
+import numpy as np
+import pytest
+from arms import robot_of
+from calibrated_arms import BASE, TEN, measured_arm, positions_within, predicted, truly
+from recordings import recorded
+from tolerances import DIFFERENCE, DIFFERENCE_STEP, ROUND_OFF
+
+import kinematics_service as ks
+from kinematics_service.diagnosis.calibration.corrected_chain import pose_change, poses_of
+from kinematics_service.diagnosis.calibration.parameters import (
+    end_parameters,
+    parameters_of,
+    placement,
+    scaled_jacobian,
+    structural_rank,
+)
+from kinematics_service.rigid_motion import exponential, pose_of, rotation_vector
+
+# Without noise parameters come back as exactly (m, rad).
+EXACT = 1e-9
+# A laser tracker's noise (m, rad).
+NOISE = 5e-5
+every_arm = pytest.mark.parametrize('name', ks.bundled_robots())
+ten_arms = pytest.mark.parametrize('name', TEN)
+
+
+def chain_of(robot):
+    arm = parameters_of(robot)
+    count = len(arm.table)
+    return arm.table, placement(arm.chain, np.eye(4), np.eye(4), (count, count + 6))
+
+
+def off(one, other):
+    """Return how far poses are apart at most, m and rad."""
+    R = one[:, :3, :3] @ np.swapaxes(other[:, :3, :3], 1, 2)
+    return max(np.abs(one[:, :3, 3] - other[:, :3, 3]).max(), np.abs(rotation_vector(R)).max())
+
+
+@ten_arms
+def test_corrections_of_a_chain_are_those_of_the_robot_file(name):
+    arm = measured_arm(name, 4, size=10.0)
+    table, chain = chain_of(arm.robot)
+    base, tool = (
+        end.motion.matrix for end in (arm.robot.description.base, arm.robot.description.tool)
+    )
+    poses = base @ poses_of(chain, np.concatenate([arm.errors, np.zeros(12)]), arm.q) @ tool
+    assert off(poses, ks.forward_kinematics(arm.true, arm.q)) < ROUND_OFF
+
+
+@ten_arms
+def test_poses_move_with_corrections_as_differences_say(name):
+    arm = measured_arm(name, 4, size=10.0)
+    _, chain = chain_of(arm.robot)
+    values = np.concatenate([arm.errors, 0.01 * np.arange(12)])
+    change = pose_change(chain, values, arm.q)
+    for k in range(len(values)):
+        step = np.zeros(len(values))
+        step[k] = DIFFERENCE_STEP
+        ahead, back = (poses_of(chain, values + s * step, arm.q) for s in (1.0, -1.0))
+        turned = rotation_vector(ahead[:, :3, :3] @ np.swapaxes(back[:, :3, :3], 1, 2))
+        moved = np.concatenate([(ahead - back)[:, :3, 3], turned], axis=1) / (2 * DIFFERENCE_STEP)
+        assert np.abs(moved - change.jacobian[:, :, k]).max() < DIFFERENCE
+
+
+@every_arm
+def test_the_parameters_are_as_many_as_theory_says(name):
+    # Four for an axis that turns, two for one that slides, six for the base (Mooring, Roth and
+    # Driels 1991). Of coupled joints every row counts that moves.
+    robot = robot_of(name)
+    table, chain = chain_of(robot)
+    ends = [*end_parameters('base', 0), *end_parameters('tool', 0)]
+    kinds = list(robot.joint_types)
+    theory = 4 * kinds.count('revolute') + 2 * kinds.count('prismatic') + 6
+    if name == 'parallelogram_left':
+        theory += 2  # a fourth row moves, parallel to the others: its length, and its angle
+    assert structural_rank(scaled_jacobian(robot, chain, [*table, *ends])) == theory
+
+
+def test_an_extra_angle_stands_between_parallel_axes_alone():
+    def extra(name):
+        return [one.name for one in chain_of(robot_of(name))[0] if one.place in ('Ry', 'Ty')]
+
+    assert extra('ur5e') == ['beta2', 'beta3']
+    assert extra('puma560') == ['beta2']
+    assert extra('panda') == []
+    # Axes that coincide may also come apart along y.
+    assert extra('six_joint_dh') == ['beta1', 'b1', 'beta3', 'beta4']
+
+
+@ten_arms
+def test_without_noise_the_arm_is_found_exactly(name):
+    arm = measured_arm(name, 60)
+    found = ks.calibrate(arm.robot, arm.q, arm.poses)
+    q = positions_within(arm.robot, 50, 9)
+    assert off(predicted(found, q), truly(arm, q)) < EXACT
+    told = found.singular_values[: found.known]
+    assert found.known >= found.possible
+    assert len(told) == found.known
+    assert found.held_out.position_max < EXACT
+    assert not found.outliers
+
+
+@pytest.mark.parametrize('name', ['puma560', 'panda', 'scara_hsr065', 'offset_stanford_shape'])
+def test_with_noise_errors_are_within_their_deviations(name):
+    arm = measured_arm(name, 50, NOISE, seed=3)
+    found = ks.calibrate(arm.robot, arm.q, arm.poses)
+    assert found.known == found.possible
+    assert 0.7 * NOISE < found.noise.position < 1.4 * NOISE
+    table = [one for one in found.parameters if one.group not in ('base', 'tool')]
+    error = np.array([one.correction for one in table]) - arm.errors
+    beyond = np.abs(error) > 3.0 * np.array([one.deviation for one in table])
+    assert np.sum(beyond) <= 1  # of one number in four hundred
+    # Chi-square of as many numbers: all but one in a million.
+    covariance = found.covariance[: len(table), : len(table)]
+    assert error @ np.linalg.solve(covariance, error) < 2.2 * len(table) + 25.0
+
+
+def test_positions_alone_tell_all_but_the_last_orientation():
+    arm = measured_arm('ur5e', 60)
+    found = ks.calibrate(arm.robot, arm.q, arm.poses[:, :3, 3])
+    q = positions_within(arm.robot, 50, 9)
+    assert found.positions
+    assert found.known >= found.possible == 27
+    assert np.abs(predicted(found, q) - truly(arm, q))[:, :3, 3].max() < EXACT
+
+
+def test_what_cannot_be_told_apart_is_named():
+    arm = measured_arm('ur5e', 40, NOISE)
+    found = ks.calibrate(arm.robot, arm.q, arm.poses)
+    sentences = [one.sentence for one in found.combinations]
+    assert sentences == [
+        'only theta1 + base.rz is told, not each of them',
+        'only d1 + base.z is told, not each of them',
+        'only d2 + d3 + d4 is told, not each of them',
+        'only theta6 + tool.rz is told, not each of them',
+        'only d6 + tool.z is told, not each of them',
+        'only a6 + tool.x is told, not each of them',
+        'only alpha6 + tool.rx is told, not each of them',
+    ]
+    unknown = sum(len(one.names) - one.determined for one in found.combinations)
+    assert len(found.parameters) - unknown == found.possible == 30
+    assert set(found.untold) == {name for one in found.combinations for name in one.names} - {
+        name for name in found.corrections if '.' in name
+    }
+    # What is not told stays at its nominal value: the base has the wider prior by far.
+    assert abs(found.corrections['theta1']) < 1e-6
+
+
+def test_outliers_are_named_by_row_and_do_not_count():
+    arm = measured_arm('puma560', 80, NOISE)
+    poses = arm.poses.copy()
+    bad = [3, 17, 29, 40, 41, 55, 62, 79]
+    poses[bad, :3, 3] += 0.03 * np.random.default_rng(1).normal(size=(8, 3))
+    found = ks.calibrate(arm.robot, arm.q, poses)
+    assert sorted(found.outliers) == bad
+    q = positions_within(arm.robot, 50, 9)
+    assert off(predicted(found, q), truly(arm, q)) < 10 * NOISE
+
+
+@pytest.mark.parametrize('count', [4, 10])
+def test_few_poses_never_make_the_arm_worse_than_its_table(count):
+    for seed in range(2):
+        arm = measured_arm('ur5e', count, NOISE, seed)
+        q = positions_within(arm.robot, 60, 99)
+        found = ks.calibrate(arm.robot, arm.q, arm.poses)
+        plain = ks.calibrate(arm.robot, arm.q, arm.poses, fit=['base', 'tool'])
+        error, before = (
+            np.sqrt(np.mean((predicted(one, q) - truly(arm, q))[:, :3, 3] ** 2))
+            for one in (found, plain)
+        )
+        assert error < before
+        assert np.abs(list(found.corrections.values())).max() < 0.5
+
+
+def test_base_and_tool_stay_as_in_the_file_where_they_are_fixed():
+    arm = measured_arm('ur5e', 40, NOISE, base=np.eye(4), tool=np.eye(4))
+    found = ks.calibrate(arm.robot, arm.q, arm.poses, fix=['base', 'tool'])
+    assert np.array_equal(found.base_offsets[0], np.eye(4))
+    assert np.array_equal(found.tool_offsets[0], np.eye(4))
+    # Now the first and last numbers of the table are told, too.
+    assert [one.sentence for one in found.combinations] == [
+        'only d2 + d3 + d4 is told, not each of them'
+    ]
+    assert abs(found.corrections['theta1'] - arm.errors[0]) < 3e-4
+
+
+def test_sets_have_bases_or_tools_of_their_own():
+    arm = measured_arm('puma560', 60, NOISE)
+    other = pose_of([-2.0, 0.3, 1.0], (0.5, -0.4, 1.0))
+    poses = arm.poses.copy()
+    poses[30:] = other @ np.linalg.inv(BASE) @ poses[30:]
+    sets = np.repeat([0, 1], 30)
+    found = ks.calibrate(arm.robot, arm.q, poses, sets=sets)
+    assert (
+        np.abs(found.base_offsets[1] @ np.linalg.inv(found.base_offsets[0]) @ BASE - other).max()
+        < 2e-3
+    )
+    assert found.held_out.position_rms < 3 * NOISE
+    assert found.known == found.possible == 36
+    both = ks.calibrate(arm.robot, arm.q, poses, sets=sets, own=['base', 'tool'])
+    assert both.held_out.position_rms < 3 * NOISE
+
+
+def test_the_prior_of_a_group_decides_what_stays():
+    arm = measured_arm('ur5e', 30, NOISE)
+    found = ks.calibrate(arm.robot, arm.q, arm.poses, tolerances={'lengths': 1e-9, 'theta3': 0.1})
+    priors = {one.name: one.prior for one in found.parameters}
+    assert (priors['a2'], priors['theta3'], priors['theta2']) == (1e-9, 0.1, np.radians(0.2))
+    assert abs(found.corrections['a2']) < 1e-8
+
+
+# The poses to measure next
+
+
+def errors_with(q, seeds=2):
+    # RMS over poses of the arm of what a calibration by these joint positions leaves, m.
+    squares = []
+    for seed in range(seeds):
+        arm = measured_arm('ur5e', 1, seed=seed)
+        random = np.random.default_rng(seed)
+        poses = truly(arm, q)
+        poses[:, :3, 3] += NOISE * random.normal(size=(len(q), 3))
+        poses[:, :3, :3] = exponential(NOISE * random.normal(size=(len(q), 3))) @ poses[:, :3, :3]
+        found = ks.calibrate(arm.robot, q, poses, check=False)
+        others = positions_within(arm.robot, 50, 99)
+        squares.append((predicted(found, others) - truly(arm, others))[:, :3, 3] ** 2)
+    return np.sqrt(3.0 * np.mean(squares))
+
+
+def test_proposed_poses_tell_more_than_random_ones():
+    robot = robot_of('ur5e')
+    proposed = ks.propose_poses(robot, 8)
+    assert np.all(np.asarray(ks.singularity(robot, proposed.q).level) == ks.Level.OK)
+    assert np.all(proposed.q > robot.limits[:, 0])
+    assert np.all(proposed.q < robot.limits[:, 1])
+    assert np.all(proposed.after <= proposed.before + 1e-12)
+    assert errors_with(proposed.q) < 0.8 * errors_with(positions_within(robot, 8, 5))
+
+
+def test_proposed_poses_go_on_from_what_is_known():
+    arm = measured_arm('ur5e', 8, NOISE)
+    found = ks.calibrate(arm.robot, arm.q[:, :6], arm.poses)
+    proposed = ks.propose_poses(arm.robot, 4, found)
+    deviations = {one.name: one.deviation for one in found.parameters}
+    assert np.allclose(proposed.before, [deviations[name] for name in proposed.names], rtol=1e-6)
+    assert np.prod(proposed.after / proposed.before) < 1e-4
+    again = ks.propose_poses(arm.robot, 4, found)
+    assert np.array_equal(again.q, proposed.q)
+    for count in (0, 201):
+        with pytest.raises(ks.KinematicsError, match='propose between 1 and 200'):
+            ks.propose_poses(arm.robot, count)
+
+
+@pytest.mark.parametrize('name', ['panda', 'scara_hsr065', 'rrp_elementary', 'planar_2r'])
+def test_every_kind_of_arm_gets_proposals(name):
+    proposed = ks.propose_poses(robot_of(name), 3, positions=name == 'panda')
+    assert proposed.q.shape == (3, robot_of(name).dof)
+    assert ('tool.rx' in proposed.names) == (name != 'panda')
+
+
+# What is refused
+
+
+def refused(robot, q, poses, **options):
+    with pytest.raises(ks.KinematicsError) as refusal:
+        ks.calibrate(robot, q, poses, **options)
+    return str(refusal.value)
+
+
+@pytest.fixture(scope='module')
+def arm():
+    return measured_arm('ur5e', 50, NOISE)
+
+
+def test_mirrored_axes_are_refused(arm):
+    poses = arm.poses.copy()
+    poses[:, :3, 0] *= -1.0
+    assert 'mirrored axes' in refused(arm.robot, arm.q, poses)
+    points = arm.poses[:, :3, 3] * [1.0, 1.0, -1.0]
+    assert 'mirrored axes' in refused(arm.robot, arm.q, points)
+
+
+def test_degrees_are_refused(arm):
+    for poses in (arm.poses, arm.poses[:, :3, 3]):
+        assert 'degrees' in refused(arm.robot, np.degrees(arm.q), poses)
+
+
+def test_millimetres_are_refused(arm):
+    poses = arm.poses.copy()
+    poses[:, :3, 3] *= 1e3
+    for given in (poses, poses[:, :3, 3]):
+        assert 'millimetres' in refused(arm.robot, arm.q, given)
+
+
+def test_another_robot_is_refused(arm):
+    sentence = refused(robot_of('ur3e'), arm.q, arm.poses)
+    assert 'it is another robot' in sentence
+    assert 'it is another robot' in refused(robot_of('ur3e'), arm.q, arm.poses[:, :3, 3])
+
+
+def test_too_few_poses_and_poses_that_are_all_alike_are_refused(arm):
+    assert refused(arm.robot, arm.q[:2], arm.poses[:2]).startswith('2 poses are too few')
+    assert 'all alike' in refused(
+        arm.robot, np.tile(arm.q[0], (20, 1)), np.tile(arm.poses[:1], (20, 1, 1))
+    )
+    found = ks.calibrate(arm.robot, arm.q[:8], arm.poses[:8])
+    assert 'the priors decide much of the result' in found.remarks[0]
+
+
+def test_arrays_that_do_not_fit_are_refused(arm):
+    assert 'must have the shape (N, 6)' in refused(arm.robot, arm.q[:, :5], arm.poses)
+    assert 'must be finite' in refused(arm.robot, arm.q * np.nan, arm.poses)
+    assert "'bse' is no parameter of ur5e" in refused(arm.robot, arm.q, arm.poses, fit=['bse'])
+    assert 'nothing is left' in refused(arm.robot, arm.q, arm.poses, fit=['a2'], fix=['lengths'])
+    assert "own: 'arm'" in refused(arm.robot, arm.q, arm.poses, own=['arm'])
+    assert 'whole numbers from 0' in refused(arm.robot, arm.q, arm.poses, sets=np.full(50, 3))
+
+
+# A real robot
+
+
+def test_the_factory_calibration_of_a_ur3e_is_found_to_the_last_printed_digit():
+    file = recorded('ur3e_rad') / 'rad_ur3e_25hz.csv'
+    table = np.genfromtxt(file, delimiter=',', names=True, dtype=None, encoding='utf-8')
+    q, pose = (
+        np.column_stack([table[f'{name}_{k}'] for k in range(6)])
+        for name in ('actual_q', 'actual_TCP_pose')
+    )
+    poses = np.tile(np.eye(4), (len(q), 1, 1))
+    poses[:, :3, 3], poses[:, :3, :3] = pose[:, :3], exponential(pose[:, 3:])
+    found = ks.calibrate(robot_of('ur3e'), q, poses, fix=['base'])
+    # Nominal, with the tool fitted, 0.42 mm; nine printed digits are left of blocks of time that
+    # nothing was fitted to.
+    assert 3e-4 < found.held_out_before.position_rms < 6e-4
+    assert found.held_out.position_rms < 2e-9
+    assert found.known == found.possible == 26
+
+
+def test_a_calibration_is_frozen(arm):
+    found = ks.calibrate(arm.robot, arm.q, arm.poses)
+    with pytest.raises(ValueError, match='read-only'):
+        found.covariance[0, 0] = 0.0
