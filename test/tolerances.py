@@ -12,3 +12,6 @@ DIFFERENCE = 1e-8
 
 # Distances, condition numbers: quotients of numbers that carry ROUND_OFF.
 QUOTIENT = 1e-9
+
+# Distances to singular poses that were found: a search ends where a step gains less of the way.
+FOUND = 1e-5
