@@ -29,6 +29,8 @@ TEN = (
 # Where a tracker stands, and where its target is on the tool.
 BASE = pose_of([1.0, 2.0, -0.5], (0.1, 1.0, -2.0))
 TOOL = pose_of([0.02, -0.05, 0.1], (0.3, -0.2, 2.0))
+# A spike on the tool.
+TIP = np.array([0.02, -0.05, 0.1])
 
 
 class MeasuredArm(NamedTuple):
@@ -88,3 +90,43 @@ def predicted(found, q):
 def truly(arm, q, base=BASE, tool=TOOL):
     """Return the poses that would be measured without noise."""
     return base @ ks.forward_kinematics(arm.true, q) @ tool
+
+
+class TouchingArm(NamedTuple):
+    """An arm with errors whose tip touched points: q (N, n), and the point's name of each row."""
+
+    robot: ks.Robot
+    true: ks.Robot
+    errors: np.ndarray
+    q: np.ndarray
+    marks: list
+
+
+def touching_positions(robot, point, count, seed, noise=0.0):
+    """Return joint positions (count, n) at which the tip is within noise of a point."""
+    q = positions_within(robot, 30 * count, seed)
+    random = np.random.default_rng([seed, 5])
+    targets = np.asarray(point) + noise * random.normal(size=(len(q), 3))
+    for _ in range(40):
+        T = ks.forward_kinematics(robot, q)
+        left = targets - (T[:, :3, 3] + T[:, :3, :3] @ TIP)
+        J = ks.jacobian(robot, q, at=TIP)[:, :3]
+        step = np.linalg.pinv(J, rcond=1e-3) @ left[:, :, None]
+        q = q + np.clip(step[:, :, 0], -0.3, 0.3)
+    T = ks.forward_kinematics(robot, q)
+    reached = np.linalg.norm(targets - (T[:, :3, 3] + T[:, :3, :3] @ TIP), axis=1) < 1e-14
+    reached &= np.max(np.abs(q), axis=1) < 2.0 * np.pi
+    assert np.sum(reached) >= count
+    return q[reached][:count]
+
+
+@cache
+def touching_arm(name, points, count, noise=0.0, seed=0):
+    """Return an arm with errors of 1 mm and 0.2 degrees that touches named points, with noise."""
+    _, errors, true = true_arm(name, seed, 1.0)
+    q = [
+        touching_positions(true, point, count, [seed, k], noise)
+        for k, (_, point) in enumerate(points)
+    ]
+    marks = [mark for mark, _ in points for _ in range(count)]
+    return TouchingArm(robot_of(name), true, errors, np.concatenate(q), marks)

@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from calibrated_arms import measured_arm, positions_within
+from calibrated_arms import measured_arm, positions_within, touching_arm
 from recordings import recorded
 
 import kinematics_service as ks
@@ -220,3 +220,71 @@ def test_what_a_controller_knows_of_its_arm_is_found(tmp_path, capsys):
     code, out, _ = run(capsys, 'audit', file, '--robot', output, '--json', '-')
     # Now base and tool of the file are those of the controller, too.
     assert json.loads(out)['frames']['as_given']['position_rms'] < 2e-9
+
+
+HOLES = (('A', (0.4, 0.2, 0.1)), ('B', (-0.3, 0.4, 0.3)))
+
+
+def touches(file, arm, rows, more=()):
+    header = ['stamp', *(f'position.{name}' for name in arm.robot.joint_names), 'hole']
+    lines = [','.join(header)]
+    lines += [','.join([str(k + 1.0), *map(repr, arm.q[k].tolist()), arm.marks[k]]) for k in rows]
+    file.write_text('\n'.join([*lines, *more]) + '\n')
+    return file
+
+
+def test_touched_points_make_a_robot_file_that_goes_on(tmp_path, capsys):
+    arm = touching_arm('ur5e', HOLES, 40, NOISE)
+    one = touches(tmp_path / 'one.csv', arm, range(30), ['', '99.0,1,1,1,1,1,1,'])
+    two = touches(tmp_path / 'two.csv', arm, range(30, 80))
+    output, document = tmp_path / 'mine.yaml', tmp_path / 'found.json'
+    options = ['--robot', 'ur5e', '--same-point', 'hole', '--output', output]
+    code, out, err = run(capsys, 'calibrate', one, two, *options)
+    assert (code, err) == (0, '')
+    assert f'ur5e: 80 touches of {one}, {two}' in out
+    assert '1 row names no point and is left out.' in out
+    assert 'No length is told by itself' in out
+    assert 'Point A, touched 40 times, is at 0.4' in out
+    text = output.read_text()
+    assert '# data: one.csv, two.csv, 80 touches of A, B\n' in text
+    assert 'known_poses:  # the tip touched a point' in text
+    code, out, err = run(capsys, 'check', '--strict', output)
+    assert (code, err) == (0, '')
+    assert '5 of 5 agree' in out
+    options += ['--force', '--distance', 'A,B=754.983mm', '--json', document]
+    code, out, err = run(capsys, 'calibrate', one, two, *options)
+    assert (code, err) == (0, '')
+    found = json.loads(document.read_text())
+    assert (found['known'], found['possible']) == (27, 27)
+    assert [point['touches'] for point in found['points']] == [40, 40]
+    apart = np.subtract(*(point['position'] for point in found['points']))
+    assert abs(np.linalg.norm(apart) - 0.754983) < 1e-5
+
+
+def test_wrong_options_of_touched_points_are_sentences(tmp_path, capsys):
+    arm = touching_arm('ur5e', HOLES, 40, NOISE)
+    file = touches(tmp_path / 'one.csv', arm, range(80))
+    given = ['calibrate', file, '--robot', 'ur5e']
+    for code, sentence, *options in (
+        (1, "there is no column 'hol'; the header has stamp", '--same-point', 'hol'),
+        (2, 'write for instance A,B=0.25', '--same-point', 'hole', '--distance', 'A=3'),
+        (1, 'no row touches point C', '--same-point', 'hole', '--distance', 'A,C=3'),
+        (2, 'give --same-point COLUMN too', '--distance', 'A,B=0.25'),
+        (2, '--propose is for measured poses', '--same-point', 'hole', '--propose', '3'),
+    ):
+        found, _, err = run(capsys, *given, *options)
+        assert found == code
+        assert sentence in ' '.join(err.split())
+    few = touches(tmp_path / 'few.csv', arm, [0, 1, 2, 40, 41])
+    code, _, err = run(capsys, 'calibrate', few, '--robot', 'ur5e', '--same-point', 'hole')
+    assert code == 1
+    assert 'point B is touched from 2 poses: at least 3 are needed' in err
+    hole = touches(tmp_path / 'hole.csv', arm, range(80), ['99.0,1,1,,1,1,1,A'])
+    code, _, err = run(capsys, 'calibrate', hole, '--robot', 'ur5e', '--same-point', 'hole')
+    assert code == 1
+    assert 'row 80, counted from 0, has no number for some joint' in err
+    bag = tmp_path / 'bag.mcap'
+    bag.write_bytes(b'')
+    code, _, err = run(capsys, 'calibrate', bag, '--robot', 'ur5e', '--same-point', 'hole')
+    assert code == 1
+    assert 'names a column of a table' in err

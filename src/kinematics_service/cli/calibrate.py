@@ -1,13 +1,14 @@
 """The command `calibrate`: from the nominal table of an arm to this very one."""
 
 import math
+import re
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from datetime import datetime
 from enum import Enum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Optional, TextIO
+from typing import TYPE_CHECKING, Annotated, NamedTuple, Optional, TextIO
 
 import typer
 
@@ -18,10 +19,9 @@ from .options import RobotOption, WrongUsage, given_robot
 
 if TYPE_CHECKING:
     from ..diagnosis.calibration.calibration import Calibration
-    from ..diagnosis.calibration.reading import MeasuredRecording
     from ..diagnosis.frame_check import PoseLimit
-    from ..estimation.estimator import EstimatorSettings
     from ..formats.recordings.source import Selection
+    from ..kernel import Floats
     from ..robot.robot import Robot
 
 HELP = """
@@ -34,6 +34,7 @@ Examples:
   kinematics_service calibrate bag/ --robot arm.yaml --pose-topic /tracker/pose
   kinematics_service calibrate a.csv b.csv --robot ur5e --own base --json -
   kinematics_service calibrate run.csv --robot ur3e --fix base --frames measured
+  kinematics_service calibrate holes.csv --robot ur5e --same-point hole
   kinematics_service calibrate --robot ur5e --propose 10 --plan next.yaml
 
 \b
@@ -45,6 +46,12 @@ file: both are fitted, unless --fix names base or tool.
 \b
 --fit and --fix take groups or names, with commas:
   offsets, lengths, angles, base, tool, lag; theta2, d1, a3, alpha2, beta2, base.x
+
+\b
+--same-point needs no instrument: a spike on the tool touches the same point
+from many poses, and COLUMN of a table names the point of each row. Points and
+tip are fitted. All lengths are then known by their ratios alone, unless
+--distance says how far two points are apart.
 
 \b
 Every number has a prior, --tolerance: what the poses do not tell stays where
@@ -61,6 +68,7 @@ mistake that is no matter of calibration. 2: wrong usage.
 
 
 PLANS = ('.csv', '.yaml', '.yml')
+DISTANCE = re.compile(r'([^,=]+),([^,=]+)=\s*([0-9.]+(?:[eE][-+]?[0-9]+)?)\s*(mm|m)?')
 # A joint as fast (rad/s, m/s) as this makes a lag matter.
 MOVING = 0.05
 
@@ -119,6 +127,14 @@ def calibrate(
     ] = '',
     pose_format: FormatOption = None,
     pose_gap: GapOption = None,
+    same_point: Annotated[
+        Optional[str],
+        typer.Option(metavar='COLUMN', help='Rows alike in this column touched the same point.'),
+    ] = None,
+    distance: Annotated[
+        Optional[list[str]],
+        typer.Option(metavar='A,B=LENGTH', help='Known distance of two such points, in m.'),
+    ] = None,
     propose: Annotated[
         Optional[int], typer.Option(metavar='N', help='Propose N poses to measure next.')
     ] = None,
@@ -138,37 +154,56 @@ def calibrate(
     form = given_format(pose_format)
     if pose_gap is not None and not 0.0 < pose_gap <= LONGEST_GAP:
         raise WrongUsage(f'--pose-gap: {pose_gap:g} is not within 0 and {LONGEST_GAP:g} s')
+    if distance and same_point is None:
+        raise WrongUsage('--distance is between points: give --same-point COLUMN too')
     if not files:
-        if propose is None or output is not None or json is not None:
+        if propose is None or output is not None or json is not None or same_point is not None:
             raise WrongUsage('give FILE with measured poses, or --propose N alone')
         _propose(arm, propose, None, plans, form.kind == 'position', sys.stdout)
         return
-    from ..estimation.estimator import EstimatorSettings
+    if same_point is not None and propose is not None:
+        raise WrongUsage('--propose is for measured poses, not for --same-point')
     from ..formats.recordings.source import Selection
 
     reading = Selection(arm, topic, pose_topic, columns, joint_prefix, form)
-    settings = EstimatorSettings(joint_prefix)
+    words = (_words(fit), _words(fix), _words(own))
     with _status() as tell:
         tell('reading')
-        given = _read(files, reading, settings, pose_gap)
-        found = _calibrated(
-            arm,
-            given,
-            (_words(fit), _words(fix), _words(own)),
-            limit,
-            tell,
-        )
-        text = '' if output is None else _text(found, robot, given, frames)
+        if same_point is not None:
+            data = _touched(files, reading, same_point, words, _distances(distance), limit, tell)
+        else:
+            data = _measured(files, reading, pose_gap, words, limit, tell)
+        text = '' if output is None else _text(data, robot, frames)
     if output is not None:
         from ..robot.file.writer import replace_file
 
         replace_file(output, text)
-    _report(found, given, json)
+    _report(data, json)
     report = sys.stderr if str(json) == '-' else sys.stdout
     if output is not None:
         print(f'wrote {output}; next: python -m kinematics_service check {output}', file=report)
     if propose is not None:
-        _propose(arm, propose, found, plans, found.positions, report)
+        _propose(arm, propose, data.found, plans, data.found.positions, report)
+
+
+class _Calibrated(NamedTuple):
+    # What was found; the files and remarks on them; joints and poses for known poses.
+    found: 'Calibration'
+    files: list[str]
+    remarks: list[str]
+    q: 'Floats'
+    poses: 'Floats'
+
+
+def _distances(given: Sequence[str] | None) -> dict[tuple[str, str], float]:
+    result = {}
+    for text in given or []:
+        match = DISTANCE.fullmatch(text.strip())
+        if match is None:
+            raise WrongUsage(f'--distance: {text!r} is not accepted; write for instance A,B=0.25')
+        factor = 1e-3 if match[4] == 'mm' else 1.0
+        result[match[1].strip(), match[2].strip()] = factor * float(match[3])
+    return result
 
 
 def _plans(plan: list[Path] | None, propose: int | None) -> list[Path]:
@@ -211,42 +246,66 @@ def _words(text: str) -> tuple[str, ...]:
     return tuple(word.strip() for word in text.split(',') if word.strip())
 
 
-def _read(
+def _touched(
     files: Sequence[Path],
     reading: 'Selection',
-    settings: 'EstimatorSettings',
-    gap: float | None,
-) -> 'list[MeasuredRecording]':
-    from ..diagnosis.calibration.reading import read_measured, without_lag
-
-    given = [read_measured(file, reading, settings, gap) for file in files]
-    return [without_lag(reading.robot, one) for one in given]
-
-
-def _calibrated(
-    arm: 'Robot',
-    given: 'Sequence[MeasuredRecording]',
+    column: str,
     names: tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]],
+    distances: dict[tuple[str, str], float],
     limit: 'PoseLimit',
     tell: Callable[[str], None],
-) -> 'Calibration':
+) -> _Calibrated:
     import numpy as np
 
     from ..diagnosis.calibration.calibration import calibrate as calibrated
-    from ..diagnosis.calibration.parameters import parameters_of
-    from ..errors import CalibrationError
+    from ..diagnosis.calibration.touches_reading import read_touches
 
+    given = [read_touches(file, reading, column) for file in files]
+    fit, fix, _ = names
+    q = np.concatenate([one.q for one in given])
+    marks = [mark for one in given for mark in one.points]
+    found = calibrated(
+        reading.robot,
+        q,
+        same_point=marks,
+        apart=distances,
+        fit=fit,
+        fix=fix,
+        tolerances=_tolerances(reading.robot, limit),
+        progress=tell,
+    )
+    points = {one.name: one.position for one in found.points}
+    poses = np.tile(np.eye(4), (len(q), 1, 1))
+    poses[:, :3, 3] = [points[mark] for mark in marks]
+    remarks = [remark for one in given for remark in one.remarks]
+    return _Calibrated(found, [one.file for one in given], remarks, q, poses)
+
+
+def _measured(
+    files: Sequence[Path],
+    reading: 'Selection',
+    gap: float | None,
+    names: tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]],
+    limit: 'PoseLimit',
+    tell: Callable[[str], None],
+) -> _Calibrated:
+    import numpy as np
+
+    from ..diagnosis.calibration.calibration import calibrate as calibrated
+    from ..diagnosis.calibration.reading import read_measured, without_lag
+    from ..errors import CalibrationError
+    from ..estimation.estimator import EstimatorSettings
+
+    settings = EstimatorSettings(reading.joint_prefix)
+    given = [
+        without_lag(reading.robot, read_measured(file, reading, settings, gap)) for file in files
+    ]
     if len({one.positions for one in given}) > 1:
         raise CalibrationError('some files have poses and others positions alone')
     fit, fix, own = names
-    tolerances = {
-        one.name: limit.angle if one.angle else limit.position
-        for one in parameters_of(arm).table
-        if math.isfinite(limit.angle if one.angle else limit.position)
-    }
     rates = np.concatenate([one.rates for one in given])
-    return calibrated(
-        arm,
+    found = calibrated(
+        reading.robot,
         np.concatenate([one.q for one in given]),
         np.concatenate([one.measured for one in given]),
         sets=np.repeat(np.arange(len(given)), [len(one.q) for one in given]),
@@ -254,47 +313,57 @@ def _calibrated(
         own=own,
         fit=fit,
         fix=fix,
-        tolerances=tolerances,
+        tolerances=_tolerances(reading.robot, limit),
         progress=tell,
     )
+    remarks = [remark for one in given for remark in one.remarks]
+    return _Calibrated(found, [one.file for one in given], remarks, given[0].q, given[0].poses)
 
 
-def _text(
-    found: 'Calibration', robot: str, given: 'Sequence[MeasuredRecording]', frames: FramesChoice
-) -> str:
+def _tolerances(arm: 'Robot', limit: 'PoseLimit') -> dict[str, float]:
+    from ..diagnosis.calibration.parameters import parameters_of
+
+    return {
+        one.name: limit.angle if one.angle else limit.position
+        for one in parameters_of(arm).table
+        if math.isfinite(limit.angle if one.angle else limit.position)
+    }
+
+
+def _text(data: _Calibrated, robot: str, frames: FramesChoice) -> str:
     from ..diagnosis.calibration.robot_text import CalibrationOrigin, calibrated_text
 
     date = datetime.now().astimezone().date().isoformat()
-    names = ', '.join(Path(one.file).name for one in given)
+    names = ', '.join(Path(one).name for one in data.files)
     return calibrated_text(
-        found,
+        data.found,
         find_robot_file(robot).read_text(encoding='utf-8'),
-        given[0].q,
-        given[0].poses,
+        data.q,
+        data.poses,
         CalibrationOrigin(names, date),
         frames.value,
     )
 
 
-def _report(found: 'Calibration', given: 'Sequence[MeasuredRecording]', json: Path | None) -> None:
-    from ..diagnosis.calibration.report import cells_of, document_of, sentences_of
+def _report(data: _Calibrated, json: Path | None) -> None:
+    from ..diagnosis.calibration.report import cells_of, document_of, kind_of, sentences_of
     from ..printing import Output, heading, json_text, plain, table
     from ..robot.file.writer import replace_file
 
+    found = data.found
     if json is not None:
-        document = document_of(found, [one.file for one in given])
-        document['reading'] = [remark for one in given for remark in one.remarks]
+        document = document_of(found, data.files)
+        document['reading'] = data.remarks
         text = json_text(document)
         if str(json) == '-':
             print(text)
             return
         replace_file(json, text + '\n')
     out = Output()
-    names = ', '.join(one.file for one in given)
-    kind = 'positions' if found.positions else 'poses'
-    out.print(heading(f'{found.robot.name}: {found.count} {kind} of {names}'), '')
-    remarks = [remark for one in given for remark in one.remarks]
-    out.print(*(plain(f'  {sentence}.') for sentence in (*remarks, *sentences_of(found))), '')
+    names = ', '.join(data.files)
+    out.print(heading(f'{found.robot.name}: {found.count} {kind_of(found)} of {names}'), '')
+    sentences = (*data.remarks, *sentences_of(found))
+    out.print(*(plain(f'  {sentence}.') for sentence in sentences), '')
     rows = table('  parameter', 'correction', 'deviation', '')
     for one in found.parameters:
         name, *cells = cells_of(one)

@@ -10,32 +10,19 @@ import numpy.typing as npt
 from ...errors import CalibrationError
 from ...formats.recordings.block import Flags
 from ...kernel import Floats
-from ...kinematics.forward import forward_kinematics
-from ...rigid_motion import rotation_vector
 from ...robot.chain import FrozenArrays
 from ...robot.robot import Robot
 from ..frame_check.diagnosis import FrameDiagnosis
 from ..frame_check.errors import Errors, errors_of
 from .checking import Measured, checked_offsets, measured
-from .corrected_chain import CorrectedChain, small_motion
+from .chosen_parameters import ChosenParameters, TouchedPoint
 from .corrections import corrected_robot
 from .fitting import FitProblem, Identified, Noise, identify, refined, weighted_jacobian
-from .knowledge import KNOWN, ParameterCombination, combinations_of
-from .parameters import (
-    ENDS,
-    GROUPS,
-    LAG,
-    ArmParameter,
-    end_parameters,
-    parameters_of,
-    placement,
-    scaled_jacobian,
-    structural_rank,
-)
-from .placing import Free, Offsets
+from .knowledge import KNOWN, ParameterCombination
+from .parameters import ENDS, GROUPS, ArmParameter, parameters_of
+from .placing import Free
+from .same_point import SamePointParameters, touches_of
 
-# Standard deviations of base and tool before, m and rad: nothing is known of them; of a lag, s.
-ANYWHERE, ANY_LAG = 1.0, 0.1
 # Blocks of time for the cross-validation.
 BLOCKS = 5
 # Below this share of its prior a parameter's deviation says that the poses tell it.
@@ -117,6 +104,8 @@ class Calibration(FrozenArrays):
         What the frame check said; None of positions.
     remarks
         Sentences on the data.
+    points
+        Those that were touched, if the poses were measured by nothing else.
     """
 
     READ_ONLY = ('covariance', 'distances', 'singular_values', 'base_offsets', 'tool_offsets')
@@ -143,6 +132,7 @@ class Calibration(FrozenArrays):
     tool_offsets: Floats
     frames: FrameDiagnosis | None
     remarks: tuple[str, ...]
+    points: tuple[TouchedPoint, ...] = ()
 
     @cached_property
     def corrections(self) -> dict[str, float]:
@@ -160,8 +150,10 @@ class Calibration(FrozenArrays):
 def calibrate(
     robot: Robot,
     q: npt.ArrayLike,
-    poses: npt.ArrayLike,
+    poses: npt.ArrayLike | None = None,
     *,
+    same_point: Sequence[object] | None = None,
+    apart: Mapping[tuple[str, str], float] | None = None,
     sets: npt.ArrayLike | None = None,
     rates: npt.ArrayLike | None = None,
     own: Sequence[str] = ('base',),
@@ -184,6 +176,13 @@ def calibrate(
     poses : shape (N, 4, 4), or (N, 3) in m
         Of the tool at the same times, from elsewhere; or the positions of one point of it. In a
         frame that stands still, and of a tool frame or point that need not be that of the file.
+    same_point : N
+        Instead of poses, without any instrument: the name of the point that the tip of the tool
+        touched at each row. Where the points are in the base frame, and where the tip is in the
+        tool frame, is found along; `fix` takes `tool` where the file has the tip.
+    apart
+        Known distances (m) between two of these points, by their names; they count as known to
+        0.01 mm.
     sets : shape (N,)
         Where the poses were measured in several sets: the set of each, from 0.
     rates : shape (N, n), rad/s or m/s
@@ -222,145 +221,61 @@ def calibrate(
     >>> round(found.corrections['theta2'], 6), found.known, found.possible
     (0.001, 30, 30)
     """
+    if same_point is not None:
+        if not (poses is None and sets is None and rates is None):
+            raise CalibrationError('same_point takes joint positions alone: no poses, sets, rates')
+        touched = touches_of(robot, q, same_point)
+        progress('points')
+        points = SamePointParameters(robot, touched, parameters_of(robot), apart or {})
+        problem = points.touch_problem(fit, fix, tolerances, check)
+        return _fitted(robot, points.given, points, problem, None, noise, progress)
+    if poses is None or apart:
+        raise CalibrationError('give poses; or same_point, which alone takes distances')
     given = measured(robot, q, poses, sets, rates)
     for end in own:
         if end not in ENDS:
             raise CalibrationError(f'own: {end!r} is not one of {", ".join(ENDS)}')
     arm = parameters_of(robot)
-    names = _ChosenParameters(robot, given, tuple(own), arm.table)
+    names = ChosenParameters(robot, given, tuple(own), arm.table)
     fitted = names.fitted(fit, fix)
     free = Free('base' in names.groups(fitted), 'tool' in names.groups(fitted))
     progress('frame check')
     each = Free('base' in own, 'tool' in own)
     offsets, frames = checked_offsets(robot, given, free, each, check)
     problem = names.problem(arm.chain, offsets, fitted, tolerances)
+    return _fitted(robot, given, names, problem, frames, noise, progress)
+
+
+def _fitted(
+    robot: Robot,
+    given: Measured,
+    names: ChosenParameters,
+    problem: FitProblem,
+    frames: FrameDiagnosis | None,
+    noise: tuple[float, float] | None,
+    progress: Callable[[str], None],
+) -> Calibration:
     known_noise = None if noise is None else Noise(*noise)
     found = identify(problem, known_noise, lambda k: progress(f'round {k + 1}'))
     progress('cross-validation')
     return _result(robot, given, names, problem, found, frames)
 
 
-class _ChosenParameters:
-    # All parameters of an arm measured in sets, and what a user's words among them mean.
-    def __init__(
-        self, robot: Robot, given: Measured, own: tuple[str, ...], table: Sequence[ArmParameter]
-    ) -> None:
-        self.robot, self.given, self.own, self.table = robot, given, own, tuple(table)
-        count = given.set_count
-        self.ends = {end: count if end in own else 1 for end in ENDS}
-        self.every = (
-            *table,
-            *(
-                one
-                for end in ENDS
-                for k in range(self.ends[end])
-                for one in end_parameters(end, k)
-            ),
-            *([] if given.rates is None else [LAG]),
-        )
-
-    def first(self, end: str, k: int) -> int:
-        """Return where the corrections of the base or tool of set k begin."""
-        number = k if end in self.own else 0
-        before = self.ends['base'] if end == 'tool' else 0
-        return len(self.table) + 6 * (before + number)
-
-    def fitted(self, fit: Sequence[str], fix: Sequence[str]) -> list[int]:
-        """Return which parameters are fitted."""
-        for word in (*fit, *fix):
-            self._check(word)
-        chosen = [
-            k
-            for k, one in enumerate(self.every)
-            if (not fit or {one.name, one.group} & set(fit))
-            and not {one.name, one.group} & set(fix)
-        ]
-        if self.given.positions:
-            # A point has no orientation.
-            chosen = [
-                k for k in chosen if self.every[k].group != 'tool' or not self.every[k].angle
-            ]
-        if not chosen:
-            raise CalibrationError('fit, fix: nothing is left to be fitted')
-        return chosen
-
-    def _check(self, word: str) -> None:
-        if word not in GROUPS and word not in [one.name for one in self.every]:
-            raise CalibrationError(
-                f'{word!r} is no parameter of {self.robot.name}; accepted are the groups '
-                f'{", ".join(GROUPS)}, and {", ".join(one.name for one in self.every)}'
-            )
-
-    def groups(self, chosen: Sequence[int]) -> set[str]:
-        """Return the groups of parameters."""
-        return {self.every[k].group for k in chosen}
-
-    def problem(
-        self,
-        chain: CorrectedChain,
-        offsets: Sequence[Offsets],
-        chosen: Sequence[int],
-        tolerances: Mapping[str, float] | None,
-    ) -> FitProblem:
-        """Return the problem; base and tool begin at offsets."""
-        for word in tolerances or {}:
-            self._check(word)
-        parameters = tuple(self.every[k] for k in chosen)
-        base, tool = self.placed(offsets)
-        chains = tuple(
-            placement(chain, base[k], tool[k], (self.first('base', k), self.first('tool', k)))
-            for k in range(self.given.set_count)
-        )
-        return FitProblem(
-            parameters,
-            np.array([_prior(one, tolerances or {}) for one in parameters]),
-            np.array(chosen),
-            len(self.every),
-            chains,
-            self.given.sets,
-            self.given.q,
-            self.given.poses,
-            self.given.positions,
-            self.given.rates,
-        )
-
-    def placed(self, offsets: Sequence[Offsets]) -> tuple[list[Floats], list[Floats]]:
-        """Return bases and tools of the sets, with those of the file."""
-        description = self.robot.description
-        base, tool = description.base.motion.matrix, description.tool.motion.matrix
-        return [one.base @ base for one in offsets], [tool @ one.tool for one in offsets]
-
-
-def _prior(one: ArmParameter, tolerances: Mapping[str, float]) -> float:
-    if one.group in (*ENDS, LAG.group):
-        return tolerances.get(one.name, ANYWHERE if one.group in ENDS else ANY_LAG)
-    found = tolerances.get(one.name, tolerances.get(one.group, one.scale))
-    if not found > 0.0:
-        raise CalibrationError(f'the tolerance of {one.name} is not above 0; use fix instead')
-    return float(found)
-
-
 def _result(
     robot: Robot,
     given: Measured,
-    names: _ChosenParameters,
+    names: ChosenParameters,
     problem: FitProblem,
     found: Identified,
     frames: FrameDiagnosis | None,
 ) -> Calibration:
     used = found.used
-    zero = np.zeros(len(problem.parameters))
-    ends = problem.only(ENDS)
-    own = np.array([one.group in ENDS for one in problem.parameters])
-    begin = refined(ends, zero[own], found.noise, used)
+    ends = problem.only(names.placed_groups)
+    begin = refined(ends, np.zeros(len(ends.parameters)), found.noise, used)
     deviations = np.sqrt(np.diag(found.covariance))
     told = weighted_jacobian(problem, found.values, found.noise, used)
     values = np.linalg.svd(told, compute_uv=False)
-    # What can be told apart is so of the nominal arm and by usual errors, whatever the priors:
-    # corrections bring axes out of parallel by nothing that could be measured.
-    scales = np.array([one.scale for one in problem.parameters]) / problem.prior
-    apart = weighted_jacobian(problem, zero, found.noise, used) * scales
-    base, tool = _ends(robot, names, problem, found.values)
+    base, tool = names.ends_of(problem, found.values)
     return Calibration(
         robot=robot,
         calibrated=corrected_robot(robot, problem.parameters, np.round(found.values, DECIMALS)),
@@ -378,19 +293,20 @@ def _result(
         positions=given.positions,
         outliers=_outliers(found),
         distances=found.distances,
-        as_given=_errors(_as_given(robot, given), used),
+        as_given=_errors(names.as_given(), used),
         before=_errors(ends.remainders(begin), used),
         after=_errors(problem.remainders(found.values), used),
         held_out_before=_errors(_held_out(ends, begin, found), used),
         held_out=_errors(_held_out(problem, found.values, found), used),
         known=int(np.sum(values > KNOWN)),
-        possible=_possible(robot, names, problem),
+        possible=names.possible(problem),
         singular_values=np.asarray(values, dtype=np.float64),
-        combinations=combinations_of(apart, problem.parameters),
+        combinations=names.combinations(problem, found.noise, used),
         base_offsets=base,
         tool_offsets=tool,
         frames=frames,
-        remarks=_remarks(given, found),
+        remarks=(*_remarks(given, found), *names.remarks(problem, found)),
+        points=names.points(problem, found),
     )
 
 
@@ -398,19 +314,17 @@ def _errors(remainders: Floats, used: Flags) -> Errors:
     return errors_of(remainders[used, 0], remainders[used, 1])
 
 
-def _as_given(robot: Robot, given: Measured) -> Floats:
-    poses = forward_kinematics(robot, given.q)
-    rotation = np.zeros((len(poses), 3))
-    if not given.positions:
-        R = given.poses[:, :3, :3] @ np.swapaxes(poses[:, :3, :3], 1, 2)
-        rotation = rotation_vector(R)
-    return np.stack([given.poses[:, :3, 3] - poses[:, :3, 3], rotation], axis=1)
-
-
 def _held_out(problem: FitProblem, values: Floats, found: Identified) -> Floats:
-    # What remains of each block of rows where the corrections are fitted to the other blocks.
+    # What remains of each block of rows, of every set, where the corrections are fitted to the
+    # other blocks.
     result = np.zeros((len(problem.q), 2, 3))
-    for block in np.array_split(np.arange(len(problem.q)), BLOCKS):
+    blocks = np.empty(len(problem.q), dtype=np.int64)
+    for k in range(len(problem.chains)):
+        rows = np.flatnonzero(problem.sets == k)
+        for number, part in enumerate(np.array_split(rows, BLOCKS)):
+            blocks[part] = number
+    for k in range(BLOCKS):
+        block = blocks == k
         others = found.used.copy()
         others[block] = False
         without = refined(problem, values, found.noise, others)
@@ -421,40 +335,6 @@ def _held_out(problem: FitProblem, values: Floats, found: Identified) -> Floats:
 def _outliers(found: Identified) -> tuple[int, ...]:
     order = np.argsort(-found.distances, kind='stable')
     return tuple(int(k) for k in order if not found.used[k])
-
-
-def _possible(robot: Robot, names: _ChosenParameters, problem: FitProblem) -> int:
-    # Sets beyond the first add a base or a tool of their own, which they tell.
-    J = scaled_jacobian(robot, problem.chains[0], names.every, problem.positions)[
-        :, problem.columns
-    ]
-    elsewhere = sum(not np.any(column) for column in J.T)
-    return structural_rank(J) + elsewhere
-
-
-def _ends(
-    robot: Robot, names: _ChosenParameters, problem: FitProblem, values: Floats
-) -> tuple[Floats, Floats]:
-    # X and Y of measured = X calibrated Y, for each set.
-    description = robot.description
-    B, T = description.base.motion.matrix, description.tool.motion.matrix
-    every = problem.every(values)
-    base, tool = [], []
-    for k, chain in enumerate(problem.chains):
-        first, last = chain.still[0][0], chain.still[-1][-1]
-        assert isinstance(first, np.ndarray)
-        assert isinstance(last, np.ndarray)
-        moved = [_motion(every[names.first(end, k) :][:6]) for end in ENDS]
-        base.append(first @ moved[0] @ np.linalg.inv(B))
-        tool.append(np.linalg.inv(T) @ moved[1] @ last)
-    return np.array(base), np.array(tool)
-
-
-def _motion(six: Floats) -> Floats:
-    T = np.eye(4)
-    for k, value in enumerate(six.tolist()):
-        T = T @ small_motion(k > 2, k % 3, value)
-    return T
 
 
 def _remarks(given: Measured, found: Identified) -> tuple[str, ...]:

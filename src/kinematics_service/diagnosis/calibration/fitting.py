@@ -31,8 +31,24 @@ ROBUST_ROUNDS, ROUNDS, SORTING_ROUNDS, KNOWN_STEPS = 12, 25, 8, 4
 # A step within this share of the standard deviations, and a change of the noise, ends it.
 ENOUGH = 1e-3
 HALVINGS = 5
+# Standard deviation (m) of a distance between points that is known.
+DISTANCE = 1e-5
 # Time (s) of the difference by which poses move with a lag.
 STEP = 1e-4
+
+
+class KnownDistance(NamedTuple):
+    """
+    A distance (m) that is known between two points, each moved by three corrections.
+
+    `first` and `second` are where these begin among all corrections; `between` (3,) is from the
+    first point to the second one, without corrections.
+    """
+
+    first: int
+    second: int
+    between: Floats
+    distance: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +72,8 @@ class FitProblem:
         Whether the poses are positions alone.
     rates : shape (N, n), rad/s or m/s
         Joint velocities, if the last of all corrections is a lag; None if there is none.
+    known_distances
+        Distances between corrected points.
     """
 
     parameters: tuple[ArmParameter, ...]
@@ -68,6 +86,7 @@ class FitProblem:
     poses: Floats
     positions: bool
     rates: Floats | None = None
+    known_distances: tuple[KnownDistance, ...] = ()
 
     def every(self, values: Floats) -> Floats:
         """Return all corrections, those that are not fitted being zero."""
@@ -121,6 +140,19 @@ class FitProblem:
                 jacobian[own, :3, -1] = (later - sooner)[:, :3, 3] / (2.0 * STEP)
                 jacobian[own, 3:, -1] = rotation_vector(R) / (2.0 * STEP)
         return self._remainders(poses), jacobian.reshape(len(poses), 2, 3, -1)
+
+    def distance_equations(self, values: Floats) -> tuple[Floats, Floats]:
+        """Return how known distances move (D, P) and what remains (D,), in their deviations."""
+        every = self.every(values)
+        rows = np.zeros((len(self.known_distances), self.count))
+        remainders = np.zeros(len(rows))
+        for row, (k, one) in zip(rows, enumerate(self.known_distances)):
+            first, second = (slice(at, at + 3) for at in (one.first, one.second))
+            between = one.between + every[second] - every[first]
+            length = float(np.linalg.norm(between))
+            row[second], row[first] = between / length, -between / length
+            remainders[k] = one.distance - length
+        return rows[:, self.columns] / DISTANCE, remainders / DISTANCE
 
     def only(self, groups: tuple[str, ...]) -> 'FitProblem':
         """Return the problem of these groups of parameters alone."""
@@ -253,7 +285,8 @@ def _stepped(problem: FitProblem, values: Floats, noise: Noise, weights: Floats)
 
     def cost(at: Floats) -> float:
         d = _distances(problem, problem.remainders(at), noise)
-        return float(np.sum(weights * d**2) + np.sum((at / problem.prior) ** 2))
+        known = np.sum(problem.distance_equations(at)[1] ** 2)
+        return float(np.sum(weights * d**2) + known + np.sum((at / problem.prior) ** 2))
 
     before = cost(values)
     for _ in range(HALVINGS):
@@ -269,9 +302,10 @@ def _solve(problem: FitProblem, values: Floats, noise: Noise, weights: Floats) -
     scale = np.sqrt(weights)[:, None, None] / np.asarray(noise, dtype=np.float64)[:, None]
     count = len(values)
     rows = (J[:, :kinds] * scale[:, :kinds, :, None] * problem.prior).reshape(-1, count)
-    rows = np.concatenate([rows, np.eye(count)])
+    known, left = problem.distance_equations(values)
+    rows = np.concatenate([rows, known * problem.prior, np.eye(count)])
     right = np.concatenate(
-        [(remainders[:, :kinds] * scale[:, :kinds]).reshape(-1), -values / problem.prior]
+        [(remainders[:, :kinds] * scale[:, :kinds]).reshape(-1), left, -values / problem.prior]
     )
     triangle = triangle_of(np.column_stack([rows, right]))
     R = triangle[:count, :count]

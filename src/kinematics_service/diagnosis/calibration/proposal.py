@@ -17,7 +17,8 @@ from ...robot.chain import FrozenArrays
 from ...robot.measures import Level
 from ...robot.robot import Robot
 from ...robot.task import seeded_poses
-from .calibration import ANYWHERE, Calibration
+from .calibration import Calibration
+from .chosen_parameters import ANYWHERE
 from .corrected_chain import pose_change
 from .parameters import ENDS, SIX, end_parameters, parameters_of, placement
 
@@ -77,7 +78,8 @@ def propose_poses(
     Raises
     ------
     CalibrationError
-        The number is not between 1 and 200, or no pose is away from singular ones.
+        The number is not between 1 and 200, no pose is away from singular ones, or `after` is of
+        touched points.
 
     Examples
     --------
@@ -86,6 +88,8 @@ def propose_poses(
     >>> ks.propose_poses(robot, 8).q.shape
     (8, 6)
     """
+    if after is not None and after.points:
+        raise CalibrationError('poses to measure next are not proposed for touched points')
     if not 1 <= count <= MOST:
         raise CalibrationError(f'{count} poses: propose between 1 and {MOST}')
     q = _candidates(robot)

@@ -12,27 +12,43 @@ from .parameters import LAG, TABLE_GROUPS
 MOST_NAMED = 8
 
 
+def kind_of(found: Calibration) -> str:
+    """Return what was measured, in a word."""
+    if found.points:
+        return 'touches'
+    return 'positions' if found.positions else 'poses'
+
+
 def sentences_of(found: Calibration) -> Iterator[str]:
     """Yield what was found, one sentence each."""
 
     def rms(errors: Errors) -> str:
         return in_words(errors.position_rms, errors.rotation_rms, found.positions)
 
+    fitted = 'tip and points' if found.points else 'base and tool'
     yield (
-        f'With base and tool fitted alone {rms(found.before)} remain (rms); with the calibrated '
+        f'With {fitted} fitted alone {rms(found.before)} remain (rms); with the calibrated '
         f'table {rms(found.after)}'
     )
     yield (
-        f'Of poses held out, over {BLOCKS} blocks of rows: {rms(found.held_out_before)} before, '
-        f'{rms(found.held_out)} after'
+        f'Of {kind_of(found)} held out, over {BLOCKS} blocks of rows: '
+        f'{rms(found.held_out_before)} before, {rms(found.held_out)} after'
     )
+    row = 'touch' if found.points else 'pose'
     noise = in_words(found.noise.position, found.noise.rotation, found.positions)
-    yield f'What the arm cannot explain is {noise} for each number of a pose'
-    kind = 'positions' if found.positions else 'poses'
+    yield f'What the arm cannot explain is {noise} for each number of a {row}'
+    kind = kind_of(found)
     yield (
         f'These {kind} tell {found.known} directions of the {len(found.parameters)} parameters; '
         f'any such {kind} could tell {found.possible}'
     )
+    for point in found.points:
+        xyz = ', '.join(f'{x:.5f}' for x in point.position)
+        off = ', '.join(length_in_words(x) for x in point.deviation)
+        yield (
+            f'Point {point.name}, touched {point.count} times, is at {xyz} m in the base frame; '
+            f'standard deviations {off}'
+        )
     for one in found.combinations:
         yield one.sentence[0].upper() + one.sentence[1:]
     together = {name for one in found.combinations for name in one.names}
@@ -45,11 +61,12 @@ def sentences_of(found: Calibration) -> Iterator[str]:
 
 def _outliers(found: Calibration) -> str:
     rows = found.outliers[:MOST_NAMED]
-    named = ', '.join(f'{row} ({found.distances[row]:.0f} sigma)' for row in rows)
+    named = ', '.join(f'{k} ({found.distances[k]:.0f} sigma)' for k in rows)
     more = len(found.outliers) - len(rows)
+    row = 'touch' if found.points else 'pose'
     what = 'outlier is' if len(found.outliers) == 1 else 'outliers are'
     rest = f' and {more} more' if more else ''
-    return f'{len(found.outliers)} {what} left out, counted from 0: pose {named}{rest}'
+    return f'{len(found.outliers)} {what} left out, counted from 0: {row} {named}{rest}'
 
 
 def cells_of(one: CalibratedParameter) -> tuple[str, str, str, str]:
@@ -99,6 +116,15 @@ def document_of(found: Calibration, files: Sequence[str]) -> dict[str, Any]:
                 'sentence': one.sentence,
             }
             for one in found.combinations
+        ],
+        'points': [
+            {
+                'name': one.name,
+                'position': list(one.position),
+                'deviation': list(one.deviation),
+                'touches': one.count,
+            }
+            for one in found.points
         ],
         'base_offsets': found.base_offsets,
         'tool_offsets': found.tool_offsets,

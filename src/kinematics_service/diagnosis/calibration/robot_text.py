@@ -25,6 +25,7 @@ from .calibration import BLOCKS, Calibration
 from .checking import apart, in_words
 from .corrections import in_file_units, number_text, rigid_motion
 from .parameters import ENDS
+from .report import kind_of
 
 # Known poses written, and how far beyond the largest remainder of them their tolerance is.
 KNOWN_POSES, BEYOND = 5, 1.5
@@ -128,18 +129,21 @@ def certificate(found: Calibration, origin: CalibrationOrigin, frames: Frames) -
         return in_words(one.position_rms, one.rotation_rms, found.positions)
 
     left_out = f', {len(found.outliers)} left out as outliers' if found.outliers else ''
+    of_points, fitted = '', 'base and tool'
+    if found.points:
+        of_points = f' of {", ".join(one.name for one in found.points)}'
+        fitted = 'tip and points'
     ends = 'those of the nominal file' if frames == 'robot' else 'as measured'
     facts = [
         f'Calibrated by kinematics_service {__version__} on {origin.date}.',
-        f'data: {origin.data}, {found.count} '
-        f'{"positions" if found.positions else "poses"}{left_out}',
-        f'error before (base and tool fitted): {errors("before")} rms; after: {errors("after")}',
-        f'error of poses held out, over {BLOCKS} blocks of rows: before '
+        f'data: {origin.data}, {found.count} {kind_of(found)}{of_points}{left_out}',
+        f'error before ({fitted} fitted): {errors("before")} rms; after: {errors("after")}',
+        f'error of {kind_of(found)} held out, over {BLOCKS} blocks of rows: before '
         f'{errors("held_out_before")}; after {errors("held_out")}',
         f'noise: {in_words(found.noise.position, found.noise.rotation, found.positions)} of '
-        'each number of a pose',
-        f'told by these poses: {found.known} directions of {len(found.parameters)} parameters; '
-        f'by any such poses: {found.possible}',
+        f'each number of a {"touch" if found.points else "pose"}',
+        f'told by these {kind_of(found)}: {found.known} directions of {len(found.parameters)} '
+        f'parameters; by any such {kind_of(found)}: {found.possible}',
         f'base and tool: {ends}',
     ]
     facts += [one.sentence for one in found.combinations]
@@ -179,7 +183,8 @@ def _known_poses(
         _rounded(in_file_units(max(BEYOND * float(np.max(size)), LEAST), angle, description))
         for size, angle in ((lengths, False), (angles, True))
     ]
-    lines = ['known_poses:  # measured']
+    what = 'the tip touched a point' if found.points else 'measured'
+    lines = [f'known_poses:  # {what}']
     sliding = [kind == 'prismatic' for kind in robot.joint_types]
     for joints, pose in zip(q[rows], T):
         numbers = [

@@ -1,0 +1,228 @@
+"""The parameters of an arm measured in sets: which are fitted, from where, and what is told."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...errors import CalibrationError
+from ...formats.recordings.block import Flags
+from ...kernel import Floats
+from ...kinematics.forward import forward_kinematics
+from ...rigid_motion import rotation_vector
+from ...robot.robot import Robot
+from .checking import Measured
+from .corrected_chain import CorrectedChain, small_motion
+from .fitting import FitProblem, Identified, Noise, weighted_jacobian
+from .knowledge import ParameterCombination, combinations_of
+from .parameters import (
+    ENDS,
+    GROUPS,
+    LAG,
+    TABLE_GROUPS,
+    ArmParameter,
+    end_parameters,
+    placement,
+    scaled_jacobian,
+    structural_rank,
+)
+from .placing import Offsets
+
+# Standard deviations of base, tool and points before, m and rad: nothing is known of them; of a
+# lag, s.
+ANYWHERE, ANY_LAG = 1.0, 0.1
+
+
+@dataclass(frozen=True)
+class TouchedPoint:
+    """
+    A point that the tip of the tool touched from many poses.
+
+    Attributes
+    ----------
+    name
+        As the rows are marked.
+    position, deviation
+        Where it is in the base frame, and how well that is known; x y z in m.
+    count
+        Number of rows.
+    """
+
+    name: str
+    position: tuple[float, float, float]
+    deviation: tuple[float, float, float]
+    count: int
+
+
+class ChosenParameters:
+    """
+    All parameters of an arm measured in sets, and what a user's words among them mean.
+
+    Attributes
+    ----------
+    every
+        All parameters, in the order of the corrections of the chains.
+    placed_groups
+        Groups that are fitted before anything of the table is.
+    """
+
+    placed_groups: tuple[str, ...] = ENDS
+    words: tuple[str, ...] = GROUPS
+
+    def __init__(
+        self, robot: Robot, given: Measured, own: tuple[str, ...], table: Sequence[ArmParameter]
+    ) -> None:
+        self.robot, self.given, self.own, self.table = robot, given, own, tuple(table)
+        count = given.set_count
+        self.ends = {end: count if end in own else 1 for end in ENDS}
+        self.every = (
+            *table,
+            *(
+                one
+                for end in ENDS
+                for k in range(self.ends[end])
+                for one in end_parameters(end, k)
+            ),
+            *([] if given.rates is None else [LAG]),
+        )
+
+    def first(self, end: str, k: int) -> int:
+        """Return where the corrections of the base or tool of set k begin."""
+        number = k if end in self.own else 0
+        before = self.ends['base'] if end == 'tool' else 0
+        return len(self.table) + 6 * (before + number)
+
+    def fitted(self, fit: Sequence[str], fix: Sequence[str]) -> list[int]:
+        """Return which parameters are fitted."""
+        for word in (*fit, *fix):
+            self._check(word)
+        chosen = [
+            k
+            for k, one in enumerate(self.every)
+            if (not fit or {one.name, one.group} & set(fit))
+            and not {one.name, one.group} & set(fix)
+        ]
+        if self.given.positions:
+            # A point has no orientation.
+            chosen = [
+                k for k in chosen if self.every[k].group != 'tool' or not self.every[k].angle
+            ]
+        if not chosen:
+            raise CalibrationError('fit, fix: nothing is left to be fitted')
+        return chosen
+
+    def _check(self, word: str) -> None:
+        if word not in self.words and word not in [one.name for one in self.every]:
+            raise CalibrationError(
+                f'{word!r} is no parameter of {self.robot.name}; accepted are the groups '
+                f'{", ".join(self.words)}, and {", ".join(one.name for one in self.every)}'
+            )
+
+    def groups(self, chosen: Sequence[int]) -> set[str]:
+        """Return the groups of parameters."""
+        return {self.every[k].group for k in chosen}
+
+    def problem(
+        self,
+        chain: CorrectedChain,
+        offsets: Sequence[Offsets],
+        chosen: Sequence[int],
+        tolerances: Mapping[str, float] | None,
+    ) -> FitProblem:
+        """Return the problem; base and tool begin at offsets."""
+        for word in tolerances or {}:
+            self._check(word)
+        parameters = tuple(self.every[k] for k in chosen)
+        base, tool = self.placed(offsets)
+        chains = tuple(
+            placement(chain, base[k], tool[k], (self.first('base', k), self.first('tool', k)))
+            for k in range(self.given.set_count)
+        )
+        return FitProblem(
+            parameters,
+            np.array([prior_of(one, tolerances or {}) for one in parameters]),
+            np.array(chosen),
+            len(self.every),
+            chains,
+            self.given.sets,
+            self.given.q,
+            self.given.poses,
+            self.given.positions,
+            self.given.rates,
+        )
+
+    def placed(self, offsets: Sequence[Offsets]) -> tuple[list[Floats], list[Floats]]:
+        """Return bases and tools of the sets, with those of the file."""
+        description = self.robot.description
+        base, tool = description.base.motion.matrix, description.tool.motion.matrix
+        return [one.base @ base for one in offsets], [tool @ one.tool for one in offsets]
+
+    def possible(self, problem: FitProblem) -> int:
+        """Return the number of directions that any poses of this kind could tell."""
+        # Sets beyond the first add a base or a tool of their own, which they tell.
+        J = scaled_jacobian(self.robot, problem.chains[0], self.every, problem.positions)[
+            :, problem.columns
+        ]
+        elsewhere = sum(not np.any(column) for column in J.T)
+        return structural_rank(J) + elsewhere
+
+    def combinations(
+        self, problem: FitProblem, noise: Noise, used: Flags
+    ) -> tuple[ParameterCombination, ...]:
+        """Return the parameters that these poses do not tell apart."""
+        # What can be told apart is so of the nominal arm and by usual errors, whatever the
+        # priors: corrections bring axes out of parallel by nothing that could be measured.
+        scales = np.array([one.scale for one in problem.parameters]) / problem.prior
+        zero = np.zeros(len(problem.parameters))
+        J = weighted_jacobian(problem, zero, noise, used) * scales
+        return combinations_of(J, problem.parameters)
+
+    def ends_of(self, problem: FitProblem, values: Floats) -> tuple[Floats, Floats]:
+        """Return X and Y (sets, 4, 4) of measured = X calibrated Y."""
+        description = self.robot.description
+        B, T = description.base.motion.matrix, description.tool.motion.matrix
+        every = problem.every(values)
+        base, tool = [], []
+        for k, chain in enumerate(problem.chains):
+            first, last = chain.still[0][0], chain.still[-1][-1]
+            assert isinstance(first, np.ndarray)
+            assert isinstance(last, np.ndarray)
+            moved = [motion_of(every[self.first(end, k) :][:6]) for end in ENDS]
+            base.append(first @ moved[0] @ np.linalg.inv(B))
+            tool.append(np.linalg.inv(T) @ moved[1] @ last)
+        return np.array(base), np.array(tool)
+
+    def as_given(self) -> Floats:
+        """Return position (m) and rotation (rad) between file and measurement, (N, 2, 3)."""
+        poses, given = forward_kinematics(self.robot, self.given.q), self.given.poses
+        rotation = np.zeros((len(poses), 3))
+        if not self.given.positions:
+            R = given[:, :3, :3] @ np.swapaxes(poses[:, :3, :3], 1, 2)
+            rotation = rotation_vector(R)
+        return np.stack([given[:, :3, 3] - poses[:, :3, 3], rotation], axis=1)
+
+    def points(self, problem: FitProblem, found: Identified) -> tuple[TouchedPoint, ...]:
+        """Return the points that were touched, where nothing else was measured."""
+        return ()
+
+    def remarks(self, problem: FitProblem, found: Identified) -> tuple[str, ...]:
+        """Return sentences on the rows."""
+        return ()
+
+
+def prior_of(one: ArmParameter, tolerances: Mapping[str, float]) -> float:
+    """Return the standard deviation of a parameter before, rad, m or s."""
+    if one.group not in TABLE_GROUPS:
+        return tolerances.get(one.name, ANY_LAG if one == LAG else ANYWHERE)
+    found = tolerances.get(one.name, tolerances.get(one.group, one.scale))
+    if not found > 0.0:
+        raise CalibrationError(f'the tolerance of {one.name} is not above 0; use fix instead')
+    return float(found)
+
+
+def motion_of(six: Floats) -> Floats:
+    """Return the motion (4, 4) of the corrections x y z rx ry rz of a base or tool."""
+    T = np.eye(4)
+    for k, value in enumerate(six.tolist()):
+        T = T @ small_motion(k > 2, k % 3, value)
+    return T

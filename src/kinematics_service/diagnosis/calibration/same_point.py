@@ -1,0 +1,436 @@
+"""
+Calibration without an instrument: points that the tip of the tool touched from many poses.
+
+Nobody knows where the points are, nor where the tip is in the tool frame; both are fitted along
+with the arm. What is measured is that the tip was at the same point. Larger or smaller by one
+factor, arm, tip and points would touch as well: lengths are known by their ratios alone, unless
+the distance between two points is known.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ...errors import CalibrationError
+from ...formats.recordings.block import Flags
+from ...kernel import Floats, Integers
+from ...kinematics.forward import forward_kinematics, jacobian
+from ...robot.robot import Robot
+from ...robot.task import seeded_poses
+from ..frame_check.errors import length_in_words
+from .checking import ALIKE, DECISIVE, LEAST, NO_CALIBRATION, Measured
+from .chosen_parameters import ANYWHERE, ChosenParameters, TouchedPoint, prior_of
+from .corrected_chain import CorrectedChain, CorrectingMotion, Part
+from .fitting import (
+    OUTLIER_OF_THREE,
+    FitProblem,
+    Identified,
+    KnownDistance,
+    Noise,
+    weighted_jacobian,
+)
+from .knowledge import ParameterCombination, combinations_of
+from .parameters import (
+    GROUPS,
+    LENGTH,
+    SIX,
+    TABLE_GROUPS,
+    ArmParameter,
+    ArmParameters,
+    end_parameters,
+    structural_rank,
+)
+
+# The group of the positions of points.
+POINTS = 'points'
+# How far (m) touches are apart at first, beside which nothing is known of the tip; rounds in which
+# the worst rows are left out, and the share that is kept.
+NOMINAL, TRIALS, KEPT = 5e-3, 3, 0.7
+# A pose touches a point to round-off (m); steps to there, and the longest one (rad, m).
+TOUCHES, STEPS, LONGEST_STEP = 1e-13, 60, 0.3
+# What remains of a scale, as a share of it, where nothing tells it.
+NO_SCALE = 1e-7
+# No joint (rad) turns farther: more is in degrees.
+DEGREES = 13.0
+# Outliers that are looked at for a wrong name.
+MOST_NAMED = 8
+# A constant motion that turns the sign of translations: a correction of the point is the opposite
+# one of the tip.
+MIRROR = np.diag([-1.0, -1.0, -1.0, 1.0])
+
+
+class Touches(NamedTuple):
+    """Joint positions (N, n), rad or m; the number (N,) of the point touched; points' names."""
+
+    q: Floats
+    point: Integers
+    names: tuple[str, ...]
+
+
+class _Start(NamedTuple):
+    # Points (K, 3) in the base frame, the tip (3,) in the tool frame, distances (N,) of the rows.
+    points: Floats
+    tip: Floats
+    distances: Floats
+
+
+def touches_of(robot: Robot, q: npt.ArrayLike, same_point: Sequence[object]) -> Touches:
+    """
+    Return joint positions and points as arrays that fit each other.
+
+    Raises
+    ------
+    CalibrationError
+        Shapes do not fit, a number is not finite, a point has too few rows, or they are all alike.
+    """
+    joints = np.array(q, dtype=np.float64)
+    count = len(same_point)
+    if joints.shape != (count, robot.dof):
+        raise CalibrationError(
+            f'q must have the shape (N, {robot.dof}) and same_point N names, '
+            f'not {joints.shape} and {count}'
+        )
+    if not np.all(np.isfinite(joints)):
+        raise CalibrationError('joint positions must be finite')
+    marks = [str(one) for one in same_point]
+    names = tuple(dict.fromkeys(marks))
+    if not names:
+        raise CalibrationError(f'no point is touched: at least {LEAST} poses at one are needed')
+    for name in names:
+        if name == 'tool' or not name or not name.isprintable():
+            raise CalibrationError(f'a point may not be called {name!r}')
+    point = np.array([names.index(one) for one in marks])
+    for k, name in enumerate(names):
+        own = joints[point == k]
+        if len(own) < LEAST:
+            raise CalibrationError(
+                f'point {name} is touched from {len(own)} '
+                f'{"pose" if len(own) == 1 else "poses"}: at least {LEAST} are needed, and some '
+                f'{2 * robot.dof} or more at each point tell most of an arm'
+            )
+        moved = float(np.max(np.ptp(own, axis=0)))
+        if moved < ALIKE:
+            raise CalibrationError(
+                f'the {len(own)} poses at point {name} are all alike (no joint moves by more than '
+                f'{moved:.2g} rad or m): they tell nothing of the arm; take poses far apart'
+            )
+    return Touches(joints, point, names)
+
+
+class SamePointParameters(ChosenParameters):
+    """The parameters of an arm whose tip touched points, and what these touches tell."""
+
+    placed_groups = ('tool', POINTS)
+    words = tuple(one for one in GROUPS if one not in ('base', 'lag'))
+
+    def __init__(
+        self,
+        robot: Robot,
+        touches: Touches,
+        arm: ArmParameters,
+        apart: Mapping[tuple[str, str], float],
+    ) -> None:
+        self.touches, self.arm, self.apart = touches, arm, _checked(apart, touches.names)
+        count = len(touches.q)
+        poses = np.tile(np.eye(4), (count, 1, 1))
+        super().__init__(robot, Measured(touches.q, poses, True, touches.point), (), arm.table)
+        self.every = (
+            *arm.table,
+            *(
+                ArmParameter(f'{name}.{axis}', POINTS, False, place=axis)
+                for name in touches.names
+                for axis in SIX[:3]
+            ),
+            *end_parameters('tool', 0),
+        )
+
+    def first(self, end: str, k: int) -> int:
+        """Return where the corrections of point k, or those of the tool, begin."""
+        points = k if end == POINTS else len(self.touches.names)
+        return len(self.table) + 3 * points
+
+    def fitted(self, fit: Sequence[str], fix: Sequence[str]) -> list[int]:
+        """Return which parameters are fitted; the points always are."""
+        for word in (*fit, *fix):
+            if word.rpartition('.')[0] in self.touches.names:
+                raise CalibrationError(f'{word!r}: where the points are is always fitted')
+        points = range(self.first(POINTS, 0), self.first('tool', 0))
+        return sorted({*super().fitted(fit, fix), *points})
+
+    def touch_problem(
+        self,
+        fit: Sequence[str],
+        fix: Sequence[str],
+        tolerances: Mapping[str, float] | None,
+        check: bool,
+    ) -> FitProblem:
+        """
+        Return the problem; points and tip begin where the nominal arm has them.
+
+        Raises
+        ------
+        CalibrationError
+            A word is no parameter, or the touches are no matter of calibration.
+        """
+        chosen = self.fitted(fit, fix)
+        for word in tolerances or {}:
+            self._check(word)
+        q, point, names = self.touches
+        tool = range(self.first('tool', 0), self.first('tool', 0) + 3)
+        start = _started(self.robot, q, point, free=set(tool) <= set(chosen))
+        if check:
+            _check_touches(self.robot, self.touches, start)
+        self.start = start
+        parameters = tuple(self.every[k] for k in chosen)
+        return FitProblem(
+            parameters,
+            np.array([prior_of(one, tolerances or {}) for one in parameters]),
+            np.array(chosen),
+            len(self.every),
+            tuple(self._chain(k, start.tip) for k in range(len(names))),
+            point,
+            q,
+            _positions(start.points[point]),
+            True,
+            known_distances=tuple(
+                KnownDistance(
+                    self.first(POINTS, i), self.first(POINTS, j), points[j] - points[i], distance
+                )
+                for points in [start.points]
+                for (i, j), distance in self.apart.items()
+            ),
+        )
+
+    def _chain(self, k: int, tip: Floats) -> CorrectedChain:
+        # From the base frame to the tip; the correction of point k moves it the other way.
+        description = self.robot.description
+        tool = np.array(description.tool.motion.matrix)
+        tool[:3, 3] += tool[:3, :3] @ tip
+        moved = [CorrectingMotion(False, i, self.first(POINTS, k) + i) for i in range(3)]
+        end = [CorrectingMotion(i > 2, i % 3, self.first('tool', 0) + i) for i in range(6)]
+        still = list(self.arm.chain.still)
+        begin: list[Part] = [MIRROR, *moved, MIRROR @ description.base.motion.matrix]
+        still[0] = (*begin, *still[0])
+        still[-1] = (*still[-1], *end, tool)
+        return CorrectedChain(tuple(still), self.arm.chain.screws)
+
+    def possible(self, problem: FitProblem) -> int:
+        """Return the number of directions that any touches of these points could tell."""
+        prismatic = [kind == 'prismatic' for kind in self.robot.joint_types]
+        q = seeded_poses(self.robot.limits, prismatic)
+        point = np.arange(len(q)) % len(self.touches.names)
+        noise = Noise(LENGTH, 1.0)
+        return structural_rank(self._exact_jacobian(problem, noise, q, point))
+
+    def combinations(
+        self, problem: FitProblem, noise: Noise, used: Flags
+    ) -> tuple[ParameterCombination, ...]:
+        """Return the parameters that these touches do not tell apart; of a scale in words."""
+        J = self._exact_jacobian(problem, noise, self.touches.q[used], self.touches.point[used])
+        names = self._scaled_lengths(J, problem.parameters)
+        if not names:
+            return combinations_of(J, problem.parameters)
+        scale = ParameterCombination(
+            names,
+            len(names) - 1,
+            (),
+            'no length is told by itself: arm, tip and points, all larger or smaller by one '
+            'factor, touch as well, and the priors decide; a known distance between two points '
+            'tells it',
+        )
+        # Beside that, what is not told were one length known: of those that name fewest others.
+        size = float(np.max(np.abs(J)))
+        found = []
+        for k, one in enumerate(problem.parameters):
+            if one.name in names:
+                known = size * (np.arange(J.shape[1]) == k)
+                found.append(combinations_of(np.vstack([J, known]), problem.parameters))
+        return (scale, *min(found, key=lambda sets: sum(len(one.names) for one in sets)))
+
+    def _exact_jacobian(
+        self, problem: FitProblem, noise: Noise, q: Floats, point: Integers
+    ) -> Floats:
+        # How the tip moves by usual errors where the nominal arm touches the points to round-off:
+        # only there a scale leaves the touches as they are.
+        touching, exact = _touching(self.robot, q, self.start.points[point], self.start.tip)
+        if not np.any(exact):
+            touching, exact = q, np.ones(len(q), dtype=bool)
+        there = replace(
+            problem,
+            q=touching[exact],
+            sets=point[exact],
+            poses=_positions(self.start.points[point[exact]]),
+        )
+        scales = np.array([one.scale for one in problem.parameters]) / problem.prior
+        zero = np.zeros(len(scales))
+        return weighted_jacobian(there, zero, noise, np.ones(len(there.q), dtype=bool)) * scales
+
+    def _scaled_lengths(self, J: Floats, parameters: Sequence[ArmParameter]) -> tuple[str, ...]:
+        # Lengths of the table whose growth, with that of the tip, moves tips as points that grow.
+        lengths = [
+            k
+            for k, one in enumerate(parameters)
+            if one.group == 'lengths' or (one.group == 'tool' and not one.angle)
+        ]
+        points = [k for k, one in enumerate(parameters) if one.group == POINTS]
+        moved = J[:, points] @ (self.start.points.reshape(-1) / LENGTH)
+        growth = np.linalg.lstsq(J[:, lengths], -moved, rcond=NO_SCALE)[0]
+        rest = float(np.linalg.norm(J[:, lengths] @ growth + moved))
+        if not rest < NO_SCALE * float(np.linalg.norm(moved)):
+            return ()
+        return tuple(
+            parameters[k].name
+            for k, by in zip(lengths, growth)
+            if parameters[k].group in TABLE_GROUPS and abs(by) > NO_SCALE * np.max(np.abs(growth))
+        )
+
+    def ends_of(self, problem: FitProblem, values: Floats) -> tuple[Floats, Floats]:
+        """Return X and Y (1, 4, 4) of tip = X calibrated Y; X is the identity."""
+        Y = np.eye(4)
+        T = self.robot.description.tool.motion.matrix
+        at = self.first('tool', 0)
+        moved = np.eye(4)
+        moved[:3, 3] = problem.every(values)[at : at + 3]
+        Y[:3, 3] = self.start.tip
+        return np.eye(4)[None], (np.linalg.inv(T) @ moved @ T @ Y)[None]
+
+    def as_given(self) -> Floats:
+        """Return how far the tip of the file is from the points, (N, 2, 3), m."""
+        q, point, _ = self.touches
+        start = _started(self.robot, q, point, free=False)
+        left = start.points[point] - forward_kinematics(self.robot, q)[:, :3, 3]
+        return np.stack([left, np.zeros_like(left)], axis=1)
+
+    def points(self, problem: FitProblem, found: Identified) -> tuple[TouchedPoint, ...]:
+        """Return where the points are."""
+        deviations = np.sqrt(np.diag(found.covariance))
+        result = []
+        for k, name in enumerate(self.touches.names):
+            at = [
+                i
+                for i, one in enumerate(problem.parameters)
+                if one.group == POINTS and one.name.rpartition('.')[0] == name
+            ]
+            x, y, z = (self.start.points[k] + found.values[at]).tolist()
+            dx, dy, dz = deviations[at].tolist()
+            count = int(np.sum(self.touches.point == k))
+            result.append(TouchedPoint(name, (x, y, z), (dx, dy, dz), count))
+        return tuple(result)
+
+    def remarks(self, problem: FitProblem, found: Identified) -> tuple[str, ...]:
+        """Return sentences on outliers that touch another point than they are marked with."""
+        points = np.array([one.position for one in self.points(problem, found)])
+        left = problem.remainders(found.values)[:, 0]
+        near = OUTLIER_OF_THREE * found.noise.position
+        result = []
+        for row in np.flatnonzero(~found.used)[:MOST_NAMED]:
+            own = int(self.touches.point[row])
+            distances = np.linalg.norm(points - (points[own] - left[row]), axis=1)
+            other = int(np.argmin(distances))
+            if other != own and distances[other] < near:
+                names = self.touches.names
+                result.append(f'Row {row} is marked {names[own]} but touches {names[other]}')
+        return tuple(result)
+
+
+def _positions(points: Floats) -> Floats:
+    T = np.tile(np.eye(4), (len(points), 1, 1))
+    T[:, :3, 3] = points
+    return T
+
+
+def _started(robot: Robot, q: Floats, point: Integers, free: bool) -> _Start:
+    # The worst rows of each round do not count in the next one.
+    poses = forward_kinematics(robot, q)
+    count = int(np.max(point)) + 1
+    used = np.ones(len(q), dtype=bool)
+    found = _least_squares(poses, point, count, used, free)
+    for _ in range(TRIALS):
+        used = np.zeros(len(q), dtype=bool)
+        for k in range(count):
+            own = np.flatnonzero(point == k)
+            order = own[np.argsort(found.distances[own], kind='stable')]
+            used[order[: max(LEAST, round(KEPT * len(own)))]] = True
+        found = _least_squares(poses, point, count, used, free)
+    return found
+
+
+def _least_squares(poses: Floats, point: Integers, count: int, used: Flags, free: bool) -> _Start:
+    # point = x + R tip: of each point the mean drops out, and the tip is what is left.
+    R, x = poses[:, :3, :3], poses[:, :3, 3]
+    each = [used & (point == k) for k in range(count)]
+    tip = np.zeros(3)
+    if free:
+        rows = [(R[own] - R[own].mean(axis=0)).reshape(-1, 3) for own in each]
+        right = [-(x[own] - x[own].mean(axis=0)).reshape(-1) for own in each]
+        weak = NOMINAL / ANYWHERE * np.eye(3)
+        tip = np.linalg.lstsq(
+            np.concatenate([*rows, weak]), np.concatenate([*right, np.zeros(3)]), rcond=None
+        )[0]
+    tips = x + R @ tip
+    points = np.array([tips[own].mean(axis=0) for own in each])
+    return _Start(points, tip, np.linalg.norm(points[point] - tips, axis=1))
+
+
+def _check_touches(robot: Robot, touches: Touches, start: _Start) -> None:
+    middle = float(np.median(start.distances))
+    if middle < ALIKE:
+        return
+    turning = np.array([kind != 'prismatic' for kind in robot.joint_types])
+    joints = np.where(turning, np.radians(touches.q), touches.q)
+    left = float(np.median(_started(robot, joints, touches.point, free=True).distances))
+    # Angles so small bring the tip to nearly one point, whatever was touched.
+    if left * DECISIVE < middle and np.max(np.abs(touches.q[:, turning]), initial=0.0) > DEGREES:
+        raise CalibrationError(
+            'the joint positions are in degrees, not radians: with that undone '
+            f'{length_in_words(left)} remain of {length_in_words(middle)} (medians)'
+        )
+    if middle > NO_CALIBRATION:
+        raise CalibrationError(
+            f'half of the touches are more than {length_in_words(middle)} from their points: no '
+            f'robot {robot.name} is off by as much; it is another robot, or the rows are marked '
+            'with wrong points'
+        )
+
+
+def _touching(robot: Robot, q: Floats, targets: Floats, tip: Floats) -> tuple[Floats, Flags]:
+    # Joint positions near q at which the tip is at its target, and whether it is, by damped steps
+    # (Levenberg and Marquardt).
+    q = np.array(q)
+    left = np.full(targets.shape, np.inf)
+    for k in range(STEPS + 1):
+        T = forward_kinematics(robot, q)
+        left = targets - (T[:, :3, 3] + T[:, :3, :3] @ tip)
+        distances = np.linalg.norm(left, axis=1)
+        if k == STEPS or np.all(distances < TOUCHES):
+            break
+        J = jacobian(robot, q, at=tip)[:, :3]
+        damped = J @ np.swapaxes(J, 1, 2) + (distances**2)[:, None, None] * np.eye(3)
+        damped += np.finfo(float).eps * np.eye(3)
+        step = (np.swapaxes(J, 1, 2) @ np.linalg.solve(damped, left[:, :, None]))[:, :, 0]
+        longest = np.max(np.abs(step), axis=1, keepdims=True)
+        q += step * np.minimum(1.0, LONGEST_STEP / np.maximum(longest, LONGEST_STEP))
+    return q, np.linalg.norm(left, axis=1) < TOUCHES
+
+
+def _checked(
+    apart: Mapping[tuple[str, str], float], names: Sequence[str]
+) -> dict[tuple[int, int], float]:
+    # By the numbers of the points.
+    result = {}
+    for (one, other), distance in apart.items():
+        for name in (one, other):
+            if name not in names:
+                raise CalibrationError(
+                    f'no row touches point {name}; the points are {", ".join(names)}'
+                )
+        if one == other or not 0.0 < distance < np.inf:
+            raise CalibrationError(
+                f'points {one} and {other} cannot be {distance:g} m apart: give two points and a '
+                'length above 0'
+            )
+        result[names.index(one), names.index(other)] = distance
+    return result
