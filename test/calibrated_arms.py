@@ -104,14 +104,15 @@ class TouchingArm(NamedTuple):
 
 def touching_positions(robot, point, count, seed, noise=0.0):
     """Return joint positions (count, n) at which the tip is within noise of a point."""
-    q = positions_within(robot, 30 * count, seed)
+    q = positions_within(robot, 8 * count, seed)
     random = np.random.default_rng([seed, 5])
     targets = np.asarray(point) + noise * random.normal(size=(len(q), 3))
     for _ in range(40):
         T = ks.forward_kinematics(robot, q)
         left = targets - (T[:, :3, 3] + T[:, :3, :3] @ TIP)
         J = ks.jacobian(robot, q, at=TIP)[:, :3]
-        step = np.linalg.pinv(J, rcond=1e-3) @ left[:, :, None]
+        damped = J @ np.swapaxes(J, 1, 2) + np.sum(left**2, axis=1)[:, None, None] * np.eye(3)
+        step = np.swapaxes(J, 1, 2) @ np.linalg.solve(damped, left[:, :, None])
         q = q + np.clip(step[:, :, 0], -0.3, 0.3)
     T = ks.forward_kinematics(robot, q)
     reached = np.linalg.norm(targets - (T[:, :3, 3] + T[:, :3, :3] @ TIP), axis=1) < 1e-14
