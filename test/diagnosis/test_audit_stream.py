@@ -85,11 +85,16 @@ def in_one_piece(name, count):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('size', [1, 7, 512])
-@pytest.mark.parametrize('name', ['ur5e', 'kinova_gen3'])
-def test_pieces_of_any_size_give_the_same_verdict(name, size, monkeypatch):
+@pytest.mark.parametrize(
+    ('name', 'size', 'count'),
+    [
+        *(('ur5e', 1, 120), ('ur5e', 7, 2500), ('ur5e', 512, 2500)),
+        *(('kinova_gen3', 1, 120), ('kinova_gen3', 7, 800), ('kinova_gen3', 512, 2500)),
+    ],
+)
+def test_pieces_of_any_size_give_the_same_verdict(name, size, count, monkeypatch):
     robot = robot_of(name)
-    samples = faulty(robot)[: 300 if size == 1 else None]
+    samples = faulty(robot)[:count]
     expected, page = in_one_piece(name, len(samples))
     checks = [joint['check'] for joint in expected['joints']]
     if (name, size) == ('ur5e', 7):

@@ -50,9 +50,13 @@ links:
 """
 
 
-@functools.cache
 def motion_of(name, kind='smooth'):
     """Return a motion of an arm; each is planned once for all tests."""
+    return planned(name, kind)
+
+
+@functools.cache
+def planned(name, kind):
     return TRAJECTORIES[kind](robot_of(name))
 
 
