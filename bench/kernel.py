@@ -66,6 +66,7 @@ class OnePose:
 
     def __init__(self, robot, q, qdot):
         self.arm, self.q, self.qdot = robot.arm, q, qdot
+        self.search = kernel.NearestSearch(robot.arm)
         self.row = np.empty(robot.chain.single_widths[kernel.JACOBIAN])
         self.measures = np.empty(robot.measure_places.width)
 
@@ -73,7 +74,7 @@ class OnePose:
         kernel.evaluate_one(self.arm, self.q, self.qdot, self.row)
 
     def measure(self):
-        kernel.measure_one(self.arm, self.row, self.measures)
+        kernel.measure_one(self.search, self.row, self.measures)
 
     def both(self):
         kernel.evaluate_and_measure_one(self.arm, self.q, self.qdot, self.row, self.measures)
