@@ -285,9 +285,10 @@ def measured(cases, rounds, measure):
 
 def with_profiles(command):
     """Return a command that runs with what the node asks of Fast DDS."""
-    from kinematics_service.ros.process.middleware import PROFILES, VARIABLE
+    from kinematics_service.ros.process.middleware import VARIABLES, fast_dds, profiles
 
-    return ['env', f'{VARIABLE}={PROFILES}', *command]
+    version = fast_dds()
+    return ['env', f'{VARIABLES[version]}={profiles(version)}', *command]
 
 
 def on_one_core(name, command):
