@@ -23,6 +23,7 @@ from .frame_options import (
 )
 from .options import OfOption, RobotOption, WrongUsage, ending_at, given_robot
 from .plan_options import given_plans
+from .recording_options import ColumnsOption, PrefixOption, TopicOption
 
 if TYPE_CHECKING:
     from ..robot.robot import Robot
@@ -88,21 +89,12 @@ def audit(
     files: Annotated[list[Path], typer.Argument(metavar='FILE...', help='Recordings or plans.')],
     robot: RobotOption,
     of: OfOption = None,
-    topic: Annotated[
-        Optional[str],
-        typer.Option(metavar='TOPIC', help='Topic of a bag; needed if it has several.'),
-    ] = None,
+    topic: TopicOption = None,
     pose_topic: Annotated[
         Optional[str],
         typer.Option(metavar='TOPIC', help='Topic of PoseStamped messages to compare.'),
     ] = None,
-    columns: Annotated[
-        Optional[str],
-        typer.Option(
-            metavar='KEY=START,...',
-            help='Beginnings of the column names: stamp=, position=, velocity=, pose=.',
-        ),
-    ] = None,
+    columns: ColumnsOption = None,
     html: Annotated[
         Optional[Path], typer.Option(metavar='FILE', help='Write a page with every curve.')
     ] = None,
@@ -128,9 +120,7 @@ def audit(
             help='Of plans: other points whose speed counts: frames by number, or joints.',
         ),
     ] = None,
-    joint_prefix: Annotated[
-        str, typer.Option(metavar='TEXT', help='Put before the joint names of the robot file.')
-    ] = '',
+    joint_prefix: PrefixOption = '',
     velocity_source: Annotated[
         VelocitySource, typer.Option(help='Source of joint velocities, as for the node.')
     ] = VelocitySource.auto,

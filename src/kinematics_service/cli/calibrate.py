@@ -16,6 +16,7 @@ from ..robot.bundled import find_robot_file
 from .application import app
 from .frame_options import LONGEST_GAP, FormatOption, GapOption, given_format, given_limit
 from .options import RobotOption, WrongUsage, given_robot
+from .recording_options import ColumnsOption, PrefixOption, TopicOption
 
 if TYPE_CHECKING:
     from ..diagnosis.calibration.calibration import Calibration
@@ -108,23 +109,12 @@ def calibrate(
     frames: Annotated[
         FramesChoice, typer.Option(help='Base and tool written: of the robot file, or measured.')
     ] = FramesChoice.robot,
-    topic: Annotated[
-        Optional[str],
-        typer.Option(metavar='TOPIC', help='Topic of a bag; needed if it has several.'),
-    ] = None,
+    topic: TopicOption = None,
     pose_topic: Annotated[
         Optional[str], typer.Option(metavar='TOPIC', help='Topic of PoseStamped messages.')
     ] = None,
-    columns: Annotated[
-        Optional[str],
-        typer.Option(
-            metavar='KEY=START,...',
-            help='Beginnings of the column names: stamp=, position=, velocity=, pose=.',
-        ),
-    ] = None,
-    joint_prefix: Annotated[
-        str, typer.Option(metavar='TEXT', help='Put before the joint names of the robot file.')
-    ] = '',
+    columns: ColumnsOption = None,
+    joint_prefix: PrefixOption = '',
     pose_format: FormatOption = None,
     pose_gap: GapOption = None,
     same_point: Annotated[
