@@ -95,7 +95,7 @@ def test_what_is_found_is_singular_and_as_far_as_it_says(name):
     assert not np.any(found.decided[lost])
 
 
-def test_a_pose_between_two_branches_of_a_broken_sheet():
+def test_a_pose_between_two_branches_of_a_broken_family():
     # The first-order estimate is 0.115 here: no warning.
     robot = robot_of('kinova_gen3')
     q = [

@@ -165,7 +165,7 @@ def test_the_pose_left_along_the_way_out_is_found_again(name):
     for q in np.array(SINGULAR[name]):
         found = ks.singularity(robot, q)
         for step in (1e-2, 1e-3, 1e-4):
-            # Curved sheets may come a little nearer than the pose that was left.
+            # Curved families may come a little nearer than the pose that was left.
             near = ks.singularity(robot, q + step * found.way_out)
             assert near.distance == pytest.approx(step, rel=2 * step + 1e-5)
             again = ks.singularity(robot, near.nearest_singular)
@@ -212,7 +212,7 @@ def test_first_order_by_its_closed_form(name):
     np.testing.assert_allclose(found[near], expected[near], rtol=1e-8)
 
 
-def sheets(name):
+def families(name):
     # Points of the curve in the q2, q3 plane where the tip is on the first axis: q2 and the sign
     # given, then q2 + q3 and the sign, since each way is sparse where the other is dense.
     L1, L2, L3 = (0.0 if name.startswith('a') else 0.12), 0.4, 0.3
@@ -230,7 +230,7 @@ def sheets(name):
 def true_distances(name, q):
     turn = 2 * math.pi
     elbow = np.abs(q[:, 2] - math.pi * np.round(q[:, 2] / math.pi))
-    points = sheets(name)
+    points = families(name)
     apart = q[:, None, 1:] - points
     apart -= turn * np.round(apart / turn)
     return np.minimum(elbow, np.sqrt(np.min(np.sum(apart**2, axis=-1), axis=1)))
@@ -250,7 +250,7 @@ def test_distance_against_the_true_one(name, judged):
     # As many again close to the curve and to the folded elbow, where estimates are worst.
     close = q.copy()
     random = np.random.default_rng(3)
-    close[:1000, 1:] = random.choice(sheets(name), 1000) + random.uniform(-0.06, 0.06, (1000, 2))
+    close[:1000, 1:] = random.choice(families(name), 1000) + random.uniform(-0.06, 0.06, (1000, 2))
     close[1000:, 2] = math.pi + random.uniform(-0.06, 0.06, 1000)
     q = np.concatenate([q, close])
     found, true = ks.singularity(robot, q), true_distances(name, q)

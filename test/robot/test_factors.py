@@ -124,7 +124,7 @@ def test_the_distance_of_a_single_factor_is_the_angle_to_its_zero():
     assert ks.singularity(robot, [0.3, 0.0]).distance == 0.0
 
 
-def test_between_two_singular_sheets_the_factors_do_not_overestimate():
+def test_between_two_singular_families_the_factors_do_not_overestimate():
     # Craig's arm where the gradients of ln w cancel: the factors know both distances.
     robot = ks.load_robot('craig_3r')
     q = poses(robot)

@@ -31,7 +31,7 @@ def rotation_x(angle):
     return sympy.Matrix([[1, 0, 0], [0, cos(angle), -sin(angle)], [0, sin(angle), cos(angle)]])
 
 
-def sheet(derivation, name):
+def factor_named(derivation, name):
     (found,) = [f for f in derivation.singular_set.factors if f.name == name]
     return found
 
@@ -263,7 +263,7 @@ def test_c21_determinant_factored():
 def test_c22_the_singular_set_of_document_001():
     d = derived('craig_3r')
     s = symbols(d)
-    elbow, shoulder = sheet(d, 'elbow'), sheet(d, 'shoulder')
+    elbow, shoulder = factor_named(d, 'elbow'), factor_named(d, 'shoulder')
     assert elbow.family.solutions == (k * pi,)
     assert elbow.family.condition is None
     # E1.1: the family that the document missed.
@@ -285,7 +285,7 @@ def test_c22_the_singular_set_of_document_001():
 def test_c22_the_singular_set_of_document_002():
     d = derived('rrp_elementary')
     s = symbols(d)
-    vertical, length = sheet(d, 'boom_vertical'), sheet(d, 'boom_length')
+    vertical, length = factor_named(d, 'boom_vertical'), factor_named(d, 'boom_length')
     # E2.7: two families, not four points.
     assert vertical.family.solutions == (pi / 2 + k * pi,)
     assert length.family.solutions == (-s['a2'],)
@@ -301,9 +301,9 @@ def test_c22_the_singular_set_of_document_002():
 def test_c22_the_singular_set_of_the_parallelogram(name):
     d = derived(name)
     _, two, three = d.variables
-    assert sheet(d, 'loop').family.solutions == (two + k * pi,)
+    assert factor_named(d, 'loop').family.solutions == (two + k * pi,)
     s = symbols(d)
-    shoulder = sheet(d, 'shoulder')
+    shoulder = factor_named(d, 'shoulder')
     for solution in shoulder.family.solutions:
         assert zero(shoulder.expression.subs(three, solution))
     assert shoulder.family.condition == sympy.Le(s['L5'] ** 2 * cos(two) ** 2, s['L1'] ** 2)
@@ -314,7 +314,7 @@ def test_c22_the_singular_set_of_document_003(name):
     d = derived(name)
     assert set(d.factors) == {'boom_length', 'shoulder', 'wrist'}
     assert {f.rank for f in d.singular_set.factors} == {5}
-    assert sheet(d, 'wrist').idle == 'phi4 and phi6 work against each other'
+    assert factor_named(d, 'wrist').idle == 'phi4 and phi6 work against each other'
 
 
 def test_c22_the_printed_table_of_document_003_is_irreducible():
@@ -344,7 +344,7 @@ def test_a_factor_of_a_doubled_angle_is_solved():
             assert zero(factor.expression.subs(d.variables[2], solution))
 
 
-def test_c23_rank_on_sheets_and_where_they_meet():
+def test_c23_rank_on_families_and_where_they_meet():
     d = derived('puma560')
     assert {f.rank for f in d.singular_set.factors} == {5}
     assert set(d.factors) == {'elbow', 'shoulder', 'wrist'}

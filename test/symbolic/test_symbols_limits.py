@@ -1,4 +1,4 @@
-"""Whether a sheet, or where sheets meet, is inside the joint limits: shown or proved not."""
+"""Whether a family, or where families meet, is inside the joint limits: shown or proved not."""
 
 import dataclasses
 import functools
@@ -15,7 +15,7 @@ from kinematics_service.symbolic.determinant import minors_of, simplest_view
 from kinematics_service.symbolic.minors import product_of
 from kinematics_service.symbolic.output.report import Sentence, report_of
 from kinematics_service.symbolic.sampled_poses import row_indices, sampler_of
-from kinematics_service.symbolic.singular_set import sheet_poses, zero_within_limits
+from kinematics_service.symbolic.singular_set import family_poses, zero_within_limits
 
 ARMS = ['anthropomorphic_3r', 'scara_hsr065', 'rrp_elementary', 'ur3e', 'offset_stanford_dh']
 NARROW = 0.02
@@ -31,7 +31,7 @@ def limited(robot, low, high):
 
 
 @functools.cache
-def sheets(name):
+def families(name):
     """Return each factor of an arm as a function, with poses on it, rad and m."""
     exact, factors = derived(name).exact, derived(name).singular_set.factors
     n = len(exact.sampler.moving)
@@ -41,7 +41,7 @@ def sheets(name):
         Numbers(factor.value, exact.arithmetic)
         for factor in product_of(minors, exact.arithmetic)[0].factors
     ]
-    return [(f, g, sheet_poses(exact.sampler, [g])) for f, g in zip(factors, functions)]
+    return [(f, g, family_poses(exact.sampler, [g])) for f, g in zip(factors, functions)]
 
 
 def sigma(robot, q):
@@ -60,9 +60,9 @@ def decided(name, low, high, *functions):
 
 
 @pytest.mark.parametrize('name', ARMS)
-def test_a_sheet_through_narrow_limits_is_shown_by_a_singular_pose_inside(name):
+def test_a_family_through_narrow_limits_is_shown_by_a_singular_pose_inside(name):
     robot = ks.load_robot(name)
-    for _, function, poses in sheets(name):
+    for _, function, poses in families(name):
         for pose in poses[:5]:
             off = pose + NARROW / 2 * np.sin(np.arange(robot.dof) + 1.0)
             zero = decided(name, off - NARROW, off + NARROW, function)
@@ -72,19 +72,19 @@ def test_a_sheet_through_narrow_limits_is_shown_by_a_singular_pose_inside(name):
 
 
 @pytest.mark.parametrize('name', ARMS)
-def test_narrow_limits_off_every_sheet_are_proved_to_hold_none(name):
+def test_narrow_limits_off_every_family_are_proved_to_hold_none(name):
     robot = ks.load_robot(name)
     away = next(
         q for q in derived(name).exact.sampler.random(200) if sigma(robot, q)[-1] > 4 * NARROW
     )
-    for _, function, _ in sheets(name):
+    for _, function, _ in families(name):
         assert decided(name, away - NARROW, away + NARROW, function).exists is False
 
 
 def test_the_decision_is_that_of_a_grid():
     random = np.random.default_rng(8)
     outcomes = set()
-    for _, function, _ in sheets('anthropomorphic_3r'):
+    for _, function, _ in families('anthropomorphic_3r'):
         for _ in range(25):
             middle, half = random.uniform(-3, 3, 3), random.uniform(0.05, 0.7, 3)
             axes = np.linspace(middle - half, middle + half, 41)[:, 1:]
@@ -92,23 +92,23 @@ def test_the_decision_is_that_of_a_grid():
             values = function(np.column_stack([np.zeros(len(grid)), grid]))
             changes = bool(values.min() < 0 < values.max())
             zero = decided('anthropomorphic_3r', middle - half, middle + half, function)
-            # Between the points of the grid a sheet may just cut a corner of the box.
+            # Between the points of the grid a family may just cut a corner of the box.
             assert zero.exists is not None
             assert zero.exists == changes or np.min(np.abs(values)) < 0.01
             outcomes.add(zero.exists)
     assert outcomes == {True, False}
 
 
-def test_a_limit_on_the_sheet_belongs_to_it():
-    elbow = next(f for f in sheets('anthropomorphic_3r') if f[0].name == 'elbow')[1]
+def test_a_limit_on_the_family_belongs_to_it():
+    elbow = next(f for f in families('anthropomorphic_3r') if f[0].name == 'elbow')[1]
     zero = decided('anthropomorphic_3r', [-1, -1, 0], [1, 1, 2.5], elbow)
     assert zero.exists is True
     assert zero.pose[2] == 0.0
     assert decided('anthropomorphic_3r', [-1, -1, 1e-6], [1, 1, 2.5], elbow).exists is False
 
 
-def test_sheets_that_meet_outside_the_limits_only():
-    both = [f[1] for f in sheets('anthropomorphic_3r')]
+def test_families_that_meet_outside_the_limits_only():
+    both = [f[1] for f in families('anthropomorphic_3r')]
     # Elbow: theta3 = 0. Shoulder: L2 c2 + L3 c23 = 0, at theta3 = 0 with theta2 = pi/2 only.
     low, high = [-1, 1.6, -0.4], [1, 2.2, 0.4]
     assert [decided('anthropomorphic_3r', low, high, f).exists for f in both] == [True, True]
@@ -119,7 +119,7 @@ def test_sheets_that_meet_outside_the_limits_only():
 
 
 def test_of_a_free_length_the_far_end_is_decided_too():
-    length = next(f for f in sheets('rrp_elementary') if f[0].name == 'boom_length')[1]
+    length = next(f for f in families('rrp_elementary') if f[0].name == 'boom_length')[1]
     inf = np.inf
     assert decided('rrp_elementary', [-1, -1, 0], [1, 1, inf], length).exists is False
     assert decided('rrp_elementary', [-1, -1, -inf], [1, 1, -0.5], length).exists is False

@@ -1,4 +1,4 @@
-"""What is said of a sheet is proved for all of it and for all lengths, or marked as sampled."""
+"""What is said of a family is proved for all of it and for all lengths, or marked as sampled."""
 
 import dataclasses
 
@@ -8,17 +8,17 @@ import sympy
 from derivations import derived
 
 from kinematics_service.symbolic.determinant import minors_of, simplest_view
+from kinematics_service.symbolic.family_proofs import CommonZeros, proves_lost
 from kinematics_service.symbolic.minors import product_of
 from kinematics_service.symbolic.output.json_output import json_of
 from kinematics_service.symbolic.output.report import Sentence, report_of
-from kinematics_service.symbolic.sheet_proofs import Sheets, proves_lost
 from kinematics_service.symbolic.singular_geometry import Lost
 
 PROVED = ['anthropomorphic_3r', 'spherical_rrp', 'scara_hsr065', 'parallelogram_right', 'ur10e']
 
 
-def sheets(name):
-    """Return the Jacobian that is factored, and a function that makes sheets of some factors."""
+def families(name):
+    """Return the Jacobian that is factored, and a function that makes families of some factors."""
     exact = derived(name).exact
     n = len(exact.sampler.moving)
     view = simplest_view(exact.frames, exact.arithmetic, exact.sampler.rows)
@@ -26,7 +26,7 @@ def sheets(name):
     names = [factor.name for factor in derived(name).singular_set.factors]
     values = dict(zip(names, (factor.value for factor in product.factors)))
     J = tuple(view.J[i] for i in exact.sampler.rows)
-    return lambda *which: Sheets(J, n, tuple(values[w] for w in which), exact.arithmetic)
+    return lambda *which: CommonZeros(J, n, tuple(values[w] for w in which), exact.arithmetic)
 
 
 @pytest.mark.parametrize('name', PROVED)
@@ -60,7 +60,7 @@ def test_proved_ranks_hold_with_other_lengths(name):
 
 
 def test_what_is_false_is_not_proved():
-    of = sheets('anthropomorphic_3r')
+    of = families('anthropomorphic_3r')
     assert of('shoulder').depend([0])
     assert not of('shoulder').depend([1, 2])
     assert not of('shoulder').vanish(range(3), range(3), 2)
@@ -72,7 +72,7 @@ def test_what_is_false_is_not_proved():
 
 def test_a_motion_that_is_not_lost_is_not_proved_to_be():
     exact = derived('ur10e').exact
-    elbow = sheets('ur10e')('elbow')
+    elbow = families('ur10e')('elbow')
     true = Lost('', axis=0, frame=5, angular=True, point=5, held=True)
     assert proves_lost(true, elbow, exact.frames)
     for wrong in ({'axis': 1}, {'frame': 3}, {'point': 6}, {'held': False}):
@@ -81,7 +81,7 @@ def test_a_motion_that_is_not_lost_is_not_proved_to_be():
 
 def test_a_crossing_is_proved_on_every_branch():
     # theta3 = 0 and theta3 = pi are two branches of the elbow.
-    of = sheets('anthropomorphic_3r')
+    of = families('anthropomorphic_3r')
     arithmetic = derived('anthropomorphic_3r').exact.arithmetic
     z = arithmetic.ring.power(arithmetic.angle_index(derived('anthropomorphic_3r').variables[2]))
     one = arithmetic.ring.number(1)

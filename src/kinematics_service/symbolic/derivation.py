@@ -55,7 +55,7 @@ class Derivation:
     coupling
         C with (rows' theta and d) = C q + constants where a joint moves several rows; else None.
     singular_set
-        Determinant, factors, sheets, ranks.
+        Determinant, factors, families, ranks.
     """
 
     robot: Robot

@@ -16,7 +16,7 @@ K = sympy.Symbol('k', integer=True)
 @dataclass(frozen=True)
 class Family:
     """
-    A sheet of singular poses.
+    A family of singular poses.
 
     Attributes
     ----------

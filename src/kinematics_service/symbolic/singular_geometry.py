@@ -1,7 +1,7 @@
 """
-What a sheet of singular poses means: its name from the geometry, and the motion lost there.
+What a family of singular poses means: its name from the geometry, and the motion lost there.
 
-Found at poses on the sheet, with the numbers of the file: a name needs every one of them.
+Found at poses on the family, with the numbers of the file: a name needs every one of them.
 """
 
 from collections.abc import Callable, Sequence
@@ -11,7 +11,7 @@ import numpy as np
 
 from ..kernel import Floats
 
-# At Newton's poses on a sheet the round-off is 1e-12; what is not zero there is above 1e-3.
+# At Newton's poses on a family the round-off is 1e-12; what is not zero there is above 1e-3.
 ZERO = 1e-7
 AXES = 'xyz'
 
@@ -139,7 +139,7 @@ def name_of(
     Parameters
     ----------
     arm
-        At poses on the sheet.
+        At poses on the family.
     elsewhere
         At other poses, where what gives the name must not hold.
     joints
@@ -221,7 +221,7 @@ def lost_motion(
     Parameters
     ----------
     arm
-        At poses on the sheet.
+        At poses on the family.
     task_rows
         Indices among x y z rx ry rz, axes of frame 0.
     rank

@@ -1,5 +1,5 @@
 """
-The singular set of an arm: factors with names, sheets, ranks, what is lost, where sheets cross.
+The singular set of an arm: factors with names, families, ranks, what is lost, crossings.
 """
 
 from collections.abc import Sequence
@@ -20,9 +20,9 @@ from .algebra.names import Names
 from .algebra.numeric import Numbers, poses_on, typical_size
 from .algebra.zeros import Box, Zero, common_zero
 from .family import Family, family_of
+from .family_proofs import CommonZeros, proves_lost
 from .frames import Frames
 from .sampled_poses import PoseSampler
-from .sheet_proofs import Sheets, proves_lost
 from .singular_geometry import Idle, Lost, idle_motion, lost_motion, name_of, rank_at
 from .trigonometry import Writer
 
@@ -30,7 +30,7 @@ from .trigonometry import Writer
 @dataclass(frozen=True)
 class SingularFactor:
     """
-    A factor of the determinant (or of every minor) and its sheet of singular poses.
+    A factor of the determinant (or of every minor) and its family of singular poses.
 
     Attributes
     ----------
@@ -45,17 +45,17 @@ class SingularFactor:
     family
         Where it is 0.
     rank
-        Of the task rows on the sheet; None where no pose was found on it.
+        Of the task rows on the family; None where no pose was found on it.
     lost, idle
         In words: the motion that cannot be made, and the joint motion that makes none.
     sampled
-        Which of rank, lost and idle are seen at sampled poses of the sheet, with the lengths of
+        Which of rank, lost and idle are seen at sampled poses of the family, with the lengths of
         the file, and not proved for all of it.
     within_limits
-        Whether a pose of the sheet is inside the joint limits, with the lengths of the file, shown
-        or proved; None where that is not decided.
+        Whether a pose of the family is inside the joint limits, with the lengths of the file,
+        shown or proved; None where that is not decided.
     pose
-        One that is, rad or the file's unit of length: within 1e-9 of a pose of the sheet.
+        One that is, rad or the file's unit of length: within 1e-9 of a pose of the family.
     """
 
     name: str
@@ -72,9 +72,9 @@ class SingularFactor:
 
 
 @dataclass(frozen=True)
-class SheetCrossing:
+class FamilyCrossing:
     """
-    Where several sheets meet.
+    Where several families meet.
 
     Attributes
     ----------
@@ -141,21 +141,21 @@ class SingularSet:
     determinant
         What vanishes.
     factors
-        One a sheet.
+        One a family.
     crossings
-        Of two or more sheets.
+        Of two or more families.
     generic_rank
         Of the task rows at most poses.
     dependent
         Joints whose motions cancel at every pose; empty for most arms.
     complete
-        Whether the sheets are all there is; False where a remainder may vanish too, or where the
+        Whether the families are all there is; False where a remainder may vanish too, or where the
         product was not fully split.
     """
 
     determinant: Determinant
     factors: tuple[SingularFactor, ...]
-    crossings: tuple[SheetCrossing, ...]
+    crossings: tuple[FamilyCrossing, ...]
     generic_rank: int
     dependent: tuple[str, ...]
     complete: bool
@@ -169,7 +169,7 @@ def singular_factors(
     frames: Frames,
     J_t: Matrix,
 ) -> tuple[SingularFactor, ...]:
-    """Return the factors with their names and what their sheets mean."""
+    """Return the factors with their names and what their families mean."""
     robot, names = sampler.robot, arithmetic.names
     listed = file_factors(robot, names)
     elsewhere = sampler.arm(sampler.random(200))
@@ -178,7 +178,7 @@ def singular_factors(
     for factor in product.factors:
         numbers = Numbers(factor.value, arithmetic)
         family = family_of(factor.value, arithmetic, writer)
-        poses = sheet_poses(sampler, [numbers])
+        poses = family_poses(sampler, [numbers])
         joints = [
             k for k, v in enumerate(names.variables) if arithmetic.derivative(factor.value, v)
         ]
@@ -189,8 +189,8 @@ def singular_factors(
             rank = rank_at(arm.J_t)
             lost = lost_motion(arm, sampler.rows, rank, generic, sampler.row_scales)
             idle = idle_motion(arm, rank)
-            sheet = Sheets(J_t, generic, (factor.value,), arithmetic)
-            sampled = _sampled(sheet, frames, rank, lost, idle)
+            zeros = CommonZeros(J_t, generic, (factor.value,), arithmetic)
+            sampled = _sampled(zeros, frames, rank, lost, idle)
             angular = any(i >= 3 for i in sampler.rows)
             geometric = name_of(arm, elsewhere, joints, angular)
         expression = writer.expression(factor.value)
@@ -218,13 +218,13 @@ def singular_factors(
 
 
 def _sampled(
-    sheet: Sheets, frames: Frames, rank: int, lost: Lost | None, idle: Idle | None
+    zeros: CommonZeros, frames: Frames, rank: int, lost: Lost | None, idle: Idle | None
 ) -> tuple[str, ...]:
     # That the rank is no less is seen at one pose; the rest needs proof.
     claims = {
-        'rank': sheet.has_rank_at_most(rank),
-        'lost': lost is None or proves_lost(lost, sheet, frames),
-        'idle': idle is None or sheet.depend(idle.joints),
+        'rank': zeros.has_rank_at_most(rank),
+        'lost': lost is None or proves_lost(lost, zeros, frames),
+        'idle': idle is None or zeros.depend(idle.joints),
     }
     return tuple(claim for claim, proved in claims.items() if not proved)
 
@@ -261,7 +261,7 @@ def evaluated(expression: Any, names: Names, q: Floats) -> Floats:
     return np.broadcast_to(function(*np.moveaxis(q, -1, 0)), q.shape[:-1]).astype(float)
 
 
-def sheet_poses(sampler: PoseSampler, functions: Sequence[Numbers]) -> Floats:
+def family_poses(sampler: PoseSampler, functions: Sequence[Numbers]) -> Floats:
     """
     Return seeded poses where all functions vanish; few or none where they have no common zero.
     """
@@ -281,8 +281,8 @@ def crossings_of(
     sampler: PoseSampler,
     arithmetic: Arithmetic,
     J_t: Matrix,
-) -> tuple[SheetCrossing, ...]:
-    """Return where two sheets meet, and all of them where there are more."""
+) -> tuple[FamilyCrossing, ...]:
+    """Return where two families meet, and all of them where there are more."""
     count = len(factors)
     groups: list[tuple[int, ...]] = [*combinations(range(count), 2)]
     if count > 2:
@@ -292,17 +292,19 @@ def crossings_of(
     for group in groups:
         values = tuple(product.factors[k].value for k in group)
         functions = [Numbers(value, arithmetic) for value in values]
-        poses = sheet_poses(sampler, functions)
+        poses = family_poses(sampler, functions)
         names = tuple(factors[k].name for k in group)
         if len(poses) < 2:
             if zero_anywhere(sampler, functions).exists is None:
-                found.append(SheetCrossing(names, None, True, None, None))
+                found.append(FamilyCrossing(names, None, True, None, None))
             continue
         rank = rank_at(sampler.arm(poses).J_t)
         within = zero_within_limits(sampler, functions)
         meet = within.exists or zero_anywhere(sampler, functions).exists
-        sampled = not meet or not Sheets(J_t, generic, values, arithmetic).has_rank_at_most(rank)
-        found.append(SheetCrossing(names, rank, sampled, within.exists, _as_tuple(within.pose)))
+        sampled = not meet or not CommonZeros(J_t, generic, values, arithmetic).has_rank_at_most(
+            rank
+        )
+        found.append(FamilyCrossing(names, rank, sampled, within.exists, _as_tuple(within.pose)))
     return tuple(found)
 
 

@@ -39,7 +39,7 @@ class Equation:
     right: Any
 
 
-# Of what is not proved for all of a sheet.
+# Of what is not proved for all of a family.
 SAMPLED = ' (at sampled poses)'
 # Whether a crossing is inside the joint limits.
 IN_BRACKETS = {
@@ -192,9 +192,9 @@ def _singular(derivation: Derivation) -> Iterator[Block]:
     if not found.factors and found.determinant.minors == 1:
         yield say('Empty: the determinant is a constant.')
     for factor in found.factors:
-        yield from _sheet(derivation, factor)
+        yield from _family(derivation, factor)
     if found.crossings:
-        yield Heading('Where sheets meet', 3)
+        yield Heading('Where families meet', 3)
     for crossing in found.crossings:
         names = ' and '.join(map(_short, crossing.names))
         if crossing.rank is None:
@@ -212,7 +212,7 @@ def _short(name: str) -> str:
     return name if len(name) <= 40 else 'the irreducible factor'
 
 
-def _sheet(derivation: Derivation, factor: SingularFactor) -> Iterator[Block]:
+def _family(derivation: Derivation, factor: SingularFactor) -> Iterator[Block]:
     yield Heading(_short(factor.name), 3)
     yield from _in_both(derivation, '0', factor.expression)
     if sympy.count_ops(factor.expression) > LONG and factor.irreducible:

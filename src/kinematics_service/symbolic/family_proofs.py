@@ -1,5 +1,5 @@
 """
-What is found at poses of a sheet, proved for all of it: whatever a factor divides vanishes there.
+What is found at poses of a family, proved for all of it: whatever a factor divides vanishes there.
 
 A rank is at most r where every minor of size r + 1 vanishes; that it is no less is seen at a pose.
 """
@@ -30,9 +30,9 @@ MOST_TERMS = 3000
 
 
 @dataclass(frozen=True)
-class Sheets:
+class CommonZeros:
     """
-    One sheet, or where several meet, with the Jacobian there.
+    Poses at which factors vanish together, with the Jacobian there.
 
     Attributes
     ----------
@@ -191,11 +191,11 @@ def _quarter_turns(terms: Terms) -> list[_Replaced]:
     return [_Replaced(k, None, quarter * e[k], turns) for quarter in quarters]
 
 
-def proves_lost(lost: Lost, sheet: Sheets, frames: Frames) -> bool:
-    """Return whether it is proved that a motion is lost on a sheet."""
+def proves_lost(lost: Lost, zeros: CommonZeros, frames: Frames) -> bool:
+    """Return whether it is proved that a motion is lost on a family."""
     if lost.axis is None:
         return False
-    arithmetic = sheet.arithmetic
+    arithmetic = zeros.arithmetic
     if lost.point is None:
         J = in_axes_of(geometric(frames, arithmetic), frames.in_base[lost.frame])
     else:
@@ -205,9 +205,9 @@ def proves_lost(lost: Lost, sheet: Sheets, frames: Frames) -> bool:
         J = in_axes_of(J, _pose(frames, lost.point, lost.frame, arithmetic))
     if not lost.held:
         rows = [i for i in range(3) if (i == lost.axis) != lost.others]
-        return sheet.are_zero(e for i in rows for e in J[i + 3 * lost.angular])
+        return zeros.are_zero(e for i in rows for e in J[i + 3 * lost.angular])
     # The wrench that no joint feels is the cofactors of a column: its other moments are 0.
-    whole = Sheets(J, sheet.generic_rank, sheet.factors, arithmetic)
+    whole = CommonZeros(J, zeros.generic_rank, zeros.factors, arithmetic)
     others = [i for i in (3, 4, 5) if i != lost.axis + 3]
     left = [[i for i in range(6) if i != other] for other in others]
     return len(J[0]) == 6 and all(whole.vanish(rows, range(6), 5) for rows in left)
