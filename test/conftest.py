@@ -20,17 +20,50 @@ ROS_SETTINGS = (
     'ROS_SECURITY_ENABLE',
     'ROS_STATIC_PEERS',
 )
-ONE_THREAD = 'OPENBLAS_NUM_THREADS'
-
-
+# Set by commands for numpy and for the middleware.
+SET_BY_COMMANDS = (
+    'OPENBLAS_NUM_THREADS',
+    'FASTRTPS_DEFAULT_PROFILES_FILE',
+    'FASTDDS_DEFAULT_PROFILES_FILE',
+)
 ROS_TESTS = Path(__file__).parent / 'ros'
+# Folders of the files that take longest.
+LONGEST = ('ros', 'symbolic')
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Let xdist keep to our order of files: it would begin with those of the most tests."""
+    if hasattr(config.option, 'loadscopereorder'):
+        config.option.loadscopereorder = False
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark what needs ROS: the tests in its folder, and those that ask for a domain."""
+    """
+    Mark what needs ROS: the tests in its folder, and those that ask for a domain.
+
+    Files with such tests, or slow ones, come first, and of them those in the longest folders: a
+    long file that came last would be waited for.
+    """
     for item in items:
         if ROS_TESTS in item.path.parents or 'ros_domain' in getattr(item, 'fixturenames', ()):
             item.add_marker(pytest.mark.ros)
+    long = {item.path for item in items if {'ros', 'slow'} & {m.name for m in item.iter_markers()}}
+    items.sort(key=lambda item: (item.path not in long, item.path.parent.name not in LONGEST))
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
+    """Keep the derivations in one process: there every arm is derived once."""
+    if config.getvalue('dist') != 'loadfile':
+        return None
+    from xdist.scheduler import LoadFileScheduling
+
+    class Scheduling(LoadFileScheduling):  # type: ignore[misc]
+        def _split_scope(self, nodeid: str) -> str:
+            file = super()._split_scope(nodeid)
+            return 'test_symbols' if '/test_symbols_' in file else file
+
+    return Scheduling(config, log)
 
 
 @pytest.fixture(autouse=True)
@@ -38,19 +71,20 @@ def as_it_was() -> Iterator[None]:
     """
     Put back what commands that are called within this process leave behind at their end.
 
-    They go on ignoring signals, and the node asks for one thread of numpy's; processes started
-    later would inherit both.
+    They go on ignoring signals, and the node sets variables; processes started later would inherit
+    both.
     """
     # Set by runners of tests; what is printed would be cut to it.
     os.environ.pop('COLUMNS', None)
     numbers = (signal.SIGINT, signal.SIGTERM)
     before = [signal.getsignal(number) for number in numbers]
-    threads = os.environ.get(ONE_THREAD)
+    variables = [os.environ.get(name) for name in SET_BY_COMMANDS]
     yield
     for number, handler in zip(numbers, before):
         signal.signal(number, handler)
-    if threads is None:
-        os.environ.pop(ONE_THREAD, None)
+    for name, value in zip(SET_BY_COMMANDS, variables):
+        if value is None:
+            os.environ.pop(name, None)
 
 
 @pytest.fixture(scope='session')

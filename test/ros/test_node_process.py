@@ -15,15 +15,15 @@ from folders import ROOT
 pytest.importorskip('rclpy', reason='needs ROS 2')
 
 from geometry_msgs.msg import PoseStamped, TwistStamped
-from node_process import NodeProcess
 from ros_harness import START, STEP, Peer, joint_state, nanoseconds
 from sensor_msgs.msg import JointState
 
 import kinematics_service as ks
+from kinematics_service.__main__ import main
+from kinematics_service.ros.process.environment import log_refusal
 
 Q = (0.3, -0.4, 1.2)
 NAMES = ['q1', 'q2', 'q3']
-RUNS = 5
 # So many answers of a node that has ended may still wait to be heard.
 QUEUE = 50
 # The contract's second for the way out.
@@ -98,32 +98,37 @@ def expect_a_clean_end(process, code, seconds):
     assert seconds < WAY_OUT
 
 
-SIGNALS = pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM], ids=lambda s: s.name)
-TIMES = pytest.mark.parametrize('times', [1, 2], ids=['once', 'twice'])
+BOTH = [signal.SIGINT, signal.SIGTERM]
+SIGNALS = pytest.mark.parametrize('number', BOTH, ids=lambda s: s.name)
+# A second signal finds each moment of the clean-up (s), with each of both signals in turn: the
+# handler of one is that of the other.
+PAUSES = [0.005 + 0.011 * k for k in range(5)]
+ENDS = [
+    *((number, 1, 0.0) for number in BOTH),
+    *((BOTH[k % 2], 2, pause) for k, pause in enumerate(PAUSES)),
+]
+# A single signal has no moment of its own, but a busy node may be anywhere.
+BUSY_ENDS = [*ENDS[:2], *ENDS]
 
 
-@SIGNALS
-@TIMES
-def test_an_idle_node_ends_cleanly_at_a_signal(process, number, times):
-    nodes = [process('--robot', 'craig_3r', ready=False) for _ in range(RUNS)]
+def test_an_idle_node_ends_cleanly_at_a_signal(process):
+    nodes = [process('--robot', 'craig_3r', ready=False) for _ in ENDS]
     for node in nodes:
         node.wait_until_ready()
-    for k, node in enumerate(nodes):
-        expect_a_clean_end(node, *tell(node, number, times, 0.005 + 0.011 * k))
+    for node, end in zip(nodes, ENDS):
+        expect_a_clean_end(node, *tell(node, *end))
 
 
-@SIGNALS
-@TIMES
-def test_a_busy_node_ends_cleanly_at_a_signal(process, peer, load, number, times):
+def test_a_busy_node_ends_cleanly_at_a_signal(process, peer, load):
     poses = []
     peer.peer.create_subscription(PoseStamped, '/kinematics/pose', poses.append, QUEUE)
     following = process('--robot', 'craig_3r')
-    for k in range(RUNS):
+    for k, end in enumerate(BUSY_ENDS):
         node = following
         peer.spin_until(lambda: len(poses) > QUEUE + 50, 'answers to the load', 20.0)
-        if k + 1 < RUNS:
+        if k + 1 < len(BUSY_ENDS):
             following = process('--robot', 'craig_3r', ready=False)
-        expect_a_clean_end(node, *tell(node, number, times, 0.005 + 0.011 * k))
+        expect_a_clean_end(node, *tell(node, *end))
         following.wait_until_ready()
         poses.clear()
 
@@ -199,24 +204,6 @@ def test_several_arms_run_in_one_process_each_in_its_namespace(process, peer):
     assert 'Traceback' not in node.stderr
 
 
-@pytest.mark.parametrize(
-    ('arguments', 'code', 'sentence'),
-    [
-        (('--robot', 'a=craig_3r', '--robot', 'b=craig_4r'), 1, "no robot 'craig_4r'"),
-        (
-            ('--robot', 'a=ur5e', '--robot', 'b=ur5e', '--ros-args', '-r', '__ns:=/cell'),
-            2,
-            'two arms are named /cell/kinematics',
-        ),
-    ],
-)
-def test_one_arm_that_cannot_start_ends_the_start_of_all(ros_domain, arguments, code, sentence):
-    told, stderr = refusal(*arguments)
-    assert told == code, stderr
-    assert sentence in stderr.splitlines()[-1]
-    assert 'Traceback' not in stderr
-
-
 def test_an_idle_node_costs_next_to_nothing(process):
     node = process('--robot', 'craig_3r')
     stat = Path(f'/proc/{node.popen.pid}/stat')
@@ -258,15 +245,6 @@ def shared_memory(pid):
 # What is refused at start
 
 
-def refusal(*arguments, environment=None, command=('-m', 'kinematics_service')):
-    """Return exit code and standard error of a node that does not start."""
-    process = NodeProcess(*arguments, ready=False, environment=environment, command=command)
-    try:
-        return process.wait(), process.stderr
-    finally:
-        process.kill()
-
-
 @pytest.mark.parametrize(
     ('arguments', 'code', 'sentence'),
     [
@@ -300,38 +278,78 @@ def refusal(*arguments, environment=None, command=('-m', 'kinematics_service')):
     ],
     ids=lambda x: ' '.join(x) if isinstance(x, tuple) and isinstance(x[0], str) else '',
 )
-def test_a_wrong_start_is_one_sentence_and_an_exit_code(ros_domain, arguments, code, sentence):
-    told, stderr = refusal(*arguments)
-    assert told == code, stderr
-    assert sentence in stderr.splitlines()[-1]
-    assert 'Traceback' not in stderr
+def test_a_wrong_start_is_one_sentence_and_an_exit_code(
+    ros_domain, capfd, arguments, code, sentence
+):
+    # In this process: to start one for each takes a second of the processor.
+    told, stderr = main(list(arguments)), capfd.readouterr().err
+    expect_a_sentence(told, stderr, code, sentence)
     usage = [line for line in stderr.splitlines()[:-1] if line]
     assert all(line.startswith(('Usage:', 'Try ')) for line in usage), stderr
 
 
-def test_a_node_that_cannot_be_secured_does_not_start(process):
-    environment = {'ROS_SECURITY_ENABLE': 'true'}
-    code, stderr = refusal('--robot', 'craig_3r', environment=environment)
-    assert code == 1
-    assert '--allow-unsecured' in stderr
-    assert len(stderr.splitlines()) == 1
-    process('--robot', 'craig_3r', '--allow-unsecured', environment=environment)
+@pytest.mark.parametrize(
+    ('arguments', 'code', 'sentence'),
+    [
+        (('--robot', 'a=craig_3r', '--robot', 'b=craig_4r'), 1, "no robot 'craig_4r'"),
+        (
+            ('--robot', 'a=ur5e', '--robot', 'b=ur5e', '--ros-args', '-r', '__ns:=/cell'),
+            2,
+            'two arms are named /cell/kinematics',
+        ),
+    ],
+)
+def test_one_arm_that_cannot_start_ends_the_start_of_all(
+    ros_domain, capfd, arguments, code, sentence
+):
+    expect_a_sentence(main(list(arguments)), capfd.readouterr().err, code, sentence)
 
 
-def test_two_mixed_ros_installations_do_not_start(process, tmp_path):
+# Where a start can fail: in the context, in a node, and in a node beside another one.
+@pytest.mark.parametrize(
+    ('arguments', 'code', 'sentence'),
+    [
+        (('--ros-args', '-p', 'nonsense'), 2, 'nonsense'),
+        (('--ros-args', '-p', 'publish_rate:=1'), 1, 'write 1.0'),
+        (('--robot', 'a=craig_3r', '--robot', 'b=craig_4r'), 1, "no robot 'craig_4r'"),
+    ],
+    ids=['context', 'node', 'another node'],
+)
+def test_a_process_that_cannot_start_ends_with_that_code(process, arguments, code, sentence):
+    one = process(*arguments, ready=False)
+    expect_a_sentence(one.wait(), one.stderr, code, sentence)
+
+
+def expect_a_sentence(told, stderr, code, sentence):
+    assert told == code, stderr
+    assert sentence in stderr.splitlines()[-1]
+    assert 'Traceback' not in stderr
+
+
+def test_a_node_that_cannot_be_secured_does_not_start(process, capfd, monkeypatch):
+    monkeypatch.setenv('ROS_SECURITY_ENABLE', 'true')
+    assert main(['--robot', 'craig_3r']) == 1
+    (line,) = capfd.readouterr().err.splitlines()
+    assert '--allow-unsecured' in line
+    process('--robot', 'craig_3r', '--allow-unsecured')
+
+
+def test_two_mixed_ros_installations_do_not_start(process, capfd, monkeypatch, tmp_path):
     (tmp_path / 'lib').mkdir()
     (tmp_path / 'lib' / 'librcl.so').touch()
-    environment = {'AMENT_PREFIX_PATH': str(tmp_path)}
-    code, stderr = refusal('--robot', 'craig_3r', environment=environment)
-    assert code == 1
-    assert str(tmp_path) in stderr
-    assert '--allow-mixed-ros' in stderr
-    assert len(stderr.splitlines()) == 1
-    process('--robot', 'craig_3r', '--allow-mixed-ros', environment=environment)
+    monkeypatch.setenv('AMENT_PREFIX_PATH', str(tmp_path))
+    assert main(['--robot', 'craig_3r']) == 1
+    (line,) = capfd.readouterr().err.splitlines()
+    assert str(tmp_path) in line
+    assert '--allow-mixed-ros' in line
+    process('--robot', 'craig_3r', '--allow-mixed-ros')
 
 
 def test_an_ament_prefix_without_ros_is_no_mixture(process, tmp_path):
     process('--robot', 'craig_3r', environment={'AMENT_PREFIX_PATH': str(tmp_path)})
+
+
+NO_LOGS = {'ROS_LOG_DIR': '', 'ROS_HOME': ''}
 
 
 @pytest.mark.parametrize(
@@ -344,11 +362,22 @@ def test_an_ament_prefix_without_ros_is_no_mixture(process, tmp_path):
     ],
     ids=lambda given: ' '.join(given) if isinstance(given, dict) else '',
 )
-def test_a_node_that_can_write_no_log_file_says_so_and_answers(process, peer, folders, reason):
-    none = {'ROS_LOG_DIR': '', 'ROS_HOME': ''}
-    node = process('--robot', 'craig_3r', environment={**none, **folders})
+def test_a_folder_for_logs_that_cannot_be_is_named(monkeypatch, folders, reason):
+    for name, value in {**NO_LOGS, **folders}.items():
+        monkeypatch.setenv(name, value)
+    assert log_refusal() == reason
+
+
+@pytest.mark.parametrize('folders', [{'HOME': ''}, {'ROS_LOG_DIR': '/proc/logs'}], ids=list)
+def test_a_node_that_can_write_no_log_file_says_so_and_answers(
+    process, peer, monkeypatch, folders
+):
+    for name, value in {**NO_LOGS, **folders}.items():
+        monkeypatch.setenv(name, value)
+    node = process('--robot', 'craig_3r')
     answered(peer)
     told, *_ = node.stderr.splitlines()
+    reason = log_refusal()
     assert told == f'kinematics_service: messages are not written to a log file: {reason}'
 
 
@@ -395,7 +424,8 @@ def test_every_field_of_every_message_has_its_own_type(ros_domain):
             *(
                 str(here / 'test_node_topics.py'),
                 '-k',
-                'librarys or stamp or axes or numbers or say',
+                # With bytes the same messages are made, once, and then copied.
+                '(librarys or stamp or axes or numbers or say) and messages',
             ),
         ],
         cwd=ROOT,
