@@ -41,6 +41,8 @@ setup(
     license='Apache-2.0',
     maintainer=MANIFEST.findtext('maintainer'),
     python_requires='>=3.10',
+    # Of the last there is no rclpy on PyPI: the library and the commands without ROS.
+    classifiers=[f'Programming Language :: Python :: 3.{minor}' for minor in range(10, 15)],
     package_dir={'': 'src', f'{NAME}.config': 'config'},
     packages=[*find_packages('src'), f'{NAME}.config'],
     package_data={

@@ -15,10 +15,14 @@ pytestmark = pytest.mark.skipif(
 )
 
 
-def steps():
+def jobs():
     yaml = pytest.importorskip('yaml')
     workflow = yaml.safe_load((ROOT / '.github/workflows/ci.yaml').read_text(encoding='utf-8'))
-    return [step for job in workflow['jobs'].values() for step in job['steps']]
+    return workflow['jobs'].values()
+
+
+def steps():
+    return [step for job in jobs() for step in job['steps']]
 
 
 def extras():
@@ -48,6 +52,18 @@ def test_what_is_installed_are_extras_of_the_package():
     lists = [found for text in texts for found in re.findall(r"'\.\[([\w,-]+)\]'", text)]
     assert len(lists) >= 5
     assert {extra for found in lists for extra in found.split(',')} <= extras()
+
+
+def test_every_python_that_the_package_names_is_tested_and_has_a_wheel():
+    (versions,) = re.findall(
+        r'Python :: 3\.\{minor\}.* range\((\d+), (\d+)\)',
+        (ROOT / 'setup.py').read_text(encoding='utf-8'),
+    )
+    named = {f'3.{minor}' for minor in range(*map(int, versions))}
+    tested = [job.get('strategy', {}).get('matrix', {}).get('python', []) for job in jobs()]
+    assert {version for one in tested for version in one} == named
+    wheels = re.findall(r'"cp3(\d+)-', (ROOT / 'pyproject.toml').read_text(encoding='utf-8'))
+    assert {f'3.{minor}' for minor in wheels} == named
 
 
 def test_files_that_a_step_names_exist():

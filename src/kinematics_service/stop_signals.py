@@ -47,7 +47,7 @@ class StopSignal:
 
     def follow(self, signals: int) -> None:
         """
-        Read signals from a file as they come, and end the process at the second one.
+        Read signals from a file as they come until it ends, and end the process at the second one.
 
         Parameters
         ----------
@@ -57,11 +57,13 @@ class StopSignal:
         while not select.select([signals], [], [], MEANWHILE)[0]:
             with contextlib.suppress(Exception):  # a signal must be followed all the same
                 self.meanwhile()
-        os.read(signals, 1)
+        if not os.read(signals, 1):
+            return
         first = time.monotonic()
         self.came = True
         self.then()
-        os.read(signals, 1)
+        if not os.read(signals, 1):
+            return
         time.sleep(max(0.0, first + GRACE - time.monotonic()))
         with contextlib.suppress(OSError):
             os.write(1, self.last_words)
@@ -91,6 +93,7 @@ def stop_signals() -> Iterator[StopSignal]:
         for number in NUMBERS:
             signal.signal(number, signal.SIG_IGN)
         signal.set_wakeup_fd(-1)
+        os.close(told)  # which ends the thread
 
 
 @contextmanager

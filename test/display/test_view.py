@@ -19,6 +19,7 @@ from folders import CONFIG
 from tolerances import ROUND_OFF
 
 import kinematics_service as ks
+from kinematics_service.__main__ import main
 from kinematics_service.display.view.axes import axes_of
 from kinematics_service.display.view.ellipsoids import ellipsoid_of, ellipsoid_scales
 from kinematics_service.display.view.gauges import gauges_of, headline, joint_readings
@@ -401,12 +402,9 @@ def test_the_command_serves_a_page_here_only_and_ends_cleanly():
         process.wait()
 
 
-@pytest.mark.slow
-def test_sliders_and_publish_do_not_go_together():
-    process = command('--sliders', '--publish')
-    _, err = process.communicate(timeout=60)
-    assert process.returncode == 2
-    assert '--sliders needs no ROS' in err
+def test_sliders_and_publish_do_not_go_together(capsys):
+    assert main(['view', '--sliders', '--publish']) == 2
+    assert '--sliders needs no ROS' in capsys.readouterr().err
 
 
 @pytest.mark.slow

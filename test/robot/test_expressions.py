@@ -216,7 +216,7 @@ def test_a_function_is_checked(text: str) -> None:
         check_function(text, SCOPE)
 
 
-@settings(max_examples=500, deadline=None)
+@settings(max_examples=200, deadline=None)
 @given(st.text(max_size=60))
 def test_any_text_is_a_value_or_an_expression_error(text: str) -> None:
     _only_expression_errors(text)
@@ -229,7 +229,7 @@ PIECES = st.sampled_from(
 
 
 @pytest.mark.slow
-@settings(max_examples=1000, deadline=None)
+@settings(max_examples=300, deadline=None)
 @given(st.lists(PIECES, max_size=40))
 def test_any_pieces_are_a_value_or_an_expression_error(pieces: list[str]) -> None:
     _only_expression_errors(''.join(pieces))

@@ -716,13 +716,13 @@ FRAGMENTS = st.sampled_from(
 
 
 @pytest.mark.slow
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(st.text(max_size=200))
 def test_any_text_is_a_robot_or_a_robot_file_error(text: str) -> None:
     _only_robot_file_errors(text)
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(st.binary(max_size=200))
 def test_any_bytes_are_a_robot_or_a_robot_file_error(content: bytes) -> None:
     _only_robot_file_errors(content.decode('latin-1'))
@@ -755,7 +755,7 @@ def test_the_reader_agrees_with_another_one() -> None:
 
 
 @pytest.mark.slow
-@settings(max_examples=500, deadline=None)
+@settings(max_examples=200, deadline=None)
 @given(
     st.sampled_from(['craig', *sorted(expected_faults())]),
     st.lists(st.tuples(st.floats(0, 1), st.integers(0, 8), FRAGMENTS), max_size=5),

@@ -1,5 +1,5 @@
 """
-The demo as a process: what it says, how it ends, and that nothing of it leaves its namespace.
+The demo: what it says, and as a process how it ends, and that nothing of it leaves its namespace.
 """
 
 import contextlib
@@ -28,6 +28,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray, MultiArrayDimension
 
 import kinematics_service as ks
+from kinematics_service.__main__ import main
 from kinematics_service.robot.measure_units import measure_units
 from kinematics_service.ros.messages.readings import WarningReading
 from kinematics_service.ros.tools.demo import RANGE, stay_on_this_host
@@ -60,6 +61,17 @@ def demo(*arguments, **environment):
         env={**os.environ, **environment},
         check=False,
     )
+
+
+@pytest.fixture
+def told(ros_domain, capfd):
+    """Return a function for exit code, output and errors of a demo in this process."""
+
+    def run(*arguments):
+        code = main(['demo', *arguments])
+        return code, *capfd.readouterr()
+
+    return run
 
 
 @pytest.fixture
@@ -113,12 +125,12 @@ def test_five_seconds_lead_through_a_singular_pose(ros_domain):
 
 @pytest.mark.parametrize('robot', ['scara_hsr065', 'six_joint_dh', 'panda'])
 @pytest.mark.parametrize('trajectory', ['smooth', 'sine'])
-def test_other_arms_and_the_other_trajectory(ros_domain, robot, trajectory):
-    done = demo('--robot', robot, '--trajectory', trajectory, '--duration', '1')
-    assert done.returncode == 0
-    assert 'Traceback' not in done.stderr
-    assert f'{robot} moves ' in done.stdout
-    sent, poses = map(int, SUMMARY.search(done.stdout).groups()[1:3])
+def test_other_arms_and_the_other_trajectory(told, robot, trajectory):
+    code, output, errors = told('--robot', robot, '--trajectory', trajectory, '--duration', '1')
+    assert code == 0
+    assert 'Traceback' not in errors
+    assert f'{robot} moves ' in output
+    sent, poses = map(int, SUMMARY.search(output).groups()[1:3])
     assert sent == poses > 10
 
 
@@ -220,12 +232,12 @@ def test_a_replay_keeps_the_stamps_and_ends_by_itself(ros_domain, tmp_path):
     assert set(stamps) <= {100 * 10**9 + 50_000_000 * k for k in range(31)}
 
 
-def test_a_shorter_duration_ends_a_replay(ros_domain, tmp_path):
+def test_a_shorter_duration_ends_a_replay(told, tmp_path):
     file = tmp_path / 'motion.csv'
     file.write_text('stamp,position.q1,position.q2\n1,0,1\n2,0,1\n1000,0,1\n')
-    done = demo('--robot', 'planar_2r', '--replay', str(file), '--duration', '1.5')
-    assert (done.returncode, done.stderr) == (0, '')
-    assert SUMMARY.search(done.stdout)[2] == '2'
+    code, output, errors = told('--robot', 'planar_2r', '--replay', str(file), '--duration', '1.5')
+    assert (code, errors) == (0, '')
+    assert SUMMARY.search(output)[2] == '2'
 
 
 def test_a_bad_recording_is_one_sentence(ros_domain, tmp_path):
@@ -246,17 +258,17 @@ def test_a_bad_recording_is_one_sentence(ros_domain, tmp_path):
         (['-r', 'nonsense'], 2, 'wrong ROS arguments'),
     ],
 )
-def test_a_bad_setting_is_one_sentence(ros_domain, arguments, code, words):
-    done = demo('--ros-args', *arguments)
-    assert (done.returncode, done.stdout) == (code, '')
-    assert words in done.stderr
-    assert 'Traceback' not in done.stderr
+def test_a_bad_setting_is_one_sentence(told, arguments, code, words):
+    ended, output, errors = told('--ros-args', *arguments)
+    assert (ended, output) == (code, '')
+    assert words in errors
+    assert 'Traceback' not in errors
 
 
-def test_a_parameter_of_the_user_holds(ros_domain):
-    done = demo('--duration', '1', '--ros-args', '-p', 'joint_prefix:=left_')
-    assert done.returncode == 0
-    sent, poses = map(int, SUMMARY.search(done.stdout).groups()[1:3])
+def test_a_parameter_of_the_user_holds(told):
+    code, output, _ = told('--duration', '1', '--ros-args', '-p', 'joint_prefix:=left_')
+    assert code == 0
+    sent, poses = map(int, SUMMARY.search(output).groups()[1:3])
     assert sent == poses > 10
 
 

@@ -1,4 +1,9 @@
-"""Echo as a process: what it prints of another process's node, and how it ends."""
+"""
+Echo: what it prints of a node, and as a process how it ends.
+
+What it prints is told in this process, while a thread turns the node: to start a process for each
+takes a second of the processor.
+"""
 
 import json
 import os
@@ -6,7 +11,9 @@ import re
 import signal
 import subprocess
 import sys
+import threading
 import time
+from contextlib import contextmanager
 
 import numpy as np
 import pytest
@@ -17,6 +24,7 @@ from ros_harness import Peer
 from std_msgs.msg import Float64MultiArray, MultiArrayDimension
 
 import kinematics_service as ks
+from kinematics_service.__main__ import main
 from kinematics_service.errors import LayoutError
 from kinematics_service.ros.messages.readings import WarningReading, matrix_of
 from kinematics_service.ros.tools.live_table import bars, matrix_lines, number, warned_lines
@@ -83,15 +91,57 @@ def move_until(arm, true, what):
     arm.spin_until(moved, what, DEADLINE)
 
 
-def once(arm, echo, *arguments):
-    """Return exit code, output and errors of an `echo --once` beside a moving arm."""
-    one = echo(*arguments, '--once')
-    move_until(arm, lambda: one.ended, 'end of the echo')
-    return one.end()
+@contextmanager
+def turned(one, moving):
+    """Turn an arm or a peer in a thread within the block; an arm also moves if asked for."""
+    over = threading.Event()
+
+    def turn():
+        sent = 0.0
+        while not over.is_set():
+            if moving and time.monotonic() - sent > 0.02:
+                sent = time.monotonic()
+                one.send(Q, QDOT)
+            one.executor.spin_once(timeout_sec=0.01)
+
+    if moving:
+        one.attach()
+    thread = threading.Thread(target=turn)
+    thread.start()
+    try:
+        yield
+    finally:
+        over.set()
+        thread.join()
+
+
+@pytest.fixture
+def told(capfd):
+    """Return a function for exit code, output and errors of an echo in this process."""
+
+    def run(*arguments):
+        capfd.readouterr()
+        code = main(['echo', *arguments])
+        return code, *capfd.readouterr()
+
+    return run
+
+
+@pytest.fixture
+def once(told):
+    """Return a function for those of an `echo --once` beside an arm that moves."""
+
+    def run(arm, *arguments):
+        with turned(arm, moving=True):
+            return told(*arguments, '--once')
+
+    return run
 
 
 def test_one_jacobian_as_json(arm, echo):
-    code, output, errors = once(arm('craig_3r'), echo, 'jacobian', '--json')
+    one, started = arm('craig_3r'), echo('jacobian', '--json', '--once')
+    move_until(one, lambda: started.ended, 'end of the echo')
+    code, output, errors = started.end()
     assert (code, errors) == (0, '')
     document = json.loads(output)
     assert document['rows'] == ROWS
@@ -101,9 +151,9 @@ def test_one_jacobian_as_json(arm, echo):
     assert np.array(document['jacobian']) == pytest.approx(J, abs=1e-15)
 
 
-def test_one_pose_and_one_twist_as_json(arm, echo):
+def test_one_pose_and_one_twist_as_json(arm, once):
     one, robot = arm('craig_3r'), ks.load_robot('craig_3r')
-    code, output, _ = once(one, echo, 'pose', '--json')
+    code, output, _ = once(one, 'pose', '--json')
     pose = json.loads(output)
     T = ks.forward_kinematics(robot, Q)
     assert code == 0
@@ -116,19 +166,18 @@ def test_one_pose_and_one_twist_as_json(arm, echo):
     assert T[1, 0] == pytest.approx(np.cos(pitch) * np.sin(yaw))
     assert set(pose['stamp']) == {'sec', 'nanosec'}
 
-    code, output, _ = once(one, echo, 'twist', '--json')
+    code, output, _ = once(one, 'twist', '--json')
     twist = json.loads(output)
     assert code == 0
     assert twist['linear'] + twist['angular'] == pytest.approx(ks.twist(robot, Q, QDOT))
 
 
-def test_a_late_echo_still_gets_the_last_warning(arm, echo):
+def test_a_late_echo_still_gets_the_last_warning(arm, told):
     # Long enough for an echo to start: silence would be the last thing said.
     one = arm('craig_3r', ['-p', 'joint_state_timeout:=60.0'])
     one.answer((0.3, -0.4, 0.0), QDOT)
-    late = echo('warning', '--once', '--json')
-    one.spin_until(lambda: late.ended, 'end of the echo', DEADLINE)
-    code, output, errors = late.end()
+    with turned(one, moving=False):
+        code, output, errors = told('warning', '--once', '--json')
     assert (code, errors) == (0, '')
     warned = json.loads(output)
     assert warned['level'] == 'ERROR'
@@ -137,9 +186,9 @@ def test_a_late_echo_still_gets_the_last_warning(arm, echo):
     assert len(output.splitlines()) == 1
 
 
-def test_labels_are_those_of_the_message(arm, echo):
+def test_labels_are_those_of_the_message(arm, once):
     one = arm('craig_3r', ['-p', 'row_order:=angular_first', '-p', 'joint_prefix:=left/'])
-    code, output, _ = once(one, echo, 'jacobian')
+    code, output, _ = once(one, 'jacobian')
     assert code == 0
     header, *rows = output.splitlines()
     assert header.split() == ['left/q1', 'left/q2', 'left/q3']
@@ -150,8 +199,8 @@ def test_labels_are_those_of_the_message(arm, echo):
 
 
 @pytest.mark.parametrize('name', ['/left/kinematics', 'left/kinematics', 'left/kinematics/'])
-def test_a_node_is_found_with_and_without_slashes(arm, echo, name):
-    code, output, errors = once(arm('craig_3r', namespace='/left'), echo, 'pose', '--node', name)
+def test_a_node_is_found_with_and_without_slashes(arm, once, name):
+    code, output, errors = once(arm('craig_3r', namespace='/left'), 'pose', '--node', name)
     assert (code, errors) == (0, '')
     assert output.splitlines()[0].startswith('position x y z')
 
@@ -189,11 +238,10 @@ def test_a_reader_that_goes_ends_it_without_a_word(arm, echo):
     assert piped.popen.stderr.read() == ''
 
 
-def test_nobody_there_is_explained_and_given_up(arm, echo, ros_domain):
+def test_nobody_there_is_explained_and_given_up(arm, told):
     begin = time.monotonic()
-    one, lost = arm('craig_3r', namespace='/left'), echo('pose', '--once')
-    one.spin_until(lambda: lost.ended, 'end of the echo', DEADLINE)
-    code, output, errors = lost.end()
+    with turned(arm('craig_3r', namespace='/left'), moving=False):
+        code, output, errors = told('pose', '--once')
     assert (code, output) == (1, '')
     explained, gave_up = errors.splitlines()
     assert explained == (
@@ -204,13 +252,9 @@ def test_nobody_there_is_explained_and_given_up(arm, echo, ros_domain):
     assert time.monotonic() - begin > 10.0
 
 
-def test_a_timeout_ends_the_wait_for_a_silent_node(arm, echo):
-    one, waiting = (
-        arm('craig_3r', namespace='/right'),
-        echo('twist', '--node', '/right/kinematics', '--timeout', '6'),
-    )
-    one.spin_until(lambda: waiting.ended, 'end of the echo', DEADLINE)
-    code, output, errors = waiting.end()
+def test_a_timeout_ends_the_wait_for_a_silent_node(arm, told):
+    with turned(arm('craig_3r', namespace='/right'), moving=False):
+        code, output, errors = told('twist', '--node', '/right/kinematics', '--timeout', '6')
     assert (code, output) == (1, '')
     explained, gave_up = errors.splitlines()
     assert (
@@ -230,8 +274,8 @@ def test_a_timeout_is_for_the_first_message_only(arm, echo):
 
 
 @pytest.mark.parametrize('seconds', ['0', '-1', 'nan', '1e9'])
-def test_a_timeout_that_is_none_is_wrong_usage(echo, seconds):
-    code, output, errors = echo('pose', '--timeout', seconds).end()
+def test_a_timeout_that_is_none_is_wrong_usage(told, seconds):
+    code, output, errors = told('pose', '--timeout', seconds)
     assert (code, output) == (2, '')
     assert '--timeout: ' in errors
     assert 'Traceback' not in errors
@@ -251,8 +295,8 @@ def test_a_silent_node_is_explained_and_waited_for(arm, echo):
 
 
 @pytest.mark.parametrize('name', ['a b', '', '/', '1st', 'a//b'])
-def test_a_name_that_is_none_is_wrong_usage(echo, name):
-    code, output, errors = echo('pose', '--node', name).end()
+def test_a_name_that_is_none_is_wrong_usage(told, name):
+    code, output, errors = told('pose', '--node', name)
     assert (code, output) == (2, '')
     assert 'Traceback' not in errors
     assert errors.startswith('kinematics_service: --node ')
@@ -290,17 +334,16 @@ def test_a_layout_that_does_not_fit_is_refused(message):
         matrix_of(message)
 
 
-def test_a_foreign_layout_is_one_line_not_an_end(ros_domain, echo):
+def test_a_foreign_layout_is_one_line_not_an_end(ros_domain, told):
     peer = Peer()
     try:
         publisher = peer.peer.create_publisher(Float64MultiArray, '/kinematics/jacobian', 10)
-        one = echo('jacobian', '--once')
-        peer.spin_until(lambda: publisher.get_subscription_count() > 0, 'echo', DEADLINE)
-        publisher.publish(Float64MultiArray(data=[1.0]))
-        peer.spin_until(lambda: one.ended, 'end of the echo', DEADLINE)
+        peer.peer.create_timer(0.1, lambda: publisher.publish(Float64MultiArray(data=[1.0])))
+        with turned(peer, moving=False):
+            ended = told('jacobian', '--once')
     finally:
         peer.close()
-    assert one.end() == (
+    assert ended == (
         1,
         '',
         'kinematics_service: /kinematics/jacobian: the layout has 0 dimensions, not rows and '

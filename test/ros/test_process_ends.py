@@ -6,6 +6,7 @@ import contextlib
 import os
 import pty
 import random
+import shutil
 import signal
 import subprocess
 import sys
@@ -239,19 +240,25 @@ def children_of(pid):
     return [int(child) for child in Path(f'/proc/{pid}/task/{pid}/children').read_text().split()]
 
 
-@pytest.mark.skipif(not Path('/proc/self/task').exists(), reason='needs /proc')
-@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGKILL], ids=lambda s: s.name)
-def test_an_audit_by_several_processes_leaves_none_of_them_behind(tmp_path, number):
-    robot = ks.load_robot('ur5e')
+@pytest.fixture(scope='module')
+def long_bags(tmp_path_factory):
+    """Return two recordings that an audit is busy with for seconds."""
+    folder, robot = tmp_path_factory.mktemp('bags'), ks.load_robot('ur5e')
 
     def motion(t):
         q = np.sin(t[:, None] + np.arange(robot.dof))
         return q, np.cos(t[:, None] + np.arange(robot.dof))
 
-    bags = [tmp_path / 'a.mcap', tmp_path / 'b.mcap']
-    for bag in bags:
-        write_motion(bag, robot.joint_names, 300_000, motion)
-    command = [sys.executable, '-m', 'kinematics_service', 'audit', *bags, '--robot', 'ur5e']
+    bags = [folder / 'a.mcap', folder / 'b.mcap']
+    write_motion(bags[0], robot.joint_names, 300_000, motion)
+    shutil.copy(*bags)
+    return bags
+
+
+@pytest.mark.skipif(not Path('/proc/self/task').exists(), reason='needs /proc')
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGKILL], ids=lambda s: s.name)
+def test_an_audit_by_several_processes_leaves_none_of_them_behind(long_bags, number):
+    command = [sys.executable, '-m', 'kinematics_service', 'audit', *long_bags, '--robot', 'ur5e']
     with subprocess.Popen([*command, '--jobs', '2'], stderr=subprocess.PIPE, text=True) as audit:
         deadline = time.monotonic() + 60.0
         # Two that work, and the one that keeps account of what they share.

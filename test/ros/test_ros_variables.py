@@ -1,4 +1,8 @@
-"""Environment variables with which ROS cannot start are named by every command that needs it."""
+"""
+Environment variables with which ROS cannot start are named by every command that needs it.
+
+Those that ROS reads when it is imported are told by started processes, the others by this one.
+"""
 
 import os
 import subprocess
@@ -7,6 +11,8 @@ import sys
 import pytest
 
 pytest.importorskip('rclpy', reason='needs ROS')
+
+from kinematics_service.__main__ import main
 
 COMMANDS = {
     'node': (),
@@ -36,13 +42,26 @@ def run(command, **variables):
     return done.returncode, done.stderr
 
 
+@pytest.fixture
+def told(capfd, monkeypatch):
+    """Return a function for what `run` returns, in this process."""
+
+    def here(command, **variables):
+        for name, value in variables.items():
+            monkeypatch.setenv(name, value)
+        code = main(list(command))
+        return code, capfd.readouterr().err
+
+    return here
+
+
 @pytest.mark.parametrize(
     ('command', 'domain'),
     [('node', '-1'), ('demo', 'abc'), ('echo', '5x'), ('echo', '233'), ('view', '999')],
     indirect=['command'],
 )
-def test_a_domain_that_is_none_is_refused_in_a_sentence(command, domain):
-    assert run(command, ROS_DOMAIN_ID=domain) == (
+def test_a_domain_that_is_none_is_refused_in_a_sentence(told, command, domain):
+    assert told(command, ROS_DOMAIN_ID=domain) == (
         2,
         f"kinematics_service: ROS_DOMAIN_ID is '{domain}': it must be a whole number from 0 to "
         '232, or not be set\n',
@@ -50,8 +69,8 @@ def test_a_domain_that_is_none_is_refused_in_a_sentence(command, domain):
 
 
 @pytest.mark.parametrize('domain', ['', '101', '232'])
-def test_a_domain_of_dds_is_taken(domain):
-    code, text = run(('echo', '--once', '--timeout', '0.1'), ROS_DOMAIN_ID=domain)
+def test_a_domain_of_dds_is_taken(told, domain):
+    code, text = told(('echo', '--once', '--timeout', '0.1'), ROS_DOMAIN_ID=domain)
     assert code == 1
     assert 'gave up after 0.1 s without a message' in text
 
@@ -76,5 +95,5 @@ def test_the_middleware_in_use_may_be_named():
     assert (code, 'gave up' in text) == (1, True)
 
 
-def test_what_needs_no_ros_takes_any_domain():
-    assert run(('robots',), ROS_DOMAIN_ID='999') == (0, '')
+def test_what_needs_no_ros_takes_any_domain(told):
+    assert told(('robots',), ROS_DOMAIN_ID='999') == (0, '')
