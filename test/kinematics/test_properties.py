@@ -3,6 +3,7 @@ What holds for every arm: bundled robots, and random ones of every convention an
 """
 
 import dataclasses
+import functools
 import json
 import math
 
@@ -12,6 +13,7 @@ import pytest
 from arms import (
     BUNDLED,
     EVERY_ARM,
+    FEW_RANDOM,
     RANDOM,
     arm_of,
     first_order_distances,
@@ -159,7 +161,7 @@ def test_tool_axes_turn_both_halves_of_the_jacobian(name):
 
 
 @pytest.mark.slow
-@every_arm
+@pytest.mark.parametrize('name', BUNDLED + FEW_RANDOM)
 def test_another_base_turns_the_jacobian_and_moves_the_pose(name):
     robot = robot_of(name)
     B = Constant((0.7, -0.2, 1.1, 0.4, -1.0, 2.0)).matrix()
@@ -179,7 +181,7 @@ def test_another_base_turns_the_jacobian_and_moves_the_pose(name):
 
 
 @pytest.mark.slow
-@every_arm
+@pytest.mark.parametrize('name', BUNDLED + FEW_RANDOM)
 def test_another_tool_shifts_the_reference_point(name):
     robot = without_factors(name)  # they may hold for one tool only
     D = Constant((0.3, -0.1, 0.2, 1.0, 0.5, -2.0)).matrix()
@@ -229,12 +231,17 @@ def test_parallelogram_is_its_open_chain_times_the_couplings_of_the_document():
     np.testing.assert_allclose(ks.jacobian(robot, q), expected, rtol=0, atol=ROUND_OFF)
 
 
+@functools.cache
+def standard_arm(dof):
+    arm = random_arm(1, dof, 'standard')
+    return arm, ks.robot_from_text(arm.text())
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize('convention', CONVENTIONS[1:])
 @pytest.mark.parametrize('dof', range(1, 13))
 def test_one_arm_in_two_conventions_is_one_arm(dof, convention):
-    arm = random_arm(1, dof, 'standard')
-    one = ks.robot_from_text(arm.text())
+    arm, one = standard_arm(dof)
     other = ks.robot_from_text(arm.in_convention(convention).text())
     q = poses(one)
     for number in (ks.forward_kinematics, ks.jacobian):

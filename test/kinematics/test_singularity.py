@@ -2,6 +2,7 @@
 
 import copy
 import dataclasses
+import functools
 import math
 import pickle
 
@@ -236,6 +237,18 @@ def true_distances(name, q):
     return np.minimum(elbow, np.sqrt(np.min(np.sum(apart**2, axis=-1), axis=1)))
 
 
+@functools.cache
+def poses_with_true_distances(name):
+    q = uniform(robot_of(name), 2000, seed=2)
+    # As many again close to the curve and to the folded elbow, where estimates are worst.
+    close = q.copy()
+    random = np.random.default_rng(3)
+    close[:1000, 1:] = random.choice(families(name), 1000) + random.uniform(-0.06, 0.06, (1000, 2))
+    close[1000:, 2] = math.pi + random.uniform(-0.06, 0.06, 1000)
+    q = np.concatenate([q, close])
+    return q, true_distances(name, q)
+
+
 # Found distance by that to the points of the curve, which are up to 0.012 rad apart: of poses 0.02
 # to 0.05 rad away it is a twentieth less at most, and never more.
 SHARES = {'factors': (0.95, 1.0 + 1e-4), 'no factors': (0.95, 1.0 + 1e-4)}
@@ -246,14 +259,8 @@ SHARES = {'factors': (0.95, 1.0 + 1e-4), 'no factors': (0.95, 1.0 + 1e-4)}
 @pytest.mark.parametrize('name', ['anthropomorphic_3r', 'craig_3r'])
 def test_distance_against_the_true_one(name, judged):
     robot = robot_of(name) if judged == 'factors' else without_factors(name)
-    q = uniform(robot, 2000, seed=2)
-    # As many again close to the curve and to the folded elbow, where estimates are worst.
-    close = q.copy()
-    random = np.random.default_rng(3)
-    close[:1000, 1:] = random.choice(families(name), 1000) + random.uniform(-0.06, 0.06, (1000, 2))
-    close[1000:, 2] = math.pi + random.uniform(-0.06, 0.06, 1000)
-    q = np.concatenate([q, close])
-    found, true = ks.singularity(robot, q), true_distances(name, q)
+    q, true = poses_with_true_distances(name)
+    found = ks.singularity(robot, q)
     # Nearer than this the points of the curve are too far apart to tell.
     near = (true > 0.02) & (true < 0.05)
     shares = found.distance[near] / true[near]

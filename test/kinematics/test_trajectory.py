@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from arms import BUNDLED, RANDOM, robot_of
+from arms import BUNDLED, FEW_RANDOM, robot_of
 from tolerances import DIFFERENCE, DIFFERENCE_STEP
 
 import kinematics_service as ks
@@ -20,9 +20,6 @@ from kinematics_service.kinematics.passage import (
 from kinematics_service.kinematics.singular_poses import singular_poses
 from kinematics_service.kinematics.trajectory import TRAJECTORIES, sine_trajectory
 
-# A random arm of each convention, and of each number of joints: to plan a motion takes its time,
-# and is planned alike for all conventions.
-FEW = tuple(name for k, name in enumerate(RANDOM) if k % 12 % 4 == k // 12)
 # The demo's joint states are 20 ms apart; at the slowed-down singular pose that is 1e-4 rad.
 SAMPLES = 2001
 # What "through a singular pose" means, in rad.
@@ -69,7 +66,7 @@ def times(trajectory):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('name', BUNDLED + FEW)
+@pytest.mark.parametrize('name', BUNDLED + FEW_RANDOM)
 @pytest.mark.parametrize('kind', KINDS)
 def test_a_motion_stays_inside_the_limits(kind, name):
     robot = robot_of(name)
@@ -92,7 +89,7 @@ def test_a_velocity_is_the_derivative_of_the_position(kind, name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('name', BUNDLED + FEW)
+@pytest.mark.parametrize('name', BUNDLED + FEW_RANDOM)
 def test_the_smooth_path_keeps_its_share_of_the_velocity_limits(name):
     robot = robot_of(name)
     motion = motion_of(name)

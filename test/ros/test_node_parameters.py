@@ -245,42 +245,6 @@ TAKES_EFFECT = {
     'ik.default_rate': (0.2, shows_servo('default_rate', 0.2, FAST)),
 }
 
-REFUSED = {
-    'joint_prefix': ['a b', 'a,b', '/arm', 5, True],
-    'frame_prefix': ['a b', 'a,b', 'tab\t', 1.5],
-    'base_frame': ['a b', '/world', 'tool0', 5],
-    'tool_frame': ['a b', '/tool', 'base_link', ['tool']],
-    'jacobian_frame': ['world', '', 'Base', 1],
-    'twist_frame': ['world', '', 'TOOL', 1],
-    'row_order': ['angular', '', 6],
-    'velocity_source': ['none', '', 2],
-    'publish_rate': [-1.0, math.nan, math.inf, 1e7, 10, '10', 9.9e-4, 3e-308, 5e-324],
-    'joint_state_timeout': [0.0, -1.0, math.nan, math.inf, 4000.0, 1],
-    'publish_tf': [1, 'yes', 0.0],
-    'publish_robot_description': [1, 'maybe', 0.0],
-    'singularity.measure': ['det', '', 'determinant', 'manipulability', 3],
-    'singularity.warn': [-0.1, 0.02, 3.2, math.nan, 1],
-    'singularity.stop': [-0.1, 0.1, 0.5, math.inf, 1],
-    'singularity.length': [-0.1, math.nan, math.inf, 1],
-    'ik.rows': ['x y up', 'x x', 'xyz', 3],
-    'ik.axis': ['w', 'x y', 3],
-    'ik.tolerance': [-1e-9, math.nan, 2.0, 1],
-    'ik.target_timeout': [0.0, -1.0, math.nan, 1],
-    'ik.damping': [0.0, -1.0, math.nan, 2.0, 1],
-    'ik.damped_below': [0.0, math.inf, 11.0, 1],
-    'ik.horizon': [0.0, math.nan, 1],
-    'ik.default_rate': [0.0, -1.0, math.inf, 1],
-    'ik.default_speed': [0.0, -1.0, math.inf, 1],
-}
-REFUSALS = [(name, value) for name, values in REFUSED.items() for value in values]
-
-
-def test_every_parameter_is_tested():
-    names = {parameter.name for parameter in PARAMETERS}
-    # Those have tests of their own below.
-    assert set(TAKES_EFFECT) == names - {'publish_tf', 'ik.default_speed', 'ik.horizon'}
-    assert set(REFUSED) == names
-
 
 @pytest.mark.parametrize('name', TAKES_EFFECT)
 def test_a_parameter_takes_effect_at_start(arm, name):
@@ -295,56 +259,6 @@ def test_a_parameter_takes_effect_at_run_time(arm, name):
     result = change(one, **{name.replace('.', '__'): value})
     assert result.successful, result.reason
     shows(one)
-
-
-@pytest.mark.parametrize('name', TAKES_EFFECT)
-def test_a_parameter_has_its_own_default_again_after_a_change_back(arm, name):
-    one = arm('craig_3r')
-    before = one.node.settings
-    default = one.node.get_parameter(name).value
-    assert change(one, **{name.replace('.', '__'): TAKES_EFFECT[name][0]}).successful
-    assert change(one, **{name.replace('.', '__'): default}).successful
-    after = one.node.settings
-    assert after.estimator == before.estimator
-    assert after.robot.thresholds == before.robot.thresholds
-    assert after.robot.task.length == before.robot.task.length
-    assert (after.base_frame, after.tool_frame) == (before.base_frame, before.tool_frame)
-    assert after.period == before.period
-
-
-@pytest.mark.parametrize(('name', 'value'), REFUSALS, ids=lambda x: str(x))
-def test_a_wrong_value_is_refused_at_run_time_with_the_reason_and_nothing_changes(
-    arm, name, value
-):
-    one = arm('craig_3r')
-    settings, old = one.node.settings, one.node.get_parameter(name).value
-    result = change(one, **{name.replace('.', '__'): value})
-    assert not result.successful
-    assert name.partition('.')[0] in result.reason or 'Wrong parameter type' in result.reason
-    assert one.node.settings is settings
-    assert one.node.get_parameter(name).value == old
-    one.answer(Q)
-
-
-@pytest.mark.parametrize(
-    ('name', 'value'),
-    [
-        (name, value)
-        for name, value in REFUSALS
-        if not isinstance(value, list) and value != '' and '\t' not in str(value)
-    ],
-    ids=lambda x: str(x),
-)
-def test_a_wrong_value_is_refused_at_start_with_the_reason(ros_domain, arm, name, value):
-    written = value
-    if isinstance(value, float):
-        written = {math.inf: '.inf'}.get(value, '.nan' if math.isnan(value) else repr(value))
-    if value == '10':
-        written = "'10'"
-    with pytest.raises(KinematicsError) as error:
-        arm('craig_3r', ['-p', f'{name}:={written}'])
-    assert name.partition('.')[0] in str(error.value)
-    assert '\n' not in str(error.value)
 
 
 def test_the_default_speed_limits_a_prismatic_joint(arm):

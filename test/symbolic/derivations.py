@@ -3,6 +3,7 @@
 import functools
 import json
 
+import pytest
 import sympy
 from folders import GOLDEN
 
@@ -28,6 +29,24 @@ SYSTEMS = {
 # Arms with the table of another one, or alike another in convention, joints and offsets.
 ALIKE = ('crx10ia_l', 'fr3', 'gen3_lite', 'xarm7')
 DERIVED = tuple(name for name in ks.bundled_robots() if name not in ALIKE)
+
+
+# Their derivations take less than a second.
+SHORT = (
+    *('anthropomorphic_3r', 'craig_3r', 'planar_2r', 'planar_3r', 'rrp_elementary'),
+    *('parallelogram_left', 'parallelogram_right', 'scara_hsr065', 'spherical_rrp'),
+)
+
+
+def marked(cases):
+    """
+    Return cases, each an arm or a tuple with one, and those of longer derivations slow.
+
+    Which test is the first to derive an arm depends on what is selected.
+    """
+    rows = [(case,) if isinstance(case, str) else case for case in cases]
+    slow = pytest.mark.slow
+    return [pytest.param(*row, marks=() if set(row) & set(SHORT) else slow) for row in rows]
 
 
 @functools.cache

@@ -7,7 +7,7 @@ import json
 import numpy as np
 import pytest
 import sympy
-from derivations import DERIVED, GOLDEN, derived, same, zero
+from derivations import DERIVED, GOLDEN, derived, marked, same, zero
 from sympy import acos, cos, pi, sin
 
 import kinematics_service as ks
@@ -115,13 +115,13 @@ def test_c07_rotations_of_the_anthropomorphic_arm():
     assert same(d.rotation, R1 * rotation_z(s['theta2'] + s['theta3']))
 
 
-@pytest.mark.parametrize('name', ['anthropomorphic_3r', 'spherical_rrp', 'six_joint_dh'])
+@pytest.mark.parametrize('name', marked(['anthropomorphic_3r', 'spherical_rrp', 'six_joint_dh']))
 def test_c08_screws_about_the_end_effector(name):
     assert derived(name).methods['screw'] == 0
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('name', DERIVED)
+@pytest.mark.parametrize('name', marked(DERIVED))
 def test_c09_geometric_jacobian_of_every_convention(name):
     d = derived_arm(name)
     assert d.methods['geometric'] == 0
@@ -141,12 +141,12 @@ def test_c10_analytic_jacobian_by_hand():
         assert same(vee, d.jacobian[3:, j])
 
 
-@pytest.mark.parametrize('name', DERIVED)
+@pytest.mark.parametrize('name', marked(DERIVED))
 def test_c11_numeric_jacobian(name):
     assert derived_arm(name).central_difference < 1e-8
 
 
-@pytest.mark.parametrize('name', DERIVED)
+@pytest.mark.parametrize('name', marked(DERIVED))
 def test_c12_the_four_ways_differ_by_exactly_nothing(name):
     methods = derived_arm(name).methods
     assert set(methods) == {'geometric', 'screw', 'analytic', 'rotation taken out'}
@@ -160,7 +160,7 @@ def test_c13_row_order():
     assert swapped[3:, :] == d.jacobian[:3, :]
 
 
-@pytest.mark.parametrize('name', ['spherical_rrp', 'rrp_elementary'])
+@pytest.mark.parametrize('name', marked(['spherical_rrp', 'rrp_elementary']))
 def test_c14_a_prismatic_column_is_its_axis_and_nothing(name):
     d = derived(name)
     assert same(d.jacobian[:3, 2], d.z[2])
@@ -297,7 +297,7 @@ def test_c22_the_singular_set_of_document_002():
     assert not zero(d.determinant.subs(s['d3'], s['a2']))
 
 
-@pytest.mark.parametrize('name', ['parallelogram_left', 'parallelogram_right'])
+@pytest.mark.parametrize('name', marked(['parallelogram_left', 'parallelogram_right']))
 def test_c22_the_singular_set_of_the_parallelogram(name):
     d = derived(name)
     _, two, three = d.variables
@@ -309,7 +309,7 @@ def test_c22_the_singular_set_of_the_parallelogram(name):
     assert shoulder.family.condition == sympy.Le(s['L5'] ** 2 * cos(two) ** 2, s['L1'] ** 2)
 
 
-@pytest.mark.parametrize('name', ['offset_stanford_dh', 'offset_stanford_shape'])
+@pytest.mark.parametrize('name', marked(['offset_stanford_dh', 'offset_stanford_shape']))
 def test_c22_the_singular_set_of_document_003(name):
     d = derived(name)
     assert set(d.factors) == {'boom_length', 'shoulder', 'wrist'}
@@ -317,6 +317,7 @@ def test_c22_the_singular_set_of_document_003(name):
     assert factor_named(d, 'wrist').idle == 'phi4 and phi6 work against each other'
 
 
+@pytest.mark.slow
 def test_c22_the_printed_table_of_document_003_is_irreducible():
     d = derived('offset_stanford_printed')
     s = symbols(d)
@@ -344,6 +345,7 @@ def test_a_factor_of_a_doubled_angle_is_solved():
             assert zero(factor.expression.subs(d.variables[2], solution))
 
 
+@pytest.mark.slow
 def test_c23_rank_on_families_and_where_they_meet():
     d = derived('puma560')
     assert {f.rank for f in d.singular_set.factors} == {5}
@@ -351,7 +353,7 @@ def test_c23_rank_on_families_and_where_they_meet():
     assert crossing(d, 'elbow', 'shoulder').rank == 4
 
 
-@pytest.mark.parametrize('name', ['six_joint_dh', 'six_joint_dh_unit'])
+@pytest.mark.parametrize('name', marked(['six_joint_dh', 'six_joint_dh_unit']))
 def test_c24_structural_deficiency_is_told_apart(name):
     found = derived(name).singular_set
     assert found.determinant.identically_zero
@@ -401,6 +403,7 @@ def test_c30_samples_of_the_path_of_document_002():
         )
 
 
+@pytest.mark.slow
 def test_c31_example_of_document_004_step_by_step():
     d = derived('six_joint_dh_unit')
     at = dict(zip(d.variables, [0, 0, pi / 2, 0, -pi / 2, 0])) | dict.fromkeys(d.names.lengths, 1)
@@ -414,7 +417,7 @@ def test_c31_example_of_document_004_step_by_step():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('name', DERIVED)
+@pytest.mark.parametrize('name', marked(DERIVED))
 def test_c34_intermediate_frames(name):
     d = derived_arm(name)
     robot = d.robot

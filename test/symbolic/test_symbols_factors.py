@@ -7,7 +7,7 @@ import sys
 
 import numpy as np
 import pytest
-from derivations import derived
+from derivations import derived, marked
 
 import kinematics_service as ks
 from kinematics_service.errors import DerivationError, RobotFileWriteError
@@ -28,12 +28,12 @@ PRODUCT = 1e-12
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('name', LISTED)
+@pytest.mark.parametrize('name', marked(LISTED))
 def test_the_product_of_the_files_factors_is_the_determinant(name):
     assert disagreement(derived(name), ks.load_robot(name)) <= PRODUCT
 
 
-@pytest.mark.parametrize('name', LISTED)
+@pytest.mark.parametrize('name', marked(LISTED))
 def test_the_file_lists_every_factor_by_its_name(name):
     listed = [factor.name for factor in ks.load_robot(name).description.singularity.factors]
     assert sorted(derived(name).factors) == sorted(listed)
@@ -65,7 +65,7 @@ def bundled_text(name):
     return find_robot_file(name).read_text()
 
 
-@pytest.mark.parametrize('name', LISTED)
+@pytest.mark.parametrize('name', marked(LISTED))
 def test_writing_changes_nothing_but_the_factors(name):
     text = bundled_text(name)
     changed = with_factors(text, factors_to_write(derived(name)))

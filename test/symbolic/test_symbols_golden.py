@@ -2,7 +2,7 @@
 
 import pytest
 import sympy
-from derivations import SYMBOLIC, SYSTEMS, derived, golden, same, zero
+from derivations import SYMBOLIC, SYSTEMS, derived, golden, marked, same, zero
 
 PAIRS = [(system, name) for system, names in SYSTEMS.items() for name in names]
 WITH_POSE = [(s, n) for s, n in PAIRS if 'T' in SYMBOLIC[s]]
@@ -17,7 +17,7 @@ def matrix(system, name, rows):
     return sympy.Matrix([[golden(system, name, entry) for entry in row] for row in rows])
 
 
-@pytest.mark.parametrize(('system', 'name'), WITH_POSE)
+@pytest.mark.parametrize(('system', 'name'), marked(WITH_POSE))
 def test_pose_and_jacobian(system, name):
     entry, derivation = SYMBOLIC[system], derived(name)
     assert same(derivation.T, matrix(system, name, entry['T']))
@@ -26,7 +26,7 @@ def test_pose_and_jacobian(system, name):
     assert same(derivation.position, p)
 
 
-@pytest.mark.parametrize(('system', 'name'), PAIRS)
+@pytest.mark.parametrize(('system', 'name'), marked(PAIRS))
 def test_task_determinant(system, name):
     found = derived(name).singular_set.determinant
     if found.identically_zero:
@@ -36,7 +36,7 @@ def test_task_determinant(system, name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(('system', 'name'), PAIRS)
+@pytest.mark.parametrize(('system', 'name'), marked(PAIRS))
 def test_singular_factors(system, name):
     listed = SYMBOLIC[system].get('singular_factors', [])
     derivation = derived(name)
@@ -54,7 +54,7 @@ def test_singular_factors(system, name):
         assert any(zero(wanted - f) or zero(wanted + f) for f in found), text
 
 
-@pytest.mark.parametrize(('system', 'name'), PRINTED)
+@pytest.mark.parametrize(('system', 'name'), marked(PRINTED))
 def test_jacobian_as_printed(system, name):
     printed = SYMBOLIC[system]['printed_in_document']
     J = matrix(system, name, printed['J'])
@@ -70,6 +70,7 @@ def test_the_determinant_printed_in_document_001():
     assert zero(derived('craig_3r').determinant - golden('s001_craig_3r_mdh', 'craig_3r', printed))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ('system', 'name', 'key'),
     [
@@ -86,6 +87,7 @@ def test_point_c_of_document_003(system, name, key):
     assert same(C, sympy.Matrix([golden(system, name, text) for text in SYMBOLIC[system][key]]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ('system', 'name'), [pair for pair in PAIRS if pair[0].startswith('s004')]
 )

@@ -1,5 +1,6 @@
 """Lengths that are decimals: what cancels is 0, what all but cancels is not."""
 
+import pytest
 import sympy
 
 import kinematics_service as ks
@@ -36,6 +37,7 @@ def test_decimals_that_all_but_cancel_make_no_factor():
     assert power == 1
 
 
+@pytest.mark.slow
 def test_a_determinant_of_numbers_keeps_its_letters():
     # With the Panda's lengths multiplied out some coefficients are neither real nor imaginary.
     locked = ks.derive(ks.load_robot('panda'), {'q5': '0'})

@@ -5,7 +5,7 @@ import functools
 
 import numpy as np
 import pytest
-from derivations import derived
+from derivations import derived, marked
 
 import kinematics_service as ks
 from kinematics_service.robot.robot import build_robot
@@ -59,7 +59,7 @@ def decided(name, low, high, *functions):
     return zero_within_limits(sampler_of(robot, arithmetic, row_indices(robot)), functions)
 
 
-@pytest.mark.parametrize('name', ARMS)
+@pytest.mark.parametrize('name', marked(ARMS))
 def test_a_family_through_narrow_limits_is_shown_by_a_singular_pose_inside(name):
     robot = ks.load_robot(name)
     for _, function, poses in families(name):
@@ -71,7 +71,7 @@ def test_a_family_through_narrow_limits_is_shown_by_a_singular_pose_inside(name)
             assert sigma(robot, zero.pose)[-1] < 1e-8
 
 
-@pytest.mark.parametrize('name', ARMS)
+@pytest.mark.parametrize('name', marked(ARMS))
 def test_narrow_limits_off_every_family_are_proved_to_hold_none(name):
     robot = ks.load_robot(name)
     away = next(

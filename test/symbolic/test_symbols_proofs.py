@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 import sympy
-from derivations import derived
+from derivations import derived, marked
 
 from kinematics_service.symbolic.determinant import minors_of, simplest_view
 from kinematics_service.symbolic.family_proofs import CommonZeros, proves_lost
@@ -29,14 +29,14 @@ def families(name):
     return lambda *which: CommonZeros(J, n, tuple(values[w] for w in which), exact.arithmetic)
 
 
-@pytest.mark.parametrize('name', PROVED)
+@pytest.mark.parametrize('name', marked(PROVED))
 def test_everything_that_is_said_of_these_arms_is_proved(name):
     found = derived(name).singular_set
     assert not any(factor.sampled for factor in found.factors)
     assert not any(crossing.sampled for crossing in found.crossings)
 
 
-@pytest.mark.parametrize('name', PROVED)
+@pytest.mark.parametrize('name', marked(PROVED))
 def test_proved_ranks_hold_with_other_lengths(name):
     derivation = derived(name)
     random = np.random.default_rng(4)
@@ -70,6 +70,7 @@ def test_what_is_false_is_not_proved():
     assert not of('shoulder', 'elbow').has_rank_at_most(0)
 
 
+@pytest.mark.slow
 def test_a_motion_that_is_not_lost_is_not_proved_to_be():
     exact = derived('ur10e').exact
     elbow = families('ur10e')('elbow')
@@ -90,6 +91,7 @@ def test_a_crossing_is_proved_on_every_branch():
     assert of('elbow', 'shoulder').are_zero([z * z - one])
 
 
+@pytest.mark.slow
 def test_what_is_sampled_is_marked():
     found = derived('puma560').singular_set
     elbow = next(f for f in found.factors if f.name == 'elbow')
