@@ -15,6 +15,7 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
+from arms import robot_of
 from folders import CONFIG
 from tolerances import ROUND_OFF
 
@@ -56,7 +57,7 @@ def pose_of(robot, share=0.3):
 
 
 def singular_view(name='ur5e'):
-    robot = ks.load_robot(name)
+    robot = robot_of(name)
     ranges = np.where(np.isfinite(robot.limits), robot.limits, [-math.pi, math.pi])
     q = singular_poses(robot, ranges)[0]
     return observe(robot, q)
@@ -64,7 +65,7 @@ def singular_view(name='ur5e'):
 
 @pytest.mark.parametrize('name', ROBOTS)
 def test_the_ellipsoid_is_the_image_of_the_unit_ball_of_joint_velocities(name):
-    robot = ks.load_robot(name)
+    robot = robot_of(name)
     J = ks.jacobian(robot, pose_of(robot))
     rates = RANDOM.normal(size=(500, robot.dof))
     rates /= np.linalg.norm(rates, axis=1, keepdims=True)
@@ -87,7 +88,7 @@ def test_the_ellipsoid_is_the_image_of_the_unit_ball_of_joint_velocities(name):
 
 @pytest.mark.parametrize('name', ROBOTS)
 def test_a_joint_turns_the_tool_about_the_axes_drawn_for_it(name):
-    robot = ks.load_robot(name)
+    robot = robot_of(name)
     q = pose_of(robot)
     seen = observe(robot, q)
     tool = seen.pose[:3, 3]
@@ -117,7 +118,7 @@ def test_a_joint_turns_the_tool_about_the_axes_drawn_for_it(name):
 
 @pytest.mark.parametrize('name', ROBOTS)
 def test_axes_are_drawn_beside_the_links(name):
-    robot = ks.load_robot(name)
+    robot = robot_of(name)
     seen = observe(robot, pose_of(robot))
     origins = seen.frames[:, :3, 3]
     for axis in seen.axes:
@@ -135,7 +136,7 @@ def test_the_coupled_rows_of_a_parallelogram_have_axes_of_their_own():
 
 @pytest.mark.parametrize('name', ROBOTS)
 def test_links_are_a_line_from_the_base_to_the_tool(name):
-    robot = ks.load_robot(name)
+    robot = robot_of(name)
     q = pose_of(robot)
     scene = scene_of(observe(robot, q))
     assert scene.links.shape == (robot.rows + 2, 2, 3)
@@ -186,7 +187,7 @@ def test_the_name_of_the_factor_is_said():
 @pytest.mark.slow
 @pytest.mark.parametrize('name', ROBOTS)
 def test_every_robot_can_be_seen_everywhere(name):
-    robot = ks.load_robot(name)
+    robot = robot_of(name)
     poses = [pose_of(robot), np.zeros(robot.dof), np.full(robot.dof, 0.5)]
     for q in poses:
         for qdot in (None, np.full(robot.dof, 0.2)):

@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from arms import robot_of
 from folders import GOLDEN
 from tolerances import DETERMINANT, ROUND_OFF
 
@@ -34,7 +35,7 @@ def unscaled(name):
     # The golden singular values are of J_t in m and rad as they are: characteristic length 1.
     from kinematics_service.robot.robot import with_singularity
 
-    return with_singularity(ks.load_robot(name), length=1.0)
+    return with_singularity(robot_of(name), length=1.0)
 
 
 def test_every_golden_system_but_the_general_loop_has_a_robot():
@@ -44,7 +45,7 @@ def test_every_golden_system_but_the_general_loop_has_a_robot():
 
 @pytest.mark.parametrize(('system', 'name'), PAIRS)
 def test_pose_jacobian_and_twist(system, name):
-    data, robot = golden(system), ks.load_robot(name)
+    data, robot = golden(system), robot_of(name)
     configs = data['configs']
     q = np.array([config['q'] for config in configs])
     qdot = np.array([config['qdot'] for config in configs])
@@ -62,7 +63,7 @@ def test_pose_jacobian_and_twist(system, name):
 @pytest.mark.parametrize(('system', 'name'), PAIRS)
 def test_task_rows_are_the_documents(system, name):
     rows = [TASK_ROWS[i] for i in golden(system)['task_rows']]
-    assert list(ks.load_robot(name).task.rows) == rows
+    assert list(robot_of(name).task.rows) == rows
 
 
 @pytest.mark.parametrize(('system', 'name'), PAIRS)
@@ -83,7 +84,7 @@ def test_determinant_rank_and_singular_values(system, name):
 
 @pytest.mark.parametrize(('system', 'name'), PAIRS)
 def test_singular_configurations_are_errors_and_lose_a_direction(system, name):
-    data, robot = golden(system), ks.load_robot(name)
+    data, robot = golden(system), robot_of(name)
     for config in data['configs']:
         found = ks.singularity(robot, config['q'])
         if config['kind'] == 'singular' and config['rank_task'] < robot.task.generic_rank:
@@ -101,7 +102,7 @@ def test_singular_configurations_are_errors_and_lose_a_direction(system, name):
 
 @pytest.mark.parametrize('name', ['six_joint_dh', 'six_joint_dh_unit'])
 def test_joints_one_and_two_share_an_axis_at_every_pose(name):
-    task = ks.load_robot(name).task
+    task = robot_of(name).task
     assert task.structurally_deficient
     assert task.generic_rank == 5
     assert task.dependent_joints == ('theta1', 'theta2')
@@ -117,7 +118,7 @@ FRAME_ROWS = {
 
 @pytest.mark.parametrize(('system', 'name'), FRAME_ROWS.items())
 def test_frames_after_every_row(system, name):
-    data, robot = golden(system), ks.load_robot(name)
+    data, robot = golden(system), robot_of(name)
     compared = 0
     for config in data['configs']:
         if 'frames' in config:

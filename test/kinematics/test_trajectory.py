@@ -160,7 +160,7 @@ def test_singular_poses_are_singular_and_inside(name):
 @pytest.mark.parametrize('kind', KINDS)
 def test_a_motion_is_the_same_each_time_and_repeats_itself(kind, name):
     robot = robot_of(name)
-    one, other = TRAJECTORIES[kind](robot), TRAJECTORIES[kind](robot)
+    one, other = motion_of(name, kind), TRAJECTORIES[kind](robot)
     assert np.array_equal(one.at(1.25).q, other.at(1.25).q)
     assert np.allclose(one.at(1.25 + one.period).q, one.at(1.25).q, rtol=0.0, atol=1e-12)
     assert one.at(1.25).q.shape == one.at(1.25).qdot.shape == (robot.dof,)

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from arms import robot_of
 from tolerances import DIFFERENCE, DIFFERENCE_STEP
 
 import kinematics_service as ks
@@ -12,12 +13,12 @@ from kinematics_service.estimation.joint_sample import JointSample
 from kinematics_service.estimation.status_text import singularity_status
 from kinematics_service.robot.task import seeded_poses
 
-FACTORED = [name for name in ks.bundled_robots() if ks.load_robot(name).factors]
+FACTORED = [name for name in ks.bundled_robots() if robot_of(name).factors]
 # The others list what all minors share: no product of factors is their determinant.
 SQUARE = [
     name
     for name in FACTORED
-    if ks.load_robot(name).task.square and not ks.load_robot(name).task.structurally_deficient
+    if robot_of(name).task.square and not robot_of(name).task.structurally_deficient
 ]
 MILLISECOND = 1_000_000
 
@@ -53,7 +54,7 @@ def poses(robot, count=1000):
 
 @pytest.mark.parametrize('name', SQUARE)
 def test_the_factors_of_a_bundled_robot_are_its_determinant(name):
-    robot = ks.load_robot(name)
+    robot = robot_of(name)
     assert robot.factors.complete
     q = poses(robot)
     values = np.abs(robot.factors.evaluate(q)[..., 0])
@@ -68,7 +69,7 @@ def test_the_factors_of_a_bundled_robot_are_its_determinant(name):
 
 @pytest.mark.parametrize('name', FACTORED)
 def test_gradients_are_central_differences(name):
-    robot = ks.load_robot(name)
+    robot = robot_of(name)
     q = poses(robot, 50)
     gradients = robot.factors.evaluate(q)[..., 1:]
     for j in range(robot.dof):

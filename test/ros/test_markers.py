@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from arms import robot_of
 
 pytest.importorskip('rclpy', reason='needs ROS 2: ros-jazzy-rclpy or a sourced Jazzy')
 pytest.importorskip('visualization_msgs', reason='needs visualization_msgs')
@@ -105,7 +106,7 @@ def pose_of(robot):
 
 @pytest.mark.parametrize('name', ROBOTS)
 def test_the_links_drawn_lead_from_the_base_to_the_tool(name):
-    robot = ks.load_robot(name)
+    robot = robot_of(name)
     q = pose_of(robot)
     lines = [ends(marker) for marker in read(robot, q).of('links')]
     tool = ks.forward_kinematics(robot, q)[:3, 3]
@@ -118,7 +119,7 @@ def test_the_links_drawn_lead_from_the_base_to_the_tool(name):
 
 @pytest.mark.parametrize('name', ROBOTS)
 def test_the_ellipsoid_drawn_is_that_of_the_jacobian(name):
-    robot = ks.load_robot(name)
+    robot = robot_of(name)
     q = pose_of(robot)
     (marker,) = read(robot, q).of('ellipsoid')
     R, centre = transform(marker)
@@ -137,7 +138,7 @@ def test_the_ellipsoid_drawn_is_that_of_the_jacobian(name):
 def test_every_marker_can_be_drawn_by_rviz():
     # RViz refuses zero scales, colours that cannot be seen, and quaternions of zero length.
     for name in ROBOTS:
-        robot = ks.load_robot(name)
+        robot = robot_of(name)
         for q in (pose_of(robot), np.zeros(robot.dof)):
             array = over_the_wire(markers_message(report_of(robot, q, np.full(robot.dof, 0.3))))
             for marker in array.markers:

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from arms import robot_of
 
 pytest.importorskip('rclpy', reason='needs ROS 2')
 
@@ -88,7 +89,7 @@ def joint_states(robot, moving, seed=5):
 @pytest.mark.parametrize('moving', VELOCITIES.values(), ids=VELOCITIES)
 @pytest.mark.parametrize('name', ARMS)
 def test_every_message_says_what_the_built_message_says(name, moving):
-    robot = ks.load_robot(name)
+    robot = robot_of(name)
     settings = replace(
         settings_of(robot),
         estimator=replace(settings_of(robot).estimator, velocity_source='message'),
@@ -137,7 +138,7 @@ def test_what_is_computed_is_not_copied(jacobian_frame, twist_frame, row_order):
 
 def test_an_arm_without_a_determinant_has_no_message_of_it():
     for name, square in (('panda', False), ('puma560', True)):
-        settings = settings_of(ks.load_robot(name))
+        settings = settings_of(robot_of(name))
         topic = next(topic for topic in TOPICS if topic.name.endswith('determinant'))
         assert (topic.numbers(settings) is not None) == square
 

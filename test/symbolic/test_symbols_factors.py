@@ -7,6 +7,7 @@ import sys
 
 import numpy as np
 import pytest
+from arms import robot_of
 from derivations import derived, marked
 
 import kinematics_service as ks
@@ -22,7 +23,7 @@ from kinematics_service.symbolic.file_factors import (
 LISTED = [
     name
     for name in ks.bundled_robots()
-    if ks.load_robot(name).description.singularity.factors and name != 'kuka_iiwa14'
+    if robot_of(name).description.singularity.factors and name != 'kuka_iiwa14'
 ]
 PRODUCT = 1e-12
 
@@ -30,12 +31,12 @@ PRODUCT = 1e-12
 @pytest.mark.slow
 @pytest.mark.parametrize('name', marked(LISTED))
 def test_the_product_of_the_files_factors_is_the_determinant(name):
-    assert disagreement(derived(name), ks.load_robot(name)) <= PRODUCT
+    assert disagreement(derived(name), robot_of(name)) <= PRODUCT
 
 
 @pytest.mark.parametrize('name', marked(LISTED))
 def test_the_file_lists_every_factor_by_its_name(name):
-    listed = [factor.name for factor in ks.load_robot(name).description.singularity.factors]
+    listed = [factor.name for factor in robot_of(name).description.singularity.factors]
     assert sorted(derived(name).factors) == sorted(listed)
 
 

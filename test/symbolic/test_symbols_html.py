@@ -7,8 +7,8 @@ import xml.etree.ElementTree as ElementTree
 import pytest
 import sympy
 from chromium import chromium_tab
+from derivations import derived
 
-import kinematics_service as ks
 from kinematics_service.symbolic.output.html import html_of, mathml
 from kinematics_service.symbolic.output.report import report_of
 
@@ -61,7 +61,7 @@ def value(expression, numbers):
 @pytest.mark.slow
 @pytest.mark.parametrize('name', ['craig_3r', 'puma560', 'rrp_elementary'])
 def test_the_page_shows_what_was_derived(name):
-    derivation = ks.derive(ks.load_robot(name))
+    derivation = derived(name)
     entries = [*derivation.jacobian, *derivation.T]
     chance = random.Random(1)
     compared = 0
@@ -91,7 +91,7 @@ def test_a_page_looks_right_without_a_mathematical_font(tmp_path):
     with chromium_tab() as tab:
         for name in names:
             file = tmp_path / f'{name}.html'
-            file.write_text(html_of(report_of(ks.derive(ks.load_robot(name)))), encoding='utf-8')
+            file.write_text(html_of(report_of(derived(name))), encoding='utf-8')
             tab.open(file.as_uri(), 1000, 800)
             count = tab.wait_for(f'document.querySelectorAll({BRACKETS!r}).length', 'formulas')
             assert count > 20

@@ -5,6 +5,7 @@ import functools
 
 import numpy as np
 import pytest
+from arms import robot_of
 from derivations import derived, marked
 
 import kinematics_service as ks
@@ -55,13 +56,13 @@ def sigma(robot, q):
 def decided(name, low, high, *functions):
     """Return what is known of the zeros of functions of an arm within limits."""
     arithmetic = derived(name).exact.arithmetic
-    robot = limited(ks.load_robot(name), low, high)
+    robot = limited(robot_of(name), low, high)
     return zero_within_limits(sampler_of(robot, arithmetic, row_indices(robot)), functions)
 
 
 @pytest.mark.parametrize('name', marked(ARMS))
 def test_a_family_through_narrow_limits_is_shown_by_a_singular_pose_inside(name):
-    robot = ks.load_robot(name)
+    robot = robot_of(name)
     for _, function, poses in families(name):
         for pose in poses[:5]:
             off = pose + NARROW / 2 * np.sin(np.arange(robot.dof) + 1.0)
@@ -73,7 +74,7 @@ def test_a_family_through_narrow_limits_is_shown_by_a_singular_pose_inside(name)
 
 @pytest.mark.parametrize('name', marked(ARMS))
 def test_narrow_limits_off_every_family_are_proved_to_hold_none(name):
-    robot = ks.load_robot(name)
+    robot = robot_of(name)
     away = next(
         q for q in derived(name).exact.sampler.random(200) if sigma(robot, q)[-1] > 4 * NARROW
     )
