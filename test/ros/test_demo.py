@@ -134,8 +134,8 @@ def test_other_arms_and_the_other_trajectory(told, robot, trajectory):
     assert sent == poses > 10
 
 
-@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
-@pytest.mark.parametrize('times', [1, 2])
+# The other two pairs are those of the node, which has the same way with signals.
+@pytest.mark.parametrize(('number', 'times'), [(signal.SIGINT, 1), (signal.SIGTERM, 2)])
 def test_a_signal_in_the_middle_ends_it_with_a_summary(started, number, times):
     process = started()
     line_with(process, ' s  tool ')
