@@ -27,6 +27,9 @@ SET_BY_COMMANDS = (
     'FASTDDS_DEFAULT_PROFILES_FILE',
 )
 ROS_TESTS = Path(__file__).parent / 'ros'
+# Started for the tests of a file, which takes seconds: a cluster, a program that serves a page, a
+# browser. Whatever asks for them is slow.
+STARTED = {'cluster', 'view', 'open_view', 'page'}
 # Folders of the files that take longest.
 LONGEST = ('ros', 'symbolic')
 
@@ -39,14 +42,17 @@ def pytest_configure(config: pytest.Config) -> None:
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """
-    Mark what needs ROS: the tests in its folder, and those that ask for a domain.
+    Mark what needs ROS, the tests in its folder and those that ask for a domain; and what is slow.
 
     Files with such tests, or slow ones, come first, and of them those in the longest folders: a
     long file that came last would be waited for.
     """
     for item in items:
-        if ROS_TESTS in item.path.parents or 'ros_domain' in getattr(item, 'fixturenames', ()):
+        fixtures = getattr(item, 'fixturenames', ())
+        if ROS_TESTS in item.path.parents or 'ros_domain' in fixtures:
             item.add_marker(pytest.mark.ros)
+        if STARTED & set(fixtures):
+            item.add_marker(pytest.mark.slow)
     long = {item.path for item in items if {'ros', 'slow'} & {m.name for m in item.iter_markers()}}
     items.sort(key=lambda item: (item.path not in long, item.path.parent.name not in LONGEST))
 

@@ -74,6 +74,7 @@ def test_every_file_with_types_is_compiled_but_the_included_ones():
     assert compiled <= types
 
 
+@pytest.mark.slow
 @compiled_only
 @pytest.mark.parametrize('name', ['forward/vectors.py', 'layout/places.pxd'])
 def test_a_library_older_than_its_source_is_named_and_not_used(tmp_path, name):
@@ -93,6 +94,7 @@ def test_a_library_older_than_its_source_is_named_and_not_used(tmp_path, name):
         assert said_in(tmp_path) == (compiled, notice)
 
 
+@pytest.mark.slow
 @compiled_only
 def test_modules_of_different_ages_never_meet(tmp_path):
     kernel = copy_of_the_package(tmp_path) / 'kernel'

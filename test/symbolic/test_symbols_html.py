@@ -93,6 +93,7 @@ def test_a_page_looks_right_without_a_mathematical_font(tmp_path):
             file = tmp_path / f'{name}.html'
             file.write_text(html_of(report_of(derived(name))), encoding='utf-8')
             tab.open(file.as_uri(), 1000, 800)
+            tab.wait_for("document.readyState == 'complete'", 'the whole page')
             count = tab.wait_for(f'document.querySelectorAll({BRACKETS!r}).length', 'formulas')
             assert count > 20
             highest = tab.evaluate(f'Math.max(...{HEIGHTS})')
