@@ -129,6 +129,7 @@ def test_robots_stand_in_groups_below_their_titles(capsys, monkeypatch):
     assert [row.split()[0] for row in last[1:]] == sorted(names[0] for names in GROUPS.values())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', ROBOTS)
 def test_every_bundled_robot_checks_and_fits_a_terminal(capsys, narrow, name):
     robot = ks.load_robot(name)

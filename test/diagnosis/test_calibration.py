@@ -94,6 +94,7 @@ def test_an_extra_angle_stands_between_parallel_axes_alone():
     assert extra('six_joint_dh') == ['beta1', 'b1', 'beta3', 'beta4']
 
 
+@pytest.mark.slow
 @ten_arms
 def test_without_noise_the_arm_is_found_exactly(name):
     arm = measured_arm(name, 60)

@@ -68,6 +68,7 @@ def keys(diagnosis):
     return {cause.key for cause in diagnosis.causes}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', BUNDLED)
 def test_offsets_are_found_and_no_cause_is_named_on_clean_data(name):
     robot, t, q, B = poses_of_arm(name)

@@ -111,6 +111,7 @@ def test_the_drawn_arm_is_one_line_from_the_base_to_the_tool(name):
         assert np.min(np.linalg.norm(corners - frame[:3, 3], axis=1)) < 1e-8
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', BUNDLED)
 def test_the_default_pose_is_inside_the_limits_and_not_singular(name):
     robot = robot_of(name)

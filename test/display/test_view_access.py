@@ -360,6 +360,7 @@ def sliders_of(view):
     return sum(isinstance(thing.value, float) for thing in panel_of(view))
 
 
+@pytest.mark.slow
 def test_the_list_of_arms_changes_the_arm_the_page_shows(capfd):
     ended, source = threading.Event(), TwoArms()
     address = Address('127.0.0.1', 0)

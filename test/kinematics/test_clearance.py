@@ -24,6 +24,7 @@ def named(name):
     return calibrated_ur5(1) if name == 'calibrated UR5' else without_factors(name)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', ['calibrated UR5', *BUNDLED, *RANDOM])
 def test_no_singular_pose_is_nearer_than_the_clearance(name):
     robot = named(name)

@@ -66,6 +66,7 @@ def test_away_from_singular_poses_it_is_least_squares(name):
     assert compared or name in RANDOM
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', EVERY_ARM)
 @pytest.mark.parametrize('size', [5e-324, 1e-3, 1.0, 1e308])
 def test_bounded_for_every_finite_input(name, size):

@@ -61,6 +61,7 @@ def share(robot, q):
     return s[..., robot.task.generic_rank - 1] / s[..., 0]
 
 
+@pytest.mark.slow
 @every_arm
 def test_the_distance_is_that_of_brute_force(name):
     robot = ARMS[name]()

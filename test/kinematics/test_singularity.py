@@ -404,6 +404,7 @@ def test_motion_within_the_singular_set_is_no_trouble(name, q, measure):
     assert not math.isnan(found.rate)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings('error')
 @every_arm
 def test_every_pose_has_numbers(name):

@@ -24,6 +24,7 @@ def poses(robot):
     return np.random.default_rng(5).uniform(-3, 3, (POSES, robot.dof))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', ['ur5e', 'parallelogram_left', 'panda'])
 def test_two_cores_give_the_numbers_of_one_to_the_last_bit(name, monkeypatch):
     robot = robot_of(name)

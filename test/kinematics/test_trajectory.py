@@ -147,6 +147,7 @@ def test_joints_speed_up_towards_a_singular_pose_and_the_tool_does_not(name):
     assert speed[peak] < 0.8 * np.max(speed)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', BUNDLED)
 def test_singular_poses_are_singular_and_inside(name):
     robot = robot_of(name)
@@ -156,6 +157,7 @@ def test_singular_poses_are_singular_and_inside(name):
     assert np.all(ks.singularity(robot, q).distance < 1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', ['puma560', 'panda', 'scara_hsr065'])
 @pytest.mark.parametrize('kind', KINDS)
 def test_a_motion_is_the_same_each_time_and_repeats_itself(kind, name):

@@ -156,6 +156,7 @@ def verdict_of(arm, formula):
     return verdict
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(('arm', 'formula'), RIGHT)
 def test_a_right_formula_agrees(arm, formula):
     assert verdict_of(arm, formula).status == 'agrees'

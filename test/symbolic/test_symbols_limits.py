@@ -82,6 +82,7 @@ def test_narrow_limits_off_every_family_are_proved_to_hold_none(name):
         assert decided(name, away - NARROW, away + NARROW, function).exists is False
 
 
+@pytest.mark.slow
 def test_the_decision_is_that_of_a_grid():
     random = np.random.default_rng(8)
     outcomes = set()

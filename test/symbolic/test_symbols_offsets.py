@@ -94,6 +94,7 @@ def test_a_calibrated_twist_is_taken_as_it_is():
     assert disagreement(d, ks.robot_from_text(written)) <= ROUND_OFF
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', marked(ARMS))
 def test_the_jacobian_in_joint_variables_is_the_librarys(name):
     moved = shifted(name)
@@ -109,6 +110,7 @@ def test_the_jacobian_in_joint_variables_is_the_librarys(name):
     assert np.allclose(J * mm / np.where(slides, mm[0], 1.0), ks.jacobian(moved.robot, q_si))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', marked(ARMS))
 def test_factors_with_offsets_go_into_the_file(name):
     moved = shifted(name)
