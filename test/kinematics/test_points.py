@@ -299,7 +299,7 @@ def test_an_arm_that_ends_at_a_point_is_judged_at_it(seen):
 
 def test_an_arm_cannot_end_where_nothing_moves(seen):
     for of in ('plate', 0):
-        with pytest.raises(ks.PointError, match=f'^no joint moves {of!r} of seen$'):
+        with pytest.raises(ks.PointError, match=f'^no joint moves {of!r} of seen: it has a pose'):
             seen.ending_at(of)
 
 

@@ -10,11 +10,12 @@ point. That is exact, and needs no differences.
 import numpy as np
 import numpy.typing as npt
 
+from .. import kernel
 from ..errors import JointVectorError
-from ..kernel import Chain, Floats
-from ..robot.points import TOOL
+from ..kernel import Floats
+from ..robot.points import TOOL, Point
 from ..robot.robot import Robot
-from .forward import BASE, chosen, offset_of, state_of, with_point_at
+from .forward import BASE, chosen, cross, offset_of, state_of, with_point_at
 from .tool_state import ToolState
 
 
@@ -47,8 +48,8 @@ def jacobian_rate(
     PointError
         The arm has no such point, row or axes; `at` is not three finite numbers.
     """
-    state, chain = state_of(robot, of, q, qdot), robot.point(of).chain
-    return chosen(robot, q, state, _rate(state, chain, at), of, None, axes)
+    state = state_of(robot, of, q, qdot)
+    return chosen(robot, q, state, _rate(state, robot.point(of), at), of, None, axes)
 
 
 def acceleration(
@@ -92,14 +93,14 @@ def acceleration(
     >>> ks.acceleration(robot, [0, 0], [2.0, 0], [0, 0], of=1)[0].tolist()
     -4.0
     """
-    state, chain = state_of(robot, of, q, qdot), robot.point(of).chain
+    state, point = state_of(robot, of, q, qdot), robot.point(of)
     accelerations = _accelerations(robot, qddot)
     J, rates = state.jacobian, state.qdot
     assert rates is not None  # they have been given
     if at is not None:
         J = with_point_at(J, offset_of(state.pose, at))
     try:
-        total = J @ accelerations[..., None] + _rate(state, chain, at) @ rates[..., None]
+        total = J @ accelerations[..., None] + _rate(state, point, at) @ rates[..., None]
     except ValueError:
         raise JointVectorError(
             f'q and qddot have shapes {state.q.shape} and {accelerations.shape}, which do not go '
@@ -126,25 +127,27 @@ def _accelerations(robot: Robot, qddot: npt.ArrayLike) -> Floats:
     return array
 
 
-def _rate(state: ToolState, chain: Chain, at: npt.ArrayLike | None) -> Floats:
+def _rate(state: ToolState, point: Point, at: npt.ArrayLike | None) -> Floats:
     # The derivative of J in base axes, shape (..., 6, n).
-    table, entries, qdot = chain.table, chain.entries, state.qdot
+    chain, qdot = point.chain, state.qdot
+    joint, entries = chain.table.joint, chain.entries
     assert qdot is not None  # it has been given
     screws = state.row[..., chain.screws_at : chain.screws_at + 6 * entries]
     screws = screws.reshape(*state.row.shape[:-1], 6, entries)
     if at is not None:
         screws = with_point_at(screws, offset_of(state.pose, at))
-    moving = screws * qdot[..., None, table.joint]
+    sums = np.zeros((*screws.shape[:-1], entries + 1))
+    np.cumsum(screws * qdot[..., None, joint], axis=-1, out=sums[..., 1:])
     # What the elements before each entry do together; entries of one element share an axis.
-    sums = np.concatenate([np.zeros((*moving.shape[:-1], 1)), np.cumsum(moving, axis=-1)], axis=-1)
-    first = np.repeat(table.first_entry[:-1], np.diff(table.first_entry))
-    before, rest = sums[..., first], sums[..., -1:] - sums[..., first]
-    v, w = screws[..., :3, :], screws[..., 3:, :]
-    V, W = rest[..., :3, :], before[..., 3:, :]
-    rates = np.concatenate(
-        [np.cross(W, v, axis=-2) + np.cross(w, V, axis=-2), np.cross(W, w, axis=-2)], axis=-2
-    )
+    before = sums[..., point.first_entries]
+    W, V = before[..., 3:, :], sums[..., :3, -1:] - before[..., :3, :]
+    halves = screws.reshape(*screws.shape[:-2], 2, 3, entries)
+    rates = cross(W[..., None, :, :], halves)
+    rates[..., 0, :, :] += cross(screws[..., 3:, :], V)
+    rates = rates.reshape(screws.shape)
+    if chain.form != kernel.MIXED:
+        return rates  # entry k is joint k
     result = np.zeros((*rates.shape[:-1], chain.dof))
-    for entry, joint in enumerate(table.joint):
-        result[..., joint] += rates[..., entry]
+    for k, j in enumerate(joint):
+        result[..., j] += rates[..., k]
     return result

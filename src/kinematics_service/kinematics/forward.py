@@ -85,10 +85,9 @@ def in_axes_of(pose: Floats, six_rows: Floats) -> Floats:
     """
     Return a Jacobian (..., 6, k) in base axes in those of a pose (..., 4, 4); its point stays.
     """
-    to_axes = np.swapaxes(pose[..., :3, :3], -1, -2)
-    return np.concatenate(
-        [to_axes @ six_rows[..., :3, :], to_axes @ six_rows[..., 3:, :]], axis=-2
-    )
+    to_axes = np.swapaxes(pose[..., None, :3, :3], -1, -2)
+    halves = six_rows.reshape(*six_rows.shape[:-2], 2, 3, six_rows.shape[-1])
+    return np.asarray(to_axes @ halves).reshape(six_rows.shape)
 
 
 def pose_of_axes(robot: Robot, axes: str | int, q: npt.ArrayLike) -> Floats:
@@ -209,7 +208,7 @@ def twist_at(twist: npt.ArrayLike, r: npt.ArrayLike) -> Floats:
     """
     V, offset = _numbers(twist, 'twist', 6), _numbers(r, 'r', 3)
     try:
-        linear = V[..., :3] + np.cross(V[..., 3:], offset)
+        linear = V[..., :3] + cross(V[..., 3:, None], offset[..., None])[..., 0]
     except ValueError:
         raise TwistError(
             f'twist and r have shapes {V.shape} and {offset.shape}, which do not go together',
@@ -288,11 +287,24 @@ def with_point_at(six_rows: Floats, r: Floats) -> Floats:
     """
     Return six rows (..., 6, k) with their point moved by r (..., 3), in the same axes: v + w x r.
     """
-    x, y, z = np.moveaxis(r[..., None], -2, 0)
-    w = six_rows[..., 3:, :]
-    wx, wy, wz = w[..., 0, :], w[..., 1, :], w[..., 2, :]
-    v = np.stack([wy * z - wz * y, wz * x - wx * z, wx * y - wy * x], axis=-2)
-    return np.concatenate([six_rows[..., :3, :] + v, w], axis=-2)
+    result = six_rows.copy()
+    result[..., :3, :] += cross(six_rows[..., 3:, :], r[..., None])
+    return result
+
+
+def cross(a: Floats, b: Floats) -> Floats:
+    """
+    Return the products a x b of columns (..., 3, k).
+
+    For one pose `np.cross` takes five times as long.
+    """
+    return np.asarray(
+        a.take(_NEXT, axis=-2) * b.take(_LAST, axis=-2)
+        - a.take(_LAST, axis=-2) * b.take(_NEXT, axis=-2)
+    )
+
+
+_NEXT, _LAST = np.array([1, 2, 0]), np.array([2, 0, 1])
 
 
 def offset_of(pose: Floats, at: npt.ArrayLike) -> Floats:

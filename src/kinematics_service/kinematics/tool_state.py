@@ -199,9 +199,7 @@ def evaluate(
     else:
         bad = kernel.evaluate_one(robot.arm, positions, rates, row)
     if bad != -1:
-        _joint_vector(robot, positions, 'q')
-        _joint_vector(robot, rates, 'qdot')
-        raise _not_finite(0, positions, rates, positions.shape)
+        raise _not_taken(robot, positions, rates)
     return _new(ToolState, (robot, row, qdot is not None, None, measures))
 
 
@@ -222,9 +220,17 @@ def evaluate_point(
     JointVectorError
         The last dimension is not n, or a number is not finite.
     """
-    positions = _joint_vector(robot, q, 'q')
-    rates = None if qdot is None else _joint_vector(robot, qdot, 'qdot')
-    return _evaluate_batch(robot, point.chain, positions, rates, depth)
+    chain = point.chain
+    positions = q if as_the_kernel_takes_it(q) else _joint_vector(robot, q, 'q')
+    rates = chain.at_rest
+    if qdot is not None:
+        rates = qdot if as_the_kernel_takes_it(qdot) else _joint_vector(robot, qdot, 'qdot')
+    if positions.ndim > 1 or rates.ndim > 1:
+        return _evaluate_batch(robot, chain, positions, None if qdot is None else rates, depth)
+    row = np.empty(chain.single_widths[depth])
+    if kernel.evaluate_one(point.arm, positions, rates, row) != -1:
+        raise _not_taken(robot, positions, rates)
+    return _new(ToolState, (robot, row, qdot is not None, None, None))
 
 
 def _evaluate_batch(
@@ -257,6 +263,13 @@ def _evaluate_batch(
         raise _not_finite(bad, flat[bad], rates[bad if len(rates) > 1 else 0], q.shape)
     row = table.reshape(*q.shape[:-1], table.shape[1])
     return ToolState(robot, row, qdot is not None, (q, qdot))
+
+
+def _not_taken(robot: Robot, q: Floats, qdot: Floats) -> JointVectorError:
+    # Why the kernel refuses one pose: its error is raised here where there are not n numbers.
+    _joint_vector(robot, q, 'q')
+    _joint_vector(robot, qdot, 'qdot')
+    return _not_finite(0, q, qdot, q.shape)
 
 
 def _not_finite(row: int, q: Floats, qdot: Floats, shape: tuple[int, ...]) -> JointVectorError:

@@ -6,14 +6,16 @@ make a chain like any other: its pose, Jacobian and twist are the point's, and t
 joints behind it are zero.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
 
 from ..errors import PointError
-from ..kernel import Chain, Floats
+from ..kernel import Arm, Chain, Floats, Integers
 from .chain import fold
 from .conventions import table_rows
 from .file.description import (
@@ -39,10 +41,20 @@ class Point:
         `tool`, the name in the robot file, or `row 2`.
     chain
         The arm up to this frame.
+    arm
+        The same as the kernel reads it: for pose, Jacobian and twist alone, since the task is the
+        tool's.
     """
 
     name: str
     chain: Chain
+    arm: Arm
+
+    @cached_property
+    def first_entries(self) -> Integers:
+        """Return for each entry of the chain the first entry of its element."""
+        first = self.chain.table.first_entry
+        return np.repeat(first[:-1], np.diff(first))
 
 
 def known_points(description: RobotDescription) -> tuple[str, ...]:
@@ -78,11 +90,11 @@ def described_point(description: RobotDescription, of: str | int) -> PointDescri
     )
 
 
-def with_chain(
+def chain_to(
     description: RobotDescription, variables: Sequence[str], point: PointDescription
-) -> Point:
+) -> Chain:
     """
-    Return a point of an arm with its chain.
+    Return the chain of an arm up to a point.
 
     Parameters
     ----------
@@ -94,8 +106,7 @@ def with_chain(
         As `described_point` returns it.
     """
     rows = table_rows(description)[: point.row]
-    chain = fold(rows, variables, description.base.motion.matrix, point.motion.matrix)
-    return Point(point.name, chain)
+    return fold(rows, variables, description.base.motion.matrix, point.motion.matrix)
 
 
 def place_in_frame(at: npt.ArrayLike) -> Floats:
@@ -111,7 +122,7 @@ def place_in_frame(at: npt.ArrayLike) -> Floats:
         place = np.asarray(at, dtype=np.float64)
     except (TypeError, ValueError):
         place = np.empty(0)
-    if place.shape != (3,) or not np.isfinite(place).all():
+    if place.shape != (3,) or not all(map(math.isfinite, place.tolist())):
         raise PointError(f'at must be three finite numbers in m, not {at!r}', 'at', [(3,)], at)
     return place
 

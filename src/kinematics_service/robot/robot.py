@@ -17,7 +17,7 @@ from .file.description import RobotDescription
 from .file.reader import parse_robot, read_robot_file
 from .measure_places import MeasurePlaces, measure_places
 from .measures import MEASURES, Thresholds, thresholds_for
-from .points import Point, described_point, ending_at, known_points, with_chain
+from .points import TOOL, Point, chain_to, described_point, ending_at, known_points
 from .task import Task, find_task, seeded_poses
 
 
@@ -84,8 +84,11 @@ class Robot(FrozenArrays):
     @cached_property
     def arm(self) -> Arm:
         """Return chain, task, factors and thresholds as the kernel reads them."""
+        return self._arm_of(self.chain)
+
+    def _arm_of(self, chain: Chain) -> Arm:
         return Arm(
-            self.chain,
+            chain,
             self.task.kernel_rows,
             self.factors.tape,
             self.factors.complete,
@@ -106,7 +109,7 @@ class Robot(FrozenArrays):
         return known_points(self.description)
 
     @cached_property
-    def _found_points(self) -> dict[str, Point]:
+    def _found_points(self) -> dict[str | int, Point]:
         return {}
 
     @cached_property
@@ -128,12 +131,20 @@ class Robot(FrozenArrays):
         PointError
             The arm has no such point or row.
         """
+        # Only of these types: True and 1.0 are equal to 1.
+        if type(of) is str or type(of) is int:
+            found = self._found_points.get(of)
+            if found is not None:
+                return found
         described = described_point(self.description, of)
-        found = self._found_points.get(described.name)
-        if found is None:
-            found = with_chain(self.description, self.variables, described)
-            self._found_points[described.name] = found
-        return found
+        if of == TOOL:
+            chain, arm = self.chain, self.arm
+        else:
+            chain = chain_to(self.description, self.variables, described)
+            arm = self._arm_of(chain)
+        return self._found_points.setdefault(
+            of if isinstance(of, str) else int(of), Point(described.name, chain, arm)
+        )
 
     def ending_at(self, of: str | int, at: npt.ArrayLike | None = None) -> 'Robot':
         """
@@ -161,7 +172,13 @@ class Robot(FrozenArrays):
         if found is not None:
             return found
         if not point.chain.entries:
-            raise PointError(f'no joint moves {of!r} of {self.name}', 'of', self.points, of)
+            raise PointError(
+                f'no joint moves {of!r} of {self.name}: it has a pose, and a Jacobian of zeros, '
+                'but there is nothing to judge',
+                'of',
+                self.points,
+                of,
+            )
         description = ending_at(self.description, of, at)
         robot = self if description is self.description else _built_for_its_joints(description)
         if at is None:
