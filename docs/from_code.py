@@ -165,12 +165,16 @@ def _accepted(one: Any) -> str:
     if one.choices:
         return ', '.join(code(choice) for choice in one.choices)
     words = ['true or false'] if isinstance(one.default, bool) else []
-    words += ['a list of texts'] if isinstance(one.default, list) else []
+    words += [_listed(one)] if isinstance(one.default, list) else []
     if one.range is not None:
         words.append(f'{one.range[0]:g} to {one.range[1]:g}')
     if one.least:
         words.append(f'0, or at least {one.least:g}')
     return '; '.join(words) or 'a text'
+
+
+def _listed(one: Any) -> str:
+    return f'empty, or {one.numbers} numbers' if one.numbers else 'a list of texts'
 
 
 # The robot file: as its reader takes it

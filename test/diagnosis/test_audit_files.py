@@ -24,7 +24,6 @@ from kinematics_service.estimation.estimator import Estimator, EstimatorOutput, 
 from kinematics_service.estimation.status_text import singularity_status
 from kinematics_service.formats.recordings.between_points import PlannedTrajectory, sampled
 from kinematics_service.formats.recordings.plan_yaml import PlanYamlError, read_documents
-from kinematics_service.kinematics.singularity import singularity_of
 from kinematics_service.version import __version__
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
@@ -533,7 +532,7 @@ def test_what_is_written_is_what_the_nodes_builders_write(tmp_path, capsys, stor
         if not isinstance(answer, EstimatorOutput):
             continue
         stale = False
-        report = StateReport(answer, singularity_of(answer.state), settings)
+        report = StateReport(answer, settings)
         for topic in TOPICS:
             name = topic.name.replace('~', '/kinematics')
             message = built(topic, report) if name in expected else None

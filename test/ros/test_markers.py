@@ -17,7 +17,6 @@ from visualization_msgs.msg import Marker
 import kinematics_service as ks
 from kinematics_service import kernel
 from kinematics_service.estimation.estimator import EstimatorOutput
-from kinematics_service.kinematics.singularity import singularity_of
 from kinematics_service.ros.messages.markers import markers_message
 from kinematics_service.ros.messages.messages import StateReport
 from kinematics_service.ros.parameters.settings import defaults, settings_from
@@ -31,7 +30,7 @@ CLOSE = 1e-9
 def report_of(robot, q, qdot=None):
     state = ks.evaluate(robot, q, qdot, depth=kernel.ALL_FRAMES)
     answer = EstimatorOutput(state, state.quaternion_xyzw, STAMP, 'message')
-    return StateReport(answer, singularity_of(state), settings_from(defaults(robot), robot))
+    return StateReport(answer, settings_from(defaults(robot), robot))
 
 
 def over_the_wire(message):

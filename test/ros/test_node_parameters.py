@@ -28,6 +28,7 @@ from target_harness import Targets, pose_target, twist_target
 import kinematics_service as ks
 from kinematics_service.errors import KinematicsError, RobotConflictError
 from kinematics_service.kinematics.inverse.servo import ServoSettings, joint_velocity
+from kinematics_service.rigid_motion import rotation_of_quaternion
 from kinematics_service.ros.parameters.table import PARAMETERS, ROBOT
 
 ROUND_OFF = 1e-12
@@ -75,6 +76,24 @@ def shows_base_frame(one):
 
 def shows_tool_frame(one):
     assert last(one, 'velocity', VelocityStamped).body_frame_id == 'gripper'
+
+
+def shows_tool_place(one):
+    position = last(one, 'pose', PoseStamped).pose.position
+    T = ks.link_frames(CRAIG, Q)[-1]
+    np.testing.assert_allclose(
+        [position.x, position.y, position.z], T[:3] @ [0.1, -0.2, 0.05, 1.0], atol=ROUND_OFF
+    )
+
+
+def shows_tool_turn(one):
+    # Half a turn about x: y and z of the tool are the other way round, and J in base axes stays.
+    J = np.reshape(last(one, 'jacobian', Float64MultiArray).data, (6, 3))
+    np.testing.assert_allclose(J, ks.jacobian(CRAIG, Q), atol=ROUND_OFF)
+    orientation = last(one, 'pose', PoseStamped).pose.orientation
+    T = ks.forward_kinematics(CRAIG, Q)
+    R = rotation_of_quaternion((orientation.x, orientation.y, orientation.z, orientation.w))
+    np.testing.assert_allclose(R, T[:3, :3] @ np.diag([1.0, -1.0, -1.0]), atol=1e-5)
 
 
 def shows_jacobian_frame(one):
@@ -226,6 +245,8 @@ TAKES_EFFECT = {
     'frame_prefix': ('left/', shows_frame_prefix),
     'base_frame': ('table', shows_base_frame),
     'tool_frame': ('gripper', shows_tool_frame),
+    'tool.xyz': ([0.1, -0.2, 0.05], shows_tool_place),
+    'tool.rpy': ([3.14159265, 0.0, 0.0], shows_tool_turn),
     'jacobian_frame': ('tool', shows_jacobian_frame),
     'twist_frame': ('tool', shows_twist_frame),
     'row_order': ('angular_first', shows_row_order),
@@ -423,7 +444,11 @@ def test_every_parameter_is_described_with_type_and_range(arm):
     }
     for parameter, descriptor in zip((ROBOT, *PARAMETERS), response.descriptors):
         assert descriptor.description.endswith('.')
-        assert descriptor.type == kinds[type(parameter.default)]
+        if isinstance(parameter.default, list):  # whose type ROS does not tell where it is empty
+            assert descriptor.dynamic_typing
+            assert descriptor.additional_constraints == 'empty, or 3 numbers'
+        else:
+            assert descriptor.type == kinds[type(parameter.default)]
         assert descriptor.read_only == (parameter is ROBOT)
         if type(parameter.default) is float:
             assert descriptor.floating_point_range

@@ -229,10 +229,6 @@ CHOICES = 'some of elbow, camera, plate'
             f"parameter points: 'elbow' is not accepted ({CHOICES}, each once)",
         ),
         (
-            ['plate'],
-            "parameter points: 'plate' is not accepted (no joint moves 'plate' of craig_3r)",
-        ),
-        (
             'elbow',
             "parameter points: 'elbow' is not accepted (a list of names, such as [elbow]; "
             f'{CHOICES})',

@@ -16,7 +16,6 @@ from sensor_msgs.msg import JointState
 import kinematics_service as ks
 from kinematics_service import kernel
 from kinematics_service.estimation.estimator import Estimator, EstimatorOutput
-from kinematics_service.kinematics.singularity import singularity_of
 from kinematics_service.ros.messages.joint_state_reader import JointStateReader
 from kinematics_service.ros.messages.message_layout import MessageLayout
 from kinematics_service.ros.messages.messages import StateReport
@@ -98,7 +97,7 @@ def test_every_message_says_what_the_built_message_says(name, moving):
     messages, filled = filled_by_the_kernel(channels, settings, kernel.ALL_FRAMES)
     heard = 0
     for answer in answers(settings, messages, kernel.ALL_FRAMES, joint_states(robot, moving)):
-        report = StateReport(answer, singularity_of(answer.state), settings)
+        report = StateReport(answer, settings)
         for channel, message in zip(channels, filled):
             if message is None:
                 continue
@@ -129,7 +128,7 @@ def test_what_is_computed_is_not_copied(jacobian_frame, twist_frame, row_order):
     assert all(there[f'~/singularity/{name}'] for name in ('distance', 'manipulability'))
     message = next(joint_states(robot, True))
     (answer,) = answers(settings, messages, kernel.ALL_FRAMES, [message])
-    report = StateReport(answer, singularity_of(answer.state), settings)
+    report = StateReport(answer, settings)
     for channel, message in zip(channels, filled):
         if message is not None:
             said = deserialize_message(message.tobytes(), channel.topic.type)

@@ -12,13 +12,14 @@ from typing import NamedTuple
 import numpy as np
 
 from .. import kernel
+from ..errors import JointVectorError
 from ..kernel import Floats, IncomingForm, NearestSearch, OutgoingMessages
 from ..kinematics.singularity import Singularity, watched_value
-from ..kinematics.tool_state import ToolState, as_the_kernel_takes_it
+from ..kinematics.tool_state import ToolState, as_the_kernel_takes_it, evaluate
 from ..robot.measures import Level
 from ..robot.robot import Robot
 from .alarm import Alarm
-from .joint_memory import JointLayout, JointTable
+from .joint_memory import JointLayout, JointTable, joint_names
 from .joint_sample import JointSample
 from .joint_state_form import JointStateForm
 
@@ -169,16 +170,36 @@ class Estimator:
         self._prepare()
 
     def configure(self, robot: Robot, settings: EstimatorSettings) -> None:
-        """Apply other settings; the joints' states are kept unless the joints get other names."""
-        same_names = settings.joint_prefix == self.settings.joint_prefix
+        """
+        Apply another arm or other settings; joints that keep their names keep their states.
+        """
+        former = self._table
         if robot is not self.robot:
             self._search = NearestSearch(robot.arm)
+        moves_alike = robot.chain is self.robot.chain
         self.robot, self.settings = robot, settings
-        if same_names:
-            self._table.configure(robot, self._source, settings.timeout)
+        if joint_names(robot, settings.joint_prefix) == former.names:
+            former.configure(robot, self._source, settings.timeout)
         else:
             self._table = self._new_table()
+            self._table.remember(former)
+        if not moves_alike:
+            self._table.forget_tool()
+            self._alarm = Alarm()
         self._prepare()
+
+    def anew(self, answer: EstimatorOutput) -> EstimatorOutput | None:
+        """
+        Return the last answer for the arm in force now; None if not all of its joints are known.
+        """
+        known = self._table.joint_vectors()
+        if known is None:
+            return None
+        try:
+            state = evaluate(self.robot, *known)
+        except JointVectorError:
+            return None
+        return answer._replace(state=state, quaternion_xyzw=state.row[-kernel.ROW_TAIL :])
 
     @property
     def _source(self) -> int:

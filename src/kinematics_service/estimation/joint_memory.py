@@ -20,6 +20,12 @@ DISPUTE_WINDOW = 2_000_000_000
 # it.
 LIMIT_SLACK = 1e-6
 
+# Columns of the memory with what messages have said of a joint.
+PER_JOINT = (
+    *('position', 'before', 'velocity', 'differenced', 'known', 'stamped', 'stamp', 'arrival'),
+    *('jump_count', 'jumps'),
+)
+
 
 class JointLayout(NamedTuple):
     """
@@ -39,6 +45,11 @@ class JointLayout(NamedTuple):
     indices: tuple[int, ...]
     duplicates: tuple[str, ...]
     ours: OurJoints
+
+
+def joint_names(robot: Robot, prefix: str) -> tuple[str, ...]:
+    """Return the names of the joints in messages."""
+    return tuple(prefix + name for name in robot.joint_names)
 
 
 class JointTable:
@@ -64,7 +75,7 @@ class JointTable:
     """
 
     def __init__(self, robot: Robot, prefix: str, source: int, timeout: int) -> None:
-        self.names = tuple(prefix + name for name in robot.joint_names)
+        self.names = joint_names(robot, prefix)
         self._index = {name: j for j, name in enumerate(self.names)}
         self._layouts: dict[tuple[str, ...], JointLayout] = {}
         self.memory = JointMemory(len(self.names))
@@ -77,6 +88,25 @@ class JointTable:
         # Stamps are far below 2^62 ns, 146 years; their differences must fit too.
         self.memory.timeout = min(timeout, 2**62)
         self._columns.wraps[:] = robot.continuous
+
+    def remember(self, former: 'JointTable') -> None:
+        """Take over the states of the joints that have the same names in another table."""
+        ours, theirs = self._columns, former._columns
+        for j, name in enumerate(self.names):
+            k = former._index.get(name)
+            if k is not None:
+                for column in PER_JOINT:
+                    getattr(ours, column)[j] = getattr(theirs, column)[k]
+
+    def joint_vectors(self) -> tuple[Floats, Floats | None] | None:
+        """
+        Return positions (n,) and velocities (n,), None for those that are not all known; None if
+        not even the positions are.
+        """
+        if not self._columns.known.all():
+            return None
+        qdot = self._columns.velocity.copy()
+        return self._columns.position.copy(), None if np.isnan(qdot).any() else qdot
 
     def forget(self) -> None:
         """Forget the states of all joints."""

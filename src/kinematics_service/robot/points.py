@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from ..errors import PointError
 from ..kernel import Arm, Chain, Floats, Integers
+from ..rigid_motion import exact_rpy, rotation_of_roll_pitch_yaw
 from .chain import fold
 from .conventions import table_rows
 from .file.description import (
@@ -125,6 +126,41 @@ def place_in_frame(at: npt.ArrayLike) -> Floats:
     if place.shape != (3,) or not all(map(math.isfinite, place.tolist())):
         raise PointError(f'at must be three finite numbers in m, not {at!r}', 'at', [(3,)], at)
     return place
+
+
+def with_tool(
+    description: RobotDescription, xyz: Sequence[float] | None, rpy: Sequence[float] | None
+) -> RobotDescription:
+    """
+    Return the same arm with another tool; known poses, which are of the file's tool, are left out.
+
+    Parameters
+    ----------
+    xyz : shape (3,), m
+        Its origin in the frame after the last row; None: the file's.
+    rpy : shape (3,), rad
+        Its orientation there, R = Rz(yaw) Ry(pitch) Rx(roll); None: the file's.
+    """
+    tool = description.tool
+    matrix, texts = tool.motion.matrix.copy(), tool.motion.texts
+    written = len(texts) == 6  # as xyz and rpy
+    length = 1e-3 if description.length_unit == 'mm' else 1.0
+    angle = math.pi / 180.0 if description.angle_unit == 'deg' else 1.0
+    if xyz is not None:
+        matrix[:3, 3] = xyz
+    if rpy is not None:
+        matrix[:3, :3] = rotation_of_roll_pitch_yaw(rpy)
+    place, turn = texts[:3], texts[3:]
+    if xyz is not None or not written:
+        place = _texts(matrix[:3, 3], length)
+    if rpy is not None or not written:
+        turn = _texts(exact_rpy(matrix[:3, :3]) if rpy is None else rpy, angle)
+    motion = RigidMotion(matrix, (*place, *turn))
+    return replace(description, tool=Placement(tool.frame, motion), known_poses=())
+
+
+def _texts(numbers: npt.ArrayLike, unit: float) -> tuple[str, ...]:
+    return tuple(repr(value / unit) for value in np.asarray(numbers, dtype=np.float64).tolist())
 
 
 def _moved(motion: RigidMotion, place: Floats, unit: float) -> RigidMotion:

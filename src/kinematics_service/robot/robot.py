@@ -2,7 +2,7 @@
 
 import os
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 import numpy.typing as npt
@@ -13,11 +13,12 @@ from .bundled import find_robot_file
 from .chain import FrozenArrays, fold
 from .conventions import table_rows
 from .factors import Factors, read_factors
-from .file.description import RobotDescription
+from .file.description import Factor, RobotDescription
 from .file.reader import parse_robot, read_robot_file
 from .measure_places import MeasurePlaces, measure_places
 from .measures import MEASURES, Thresholds, thresholds_for
 from .points import TOOL, Point, chain_to, described_point, ending_at, known_points
+from .points import with_tool as described_with_tool
 from .task import Task, find_task, seeded_poses
 
 
@@ -267,6 +268,58 @@ def with_singularity(
             robot.chain, robot.joint_names, robot.limits, prismatic, task.rows, length
         )
     return replace(robot, task=task, thresholds=thresholds or robot.thresholds)
+
+
+@lru_cache(maxsize=32)
+def with_tool(
+    robot: Robot,
+    xyz: tuple[float, float, float] | None = None,
+    rpy: tuple[float, float, float] | None = None,
+) -> Robot:
+    """
+    Return the same arm with another tool.
+
+    What its file says of singular poses holds, but for factors that are zero where no pose is
+    singular now.
+
+    Parameters
+    ----------
+    robot
+        The arm of the file.
+    xyz : m
+        Origin of the tool in the frame after the last row; None: the file's.
+    rpy : rad
+        Its orientation there, R = Rz(yaw) Ry(pitch) Rx(roll); None: the file's.
+
+    Raises
+    ------
+    RobotFileError
+        No joint moves the tool, or the thresholds do not fit the arm.
+    """
+    if xyz is None and rpy is None:
+        return robot
+    description = described_with_tool(robot.description, xyz, rpy)
+    try:
+        return build_robot(description)
+    except RobotFileError:
+        bare = build_robot(_with_factors(description, ()))
+    kept = tuple(one for one in description.singularity.factors if _holds(bare, one))
+    return build_robot(_with_factors(description, kept)) if kept else bare
+
+
+def _with_factors(description: RobotDescription, factors: tuple[Factor, ...]) -> RobotDescription:
+    return replace(description, singularity=replace(description.singularity, factors=factors))
+
+
+def _holds(robot: Robot, factor: Factor) -> bool:
+    # Whether a factor is zero at singular poses alone.
+    description = _with_factors(robot.description, (factor,))
+    q = seeded_poses(robot.limits, [kind == 'prismatic' for kind in robot.joint_types])
+    try:
+        read_factors(description, robot.chain, robot.task, q)
+    except KinematicsError:
+        return False
+    return True
 
 
 def load_robot(name: str | os.PathLike[str]) -> Robot:

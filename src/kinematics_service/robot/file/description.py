@@ -1,6 +1,6 @@
 """What a valid robot file says, as frozen data: angles in rad, lengths in m."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -249,6 +249,8 @@ class RobotDescription:
         Sentences for `check`: what is worth knowing.
     file
         The path as the user gave it.
+    sha256
+        Of the bytes of the file; empty for a text that was in none.
     """
 
     name: str
@@ -267,3 +269,4 @@ class RobotDescription:
     warnings: tuple[Fault, ...]
     remarks: tuple[str, ...]
     file: str
+    sha256: str = field(default='', compare=False)

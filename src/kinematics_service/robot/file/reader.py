@@ -1,9 +1,11 @@
 """Reads a robot file: one YAML file, one robot; see `description` for what comes out."""
 
+import hashlib
 import os
 import re
 import stat
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any, NoReturn
 
 from ...errors import Fault, RobotFileError
@@ -65,7 +67,7 @@ def read_robot_file(path: str | os.PathLike[str]) -> RobotDescription:
             _refuse(file, f'larger than {MAX_BYTES // 1024} KiB: not a robot file')
         line = content.count(b'\n', 0, error.start) + 1
         raise RobotFileError((Fault(file, line, '', 'is not UTF-8 text'),)) from None
-    return parse_robot(text, file)
+    return replace(parse_robot(text, file), sha256=hashlib.sha256(content).hexdigest())
 
 
 def parse_robot(text: str, file: str) -> RobotDescription:

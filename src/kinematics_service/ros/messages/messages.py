@@ -17,7 +17,7 @@ from ...estimation.estimator import EstimatorOutput
 from ...estimation.joint_sample import JointSample
 from ...estimation.status_text import StatusText
 from ...kernel import LARGEST_SECOND
-from ...kinematics.singularity import Singularity
+from ...kinematics.singularity import Singularity, singularity_of
 from ..parameters.settings import NodeSettings
 
 LEVELS = (
@@ -33,8 +33,12 @@ class StateReport(NamedTuple):
     """All results of one accepted message, for the builders of messages."""
 
     answer: EstimatorOutput
-    singularity: Singularity
     settings: NodeSettings
+
+    @property
+    def singularity(self) -> Singularity:
+        """Return what its pose is near to; of the tool alone."""
+        return singularity_of(self.answer.state)
 
 
 def stamp_of(message: JointState) -> int:

@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
+from ...rigid_motion import exact_rpy
 from ..parameters.settings import ROW_LABELS, NodeSettings
 
 
@@ -19,8 +20,10 @@ def description_of(
     from ...version import __version__
 
     robot = settings.robot
+    tool = robot.description.tool.motion.matrix
     return {
         'robot': robot.name,
+        'file': {'path': robot.description.file, 'sha256': robot.description.sha256},
         'source': robot.source,
         'convention': robot.convention,
         'dof': robot.dof,
@@ -43,6 +46,7 @@ def description_of(
             )
         ],
         'frames': {'base': settings.base_frame, 'tool': settings.tool_frame},
+        'tool': {'xyz': tool[:3, 3].tolist(), 'rpy': list(exact_rpy(tool[:3, :3]))},
         'points': {name: point.tool_frame for name, point in settings.points.items()},
         'jacobian': {
             'axes': settings.jacobian_frame,

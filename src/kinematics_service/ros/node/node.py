@@ -27,6 +27,7 @@ from .input import Input
 from .introduction import introduce
 from .outputs import ActiveTopics, Outputs
 from .reference import Reference
+from .reload import Reload
 from .robot_description import DescriptionPublisher
 from .stamp_grid import StampGrid
 from .targets import Targets
@@ -86,6 +87,7 @@ class KinematicsNode(Node):
             self._steady,
         )
         self._own.listen(self._take_settings)
+        self._reload = Reload(self, self._own, self._take_settings, self._steady)
         self._jump = self.get_clock().create_jump_callback(
             JumpThreshold(min_forward=None, min_backward=Duration(nanoseconds=-1)),
             post_callback=self._on_clock_jump,
@@ -207,9 +209,9 @@ class KinematicsNode(Node):
     def _present(self) -> EstimatorOutput | str:
         # Returns the arm's present state, or a sentence why it is unknown.
         missing = self._estimator.missing(time.monotonic_ns())
-        if missing or self._latest is None:
-            return self._missing_text(missing)
-        return self._latest
+        if not missing and self._latest is not None:
+            return self._latest
+        return self._missing_text(missing or self._settings.joint_names)
 
     def _warn(self, singularity: Singularity, level: Level) -> None:
         settings = self._settings
@@ -258,6 +260,7 @@ class KinematicsNode(Node):
     # Parameters
 
     def _take_settings(self, settings: NodeSettings) -> None:
+        moves_alike = settings.robot.chain is self._settings.robot.chain
         self._settings = settings
         self._estimator.configure(settings.robot, settings.estimator)
         self._grid.forget()
@@ -265,8 +268,12 @@ class KinematicsNode(Node):
         self._outputs.configure(settings)
         self._description.configure(settings)
         self._targets.configure(settings)
+        if not moves_alike:
+            self._reference.forget()
+            self._latest = self._latest and self._estimator.anew(self._latest)
+            self._watchdog.reset()  # what is stale may be other joints now
 
-    # Service
+    # Services
 
     def _describe(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         heard, told = self._targets.topics

@@ -15,7 +15,7 @@ from rclpy.qos_overriding_options import QoSOverridingOptions
 from ... import kernel
 from ...estimation.estimator import EstimatorOutput
 from ...kernel import OutgoingMessages, OutgoingTable
-from ...kinematics.singularity import measured, singularity_of
+from ...kinematics.singularity import measured
 from ..messages.message_layout import MessageLayout
 from ..messages.messages import StateReport, transform_message
 from ..messages.output_messages import Copied, Numbers
@@ -238,7 +238,7 @@ class Outputs:
             answer = self._points.answer(of, settings.robot, answer)
         else:
             answer = answer._replace(state=measured(answer.state))
-        return StateReport(answer, singularity_of(answer.state), settings)
+        return StateReport(answer, settings)
 
     def _configured(self, channel: Channel) -> Channel:
         # Adds the layout for the settings in force, which is checked if messages go out as bytes.
@@ -248,6 +248,8 @@ class Outputs:
         if topic.template is None or numbers is None:
             return channel._replace(numbers=None, layout=None, as_bytes=False)
         layout = MessageLayout(topic.template(settings))
+        if channel.layout is not None and channel.layout.data == layout.data:
+            return channel._replace(numbers=numbers)  # it has been checked
         as_bytes = self._transport == 'bytes'
         if as_bytes and not layout.is_official():
             as_bytes = False

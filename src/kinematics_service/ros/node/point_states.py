@@ -5,7 +5,7 @@ import numpy as np
 from ... import kernel
 from ...estimation.estimator import EstimatorOutput
 from ...kernel import Floats
-from ...kinematics.tool_state import evaluate
+from ...kinematics.tool_state import evaluate_point
 from ...robot.robot import Robot
 
 
@@ -24,11 +24,11 @@ class PointStates:
         of
             The name of the point.
         robot
-            The arm that ends at it.
+            The arm.
         answer
             The answer about the tool.
         """
-        state = evaluate(robot, answer.state.q, answer.state.qdot, measured=True)
+        state = evaluate_point(robot, robot.point(of), answer.state.q, answer.state.qdot)
         quaternion_xyzw = state.row[-kernel.ROW_TAIL :]
         last = self._last.get(of)
         if last is not None and np.dot(last, quaternion_xyzw) < 0.0:

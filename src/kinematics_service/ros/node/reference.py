@@ -94,6 +94,7 @@ class Reference:
         self._way.clear()
         self._pairs.clear()
         self._collected, self._due = 0, FIRST
+        self._thread = None  # what it finds is about the time before
 
     def _on_pose(self, data: bytes) -> None:
         try:
@@ -183,9 +184,11 @@ class Reference:
                 (stamps - stamps[0]) * 1e-9,
                 motion=motion if len(way) > 1 else None,
             )
-            self._notice = frames_status(found)
+            notice = frames_status(found)
         except KinematicsError as error:
-            self._notice = StatusText(Level.WARN, str(error), ())
+            notice = StatusText(Level.WARN, str(error), ())
+        if threading.current_thread() is self._thread:
+            self._notice = notice
 
 
 def frames_status(found: 'FrameDiagnosis') -> StatusText:

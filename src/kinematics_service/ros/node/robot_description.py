@@ -24,9 +24,7 @@ class DescriptionPublisher:
     def configure(self, settings: NodeSettings) -> None:
         """Apply other settings: frames and joints may have other names."""
         if not settings.publish_robot_description:
-            if self._publisher is not None:
-                self._node.destroy_publisher(self._publisher)
-                self._publisher = None
+            self._withdraw()
             return
         from ...formats.urdf.elements import FrameNames
         from ...formats.urdf.writer import urdf_text  # imported only if it is asked for
@@ -42,7 +40,13 @@ class DescriptionPublisher:
             text = urdf_text(robot, names)
         except KinematicsError as error:
             self._node.get_logger().warning(f'robot_description is not published: {error}')
+            self._withdraw()  # that of another arm
             return
         if self._publisher is None:
             self._publisher = self._node.create_publisher(String, ROBOT_DESCRIPTION, WARNING_QOS)
         self._publisher.publish(String(data=text))
+
+    def _withdraw(self) -> None:
+        if self._publisher is not None:
+            self._node.destroy_publisher(self._publisher)
+            self._publisher = None

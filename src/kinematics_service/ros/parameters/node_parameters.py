@@ -2,8 +2,8 @@
 The node's parameters as ROS has them: declared once, checked together, applied when they change.
 """
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
 
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
@@ -11,12 +11,33 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 
 from ...errors import KinematicsError, RobotConflictError, SettingsError
-from ...robot.robot import load_robot
+from ...kinematics.inverse.plan import plan_for
+from ...robot.robot import Robot, load_robot
 from .settings import NodeSettings, defaults, settings_from
 from .table import PARAMETERS, POINTS, ROBOT, TRANSPORT
 
+MEASURE = 'singularity.measure'
 KINDS = {str: 'a string', bool: 'true or false', float: 'a number with a point'}
 NAMES = frozenset(parameter.name for parameter in PARAMETERS)
+
+
+class CheckedArm(NamedTuple):
+    """
+    An arm that may come into force, with the parameter values and the settings that fit it.
+
+    Attributes
+    ----------
+    robot
+        The arm of its file.
+    values
+        A value for each parameter.
+    settings
+        The settings that follow from both.
+    """
+
+    robot: Robot
+    values: dict[str, Any]
+    settings: NodeSettings
 
 
 class NodeParameters:
@@ -40,6 +61,8 @@ class NodeParameters:
 
     def __init__(self, node: Node, robot: str | None) -> None:
         self._node = node
+        self._checked: CheckedArm | None = None
+        self._follows = False  # whether a parameter is set to what is in force already
         name = self._declare(ROBOT.name, robot or ROBOT.default, ROBOT.descriptor())
         if robot is not None and name != robot:
             raise RobotConflictError(
@@ -47,32 +70,73 @@ class NodeParameters:
             )
         self.transport = self._transport()
         self.by_default = robot is None and name == ROBOT.default
-        self._robot = load_robot(name)
+        self._name: str = name
+        robot_of_file = load_robot(name)
         # An empty list on a command line arrives as nothing.
         self._points = self._declare(POINTS.name, POINTS.default, POINTS.descriptor()) or ()
         for parameter in PARAMETERS:
-            default = defaults(self._robot)[parameter.name]
+            default = defaults(robot_of_file)[parameter.name]
             self._declare(parameter.name, default, parameter.descriptor())
-        self._settings = self._settings_with({})
+        self._force = self._judge(robot_of_file, self._values())
 
     @property
     def settings(self) -> NodeSettings:
         """Return the settings in force."""
-        return self._settings
+        return self._force.settings
 
     def listen(self, apply: Callable[[NodeSettings], None]) -> None:
         """Check changes from now on before they are made, and call `apply` after each."""
 
         def changed(parameters: Sequence[RosParameter]) -> None:
+            if self._follows:
+                return
             if any(parameter.name in NAMES for parameter in parameters):
-                self._settings = self._settings_with({})
+                self._force = self._judge(self._force.robot, self._values())
                 try:
-                    apply(self._settings)
+                    apply(self.settings)
                 except Exception as error:  # the client that set it would get no answer
                     self._internal_error(error)
 
         self._node.add_on_set_parameters_callback(self._check)
         self._node.add_post_set_parameters_callback(changed)
+
+    def reading_again(self) -> Callable[[], CheckedArm]:
+        """
+        Return a function that reads the robot file again, for another thread: it takes some time.
+
+        It returns what may come into force, and raises `KinematicsError` if nothing may.
+        """
+        values, former = self._values(), self._force.robot
+
+        def read() -> CheckedArm:
+            robot = load_robot(self._name)
+            fitting = _fitting(values, former, robot)
+            settings = settings_from(fitting, robot, self._points)
+            # What the inverse needs of an arm is found once, and remembered.
+            plan_for(settings.robot, settings.target_rows, settings.target_axis or '')
+            return CheckedArm(robot, fitting, settings)
+
+        return read
+
+    def take(self, read: CheckedArm) -> NodeSettings:
+        """
+        Put an arm that was read again into force, with the parameters as they are now.
+
+        Raises
+        ------
+        KinematicsError
+            The parameters that have changed in the meantime do not fit it.
+        """
+        values = _fitting(self._values(), self._force.robot, read.robot)
+        self._checked = read
+        self._force = self._judge(read.robot, values)
+        if values[MEASURE] != self._node.get_parameter(MEASURE).value:
+            self._follows = True
+            try:
+                self._node.set_parameters([RosParameter(MEASURE, value=values[MEASURE])])
+            finally:
+                self._follows = False
+        return self.settings
 
     def unknown(self) -> tuple[str, ...]:
         """Return the names of parameters that were given at start and that are not declared."""
@@ -101,9 +165,17 @@ class NodeParameters:
             )
         return str(value)
 
-    def _settings_with(self, changes: Mapping[str, Any]) -> NodeSettings:
-        values = {name: self._node.get_parameter(name).value for name in NAMES}
-        return settings_from({**values, **changes}, self._robot, self._points)
+    def _values(self) -> dict[str, Any]:
+        return {name: self._node.get_parameter(name).value for name in NAMES}
+
+    def _judge(self, robot: Robot, values: dict[str, Any]) -> CheckedArm:
+        # What was judged last is not computed again where it comes into force.
+        last = self._checked
+        if last is not None and last.robot is robot and last.values == values:
+            return last
+        settings = settings_from(values, robot, self._points)
+        self._checked = CheckedArm(robot, values, settings)
+        return self._checked
 
     def _check(self, parameters: Sequence[RosParameter]) -> SetParametersResult:
         # After an exception here the client that sets the parameter would get no answer, so it is
@@ -111,8 +183,11 @@ class NodeParameters:
         changes = {p.name: p.value for p in parameters if p.name in NAMES}
         reason = ''
         try:
-            if changes:
-                self._settings_with(changes)
+            for parameter in parameters:
+                if parameter.name in NAMES and parameter.type_ is RosParameter.Type.NOT_SET:
+                    raise SettingsError(f'parameter {parameter.name} cannot be taken away')
+            if changes and not self._follows:
+                self._judge(self._force.robot, {**self._values(), **changes})
         except KinematicsError as error:
             reason = str(error)
         except Exception as error:
@@ -123,3 +198,10 @@ class NodeParameters:
         sentence = f'internal error while handling a parameter, please report it: {error!a}'
         self._node.get_logger().error(sentence)
         return sentence
+
+
+def _fitting(values: dict[str, Any], former: Robot, robot: Robot) -> dict[str, Any]:
+    # A measure that was the file's is the file's again.
+    if values[MEASURE] != former.thresholds.measure:
+        return values
+    return {**values, MEASURE: robot.thresholds.measure}

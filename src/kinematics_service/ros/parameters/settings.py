@@ -1,17 +1,19 @@
 """The node's parameters: a table, and the frozen settings that follow from their values."""
 
 import math
+from array import array
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from typing import Any
 
-from ...errors import KinematicsError, SettingsError
+from ...errors import KinematicsError, RobotFileError, SettingsError
 from ...estimation.estimator import EstimatorSettings
 from ...kinematics.inverse.servo import ServoSettings
 from ...kinematics.inverse.target import TOOL_AXES
+from ...robot.file.quantities import LARGEST
 from ...robot.measures import Thresholds, thresholds_for
-from ...robot.robot import Robot, with_singularity
+from ...robot.robot import Robot, with_singularity, with_tool
 from ...robot.task import ROW_NAMES
 from .table import PARAMETERS
 
@@ -29,7 +31,7 @@ class NodeSettings:
     Attributes
     ----------
     robot
-        The arm, with the task's length and the thresholds that are in force.
+        The arm, with the tool, the task's length and the thresholds that are in force.
     estimator
         How messages become states.
     base_frame, tool_frame
@@ -56,7 +58,7 @@ class NodeSettings:
     servo
         How target twists become joint velocities.
     points
-        For each point with topics of its own the settings whose tool it is.
+        For each point with topics of its own the settings whose tool frame it is.
     """
 
     robot: Robot
@@ -122,6 +124,8 @@ def settings_from(
     """
     for parameter in PARAMETERS:
         value = values[parameter.name]
+        if parameter.numbers:
+            _checked_numbers(parameter.name, value, parameter.numbers)
         if parameter.choices and value not in parameter.choices:
             raise _refuse(parameter.name, value, 'one of ' + ', '.join(parameter.choices))
         if parameter.range is not None:
@@ -142,7 +146,7 @@ def settings_from(
     if values['publish_tf'] and not tf_is_importable():
         raise _refuse('publish_tf', True, 'only where the package tf2_msgs can be imported')
     rate = values['publish_rate']
-    judged = _judged(values, robot)
+    judged = _judged(values, _with_tool(values, robot))
     rows = _rows(values['ik.rows'], judged)
     axis = _axis(values, rows)
     settings = NodeSettings(
@@ -172,8 +176,6 @@ def settings_from(
 
 
 def _points(names: Any, robot: Robot, settings: NodeSettings) -> dict[str, NodeSettings]:
-    # The robot of the file keeps the arms that end at its points; a changed parameter needs no
-    # new ones.
     known = robot.points[1:]
     choices = f'some of {", ".join(known)}' if known else f'none: {robot.name} names no points'
     listed = isinstance(names, (list, tuple)) and all(isinstance(name, str) for name in names)
@@ -183,14 +185,10 @@ def _points(names: Any, robot: Robot, settings: NodeSettings) -> dict[str, NodeS
     for name in names:
         if name not in known or name in found:
             raise _refuse('points', name, f'{choices}{", each once" if known else ""}')
-        try:
-            end = robot.ending_at(name)
-        except KinematicsError as error:
-            raise _refuse('points', name, str(error)) from None
         frame = settings.frame_prefix + name
         if frame in (settings.base_frame, settings.tool_frame):
             raise _refuse('points', name, f'{frame} is the frame of the base or the tool')
-        found[name] = replace(settings, robot=end, tool_frame=frame)
+        found[name] = replace(settings, tool_frame=frame)
     return found
 
 
@@ -216,6 +214,30 @@ def _axis(values: Mapping[str, Any], rows: tuple[str, ...]) -> str | None:
             'ik.axis', axis, 'only with ik.rows of x y z: it takes the place of rx ry rz'
         )
     return axis
+
+
+def _checked_numbers(name: str, value: Any, count: int) -> tuple[float, ...] | None:
+    # None for an empty list, whose type ROS does not tell: it may arrive as nothing at all.
+    listed = [] if value is None else value
+    fits = not isinstance(listed, (str, bytes)) and isinstance(listed, (Sequence, array))
+    if fits and not len(listed):
+        return None
+    if fits and len(listed) == count:
+        kinds = {type(number) for number in listed}
+        if kinds <= {float, int} and all(abs(number) <= LARGEST for number in listed):
+            return tuple(float(number) for number in listed)
+    accepted = f'empty, or {count} numbers of one kind such as [0.0, 0.0, 0.1]'
+    shown = value if isinstance(value, str) else list(listed) if fits else value
+    raise _refuse(name, shown, accepted)
+
+
+def _with_tool(values: Mapping[str, Any], robot: Robot) -> Robot:
+    xyz, rpy = (_checked_numbers(name, values[name], 3) for name in ('tool.xyz', 'tool.rpy'))
+    try:
+        return with_tool(robot, xyz, rpy)
+    except RobotFileError as error:
+        reason = '; '.join(fault.message for fault in error.faults)
+        raise SettingsError(f'parameters tool.xyz and tool.rpy: {reason}') from None
 
 
 def _servo(values: Mapping[str, Any], rows: tuple[str, ...], robot: Robot) -> ServoSettings:

@@ -25,6 +25,7 @@ class Parameter:
     choices: tuple[str, ...] = ()
     range: tuple[float, float] | None = None
     least: float = 0.0  # range of values other than 0, if 0 has a meaning of its own
+    numbers: int = 0  # length of a list of numbers that may be empty, too
     read_only: bool = False
     dynamic_typing: bool = False
 
@@ -36,6 +37,8 @@ class Parameter:
         descriptor.dynamic_typing = self.dynamic_typing
         if self.choices:
             descriptor.additional_constraints = 'one of: ' + ', '.join(self.choices)
+        if self.numbers:
+            descriptor.additional_constraints = f'empty, or {self.numbers} numbers'
         if self.least:
             descriptor.additional_constraints = f'0, or at least {self.least:g}'
         if self.range is not None:
@@ -73,6 +76,22 @@ PARAMETERS = (
     Parameter('frame_prefix', '', 'Put before the names of the base and tool frames.'),
     Parameter('base_frame', '', "Name of the base frame; empty: the robot file's."),
     Parameter('tool_frame', '', "Name of the tool frame; empty: the robot file's."),
+    Parameter(
+        'tool.xyz',
+        [],
+        'Origin of the tool in the frame after the last row, three numbers in m; empty: the robot '
+        "file's.",
+        numbers=3,
+        dynamic_typing=True,
+    ),
+    Parameter(
+        'tool.rpy',
+        [],
+        'Orientation of the tool in that frame, roll pitch yaw in rad, R = Rz(yaw) Ry(pitch) '
+        "Rx(roll); empty: the robot file's.",
+        numbers=3,
+        dynamic_typing=True,
+    ),
     Parameter('jacobian_frame', 'base', 'Axes of the Jacobian; its point is the tool.', AXES),
     Parameter('twist_frame', 'base', 'Axes of the twist; its point is the tool.', AXES),
     Parameter('row_order', 'linear_first', "Order of the Jacobian's rows.", ROW_ORDERS),

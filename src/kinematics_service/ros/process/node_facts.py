@@ -4,17 +4,22 @@ import json
 import time
 from typing import Any, NamedTuple
 
+import numpy as np
 from rcl_interfaces.srv import GetParameters
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
 from ...errors import KinematicsError
+from ...kernel import Floats
+from ...rigid_motion import exact_rpy, pose_of
 from ...robot.measures import Thresholds
-from ...robot.robot import Robot, with_singularity
+from ...robot.robot import Robot, with_singularity, with_tool
 from ..messages.topics import DESCRIBE, WARNING
 
 # Number of calls of a service that exists, and time to wait for each answer (s).
 TRIES, TRY = 5, 1.0
+# Tools that differ by less are one: they have come through a text (m and rad).
+SAME_TOOL = 1e-9
 
 
 class NodeFacts(NamedTuple):
@@ -39,6 +44,10 @@ class NodeFacts(NamedTuple):
         Axes of the Jacobian and of the twist, `base` or `tool` each.
     thresholds, length
         The thresholds and the length that singularities are judged by.
+    sha256
+        Of its robot file, as it was when the node read it.
+    tool : shape (4, 4)
+        Its tool in the frame after the last row of the table.
     """
 
     source: str
@@ -50,6 +59,8 @@ class NodeFacts(NamedTuple):
     axes: tuple[str, str]
     thresholds: Thresholds
     length: float
+    sha256: str
+    tool: Floats
 
     def prefix(self, robot: Robot) -> str:
         """Return the prefix of the joint names of the robot file."""
@@ -65,6 +76,21 @@ class NodeFacts(NamedTuple):
             f'{self.source} runs {self.robot}, this is {robot.name}: '
             f'start the view with --robot {self.robot}'
         )
+
+    def with_tool(self, robot: Robot) -> Robot:
+        """Return the arm with the tool that is in force in the node."""
+        own = robot.description.tool.motion.matrix
+        if np.allclose(own, self.tool, rtol=0.0, atol=SAME_TOOL):
+            return robot
+        x, y, z = self.tool[:3, 3].tolist()
+        return with_tool(robot, (x, y, z), exact_rpy(self.tool[:3, :3]))
+
+    def edited(self, robot: Robot) -> str:
+        """Return that the file has changed since the node read it; empty if it has not."""
+        read = robot.description.sha256
+        if not read or read == self.sha256 or self.name != robot.name:
+            return ''
+        return f'{self.robot} is not as {self.source} has read it: call {self.source}/reload'
 
     def judged(self, robot: Robot) -> Robot:
         """Return the arm with the thresholds and the length that are in force in the node."""
@@ -113,6 +139,8 @@ def ask_node(node: Node, executor: Any, source: str, timeout: float) -> NodeFact
                 str(judged['measure']), float(judged['warn']), float(judged['stop'])
             ),
             length=float(judged['length']),
+            sha256=str(facts['file']['sha256']),
+            tool=pose_of(facts['tool']['xyz'], facts['tool']['rpy']),
         )
     except (ValueError, KeyError, TypeError):  # a service of that name of another program
         return None

@@ -63,7 +63,7 @@ class ViewListener:
         self._joint_states = 0
         self._publisher: Any = None
         self._subscription: Any = None
-        self._mismatch = ''
+        self._mismatch = self._edited = ''
         self.outputs = ViewOutputs(self._node, self.source)
         self._watch = self._node.create_client(Trigger, DESCRIBE.replace('~', self.source))
         self._description: Any = None
@@ -145,11 +145,12 @@ class ViewListener:
 
     def show(self, robot: Robot) -> None:
         """Subscribe to the joint states of this arm from now on."""
-        facts, self._answer, self._mismatch = self._facts, None, ''
+        facts, self._answer = self._facts, None
+        self._mismatch = self._edited = ''
         namespace = self.source.rpartition('/')[0]
         topic, prefix = f'{namespace}/{JOINT_STATES}', ''
         if facts is not None:
-            self._mismatch = facts.mismatch(robot)
+            self._mismatch, self._edited = facts.mismatch(robot), facts.edited(robot)
             topic, prefix = facts.joint_states, facts.prefix(robot)
             robot = facts.judged(robot)
         if self._subscription is not None:
@@ -190,7 +191,8 @@ class ViewListener:
         if not self._live:
             return f'moved by the sliders: no joint states arrive on {topic}'
         if self._node_live:
-            return f'live from {self.source}, {self.outputs.pose.rate():.0f} Hz'
+            live = f'live from {self.source}, {self.outputs.pose.rate():.0f} Hz'
+            return f'{live}; {self._edited}' if self._edited else live
         silent = 'sends nothing' if self._facts is not None else 'does not run'
         return f'live from {topic}; the node {self.source} {silent}'
 

@@ -117,7 +117,7 @@ class ViewSession:
     def _robot_of(self, facts: NodeFacts | None) -> Robot:
         if facts is not None:
             try:
-                return load_robot(facts.robot)
+                return facts.with_tool(load_robot(facts.robot))
             except (KinematicsError, OSError) as error:
                 tell(
                     f'the file of the node cannot be read here, showing {self._otherwise}: {error}'

@@ -1,0 +1,119 @@
+"""
+The service `~/reload`: the robot file read again while the node answers.
+
+Reading and checking a file takes some tens of milliseconds, so it has a thread of its own. What is
+right comes into force between two messages; what is wrong changes nothing.
+"""
+
+import threading
+from collections.abc import Callable
+from typing import Any
+
+from rclpy.clock import Clock
+from rclpy.node import Node
+from std_srvs.srv import Trigger
+
+from ...errors import KinematicsError
+from ..messages.topics import RELOAD
+from ..parameters.node_parameters import CheckedArm, NodeParameters
+from ..parameters.settings import NodeSettings
+
+# Period of the look for the end of the reading, s.
+LOOK = 0.005
+
+
+class Reload:
+    """
+    Answers `~/reload` after the file is read: with what is in force now, or with its faults.
+
+    Requests that come meanwhile are answered by one more reading: the file may have been changed
+    after the present one began.
+
+    Parameters
+    ----------
+    node
+        The node it belongs to.
+    parameters
+        The node's parameters, which read the file.
+    apply
+        Called with the settings of the arm that has been read.
+    steady
+        Clock of the timer.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        parameters: NodeParameters,
+        apply: Callable[[NodeSettings], None],
+        steady: Clock,
+    ) -> None:
+        self._node, self._parameters, self._apply = node, parameters, apply
+        self._asked: list[Any] = []  # headers of requests for the next reading
+        self._answered: list[Any] = []  # of those that the present one answers
+        self._outcome: CheckedArm | str | None = None
+        self._timer = node.create_timer(LOOK, self._look, clock=steady, autostart=False)
+        self._service = node.create_service(Trigger, RELOAD, lambda request, response: response)
+        # The executors send what a service's callback returns at once, and `EventsExecutor` of
+        # Jazzy cannot wait for a coroutine: so this is what they call.
+        self._send = self._service.send_response
+        setattr(self._service, 'send_response', self._on_request)  # noqa: B010
+
+    @property
+    def name(self) -> str:
+        """Return the full name of the service."""
+        return str(self._node.resolve_service_name(RELOAD))
+
+    def _on_request(self, response: Trigger.Response, header: Any) -> None:
+        self._asked.append(header)
+        if not self._answered:
+            self._read()
+
+    def _read(self) -> None:
+        self._answered, self._asked, self._outcome = self._asked, [], None
+        read = self._parameters.reading_again()
+
+        def work() -> None:
+            try:
+                self._outcome = read()
+            except Exception as error:  # whatever it is: the request gets its answer
+                self._outcome = self._refusal(error)
+
+        threading.Thread(target=work, daemon=True).start()
+        self._timer.reset()
+
+    def _look(self) -> None:
+        outcome = self._outcome
+        if outcome is None:
+            return
+        self._timer.cancel()
+        success, sentence = self._taken(outcome)
+        logger = self._node.get_logger()
+        if success:
+            logger.info(sentence)
+        else:
+            logger.warning(f'the robot file is not taken: {sentence}')
+        for header in self._answered:
+            self._send(Trigger.Response(success=success, message=sentence), header)
+        self._answered = []
+        if self._asked:
+            self._read()
+
+    def _taken(self, outcome: CheckedArm | str) -> tuple[bool, str]:
+        if isinstance(outcome, str):
+            return False, outcome
+        try:
+            settings = self._parameters.take(outcome)
+            self._apply(settings)
+        except Exception as error:  # whatever it is: the request gets its answer
+            return False, self._refusal(error)
+        robot = settings.robot
+        return True, (
+            f'{robot.description.file} is in force: robot {robot.name}, {robot.dof} joints, '
+            f'{robot.convention}'
+        )
+
+    def _refusal(self, error: Exception) -> str:
+        if isinstance(error, KinematicsError):
+            return str(error)
+        return f'internal error, please report it: {error!a}'
