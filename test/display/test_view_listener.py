@@ -6,7 +6,9 @@ import time
 import numpy as np
 import pytest
 from rcl_interfaces.srv import SetParameters
+from rclpy.parameter import Parameter
 from ros_harness import DEADLINE, START, Arm, joint_state
+from std_srvs.srv import Trigger
 
 import kinematics_service as ks
 from kinematics_service.display.view.scene import scene_of
@@ -91,8 +93,6 @@ def test_it_shows_what_the_node_says(viewing):
 
 
 def test_other_axes_and_orders_are_turned_back(viewing):
-    from rclpy.parameter import Parameter
-
     one, view = viewing(
         parameter_overrides=[
             Parameter('jacobian_frame', value='tool'),
@@ -257,8 +257,6 @@ def test_one_chooses_among_the_arms_that_are_there(arm, sessions):
 
 @pytest.mark.slow
 def test_it_follows_a_node_that_comes_late_and_comes_back_as_another(arm, sessions):
-    from rclpy.parameter import Parameter
-
     quiet = arm('planar_2r', namespace='/apart')
     session = sessions(quiet.context, node='/late/kinematics')
     assert session.title == 'puma560; no node /late/kinematics runs'
@@ -282,6 +280,51 @@ def test_it_follows_a_node_that_comes_late_and_comes_back_as_another(arm, sessio
         until(session, lambda: session.robot.name == 'scara_hsr065', 'the other robot')
         assert session.title == 'scara_hsr065 of /late/kinematics'
         assert session._listener.facts.axes == ('base', 'base')
+
+
+@pytest.mark.slow
+def test_it_draws_the_tool_and_the_edited_file_of_the_node(arm, sessions, tmp_path):
+    file = tmp_path / 'two.yaml'
+    text = ks.bundled_robots()['planar_2r'].read_text(encoding='utf-8')
+    file.write_text(text, encoding='utf-8')
+    one = arm(str(file), namespace='/edited')
+    with Thread(one):
+        session = sessions(one.context)
+        assert session.title == 'planar_2r of /edited/kinematics'
+        q = [0.3, 0.4]
+
+        def tool():
+            return ks.forward_kinematics(session.robot, q)[:3, 3]
+
+        def ask(kind, service, request):
+            client = one.peer.create_client(kind, f'/edited/kinematics/{service}')
+            answered = client.call_async(request)
+            until(session, answered.done, service)
+            return answered.result()
+
+        tip = ks.link_frames(ks.load_robot('planar_2r'), q)[-1]
+        value = Parameter('tool.xyz', value=[0.1, 0.2, 0.3]).to_parameter_msg()
+        ask(SetParameters, 'set_parameters', SetParameters.Request(parameters=[value]))
+        expected = tip[:3] @ [0.1, 0.2, 0.3, 1.0]
+        until(session, lambda: tool() == pytest.approx(expected), 'the tool')
+        drawn = session.robot
+        file.write_text(text.replace('L2: 1', 'L2: 0.5'), encoding='utf-8')
+        assert ask(Trigger, 'reload', Trigger.Request()).success
+        until(session, lambda: session.robot is not drawn, 'the file')
+        assert tool() == pytest.approx(expected - 0.5 * tip[:3, 0])
+        # A file that the node has not read yet is told of where it is drawn.
+        file.write_text(text, encoding='utf-8')
+        session.choose('/edited/kinematics')
+        one.attach(listeners=2)
+
+        def told():
+            one.send(q)
+            return session.status.endswith(
+                'the robot file here is not as /edited/kinematics has read it; '
+                '~/reload reads it again'
+            )
+
+        until(session, told, 'the warning')
 
 
 @pytest.mark.slow

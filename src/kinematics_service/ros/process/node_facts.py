@@ -90,7 +90,7 @@ class NodeFacts(NamedTuple):
         read = robot.description.sha256
         if not read or read == self.sha256 or self.name != robot.name:
             return ''
-        return f'{self.robot} is not as {self.source} has read it: call {self.source}/reload'
+        return f'the robot file here is not as {self.source} has read it; ~/reload reads it again'
 
     def judged(self, robot: Robot) -> Robot:
         """Return the arm with the thresholds and the length that are in force in the node."""
