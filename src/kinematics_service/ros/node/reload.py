@@ -5,6 +5,7 @@ Reading and checking a file takes some tens of milliseconds, so it has a thread 
 right comes into force between two messages; what is wrong changes nothing.
 """
 
+import sys
 import threading
 from collections.abc import Callable
 from typing import Any
@@ -20,6 +21,9 @@ from ..parameters.settings import NodeSettings
 
 # Period of the look for the end of the reading, s.
 LOOK = 0.005
+# How long a thread keeps the interpreter while another one waits for it, s: while a file is read,
+# and otherwise. With Python's 5 ms one wait in ten took more than 5.2 ms, with this 0.35 ms.
+SHORT, USUAL = 1e-4, sys.getswitchinterval()
 
 
 class Reload:
@@ -79,6 +83,7 @@ class Reload:
             except Exception as error:  # whatever it is: the request gets its answer
                 self._outcome = self._refusal(error)
 
+        sys.setswitchinterval(SHORT)
         threading.Thread(target=work, daemon=True).start()
         self._timer.reset()
 
@@ -87,6 +92,7 @@ class Reload:
         if outcome is None:
             return
         self._timer.cancel()
+        sys.setswitchinterval(USUAL)
         success, sentence = self._taken(outcome)
         logger = self._node.get_logger()
         if success:
