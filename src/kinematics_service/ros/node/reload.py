@@ -82,6 +82,8 @@ class Reload:
                 self._outcome = read()
             except Exception as error:  # whatever it is: the request gets its answer
                 self._outcome = self._refusal(error)
+            finally:
+                sys.setswitchinterval(USUAL)
 
         sys.setswitchinterval(SHORT)
         threading.Thread(target=work, daemon=True).start()
@@ -92,7 +94,6 @@ class Reload:
         if outcome is None:
             return
         self._timer.cancel()
-        sys.setswitchinterval(USUAL)
         success, sentence = self._taken(outcome)
         logger = self._node.get_logger()
         if success:
