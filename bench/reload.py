@@ -26,6 +26,10 @@ import kinematics_service as ks
 
 ROBOT = 'ur5e'
 PATIENCE = 120.0
+# Room for two seconds in which the listener does not run: its own losses are not the node's.
+DEPTH = 'qos_overrides./kinematics/{}.publisher.depth:=2000'
+TOPICS = ('pose', 'jacobian', 'twist', 'singularity/manipulability')
+ROOM = ('--ros-args', *(word for one in TOPICS for word in ('-p', DEPTH.format(one))))
 # A message is k, from which its joint positions follow.
 AMPLITUDES = np.array([0.9, 0.4, 0.6, 0.8, 0.5, 1.0])
 CENTRE = np.array([0.3, -1.0, 1.2, -0.4, 1.1, 0.3])
@@ -130,7 +134,7 @@ def listen(path, count):
         return take
 
     for name, (topic, kind) in kinds.items():
-        node.create_subscription(kind, f'/kinematics/{topic}', heard(name), 1000, raw=True)
+        node.create_subscription(kind, f'/kinematics/{topic}', heard(name), 2000, raw=True)
     while any(node.count_publishers(f'/kinematics/{topic}') == 0 for topic, _ in kinds.values()):
         time.sleep(0.02)
     slots[LISTENING] = 1
@@ -167,6 +171,7 @@ class Changer:
 
     def __init__(self):
         import rclpy
+        from diagnostic_msgs.msg import DiagnosticArray
         from rcl_interfaces.srv import SetParametersAtomically
         from std_srvs.srv import Trigger
 
@@ -180,6 +185,16 @@ class Changer:
             SetParametersAtomically, '/kinematics/set_parameters_atomically'
         )
         self.calls = []  # what, begin, end
+        self.told = {}  # by the node, of its input
+        self.node.create_subscription(DiagnosticArray, '/diagnostics', self._on_diagnostics, 10)
+
+    def _on_diagnostics(self, message):
+        self.told = {pair.key: pair.value for pair in message.status[0].values}
+
+    def rest(self, seconds):
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            self.executor.spin_once(timeout_sec=0.1)
 
     def ready(self):
         return self.reloads.service_is_ready() and self.sets.service_is_ready()
@@ -266,7 +281,7 @@ def run(options, path, file):
     edit(file, text_with(1.0))
     own = (sys.executable, __file__, '--path', path, '--count', str(count))
     node = subprocess.Popen(
-        [sys.executable, '-m', 'kinematics_service', '--robot', str(file)],
+        [sys.executable, '-m', 'kinematics_service', '--robot', str(file), *ROOM],
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
     )
@@ -285,6 +300,7 @@ def run(options, path, file):
         deadline = time.monotonic() + 10.0
         while slots[ANSWERED] < slots[SENT] and time.monotonic() < deadline:
             time.sleep(0.05)
+        changer.rest(3.0)
         slots[STOP] = 1
         deadline = time.monotonic() + PATIENCE
         while slots[LISTENING] != 2 and time.monotonic() < deadline:
@@ -294,7 +310,7 @@ def run(options, path, file):
         node.send_signal(signal.SIGTERM)
         for process in (node, *peers):
             process.wait(timeout=30)
-    report(slots, rows, count, changer.calls, refused)
+    report(slots, rows, count, changer, refused)
 
 
 def change_all(options, slots, changer, file, count):
@@ -322,13 +338,14 @@ def change_all(options, slots, changer, file, count):
     return refused
 
 
-def report(slots, rows, count, calls, refused):
+def report(slots, rows, count, changer, refused):
     sent, answered = int(slots[SENT]), int(slots[ANSWERED])
     found, several = judge(rows, count)
     changes = int(np.sum(np.diff(found) != 0))
     print(
-        f'{sent} sent, {answered} answered, {sent - answered} lost; of no arm or of two: '
-        f'{int(np.sum(found < 0)) + several}; arms one after the other: {changes + 1}, '
+        f'{sent} sent; the node tells of {changer.told.get("accepted")} accepted and '
+        f'{changer.told.get("lost")} lost; {answered} answered, {sent - answered} not; of no arm '
+        f'or of two: {int(np.sum(found < 0)) + several}; arms one after the other: {changes + 1}, '
         f'{len(set(found.tolist()))} different; {refused} bad files refused'
     )
     fed, heard = np.array(rows[:, 0]), np.array(rows[:, 1])
@@ -338,14 +355,14 @@ def report(slots, rows, count, calls, refused):
     for what in ('tool', 'file', 'bad file'):
         spans = [
             (fed >= begin - 0.001) & (fed <= end + 0.05)
-            for name, begin, end in calls
+            for name, begin, end in changer.calls
             if name == what
         ]
         if not spans:
             continue
         during = np.any(spans, axis=0)
         busy |= during
-        took = [end - begin for name, begin, end in calls if name == what]
+        took = [end - begin for name, begin, end in changer.calls if name == what]
         print_row(f'{what}, {len(spans)} times', age, gaps, own, during, took)
     print_row('otherwise', age, gaps, own, ~busy, None)
 
