@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from .diagnosis.calibration.calibration import Calibration as Calibration
     from .diagnosis.calibration.calibration import calibrate as calibrate
     from .diagnosis.calibration.pose_covariance import pose_covariance as pose_covariance
+    from .diagnosis.calibration.pose_covariance import twist_covariance as twist_covariance
     from .diagnosis.calibration.proposal import ProposedPoses as ProposedPoses
     from .diagnosis.calibration.proposal import propose_poses as propose_poses
     from .diagnosis.frame_check.diagnosis import FrameDiagnosis as FrameDiagnosis
@@ -82,6 +83,7 @@ _HOME = {
     'Calibration': 'diagnosis.calibration.calibration',
     'calibrate': 'diagnosis.calibration.calibration',
     'pose_covariance': 'diagnosis.calibration.pose_covariance',
+    'twist_covariance': 'diagnosis.calibration.pose_covariance',
     'ProposedPoses': 'diagnosis.calibration.proposal',
     'propose_poses': 'diagnosis.calibration.proposal',
     'FrameDiagnosis': 'diagnosis.frame_check.diagnosis',

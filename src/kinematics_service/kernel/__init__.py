@@ -14,6 +14,9 @@ from .forward.angles import shortest_angle as shortest_angle
 from .forward.angles import sine_and_cosine as sine_and_cosine
 from .forward.chain import Chain as Chain
 from .forward.chain import ChainTable as ChainTable
+from .forward.pose_errors import PoseErrors as PoseErrors
+from .forward.pose_errors import PoseErrorTable as PoseErrorTable
+from .forward.pose_errors import covariances as covariances
 from .inverse.closed_forms import ClosedForm as ClosedForm
 from .inverse.closed_forms import inverse_candidates as inverse_candidates
 from .inverse.dependence import free_motions as free_motions

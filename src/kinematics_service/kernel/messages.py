@@ -136,7 +136,8 @@ def observe_bytes(
     evaluated = arrays.results(row, arm.chain.frames_at + 2 * n + places.ROW_TAIL)
     measured = arrays.results(measures, judging.width(arm))
     if answers is not None:
-        outgoing.check_fit(answers, arrays.size(row) + arrays.size(measures))
+        numbers = arrays.size(row) + arrays.size(measures)
+        outgoing.check_fit(answers, arm.chain, width, numbers)
     form.stamp = stamp
     work = arrays.scratch(max(count + form.velocity_count, judging.room(arm)))
     velocities = arrays.after(work, count)
@@ -158,6 +159,9 @@ def observe_bytes(
     if said % places.STARTED_ANEW <= places.SAID_WITH_DIFFERENCES:
         judging.judge_row(arm, evaluated, arrays.after(evaluated, width), measured, work, search)
         if answers is not None:
-            outgoing.fill(answers, stamp, evaluated, arrays.size(row), measured)
+            outgoing.spread(answers, evaluated, arrays.after(evaluated, width + n))
+            outgoing.fill(
+                answers, stamp, evaluated, arrays.size(row), measured, arrays.size(measures)
+            )
     arrays.give_back(work)
     return said

@@ -2,8 +2,15 @@
 
 from typing import NamedTuple
 
+import numpy as np
+
+from .forward import pose_errors
+from .forward.chain import Chain
+from .forward.pose_errors import PoseErrors
 from .layout import arrays, places
 from .layout.arrays import Bytes, Floats, Integers
+
+TOO_FEW = 'a state has fewer numbers than the messages take'
 
 
 class OutgoingTable(NamedTuple):
@@ -19,7 +26,8 @@ class OutgoingTable(NamedTuple):
     targets
         Offsets of numbers: doubles.
     sources : shape of targets
-        Index in a row of each number; beyond the row's end, in its measures.
+        Index in a row of each number; beyond the row's end, in its measures; beyond these, in the
+        covariances of pose and twist.
     """
 
     data: Bytes
@@ -32,6 +40,13 @@ class OutgoingMessages:
     """
     Messages to fill.
 
+    Parameters
+    ----------
+    table
+        Their arrays.
+    errors, of_pose, of_twist
+        Where covariances are among their numbers: what they are of, and which are wanted.
+
     Attributes
     ----------
     table
@@ -40,12 +55,23 @@ class OutgoingMessages:
     stamped, count
         Numbers of stamps and of numbers.
     needed
-        Least length of a row and its measures together.
+        Least length of a row, its measures and the covariances together.
     """
 
-    def __init__(self, table: OutgoingTable) -> None:
+    def __init__(
+        self,
+        table: OutgoingTable,
+        errors: PoseErrors | None = None,
+        of_pose: bool = False,
+        of_twist: bool = False,
+    ) -> None:
         size = arrays.size(table.data)
         self.table = table
+        self.errors = errors
+        self.of_pose = of_pose
+        self.of_twist = of_twist
+        self.found = np.zeros(0 if errors is None else pose_errors.COVARIANCES)
+        self.covariances = arrays.results(self.found, 0)
         self.stamped = arrays.size(table.stamps)
         self.count = arrays.size(table.targets)
         self.needed = int(table.sources.max(initial=-1)) + 1
@@ -62,7 +88,7 @@ class OutgoingMessages:
 
 def fill_messages(messages: OutgoingMessages, stamp: int, row: Floats, measures: Floats) -> None:
     """
-    Write a stamp and the numbers of a state into messages.
+    Write a stamp and the numbers of a state into messages without covariances.
 
     Parameters
     ----------
@@ -74,19 +100,33 @@ def fill_messages(messages: OutgoingMessages, stamp: int, row: Floats, measures:
         Together at least `messages.needed` numbers.
     """
     arrays.given(messages)
-    size = arrays.size(row)
-    check_fit(messages, size + arrays.size(measures))
-    fill(messages, stamp, arrays.numbers(row, 0), size, arrays.numbers(measures, 0))
+    size, measured = arrays.size(row), arrays.size(measures)
+    if messages.needed > size + measured:
+        raise TypeError(TOO_FEW)
+    fill(messages, stamp, arrays.numbers(row, 0), size, arrays.numbers(measures, 0), measured)
 
 
-def check_fit(messages: OutgoingMessages, numbers: int) -> None:
-    """Raise TypeError if a row and its measures have too few numbers together."""
+def check_fit(messages: OutgoingMessages, chain: Chain, width: int, numbers: int) -> None:
+    """
+    Raise TypeError if they do not fit a row `width` wide, of so many numbers with its measures.
+    """
+    if messages.errors is not None:
+        if messages.errors.chain is not chain or width < chain.width:
+            raise TypeError('covariances are those of another arm, or need the frames')
+        numbers += pose_errors.COVARIANCES
     if numbers < messages.needed:
-        raise TypeError('a state has fewer numbers than the messages take')
+        raise TypeError(TOO_FEW)
 
 
-def fill(messages: OutgoingMessages, stamp: int, row: Floats, size: int, measures: Floats) -> None:
-    """Do the work of `fill_messages`; `size` is that of the row."""
+def fill(
+    messages: OutgoingMessages,
+    stamp: int,
+    row: Floats,
+    size: int,
+    measures: Floats,
+    measured: int,
+) -> None:
+    """Do the work of `fill_messages`; `size` and `measured` are those of row and measures."""
     seconds = stamp // 1_000_000_000
     if seconds * 1_000_000_000 > stamp:  # C rounds towards zero
         seconds -= 1
@@ -97,5 +137,27 @@ def fill(messages: OutgoingMessages, stamp: int, row: Floats, size: int, measure
         arrays.put_half_word(messages.data, messages.stamps[k] + 4, nanoseconds)
     for k in range(messages.count):
         source = messages.sources[k]
-        number = row[source] if source < size else measures[source - size]
+        if source < size:
+            number = row[source]
+        elif source < size + measured:
+            number = measures[source - size]
+        else:
+            number = messages.covariances[source - size - measured]
         arrays.put_number(messages.data, messages.targets[k], number)
+
+
+def spread(messages: OutgoingMessages, row: Floats, qdot: Floats) -> None:
+    """Compute the covariances of a row that are among the numbers of the messages."""
+    if messages.errors is not None:
+        work = arrays.scratch(pose_errors.room(messages.errors))
+        pose_errors.write_covariances(
+            messages.errors,
+            row,
+            qdot,
+            messages.of_pose,
+            messages.of_twist,
+            False,
+            messages.covariances,
+            work,
+        )
+        arrays.give_back(work)

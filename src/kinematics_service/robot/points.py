@@ -21,12 +21,15 @@ from .chain import fold
 from .conventions import table_rows
 from .file.description import (
     IDENTITY,
+    Link,
     Placement,
     PointDescription,
     RigidMotion,
     RobotDescription,
     SingularityDescription,
+    Uncertainty,
 )
+from .file.parameters import ENDS, TABLE_GROUPS, end_parameters, placed_rows
 
 TOOL = 'tool'
 
@@ -217,5 +220,26 @@ def ending_at(
             if other.row <= point.row and other.name != point.name
         ),
         singularity=SingularityDescription(None, None, 'distance', None, None, ()),
+        uncertainty=_up_to(description, links, of_tool),
         known_poses=(),
+    )
+
+
+def _up_to(
+    description: RobotDescription, links: Sequence[Link], of_tool: bool
+) -> Uncertainty | None:
+    # Without the numbers of later rows, and of a tool that is not there.
+    said = description.uncertainty
+    if said is None:
+        return None
+    ends = ENDS if of_tool else ENDS[:1]
+    names = {
+        *TABLE_GROUPS,
+        *(one.parameter.name for row in placed_rows(links, description.convention) for one in row),
+        *(one.name for end in ends for one in end_parameters(end, 0)),
+    }
+    return replace(
+        said,
+        parameters=tuple(one for one in said.parameters if one[0] in names),
+        factor=tuple(one for one in said.factor if one[0] in names),
     )

@@ -12,7 +12,7 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from ...kernel import Floats
+from ...kernel import Floats, Integers
 
 
 class CorrectingMotion(NamedTuple):
@@ -151,3 +151,48 @@ def pose_change(chain: CorrectedChain, values: Floats, q: Floats) -> PoseChange:
         jacobian[:, i] = np.where(turns, turned, axes[:, i])
     jacobian[:, 3:] = np.where(turns, axes, 0.0)
     return PoseChange(frame, jacobian)
+
+
+class ErrorScrews(NamedTuple):
+    """
+    How each correction moves what is behind it, from frames that stand still to it.
+
+    Attributes
+    ----------
+    after : shape (P,)
+        Number of joint screws before it.
+    screws : shape (P, 6)
+        Linear velocity of the frame's origin and angular velocity, in the axes of the frame that
+        the last of these screws leads to.
+    starts : shape (elements + 1, 4, 4)
+        These frames with all joints at zero.
+    """
+
+    after: Integers
+    screws: Floats
+    starts: Floats
+
+
+def error_screws(chain: CorrectedChain, values: Floats) -> ErrorScrews:
+    """Return the screws of corrections (P,), rad and m, at these values."""
+    count = len(values)
+    after, screws = np.zeros(count, dtype=np.int64), np.zeros((count, 6))
+    zero = np.zeros((1, len(chain.screws[0].by_theta)))
+    starts = [np.eye(4)]
+    for k, parts in enumerate(chain.still):
+        still = _still(parts, values)
+        for axis, origin, turns, index in zip(
+            still.axes.T, still.origins.T, still.turns, still.indices
+        ):
+            after[index] = k
+            screws[index, :3] = np.cross(origin, axis) if turns else axis
+            screws[index, 3:] = axis if turns else 0.0
+        if k < len(chain.screws):
+            starts.append(starts[-1] @ still.motion @ _screws(chain.screws[k], zero)[0])
+    return ErrorScrews(after, screws, np.array(starts))
+
+
+def seen_from(T: Floats, screws: Floats) -> Floats:
+    """Return screws (P, 6) of a frame as those of another one, in which its pose is T (4, 4)."""
+    linear, angular = screws[:, :3] @ T[:3, :3].T, screws[:, 3:] @ T[:3, :3].T
+    return np.concatenate([linear + np.cross(T[:3, 3], angular), angular], axis=1)

@@ -18,6 +18,7 @@ from ...robot.file.description import (
     RigidMotion,
     RobotDescription,
     ShapeRow,
+    Uncertainty,
 )
 from ...robot.file.expressions import Affine, Expression
 from ...robot.robot import Robot, build_robot
@@ -42,7 +43,8 @@ def corrected_robot(
     """
     Return the robot with corrections of its table.
 
-    Named singular factors and known poses, which were those of the nominal table, are left out.
+    Named singular factors, known poses and the uncertainty of the table, which were those of the
+    nominal one, are left out.
 
     Parameters
     ----------
@@ -71,10 +73,19 @@ def corrected_robot(
             base=placed[0],
             tool=placed[1],
             singularity=replace(description.singularity, factors=()),
+            uncertainty=of_joints_alone(description.uncertainty),
             known_poses=(),
             warnings=(),
         )
     )
+
+
+def of_joints_alone(given: Uncertainty | None) -> Uncertainty | None:
+    """Return what an uncertainty says of the joints: a calibrated table has its own."""
+    if given is None:
+        return None
+    kept = replace(given, parameters=(), factor=(), floor_xyz=0.0, floor_rpy=0.0)
+    return kept if kept.of_pose or kept.velocity_noise else None
 
 
 def rigid_motion(T: Floats, description: RobotDescription) -> RigidMotion:

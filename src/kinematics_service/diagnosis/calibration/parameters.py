@@ -1,15 +1,12 @@
 """
-The numbers of an arm that may be off: those of its table, its base and tool, and extra angles.
+The numbers of an arm that may be off, with its chain.
 
-The table's own numbers do not always say all that measured poses can tell. Where two axes are
-parallel no row of Denavit and Hartenberg's can turn one of them out of their common plane, short
-of a d of kilometres: an extra angle does (Hayati 1983). Such extra corrections are taken only
-where, over random poses, they move the tool as no number of the table can.
+Extra angles and lengths are taken only where, over random poses, they move the tool as no number
+of the table can.
 """
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
-from typing import NamedTuple
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,8 +14,18 @@ from ...kernel import Floats
 from ...rigid_motion import screw_z
 from ...robot.conventions import Row, table_rows
 from ...robot.file.convention_table import CONVENTIONS, NamedMotion
-from ...robot.file.description import DhRow, ElementaryMotion, Link, RobotDescription, ShapeRow
+from ...robot.file.description import DhRow, Link, RobotDescription, ShapeRow
 from ...robot.file.expressions import Affine
+from ...robot.file.parameters import ANGLE as ANGLE
+from ...robot.file.parameters import AXES, PlacedParameter, placed_rows
+from ...robot.file.parameters import ENDS as ENDS
+from ...robot.file.parameters import GROUPS as GROUPS
+from ...robot.file.parameters import LAG as LAG
+from ...robot.file.parameters import LENGTH as LENGTH
+from ...robot.file.parameters import SIX as SIX
+from ...robot.file.parameters import TABLE_GROUPS as TABLE_GROUPS
+from ...robot.file.parameters import ArmParameter as ArmParameter
+from ...robot.file.parameters import end_parameters as end_parameters
 from ...robot.robot import Robot
 from ...robot.task import seeded_poses
 from .corrected_chain import (
@@ -31,9 +38,6 @@ from .corrected_chain import (
 )
 from .triangle import triangle_of
 
-# Standard deviations of lengths (m) and angles (rad): what is usual between a datasheet and a
-# robot, and what corrections are scaled by so that they compare.
-LENGTH, ANGLE = 1e-3, np.radians(0.2)
 # An extra correction is taken if it moves the tool by this share of LENGTH as nothing else does;
 # directions that move it less than the second share count as no way to do so.
 EXTRA, WEAK = 0.1, 0.02
@@ -42,48 +46,8 @@ POSES = 60
 # Singular values below this share of the largest are round-off.
 NOTHING = 1e-9
 
-AXES = 'xyz'
-# Conventions in which a row more can say the extra corrections, and where in a row these are.
-WITH_EXTRA, EXTRA_PLACES = ('standard', 'modified'), ('Ry', 'Ty')
-ENDS = ('base', 'tool')
-TABLE_GROUPS = ('offsets', 'lengths', 'angles')
-GROUPS = (*TABLE_GROUPS, *ENDS, 'lag')
-SIX = ('x', 'y', 'z', 'rx', 'ry', 'rz')
-
-
-@dataclass(frozen=True)
-class ArmParameter:
-    """
-    A number of an arm that may be off.
-
-    Attributes
-    ----------
-    name
-        `theta2`, `d1`, `a3`, `alpha2` of row 2, 1, 3, 2 of the table, counted from 1; `beta2` is
-        an extra turn about y beside that row's alpha, `b2` an extra length along y beside its a;
-        `Rz3`, `Tx2` of other conventions; `base.x` to `tool.rz`, `base2.x` of the second set;
-        `lag`, the time (s) after which the joints are where the poses have them.
-    group
-        offsets (of joint positions), lengths, angles, base, tool or lag.
-    angle
-        Whether it is in rad; otherwise it is in m.
-    row
-        Row of the table, counted from 0; -1 for base and tool.
-    place
-        The number of that row it is added to: theta, d, a, alpha, own; or the axis of an extra
-        motion, as Ry.
-    """
-
-    name: str
-    group: str
-    angle: bool
-    row: int = -1
-    place: str = ''
-
-    @property
-    def scale(self) -> float:
-        """Return the size of a usual error, rad or m."""
-        return float(ANGLE) if self.angle else LENGTH
+# Where in a row of a table the extra corrections are.
+EXTRA_PLACES = ('Ry', 'Ty')
 
 
 @dataclass(frozen=True)
@@ -101,13 +65,6 @@ class ArmParameters:
 
     table: tuple[ArmParameter, ...]
     chain: CorrectedChain
-
-
-class _Placed(NamedTuple):
-    # A correction and its motion; extra ones are taken where they are needed.
-    parameter: ArmParameter
-    axis: str
-    extra: bool = False
 
 
 def placement(
@@ -133,12 +90,20 @@ def placement(
     return CorrectedChain(tuple(still), chain.screws)
 
 
+def every_parameter_of(description: RobotDescription) -> ArmParameters:
+    """Return the parameters of an arm, with all extra ones, needed or not."""
+    return _built(description, None)
+
+
 def parameters_of(robot: Robot) -> ArmParameters:
     """Return the parameters of an arm, with the extra ones that it needs."""
     description = robot.description
-    every = _built(description, None)
+    every = every_parameter_of(description)
     extra = tuple(
-        one.parameter.name for row in _placed_rows(description) for one in row if one.extra
+        one.parameter.name
+        for row in placed_rows(description.links, description.convention)
+        for one in row
+        if one.extra
     )
     if not extra:
         return every
@@ -199,7 +164,9 @@ def _built(description: RobotDescription, extra: set[str] | None) -> ArmParamete
     screws: list[JointScrew] = []
     table: list[ArmParameter] = []
     rows = table_rows(description)
-    for link, row, placed in zip(description.links, rows, _placed_rows(description)):
+    for link, row, placed in zip(
+        description.links, rows, placed_rows(description.links, description.convention)
+    ):
         kept = [
             one for one in placed if not one.extra or extra is None or one.parameter.name in extra
         ]
@@ -226,7 +193,7 @@ def _arranged(
     convention: str,
     link: Link,
     row: Row,
-    kept: Sequence[_Placed],
+    kept: Sequence[PlacedParameter],
     motions: dict[str, CorrectingMotion],
 ) -> tuple[list[Part], list[Part]]:
     # The parts of a row before its screw, and after it.
@@ -276,61 +243,3 @@ def _joint_screw(row: Row, variables: Sequence[str]) -> JointScrew:
 def _coefficients(affine: Affine, variables: Sequence[str]) -> Floats:
     factors = dict(affine.coefficients)
     return np.array([factors.get(variable, 0.0) for variable in variables])
-
-
-def _placed_rows(description: RobotDescription) -> Iterator[list[_Placed]]:
-    for k, link in enumerate(description.links):
-        if isinstance(link, DhRow):
-            yield list(_of_dh_row(k, link, description.convention))
-        elif isinstance(link, ShapeRow):
-            yield [] if link.joint is None else list(_of_joint(k, link.joint))
-        elif link.argument.affine.coefficients:
-            yield list(_of_joint(k, link))
-        else:
-            angle = link.axis[0] == 'R'
-            own = ArmParameter(
-                f'{link.axis}{k + 1}', 'angles' if angle else 'lengths', angle, k, 'own'
-            )
-            yield [_Placed(own, link.axis[1])]
-
-
-def _of_dh_row(k: int, link: DhRow, convention: str) -> Iterator[_Placed]:
-    moving = [name for name in link.names if link[name].affine.coefficients]
-    offset = 'theta' if 'theta' in moving else 'd' if 'd' in moving else ''
-    row = k + 1
-    for axis, quantity in CONVENTIONS[convention].motions:
-        angle = axis[0] == 'R'
-        group = 'offsets' if quantity == offset else 'angles' if angle else 'lengths'
-        parameter = ArmParameter(f'{quantity}{row}', group, angle, k, quantity)
-        yield _Placed(parameter, axis[1])
-    if convention in WITH_EXTRA:
-        yield _Placed(ArmParameter(f'beta{row}', 'angles', True, k, 'Ry'), 'y', extra=True)
-        yield _Placed(ArmParameter(f'b{row}', 'lengths', False, k, 'Ty'), 'y', extra=True)
-
-
-def _of_joint(k: int, joint: ElementaryMotion) -> Iterator[_Placed]:
-    # The offset of its position, and the four numbers of its axis: two angles, two lengths.
-    turning = joint.axis[0] == 'R'
-    across = [axis for axis in AXES if axis != joint.axis[1]]
-    own = ArmParameter(f'{joint.axis}{k + 1}', 'offsets', turning, k, 'own')
-    for kind, group in (('R', 'angles'), ('T', 'lengths')):
-        if kind == 'T' and not turning:
-            continue  # where a sliding axis lies makes no difference
-        for axis in across:
-            name = f'{kind}{axis}{k + 1}'
-            place = f'{kind}{axis}'
-            yield _Placed(ArmParameter(name, group, kind == 'R', k, place), axis, extra=True)
-    yield _Placed(own, joint.axis[1])
-
-
-LAG = ArmParameter('lag', 'lag', False)
-
-
-def end_parameters(end: str, number: int, angles: bool = True) -> list[ArmParameter]:
-    """Return the parameters of a base or tool; numbered from the second one on."""
-    label = end if number == 0 else f'{end}{number + 1}'
-    return [
-        replace(ArmParameter(f'{label}.{name}', end, k > 2), place=name)
-        for k, name in enumerate(SIX)
-        if angles or k < 3
-    ]

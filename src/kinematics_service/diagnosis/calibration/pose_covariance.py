@@ -1,16 +1,27 @@
-"""How uncertain the pose of the tool is: by its encoders, and by what a calibration left open."""
+"""
+How uncertain pose and twist of the tool are: by the encoders, and by what is open of the table.
+"""
 
 import numpy as np
 import numpy.typing as npt
 
+from ... import kernel
 from ...errors import CalibrationError
-from ...kernel import Floats
-from ...kinematics.forward import forward_kinematics, jacobian
+from ...kernel import Floats, PoseErrors
+from ...kinematics.forward import BASE
+from ...kinematics.tool_state import ToolState, evaluate
+from ...robot.points import TOOL
 from ...robot.robot import Robot
+from .arm_errors import (
+    calibrated_errors,
+    errors_of_file,
+    pose_errors,
+    table_corrections,
+    table_errors_of,
+)
 from .calibration import Calibration
 from .checking import apart
-from .corrected_chain import pose_change
-from .parameters import SIX, parameters_of, placement
+from .corrected_chain import poses_of
 
 # A robot is the calibrated one if its poses are (m, rad): its file has printed digits.
 SAME = 1e-8
@@ -36,15 +47,20 @@ def pose_covariance(
     q : shape (..., n), rad or m
         Joint positions.
     joints : shape (n,) or one number, rad or m
-        Standard deviations of the joint positions, as of encoders; they are independent.
+        Standard deviations of the joint positions, as of encoders; they are independent. Default:
+        those of the robot file.
     calibration
-        Its covariance of the table's numbers counts, what it left to the priors included. That of
-        base and tool, which are those of the measuring device, does not.
+        Its covariance of the table's numbers counts, what it left to the priors included, instead
+        of what the robot file says of them. That of base and tool, which are those of the
+        measuring device, does not.
 
     Raises
     ------
     CalibrationError
-        A standard deviation is negative, or the calibration is one of another arm.
+        A standard deviation is negative, the calibration is one of another arm, or neither of them
+        is given and the robot file has no `uncertainty`.
+    JointVectorError
+        The last dimension is not n, or a number is not finite.
 
     Examples
     --------
@@ -54,41 +70,130 @@ def pose_covariance(
     >>> np.sqrt(ks.pose_covariance(robot, [0.0, 0.0], joints=1e-3)[5, 5]).round(6).item()
     0.001414
     """
-    positions = np.asarray(q, dtype=np.float64)
-    J = jacobian(robot, positions)
-    result = np.zeros((*J.shape[:-1], 6))
-    if joints is not None:
-        deviations = np.asarray(joints, dtype=np.float64)
-        if deviations.shape not in ((), (robot.dof,)) or not np.all(deviations >= 0.0):
+    state = evaluate(robot, q, depth=kernel.ALL_FRAMES)
+    return covariances(_errors(robot, state.q, joints, None, calibration), state)[..., 0, :, :]
+
+
+def twist_covariance(
+    robot: Robot,
+    q: npt.ArrayLike,
+    qdot: npt.ArrayLike,
+    axes: str = BASE,
+    *,
+    joints: npt.ArrayLike | None = None,
+    velocities: npt.ArrayLike | None = None,
+    calibration: Calibration | None = None,
+) -> Floats:
+    """
+    Return the covariance of the tool's twist, shape (..., 6, 6), m/s and rad/s.
+
+    Rows and columns are those of geometry_msgs/TwistWithCovariance: linear x y z, angular x y z.
+    The noise of the velocities counts through J; what positions and table are off by, through the
+    derivatives of J qdot. Of first order: exact for small deviations.
+
+    Parameters
+    ----------
+    robot, q, joints, calibration
+        As in `pose_covariance`, which raises the same errors.
+    qdot : shape (..., n), rad/s or m/s
+        Joint velocities.
+    axes
+        Axes that the numbers of the twist are in: `base`, or `tool`, which are off as the pose is.
+    velocities : shape (n,) or one number, rad/s or m/s
+        Standard deviations of the joint velocities; they are independent. Default: those of the
+        robot file.
+
+    Raises
+    ------
+    CalibrationError
+        As in `pose_covariance`; nothing is known of the velocities; axes are neither of both.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import kinematics_service as ks
+    >>> robot = ks.load_robot('planar_2r')
+    >>> S = ks.twist_covariance(robot, [0.0, 0.0], [1.0, 0.0], joints=1e-3, velocities=0.01)
+    >>> np.sqrt(S[5, 5]).round(6).item()
+    0.014142
+    """
+    if axes not in (BASE, TOOL):
+        raise CalibrationError(f'axes must be {BASE} or {TOOL}, not {axes!r}')
+    said = robot.description.uncertainty
+    if velocities is None:
+        if said is None or said.velocity_noise is None:
             raise CalibrationError(
-                f'joints must be one standard deviation or {robot.dof}, none below 0'
+                f'the file of {robot.name} has no velocity_noise: give velocities'
             )
-        scaled = J * deviations
-        result += scaled @ np.swapaxes(scaled, -1, -2)
+        velocities = said.velocity_noise
+    state = evaluate(robot, q, qdot, depth=kernel.ALL_FRAMES)
+    errors = _errors(robot, state.q, joints, velocities, calibration)
+    return covariances(errors, state, axes)[..., 1, :, :]
+
+
+def covariances(errors: PoseErrors, state: ToolState, axes: str = BASE) -> Floats:
+    """
+    Return the covariances of pose and twist, shape (..., 2, 6, 6), of a state with all frames.
+
+    Those of the twist are of its numbers in these axes, `base` or `tool`.
+    """
+    rows = np.ascontiguousarray(state.row).reshape(-1, state.row.shape[-1])
+    found = np.empty((len(rows), 2, 6, 6))
+    qdot = np.zeros_like(state.q) if state.qdot is None else state.qdot
+    rates = np.ascontiguousarray(qdot).reshape(len(rows), -1)
+    kernel.covariances(errors, rows, rates, axes == TOOL, found)
+    return found.reshape(*state.row.shape[:-1], 2, 6, 6)
+
+
+def _errors(
+    robot: Robot,
+    q: Floats,
+    joints: npt.ArrayLike | None,
+    velocities: npt.ArrayLike | None,
+    calibration: Calibration | None,
+) -> PoseErrors:
+    said = robot.description.uncertainty
+    if joints is None and calibration is None:
+        of_file = errors_of_file(robot)
+        if of_file is None or (said is not None and not said.of_pose and velocities is None):
+            raise CalibrationError(
+                f'the file of {robot.name} does not say how far its poses may be off: give '
+                'joints or a calibration, or write its section uncertainty'
+            )
+        if velocities is None:
+            return of_file
+    of_joints: npt.ArrayLike = 0.0 if said is None else said.joint_deviations
+    if joints is not None:
+        of_joints = joints
+    floor = (0.0, 0.0)
     if calibration is not None:
-        flat = positions.reshape(-1, robot.dof)
-        result += _of_table(robot, flat, calibration).reshape(result.shape)
-    return result
+        table = calibrated_errors(robot, calibration)
+        _check_arm(robot, calibration, q)
+    else:
+        table = table_errors_of(robot, said)
+        floor = (said.floor_xyz, said.floor_rpy) if said else floor
+    return pose_errors(
+        robot,
+        table,
+        _each('joints', of_joints, robot.dof),
+        _each('velocities', 0.0 if velocities is None else velocities, robot.dof),
+        floor,
+    )
 
 
-def _of_table(robot: Robot, q: Floats, calibration: Calibration) -> Floats:
-    arm = parameters_of(calibration.robot)
-    count = len(arm.table)
-    base, tool = robot.description.base.motion.matrix, robot.description.tool.motion.matrix
-    chain = placement(arm.chain, base, tool, (count, count + len(SIX)))
-    values = np.zeros(count + 2 * len(SIX))
-    names = [one.name for one in arm.table]
-    fitted = [k for k, one in enumerate(calibration.parameters) if one.name in names]
-    columns = [names.index(calibration.parameters[k].name) for k in fitted]
-    values[columns] = [calibration.parameters[k].correction for k in fitted]
-    if q.shape[1] != calibration.robot.dof:
-        raise CalibrationError(f'the calibration is one of {calibration.robot.name}')
-    change = pose_change(chain, values, q)
-    lengths, angles = apart(change.pose, forward_kinematics(robot, q))
+def _each(name: str, given: npt.ArrayLike, count: int) -> Floats:
+    deviations = np.asarray(given, dtype=np.float64)
+    if deviations.shape not in ((), (count,)) or not np.all(deviations >= 0.0):
+        raise CalibrationError(f'{name} must be one standard deviation or {count}, none below 0')
+    return np.array(np.broadcast_to(deviations, count))
+
+
+def _check_arm(robot: Robot, calibration: Calibration, q: Floats) -> None:
+    own = table_corrections(robot, calibration)
+    state = evaluate(robot, np.reshape(q, (-1, robot.dof)), depth=kernel.POSE)
+    lengths, angles = apart(poses_of(own.chain, own.values, state.q), state.pose)
     if max(np.max(lengths, initial=0.0), np.max(angles, initial=0.0)) > SAME:
         raise CalibrationError(
             f'the calibration of {calibration.robot.name} is one of another arm: '
             'give the calibrated robot'
         )
-    J = change.jacobian[:, :, columns]
-    return np.asarray(J @ calibration.covariance[np.ix_(fitted, fitted)] @ np.swapaxes(J, 1, 2))

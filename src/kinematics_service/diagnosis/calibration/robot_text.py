@@ -26,6 +26,7 @@ from .checking import apart, in_words
 from .corrections import in_file_units, number_text, rigid_motion
 from .parameters import ENDS
 from .report import kind_of
+from .uncertainty_text import uncertainty_section
 
 # Known poses written, and how far beyond the largest remainder of them their tolerance is.
 KNOWN_POSES, BEYOND = 5, 1.5
@@ -58,7 +59,8 @@ def calibrated_text(
     Return the robot file of a calibration.
 
     Every corrected number is written as the nominal one and what is added. Known poses are the
-    measured ones. Singular factors, those of the nominal table, are left out.
+    measured ones. Singular factors, those of the nominal table, are left out. What the fit left
+    open is its section `uncertainty`.
 
     Parameters
     ----------
@@ -92,6 +94,7 @@ def calibrated_text(
     if frames == 'measured':
         for end in ENDS:
             sections[end] = placement_section(end, getattr(robot.description, end), 'as measured')
+    sections['uncertainty'] = uncertainty_section(found, robot, frames == 'measured')
     sections['known_poses'] = _known_poses(found, robot, q, poses, frames)
     result = with_sections(text, sections, certificate(found, origin, frames))
     read = robot_from_text(result)

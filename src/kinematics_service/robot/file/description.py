@@ -1,5 +1,6 @@
 """What a valid robot file says, as frozen data: angles in rad, lengths in m."""
 
+import math
 from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
@@ -231,6 +232,56 @@ class SingularityDescription:
 
 
 @dataclass(frozen=True)
+class Uncertainty:
+    """
+    How far an arm may be off, all of it in rad and m.
+
+    Parameters
+    ----------
+    noise, resolution, backlash : n values
+        Of joint positions: standard deviations; the steps they are counted in; the whole play.
+    velocity_noise : n values
+        Standard deviations of joint velocities, rad/s or m/s; None: not known.
+    parameters
+        Standard deviations by group or name of the numbers of the table.
+    factor
+        Instead: of their covariance L L^T the row of L of each, by name; each as long as there
+        are rows up to it.
+    floor_xyz, floor_rpy : m, rad
+        Standard deviation of what else a position and a rotation are off by, about each axis.
+    """
+
+    noise: tuple[float, ...]
+    resolution: tuple[float, ...]
+    backlash: tuple[float, ...]
+    velocity_noise: tuple[float, ...] | None
+    parameters: tuple[tuple[str, float], ...]
+    factor: tuple[tuple[str, tuple[float, ...]], ...]
+    floor_xyz: float
+    floor_rpy: float
+
+    @property
+    def joint_deviations(self) -> tuple[float, ...]:
+        """Return the standard deviations of the joint positions, rad or m."""
+        # A number that may be anywhere within a width w has the deviation w / sqrt(12).
+        return tuple(
+            math.sqrt(noise**2 + (step**2 + play**2) / 12.0)
+            for noise, step, play in zip(self.noise, self.resolution, self.backlash)
+        )
+
+    @property
+    def of_pose(self) -> bool:
+        """Return whether it says that a pose is off."""
+        numbers = (
+            *self.joint_deviations,
+            *(deviation for _, deviation in self.parameters),
+            *(number for _, row in self.factor for number in row),
+            *(self.floor_xyz, self.floor_rpy),
+        )
+        return any(numbers)
+
+
+@dataclass(frozen=True)
 class RobotDescription:
     """
     A robot file that has been read and found right.
@@ -243,6 +294,8 @@ class RobotDescription:
         The rows of the table; the convention says of which kind.
     points
         In the order of the file; the tool is none of them.
+    uncertainty
+        None where the file does not say.
     warnings
         What is allowed but is most likely a mistake: another unit, a constant nobody uses.
     remarks
@@ -265,6 +318,7 @@ class RobotDescription:
     tool: Placement
     points: tuple[PointDescription, ...]
     singularity: SingularityDescription
+    uncertainty: Uncertainty | None
     known_poses: tuple[KnownPose, ...]
     warnings: tuple[Fault, ...]
     remarks: tuple[str, ...]

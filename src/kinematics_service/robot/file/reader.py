@@ -23,6 +23,7 @@ from .points import read_points
 from .quantities import Quantities, Units
 from .schema import JointEntry, RobotEntry, UnitsEntry
 from .singularity import read_singularity
+from .uncertainty import read_uncertainty
 from .yaml_document import texts_in
 from .yaml_reader import MAX_BYTES, read_document
 
@@ -129,6 +130,9 @@ def parse_robot(text: str, file: str) -> RobotDescription:
         entry.points, None if links is None else len(links), (base, tool), quantities
     )
     singularity = read_singularity(entry.singularity, quantities)
+    uncertainty = read_uncertainty(
+        entry.uncertainty, joint_types, links, entry.convention or '', quantities
+    )
     known_poses = read_known_poses(entry.known_poses, joint_types, joints, quantities)
 
     report.raise_faults()
@@ -149,6 +153,7 @@ def parse_robot(text: str, file: str) -> RobotDescription:
         tool=tool,
         points=points,
         singularity=singularity,
+        uncertainty=uncertainty,
         known_poses=known_poses,
         warnings=report.warnings(),
         remarks=report.remarks(),

@@ -62,6 +62,7 @@ class RobotEntry(Entry):
         **dict.fromkeys(('dh', 'table', 'rows', 'dh_table', 'dh_parameters'), 'links'),
         'poses': 'known_poses',
         **dict.fromkeys(('end_effector', 'ee', 'tcp'), 'tool'),
+        **dict.fromkeys(('errors', 'accuracy', 'covariance'), 'uncertainty'),
     }
 
     robot: Word = None
@@ -75,6 +76,7 @@ class RobotEntry(Entry):
     tool: Any = None
     points: Any = None
     singularity: Any = None
+    uncertainty: Any = None
     known_poses: Any = None
 
 
@@ -214,3 +216,34 @@ class SingularityEntry(Entry):
     warn: Number = None
     stop: Number = None
     factors: Any = None
+
+
+class UncertaintyEntry(Entry):
+    """How far joints and table are off, as standard deviations and widths."""
+
+    noun = 'uncertainty'
+    also = {
+        **dict.fromkeys(('noise', 'joint_noise', 'encoders'), 'encoder_noise'),
+        **dict.fromkeys(('resolution', 'step'), 'encoder_resolution'),
+        'play': 'backlash',
+        'velocity': 'velocity_noise',
+        'unmodelled': 'floor',
+    }
+
+    encoder_noise: Any = None
+    encoder_resolution: Any = None
+    backlash: Any = None
+    velocity_noise: Any = None
+    parameters: Any = None
+    covariance: Any = None
+    floor: Any = None
+
+
+class FloorEntry(Entry):
+    """What no parameter explains."""
+
+    noun = 'a floor'
+    also = POSE_KEYS
+
+    xyz: Number = None
+    rpy: Number = None

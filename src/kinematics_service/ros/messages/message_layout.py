@@ -90,7 +90,7 @@ class MessageLayout:
             return
         for name, kind in message.get_fields_and_field_types().items():
             value = getattr(message, name)
-            if kind in ('double', 'sequence<double>'):
+            if kind in ('double', 'sequence<double>') or kind.startswith('double['):
                 self._write_doubles(writer, message, name, value)
             elif kind.startswith('sequence<') and '/' in kind:
                 writer.whole(len(value))
@@ -107,8 +107,8 @@ class MessageLayout:
 
     def _write_doubles(self, writer: CdrWriter, owner: Any, name: str, value: Any) -> None:
         many = None if isinstance(value, float) else len(value)
-        if many is not None:
-            writer.whole(many)
+        if isinstance(value, array):  # the length of one that is always as long is not written
+            writer.whole(len(value))
         count = 1 if many is None else many
         at = writer.room(DOUBLE, count)
         if not self.count:
@@ -125,6 +125,8 @@ class MessageLayout:
         values = iter(numbers.tolist())
         for owner, name, many in self._fields:
             value = next(values) if many is None else array('d', islice(values, many))
+            if isinstance(getattr(owner, name), np.ndarray):
+                value = np.array(value)
             setattr(owner, name, value)
         return self._template
 

@@ -5,14 +5,25 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from geometry_msgs.msg import Pose, PoseArray, PoseStamped, TwistStamped, VelocityStamped
+from geometry_msgs.msg import (
+    Pose,
+    PoseArray,
+    PoseStamped,
+    PoseWithCovarianceStamped,
+    TwistStamped,
+    TwistWithCovarianceStamped,
+    VelocityStamped,
+)
 from std_msgs.msg import Float64, Float64MultiArray, Header, MultiArrayDimension
 
 from ... import kernel
-from ...kernel import Floats, Integers
+from ...diagnosis.calibration.arm_errors import errors_of_file
+from ...diagnosis.calibration.pose_covariance import covariances
+from ...kernel import Floats, Integers, PoseErrors
 from ...kinematics.forward import in_axes_of
 from ...kinematics.singularity import measured
 from ...robot.measures import Measure
+from ...robot.points import TOOL
 from ..parameters.settings import ROW_LABELS, NodeSettings
 from .messages import StateReport
 
@@ -39,9 +50,40 @@ class Copied(NamedTuple):
         assert row is not None
         return row[self.columns]
 
-    def sources(self, row: int) -> Integers:
-        """Return their columns in a row of `row` numbers and, beyond its end, in the measures."""
+    def sources(self, row: int, measures: int) -> Integers:
+        """
+        Return their columns in a row of so many numbers and, beyond its end, in the measures.
+        """
         return self.columns + row if self.of_measures else self.columns % row
+
+
+class WithCovariance(NamedTuple):
+    """
+    Numbers that are copied from a state's row, and the covariance of what they say behind them.
+
+    Attributes
+    ----------
+    copied
+        The numbers.
+    errors
+        What may be off in the arm.
+    of_twist
+        Whether the covariance is that of the twist; otherwise it is that of the pose.
+    """
+
+    copied: Copied
+    errors: PoseErrors
+    of_twist: bool = False
+
+    def of(self, report: StateReport) -> Floats:
+        """Return the numbers of a report."""
+        found = covariances(self.errors, report.answer.state)[int(self.of_twist)]
+        return np.concatenate([self.copied.of(report), found.ravel()])
+
+    def sources(self, row: int, measures: int) -> Integers:
+        """Return their columns in a row, where the covariances stand beyond the measures."""
+        begin = row + measures + (36 if self.of_twist else 0)
+        return np.concatenate([self.copied.sources(row, measures), begin + np.arange(36)])
 
 
 class Computed(NamedTuple):
@@ -50,7 +92,7 @@ class Computed(NamedTuple):
     of: Callable[[StateReport], Floats]
 
 
-Numbers = Copied | Computed
+Numbers = Copied | WithCovariance | Computed
 
 
 def pose_template(settings: NodeSettings) -> PoseStamped:
@@ -62,6 +104,10 @@ def pose_numbers(settings: NodeSettings) -> Numbers:
     """
     Return where position (3,) and quaternion (4,) x y z w of the tool in the base frame come from.
     """
+    return _pose_columns()
+
+
+def _pose_columns() -> Copied:
     position = np.arange(kernel.POSE_AT + 3, kernel.POSE_AT + 12, 4)
     return Copied(np.concatenate([position, np.arange(-kernel.ROW_TAIL, 0)]))
 
@@ -104,6 +150,48 @@ def twist_numbers(settings: NodeSettings) -> Numbers:
     def numbers(report: StateReport) -> Floats:
         state = report.answer.state
         return in_axes_of(state.pose, state.twist[:, None])[:, 0]
+
+    return Computed(numbers)
+
+
+def pose_with_covariance_template(settings: NodeSettings) -> PoseWithCovarianceStamped:
+    """Return the tool in the base frame, and how far it may be off."""
+    return PoseWithCovarianceStamped(header=Header(frame_id=settings.base_frame))
+
+
+def pose_with_covariance_numbers(settings: NodeSettings) -> Numbers | None:
+    """
+    Return where position, quaternion x y z w and covariance (36,) of the tool's pose come from.
+
+    None where the robot file does not say what may be off.
+    """
+    said, errors = settings.robot.description.uncertainty, errors_of_file(settings.robot)
+    if said is None or errors is None or not said.of_pose:
+        return None
+    return WithCovariance(_pose_columns(), errors)
+
+
+def twist_with_covariance_template(settings: NodeSettings) -> TwistWithCovarianceStamped:
+    """Return J qdot, and how far it may be off."""
+    return TwistWithCovarianceStamped(header=_twist_header(settings))
+
+
+def twist_with_covariance_numbers(settings: NodeSettings) -> Numbers | None:
+    """
+    Return where J qdot and its covariance (36,) come from, in the axes that are set.
+
+    None where the robot file does not say how far velocities may be off.
+    """
+    said, errors = settings.robot.description.uncertainty, errors_of_file(settings.robot)
+    if said is None or errors is None or said.velocity_noise is None:
+        return None
+    twist = twist_numbers(settings)
+    if isinstance(twist, Copied):
+        return WithCovariance(twist, errors, of_twist=True)
+
+    def numbers(report: StateReport) -> Floats:
+        found = covariances(errors, report.answer.state, TOOL)[1]
+        return np.concatenate([twist.of(report), found.ravel()])
 
     return Computed(numbers)
 

@@ -6,7 +6,14 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from geometry_msgs.msg import PoseArray, PoseStamped, TwistStamped, VelocityStamped
+from geometry_msgs.msg import (
+    PoseArray,
+    PoseStamped,
+    PoseWithCovarianceStamped,
+    TwistStamped,
+    TwistWithCovarianceStamped,
+    VelocityStamped,
+)
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from std_msgs.msg import Float64, Float64MultiArray
 from visualization_msgs.msg import MarkerArray
@@ -24,9 +31,13 @@ from .output_messages import (
     measure_numbers,
     pose_numbers,
     pose_template,
+    pose_with_covariance_numbers,
+    pose_with_covariance_template,
     scalar_template,
     twist_numbers,
     twist_template,
+    twist_with_covariance_numbers,
+    twist_with_covariance_template,
     velocity_template,
 )
 
@@ -80,6 +91,8 @@ class OutputTopic:
         Least difference of stamps between two messages; 0: every report.
     of
         The point it is about; empty for the tool.
+    by_file
+        Whether it is offered only where the robot file gives its numbers.
     """
 
     name: str
@@ -91,6 +104,7 @@ class OutputTopic:
     depth: int = kernel.JACOBIAN
     period: int = 0
     of: str = ''
+    by_file: bool = False
 
 
 def _markers(report: StateReport) -> Any:
@@ -110,6 +124,23 @@ TOPICS = (
     OutputTopic('~/jacobian', Float64MultiArray, jacobian_template, jacobian_numbers),
     OutputTopic('~/twist', TwistStamped, twist_template, twist_numbers, of_motion=True),
     OutputTopic('~/velocity', VelocityStamped, velocity_template, twist_numbers, of_motion=True),
+    OutputTopic(
+        '~/pose_with_covariance',
+        PoseWithCovarianceStamped,
+        pose_with_covariance_template,
+        pose_with_covariance_numbers,
+        depth=kernel.ALL_FRAMES,
+        by_file=True,
+    ),
+    OutputTopic(
+        '~/twist_with_covariance',
+        TwistWithCovarianceStamped,
+        twist_with_covariance_template,
+        twist_with_covariance_numbers,
+        of_motion=True,
+        depth=kernel.ALL_FRAMES,
+        by_file=True,
+    ),
     *(
         OutputTopic(
             f'~/singularity/{measure.name}', Float64, scalar_template, measure_numbers(measure)
@@ -141,8 +172,14 @@ OF_POINTS = tuple(topic for topic in TOPICS if topic.name in ('~/pose', '~/jacob
 
 def topics_of(settings: NodeSettings) -> tuple[OutputTopic, ...]:
     """Return the topics of a node: those of the tool, then those of each point."""
-    return TOPICS + tuple(
-        replace(topic, name=topic.name.replace('~', f'~/{point}'), of=point)
-        for point in settings.points
-        for topic in OF_POINTS
+    of_tool = (
+        topic for topic in TOPICS if not topic.by_file or topic.numbers(settings) is not None
+    )
+    return (
+        *of_tool,
+        *(
+            replace(topic, name=topic.name.replace('~', f'~/{point}'), of=point)
+            for point in settings.points
+            for topic in OF_POINTS
+        ),
     )

@@ -4,6 +4,7 @@ The topics of a node that answer every accepted message: subscribers, and the me
 
 import copy
 from collections.abc import Callable, Sequence
+from types import NoneType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,7 +19,7 @@ from ...kernel import OutgoingMessages, OutgoingTable
 from ...kinematics.singularity import measured
 from ..messages.message_layout import MessageLayout
 from ..messages.messages import StateReport, transform_message
-from ..messages.output_messages import Copied, Numbers
+from ..messages.output_messages import Computed, Numbers, WithCovariance
 from ..messages.topics import OUTPUT_QOS, OutputTopic, topics_of
 from ..parameters.settings import NodeSettings
 from .point_states import PointStates
@@ -109,13 +110,16 @@ def filled_by_the_kernel(
     """
     Return the messages whose numbers the kernel copies, and for each channel its own, or None.
     """
-    row = settings.robot.chain.single_widths[depth]
+    row, measures = settings.robot.chain.single_widths[depth], settings.robot.measure_places.width
     data, filled = bytearray(), list[slice | None]()
     stamps, targets, sources = [], [], []
+    uncertain = []
     for channel in channels:
         layout, numbers = channel.layout, channel.numbers
         of_tool = not channel.topic.of
-        if not (of_tool and channel.as_bytes and layout and isinstance(numbers, Copied)):
+        if not (of_tool and channel.as_bytes and layout) or isinstance(
+            numbers, (Computed, NoneType)
+        ):
             filled.append(None)
             continue
         begin = len(data)
@@ -124,14 +128,19 @@ def filled_by_the_kernel(
         of_stamp, of_numbers = layout.offsets(begin)
         stamps.append(of_stamp)
         targets.append(of_numbers)
-        sources.append(numbers.sources(row))
+        sources.append(numbers.sources(row, measures))
+        if isinstance(numbers, WithCovariance):
+            uncertain.append(numbers)
     if not data:
         return None, (None,) * len(filled)
     table = OutgoingTable(
         np.frombuffer(data, np.uint8), *map(np.concatenate, (stamps, targets, sources))
     )
     views = tuple(None if place is None else table.data[place].data for place in filled)
-    return OutgoingMessages(table), views
+    errors = uncertain[0].errors if uncertain else None
+    of_twist = any(one.of_twist for one in uncertain)
+    of_pose = not all(one.of_twist for one in uncertain)
+    return OutgoingMessages(table, errors, of_pose, of_twist), views
 
 
 class Outputs:

@@ -1,0 +1,259 @@
+"""
+What may be off in an arm: its joints, and the numbers of its table, by its file or a calibration.
+"""
+
+from collections.abc import Mapping
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from ...errors import CalibrationError
+from ...kernel import Floats, Integers, PoseErrors, PoseErrorTable
+from ...kinematics.forward import link_frames
+from ...rigid_motion import inverse
+from ...robot.file.description import Uncertainty
+from ...robot.robot import Robot
+from .calibration import Calibration
+from .chosen_parameters import motion_of
+from .corrected_chain import CorrectedChain, error_screws, seen_from
+from .parameters import (
+    ENDS,
+    GROUPS,
+    SIX,
+    ArmParameter,
+    end_parameters,
+    every_parameter_of,
+    parameters_of,
+    placement,
+)
+
+# Robots whose errors are kept: a node has one.
+KEPT = 8
+
+
+class TableErrors(NamedTuple):
+    """
+    Numbers of a table that may be off, as the kernel takes them.
+
+    Attributes
+    ----------
+    frames : shape (P,)
+        The frame of the table in which each moves the tool along a screw that stands still.
+    screws : shape (P, 6)
+        In that frame: linear velocity of its origin, angular velocity.
+    factor : shape (P, causes)
+        F of their covariance F F^T, rad and m.
+    """
+
+    frames: Integers
+    screws: Floats
+    factor: Floats
+
+
+class NamedErrors(NamedTuple):
+    """The numbers of a table, by name, with their screws in frames of the table."""
+
+    parameters: tuple[ArmParameter, ...]
+    frames: Integers
+    screws: Floats
+
+
+def frames_of_elements(robot: Robot) -> Integers:
+    """Return for each number of joint screws the first frame of the table behind them."""
+    parents = robot.chain.table.frame_parent
+    return np.array([int(np.argmax(parents == k - 1)) for k in range(robot.chain.elements + 1)])
+
+
+def screws_in_frames(
+    robot: Robot, chain: CorrectedChain, values: Floats
+) -> tuple[Integers, Floats]:
+    """
+    Return frames of the table (P,) and screws (P, 6) in them, of the corrections of a chain.
+
+    Parameters
+    ----------
+    robot
+        An arm of the poses that the chain has with these corrections.
+    """
+    found = error_screws(chain, values)
+    if len(found.starts) != robot.chain.elements + 1:
+        raise CalibrationError(f'the corrections are those of another arm than {robot.name}')
+    at_zero = link_frames(robot, np.zeros(robot.dof))
+    frames, screws = frames_of_elements(robot), np.empty_like(found.screws)
+    for k, (frame, start) in enumerate(zip(frames, found.starts)):
+        own = found.after == k
+        screws[own] = seen_from(inverse(at_zero[frame]) @ start, found.screws[own])
+    return frames[found.after], screws
+
+
+def named_errors(robot: Robot) -> NamedErrors:
+    """Return every number of an arm that its file may name, those of base and tool last."""
+    arm = every_parameter_of(robot.description)
+    description, count = robot.description, len(arm.table)
+    base, tool = description.base.motion.matrix, description.tool.motion.matrix
+    chain = placement(arm.chain, base, tool, (count, count + len(SIX)))
+    frames, screws = screws_in_frames(robot, chain, np.zeros(count + 2 * len(SIX)))
+    ends = (one for end in ENDS for one in end_parameters(end, 0))
+    return NamedErrors((*arm.table, *ends), frames, screws)
+
+
+def _deviations(robot: Robot, given: Mapping[str, float]) -> dict[str, float]:
+    # By name, those of groups included.
+    groups = {name: value for name, value in given.items() if name in GROUPS}
+    found = {}
+    if groups:
+        table = parameters_of(robot).table
+        found = {one.name: groups[one.group] for one in table if one.group in groups}
+    named = {name: value for name, value in given.items() if name not in groups}
+    return {name: value for name, value in {**found, **named}.items() if value > 0.0}
+
+
+def table_errors_of(robot: Robot, uncertainty: Uncertainty | None) -> TableErrors:
+    """Return what a robot file says of its table."""
+    rows = uncertainty.factor if uncertainty else ()
+    deviations = _deviations(robot, dict(uncertainty.parameters) if uncertainty else {})
+    names = [*deviations, *(name for name, _ in rows)]
+    if not names:
+        return TableErrors(np.zeros(0, dtype=np.int64), np.zeros((0, 6)), np.zeros((0, 0)))
+    causes = max([len(names), *(len(row) for _, row in rows)])
+    factor = np.zeros((len(names), causes))
+    np.fill_diagonal(factor, [*deviations.values(), *(0.0 for _ in rows)])
+    for k, (_, row) in enumerate(rows):
+        factor[k, : len(row)] = row
+    known = named_errors(robot)
+    places = {one.name: k for k, one in enumerate(known.parameters)}
+    at = [places[name] for name in names]
+    return TableErrors(known.frames[at], known.screws[at], factor)
+
+
+def pose_errors(
+    robot: Robot,
+    table: TableErrors,
+    joints: Floats,
+    velocities: Floats,
+    floor: tuple[float, float] = (0.0, 0.0),
+) -> PoseErrors:
+    """
+    Return what may be off in an arm as the kernel takes it.
+
+    Parameters
+    ----------
+    joints, velocities : shape (n,)
+        Standard deviations of joint positions and velocities, which are independent.
+    floor : m, rad
+        Standard deviations that the pose has besides.
+    """
+    chain = robot.chain.table
+    offsets = np.tile(np.eye(4), (robot.chain.frames, 1, 1))
+    offsets[:, :3] = chain.frame_offset
+    of_elements = frames_of_elements(robot)
+    frames, screws, spread = [], [], []
+    for k in range(robot.chain.elements):
+        frame = of_elements[k + 1]
+        for e in range(chain.first_entry[k], chain.first_entry[k + 1]):
+            own = np.array([[0.0, 0.0, chain.by_d[e], 0.0, 0.0, chain.by_theta[e]]])
+            frames.append(frame)
+            screws.append(seen_from(inverse(offsets[frame]), own)[0])
+            spread.append(joints * (np.arange(robot.dof) == chain.joint[e]))
+    every = np.concatenate([np.array(frames, dtype=np.int64), table.frames])
+    causes = np.zeros((len(every), robot.dof + table.factor.shape[1]))
+    causes[: len(frames), : robot.dof] = spread
+    causes[len(frames) :, robot.dof :] = table.factor
+    order = np.argsort(every, kind='stable')
+    order = order[np.any(causes[order] != 0.0, axis=1)]
+    moving = np.any(causes != 0.0, axis=0)
+    return PoseErrors(
+        robot.chain,
+        PoseErrorTable(
+            frame=every[order],
+            screw=np.concatenate([np.reshape(screws, (-1, 6)), table.screws])[order],
+            spread=np.ascontiguousarray(causes[np.ix_(order, moving)]),
+            rates=np.array(velocities, dtype=np.float64),
+            floor=np.repeat(np.square(floor), 3),
+        ),
+    )
+
+
+@lru_cache(maxsize=KEPT)
+def errors_of_file(robot: Robot) -> PoseErrors | None:
+    """Return what the file of an arm says may be off; None where it says nothing."""
+    said = robot.description.uncertainty
+    if said is None:
+        return None
+    velocities = said.velocity_noise or (0.0,) * robot.dof
+    return pose_errors(
+        robot,
+        table_errors_of(robot, said),
+        np.array(said.joint_deviations),
+        np.array(velocities),
+        (said.floor_xyz, said.floor_rpy),
+    )
+
+
+class TableCorrections(NamedTuple):
+    """
+    The corrections of a calibrated arm.
+
+    Attributes
+    ----------
+    chain, values : P
+        From base to tool, and all its corrections, rad and m.
+    columns, fitted
+        Of those that were fitted, where they stand in `values`, and in the calibration.
+    """
+
+    chain: CorrectedChain
+    values: Floats
+    columns: list[int]
+    fitted: list[int]
+
+
+def table_corrections(robot: Robot, found: Calibration, ends: bool = False) -> TableCorrections:
+    """Return the corrections of an arm as `calibrated_errors` takes it."""
+    if robot.dof != found.robot.dof:
+        raise CalibrationError(f'the calibration is one of {found.robot.name}')
+    arm = parameters_of(found.robot)
+    count = len(arm.table)
+    names = [one.name for one in arm.table]
+    if ends:
+        names += [one.name for end in ENDS for one in end_parameters(end, 0)]
+    fitted = [k for k, one in enumerate(found.parameters) if one.name in names]
+    columns = [names.index(found.parameters[k].name) for k in fitted]
+    values = np.zeros(count + 2 * len(SIX))
+    values[columns] = [found.parameters[k].correction for k in fitted]
+    description = robot.description
+    base = description.base.motion.matrix @ inverse(motion_of(values[count:][:6]))
+    tool = inverse(motion_of(values[count + 6 :])) @ description.tool.motion.matrix
+    chain = placement(arm.chain, base, tool, (count, count + len(SIX)))
+    return TableCorrections(chain, values, columns, fitted)
+
+
+def calibrated_errors(robot: Robot, found: Calibration, ends: bool = False) -> TableErrors:
+    """
+    Return what a calibration left open of its table.
+
+    Parameters
+    ----------
+    robot
+        The calibrated arm, as written or as `calibrated`.
+    ends
+        Whether base and tool, of the first set, are those of the measured poses: then what is
+        open of them counts, too.
+
+    Raises
+    ------
+    CalibrationError
+        The calibration is one of another arm.
+    """
+    own = table_corrections(robot, found, ends)
+    frames, screws = screws_in_frames(robot, own.chain, own.values)
+    covariance = found.covariance[np.ix_(own.fitted, own.fitted)]
+    return TableErrors(frames[own.columns], screws[own.columns], factor_of(covariance))
+
+
+def factor_of(covariance: Floats) -> Floats:
+    """Return F of a covariance F F^T (P, P)."""
+    deviations = np.sqrt(np.diag(covariance))
+    values, vectors = np.linalg.eigh(covariance / np.outer(deviations, deviations))
+    return np.asarray(deviations[:, None] * vectors * np.sqrt(np.maximum(values, 0.0)))

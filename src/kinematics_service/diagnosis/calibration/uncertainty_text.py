@@ -1,0 +1,114 @@
+"""The section `uncertainty` of a calibrated robot file: what the calibration left open."""
+
+import math
+
+import numpy as np
+
+from ...kernel import Floats
+from ...robot.file.description import RobotDescription, Uncertainty
+from ...robot.file.parameters import ArmParameter
+from ...robot.robot import Robot
+from .arm_errors import calibrated_errors, named_errors
+from .calibration import Calibration
+from .corrections import number_text, of_joints_alone
+
+# Screws (m, rad) that differ by less are one.
+SAME = 1e-9
+# Digits of L: poses that are known far better than each number still are by its products.
+# Smaller shares of a row are zero.
+DIGITS, NEGLIGIBLE = 6, 1e-7
+OF_JOINTS = {
+    'encoder_noise': 'noise',
+    'encoder_resolution': 'resolution',
+    'backlash': 'backlash',
+    'velocity_noise': 'velocity_noise',
+}
+
+
+def uncertainty_section(found: Calibration, robot: Robot, ends: bool) -> list[str]:
+    """
+    Return the lines of the section.
+
+    Parameters
+    ----------
+    found
+        The calibration.
+    robot
+        The arm as it is written.
+    ends
+        Whether base and tool are those of the measured poses: then they are among it.
+    """
+    description = robot.description
+    lines = ['uncertainty:']
+    joints = of_joints_alone(found.robot.description.uncertainty)
+    if joints is not None:
+        lines += _of_joints(joints, robot)
+    floor = [f'xyz: {_scaled(_left(found, found.after.position_rms), False, description)}']
+    if not found.positions:
+        floor.append(f'rpy: {_scaled(_left(found, found.after.rotation_rms), True, description)}')
+    lines.append(f'  floor: {{{", ".join(floor)}}}  # what the fit leaves of each number')
+    parameters, factor = named_factor(found, robot, ends)
+    if parameters:
+        lines.append('  covariance:  # of these numbers, L L^T: a row of L each')
+    for k, (one, row) in enumerate(zip(parameters, factor)):
+        least = NEGLIGIBLE * float(np.linalg.norm(row))
+        numbers = (x if abs(x) > least else 0.0 for x in row[: k + 1].tolist())
+        texts = (_scaled(x, one.angle, description) for x in numbers)
+        lines.append(f'    {one.name}: [{", ".join(texts)}]')
+    return lines if len(lines) > 1 else []
+
+
+def named_factor(
+    found: Calibration, robot: Robot, ends: bool
+) -> tuple[tuple[ArmParameter, ...], Floats]:
+    """
+    Return numbers of a calibrated table, and L of their covariance L L^T, lower triangular.
+
+    The corrections of a calibration are those of the nominal table. Nearly all of them are numbers
+    of the calibrated one, if in other rows; what turns a row of two matrices is made of several.
+    """
+    errors, known = calibrated_errors(robot, found, ends), named_errors(robot)
+    made_of = np.zeros((len(known.parameters), len(errors.frames)))
+    for column, (frame, screw) in enumerate(zip(errors.frames, errors.screws)):
+        there = known.frames == frame
+        same = there & (np.abs(known.screws - screw).max(axis=1) < SAME)
+        free = np.flatnonzero(same & ~np.any(made_of, axis=1))
+        if len(free):
+            made_of[free[0], column] = 1.0
+        else:
+            own = np.flatnonzero(there)
+            made_of[own, column] = np.linalg.lstsq(known.screws[own].T, screw, rcond=None)[0]
+    factor = made_of @ errors.factor
+    rows = np.flatnonzero(np.any(made_of, axis=1))
+    triangle = np.linalg.qr(factor[rows].T, mode='r')
+    signs = np.where(np.diag(triangle) < 0.0, -1.0, 1.0)
+    return tuple(known.parameters[k] for k in rows), (signs[:, None] * triangle).T
+
+
+def _left(found: Calibration, rms: float) -> float:
+    # One number of what remains, of as many as no parameter was fitted to.
+    numbers = (3 if found.positions else 6) * (found.count - len(found.outliers))
+    free = max(numbers - found.known, 1)
+    return rms * math.sqrt(numbers / free / 3.0)
+
+
+def _scaled(value: float, angle: bool, description: RobotDescription) -> str:
+    # In the file's units, with few digits.
+    if angle and description.angle_unit == 'deg':
+        value = math.degrees(value)
+    if not angle and description.length_unit == 'mm':
+        value *= 1e3
+    return number_text(float(f'{value:.{DIGITS}g}'))
+
+
+def _of_joints(joints: Uncertainty, robot: Robot) -> list[str]:
+    lines = []
+    for key, name in OF_JOINTS.items():
+        values = getattr(joints, name)
+        if values is not None and any(values):
+            texts = (
+                _scaled(value, kind != 'prismatic', robot.description)
+                for value, kind in zip(values, robot.joint_types)
+            )
+            lines.append(f'  {key}: [{", ".join(texts)}]')
+    return lines
