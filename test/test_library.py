@@ -37,7 +37,7 @@ API = """
     joint_velocity ServoSettings ServoStep
     check_plan PlanCheck PlanError
     diagnose_frames FrameDiagnosis
-    calibrate Calibration propose_poses ProposedPoses pose_covariance
+    calibrate Calibration propose_poses ProposedPoses pose_covariance twist_covariance
     derive Derivation
     import_urdf UrdfImport urdf_text
     KinematicsError RobotFileError RobotNotFoundError

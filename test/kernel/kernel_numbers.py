@@ -83,6 +83,19 @@ def arm_of(name):
     return arm, [*arrays, *rows, np.array([task.generic_rank])]
 
 
+def errors_of(chain):
+    """Return errors along any screws in frames of the table, with a triangle of causes."""
+    count, random = 2 * chain.frames, Generator()
+    table = kernel.PoseErrorTable(
+        frame=np.arange(count) // 2,
+        screw=random.numbers(count, 6),
+        spread=np.tril(random.numbers(count, count)),
+        rates=random.numbers(chain.dof),
+        floor=random.numbers(6) ** 2,
+    )
+    return kernel.PoseErrors(chain, table)
+
+
 def visits(arm, random):
     """Yield each function and the arrays that it filled."""
     chain, n = arm.chain, arm.chain.dof
@@ -94,6 +107,10 @@ def visits(arm, random):
         for rates in (qdot, qdot[:1].copy()):
             kernel.evaluate(chain, q, rates, depth, rows)
             yield 'evaluate', rows
+    covariances = np.zeros((POSES, 2, 6, 6))
+    for in_tool_axes in (False, True):
+        kernel.covariances(errors_of(chain), rows, qdot, in_tool_axes, covariances)
+        yield 'covariances', covariances
     measures = np.zeros((POSES, arm_width(arm)))
     kernel.measure(arm, rows, q, measures)
     yield 'measure', measures

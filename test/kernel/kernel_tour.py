@@ -41,7 +41,7 @@ GIVEN = (
     *(kernel.Arm, kernel.Chain, kernel.TaskRows, kernel.Tape, kernel.OurJoints),
     *(kernel.ClosedForm, kernel.Joints, kernel.Refinement, kernel.Residual, kernel.Servo),
     kernel.SixJoints,
-    *(kernel.Clearance, kernel.NearestSearch),
+    *(kernel.Clearance, kernel.NearestSearch, kernel.PoseErrors),
 )
 # Of solutions, and of a step of the servo.
 SAID_OF_ONE = ('miss', 'margin', 'share', 'posture')
@@ -129,11 +129,29 @@ class Record:
                 setattr(kernel, name, function)
 
 
+def any_errors(robot: Robot, random: np.random.Generator):
+    """Return errors along random screws in frames of the table, with a triangle of causes."""
+    count = 2 * robot.chain.frames
+    return kernel.PoseErrors(
+        robot.chain,
+        kernel.PoseErrorTable(
+            frame=np.arange(count) // 2,
+            screw=random.normal(size=(count, 6)),
+            spread=np.tril(random.normal(size=(count, count))),
+            rates=random.uniform(0.0, 1.0, robot.dof),
+            floor=random.uniform(0.0, 1.0, 6),
+        ),
+    )
+
+
 def poses_and_measures(robot: Robot, random: np.random.Generator):
     q = random.uniform(-9, 9, (POSES, robot.dof))
     q[0], q[1] = 0.0, np.pi / 2
     qdot = random.normal(size=q.shape)
     batch = ks.evaluate(robot, q, qdot, depth=kernel.ALL_FRAMES)
+    errors = any_errors(robot, random)
+    for in_tool_axes in (False, True):
+        kernel.covariances(errors, batch.row, qdot, in_tool_axes, np.zeros((POSES, 2, 6, 6)))
     with np.errstate(all='ignore'):
         ks.evaluate(robot, q, qdot)
         ks.forward_kinematics(robot, q)
@@ -195,7 +213,8 @@ def bytes_of_messages(robot: Robot, random: np.random.Generator):
     form = form_of(joint_state_bytes(names, np.zeros(2, np.uint32), np.zeros(2 * n)))
     assert form is not None
     row = robot.chain.single_widths[kernel.ALL_FRAMES]
-    # One stamp, three numbers: of the row, and of the measures beyond its end.
+    # One stamp, three numbers: of the row, and of the measures beyond its end. Others have two
+    # covariances beyond these.
     answers = kernel.OutgoingMessages(
         kernel.OutgoingTable(
             np.zeros(40, np.uint8),
@@ -204,6 +223,18 @@ def bytes_of_messages(robot: Robot, random: np.random.Generator):
             sources=np.array([3, 7, row + kernel.DISTANCE]),
         )
     )
+    beyond = row + robot.measure_places.width
+    uncertain = kernel.OutgoingMessages(
+        kernel.OutgoingTable(
+            np.zeros(12 + 8 * 73, np.uint8),
+            stamps=np.array([4]),
+            targets=12 + 8 * np.arange(73),
+            sources=np.array([3, *range(beyond, beyond + 72)]),
+        ),
+        any_errors(robot, random),
+        of_pose=True,
+        of_twist=True,
+    )
     for k in range(MESSAGES):
         stamp = np.array([1000 + k % 7, 5 * k], np.uint32)
         numbers = random.uniform(-3, 3, 2 * n)
@@ -211,7 +242,7 @@ def bytes_of_messages(robot: Robot, random: np.random.Generator):
             numbers[0] = np.inf
         data = joint_state_bytes(names, stamp, numbers)
         with np.errstate(all='ignore'):
-            estimator.take_bytes(form, data, SECOND * k, answers=answers)
+            estimator.take_bytes(form, data, SECOND * k, answers=uncertain if k % 2 else answers)
         estimator.take_bytes(form, b'O' + data[1:], SECOND * k)
     answer = ks.evaluate(robot, np.full(n, 0.3), measured=True, depth=kernel.ALL_FRAMES)
     for stamp in (0, 5 * SECOND + 3, -1, 2**62):
