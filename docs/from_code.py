@@ -11,6 +11,7 @@ import io
 import os
 import re
 import shlex
+import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, get_type_hints
@@ -67,6 +68,7 @@ def some_node() -> Iterator[Any]:
     from rclpy.logging import LoggingSeverity, set_logger_level
     from rclpy.parameter import Parameter
 
+    from kinematics_service import bundled_robots
     from kinematics_service.ros.node.node import KinematicsNode
 
     os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'OFF')
@@ -77,7 +79,11 @@ def some_node() -> Iterator[Any]:
         import tf2_msgs  # noqa: F401
 
         wanted.append(Parameter('publish_tf', value=True))
-    node = KinematicsNode('puma560', context=context, parameter_overrides=wanted)
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder, 'uncertain.yaml')
+        text = bundled_robots()['puma560'].read_text(encoding='utf-8')
+        file.write_text(f'{text}uncertainty: {{encoder_noise: 1e-4, velocity_noise: 1e-3}}\n')
+        node = KinematicsNode(str(file), context=context, parameter_overrides=wanted)
     try:
         yield node
     finally:

@@ -14,6 +14,10 @@ TOPICS = {
     'joint names; it has no stamp: message k belongs to pose k',
     '~/twist': 'J qdot; `frame_id` is the frame whose axes are used',
     '~/velocity': 'the same with body, reference and axes named',
+    '~/pose_with_covariance': 'the pose, and how far it may be off: rows and columns x y z, then '
+    'rotations about x y z of the base frame; offered where the robot file has `uncertainty`',
+    '~/twist_with_covariance': 'the twist, and how far it may be off, in the same axes; offered '
+    'where the robot file has `uncertainty` with `velocity_noise`',
     '~/singularity/clearance': 'radius in which no pose is singular, proved, rad; costs nothing '
     'unheard',
     '~/link_frames': 'every frame of the table in the base frame',
@@ -55,6 +59,7 @@ ROBOT_FILE = {
             'tool': 'the tool, in the last frame of the table',
             'points': 'other points of the arm, by name: `{elbow: {row: 2}}`',
             'singularity': 'what is called singular, and when to warn',
+            'uncertainty': 'how far joints and table may be off',
             'known_poses': 'poses known from elsewhere, which `check` compares',
         },
     ),
@@ -133,6 +138,31 @@ ROBOT_FILE = {
             'name': 'what the warning calls it',
             'expression': 'a function of the joints whose zeros are singular poses',
         },
+    ),
+    'UncertaintyEntry': (
+        'uncertainty',
+        'Without it nothing is said of how far a pose may be off. A key for joints is one number '
+        'for all, where they all turn or all slide, or a list with one for each: angles for those '
+        'that turn, lengths for those that slide. Deviations are standard deviations; what may be '
+        'anywhere within a width counts as the width / sqrt(12); all are independent.',
+        {
+            'encoder_noise': 'deviation of joint positions',
+            'encoder_resolution': 'the steps that positions are counted in: a width',
+            'backlash': 'the whole play between encoder and joint: a width',
+            'velocity_noise': 'deviation of joint velocities, a second',
+            'parameters': 'deviations of numbers of the table, by group (`offsets`, `lengths`, '
+            '`angles`) or by name as `calibrate` calls them (`theta2`, `a3`, `base.x`, '
+            '`tool.rz`); a name counts for more than its group',
+            'covariance': 'instead, as `calibrate` writes it: of their covariance L L^T a row of '
+            'L for each, by name',
+            'floor': '`{xyz, rpy}`: deviation of each position and rotation that nothing above '
+            'explains, as what a fit leaves',
+        },
+    ),
+    'FloorEntry': (
+        'uncertainty.floor',
+        'Each of them may be left out.',
+        {'xyz': 'along each axis', 'rpy': 'about each axis'},
     ),
     'KnownPoseEntry': (
         'known_poses',

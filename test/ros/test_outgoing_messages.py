@@ -16,6 +16,8 @@ from sensor_msgs.msg import JointState
 import kinematics_service as ks
 from kinematics_service import kernel
 from kinematics_service.estimation.estimator import Estimator, EstimatorOutput
+from kinematics_service.robot.file.description import Uncertainty
+from kinematics_service.robot.robot import build_robot
 from kinematics_service.ros.messages.joint_state_reader import JointStateReader
 from kinematics_service.ros.messages.message_layout import MessageLayout
 from kinematics_service.ros.messages.messages import StateReport
@@ -42,6 +44,16 @@ def settings_of(robot, jacobian_frame='base', twist_frame='base', row_order='lin
         twist_frame=twist_frame,
         row_order=row_order,
     )
+
+
+def uncertain(name):
+    """Return an arm with noise in joints and velocities, and deviations of its table."""
+    robot = ks.load_robot(name)
+    many = tuple(1e-3 * (1.0 + k) for k in range(robot.dof))
+    zeros = (0.0,) * robot.dof
+    numbers = (('lengths', 1e-3), ('base.x', 2e-3), ('tool.rz', 1e-3))
+    said = Uncertainty(many, zeros, zeros, many, numbers, (), 1e-4, 1e-3)
+    return build_robot(replace(robot.description, uncertainty=said))
 
 
 def channels_of(settings):
@@ -88,7 +100,7 @@ def joint_states(robot, moving, seed=5):
 @pytest.mark.parametrize('moving', VELOCITIES.values(), ids=VELOCITIES)
 @pytest.mark.parametrize('name', ARMS)
 def test_every_message_says_what_the_built_message_says(name, moving):
-    robot = robot_of(name)
+    robot = uncertain(name)
     settings = replace(
         settings_of(robot),
         estimator=replace(settings_of(robot).estimator, velocity_source='message'),
@@ -110,12 +122,42 @@ def test_every_message_says_what_the_built_message_says(name, moving):
             said = deserialize_message(message.tobytes(), topic.type)
             assert bits(said) == bits(expected), topic.name
             heard += 1
-    assert heard >= len(STAMPS) * (5 + 2 * moving)
+    assert heard >= len(STAMPS) * (6 + 3 * moving)
+
+
+def test_covariances_are_computed_where_somebody_hears_them_alone():
+    settings = settings_of(uncertain('puma560'))
+    channels = {channel.topic.name: channel for channel in channels_of(settings)}
+    pose, twist = '~/pose_with_covariance', '~/twist_with_covariance'
+    for heard, of_pose, of_twist in (
+        (['~/pose', '~/twist'], False, False),
+        ([pose], True, False),
+        ([twist], False, True),
+        ([pose, '~/pose', twist], True, True),
+    ):
+        messages, _ = filled_by_the_kernel(
+            [channels[name] for name in heard], settings, kernel.ALL_FRAMES
+        )
+        assert (messages.of_pose, messages.of_twist) == (of_pose, of_twist)
+        assert (messages.errors is not None) == (of_pose or of_twist)
+
+
+def test_covariances_of_another_arm_or_without_frames_are_refused():
+    settings = settings_of(uncertain('puma560'))
+    (channel,) = (
+        one for one in channels_of(settings) if one.topic.name == '~/pose_with_covariance'
+    )
+    messages, _ = filled_by_the_kernel([channel], settings, kernel.ALL_FRAMES)
+    elsewhere = settings_of(ks.load_robot('ur5e'))
+    for other, depth in ((settings, kernel.JACOBIAN), (elsewhere, kernel.ALL_FRAMES)):
+        states = joint_states(other.robot, True)
+        with pytest.raises(TypeError, match='another arm, or need the frames'):
+            next(answers(other, messages, depth, states))
 
 
 @pytest.mark.parametrize(('jacobian_frame', 'twist_frame', 'row_order'), FRAMES)
 def test_what_is_computed_is_not_copied(jacobian_frame, twist_frame, row_order):
-    robot = ks.load_robot('puma560')
+    robot = uncertain('puma560')
     settings = settings_of(robot, jacobian_frame, twist_frame, row_order)
     channels = channels_of(settings)
     messages, filled = filled_by_the_kernel(channels, settings, kernel.ALL_FRAMES)
@@ -123,6 +165,8 @@ def test_what_is_computed_is_not_copied(jacobian_frame, twist_frame, row_order):
     assert there['~/pose']
     assert there['~/jacobian'] == (jacobian_frame == 'base')
     assert there['~/twist'] == there['~/velocity'] == (twist_frame == 'base')
+    assert there['~/pose_with_covariance']
+    assert there['~/twist_with_covariance'] == (twist_frame == 'base')
     assert not there['~/link_frames']
     assert not there['~/markers']
     assert all(there[f'~/singularity/{name}'] for name in ('distance', 'manipulability'))
