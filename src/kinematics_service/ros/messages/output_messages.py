@@ -17,10 +17,8 @@ from geometry_msgs.msg import (
 from std_msgs.msg import Float64, Float64MultiArray, Header, MultiArrayDimension
 
 from ... import kernel
-from ...diagnosis.calibration.arm_errors import errors_of_file
-from ...diagnosis.calibration.pose_covariance import covariances
 from ...kernel import Floats, Integers, PoseErrors
-from ...kinematics.forward import in_axes_of
+from ...kinematics.forward import BASE, in_axes_of
 from ...kinematics.singularity import measured
 from ...robot.measures import Measure
 from ...robot.points import TOOL
@@ -77,7 +75,7 @@ class WithCovariance(NamedTuple):
 
     def of(self, report: StateReport) -> Floats:
         """Return the numbers of a report."""
-        found = covariances(self.errors, report.answer.state)[int(self.of_twist)]
+        found = _covariances(self.errors, report)[int(self.of_twist)]
         return np.concatenate([self.copied.of(report), found.ravel()])
 
     def sources(self, row: int, measures: int) -> Integers:
@@ -165,10 +163,25 @@ def pose_with_covariance_numbers(settings: NodeSettings) -> Numbers | None:
 
     None where the robot file does not say what may be off.
     """
-    said, errors = settings.robot.description.uncertainty, errors_of_file(settings.robot)
+    said, errors = settings.robot.description.uncertainty, _errors(settings)
     if said is None or errors is None or not said.of_pose:
         return None
     return WithCovariance(_pose_columns(), errors)
+
+
+def _errors(settings: NodeSettings) -> PoseErrors | None:
+    if settings.robot.description.uncertainty is None:
+        return None
+    # Imported where there are some: the start of other nodes needs no calibration.
+    from ...diagnosis.calibration.arm_errors import errors_of_file
+
+    return errors_of_file(settings.robot)
+
+
+def _covariances(errors: PoseErrors, report: StateReport, axes: str = BASE) -> Floats:
+    from ...diagnosis.calibration.pose_covariance import covariances
+
+    return covariances(errors, report.answer.state, axes)
 
 
 def twist_with_covariance_template(settings: NodeSettings) -> TwistWithCovarianceStamped:
@@ -182,7 +195,7 @@ def twist_with_covariance_numbers(settings: NodeSettings) -> Numbers | None:
 
     None where the robot file does not say how far velocities may be off.
     """
-    said, errors = settings.robot.description.uncertainty, errors_of_file(settings.robot)
+    said, errors = settings.robot.description.uncertainty, _errors(settings)
     if said is None or errors is None or said.velocity_noise is None:
         return None
     twist = twist_numbers(settings)
@@ -190,7 +203,7 @@ def twist_with_covariance_numbers(settings: NodeSettings) -> Numbers | None:
         return WithCovariance(twist, errors, of_twist=True)
 
     def numbers(report: StateReport) -> Floats:
-        found = covariances(errors, report.answer.state, TOOL)[1]
+        found = _covariances(errors, report, TOOL)[1]
         return np.concatenate([twist.of(report), found.ravel()])
 
     return Computed(numbers)

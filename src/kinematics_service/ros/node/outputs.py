@@ -4,7 +4,6 @@ The topics of a node that answer every accepted message: subscribers, and the me
 
 import copy
 from collections.abc import Callable, Sequence
-from types import NoneType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,7 +18,7 @@ from ...kernel import OutgoingMessages, OutgoingTable
 from ...kinematics.singularity import measured
 from ..messages.message_layout import MessageLayout
 from ..messages.messages import StateReport, transform_message
-from ..messages.output_messages import Computed, Numbers, WithCovariance
+from ..messages.output_messages import Copied, Numbers, WithCovariance
 from ..messages.topics import OUTPUT_QOS, OutputTopic, topics_of
 from ..parameters.settings import NodeSettings
 from .point_states import PointStates
@@ -116,10 +115,8 @@ def filled_by_the_kernel(
     uncertain = []
     for channel in channels:
         layout, numbers = channel.layout, channel.numbers
-        of_tool = not channel.topic.of
-        if not (of_tool and channel.as_bytes and layout) or isinstance(
-            numbers, (Computed, NoneType)
-        ):
+        by_the_kernel = not channel.topic.of and channel.as_bytes
+        if not (by_the_kernel and layout and isinstance(numbers, (Copied, WithCovariance))):
             filled.append(None)
             continue
         begin = len(data)
