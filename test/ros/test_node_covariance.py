@@ -1,6 +1,7 @@
 """Topics with covariances: what they say, and where they are offered."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -105,3 +106,17 @@ def test_a_twist_with_covariance_is_sent_where_velocities_are_known(arm, file_wi
     one.spin_until(lambda: len(poses) == 2 and twists, 'two poses and a twist')
     assert len(twists) == 1
     assert twists[0].header.stamp == poses[1].header.stamp
+
+
+def test_another_robot_file_offers_what_it_has(arm, file_with):
+    one = arm(file_with(''))
+    silent = one.node.settings
+    said = replace(silent, robot=ks.load_robot(file_with(SAID)))
+    for settings, names in ((said, {OF_POSE, OF_TWIST}), (silent, set()), (said, None)):
+        one.node._take_settings(settings)
+        assert names is None or offered(one) == names
+    poses = one.hear(OF_POSE, PoseWithCovarianceStamped)
+    one.answer(Q, QDOT)
+    one.spin_until(lambda: poses, 'a pose with covariance')
+    found = poses[0].pose.covariance.reshape(6, 6)
+    assert np.array_equal(found, ks.pose_covariance(said.robot, Q))

@@ -162,14 +162,14 @@ class Outputs:
         self._settings = settings
         self._active: ActiveTopics | None = None
         self._points = PointStates()
-        self.channels = [self._channel(topic) for topic in topics_of(settings)]
+        self.channels: list[Channel] = []
         self._tf: Publisher | None = None
         self.configure(settings)
 
     def configure(self, settings: NodeSettings) -> None:
         """Apply other settings: frames and labels are part of the messages."""
         self._settings, self._active = settings, None
-        self.channels = [self._configured(channel) for channel in self.channels]
+        self.channels = [self._configured(channel) for channel in self._offered(settings)]
         if settings.publish_tf and self._tf is None:
             from tf2_msgs.msg import (
                 TFMessage,
@@ -266,6 +266,14 @@ class Outputs:
                     'than expected; messages are serialized one by one, which is slower'
                 )
         return channel._replace(numbers=numbers, layout=layout, as_bytes=as_bytes)
+
+    def _offered(self, settings: NodeSettings) -> list[Channel]:
+        # Another robot file may offer other topics; publishers of those that stay are kept.
+        known = {channel.topic.name: channel for channel in self.channels}
+        topics = topics_of(settings)
+        for name in known.keys() - {topic.name for topic in topics}:
+            self._node.destroy_publisher(known[name].publisher)
+        return [known.get(topic.name) or self._channel(topic) for topic in topics]
 
     def _channel(self, topic: OutputTopic) -> Channel:
         def publisher_with(callbacks: PublisherEventCallbacks | None) -> Publisher:
