@@ -9,6 +9,7 @@ from arms import robot_of
 from calibrated_arms import measured_arm
 
 import kinematics_service as ks
+from kinematics_service import kernel
 from kinematics_service.diagnosis.calibration.arm_errors import named_errors, table_errors_of
 from kinematics_service.diagnosis.calibration.chosen_parameters import motion_of
 from kinematics_service.diagnosis.calibration.corrected_chain import CorrectingMotion, pose_change
@@ -155,6 +156,42 @@ def test_a_dense_covariance_goes_through_the_columns_that_the_calibration_has():
         assert np.array_equal(found, np.swapaxes(found, 1, 2))
         for k in range(4):
             assert np.array_equal(ks.pose_covariance(uncertain, q[k]), found[k])
+
+
+def test_the_kernel_refuses_what_does_not_go_together():
+    robot = robot_of('craig_3r')
+    fine = {
+        'frame': np.array([0, 2]),
+        'screw': np.ones((2, 6)),
+        'spread': np.ones((2, 1)),
+        'rates': np.zeros(3),
+        'floor': np.zeros(6),
+    }
+    for name, wrong in (
+        ('frame', np.array([0, robot.chain.frames])),
+        ('frame', np.array([-1, 2])),
+        ('frame', np.array([2, 0])),
+        ('screw', np.ones((1, 6))),
+        ('spread', np.ones((3, 1))),
+        ('rates', np.zeros(2)),
+        ('floor', np.zeros(5)),
+    ):
+        with pytest.raises(TypeError, match='what may be off do not go together'):
+            kernel.PoseErrors(robot.chain, kernel.PoseErrorTable(**{**fine, name: wrong}))
+    errors = kernel.PoseErrors(robot.chain, kernel.PoseErrorTable(**fine))
+    q, found = np.zeros((2, 3)), np.zeros((2, 2, 6, 6))
+    rows = ks.evaluate(robot, q, q, depth=kernel.ALL_FRAMES).row
+    for arguments in (
+        (None, rows, q, False, found),
+        (errors, np.ascontiguousarray(rows[:, :-1]), q, False, found),
+        (errors, rows, q[:1], False, found),
+        (errors, rows, q, False, found[:1]),
+        (errors, rows, q, False, found.astype(np.float32)),
+    ):
+        with pytest.raises(TypeError):
+            kernel.covariances(*arguments)
+    kernel.covariances(errors, rows, q, False, found)
+    assert np.all(np.isfinite(found))
 
 
 # Draws

@@ -56,6 +56,7 @@ def _goes_together(chain: Chain, table: PoseErrorTable) -> bool:
         and np.all((table.frame >= 0) & (table.frame < chain.frames))
         and np.all(np.diff(table.frame) >= 0)
         and np.all(np.diff(chain.table.frame_parent) >= 0)
+        and np.all(chain.table.joint < chain.dof)
     )
 
 
