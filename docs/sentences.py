@@ -151,8 +151,9 @@ ROBOT_FILE = {
             'backlash': 'the whole play between encoder and joint: a width',
             'velocity_noise': 'deviation of joint velocities, a second',
             'parameters': 'deviations of numbers of the table, by group (`offsets`, `lengths`, '
-            '`angles`) or by name as `calibrate` calls them (`theta2`, `a3`, `base.x`, '
-            '`tool.rz`); a name counts for more than its group',
+            '`angles`; `gears`: the shares by which joints move more than they say) or by name as '
+            '`calibrate` calls them (`theta2`, `a3`, `gear1`, `base.x`, `tool.rz`); a name counts '
+            'for more than its group',
             'covariance': 'instead, as `calibrate` writes it: of their covariance L L^T a row of '
             'L for each, by name',
             'floor': '`{xyz, rpy}`: deviation of each position and rotation that nothing above '

@@ -70,7 +70,7 @@ def test_pose_and_twist_change_as_central_differences_of_other_tables_do(name):
     # All numbers of the table, base, tool and joints are off along one random direction: then
     # the covariance is the product of the change with itself.
     robot, random = robot_of(name), np.random.default_rng(7)
-    known = named_errors(robot).parameters
+    known = [one for one in named_errors(robot).parameters if one.group != 'gears']
     off = random.normal(size=len(known))
     q = pose_of_arm(robot, random.normal(size=robot.dof))
     qdot = random.normal(size=robot.dof)
@@ -130,6 +130,31 @@ def test_joints_that_are_off_change_pose_and_twist_as_differences_say(name):
         assert np.abs(found - expected).max() < DIFFERENCE * np.abs(expected).max()
 
 
+@pytest.mark.parametrize('name', sorted(ks.bundled_robots()))
+def test_gears_that_are_off_move_joints_by_a_share_more(name):
+    robot, random = robot_of(name), np.random.default_rng(11)
+    q = pose_of_arm(robot, random.normal(size=robot.dof))
+    qdot, off = random.normal(size=(2, robot.dof))
+    uncertain = with_uncertainty(
+        robot,
+        factor=tuple((f'gear{k + 1}', (float(x),)) for k, x in enumerate(off)),
+        velocity_noise=(1e-9,) * robot.dof,
+    )
+    shares = [1.0 + way * STEP * off for way in (-1.0, 1.0)]
+    middle = ks.forward_kinematics(robot, q)
+    before, after = (six_of(ks.forward_kinematics(robot, q * one), middle) for one in shares)
+    change = (after - before) / (2.0 * STEP)
+    found = ks.pose_covariance(uncertain, q)
+    size = max(1.0, np.linalg.norm(change))
+    assert np.abs(found - np.outer(change, change)).max() < DIFFERENCE * size**2
+    for axes in ('base', 'tool'):
+        before, after = (ks.twist(robot, q * one, qdot * one, axes) for one in shares)
+        change = (after - before) / (2.0 * STEP)
+        size = max(1.0, np.linalg.norm(change))
+        found = ks.twist_covariance(uncertain, q, qdot, axes)
+        assert np.abs(found - np.outer(change, change)).max() < DIFFERENCE * size**2
+
+
 def test_a_dense_covariance_goes_through_the_columns_that_the_calibration_has():
     for name in KINDS:
         robot, random = robot_of(name), np.random.default_rng(9)
@@ -163,6 +188,7 @@ def test_the_kernel_refuses_what_does_not_go_together():
     fine = {
         'frame': np.array([0, 2]),
         'screw': np.ones((2, 6)),
+        'gear': np.array([-1, 2]),
         'spread': np.ones((2, 1)),
         'rates': np.zeros(3),
         'floor': np.zeros(6),
@@ -172,6 +198,9 @@ def test_the_kernel_refuses_what_does_not_go_together():
         ('frame', np.array([-1, 2])),
         ('frame', np.array([2, 0])),
         ('screw', np.ones((1, 6))),
+        ('gear', np.array([-1, 3])),
+        ('gear', np.array([-2, 0])),
+        ('gear', np.zeros(1, np.int64)),
         ('spread', np.ones((3, 1))),
         ('rates', np.zeros(2)),
         ('floor', np.zeros(5)),
@@ -182,15 +211,16 @@ def test_the_kernel_refuses_what_does_not_go_together():
     q, found = np.zeros((2, 3)), np.zeros((2, 2, 6, 6))
     rows = ks.evaluate(robot, q, q, depth=kernel.ALL_FRAMES).row
     for arguments in (
-        (None, rows, q, False, found),
-        (errors, np.ascontiguousarray(rows[:, :-1]), q, False, found),
-        (errors, rows, q[:1], False, found),
-        (errors, rows, q, False, found[:1]),
-        (errors, rows, q, False, found.astype(np.float32)),
+        (None, rows, q, q, False, found),
+        (errors, np.ascontiguousarray(rows[:, :-1]), q, q, False, found),
+        (errors, rows, q[:1], q, False, found),
+        (errors, rows, q, q[:1], False, found),
+        (errors, rows, q, q, False, found[:1]),
+        (errors, rows, q, q, False, found.astype(np.float32)),
     ):
         with pytest.raises(TypeError):
             kernel.covariances(*arguments)
-    kernel.covariances(errors, rows, q, False, found)
+    kernel.covariances(errors, rows, q, q, False, found)
     assert np.all(np.isfinite(found))
 
 
@@ -308,7 +338,7 @@ def test_numbers_are_in_the_units_of_the_file_and_of_each_joint():
         '  encoder_resolution: [0.02, 0.5]\n'
         '  backlash: [0.06, 0]\n'
         '  velocity_noise: [1, 2]\n'
-        '  parameters: {lengths: 0.3, alpha1: 0.1, a1: 0, base.rz: 0.5}\n'
+        '  parameters: {lengths: 0.3, alpha1: 0.1, a1: 0, base.rz: 0.5, gears: 1e-3, gear2: 0}\n'
         '  floor: {xyz: 0.05, rpy: 0.2}\n'
     )
     said = robot.description.uncertainty
@@ -321,8 +351,10 @@ def test_numbers_are_in_the_units_of_the_file_and_of_each_joint():
     np.testing.assert_allclose(said.velocity_noise, [np.radians(1.0), 2e-3], rtol=1e-14)
     # The group is that of the row's lengths; a name counts for more, and 0 is none.
     found = table_errors_of(robot, said)
-    by_size = sorted(np.diag(found.factor))
-    np.testing.assert_allclose(by_size, sorted([3e-4, 3e-4, turn[3], turn[4]]), rtol=1e-12)
+    by_size = sorted(np.linalg.norm(found.factor, axis=1))
+    said_ones = [3e-4, 3e-4, turn[3], turn[4], 1e-3]
+    np.testing.assert_allclose(by_size, sorted(said_ones), rtol=1e-12)
+    assert found.gears.tolist() == [-1, -1, -1, -1, 0]
     by_hand = ks.pose_covariance(
         ks.robot_from_text(FILE + 'uncertainty: {floor: {xyz: 0.05, rpy: 0.2}}\n'), [0.1, 0.2]
     )

@@ -89,6 +89,7 @@ def errors_of(chain):
     table = kernel.PoseErrorTable(
         frame=np.arange(count) // 2,
         screw=random.numbers(count, 6),
+        gear=np.arange(count) % (chain.dof + 1) - 1,
         spread=np.tril(random.numbers(count, count)),
         rates=random.numbers(chain.dof),
         floor=random.numbers(6) ** 2,
@@ -109,7 +110,7 @@ def visits(arm, random):
             yield 'evaluate', rows
     covariances = np.zeros((POSES, 2, 6, 6))
     for in_tool_axes in (False, True):
-        kernel.covariances(errors_of(chain), rows, qdot, in_tool_axes, covariances)
+        kernel.covariances(errors_of(chain), rows, q, qdot, in_tool_axes, covariances)
         yield 'covariances', covariances
     measures = np.zeros((POSES, arm_width(arm)))
     kernel.measure(arm, rows, q, measures)

@@ -137,6 +137,7 @@ def any_errors(robot: Robot, random: np.random.Generator):
         kernel.PoseErrorTable(
             frame=np.arange(count) // 2,
             screw=random.normal(size=(count, 6)),
+            gear=np.arange(count) % (robot.dof + 1) - 1,
             spread=np.tril(random.normal(size=(count, count))),
             rates=random.uniform(0.0, 1.0, robot.dof),
             floor=random.uniform(0.0, 1.0, 6),
@@ -151,7 +152,7 @@ def poses_and_measures(robot: Robot, random: np.random.Generator):
     batch = ks.evaluate(robot, q, qdot, depth=kernel.ALL_FRAMES)
     errors = any_errors(robot, random)
     for in_tool_axes in (False, True):
-        kernel.covariances(errors, batch.row, qdot, in_tool_axes, np.zeros((POSES, 2, 6, 6)))
+        kernel.covariances(errors, batch.row, q, qdot, in_tool_axes, np.zeros((POSES, 2, 6, 6)))
     with np.errstate(all='ignore'):
         ks.evaluate(robot, q, qdot)
         ks.forward_kinematics(robot, q)

@@ -25,7 +25,7 @@ cdef void _copy_numbers(
 @cython.locals(
     octets='unsigned char*', at=Py_ssize_t, stamp='long long', n=Py_ssize_t, width=Py_ssize_t, count=Py_ssize_t,
     evaluated='double*', measured='double*', work='double*', velocities='double*', said=int,
-    arm=Arm, numbers=Py_ssize_t,
+    arm=Arm, numbers=Py_ssize_t, q='double*', qdot='double*',
 )
 cpdef int observe_bytes(
     NearestSearch search, JointMemory memory, IncomingForm form, bytes data, long long arrival,

@@ -159,7 +159,8 @@ def observe_bytes(
     if said % places.STARTED_ANEW <= places.SAID_WITH_DIFFERENCES:
         judging.judge_row(arm, evaluated, arrays.after(evaluated, width), measured, work, search)
         if answers is not None:
-            outgoing.spread(answers, evaluated, arrays.after(evaluated, width + n))
+            q, qdot = arrays.after(evaluated, width), arrays.after(evaluated, width + n)
+            outgoing.spread(answers, evaluated, q, qdot)
             outgoing.fill(
                 answers, stamp, evaluated, arrays.size(row), measured, arrays.size(measures)
             )

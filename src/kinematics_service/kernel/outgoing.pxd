@@ -32,4 +32,4 @@ cdef int check_fit(
     OutgoingMessages messages, Chain chain, Py_ssize_t width, Py_ssize_t numbers
 ) except -1
 @cython.locals(work='double*')
-cdef int spread(OutgoingMessages messages, double* row, double* qdot) except -1
+cdef int spread(OutgoingMessages messages, double* row, double* q, double* qdot) except -1

@@ -146,13 +146,14 @@ def fill(
         arrays.put_number(messages.data, messages.targets[k], number)
 
 
-def spread(messages: OutgoingMessages, row: Floats, qdot: Floats) -> None:
+def spread(messages: OutgoingMessages, row: Floats, q: Floats, qdot: Floats) -> None:
     """Compute the covariances of a row that are among the numbers of the messages."""
     if messages.errors is not None:
         work = arrays.scratch(pose_errors.room(messages.errors))
         pose_errors.write_covariances(
             messages.errors,
             row,
+            q,
             qdot,
             messages.of_pose,
             messages.of_twist,

@@ -29,7 +29,14 @@ from .file.description import (
     SingularityDescription,
     Uncertainty,
 )
-from .file.parameters import ENDS, TABLE_GROUPS, end_parameters, placed_rows
+from .file.parameters import (
+    ENDS,
+    GEARS,
+    TABLE_GROUPS,
+    end_parameters,
+    gear_parameters,
+    placed_rows,
+)
 
 TOOL = 'tool'
 
@@ -234,7 +241,8 @@ def _up_to(
         return None
     ends = ENDS if of_tool else ENDS[:1]
     names = {
-        *TABLE_GROUPS,
+        *(*TABLE_GROUPS, GEARS),
+        *(one.name for one in gear_parameters(description.joints)),
         *(one.parameter.name for row in placed_rows(links, description.convention) for one in row),
         *(one.name for end in ends for one in end_parameters(end, 0)),
     }

@@ -19,11 +19,13 @@ from .chosen_parameters import motion_of
 from .corrected_chain import CorrectedChain, error_screws, seen_from
 from .parameters import (
     ENDS,
+    GEARS,
     GROUPS,
     SIX,
     ArmParameter,
     end_parameters,
     every_parameter_of,
+    gear_parameters,
     parameters_of,
     placement,
 )
@@ -42,21 +44,30 @@ class TableErrors(NamedTuple):
         The frame of the table in which each moves the tool along a screw that stands still.
     screws : shape (P, 6)
         In that frame: linear velocity of its origin, angular velocity.
+    gears : shape (P,)
+        The joint that moves along it by a share more; -1: none.
     factor : shape (P, causes)
-        F of their covariance F F^T, rad and m.
+        F of their covariance F F^T, rad, m and shares.
     """
 
     frames: Integers
     screws: Floats
+    gears: Integers
     factor: Floats
 
 
 class NamedErrors(NamedTuple):
-    """The numbers of a table, by name, with their screws in frames of the table."""
+    """
+    The numbers of an arm by name, with their screws as `TableErrors` has them.
+
+    `of` (P,) is the parameter of each screw: a joint that moves several rows has as many.
+    """
 
     parameters: tuple[ArmParameter, ...]
     frames: Integers
     screws: Floats
+    gears: Integers
+    of: Integers
 
 
 def frames_of_elements(robot: Robot) -> Integers:
@@ -88,22 +99,60 @@ def screws_in_frames(
 
 
 def named_errors(robot: Robot) -> NamedErrors:
-    """Return every number of an arm that its file may name, those of base and tool last."""
+    """Return every number of an arm that its file may name; gears come last."""
     arm = every_parameter_of(robot.description)
     description, count = robot.description, len(arm.table)
     base, tool = description.base.motion.matrix, description.tool.motion.matrix
     chain = placement(arm.chain, base, tool, (count, count + len(SIX)))
     frames, screws = screws_in_frames(robot, chain, np.zeros(count + 2 * len(SIX)))
     ends = (one for end in ENDS for one in end_parameters(end, 0))
-    return NamedErrors((*arm.table, *ends), frames, screws)
+    gears = gear_parameters(description.joints)
+    moving = joint_screws(robot)
+    of_joints = [
+        (count + 12 + k, e)
+        for k, gear in enumerate(gears)
+        for e in np.flatnonzero(moving.joints == gear.row).tolist()
+    ]
+    own = np.array([e for _, e in of_joints], dtype=np.int64)
+    return NamedErrors(
+        (*arm.table, *ends, *gears),
+        np.concatenate([frames, moving.frames[own]]),
+        np.concatenate([screws, moving.screws[own]]),
+        np.concatenate([np.full(len(frames), -1), moving.joints[own]]),
+        np.array([*range(len(frames)), *(k for k, _ in of_joints)]),
+    )
+
+
+class JointScrews(NamedTuple):
+    """How joints move the tool, entry by entry of the chain: joints (E,), the rest as above."""
+
+    joints: Integers
+    frames: Integers
+    screws: Floats
+
+
+def joint_screws(robot: Robot) -> JointScrews:
+    """Return the screws of the joints of an arm."""
+    chain = robot.chain.table
+    offsets = np.tile(np.eye(4), (robot.chain.frames, 1, 1))
+    offsets[:, :3] = chain.frame_offset
+    of_elements = frames_of_elements(robot)
+    frames, screws = [], []
+    for k in range(robot.chain.elements):
+        frame = int(of_elements[k + 1])
+        for e in range(chain.first_entry[k], chain.first_entry[k + 1]):
+            own = np.array([[0.0, 0.0, chain.by_d[e], 0.0, 0.0, chain.by_theta[e]]])
+            frames.append(frame)
+            screws.append(seen_from(inverse(offsets[frame]), own)[0])
+    return JointScrews(chain.joint, np.array(frames), np.array(screws))
 
 
 def _deviations(robot: Robot, given: Mapping[str, float]) -> dict[str, float]:
     # By name, those of groups included.
-    groups = {name: value for name, value in given.items() if name in GROUPS}
+    groups = {name: value for name, value in given.items() if name in (*GROUPS, GEARS)}
     found = {}
     if groups:
-        table = parameters_of(robot).table
+        table = (*parameters_of(robot).table, *gear_parameters(robot.description.joints))
         found = {one.name: groups[one.group] for one in table if one.group in groups}
     named = {name: value for name, value in given.items() if name not in groups}
     return {name: value for name, value in {**found, **named}.items() if value > 0.0}
@@ -115,16 +164,18 @@ def table_errors_of(robot: Robot, uncertainty: Uncertainty | None) -> TableError
     deviations = _deviations(robot, dict(uncertainty.parameters) if uncertainty else {})
     names = [*deviations, *(name for name, _ in rows)]
     if not names:
-        return TableErrors(np.zeros(0, dtype=np.int64), np.zeros((0, 6)), np.zeros((0, 0)))
+        none = np.zeros(0, dtype=np.int64)
+        return TableErrors(none, np.zeros((0, 6)), none, np.zeros((0, 0)))
     causes = max([len(names), *(len(row) for _, row in rows)])
     factor = np.zeros((len(names), causes))
     np.fill_diagonal(factor, [*deviations.values(), *(0.0 for _ in rows)])
     for k, (_, row) in enumerate(rows):
         factor[k, : len(row)] = row
     known = named_errors(robot)
-    places = {one.name: k for k, one in enumerate(known.parameters)}
-    at = [places[name] for name in names]
-    return TableErrors(known.frames[at], known.screws[at], factor)
+    row_of = {name: k for k, name in enumerate(names)}
+    at = [k for k, of in enumerate(known.of) if known.parameters[of].name in row_of]
+    own = [row_of[known.parameters[known.of[k]].name] for k in at]
+    return TableErrors(known.frames[at], known.screws[at], known.gears[at], factor[own])
 
 
 def pose_errors(
@@ -144,22 +195,12 @@ def pose_errors(
     floor : m, rad
         Standard deviations that the pose has besides.
     """
-    chain = robot.chain.table
-    offsets = np.tile(np.eye(4), (robot.chain.frames, 1, 1))
-    offsets[:, :3] = chain.frame_offset
-    of_elements = frames_of_elements(robot)
-    frames, screws, spread = [], [], []
-    for k in range(robot.chain.elements):
-        frame = of_elements[k + 1]
-        for e in range(chain.first_entry[k], chain.first_entry[k + 1]):
-            own = np.array([[0.0, 0.0, chain.by_d[e], 0.0, 0.0, chain.by_theta[e]]])
-            frames.append(frame)
-            screws.append(seen_from(inverse(offsets[frame]), own)[0])
-            spread.append(joints * (np.arange(robot.dof) == chain.joint[e]))
-    every = np.concatenate([np.array(frames, dtype=np.int64), table.frames])
+    of_joints = joint_screws(robot)
+    count = len(of_joints.joints)
+    every = np.concatenate([of_joints.frames, table.frames])
     causes = np.zeros((len(every), robot.dof + table.factor.shape[1]))
-    causes[: len(frames), : robot.dof] = spread
-    causes[len(frames) :, robot.dof :] = table.factor
+    causes[:count, : robot.dof] = joints * np.eye(robot.dof)[of_joints.joints]
+    causes[count:, robot.dof :] = table.factor
     order = np.argsort(every, kind='stable')
     order = order[np.any(causes[order] != 0.0, axis=1)]
     moving = np.any(causes != 0.0, axis=0)
@@ -167,7 +208,8 @@ def pose_errors(
         robot.chain,
         PoseErrorTable(
             frame=every[order],
-            screw=np.concatenate([np.reshape(screws, (-1, 6)), table.screws])[order],
+            screw=np.concatenate([of_joints.screws, table.screws])[order],
+            gear=np.concatenate([np.full(count, -1), table.gears])[order],
             spread=np.ascontiguousarray(causes[np.ix_(order, moving)]),
             rates=np.array(velocities, dtype=np.float64),
             floor=np.repeat(np.square(floor), 3),
@@ -249,7 +291,12 @@ def calibrated_errors(robot: Robot, found: Calibration, ends: bool = False) -> T
     own = table_corrections(robot, found, ends)
     frames, screws = screws_in_frames(robot, own.chain, own.values)
     covariance = found.covariance[np.ix_(own.fitted, own.fitted)]
-    return TableErrors(frames[own.columns], screws[own.columns], factor_of(covariance))
+    return TableErrors(
+        frames[own.columns],
+        screws[own.columns],
+        np.full(len(own.columns), -1),
+        factor_of(covariance),
+    )
 
 
 def factor_of(covariance: Floats) -> Floats:

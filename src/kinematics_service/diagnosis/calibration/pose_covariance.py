@@ -141,7 +141,8 @@ def covariances(errors: PoseErrors, state: ToolState, axes: str = BASE) -> Float
     found = np.empty((len(rows), 2, 6, 6))
     qdot = np.zeros_like(state.q) if state.qdot is None else state.qdot
     rates = np.ascontiguousarray(qdot).reshape(len(rows), -1)
-    kernel.covariances(errors, rows, rates, axes == TOOL, found)
+    positions = np.ascontiguousarray(state.q).reshape(len(rows), -1)
+    kernel.covariances(errors, rows, positions, rates, axes == TOOL, found)
     return found.reshape(*state.row.shape[:-1], 2, 6, 6)
 
 

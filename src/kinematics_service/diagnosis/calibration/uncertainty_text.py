@@ -68,9 +68,9 @@ def named_factor(
     of the calibrated one, if in other rows; what turns a row of two matrices is made of several.
     """
     errors, known = calibrated_errors(robot, found, ends), named_errors(robot)
-    made_of = np.zeros((len(known.parameters), len(errors.frames)))
+    made_of = np.zeros((len(known.frames), len(errors.frames)))
     for column, (frame, screw) in enumerate(zip(errors.frames, errors.screws)):
-        there = known.frames == frame
+        there = (known.gears < 0) & (known.frames == frame)
         same = there & (np.abs(known.screws - screw).max(axis=1) < SAME)
         free = np.flatnonzero(same & ~np.any(made_of, axis=1))
         if len(free):
@@ -82,7 +82,7 @@ def named_factor(
     rows = np.flatnonzero(np.any(made_of, axis=1))
     triangle = np.linalg.qr(factor[rows].T, mode='r')
     signs = np.where(np.diag(triangle) < 0.0, -1.0, 1.0)
-    return tuple(known.parameters[k] for k in rows), (signs[:, None] * triangle).T
+    return tuple(known.parameters[known.of[k]] for k in rows), (signs[:, None] * triangle).T
 
 
 def _left(found: Calibration, rms: float) -> float:

@@ -12,6 +12,7 @@ cdef class PoseErrors:
     cdef readonly int screws, causes
     cdef long long* frame
     cdef double* screw
+    cdef long long* gear
     cdef double* spread
     cdef double* rates
     cdef double* floor
@@ -25,6 +26,10 @@ cdef void _write_column(PoseErrors errors, int s, double* row, double* column) n
 @cython.locals(i=int, j=int, k=int, vj=double, vk=double, wj=double, wk=double)
 cdef void _write_rate(
     double* column, double* before, double* twist, double* rate
+) noexcept nogil
+@cython.locals(i=int)
+cdef void _drive(
+    double share, double rate_of_share, double* column, double* rate
 ) noexcept nogil
 @cython.locals(turned='double[6]', part=int, i=int, j=int, k=int, along=double)
 cdef void _turn_into_tool_axes(
@@ -44,16 +49,17 @@ cdef void _write_products(double* moved, int count, double* covariance) noexcept
 @cython.locals(
     causes=int, n=int, changed='double*', twist='double*',
     column='double[6]', rate='double[6]', before='double[6]', k=int, element=int, s=int, i=int,
-    j=int,
+    j=int, gear='long long',
 )
 cdef void write_covariances(
-    PoseErrors errors, double* row, double* qdot, bint of_pose, bint of_twist,
+    PoseErrors errors, double* row, double* q, double* qdot, bint of_pose, bint of_twist,
     bint in_tool_axes, double* covariances, double* work,
 ) noexcept nogil
 @cython.locals(
     n=Py_ssize_t, count=Py_ssize_t, width=Py_ssize_t, table='double*', rates='double*',
-    found='double*', work='double*', k=Py_ssize_t,
+    positions='double*', found='double*', work='double*', k=Py_ssize_t,
 )
 cpdef covariances(
-    PoseErrors errors, cnp.ndarray rows, cnp.ndarray qdot, bint in_tool_axes, cnp.ndarray results
+    PoseErrors errors, cnp.ndarray rows, cnp.ndarray q, cnp.ndarray qdot, bint in_tool_axes,
+    cnp.ndarray results,
 )

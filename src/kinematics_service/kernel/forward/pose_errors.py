@@ -29,6 +29,8 @@ class PoseErrorTable(NamedTuple):
         The frame of the table in which each screw stands still, ascending.
     screw : shape (screws, 6)
         Along it, linear velocity of that frame's origin and angular velocity, in its axes.
+    gear : shape (screws,)
+        The joint that moves along it by a share more than it says; -1: it is moved by itself.
     spread : shape (screws, causes)
         How far each of independent causes, at one standard deviation, moves along it.
     rates : shape (n,)
@@ -39,6 +41,7 @@ class PoseErrorTable(NamedTuple):
 
     frame: Integers
     screw: Floats
+    gear: Integers
     spread: Floats
     rates: Floats
     floor: Floats
@@ -49,6 +52,8 @@ def _goes_together(chain: Chain, table: PoseErrorTable) -> bool:
     screws = len(table.frame)
     return bool(
         table.screw.shape == (screws, 6)
+        and table.gear.shape == (screws,)
+        and np.all((table.gear >= -1) & (table.gear < chain.dof))
         and table.spread.ndim == 2
         and len(table.spread) == screws
         and table.rates.shape == (chain.dof,)
@@ -99,6 +104,7 @@ class PoseErrors:
         self.reaches = _reaches(table.spread)
         self.frame = arrays.whole(table.frame, self.screws)
         self.screw = arrays.numbers(table.screw, 6 * self.screws)
+        self.gear = arrays.whole(table.gear, self.screws)
         self.spread = arrays.numbers(table.spread, self.screws * self.causes)
         self.rates = arrays.numbers(table.rates, chain.dof)
         self.floor = arrays.numbers(table.floor, 6)
@@ -135,6 +141,13 @@ def _write_rate(column: Numbers, before: Numbers, twist: Floats, rate: Numbers) 
             before[3 + j] * column[k] - before[3 + k] * column[j]
         )
         rate[3 + i] = column[3 + j] * wk - column[3 + k] * wj
+
+
+def _drive(share: float, rate_of_share: float, column: Numbers, rate: Numbers) -> None:
+    # From a motion along a screw to that by a share of a joint's position.
+    for i in range(6):
+        rate[i] = share * rate[i] + rate_of_share * column[i]
+        column[i] = share * column[i]
 
 
 def _turn_into_tool_axes(row: Floats, column: Numbers, twist: Floats, rate: Numbers) -> None:
@@ -193,6 +206,7 @@ def _write_products(moved: Floats, count: int, covariance: Floats) -> None:
 def write_covariances(
     errors: PoseErrors,
     row: Floats,
+    q: Floats,
     qdot: Floats,
     of_pose: bool,
     of_twist: bool,
@@ -209,8 +223,8 @@ def write_covariances(
     ----------
     errors
         What may be off.
-    row, qdot
-        As `evaluate` fills it with ALL_FRAMES, at these joint velocities.
+    row, q, qdot
+        As `evaluate` fills it with ALL_FRAMES, at these joint positions and velocities.
     covariances : shape (2, 6, 6)
         Rows and columns x y z of the tool's origin, rotations about x y z.
     work
@@ -225,13 +239,17 @@ def write_covariances(
     element = 0
     for s in range(errors.screws):
         _write_column(errors, s, row, column)
-        if of_pose:
-            _add_causes(errors, s, column, work)
         if of_twist:
             while element <= errors.chain.frame_parent[errors.frame[s]]:
                 _carry_on(errors.chain, element, row, qdot, before)
                 element += 1
             _write_rate(column, before, twist, rate)
+        gear = errors.gear[s]
+        if gear >= 0:
+            _drive(q[gear], qdot[gear], column, rate)
+        if of_pose:
+            _add_causes(errors, s, column, work)
+        if of_twist:
             if in_tool_axes:
                 _turn_into_tool_axes(row, column, twist, rate)
             _add_causes(errors, s, rate, changed)
@@ -254,7 +272,12 @@ def write_covariances(
 
 
 def covariances(
-    errors: PoseErrors, rows: Floats, qdot: Floats, in_tool_axes: bool, results: Floats
+    errors: PoseErrors,
+    rows: Floats,
+    q: Floats,
+    qdot: Floats,
+    in_tool_axes: bool,
+    results: Floats,
 ) -> None:
     """
     Fill `results` (N, 2, 6, 6) with the covariances of pose and twist of each evaluated row.
@@ -267,14 +290,15 @@ def covariances(
         What may be off.
     rows : shape (N, width)
         As `evaluate` filled them with ALL_FRAMES.
-    qdot : shape (N, n), rad/s or m/s
+    q, qdot : shape (N, n), rad or m, rad/s or m/s
         Where they were evaluated.
     """
     arrays.given(errors)
     n, count, width = errors.chain.dof, arrays.extent(rows, 0), arrays.extent(rows, 1)
     if width < errors.chain.width:
         raise TypeError('the arrays of covariances do not go together')
-    table, rates = arrays.numbers(rows, 0), arrays.numbers(qdot, count * n)
+    table, positions = arrays.numbers(rows, 0), arrays.numbers(q, count * n)
+    rates = arrays.numbers(qdot, count * n)
     found = arrays.results(results, COVARIANCES * count)
     work = arrays.scratch(room(errors))
     lock = arrays.let_go()
@@ -282,6 +306,7 @@ def covariances(
         write_covariances(
             errors,
             arrays.after(table, k * width),
+            arrays.after(positions, k * n),
             arrays.after(rates, k * n),
             True,
             True,

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .convention_table import CONVENTIONS
-from .description import DhRow, ElementaryMotion, Link, ShapeRow
+from .description import DhRow, ElementaryMotion, JointDescription, Link, ShapeRow
 
 # Standard deviations of lengths (m) and angles (rad): what is usual between a datasheet and a
 # robot, and what corrections are scaled by so that they compare.
@@ -22,6 +22,7 @@ AXES = 'xyz'
 # Conventions in which a row more can say the extra corrections.
 WITH_EXTRA = ('standard', 'modified')
 ENDS = ('base', 'tool')
+GEARS = 'gears'
 TABLE_GROUPS = ('offsets', 'lengths', 'angles')
 GROUPS = (*TABLE_GROUPS, *ENDS, 'lag')
 SIX = ('x', 'y', 'z', 'rx', 'ry', 'rz')
@@ -37,14 +38,15 @@ class ArmParameter:
     name
         `theta2`, `d1`, `a3`, `alpha2` of row 2, 1, 3, 2 of the table, counted from 1; `beta2` is
         an extra turn about y beside that row's alpha, `b2` an extra length along y beside its a;
-        `Rz3`, `Tx2` of other conventions; `base.x` to `tool.rz`, `base2.x` of the second set;
-        `lag`, the time (s) after which the joints are where the poses have them.
+        `Rz3`, `Tx2` of other conventions; `gear2` of joint 2, by which share its motion is larger
+        than it says; `base.x` to `tool.rz`, `base2.x` of the second set; `lag`, the time (s) after
+        which the joints are where the poses have them.
     group
-        offsets (of joint positions), lengths, angles, base, tool or lag.
+        offsets (of joint positions), lengths, angles, gears, base, tool or lag.
     angle
-        Whether it is in rad; otherwise it is in m.
+        Whether it is in rad; otherwise it is in m, or a share.
     row
-        Row of the table, counted from 0; -1 for base and tool.
+        Row of the table, or the joint of a gear, counted from 0; -1 for base and tool.
     place
         The number of that row it is added to: theta, d, a, alpha, own; or the axis of an extra
         motion, as Ry.
@@ -116,6 +118,15 @@ def _of_joint(k: int, joint: ElementaryMotion) -> Iterator[PlacedParameter]:
                 ArmParameter(name, group, kind == 'R', k, place), axis, extra=True
             )
     yield PlacedParameter(own, joint.axis[1])
+
+
+def gear_parameters(joints: Sequence[JointDescription]) -> list[ArmParameter]:
+    """Return for each joint that moves something by which share it moves more than it says."""
+    return [
+        ArmParameter(f'gear{k + 1}', GEARS, False, k, 'gear')
+        for k, joint in enumerate(joints)
+        if not joint.unused
+    ]
 
 
 LAG = ArmParameter('lag', 'lag', False)

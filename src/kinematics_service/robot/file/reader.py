@@ -131,7 +131,7 @@ def parse_robot(text: str, file: str) -> RobotDescription:
     )
     singularity = read_singularity(entry.singularity, quantities)
     uncertainty = read_uncertainty(
-        entry.uncertainty, joint_types, links, entry.convention or '', quantities
+        entry.uncertainty, joint_types, joints, links, entry.convention or '', quantities
     )
     known_poses = read_known_poses(entry.known_poses, joint_types, joints, quantities)
 

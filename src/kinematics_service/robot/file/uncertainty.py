@@ -3,16 +3,26 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from .description import JointType, Link, Uncertainty
+from .description import JointDescription, JointType, Link, Uncertainty
 from .entries import checked, checked_list, checked_number, choice, did_you_mean, meant_by
 from .fault_report import quoted, shown
-from .parameters import ENDS, TABLE_GROUPS, ArmParameter, end_parameters, placed_rows
+from .parameters import (
+    ENDS,
+    GEARS,
+    TABLE_GROUPS,
+    ArmParameter,
+    end_parameters,
+    gear_parameters,
+    placed_rows,
+)
 from .quantities import KIND_OF, Kind, Quantities
 from .schema import FloorEntry, UncertaintyEntry
 from .yaml_document import Path
 
 PATH: Path = ('uncertainty',)
 OF_POSITIONS = ('encoder_noise', 'encoder_resolution', 'backlash')
+# Of parameters whose deviations may be given together.
+GROUPS = (*TABLE_GROUPS, GEARS)
 # Parameters named in a message.
 MOST_NAMED = 60
 
@@ -20,6 +30,7 @@ MOST_NAMED = 60
 def read_uncertainty(
     data: Any,
     types: Sequence[JointType | None],
+    joints: Sequence[JointDescription],
     links: Sequence[Link] | None,
     convention: str,
     quantities: Quantities,
@@ -33,6 +44,8 @@ def read_uncertainty(
         The mapping as the file has it; None where there is none.
     types
         Of the entries in the list of joints; None where it has been refused.
+    joints
+        Their descriptions; fewer where some have faults.
     links
         The table, whose numbers parameters are; None where it has faults: no name is judged.
     convention
@@ -45,7 +58,9 @@ def read_uncertainty(
     report = quantities.report
     before = report.fault_count
     entry = checked(UncertaintyEntry, data, PATH, report)
-    joints = {key: _of_joints(key, getattr(entry, key), types, quantities) for key in OF_POSITIONS}
+    of_joints = {
+        key: _of_joints(key, getattr(entry, key), types, quantities) for key in OF_POSITIONS
+    }
     velocities = None
     if entry.velocity_noise is not None:
         velocities = _of_joints('velocity_noise', entry.velocity_noise, types, quantities)
@@ -58,6 +73,7 @@ def read_uncertainty(
             for one in (
                 *(one.parameter for row in placed_rows(links, convention) for one in row),
                 *(one for end in ENDS for one in end_parameters(end, 0)),
+                *gear_parameters(joints),
             )
         }
     parameters = _parameters(entry.parameters, known, quantities)
@@ -70,9 +86,9 @@ def read_uncertainty(
     if report.fault_count > before or None in types:
         return None
     found = Uncertainty(
-        joints['encoder_noise'],
-        joints['encoder_resolution'],
-        joints['backlash'],
+        of_joints['encoder_noise'],
+        of_joints['encoder_resolution'],
+        of_joints['backlash'],
         velocities,
         parameters,
         factor,
@@ -85,6 +101,12 @@ def read_uncertainty(
         )
         return None
     return found
+
+
+def _kind(one: ArmParameter) -> Kind:
+    if one.group == GEARS:
+        return 'number'
+    return 'angle' if one.angle else 'length'
 
 
 def _deviation(text: str | None, kind: Kind, path: Path, quantities: Quantities) -> float:
@@ -142,23 +164,22 @@ def _parameters(
         if known is None:
             continue
         of_group = [one for one in known.values() if one.group == name]
-        angles = {one.angle for one in of_group} if name in TABLE_GROUPS else set()
+        kinds = {_kind(one) for one in of_group} if name in GROUPS else set()
         if name in known:
-            angles = {known[name].angle}
-        elif name not in TABLE_GROUPS:
-            _unknown(name, (*path, name), known, TABLE_GROUPS, quantities)
+            kinds = {_kind(known[name])}
+        elif name not in GROUPS:
+            _unknown(name, (*path, name), known, GROUPS, quantities)
             continue
-        elif len(angles) > 1:
+        elif len(kinds) > 1:
             report.fault(
                 (*path, name),
                 'one number for joints that turn and joints that slide: name the parameters',
             )
             continue
-        elif not angles:
+        elif not kinds:
             report.fault((*path, name), 'the table has none of these')
             continue
-        kind: Kind = 'angle' if angles == {True} else 'length'
-        found.append((name, _deviation(text, kind, (*path, name), quantities)))
+        found.append((name, _deviation(text, kinds.pop(), (*path, name), quantities)))
     return tuple(found)
 
 
@@ -206,7 +227,7 @@ def _factor(
         if name not in known:
             _unknown(name, place, known, (), quantities)
             continue
-        kind: Kind = 'angle' if known[name].angle else 'length'
+        kind = _kind(known[name])
         row = [
             quantities.fixed(text, kind, (*place, k), usual=False) for k, text in enumerate(texts)
         ]
