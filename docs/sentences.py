@@ -56,6 +56,7 @@ ROBOT_FILE = {
             'points': 'other points of the arm, by name: `{elbow: {row: 2}}`',
             'singularity': 'what is called singular, and when to warn',
             'known_poses': 'poses known from elsewhere, which `check` compares',
+            'tolerance': 'how far the numbers of the table may be off, for `calibrate`',
         },
     ),
     'UnitsEntry': (
@@ -148,5 +149,16 @@ ROBOT_FILE = {
         'known_poses.tolerance',
         'Each of them may be left out.',
         {'xyz': 'of the position', 'rpy': 'of the orientation, as an angle'},
+    ),
+    'TableToleranceEntry': (
+        'tolerance',
+        'Standard deviations, with which a calibration begins. Each of them may be left out; then '
+        'it is 1 mm, 0.2 degrees, and a thousandth of a gear ratio.',
+        {
+            'length': 'of every length of the table',
+            'angle': 'of every angle',
+            'gear': 'of every gear ratio, as a share of it',
+            'of': 'of single numbers, by the names that `calibrate` prints: `{d1: 0.2e-3}`',
+        },
     ),
 }

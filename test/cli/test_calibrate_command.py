@@ -108,6 +108,34 @@ def test_degrees_and_millimetres_of_a_file_are_kept(convention):
         assert np.abs(X @ ks.forward_kinematics(read, q) @ Y - measured).max() < 1e-9
 
 
+def test_tolerances_of_a_robot_file_are_read_and_move_with_their_rows(tmp_path, capsys):
+    arm = measured_arm('ur5e', 40, NOISE)
+    file = table(tmp_path / 'tracker.csv', arm.robot, arm.q, arm.poses)
+    robot, output = tmp_path / 'arm.yaml', tmp_path / 'mine.yaml'
+    text = ks.bundled_robots()['ur5e'].read_text()
+    robot.write_text(text + 'tolerance: {length: 0.4e-3, of: {d5: 0.2e-3, theta2: 1e-3}}\n')
+
+    def priors(*options):
+        options = ['--robot', robot, '--json', '-', *options]
+        code, out, err = run(capsys, 'calibrate', file, *options)
+        assert (code, err) == (
+            0,
+            f'wrote {output}; next: python -m kinematics_service check {output}\n'
+            if '--output' in options
+            else '',
+        )
+        return {one['name']: one['prior'] for one in json.loads(out)['parameters']}
+
+    found = priors('--output', output)
+    assert (found['a2'], found['d5'], found['theta2']) == (0.4e-3, 0.2e-3, 1e-3)
+    assert found['alpha1'] == np.radians(0.2)
+    found = priors('--tolerance', '2mm')
+    assert (found['a2'], found['d5'], found['theta2']) == (2e-3, 0.2e-3, 1e-3)
+    mine = ks.load_robot(output).description.tolerances
+    assert (mine.length, mine.angle) == (0.4e-3, None)
+    assert dict(mine.named) == {'d7': 0.2e-3, 'theta2': 1e-3}
+
+
 def test_points_of_the_arm_stay_where_they_are(tmp_path):
     text = ks.bundled_robots()['ur5e'].read_text()
     text += 'points: {elbow: {row: 2, xyz: [0, 0, 0.1]}, wrist: {row: 4, xyz: [0.05, 0, 0]}}\n'

@@ -14,6 +14,7 @@ from tolerances import DIFFERENCE, DIFFERENCE_STEP, ROUND_OFF
 
 import kinematics_service as ks
 from kinematics_service.diagnosis.calibration.corrected_chain import pose_change, poses_of
+from kinematics_service.diagnosis.calibration.corrections import corrected_robot
 from kinematics_service.diagnosis.calibration.parameters import (
     end_parameters,
     parameters_of,
@@ -22,6 +23,7 @@ from kinematics_service.diagnosis.calibration.parameters import (
     structural_rank,
 )
 from kinematics_service.rigid_motion import exponential, pose_of, rotation_vector
+from kinematics_service.robot.file.sections import tolerances_section
 
 # Without noise parameters come back as exactly (m, rad).
 EXACT = 1e-9
@@ -215,6 +217,63 @@ def test_the_prior_of_a_group_decides_what_stays():
     priors = {one.name: one.prior for one in found.parameters}
     assert (priors['a2'], priors['theta3'], priors['theta2']) == (1e-9, 0.1, np.radians(0.2))
     assert abs(found.corrections['a2']) < 1e-8
+
+
+def with_tolerance(name, text):
+    return ks.robot_from_text(ks.bundled_robots()[name].read_text() + f'\ntolerance: {text}\n')
+
+
+def test_the_robot_file_says_how_far_its_numbers_may_be_off():
+    arm = measured_arm('ur5e', 30, NOISE)
+    robot = with_tolerance('ur5e', '{length: 0.3e-3, of: {d1: 2e-3, theta3: 1e-9, beta5: 0.1}}')
+    found = ks.calibrate(robot, arm.q, arm.poses)
+    priors = {one.name: one.prior for one in found.parameters}
+    assert (priors['a2'], priors['d1'], priors['theta3']) == (0.3e-3, 2e-3, 1e-9)
+    assert priors['theta2'] == np.radians(0.2)  # nothing is said of angles
+    assert abs(found.corrections['theta3']) < 1e-8
+    assert found.remarks == ('The tolerance of beta5 in the robot file is not used',)
+    # What the call says holds instead.
+    found = ks.calibrate(robot, arm.q, arm.poses, tolerances={'lengths': 1e-4})
+    priors = {one.name: one.prior for one in found.parameters}
+    assert (priors['a2'], priors['d1'], priors['theta3']) == (1e-4, 1e-4, 1e-9)
+
+
+def test_what_is_proposed_depends_on_the_tolerances_of_the_robot_file():
+    robot = with_tolerance('ur5e', '{length: 1e-6, angle: 1e-6, of: {theta5: 0.02}}')
+    proposed, usual = (ks.propose_poses(one, 4) for one in (robot, robot_of('ur5e')))
+    before = dict(zip(proposed.names, proposed.before.tolist()))
+    assert (before['a2'], before['theta2'], before['theta5']) == pytest.approx((1e-6, 1e-6, 0.02))
+    assert not np.array_equal(proposed.q, usual.q)
+
+
+@pytest.mark.parametrize(
+    ('name', 'before', 'after'),
+    [
+        # beta2 and beta3 become rows of their own: alpha of these.
+        ('ur5e', 'a2: 1, alpha3: 2, theta4: 3, d6: 4', 'a2: 1, alpha4: 2, theta6: 3, d8: 4'),
+        ('ur5e', 'beta2: 1, beta3: 2, gear4: 3', 'alpha3: 1, alpha5: 2, gear4: 3'),
+        (
+            'craig_3r',
+            'a3: 1, alpha3: 2, d3: 3, theta3: 4, beta3: 5, a4: 6',
+            'a3: 1, alpha3: 2, d4: 3, theta4: 4, alpha4: 5, a5: 6',
+        ),
+        (
+            'rrp_elementary',
+            'Ry3: 1, Tx3: 2, Tx4: 3, Tx5: 4',
+            'Ry5: 1, Tx4: 2, Tx6: 3, Tx8: 4',
+        ),
+    ],
+)
+def test_tolerances_of_numbers_move_with_their_rows(name, before, after):
+    robot = with_tolerance(name, f'{{of: {{{before}}}}}')
+    parameters = parameters_of(robot).table
+    errors = 1e-3 * np.ones(len(parameters))
+    corrected = corrected_robot(robot, parameters, errors)
+    moved = corrected.description.tolerances.named
+    assert ', '.join(f'{name}: {value:g}' for name, value in moved) == after
+    # And in words, as the file of the corrected arm has them.
+    own = f'of: {{{after}}}'
+    assert tolerances_section(corrected.description) == [f'tolerance: {{{own}}}']
 
 
 # The poses to measure next

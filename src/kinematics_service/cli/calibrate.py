@@ -55,12 +55,12 @@ tip are fitted. All lengths are then known by their ratios alone, unless
 --distance says how far two points are apart.
 
 \b
-Every number has a prior, --tolerance: what the poses do not tell stays where
-it was. --propose names the poses to measure next, after those of FILE or
-before any; they keep from limits and singular poses, but nothing is known of
-the cell around: look at the motion first. --output is in the convention of
-the robot file: each number is the nominal one and its correction, and
-known_poses are the measured ones.
+Every number has a prior, --tolerance or `tolerance` of the robot file: what
+the poses do not tell stays where it was. --propose names the poses to measure
+next, after those of FILE or before any; they keep from limits and singular
+poses, but nothing is known of the cell around: look at the motion first.
+--output is in the convention of the robot file: each number is the nominal
+one and its correction, and known_poses are the measured ones.
 
 \b
 Exit code 0: calibrated. 1: FILE cannot be read, or the frame check names a
@@ -100,9 +100,13 @@ def calibrate(
         str, typer.Option(metavar='NAMES', help='Leave these as in the robot file.')
     ] = '',
     tolerance: Annotated[
-        str,
-        typer.Option(metavar='LIMIT', help='Usual errors of lengths and angles of the table.'),
-    ] = '1mm,0.2deg',
+        Optional[str],
+        typer.Option(
+            metavar='LIMIT',
+            help='Usual errors of lengths and angles of the table; default: those of the robot '
+            'file, else 1mm,0.2deg.',
+        ),
+    ] = None,
     own: Annotated[
         str, typer.Option(metavar='NAMES', help='What each of several files has of its own.')
     ] = 'base',
@@ -140,7 +144,7 @@ def calibrate(
     plans = _plans(plan, propose)
     _check_outputs([*([] if output is None else [output]), *plans], force)
     arm = given_robot(robot)
-    limit = given_limit('--tolerance', tolerance)
+    limit = None if tolerance is None else given_limit('--tolerance', tolerance)
     form = given_format(pose_format)
     if pose_gap is not None and not 0.0 < pose_gap <= LONGEST_GAP:
         raise WrongUsage(f'--pose-gap: {pose_gap:g} is not within 0 and {LONGEST_GAP:g} s')
@@ -242,7 +246,7 @@ def _touched(
     column: str,
     names: tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]],
     distances: dict[tuple[str, str], float],
-    limit: 'PoseLimit',
+    limit: 'PoseLimit | None',
     tell: Callable[[str], None],
 ) -> _Calibrated:
     import numpy as np
@@ -276,7 +280,7 @@ def _measured(
     reading: 'Selection',
     gap: float | None,
     names: tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]],
-    limit: 'PoseLimit',
+    limit: 'PoseLimit | None',
     tell: Callable[[str], None],
 ) -> _Calibrated:
     import numpy as np
@@ -310,13 +314,17 @@ def _measured(
     return _Calibrated(found, [one.file for one in given], remarks, given[0].q, given[0].poses)
 
 
-def _tolerances(arm: 'Robot', limit: 'PoseLimit') -> dict[str, float]:
+def _tolerances(arm: 'Robot', limit: 'PoseLimit | None') -> dict[str, float]:
+    # What the robot file says of single numbers holds beside the option.
     from ..diagnosis.calibration.parameters import parameters_of
 
+    if limit is None:
+        return {}
+    named = dict(arm.description.tolerances.named)
     return {
         one.name: limit.angle if one.angle else limit.position
         for one in parameters_of(arm).table
-        if math.isfinite(limit.angle if one.angle else limit.position)
+        if math.isfinite(limit.angle if one.angle else limit.position) and one.name not in named
     }
 
 

@@ -194,8 +194,8 @@ def calibrate(
         Groups (offsets, lengths, angles, base, tool, lag) or names of parameters that are fitted,
         and that are not; default: all are fitted. What is not fitted stays as in the robot file.
     tolerances
-        Standard deviations of nominal numbers, m and rad, by group or name; default: 1 mm and
-        0.2 degrees.
+        Standard deviations of nominal numbers, m and rad, by group or name; default: `tolerance`
+        of the robot file, and where it says nothing 1 mm and 0.2 degrees.
     noise
         Standard deviations of one number of a position (m) and of a rotation vector (rad);
         default: found along with the corrections.

@@ -18,11 +18,13 @@ from ...robot.file.description import (
     RigidMotion,
     RobotDescription,
     ShapeRow,
+    Tolerances,
 )
 from ...robot.file.expressions import Affine, Expression
+from ...robot.file.tolerances import EXTRA, GEAR
 from ...robot.robot import Robot, build_robot
 from .corrected_chain import small_motion
-from .parameters import ArmParameter
+from .parameters import EXTRA_PLACES, WITH_EXTRA, ArmParameter
 
 ZERO = Expression('0', Affine(0.0, ()))
 # By row of the table and place in it: the correction, rad or m.
@@ -73,6 +75,7 @@ def corrected_robot(
             singularity=replace(description.singularity, factors=()),
             known_poses=(),
             warnings=(),
+            tolerances=_tolerances(description, found, links, ends_at),
         )
     )
 
@@ -118,6 +121,50 @@ def _links(
     if turn and isinstance(link, DhRow):
         links.append(_row(link, {'theta': _turned(ZERO, turn, description)}))
     return tuple(links), tuple(ends_at)
+
+
+def _tolerances(
+    description: RobotDescription,
+    found: Corrections,
+    links: Sequence[Link],
+    ends_at: Sequence[int],
+) -> Tolerances:
+    # Single numbers by the rows that they stand in now.
+    named = []
+    for name, value in description.tolerances.named:
+        word = name.rstrip('0123456789')
+        k = int(name.removeprefix(word))
+        if word != GEAR:
+            name = _moved(word, k, description.convention, found, links, ends_at)
+        named.append((name, value))
+    return replace(description.tolerances, named=tuple(named))
+
+
+def _moved(
+    word: str,
+    k: int,
+    convention: str,
+    found: Corrections,
+    links: Sequence[Link],
+    ends_at: Sequence[int],
+) -> str:
+    # The name of a number of row k, counted from 1, where corrections have added rows.
+    row = ends_at[k]
+    if convention not in WITH_EXTRA:
+        own = (
+            n + 1
+            for n in range(ends_at[k - 1], row)
+            if isinstance(link := links[n], ElementaryMotion) and link.axis == word
+        )
+        return f'{word}{next(own, row)}'
+    if not any(found.get((k - 1, place)) for place in EXTRA_PLACES):
+        return f'{word}{row}'
+    # Standard: the row and then the one with the extra numbers; modified: that has d and theta.
+    extra = row + 1 if convention == 'standard' else row
+    if word in EXTRA:
+        return f'{"alpha" if EXTRA[word] == "Ry" else "a"}{extra}'
+    first = convention == 'modified' and word in ('a', 'alpha')
+    return f'{word}{row - first}'
 
 
 def _row(like: DhRow, cells: Mapping[str, Expression]) -> DhRow:

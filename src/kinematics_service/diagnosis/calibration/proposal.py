@@ -18,7 +18,7 @@ from ...robot.measures import Level
 from ...robot.robot import Robot
 from ...robot.task import seeded_poses
 from .calibration import Calibration
-from .chosen_parameters import ANYWHERE
+from .chosen_parameters import prior_of
 from .corrected_chain import pose_change
 from .parameters import ENDS, SIX, end_parameters, parameters_of, placement
 
@@ -136,7 +136,8 @@ def _equations(
     J[:, 3:] /= noise[1]
     if after is None:
         kept = [k for k, one in enumerate(every) if not (positions and _turns_tool(one.name))]
-        scales = np.array([every[k].scale if k < table else ANYWHERE for k in kept])
+        of_file = robot.description.tolerances
+        scales = np.array([prior_of(every[k], {}, of_file) for k in kept])
     else:
         fitted = {one.name: one for one in after.parameters}
         kept = [k for k, one in enumerate(every) if one.name in fitted]

@@ -16,6 +16,7 @@ from ...robot.file.sections import (
     links_section,
     placement_section,
     points_section,
+    tolerances_section,
     with_sections,
     without_factors,
 )
@@ -89,6 +90,8 @@ def calibrated_text(
     }
     if robot.description.points:
         sections['points'] = points_section(robot.description.points)
+    if robot.description.tolerances.named:
+        sections['tolerance'] = tolerances_section(robot.description)
     if frames == 'measured':
         for end in ENDS:
             sections[end] = placement_section(end, getattr(robot.description, end), 'as measured')

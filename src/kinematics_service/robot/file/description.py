@@ -231,6 +231,25 @@ class SingularityDescription:
 
 
 @dataclass(frozen=True)
+class Tolerances:
+    """
+    Standard deviations of the numbers of the table, as made and measured by the maker.
+
+    Parameters
+    ----------
+    length, angle, gear : m, rad, share
+        Of all lengths, angles and gear ratios; None: not said.
+    named
+        Of single numbers, by their names in a calibration: theta2, d1, a3, gear2.
+    """
+
+    length: float | None = None
+    angle: float | None = None
+    gear: float | None = None
+    named: tuple[tuple[str, float], ...] = ()
+
+
+@dataclass(frozen=True)
 class RobotDescription:
     """
     A robot file that has been read and found right.
@@ -251,6 +270,8 @@ class RobotDescription:
         The path as the user gave it.
     sha256
         Of the bytes of the file; empty for a text that was in none.
+    tolerances
+        How far the numbers of the table may be off.
     """
 
     name: str
@@ -270,3 +291,4 @@ class RobotDescription:
     remarks: tuple[str, ...]
     file: str
     sha256: str = field(default='', compare=False)
+    tolerances: Tolerances = Tolerances()

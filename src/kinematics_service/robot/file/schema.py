@@ -76,6 +76,7 @@ class RobotEntry(Entry):
     points: Any = None
     singularity: Any = None
     known_poses: Any = None
+    tolerance: Any = None
 
 
 class UnitsEntry(Entry):
@@ -214,3 +215,19 @@ class SingularityEntry(Entry):
     warn: Number = None
     stop: Number = None
     factors: Any = None
+
+
+class TableToleranceEntry(Entry):
+    """How far the numbers of the table may be off."""
+
+    noun = 'a tolerance of the table'
+    also = {
+        **dict.fromkeys(('lengths', 'xyz', 'position'), 'length'),
+        **dict.fromkeys(('angles', 'rpy', 'rotation'), 'angle'),
+        **dict.fromkeys(('gears', 'ratio', 'ratios'), 'gear'),
+    }
+
+    length: Number = None
+    angle: Number = None
+    gear: Number = None
+    of: Any = None

@@ -4,6 +4,7 @@ Sections of a robot file replaced, everything else of its text kept.
 The YAML is parsed only for where its sections stand. The caller reads the result again.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 
 import yaml
@@ -18,7 +19,9 @@ from .description import (
     Placement,
     PointDescription,
     RigidMotion,
+    RobotDescription,
 )
+from .tolerances import GEAR, kind_of
 from .writer import BOM, last_line, scalar
 from .yaml_reader import LOADER
 
@@ -104,6 +107,32 @@ def points_section(points: Sequence[PointDescription]) -> list[str]:
             for one in points
         ),
     ]
+
+
+def tolerances_section(description: RobotDescription) -> list[str]:
+    """Return the line of what the numbers of a table may be off by; none if nothing is said."""
+    given = description.tolerances
+    scales = {
+        'angle': 180.0 / math.pi if description.angle_unit == 'deg' else 1.0,
+        'length': 1e3 if description.length_unit == 'mm' else 1.0,
+    }
+    parts = [
+        f'{key}: {_number(value * scales.get(key, 1.0))}'
+        for key, value in (('length', given.length), ('angle', given.angle), (GEAR, given.gear))
+        if value is not None
+    ]
+    named = [
+        f'{name}: {_number(value * scales.get(kind_of(name) or "", 1.0))}'
+        for name, value in given.named
+    ]
+    if named:
+        parts.append(f'of: {{{", ".join(named)}}}')
+    return [f'tolerance: {{{", ".join(parts)}}}'] if parts else []
+
+
+def _number(value: float) -> str:
+    # Of a standard deviation nine digits are more than enough, and hide what units leave.
+    return f'{value:.9g}'
 
 
 def _link(link: Link) -> str:
