@@ -1,6 +1,7 @@
 """The command `calibrate`: tables read as an audit reads them, and robot files that go on."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -9,6 +10,8 @@ from recordings import recorded
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
+from kinematics_service.diagnosis.calibration.corrections import corrected_robot
+from kinematics_service.diagnosis.calibration.parameters import parameters_of
 from kinematics_service.diagnosis.calibration.robot_text import CalibrationOrigin, calibrated_text
 from kinematics_service.diagnosis.frame_check.hypotheses import quaternions_of
 from kinematics_service.robot.file.new_robot import Units, new_robot_text
@@ -87,6 +90,36 @@ def test_the_text_says_what_was_found_in_every_convention(name):
     reached = ks.forward_kinematics(read, [one.q for one in known])
     assert len(known) == 5
     assert max(np.abs(T - one.motion.matrix).max() for T, one in zip(reached, known)) < 1e-8
+
+
+SCREW = """
+robot: screw
+source: test
+convention: standard
+units: {angle: deg, length: mm}
+joints:
+  - {name: j1, variable: q1, type: revolute}
+  - {name: j2, variable: q2, type: helical}
+links:
+  - {a: 300, alpha: 90, d: 100, theta: 30 - q1}
+  - {a: 0, alpha: 0, d: 5*q2/360, theta: q2}
+"""
+
+
+@pytest.mark.parametrize('name', ['panda', 'rrp_elementary', 'offset_stanford_shape', 'screw'])
+def test_gear_ratios_stand_in_the_text_beside_the_nominal_ones(name):
+    text = SCREW if name == 'screw' else ks.bundled_robots()[name].read_text()
+    robot = ks.robot_from_text(text)
+    table = parameters_of(robot, gears=True).table
+    q = positions_within(robot, 30, 0)
+    true = corrected_robot(robot, table, np.linspace(-1e-3, 2e-3, len(table)))
+    measured = ks.forward_kinematics(true, q)
+    found = ks.calibrate(robot, q, measured, fit=['all'], fix=['base', 'tool'], check=False)
+    made = calibrated_text(found, text, q, measured, MADE_UP)
+    assert np.abs(ks.forward_kinematics(ks.robot_from_text(made), q) - measured).max() < 1e-9
+    if name == 'screw':
+        assert 'theta: 30 - q1 - 0.00' in made
+        assert re.search(r'd: 5\*q2/360 [-+] [-0-9.e]+\*q2', made)
 
 
 @pytest.mark.parametrize('convention', ['standard', 'modified', 'elementary', 'shape'])

@@ -46,7 +46,11 @@ file: both are fitted, unless --fix names base or tool.
 
 \b
 --fit and --fix take groups or names, with commas:
-  offsets, lengths, angles, base, tool, lag; theta2, d1, a3, alpha2, beta2, base.x
+  offsets, lengths, angles, gears, base, tool, lag; all; theta2, d1, a3, alpha2,
+  beta2, gear2, base.x
+
+
+Gear ratios are fitted where --fit names them, or all.
 
 \b
 --same-point needs no instrument: a spike on the tool touches the same point
@@ -94,7 +98,7 @@ def calibrate(
         Optional[Path], typer.Option(metavar='FILE', help='Write everything as JSON; - prints it.')
     ] = None,
     fit: Annotated[
-        str, typer.Option(metavar='NAMES', help='Fit these alone.', show_default='all')
+        str, typer.Option(metavar='NAMES', help='Fit these alone.', show_default='all but gears')
     ] = '',
     fix: Annotated[
         str, typer.Option(metavar='NAMES', help='Leave these as in the robot file.')

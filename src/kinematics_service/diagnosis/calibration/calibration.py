@@ -15,11 +15,11 @@ from ...robot.robot import Robot
 from ..frame_check.diagnosis import FrameDiagnosis
 from ..frame_check.errors import Errors, errors_of
 from .checking import Measured, checked_offsets, measured
-from .chosen_parameters import ChosenParameters, TouchedPoint
+from .chosen_parameters import ChosenParameters, TouchedPoint, asks_for_gears
 from .corrections import corrected_robot
 from .fitting import FitProblem, Identified, Noise, identify, refined, weighted_jacobian
 from .knowledge import KNOWN, ParameterCombination
-from .parameters import ENDS, GROUPS, ArmParameter, parameters_of
+from .parameters import ENDS, TABLE_GROUPS, ArmParameter, parameters_of
 from .placing import Free
 from .same_point import SamePointParameters, touches_of
 
@@ -41,7 +41,8 @@ class CalibratedParameter:
     Attributes
     ----------
     name, group, angle
-        As `ArmParameter` has them; angles are in rad, lengths in m, a lag in s.
+        As `ArmParameter` has them; angles are in rad, lengths in m, a lag in s, gear ratios are
+        shares.
     correction
         What is added to the nominal number.
     deviation
@@ -143,7 +144,7 @@ class Calibration(FrozenArrays):
     def untold(self) -> tuple[str, ...]:
         """Return the parameters of the table that mostly stay where their prior has them."""
         return tuple(
-            one.name for one in self.parameters if one.group in GROUPS[:3] and not one.told
+            one.name for one in self.parameters if one.group in TABLE_GROUPS and not one.told
         )
 
 
@@ -191,11 +192,13 @@ def calibrate(
     own
         What each set has of its own: `base`, `tool`, or both.
     fit, fix
-        Groups (offsets, lengths, angles, base, tool, lag) or names of parameters that are fitted,
-        and that are not; default: all are fitted. What is not fitted stays as in the robot file.
+        Groups (offsets, lengths, angles, gears, base, tool, lag) or names of parameters that are
+        fitted, and that are not; default: all but gear ratios, and `all` is these, too. What is
+        not fitted stays as in the robot file.
     tolerances
-        Standard deviations of nominal numbers, m and rad, by group or name; default: `tolerance`
-        of the robot file, and where it says nothing 1 mm and 0.2 degrees.
+        Standard deviations of nominal numbers (m, rad, shares of gear ratios) by group or name;
+        default: `tolerance` of the robot file, and where it says nothing 1 mm, 0.2 degrees and a
+        thousandth.
     noise
         Standard deviations of one number of a position (m) and of a rotation vector (rad);
         default: found along with the corrections.
@@ -226,7 +229,8 @@ def calibrate(
             raise CalibrationError('same_point takes joint positions alone: no poses, sets, rates')
         touched = touches_of(robot, q, same_point)
         progress('points')
-        points = SamePointParameters(robot, touched, parameters_of(robot), apart or {})
+        arm = parameters_of(robot, asks_for_gears(fit))
+        points = SamePointParameters(robot, touched, arm, apart or {})
         problem = points.touch_problem(fit, fix, tolerances, check)
         return _fitted(robot, points.given, points, problem, None, noise, progress)
     if poses is None or apart:
@@ -235,7 +239,7 @@ def calibrate(
     for end in own:
         if end not in ENDS:
             raise CalibrationError(f'own: {end!r} is not one of {", ".join(ENDS)}')
-    arm = parameters_of(robot)
+    arm = parameters_of(robot, asks_for_gears(fit))
     names = ChosenParameters(robot, given, tuple(own), arm.table)
     fitted = names.fitted(fit, fix)
     free = Free('base' in names.groups(fitted), 'tool' in names.groups(fitted))

@@ -11,6 +11,7 @@ from ...kernel import Floats
 from ...kinematics.forward import forward_kinematics
 from ...rigid_motion import rotation_vector
 from ...robot.file.description import Tolerances
+from ...robot.file.tolerances import GEAR
 from ...robot.robot import Robot
 from .checking import Measured
 from .corrected_chain import CorrectedChain, small_motion
@@ -18,6 +19,7 @@ from .fitting import FitProblem, Identified, Noise, weighted_jacobian
 from .knowledge import ParameterCombination, combinations_of
 from .parameters import (
     ENDS,
+    GEARS,
     GROUPS,
     LAG,
     TABLE_GROUPS,
@@ -33,6 +35,8 @@ from .placing import Offsets
 # lag, s.
 ANYWHERE, ANY_LAG = 1.0, 0.1
 NOTHING_SAID = Tolerances()
+# The word for all groups, gear ratios too: these are fitted where they are asked for alone.
+EVERYTHING = 'all'
 
 
 @dataclass(frozen=True)
@@ -54,6 +58,11 @@ class TouchedPoint:
     position: tuple[float, float, float]
     deviation: tuple[float, float, float]
     count: int
+
+
+def asks_for_gears(fit: Sequence[str]) -> bool:
+    """Return whether some word asks for gear ratios: all, gears, gear2."""
+    return any(word == EVERYTHING or word.startswith(GEAR) for word in fit)
 
 
 class ChosenParameters:
@@ -101,7 +110,7 @@ class ChosenParameters:
         chosen = [
             k
             for k, one in enumerate(self.every)
-            if (not fit or {one.name, one.group} & set(fit))
+            if (not fit or {one.name, one.group, EVERYTHING} & set(fit))
             and not {one.name, one.group} & set(fix)
         ]
         if self.given.positions:
@@ -114,10 +123,11 @@ class ChosenParameters:
         return chosen
 
     def _check(self, word: str) -> None:
-        if word not in self.words and word not in [one.name for one in self.every]:
+        if word not in (*self.words, EVERYTHING) and word not in [one.name for one in self.every]:
             raise CalibrationError(
                 f'{word!r} is no parameter of {self.robot.name}; accepted are the groups '
-                f'{", ".join(self.words)}, and {", ".join(one.name for one in self.every)}'
+                f'{", ".join((*self.words, EVERYTHING))}, and '
+                f'{", ".join(one.name for one in self.every)}'
             )
 
     def groups(self, chosen: Sequence[int]) -> set[str]:
@@ -217,7 +227,11 @@ class ChosenParameters:
     def remarks(self, problem: FitProblem, found: Identified) -> tuple[str, ...]:
         """Return sentences on what the robot file says, and on the rows."""
         names = {one.name for one in self.every}
-        unused = [name for name, _ in self.robot.description.tolerances.named if name not in names]
+        unused = [
+            name
+            for name, _ in self.robot.description.tolerances.named
+            if name not in names and not name.startswith(GEAR)
+        ]
         if not unused:
             return ()
         return (f'The tolerance of {", ".join(unused)} in the robot file is not used',)
@@ -238,7 +252,9 @@ def prior_of(
     """
     if one.group not in TABLE_GROUPS:
         return tolerances.get(one.name, ANY_LAG if one == LAG else ANYWHERE)
-    usual = dict(of_file.named).get(one.name) or (of_file.angle if one.angle else of_file.length)
+    by_kind = of_file.angle if one.angle else of_file.length
+    usual = dict(of_file.named).get(one.name)
+    usual = usual or (of_file.gear if one.group == GEARS else by_kind)
     found = tolerances.get(one.name, tolerances.get(one.group, usual or one.scale))
     if not found > 0.0:
         raise CalibrationError(f'the tolerance of {one.name} is not above 0; use fix instead')

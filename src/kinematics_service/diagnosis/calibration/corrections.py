@@ -59,7 +59,7 @@ def corrected_robot(
         for one, value in zip(parameters, values)
         if one.row >= 0 and value != 0.0
     }
-    links, ends_at = _links(description, found)
+    links, ends_at = _links(_geared(description, found), found)
     ends = description.base, description.tool
     placed = [
         end if motion is None else replace(end, motion=rigid_motion(motion, description))
@@ -99,6 +99,52 @@ def in_file_units(value: float, angle: bool, description: RobotDescription) -> f
 def number_text(value: float) -> str:
     """Return a number that reads back the same, without a negative zero."""
     return repr(float(value) + 0.0).removesuffix('.0')
+
+
+def _geared(description: RobotDescription, found: Corrections) -> RobotDescription:
+    # With the share more that joints move in their rows.
+    shares = {
+        joint.variable: found[k, GEAR]
+        for k, joint in enumerate(description.joints)
+        if (k, GEAR) in found
+    }
+
+    def moved(motion: ElementaryMotion) -> ElementaryMotion:
+        argument = motion.argument
+        for variable, factor in argument.affine.coefficients:
+            if variable in shares:
+                more = factor * shares[variable]
+                argument = _moved_more(argument, variable, more, motion.turns, description)
+        return replace(motion, argument=argument)
+
+    def link(given: Link) -> Link:
+        if isinstance(given, DhRow):
+            return replace(given, motions=tuple(map(moved, given.motions)))
+        if isinstance(given, ElementaryMotion):
+            return moved(given)
+        return given if given.joint is None else replace(given, joint=moved(given.joint))
+
+    if not shares:
+        return description
+    return replace(description, links=tuple(map(link, description.links)))
+
+
+def _moved_more(
+    given: Expression, variable: str, more: float, turns: bool, description: RobotDescription
+) -> Expression:
+    # With `more` of a variable added, in rad or m by its own unit.
+    joint = next(one for one in description.joints if one.variable == variable)
+    written = more
+    if not turns and joint.type == 'helical':  # a length by an angle
+        written = in_file_units(more, False, description)
+        written *= math.radians(1.0) if description.angle_unit == 'deg' else 1.0
+    coefficients = tuple(
+        (name, factor + more if name == variable else factor)
+        for name, factor in given.affine.coefficients
+    )
+    sign = '-' if written < 0.0 else '+'
+    text = f'{given.text} {sign} {number_text(abs(written))}*{variable}'
+    return Expression(text, replace(given.affine, coefficients=coefficients))
 
 
 def _links(

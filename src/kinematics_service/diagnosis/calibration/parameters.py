@@ -19,11 +19,13 @@ from ...robot.conventions import Row, table_rows
 from ...robot.file.convention_table import CONVENTIONS, NamedMotion
 from ...robot.file.description import DhRow, ElementaryMotion, Link, RobotDescription, ShapeRow
 from ...robot.file.expressions import Affine
+from ...robot.file.tolerances import GEAR
 from ...robot.robot import Robot
 from ...robot.task import seeded_poses
 from .corrected_chain import (
     CorrectedChain,
     CorrectingMotion,
+    GearMotion,
     JointScrew,
     Part,
     pose_change,
@@ -34,6 +36,8 @@ from .triangle import triangle_of
 # Standard deviations of lengths (m) and angles (rad): what is usual between a datasheet and a
 # robot, and what corrections are scaled by so that they compare.
 LENGTH, ANGLE = 1e-3, np.radians(0.2)
+# Of a gear ratio, as a share of it.
+RATIO = 1e-3
 # An extra correction is taken if it moves the tool by this share of LENGTH as nothing else does;
 # directions that move it less than the second share count as no way to do so.
 EXTRA, WEAK = 0.1, 0.02
@@ -46,7 +50,8 @@ AXES = 'xyz'
 # Conventions in which a row more can say the extra corrections, and where in a row these are.
 WITH_EXTRA, EXTRA_PLACES = ('standard', 'modified'), ('Ry', 'Ty')
 ENDS = ('base', 'tool')
-TABLE_GROUPS = ('offsets', 'lengths', 'angles')
+GEARS = 'gears'
+TABLE_GROUPS = ('offsets', 'lengths', 'angles', GEARS)
 GROUPS = (*TABLE_GROUPS, *ENDS, 'lag')
 SIX = ('x', 'y', 'z', 'rx', 'ry', 'rz')
 
@@ -61,14 +66,15 @@ class ArmParameter:
     name
         `theta2`, `d1`, `a3`, `alpha2` of row 2, 1, 3, 2 of the table, counted from 1; `beta2` is
         an extra turn about y beside that row's alpha, `b2` an extra length along y beside its a;
-        `Rz3`, `Tx2` of other conventions; `base.x` to `tool.rz`, `base2.x` of the second set;
-        `lag`, the time (s) after which the joints are where the poses have them.
+        `Rz3`, `Tx2` of other conventions; `gear2` of joint 2, by which share its motion is larger
+        than it says; `base.x` to `tool.rz`, `base2.x` of the second set; `lag`, the time (s) after
+        which the joints are where the poses have them.
     group
-        offsets (of joint positions), lengths, angles, base, tool or lag.
+        offsets (of joint positions), lengths, angles, gears, base, tool or lag.
     angle
-        Whether it is in rad; otherwise it is in m.
+        Whether it is in rad; otherwise it is in m, or a share.
     row
-        Row of the table, counted from 0; -1 for base and tool.
+        Row of the table, or the joint of a gear, counted from 0; -1 for base and tool.
     place
         The number of that row it is added to: theta, d, a, alpha, own; or the axis of an extra
         motion, as Ry.
@@ -82,7 +88,9 @@ class ArmParameter:
 
     @property
     def scale(self) -> float:
-        """Return the size of a usual error, rad or m."""
+        """Return the size of a usual error, rad, m or a share."""
+        if self.group == GEARS:
+            return RATIO
         return float(ANGLE) if self.angle else LENGTH
 
 
@@ -130,11 +138,29 @@ def placement(
     still = list(chain.still)
     still[0] = (base, *begin, *still[0])
     still[-1] = (*still[-1], *end, tool)
-    return CorrectedChain(tuple(still), chain.screws)
+    return chain._replace(still=tuple(still))
 
 
-def parameters_of(robot: Robot) -> ArmParameters:
-    """Return the parameters of an arm, with the extra ones that it needs."""
+def parameters_of(robot: Robot, gears: bool = False) -> ArmParameters:
+    """
+    Return the parameters of an arm, with the extra ones that it needs.
+
+    Parameters
+    ----------
+    gears
+        Whether the gear ratio of each joint that moves something is among them.
+    """
+    arm = _of_rows(robot)
+    if not gears:
+        return arm
+    joints = [k for k, joint in enumerate(robot.description.joints) if not joint.unused]
+    count = len(arm.table)
+    own = (ArmParameter(f'{GEAR}{k + 1}', GEARS, False, k, GEAR) for k in joints)
+    motions = tuple(GearMotion(k, count + at) for at, k in enumerate(joints))
+    return ArmParameters((*arm.table, *own), arm.chain._replace(gears=motions))
+
+
+def _of_rows(robot: Robot) -> ArmParameters:
     description = robot.description
     every = _built(description, None)
     extra = tuple(

@@ -10,7 +10,7 @@ from ...robot.robot import Robot
 from .calibration import Calibration
 from .checking import apart
 from .corrected_chain import pose_change
-from .parameters import SIX, parameters_of, placement
+from .parameters import GEARS, SIX, parameters_of, placement
 
 # A robot is the calibrated one if its poses are (m, rad): its file has printed digits.
 SAME = 1e-8
@@ -72,7 +72,8 @@ def pose_covariance(
 
 
 def _of_table(robot: Robot, q: Floats, calibration: Calibration) -> Floats:
-    arm = parameters_of(calibration.robot)
+    gears = any(one.group == GEARS for one in calibration.parameters)
+    arm = parameters_of(calibration.robot, gears)
     count = len(arm.table)
     base, tool = robot.description.base.motion.matrix, robot.description.tool.motion.matrix
     chain = placement(arm.chain, base, tool, (count, count + len(SIX)))

@@ -20,7 +20,7 @@ from ...robot.task import seeded_poses
 from .calibration import Calibration
 from .chosen_parameters import prior_of
 from .corrected_chain import pose_change
-from .parameters import ENDS, SIX, end_parameters, parameters_of, placement
+from .parameters import ENDS, GEARS, SIX, end_parameters, parameters_of, placement
 
 # Standard deviation of a measured number (m, rad) where nothing has been measured yet.
 NOISE = 5e-5
@@ -122,7 +122,8 @@ def _equations(
     robot: Robot, q: Floats, after: Calibration | None, positions: bool
 ) -> tuple[tuple[str, ...], Floats, Floats]:
     # Names of the parameters, how poses move with them in deviations (N, rows, P), and priors.
-    arm = parameters_of(robot)
+    known = () if after is None else after.parameters
+    arm = parameters_of(robot, any(one.group == GEARS for one in known))
     every = [*arm.table, *(one for end in ENDS for one in end_parameters(end, 0))]
     base, tool = robot.description.base.motion.matrix, robot.description.tool.motion.matrix
     table = len(arm.table)

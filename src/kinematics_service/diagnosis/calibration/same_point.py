@@ -215,7 +215,7 @@ class SamePointParameters(ChosenParameters):
         begin: list[Part] = [MIRROR, *moved, MIRROR @ description.base.motion.matrix]
         still[0] = (*begin, *still[0])
         still[-1] = (*still[-1], *end, tool)
-        return CorrectedChain(tuple(still), self.arm.chain.screws)
+        return self.arm.chain._replace(still=tuple(still))
 
     def possible(self, problem: FitProblem) -> int:
         """Return the number of directions that any touches of these points could tell."""
