@@ -46,9 +46,11 @@ def table(file, robot, q, poses, rate=1.0, ends='x y z qx qy qz qw'):
 def test_a_table_of_poses_makes_a_robot_file_that_goes_on(tmp_path, capsys):
     arm = measured_arm('ur5e', 50, NOISE)
     file = table(tmp_path / 'tracker.csv', arm.robot, arm.q, arm.poses)
-    output = tmp_path / 'mine.yaml'
-    code, out, err = run(capsys, 'calibrate', file, '--robot', 'ur5e', '--output', output)
+    output, html = tmp_path / 'mine.yaml', tmp_path / 'mine.html'
+    options = ['--output', output, '--html', html]
+    code, out, err = run(capsys, 'calibrate', file, '--robot', 'ur5e', *options)
     assert (code, err) == (0, '')
+    assert html.read_text().count('tracker.csv') == 1
     assert f'ur5e: 50 poses of {file}' in out
     assert 'Only d2 + d3 + d4 is told, not each of them.' in out
     assert f'wrote {output}' in out

@@ -31,6 +31,7 @@ Identify the numbers of an arm from measured poses of its tool, and write its ro
 \b
 Examples:
   kinematics_service calibrate tracker.csv --robot ur5e --output my_ur5e.yaml
+  kinematics_service calibrate tracker.csv --robot ur5e --html found.html
   kinematics_service calibrate points.csv --robot ur5e --pose-format mm,position
   kinematics_service calibrate bag/ --robot arm.yaml --pose-topic /tracker/pose
   kinematics_service calibrate a.csv b.csv --robot ur5e --own base --json -
@@ -97,6 +98,9 @@ def calibrate(
     json: Annotated[
         Optional[Path], typer.Option(metavar='FILE', help='Write everything as JSON; - prints it.')
     ] = None,
+    html: Annotated[
+        Optional[Path], typer.Option(metavar='FILE', help='Write a page with pictures.')
+    ] = None,
     fit: Annotated[
         str, typer.Option(metavar='NAMES', help='Fit these alone.', show_default='all but gears')
     ] = '',
@@ -155,7 +159,8 @@ def calibrate(
     if distance and same_point is None:
         raise WrongUsage('--distance is between points: give --same-point COLUMN too')
     if not files:
-        if propose is None or output is not None or json is not None or same_point is not None:
+        asked = (output, json, html, same_point)
+        if propose is None or any(one is not None for one in asked):
             raise WrongUsage('give FILE with measured poses, or --propose N alone')
         _propose(arm, propose, None, plans, form.kind == 'position', sys.stdout)
         return
@@ -176,6 +181,8 @@ def calibrate(
         from ..robot.file.writer import replace_file
 
         replace_file(output, text)
+    if html is not None:
+        _write_page(data, html, robot)
     _report(data, json)
     report = sys.stderr if str(json) == '-' else sys.stdout
     if output is not None:
@@ -345,6 +352,15 @@ def _text(data: _Calibrated, robot: str, frames: FramesChoice) -> str:
         CalibrationOrigin(names, date),
         frames.value,
     )
+
+
+def _write_page(data: _Calibrated, html: Path, robot: str) -> None:
+    from ..diagnosis.calibration.page.page import PageOrigin, page_of
+    from ..robot.file.writer import replace_file
+
+    date = datetime.now().astimezone().isoformat(' ', 'seconds')
+    origin = PageOrigin(tuple(data.files), str(find_robot_file(robot)), date, tuple(data.remarks))
+    replace_file(html, page_of(data.found, origin))
 
 
 def _report(data: _Calibrated, json: Path | None) -> None:

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from ...errors import CalibrationError
 from ...formats.recordings.block import Flags
-from ...kernel import Floats
+from ...kernel import Floats, Integers
 from ...robot.chain import FrozenArrays
 from ...robot.robot import Robot
 from ..frame_check.diagnosis import FrameDiagnosis
@@ -105,11 +105,28 @@ class Calibration(FrozenArrays):
         What the frame check said; None of positions.
     remarks
         Sentences on the data.
+    q : shape (N, n), rad or m
+        Joint positions of the rows.
+    sets : shape (N,)
+        The set of each row; of touches the point.
+    remainders_before, remainders : shape (N, 2, 3), m and rad
+        What remains of each row with base and tool fitted alone, and with the corrections: of the
+        position, and a rotation vector; in the frame of the poses.
     points
         Those that were touched, if the poses were measured by nothing else.
     """
 
-    READ_ONLY = ('covariance', 'distances', 'singular_values', 'base_offsets', 'tool_offsets')
+    READ_ONLY = (
+        'covariance',
+        'distances',
+        'singular_values',
+        'base_offsets',
+        'tool_offsets',
+        'q',
+        'sets',
+        'remainders_before',
+        'remainders',
+    )
 
     robot: Robot
     calibrated: Robot
@@ -133,6 +150,10 @@ class Calibration(FrozenArrays):
     tool_offsets: Floats
     frames: FrameDiagnosis | None
     remarks: tuple[str, ...]
+    q: Floats
+    sets: Integers
+    remainders_before: Floats
+    remainders: Floats
     points: tuple[TouchedPoint, ...] = ()
 
     @cached_property
@@ -280,6 +301,7 @@ def _result(
     told = weighted_jacobian(problem, found.values, found.noise, used)
     values = np.linalg.svd(told, compute_uv=False)
     base, tool = names.ends_of(problem, found.values)
+    before, after = ends.remainders(begin), problem.remainders(found.values)
     return Calibration(
         robot=robot,
         calibrated=corrected_robot(robot, problem.parameters, np.round(found.values, DECIMALS)),
@@ -298,8 +320,8 @@ def _result(
         outliers=_outliers(found),
         distances=found.distances,
         as_given=_errors(names.as_given(), used),
-        before=_errors(ends.remainders(begin), used),
-        after=_errors(problem.remainders(found.values), used),
+        before=_errors(before, used),
+        after=_errors(after, used),
         held_out_before=_errors(_held_out(ends, begin, found), used),
         held_out=_errors(_held_out(problem, found.values, found), used),
         known=int(np.sum(values > KNOWN)),
@@ -310,6 +332,10 @@ def _result(
         tool_offsets=tool,
         frames=frames,
         remarks=(*_remarks(given, found), *names.remarks(problem, found)),
+        q=given.q.copy(),
+        sets=given.sets.copy(),
+        remainders_before=before,
+        remainders=after,
         points=names.points(problem, found),
     )
 
