@@ -2,6 +2,7 @@
 
 import json
 import re
+import sys
 
 import numpy as np
 import pytest
@@ -270,6 +271,24 @@ def test_wrong_options_are_wrong_usage(tmp_path, capsys):
     code, _, err = run(capsys, 'calibrate', tmp_path / 'none.csv', '--robot', 'ur5e')
     assert code == 1
     assert 'there is no such file' in err
+
+
+def test_what_is_wrong_with_live_is_a_sentence(tmp_path, capsys, monkeypatch):
+    given = ['calibrate', '--robot', 'ur5e', '--live']
+    for sentence, *options in (
+        ('-1 is not within 0 and 86,400 s', '-1'),
+        ('--live hears a running robot', '10', tmp_path / 'tracker.csv'),
+        ('--live hears a running robot', '10', '--same-point', 'hole'),
+    ):
+        code, _, err = run(capsys, *given, *options)
+        assert code == 2
+        assert sentence in ' '.join(err.split())
+    monkeypatch.setitem(sys.modules, 'rclpy', None)
+    for module in [name for name in sys.modules if name.startswith('kinematics_service.ros.')]:
+        monkeypatch.delitem(sys.modules, module)
+    code, _, err = run(capsys, *given, '10')
+    assert code == 1
+    assert 'this needs ROS 2 and its rclpy' in err
 
 
 def test_what_a_controller_knows_of_its_arm_is_found(tmp_path, capsys):

@@ -15,11 +15,13 @@ import typer
 from ..robot.bundled import find_robot_file
 from .application import app
 from .frame_options import LONGEST_GAP, FormatOption, GapOption, given_format, given_limit
+from .live_calibration import POSES, STATES, LiveOptions, checked_seconds, collected
 from .options import RobotOption, WrongUsage, given_robot
 from .recording_options import ColumnsOption, PrefixOption, TopicOption
 
 if TYPE_CHECKING:
     from ..diagnosis.calibration.calibration import Calibration
+    from ..diagnosis.calibration.collecting import CollectedPoses
     from ..diagnosis.frame_check import PoseLimit
     from ..formats.recordings.source import Selection
     from ..kernel import Floats
@@ -37,6 +39,7 @@ Examples:
   kinematics_service calibrate a.csv b.csv --robot ur5e --own base --json -
   kinematics_service calibrate run.csv --robot ur3e --fix base --frames measured
   kinematics_service calibrate holes.csv --robot ur5e --same-point hole
+  kinematics_service calibrate --robot ur5e --live 300 --output my_ur5e.yaml
   kinematics_service calibrate --robot ur5e --propose 10 --plan next.yaml
 
 \b
@@ -58,6 +61,12 @@ Gear ratios are fitted where --fit names them, or all.
 from many poses, and COLUMN of a table names the point of each row. Points and
 tip are fitted. All lengths are then known by their ratios alone, unless
 --distance says how far two points are apart.
+
+\b
+--live hears joint states (--topic, /joint_states) and poses of the tool
+(--pose-topic, /kinematics/reference_pose) of a running robot, says which
+numbers are known by now and which pose tells more, and goes on with what has
+come at the end or at Ctrl-C.
 
 \b
 Every number has a prior, --tolerance or `tolerance` of the robot file: what
@@ -88,6 +97,7 @@ class FramesChoice(str, Enum):
 
 @app.command(short_help="Identify an arm's numbers from measured poses.", help=HELP)
 def calibrate(
+    context: typer.Context,
     robot: RobotOption,
     files: Annotated[
         Optional[list[Path]], typer.Argument(metavar='FILE...', help='Recordings.')
@@ -137,6 +147,12 @@ def calibrate(
         Optional[list[str]],
         typer.Option(metavar='A,B=LENGTH', help='Known distance of two such points, in m.'),
     ] = None,
+    live: Annotated[
+        Optional[float],
+        typer.Option(
+            metavar='SECONDS', help='Collect poses of a running robot, until Ctrl-C at the latest.'
+        ),
+    ] = None,
     propose: Annotated[
         Optional[int], typer.Option(metavar='N', help='Propose N poses to measure next.')
     ] = None,
@@ -158,7 +174,14 @@ def calibrate(
         raise WrongUsage(f'--pose-gap: {pose_gap:g} is not within 0 and {LONGEST_GAP:g} s')
     if distance and same_point is None:
         raise WrongUsage('--distance is between points: give --same-point COLUMN too')
-    if not files:
+    if live is not None:
+        if files or any(one is not None for one in (same_point, columns, pose_format)):
+            raise WrongUsage(
+                '--live hears a running robot: FILE, --same-point, --columns and --pose-format '
+                'are for recordings'
+            )
+        checked_seconds(live)
+    elif not files:
         asked = (output, json, html, same_point)
         if propose is None or any(one is not None for one in asked):
             raise WrongUsage('give FILE with measured poses, or --propose N alone')
@@ -170,12 +193,23 @@ def calibrate(
 
     reading = Selection(arm, topic, pose_topic, columns, joint_prefix, form)
     words = (_words(fit), _words(fix), _words(own))
+    report = sys.stderr if str(json) == '-' else sys.stdout
+    heard = None
+    if live is not None:
+        topics = LiveOptions(
+            topic or STATES, pose_topic or POSES, joint_prefix, live, propose or 1
+        )
+        heard = _heard(arm, topics, words, limit, report, context.obj)
     with _status() as tell:
         tell('reading')
-        if same_point is not None:
-            data = _touched(files, reading, same_point, words, _distances(distance), limit, tell)
+        if heard is not None:
+            data = heard(tell)
+        elif same_point is not None:
+            data = _touched(
+                files or [], reading, same_point, words, _distances(distance), limit, tell
+            )
         else:
-            data = _measured(files, reading, pose_gap, words, limit, tell)
+            data = _measured(files or [], reading, pose_gap, words, limit, tell)
         text = '' if output is None else _text(data, robot, frames)
     if output is not None:
         from ..robot.file.writer import replace_file
@@ -184,7 +218,6 @@ def calibrate(
     if html is not None:
         _write_page(data, html, robot)
     _report(data, json)
-    report = sys.stderr if str(json) == '-' else sys.stdout
     if output is not None:
         print(f'wrote {output}; next: python -m kinematics_service check {output}', file=report)
     if propose is not None:
@@ -284,6 +317,55 @@ def _touched(
     poses[:, :3, 3] = [points[mark] for mark in marks]
     remarks = [remark for one in given for remark in one.remarks]
     return _Calibrated(found, [one.file for one in given], remarks, q, poses)
+
+
+def _heard(
+    arm: 'Robot',
+    topics: LiveOptions,
+    names: tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]],
+    limit: 'PoseLimit | None',
+    stream: TextIO,
+    ros_args: Sequence[str],
+) -> Callable[[Callable[[str], None]], _Calibrated]:
+    # Collects poses of a running robot and returns what makes a calibration of them.
+    import numpy as np
+
+    from ..diagnosis.calibration.calibration import calibrate as calibrated
+    from ..errors import CalibrationError
+
+    tolerances = _tolerances(arm, limit)
+    fit, fix, own = names
+
+    def fitted(
+        poses: 'CollectedPoses', tell: Callable[[str], None] = lambda phase: None
+    ) -> 'Calibration':
+        moves = np.max(np.abs(poses.rates)) > MOVING
+        return calibrated(
+            arm,
+            poses.q,
+            poses.poses,
+            rates=poses.rates if moves else None,
+            own=own,
+            fit=fit,
+            fix=fix,
+            tolerances=tolerances,
+            progress=tell,
+        )
+
+    poses = collected(arm, topics, fitted, stream, ros_args)
+    if isinstance(poses, int):
+        raise typer.Exit(poses)
+    if not len(poses.q):
+        raise CalibrationError(
+            f'no pose of {topics.poses} with joint states of {topics.states} around its stamp '
+            f'was heard within {topics.seconds:g} s'
+        )
+    files = [topics.states, topics.poses]
+
+    def result(tell: Callable[[str], None]) -> _Calibrated:
+        return _Calibrated(fitted(poses, tell), files, [], poses.q, poses.poses)
+
+    return result
 
 
 def _measured(

@@ -94,12 +94,10 @@ def propose_poses(
         raise CalibrationError(f'{count} poses: propose between 1 and {MOST}')
     q = _candidates(robot)
     names, J, scales = _equations(robot, q, after, positions)
-    own = np.eye(len(names)) if after is None else _information(after, names, scales)
-    chosen = _chosen(J, own, count)
-    information = own + np.einsum('kip,kir->pr', J[chosen], J[chosen])
-    before, later = (
-        scales * np.sqrt(np.diag(np.linalg.inv(matrix))) for matrix in (own, information)
-    )
+    known = np.eye(len(names)) if after is None else _covariance(after, names, scales)
+    chosen = _chosen(J, np.asarray(np.linalg.inv(known), dtype=np.float64), count)
+    left = _after(known, J[chosen].reshape(-1, len(names)))
+    before, later = (scales * np.sqrt(np.diag(matrix)) for matrix in (known, left))
     return ProposedPoses(robot, _ordered(q[chosen]), names, before, later)
 
 
@@ -151,11 +149,19 @@ def _turns_tool(name: str) -> bool:
     return name.startswith('tool.r')
 
 
-def _information(after: Calibration, names: tuple[str, ...], scales: Floats) -> Floats:
+def _covariance(after: Calibration, names: tuple[str, ...], scales: Floats) -> Floats:
     at = [one.name for one in after.parameters]
     rows = [at.index(name) for name in names]
-    covariance = after.covariance[np.ix_(rows, rows)] / np.outer(scales, scales)
-    return np.asarray(np.linalg.inv(covariance))
+    return after.covariance[np.ix_(rows, rows)] / np.outer(scales, scales)
+
+
+def _after(covariance: Floats, J: Floats) -> Floats:
+    # The covariance with rows J measured, of unit noise, in a form that stays positive (Joseph):
+    # its numbers are some ten powers of ten apart.
+    S = J @ covariance @ J.T + np.eye(len(J))
+    gain = np.linalg.solve(S, J @ covariance).T
+    kept = np.eye(len(covariance)) - gain @ J
+    return np.asarray(kept @ covariance @ kept.T + gain @ gain.T)
 
 
 def _chosen(J: Floats, information: Floats, count: int) -> list[int]:
