@@ -133,6 +133,8 @@ ROBOT_FILE = {
         {
             'name': 'what the warning calls it',
             'expression': 'a function of the joints whose zeros are singular poses',
+            'approximate': '`true` if it is that of a table without corrections: it names what is '
+            'near and is not counted on for distances',
         },
     ),
     'KnownPoseEntry': (

@@ -15,6 +15,7 @@ from kinematics_service.diagnosis.calibration.corrections import corrected_robot
 from kinematics_service.diagnosis.calibration.parameters import parameters_of
 from kinematics_service.diagnosis.calibration.robot_text import CalibrationOrigin, calibrated_text
 from kinematics_service.diagnosis.frame_check.hypotheses import quaternions_of
+from kinematics_service.estimation.status_text import singularity_status
 from kinematics_service.robot.file.new_robot import Units, new_robot_text
 
 NOISE = 5e-5
@@ -59,7 +60,7 @@ def test_a_table_of_poses_makes_a_robot_file_that_goes_on(tmp_path, capsys):
     assert text.startswith('# Calibrated by kinematics_service ')
     assert '# data: tracker.csv, 50 poses\n' in text
     assert 'a: a2 ' in text  # the nominal number, then its correction
-    assert 'factors:' not in text
+    assert '{name: elbow, expression: sin(q3), approximate: true}' in text
     assert 'calibrated from tracker.csv' in text
     mine = ks.load_robot(output)
     assert mine.rows == arm.robot.rows + 2  # an extra angle on either side of the elbow
@@ -142,6 +143,49 @@ def test_degrees_and_millimetres_of_a_file_are_kept(convention):
         if frames == 'robot':
             X, Y = found.base_offsets[0], found.tool_offsets[0]
         assert np.abs(X @ ks.forward_kinematics(read, q) @ Y - measured).max() < 1e-9
+
+
+def test_a_calibrated_file_goes_on_to_every_command(tmp_path, capsys):
+    arm = measured_arm('ur5e', 50, NOISE)
+    file = table(tmp_path / 'tracker.csv', arm.robot, arm.q, arm.poses)
+    mine, urdf, again = (tmp_path / name for name in ('mine.yaml', 'mine.urdf', 'again.yaml'))
+    assert run(capsys, 'calibrate', file, '--robot', 'ur5e', '--output', mine)[0] == 0
+    code, out, _ = run(capsys, 'check', '--strict', mine)
+    assert code == 0
+    assert 'elbow = sin(q3), approximate' in out
+    q = [0.3, -1.2, 0.02, -1.4, -1.5, 0.2]
+    robot = ks.load_robot(mine)
+    found = ks.singularity(robot, q)
+    # A search found the singular pose: the factor only names it.
+    warning = singularity_status(robot, found, found.level, robot.base_frame)
+    assert 'elbow (approximately): sin(q3) = 0.02' in warning.sentence
+    assert dict(warning.values)['factor_approximate'] == 'true'
+    assert found.decided
+    nearest = found.nearest_singular
+    values = ks.singularity(robot, nearest).singular_values
+    assert values[-1] < 1e-9 * values[0]
+    assert abs(found.distance - 0.02) > 1e-4
+    code, _, err = run(capsys, 'derive', mine)
+    assert code == 1
+    assert 'derive the nominal robot file; the factors here are those of that one' in err
+    assert run(capsys, 'export', mine, '--urdf', urdf)[0] == 0
+    ends = ('--base', robot.base_frame, '--tip', robot.tool_frame)
+    code, _, err = run(capsys, 'import', '--urdf', urdf, *ends, '--out', again)
+    assert code == 0, err
+    back = ks.forward_kinematics(ks.load_robot(again), arm.q)
+    assert np.abs(back - ks.forward_kinematics(robot, arm.q)).max() < 1e-9
+
+
+def test_factors_that_are_no_longer_near_are_left_out():
+    robot = ks.load_robot('ur5e')
+    parameters = parameters_of(robot).table
+    near, far = (
+        corrected_robot(robot, parameters, size * np.ones(len(parameters))) for size in (1e-3, 0.3)
+    )
+    assert near.factors.names == robot.factors.names
+    assert near.factors.approximate == (True,) * len(near.factors.names)
+    assert not near.factors.complete
+    assert far.factors.names == ()
 
 
 def test_tolerances_of_a_robot_file_are_read_and_move_with_their_rows(tmp_path, capsys):

@@ -7,6 +7,7 @@ from typing import get_args
 
 import numpy as np
 
+from ...errors import KinematicsError
 from ...kernel import Floats
 from ...rigid_motion import exact_rpy
 from ...robot.file.convention_table import Axis
@@ -44,7 +45,8 @@ def corrected_robot(
     """
     Return the robot with corrections of its table.
 
-    Named singular factors and known poses, which were those of the nominal table, are left out.
+    Known poses, which were those of the nominal table, are left out. Its singular factors are
+    approximate now; they are left out if their zeros are far from singular poses.
 
     Parameters
     ----------
@@ -65,19 +67,24 @@ def corrected_robot(
         end if motion is None else replace(end, motion=rigid_motion(motion, description))
         for end, motion in zip(ends, (base, tool))
     ]
-    return build_robot(
-        replace(
-            description,
-            links=links,
-            points=tuple(replace(one, row=ends_at[one.row]) for one in description.points),
-            base=placed[0],
-            tool=placed[1],
-            singularity=replace(description.singularity, factors=()),
-            known_poses=(),
-            warnings=(),
-            tolerances=_tolerances(description, found, links, ends_at),
-        )
+    corrected = replace(
+        description,
+        links=links,
+        points=tuple(replace(one, row=ends_at[one.row]) for one in description.points),
+        base=placed[0],
+        tool=placed[1],
+        known_poses=(),
+        warnings=(),
+        tolerances=_tolerances(description, found, links, ends_at),
     )
+    if not found:
+        return build_robot(corrected)
+    singularity = description.singularity
+    nearly = tuple(replace(one, approximate=True) for one in singularity.factors)
+    try:
+        return build_robot(replace(corrected, singularity=replace(singularity, factors=nearly)))
+    except KinematicsError:
+        return build_robot(replace(corrected, singularity=replace(singularity, factors=())))
 
 
 def rigid_motion(T: Floats, description: RobotDescription) -> RigidMotion:

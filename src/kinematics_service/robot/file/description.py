@@ -197,10 +197,18 @@ class KnownPose:
 
 @dataclass(frozen=True)
 class Factor:
-    """A named function of the joints whose zeros are singular poses, in the file's units."""
+    """
+    A named function of the joints whose zeros are singular poses, in the file's units.
+
+    Parameters
+    ----------
+    approximate
+        Its zeros are near singular poses only: it is that of a table without corrections.
+    """
 
     name: str
     text: str
+    approximate: bool = False
 
 
 @dataclass(frozen=True)

@@ -202,6 +202,7 @@ class FactorEntry(Entry):
 
     name: Word = None
     expression: Number = None
+    approximate: Truth = None
 
 
 class SingularityEntry(Entry):

@@ -15,6 +15,7 @@ from .description import (
     IDENTITY,
     DhRow,
     ElementaryMotion,
+    Factor,
     Link,
     Placement,
     PointDescription,
@@ -70,20 +71,30 @@ def with_sections(
     return '\n'.join([*kept, ''])
 
 
-def without_factors(text: str) -> list[str] | None:
-    """Return the lines of the section `singularity` without its factors; None without any."""
-    root = yaml.compose(text.removeprefix(BOM), Loader=LOADER)
+def singularity_section(text: str, factors: Sequence[Factor]) -> list[str] | None:
+    """
+    Return the lines of the section `singularity` with these factors instead of its own.
+
+    None if nothing is left of it.
+    """
+    plain = text.removeprefix(BOM)
+    root = yaml.compose(plain, Loader=LOADER)
     assert isinstance(root, MappingNode)
     value = next((value for key, value in root.value if key.value == 'singularity'), None)
-    if not isinstance(value, MappingNode):
-        return None
-    plain = text.removeprefix(BOM)
-    entries = [
-        plain[key.start_mark.index : item.end_mark.index].rstrip()
-        for key, item in value.value
-        if key.value != 'factors'
-    ]
-    return ['singularity:', *(f'  {entry}' for entry in entries)] if entries else None
+    lines = []
+    if isinstance(value, MappingNode):
+        lines = [
+            f'  {plain[key.start_mark.index : item.end_mark.index].rstrip()}'
+            for key, item in value.value
+            if key.value != 'factors'
+        ]
+    if factors:
+        lines.append('  factors:')
+    for one in factors:
+        approximate = ', approximate: true' if one.approximate else ''
+        entry = f'name: {scalar(one.name)}, expression: {scalar(one.text)}{approximate}'
+        lines.append(f'    - {{{entry}}}')
+    return ['singularity:', *lines] if lines else None
 
 
 def links_section(links: Sequence[Link]) -> list[str]:
