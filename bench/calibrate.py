@@ -40,6 +40,8 @@ import kinematics_service as ks
 from kinematics_service.rigid_motion import exponential
 
 NOISE, POSES = 5e-5, 50
+# Joints (rad, m) of two poses at one point of an arm with few of them differ by more.
+APART = 0.1
 
 
 def consistency(name, runs):
@@ -120,6 +122,8 @@ def touched_arm(name, seed):
             rows = touching_positions(true, point, POSES // count, [seed, 7, k], NOISE)
         except AssertionError:
             continue  # at the edge of the reach
+        if np.max(np.ptp(rows, axis=0)) < APART:
+            continue  # one pose alone
         points.append(point)
         q.append(rows)
     marks = [str(k) for k in range(count) for _ in range(POSES // count)]

@@ -327,6 +327,9 @@ def test_what_is_wrong_with_live_is_a_sentence(tmp_path, capsys, monkeypatch):
         code, _, err = run(capsys, *given, *options)
         assert code == 2
         assert sentence in ' '.join(err.split())
+    code, _, err = run(capsys, 'calibrate', 'a.csv', '--robot', 'ur5e', '--ros-args', '-r', 'a:=b')
+    assert code == 2
+    assert 'calibrate takes no --ros-args without --live' in err
     monkeypatch.setitem(sys.modules, 'rclpy', None)
     for module in [name for name in sys.modules if name.startswith('kinematics_service.ros.')]:
         monkeypatch.delitem(sys.modules, module)

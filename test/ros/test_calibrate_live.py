@@ -22,6 +22,8 @@ from kinematics_service.ros.tools.virtual_arm import RATE, TimedJointState, Virt
 
 NOISE = 5e-5
 DEADLINE = 90.0
+# Joint states, every fifth of which has a pose.
+ENOUGH = 500
 
 
 class Measured:
@@ -104,6 +106,8 @@ def test_a_running_robot_is_calibrated_and_ctrl_c_ends_the_collecting(live, tmp_
     measured.peer.spin_until(lambda: measured.virtual.heard, 'listener', DEADLINE)
     measured.virtual.start()
     measured.peer.spin_until(lambda: one.said('all is known'), 'that all is known', DEADLINE)
+    # As many poses as tell the rest with some room, however fast they came.
+    measured.peer.spin_until(lambda: measured.virtual.sent > ENOUGH, 'more poses', DEADLINE)
     assert one.lines[0] == (
         'collecting joint states of /joint_states and poses of /kinematics/reference_pose'
     )

@@ -181,6 +181,8 @@ def calibrate(
                 'are for recordings'
             )
         checked_seconds(live)
+    elif context.obj:
+        raise WrongUsage('calibrate takes no --ros-args without --live: it needs no ROS')
     elif not files:
         asked = (output, json, html, same_point)
         if propose is None or any(one is not None for one in asked):
