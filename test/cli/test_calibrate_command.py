@@ -145,6 +145,7 @@ def test_degrees_and_millimetres_of_a_file_are_kept(convention):
         assert np.abs(X @ ks.forward_kinematics(read, q) @ Y - measured).max() < 1e-9
 
 
+@pytest.mark.slow
 def test_a_calibrated_file_goes_on_to_every_command(tmp_path, capsys):
     arm = measured_arm('ur5e', 50, NOISE)
     file = table(tmp_path / 'tracker.csv', arm.robot, arm.q, arm.poses)

@@ -97,6 +97,7 @@ def live(ros_domain):
         one.popen.communicate()
 
 
+@pytest.mark.slow
 def test_a_running_robot_is_calibrated_and_ctrl_c_ends_the_collecting(live, tmp_path):
     measured = Measured(measured_arm('ur5e', 1))
     output, document = tmp_path / 'mine.yaml', tmp_path / 'found.json'
@@ -129,6 +130,7 @@ def test_a_running_robot_is_calibrated_and_ctrl_c_ends_the_collecting(live, tmp_
     assert np.sqrt(3 * np.mean(off[:, :3, 3] ** 2)) < 2e-4
 
 
+@pytest.mark.slow
 def test_the_time_ends_the_collecting_and_too_few_poses_are_a_sentence(live):
     measured = Measured(measured_arm('ur5e', 1), poses=False)
     one = live('--robot', 'ur5e', '--live', 6)
