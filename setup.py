@@ -49,6 +49,7 @@ setup(
         NAME: ['py.typed'],
         f'{NAME}.kernel': ['*.pxd', '*/*.pxd'],
         f'{NAME}.diagnosis.audit.report': ['page.css', 'page.js'],
+        f'{NAME}.diagnosis.calibration.page': ['page.css', 'page.js'],
         f'{NAME}.ros.process': ['fastdds_*.xml'],
         f'{NAME}.config': CONFIG,
     },

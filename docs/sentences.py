@@ -61,6 +61,7 @@ ROBOT_FILE = {
             'singularity': 'what is called singular, and when to warn',
             'uncertainty': 'how far joints and table may be off',
             'known_poses': 'poses known from elsewhere, which `check` compares',
+            'tolerance': 'how far the numbers of the table may be off, for `calibrate`',
         },
     ),
     'UnitsEntry': (
@@ -137,6 +138,8 @@ ROBOT_FILE = {
         {
             'name': 'what the warning calls it',
             'expression': 'a function of the joints whose zeros are singular poses',
+            'approximate': '`true` if it is that of a table without corrections: it names what is '
+            'near and is not counted on for distances',
         },
     ),
     'UncertaintyEntry': (
@@ -179,5 +182,16 @@ ROBOT_FILE = {
         'known_poses.tolerance',
         'Each of them may be left out.',
         {'xyz': 'of the position', 'rpy': 'of the orientation, as an angle'},
+    ),
+    'TableToleranceEntry': (
+        'tolerance',
+        'Standard deviations, with which a calibration begins. Each of them may be left out; then '
+        'it is 1 mm, 0.2 degrees, and a thousandth of a gear ratio.',
+        {
+            'length': 'of every length of the table',
+            'angle': 'of every angle',
+            'gear': 'of every gear ratio, as a share of it',
+            'of': 'of single numbers, by the names that `calibrate` prints: `{d1: 0.2e-3}`',
+        },
     ),
 }

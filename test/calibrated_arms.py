@@ -59,20 +59,24 @@ def positions_within(robot, count, seed):
 
 
 @cache
-def true_arm(name, seed, size):
+def true_arm(name, seed, size, gears=False):
     """Return the parameters of an arm, errors of them, and the arm that has these."""
     robot = robot_of(name)
     random = np.random.default_rng(seed)
-    parameters = parameters_of(robot).table
+    parameters = parameters_of(robot, gears).table
     errors = size * np.array([one.scale for one in parameters])
     errors = errors * random.normal(size=len(parameters))
     return parameters, errors, corrected_robot(robot, parameters, errors)
 
 
-def measured_arm(name, count, noise=0.0, seed=0, size=1.0, base=BASE, tool=TOOL):
-    """Return an arm with errors of 1 mm and 0.2 degrees, times `size`, and poses with noise."""
+def measured_arm(name, count, noise=0.0, seed=0, size=1.0, base=BASE, tool=TOOL, gears=False):
+    """
+    Return an arm with errors of 1 mm and 0.2 degrees, times `size`, and poses with noise.
+
+    With `gears` ratios have errors of a thousandth.
+    """
     robot = robot_of(name)
-    parameters, errors, true = true_arm(name, seed, size)
+    parameters, errors, true = true_arm(name, seed, size, gears)
     random = np.random.default_rng([seed, 1])
     q = positions_within(robot, count, seed + 1)
     poses = base @ ks.forward_kinematics(true, q) @ tool

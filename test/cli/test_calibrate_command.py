@@ -1,6 +1,8 @@
 """The command `calibrate`: tables read as an audit reads them, and robot files that go on."""
 
 import json
+import re
+import sys
 
 import numpy as np
 import pytest
@@ -9,8 +11,11 @@ from recordings import recorded
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
+from kinematics_service.diagnosis.calibration.corrections import corrected_robot
+from kinematics_service.diagnosis.calibration.parameters import parameters_of
 from kinematics_service.diagnosis.calibration.robot_text import CalibrationOrigin, calibrated_text
 from kinematics_service.diagnosis.frame_check.hypotheses import quaternions_of
+from kinematics_service.estimation.status_text import singularity_status
 from kinematics_service.robot.file.new_robot import Units, new_robot_text
 
 NOISE = 5e-5
@@ -43,9 +48,11 @@ def table(file, robot, q, poses, rate=1.0, ends='x y z qx qy qz qw'):
 def test_a_table_of_poses_makes_a_robot_file_that_goes_on(tmp_path, capsys):
     arm = measured_arm('ur5e', 50, NOISE)
     file = table(tmp_path / 'tracker.csv', arm.robot, arm.q, arm.poses)
-    output = tmp_path / 'mine.yaml'
-    code, out, err = run(capsys, 'calibrate', file, '--robot', 'ur5e', '--output', output)
+    output, html = tmp_path / 'mine.yaml', tmp_path / 'mine.html'
+    options = ['--output', output, '--html', html]
+    code, out, err = run(capsys, 'calibrate', file, '--robot', 'ur5e', *options)
     assert (code, err) == (0, '')
+    assert html.read_text().count('tracker.csv') == 1
     assert f'ur5e: 50 poses of {file}' in out
     assert 'Only d2 + d3 + d4 is told, not each of them.' in out
     assert f'wrote {output}' in out
@@ -53,7 +60,7 @@ def test_a_table_of_poses_makes_a_robot_file_that_goes_on(tmp_path, capsys):
     assert text.startswith('# Calibrated by kinematics_service ')
     assert '# data: tracker.csv, 50 poses\n' in text
     assert 'a: a2 ' in text  # the nominal number, then its correction
-    assert 'factors:' not in text
+    assert '{name: elbow, expression: sin(q3), approximate: true}' in text
     assert 'calibrated from tracker.csv' in text
     mine = ks.load_robot(output)
     assert mine.rows == arm.robot.rows + 2  # an extra angle on either side of the elbow
@@ -89,6 +96,36 @@ def test_the_text_says_what_was_found_in_every_convention(name):
     assert max(np.abs(T - one.motion.matrix).max() for T, one in zip(reached, known)) < 1e-8
 
 
+SCREW = """
+robot: screw
+source: test
+convention: standard
+units: {angle: deg, length: mm}
+joints:
+  - {name: j1, variable: q1, type: revolute}
+  - {name: j2, variable: q2, type: helical}
+links:
+  - {a: 300, alpha: 90, d: 100, theta: 30 - q1}
+  - {a: 0, alpha: 0, d: 5*q2/360, theta: q2}
+"""
+
+
+@pytest.mark.parametrize('name', ['panda', 'rrp_elementary', 'offset_stanford_shape', 'screw'])
+def test_gear_ratios_stand_in_the_text_beside_the_nominal_ones(name):
+    text = SCREW if name == 'screw' else ks.bundled_robots()[name].read_text()
+    robot = ks.robot_from_text(text)
+    table = parameters_of(robot, gears=True).table
+    q = positions_within(robot, 30, 0)
+    true = corrected_robot(robot, table, np.linspace(-1e-3, 2e-3, len(table)))
+    measured = ks.forward_kinematics(true, q)
+    found = ks.calibrate(robot, q, measured, fit=['all'], fix=['base', 'tool'], check=False)
+    made = calibrated_text(found, text, q, measured, MADE_UP)
+    assert np.abs(ks.forward_kinematics(ks.robot_from_text(made), q) - measured).max() < 1e-9
+    if name == 'screw':
+        assert 'theta: 30 - q1 - 0.00' in made
+        assert re.search(r'd: 5\*q2/360 [-+] [-0-9.e]+\*q2', made)
+
+
 @pytest.mark.parametrize('convention', ['standard', 'modified', 'elementary', 'shape'])
 def test_degrees_and_millimetres_of_a_file_are_kept(convention):
     text = new_robot_text('mine', 6, convention, Units('deg', 'mm'))
@@ -106,6 +143,78 @@ def test_degrees_and_millimetres_of_a_file_are_kept(convention):
         if frames == 'robot':
             X, Y = found.base_offsets[0], found.tool_offsets[0]
         assert np.abs(X @ ks.forward_kinematics(read, q) @ Y - measured).max() < 1e-9
+
+
+@pytest.mark.slow
+def test_a_calibrated_file_goes_on_to_every_command(tmp_path, capsys):
+    arm = measured_arm('ur5e', 50, NOISE)
+    file = table(tmp_path / 'tracker.csv', arm.robot, arm.q, arm.poses)
+    mine, urdf, again = (tmp_path / name for name in ('mine.yaml', 'mine.urdf', 'again.yaml'))
+    assert run(capsys, 'calibrate', file, '--robot', 'ur5e', '--output', mine)[0] == 0
+    code, out, _ = run(capsys, 'check', '--strict', mine)
+    assert code == 0
+    assert 'elbow = sin(q3), approximate' in out
+    q = [0.3, -1.2, 0.02, -1.4, -1.5, 0.2]
+    robot = ks.load_robot(mine)
+    found = ks.singularity(robot, q)
+    # A search found the singular pose: the factor only names it.
+    warning = singularity_status(robot, found, found.level, robot.base_frame)
+    assert 'elbow (approximately): sin(q3) = 0.02' in warning.sentence
+    assert dict(warning.values)['factor_approximate'] == 'true'
+    assert found.decided
+    nearest = found.nearest_singular
+    values = ks.singularity(robot, nearest).singular_values
+    assert values[-1] < 1e-9 * values[0]
+    assert abs(found.distance - 0.02) > 1e-4
+    code, _, err = run(capsys, 'derive', mine)
+    assert code == 1
+    assert 'derive the nominal robot file; the factors here are those of that one' in err
+    assert run(capsys, 'export', mine, '--urdf', urdf)[0] == 0
+    ends = ('--base', robot.base_frame, '--tip', robot.tool_frame)
+    code, _, err = run(capsys, 'import', '--urdf', urdf, *ends, '--out', again)
+    assert code == 0, err
+    back = ks.forward_kinematics(ks.load_robot(again), arm.q)
+    assert np.abs(back - ks.forward_kinematics(robot, arm.q)).max() < 1e-9
+
+
+def test_factors_that_are_no_longer_near_are_left_out():
+    robot = ks.load_robot('ur5e')
+    parameters = parameters_of(robot).table
+    near, far = (
+        corrected_robot(robot, parameters, size * np.ones(len(parameters))) for size in (1e-3, 0.3)
+    )
+    assert near.factors.names == robot.factors.names
+    assert near.factors.approximate == (True,) * len(near.factors.names)
+    assert not near.factors.complete
+    assert far.factors.names == ()
+
+
+def test_tolerances_of_a_robot_file_are_read_and_move_with_their_rows(tmp_path, capsys):
+    arm = measured_arm('ur5e', 40, NOISE)
+    file = table(tmp_path / 'tracker.csv', arm.robot, arm.q, arm.poses)
+    robot, output = tmp_path / 'arm.yaml', tmp_path / 'mine.yaml'
+    text = ks.bundled_robots()['ur5e'].read_text()
+    robot.write_text(text + 'tolerance: {length: 0.4e-3, of: {d5: 0.2e-3, theta2: 1e-3}}\n')
+
+    def priors(*options):
+        options = ['--robot', robot, '--json', '-', *options]
+        code, out, err = run(capsys, 'calibrate', file, *options)
+        assert (code, err) == (
+            0,
+            f'wrote {output}; next: python -m kinematics_service check {output}\n'
+            if '--output' in options
+            else '',
+        )
+        return {one['name']: one['prior'] for one in json.loads(out)['parameters']}
+
+    found = priors('--output', output)
+    assert (found['a2'], found['d5'], found['theta2']) == (0.4e-3, 0.2e-3, 1e-3)
+    assert found['alpha1'] == np.radians(0.2)
+    found = priors('--tolerance', '2mm')
+    assert (found['a2'], found['d5'], found['theta2']) == (2e-3, 0.2e-3, 1e-3)
+    mine = ks.load_robot(output).description.tolerances
+    assert (mine.length, mine.angle) == (0.4e-3, None)
+    assert dict(mine.named) == {'d7': 0.2e-3, 'theta2': 1e-3}
 
 
 def test_points_of_the_arm_stay_where_they_are(tmp_path):
@@ -207,6 +316,27 @@ def test_wrong_options_are_wrong_usage(tmp_path, capsys):
     code, _, err = run(capsys, 'calibrate', tmp_path / 'none.csv', '--robot', 'ur5e')
     assert code == 1
     assert 'there is no such file' in err
+
+
+def test_what_is_wrong_with_live_is_a_sentence(tmp_path, capsys, monkeypatch):
+    given = ['calibrate', '--robot', 'ur5e', '--live']
+    for sentence, *options in (
+        ('-1 is not within 0 and 86,400 s', '-1'),
+        ('--live hears a running robot', '10', tmp_path / 'tracker.csv'),
+        ('--live hears a running robot', '10', '--same-point', 'hole'),
+    ):
+        code, _, err = run(capsys, *given, *options)
+        assert code == 2
+        assert sentence in ' '.join(err.split())
+    code, _, err = run(capsys, 'calibrate', 'a.csv', '--robot', 'ur5e', '--ros-args', '-r', 'a:=b')
+    assert code == 2
+    assert 'calibrate takes no --ros-args without --live' in err
+    monkeypatch.setitem(sys.modules, 'rclpy', None)
+    for module in [name for name in sys.modules if name.startswith('kinematics_service.ros.')]:
+        monkeypatch.delitem(sys.modules, module)
+    code, _, err = run(capsys, *given, '10')
+    assert code == 1
+    assert 'this needs ROS 2 and its rclpy' in err
 
 
 def test_what_a_controller_knows_of_its_arm_is_found(tmp_path, capsys):

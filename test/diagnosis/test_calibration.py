@@ -8,12 +8,20 @@ chain of its own, so that each number comes by two roads.
 import numpy as np
 import pytest
 from arms import robot_of
-from calibrated_arms import BASE, TEN, measured_arm, positions_within, predicted, truly
+from calibrated_arms import (
+    BASE,
+    TEN,
+    measured_arm,
+    positions_within,
+    predicted,
+    truly,
+)
 from recordings import recorded
 from tolerances import DIFFERENCE, DIFFERENCE_STEP, ROUND_OFF
 
 import kinematics_service as ks
 from kinematics_service.diagnosis.calibration.corrected_chain import pose_change, poses_of
+from kinematics_service.diagnosis.calibration.corrections import corrected_robot
 from kinematics_service.diagnosis.calibration.parameters import (
     end_parameters,
     parameters_of,
@@ -22,6 +30,7 @@ from kinematics_service.diagnosis.calibration.parameters import (
     structural_rank,
 )
 from kinematics_service.rigid_motion import exponential, pose_of, rotation_vector
+from kinematics_service.robot.file.sections import tolerances_section
 
 # Without noise parameters come back as exactly (m, rad).
 EXACT = 1e-9
@@ -215,6 +224,130 @@ def test_the_prior_of_a_group_decides_what_stays():
     priors = {one.name: one.prior for one in found.parameters}
     assert (priors['a2'], priors['theta3'], priors['theta2']) == (1e-9, 0.1, np.radians(0.2))
     assert abs(found.corrections['a2']) < 1e-8
+
+
+def with_tolerance(name, text):
+    return ks.robot_from_text(ks.bundled_robots()[name].read_text() + f'\ntolerance: {text}\n')
+
+
+def test_the_robot_file_says_how_far_its_numbers_may_be_off():
+    arm = measured_arm('ur5e', 30, NOISE)
+    robot = with_tolerance('ur5e', '{length: 0.3e-3, of: {d1: 2e-3, theta3: 1e-9, beta5: 0.1}}')
+    found = ks.calibrate(robot, arm.q, arm.poses)
+    priors = {one.name: one.prior for one in found.parameters}
+    assert (priors['a2'], priors['d1'], priors['theta3']) == (0.3e-3, 2e-3, 1e-9)
+    assert priors['theta2'] == np.radians(0.2)  # nothing is said of angles
+    assert abs(found.corrections['theta3']) < 1e-8
+    assert found.remarks == ('The tolerance of beta5 in the robot file is not used',)
+    # What the call says holds instead.
+    found = ks.calibrate(robot, arm.q, arm.poses, tolerances={'lengths': 1e-4})
+    priors = {one.name: one.prior for one in found.parameters}
+    assert (priors['a2'], priors['d1'], priors['theta3']) == (1e-4, 1e-4, 1e-9)
+
+
+def test_what_is_proposed_depends_on_the_tolerances_of_the_robot_file():
+    robot = with_tolerance('ur5e', '{length: 1e-6, angle: 1e-6, of: {theta5: 0.02}}')
+    proposed, usual = (ks.propose_poses(one, 4) for one in (robot, robot_of('ur5e')))
+    before = dict(zip(proposed.names, proposed.before.tolist()))
+    assert (before['a2'], before['theta2'], before['theta5']) == pytest.approx((1e-6, 1e-6, 0.02))
+    assert not np.array_equal(proposed.q, usual.q)
+
+
+@pytest.mark.parametrize(
+    ('name', 'before', 'after'),
+    [
+        # beta2 and beta3 become rows of their own: alpha of these.
+        ('ur5e', 'a2: 1, alpha3: 2, theta4: 3, d6: 4', 'a2: 1, alpha4: 2, theta6: 3, d8: 4'),
+        ('ur5e', 'beta2: 1, beta3: 2, gear4: 3', 'alpha3: 1, alpha5: 2, gear4: 3'),
+        (
+            'craig_3r',
+            'a3: 1, alpha3: 2, d3: 3, theta3: 4, beta3: 5, a4: 6',
+            'a3: 1, alpha3: 2, d4: 3, theta4: 4, alpha4: 5, a5: 6',
+        ),
+        (
+            'rrp_elementary',
+            'Ry3: 1, Tx3: 2, Tx4: 3, Tx5: 4',
+            'Ry5: 1, Tx4: 2, Tx6: 3, Tx8: 4',
+        ),
+    ],
+)
+def test_tolerances_of_numbers_move_with_their_rows(name, before, after):
+    robot = with_tolerance(name, f'{{of: {{{before}}}}}')
+    parameters = parameters_of(robot).table
+    errors = 1e-3 * np.ones(len(parameters))
+    corrected = corrected_robot(robot, parameters, errors)
+    moved = corrected.description.tolerances.named
+    assert ', '.join(f'{name}: {value:g}' for name, value in moved) == after
+    # And in words, as the file of the corrected arm has them.
+    own = f'of: {{{after}}}'
+    assert tolerances_section(corrected.description) == [f'tolerance: {{{own}}}']
+
+
+# Gear ratios
+
+
+def geared_arm(name, count, noise=0.0):
+    """Return a measured arm whose gear ratios are off, too, and its errors by name."""
+    arm = measured_arm(name, count, noise, gears=True)
+    return arm, {one.name: float(error) for one, error in zip(arm.parameters, arm.errors)}
+
+
+@ten_arms
+def test_poses_move_with_gear_ratios_as_differences_say(name):
+    arm, _ = geared_arm(name, 4)
+    chain, errors = parameters_of(arm.robot, gears=True).chain, arm.errors
+    change = pose_change(chain, errors, arm.q)
+    for k in (k for k, one in enumerate(arm.parameters) if one.group == 'gears'):
+        step = DIFFERENCE_STEP * (np.arange(len(errors)) == k)
+        ahead, back = (poses_of(chain, errors + s * step, arm.q) for s in (1.0, -1.0))
+        turned = rotation_vector(ahead[:, :3, :3] @ np.swapaxes(back[:, :3, :3], 1, 2))
+        moved = np.concatenate([(ahead - back)[:, :3, 3], turned], axis=1) / (2 * DIFFERENCE_STEP)
+        assert np.abs(moved - change.jacobian[:, :, k]).max() < DIFFERENCE
+
+
+@pytest.mark.parametrize('name', ['scara_hsr065', 'parallelogram_left', 'rrp_elementary'])
+def test_gear_ratios_are_found_where_they_are_asked_for(name):
+    arm, true = geared_arm(name, 60)
+    found = ks.calibrate(arm.robot, arm.q, arm.poses, fit=['all'])
+    plain = ks.calibrate(arm.robot, arm.q, arm.poses)
+    gears = [one for one in found.parameters if one.group == 'gears']
+    assert found.possible == plain.possible + len(gears) == plain.possible + arm.robot.dof
+    assert not any(one.group == 'gears' for one in plain.parameters)
+    assert max(abs(one.correction - true[one.name]) for one in gears) < EXACT
+    assert all(one.told and one.prior == 1e-3 for one in gears)
+    q = positions_within(arm.robot, 50, 9)
+    assert (
+        off(predicted(found, q), truly(arm, q)) < EXACT < off(predicted(plain, q), truly(arm, q))
+    )
+
+
+def test_with_noise_gear_ratios_are_within_their_deviations():
+    arm, true = geared_arm('puma560', 60, NOISE)
+    found = ks.calibrate(arm.robot, arm.q, arm.poses, fit=['all'])
+    for one in found.parameters:
+        if one.group == 'gears':
+            assert abs(one.correction - true[one.name]) < 3.0 * one.deviation < 1e-3
+    one = ks.calibrate(arm.robot, arm.q, arm.poses, fit=['gear2', 'base', 'tool'])
+    assert [each.name for each in one.parameters if each.group == 'gears'] == ['gear2']
+    # What goes on from a calibration takes its gears along.
+    assert ks.propose_poses(arm.robot, 3, found).names == tuple(found.corrections)
+    covariance = ks.pose_covariance(found.calibrated, arm.q[0], calibration=found)
+    assert np.all(np.linalg.eigvalsh(covariance) > 0.0)
+
+
+def test_axes_that_are_nearly_parallel_get_an_extra_angle_and_no_length_of_kilometres():
+    text = ks.bundled_robots()['ur5e'].read_text().split('singularity:')[0]
+    assert '{a: a2, alpha: 0, ' in text
+    for off_parallel in (1e-4, 1e-2, 1e-3):
+        alpha = f'{{a: a2, alpha: {off_parallel}, '
+        robot = ks.robot_from_text(text.replace('{a: a2, alpha: 0, ', alpha))
+        table = parameters_of(robot).table
+        assert [one.name for one in table if one.place == 'Ry'] == ['beta2', 'beta3']
+    arm = measured_arm('ur5e', 40, NOISE)
+    found = ks.calibrate(robot, arm.q, arm.poses)
+    assert found.held_out.position_rms < 3.0 * NOISE
+    of_table = [one for one in found.parameters if one.group not in ('base', 'tool')]
+    assert max(abs(one.correction) for one in of_table) < 0.02
 
 
 # The poses to measure next

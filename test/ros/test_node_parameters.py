@@ -231,6 +231,14 @@ def shows_servo(key, value, where):
     return shows
 
 
+def shows_limit(name, value):
+    def shows(one):
+        # A warning by them has a test of its own.
+        assert getattr(one.node.settings.reference, name) == value
+
+    return shows
+
+
 def shows_robot_description(one):
     heard = one.listen('/robot_description', String, LATCHED)
     one.spin_until(lambda: heard, 'URDF')
@@ -264,6 +272,10 @@ TAKES_EFFECT = {
     'ik.damping': (0.2, shows_servo('damping', 0.2, ELBOW)),
     'ik.damped_below': (0.5, shows_servo('damped_below', 0.5, ELBOW)),
     'ik.default_rate': (0.2, shows_servo('default_rate', 0.2, FAST)),
+    'reference.position_warn': (0.001, shows_limit('position_warn', 0.001)),
+    'reference.position_stop': (0.01, shows_limit('position_stop', 0.01)),
+    'reference.angle_warn': (0.002, shows_limit('angle_warn', 0.002)),
+    'reference.angle_stop': (0.02, shows_limit('angle_stop', 0.02)),
 }
 
 

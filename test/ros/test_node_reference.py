@@ -9,20 +9,26 @@ pytest.importorskip('rclpy', reason='needs ROS 2')
 
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped
+from rclpy.parameter import Parameter
 from ros_harness import STEP, level_of, values_of
 from target_harness import pose_target
 
 import kinematics_service as ks
+from kinematics_service.diagnosis.calibration.corrections import corrected_robot
+from kinematics_service.diagnosis.calibration.parameters import parameters_of
 
-OK, ERROR = 0, 2
+OK, WARN, ERROR = 0, 1, 2
 POSES = 60
 
 
-def watched(one, change=lambda q: q, lag=0):
+def watched(one, change=lambda q: q, lag=0, true=None):
     """
     Move the arm and say its pose from elsewhere, at joint positions `change(q)`; return `frames`.
+
+    `true` is the arm that moves, if it is not that of the file.
     """
     robot = one.robot
+    true = true or robot
     publisher = one.peer.create_publisher(PoseStamped, one.topic('reference_pose'), 10)
     one.spin_until(lambda: publisher.get_subscription_count() == 1, 'listener')
     arrays = one.listen('/diagnostics', DiagnosticArray)
@@ -33,7 +39,7 @@ def watched(one, change=lambda q: q, lag=0):
     tried = 0
     while tried < POSES:
         q = random.uniform(-1.0, 1.0, robot.dof)
-        pose = offset @ ks.forward_kinematics(robot, change(q))
+        pose = offset @ ks.forward_kinematics(true, change(q))
         if 1.0 + np.trace(pose[:3, :3]) < 0.1:
             continue  # the test's own conversion to quaternions is the simple one
         tried += 1
@@ -78,6 +84,24 @@ def test_a_planted_fault_is_named(arm):
     assert level_of(status) == ERROR
     assert values_of(status)['cause'] == 'joint_sign'
     assert 'elbow_joint' in status.message
+
+
+def test_how_far_the_file_is_from_what_is_heard_is_judged_by_limits(arm):
+    one = arm('ur5e', ['-p', 'reference.position_warn:=0.0005', '-p', 'reference.angle_stop:=1.0'])
+    errors = 1e-3 * np.resize([1.0, -1.0, 0.5], len(parameters_of(one.robot).table))
+    true = corrected_robot(one.robot, parameters_of(one.robot).table, errors)
+    status = watched(one, true=true)
+    values = values_of(status)
+    assert 0.0005 < float(values['position error, rms (m)']) < 0.004
+    assert level_of(status) == WARN, status.message
+    assert values['warning from (rms)'] == '0.5 mm or 0.5 deg'
+    assert values['error from (rms)'] == '20 mm or 57.3 deg'
+    assert status.message.endswith('collects poses for a robot file of this very arm')
+    # The limits in force count, also those that have changed since.
+    assert one.node.set_parameters([Parameter('reference.position_warn', value=0.01)])[
+        0
+    ].successful
+    assert one.node._reference.status_text().level == OK
 
 
 def test_a_lag_of_the_second_source_is_named(arm):

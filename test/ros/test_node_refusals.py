@@ -65,6 +65,10 @@ REFUSED = {
     'ik.horizon': [0.0, math.nan, 1],
     'ik.default_rate': [0.0, -1.0, math.inf, 1],
     'ik.default_speed': [0.0, -1.0, math.inf, 1],
+    'reference.position_warn': [0.0, -1.0, math.nan, 0.03, 1],
+    'reference.position_stop': [0.0, math.inf, 0.003, 1],
+    'reference.angle_warn': [0.0, math.nan, 0.2, 1],
+    'reference.angle_stop': [0.0, 11.0, 0.001, 1],
 }
 REFUSALS = [(name, value) for name, values in REFUSED.items() for value in values]
 

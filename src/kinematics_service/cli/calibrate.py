@@ -15,11 +15,13 @@ import typer
 from ..robot.bundled import find_robot_file
 from .application import app
 from .frame_options import LONGEST_GAP, FormatOption, GapOption, given_format, given_limit
+from .live_calibration import POSES, STATES, LiveOptions, checked_seconds, collected
 from .options import RobotOption, WrongUsage, given_robot
 from .recording_options import ColumnsOption, PrefixOption, TopicOption
 
 if TYPE_CHECKING:
     from ..diagnosis.calibration.calibration import Calibration
+    from ..diagnosis.calibration.collecting import CollectedPoses
     from ..diagnosis.frame_check import PoseLimit
     from ..formats.recordings.source import Selection
     from ..kernel import Floats
@@ -31,11 +33,13 @@ Identify the numbers of an arm from measured poses of its tool, and write its ro
 \b
 Examples:
   kinematics_service calibrate tracker.csv --robot ur5e --output my_ur5e.yaml
+  kinematics_service calibrate tracker.csv --robot ur5e --html found.html
   kinematics_service calibrate points.csv --robot ur5e --pose-format mm,position
   kinematics_service calibrate bag/ --robot arm.yaml --pose-topic /tracker/pose
   kinematics_service calibrate a.csv b.csv --robot ur5e --own base --json -
   kinematics_service calibrate run.csv --robot ur3e --fix base --frames measured
   kinematics_service calibrate holes.csv --robot ur5e --same-point hole
+  kinematics_service calibrate --robot ur5e --live 300 --output my_ur5e.yaml
   kinematics_service calibrate --robot ur5e --propose 10 --plan next.yaml
 
 \b
@@ -46,7 +50,11 @@ file: both are fitted, unless --fix names base or tool.
 
 \b
 --fit and --fix take groups or names, with commas:
-  offsets, lengths, angles, base, tool, lag; theta2, d1, a3, alpha2, beta2, base.x
+  offsets, lengths, angles, gears, base, tool, lag; all; theta2, d1, a3, alpha2,
+  beta2, gear2, base.x
+
+
+Gear ratios are fitted where --fit names them, or all.
 
 \b
 --same-point needs no instrument: a spike on the tool touches the same point
@@ -55,12 +63,18 @@ tip are fitted. All lengths are then known by their ratios alone, unless
 --distance says how far two points are apart.
 
 \b
-Every number has a prior, --tolerance: what the poses do not tell stays where
-it was. --propose names the poses to measure next, after those of FILE or
-before any; they keep from limits and singular poses, but nothing is known of
-the cell around: look at the motion first. --output is in the convention of
-the robot file: each number is the nominal one and its correction, and
-known_poses are the measured ones.
+--live hears joint states (--topic, /joint_states) and poses of the tool
+(--pose-topic, /kinematics/reference_pose) of a running robot, says which
+numbers are known by now and which pose tells more, and goes on with what has
+come at the end or at Ctrl-C.
+
+\b
+Every number has a prior, --tolerance or `tolerance` of the robot file: what
+the poses do not tell stays where it was. --propose names the poses to measure
+next, after those of FILE or before any; they keep from limits and singular
+poses, but nothing is known of the cell around: look at the motion first.
+--output is in the convention of the robot file: each number is the nominal
+one and its correction, and known_poses are the measured ones.
 
 \b
 Exit code 0: calibrated. 1: FILE cannot be read, or the frame check names a
@@ -83,6 +97,7 @@ class FramesChoice(str, Enum):
 
 @app.command(short_help="Identify an arm's numbers from measured poses.", help=HELP)
 def calibrate(
+    context: typer.Context,
     robot: RobotOption,
     files: Annotated[
         Optional[list[Path]], typer.Argument(metavar='FILE...', help='Recordings.')
@@ -93,16 +108,23 @@ def calibrate(
     json: Annotated[
         Optional[Path], typer.Option(metavar='FILE', help='Write everything as JSON; - prints it.')
     ] = None,
+    html: Annotated[
+        Optional[Path], typer.Option(metavar='FILE', help='Write a page with pictures.')
+    ] = None,
     fit: Annotated[
-        str, typer.Option(metavar='NAMES', help='Fit these alone.', show_default='all')
+        str, typer.Option(metavar='NAMES', help='Fit these alone.', show_default='all but gears')
     ] = '',
     fix: Annotated[
         str, typer.Option(metavar='NAMES', help='Leave these as in the robot file.')
     ] = '',
     tolerance: Annotated[
-        str,
-        typer.Option(metavar='LIMIT', help='Usual errors of lengths and angles of the table.'),
-    ] = '1mm,0.2deg',
+        Optional[str],
+        typer.Option(
+            metavar='LIMIT',
+            help='Usual errors of lengths and angles of the table; default: those of the robot '
+            'file, else 1mm,0.2deg.',
+        ),
+    ] = None,
     own: Annotated[
         str, typer.Option(metavar='NAMES', help='What each of several files has of its own.')
     ] = 'base',
@@ -125,6 +147,12 @@ def calibrate(
         Optional[list[str]],
         typer.Option(metavar='A,B=LENGTH', help='Known distance of two such points, in m.'),
     ] = None,
+    live: Annotated[
+        Optional[float],
+        typer.Option(
+            metavar='SECONDS', help='Collect poses of a running robot, until Ctrl-C at the latest.'
+        ),
+    ] = None,
     propose: Annotated[
         Optional[int], typer.Option(metavar='N', help='Propose N poses to measure next.')
     ] = None,
@@ -140,14 +168,24 @@ def calibrate(
     plans = _plans(plan, propose)
     _check_outputs([*([] if output is None else [output]), *plans], force)
     arm = given_robot(robot)
-    limit = given_limit('--tolerance', tolerance)
+    limit = None if tolerance is None else given_limit('--tolerance', tolerance)
     form = given_format(pose_format)
     if pose_gap is not None and not 0.0 < pose_gap <= LONGEST_GAP:
         raise WrongUsage(f'--pose-gap: {pose_gap:g} is not within 0 and {LONGEST_GAP:g} s')
     if distance and same_point is None:
         raise WrongUsage('--distance is between points: give --same-point COLUMN too')
-    if not files:
-        if propose is None or output is not None or json is not None or same_point is not None:
+    if live is not None:
+        if files or any(one is not None for one in (same_point, columns, pose_format)):
+            raise WrongUsage(
+                '--live hears a running robot: FILE, --same-point, --columns and --pose-format '
+                'are for recordings'
+            )
+        checked_seconds(live)
+    elif context.obj:
+        raise WrongUsage('calibrate takes no --ros-args without --live: it needs no ROS')
+    elif not files:
+        asked = (output, json, html, same_point)
+        if propose is None or any(one is not None for one in asked):
             raise WrongUsage('give FILE with measured poses, or --propose N alone')
         _propose(arm, propose, None, plans, form.kind == 'position', sys.stdout)
         return
@@ -157,19 +195,31 @@ def calibrate(
 
     reading = Selection(arm, topic, pose_topic, columns, joint_prefix, form)
     words = (_words(fit), _words(fix), _words(own))
+    report = sys.stderr if str(json) == '-' else sys.stdout
+    heard = None
+    if live is not None:
+        topics = LiveOptions(
+            topic or STATES, pose_topic or POSES, joint_prefix, live, propose or 1
+        )
+        heard = _heard(arm, topics, words, limit, report, context.obj)
     with _status() as tell:
         tell('reading')
-        if same_point is not None:
-            data = _touched(files, reading, same_point, words, _distances(distance), limit, tell)
+        if heard is not None:
+            data = heard(tell)
+        elif same_point is not None:
+            data = _touched(
+                files or [], reading, same_point, words, _distances(distance), limit, tell
+            )
         else:
-            data = _measured(files, reading, pose_gap, words, limit, tell)
+            data = _measured(files or [], reading, pose_gap, words, limit, tell)
         text = '' if output is None else _text(data, robot, frames)
     if output is not None:
         from ..robot.file.writer import replace_file
 
         replace_file(output, text)
+    if html is not None:
+        _write_page(data, html, robot)
     _report(data, json)
-    report = sys.stderr if str(json) == '-' else sys.stdout
     if output is not None:
         print(f'wrote {output}; next: python -m kinematics_service check {output}', file=report)
     if propose is not None:
@@ -242,7 +292,7 @@ def _touched(
     column: str,
     names: tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]],
     distances: dict[tuple[str, str], float],
-    limit: 'PoseLimit',
+    limit: 'PoseLimit | None',
     tell: Callable[[str], None],
 ) -> _Calibrated:
     import numpy as np
@@ -271,12 +321,61 @@ def _touched(
     return _Calibrated(found, [one.file for one in given], remarks, q, poses)
 
 
+def _heard(
+    arm: 'Robot',
+    topics: LiveOptions,
+    names: tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]],
+    limit: 'PoseLimit | None',
+    stream: TextIO,
+    ros_args: Sequence[str],
+) -> Callable[[Callable[[str], None]], _Calibrated]:
+    # Collects poses of a running robot and returns what makes a calibration of them.
+    import numpy as np
+
+    from ..diagnosis.calibration.calibration import calibrate as calibrated
+    from ..errors import CalibrationError
+
+    tolerances = _tolerances(arm, limit)
+    fit, fix, own = names
+
+    def fitted(
+        poses: 'CollectedPoses', tell: Callable[[str], None] = lambda phase: None
+    ) -> 'Calibration':
+        moves = np.max(np.abs(poses.rates)) > MOVING
+        return calibrated(
+            arm,
+            poses.q,
+            poses.poses,
+            rates=poses.rates if moves else None,
+            own=own,
+            fit=fit,
+            fix=fix,
+            tolerances=tolerances,
+            progress=tell,
+        )
+
+    poses = collected(arm, topics, fitted, stream, ros_args)
+    if isinstance(poses, int):
+        raise typer.Exit(poses)
+    if not len(poses.q):
+        raise CalibrationError(
+            f'no pose of {topics.poses} with joint states of {topics.states} around its stamp '
+            f'was heard within {topics.seconds:g} s'
+        )
+    files = [topics.states, topics.poses]
+
+    def result(tell: Callable[[str], None]) -> _Calibrated:
+        return _Calibrated(fitted(poses, tell), files, [], poses.q, poses.poses)
+
+    return result
+
+
 def _measured(
     files: Sequence[Path],
     reading: 'Selection',
     gap: float | None,
     names: tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]],
-    limit: 'PoseLimit',
+    limit: 'PoseLimit | None',
     tell: Callable[[str], None],
 ) -> _Calibrated:
     import numpy as np
@@ -310,13 +409,17 @@ def _measured(
     return _Calibrated(found, [one.file for one in given], remarks, given[0].q, given[0].poses)
 
 
-def _tolerances(arm: 'Robot', limit: 'PoseLimit') -> dict[str, float]:
+def _tolerances(arm: 'Robot', limit: 'PoseLimit | None') -> dict[str, float]:
+    # What the robot file says of single numbers holds beside the option.
     from ..diagnosis.calibration.parameters import parameters_of
 
+    if limit is None:
+        return {}
+    named = dict(arm.description.tolerances.named)
     return {
         one.name: limit.angle if one.angle else limit.position
         for one in parameters_of(arm).table
-        if math.isfinite(limit.angle if one.angle else limit.position)
+        if math.isfinite(limit.angle if one.angle else limit.position) and one.name not in named
     }
 
 
@@ -333,6 +436,15 @@ def _text(data: _Calibrated, robot: str, frames: FramesChoice) -> str:
         CalibrationOrigin(names, date),
         frames.value,
     )
+
+
+def _write_page(data: _Calibrated, html: Path, robot: str) -> None:
+    from ..diagnosis.calibration.page.page import PageOrigin, page_of
+    from ..robot.file.writer import replace_file
+
+    date = datetime.now().astimezone().isoformat(' ', 'seconds')
+    origin = PageOrigin(tuple(data.files), str(find_robot_file(robot)), date, tuple(data.remarks))
+    replace_file(html, page_of(data.found, origin))
 
 
 def _report(data: _Calibrated, json: Path | None) -> None:

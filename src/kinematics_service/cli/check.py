@@ -180,7 +180,10 @@ def _print_arm(
         arm.add_row('  structure', plain(structure))
     arm.add_row('  measure', threshold_words(robot.thresholds))
     if description.singularity.factors:
-        factors = (f'{factor.name} = {factor.text}' for factor in description.singularity.factors)
+        factors = (
+            f'{factor.name} = {factor.text}{", approximate" if factor.approximate else ""}'
+            for factor in description.singularity.factors
+        )
         arm.add_row('  singular factors', plain('\n'.join(factors)))
     arm.add_row('  known poses', _known(errors, faults))
     if description.remarks:

@@ -39,7 +39,7 @@ ORDER = (
     'view',
 )
 # Those that hand on the arguments of ROS.
-WITH_ROS = ('demo', 'echo', 'view')
+WITH_ROS = ('calibrate', 'demo', 'echo', 'view')
 
 
 def _collect_commands() -> None:

@@ -153,12 +153,11 @@ def _nearest_factor(robot: Robot, singularity: Singularity) -> str:
     if factors is None:
         return ''
     k = factors.nearest
-    # An incomplete list may lack the nearest factor.
-    if not robot.factors.complete and factors.distances[k] > 1.5 * singularity.distance:
+    if not robot.factors.may_name(k, float(factors.distances[k]), float(singularity.distance)):
         return ''
     text = robot.factors.texts[k]
     shown = f': {text}' if len(text) <= SHORT else ''
-    return f'{factors.names[k]}{shown} = {factors.values[k]:.3g}, '
+    return f'{robot.factors.called(k)}{shown} = {factors.values[k]:.3g}, '
 
 
 def _factor_values(
@@ -174,6 +173,7 @@ def _factor_values(
     return [
         ('factor', factors.names[k]),
         ('factor_expression', robot.factors.texts[k]),
+        *([('factor_approximate', 'true')] if robot.factors.approximate[k] else []),
         ('factor_value', f'{factors.values[k]:.9g}'),
         ('factor_distance', f'{factors.distances[k]:.9g}'),
         ('joint_motion_to_its_zero', motion),

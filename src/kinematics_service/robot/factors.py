@@ -29,6 +29,9 @@ SAME = 1e-9
 TOO_SINGULAR = 1e-3
 # At a zero of a factor the smallest singular value is below this share of the largest.
 SINGULAR = 1e-6
+# At one of an approximate factor, which is that of a table without corrections, it is below this;
+# and there a singular pose is within this of its zero (rad).
+NEARLY_SINGULAR, NEARLY = 0.03, 0.02
 # Zeros looked for, and Newton steps to each.
 ZEROS, STEPS = 30, 40
 
@@ -42,6 +45,8 @@ class Factors(FrozenArrays):
     ----------
     names, texts
         As in the robot file.
+    approximate
+        For each whether it is that of a table without corrections.
     complete
         Whether their product, with whole powers, is the determinant up to a constant: then every
         singular pose is a zero of one of them.
@@ -55,6 +60,7 @@ class Factors(FrozenArrays):
 
     names: tuple[str, ...]
     texts: tuple[str, ...]
+    approximate: tuple[bool, ...]
     complete: bool
     operations: Integers
     constants: Floats
@@ -67,6 +73,19 @@ class Factors(FrozenArrays):
 
     def __bool__(self) -> bool:
         return bool(self.names)
+
+    def may_name(self, k: int, away: float, distance: float) -> bool:
+        """
+        Return whether a factor whose zero is `away` names a singular pose at a distance, rad.
+
+        An incomplete list may lack the factor of that pose.
+        """
+        nearly = NEARLY if self.approximate[k] else 0.0
+        return self.complete or away <= 1.5 * distance + nearly
+
+    def called(self, k: int) -> str:
+        """Return the name of a factor, with a word if it is approximate."""
+        return f'{self.names[k]} (approximately)' if self.approximate[k] else self.names[k]
 
     def evaluate(self, q: Floats) -> Floats:
         """
@@ -181,13 +200,15 @@ def read_factors(description: RobotDescription, chain: Chain, task: Task, q: Flo
     Raises
     ------
     KinematicsError
-        A zero of a factor is no singular pose; the message names it and the pose.
+        A zero of a factor is no singular pose, or not nearly one if it is approximate; the message
+        names it and the pose.
     """
     tape = _TapeBuilder(description)
     ends = [tape.add(factor.text) for factor in description.singularity.factors]
     factors = Factors(
         names=tuple(factor.name for factor in description.singularity.factors),
         texts=tuple(factor.text for factor in description.singularity.factors),
+        approximate=tuple(factor.approximate for factor in description.singularity.factors),
         complete=False,
         operations=np.array(tape.steps, dtype=np.int64).reshape(-1, 3),
         constants=np.array(tape.numbers),
@@ -234,7 +255,7 @@ def _check_zeros(factors: Factors, k: int, name: str, chain: Chain, task: Task, 
     table = measure_table(chain, task, zero)
     share = 1.0 / table[:, kernel.CONDITION_NUMBER]
     worst = int(np.argmax(share))
-    if share[worst] > SINGULAR:
+    if share[worst] > (NEARLY_SINGULAR if factors.approximate[k] else SINGULAR):
         pose = ', '.join(f'{x:.4g}' for x in zero[worst])
         raise KinematicsError(
             f'factor {name!r} ({factors.texts[k]}) is zero at q = [{pose}], which is no singular '

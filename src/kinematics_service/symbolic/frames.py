@@ -91,9 +91,16 @@ def frames_of(description: RobotDescription, arithmetic: Arithmetic) -> Frames:
     T = product(in_base[-1], tool)
     size = sum(len(entry) for row in T for entry in row)
     if size > MOST_TERMS:
+        calibrated = any(one.approximate for one in description.singularity.factors)
+        advice = (
+            'its table is a nominal one with corrections, and no formula of it is short: derive '
+            'the nominal robot file; the factors here are those of that one, approximately'
+            if calibrated
+            else 'too many lengths and angles that are no quarter turns; round the angles, or '
+            'lock joints'
+        )
         raise DerivationError(
-            f'the pose of the tool has {size} terms (at most {MOST_TERMS}): too many lengths and '
-            'angles that are no quarter turns; round the angles, or lock joints'
+            f'the pose of the tool has {size} terms (at most {MOST_TERMS}): {advice}'
         )
     return Frames(rows, transforms, base, tool, tuple(in_base), T)
 

@@ -9,17 +9,17 @@ import numpy.typing as npt
 
 from ...errors import CalibrationError
 from ...formats.recordings.block import Flags
-from ...kernel import Floats
+from ...kernel import Floats, Integers
 from ...robot.chain import FrozenArrays
 from ...robot.robot import Robot
 from ..frame_check.diagnosis import FrameDiagnosis
 from ..frame_check.errors import Errors, errors_of
 from .checking import Measured, checked_offsets, measured
-from .chosen_parameters import ChosenParameters, TouchedPoint
+from .chosen_parameters import ChosenParameters, TouchedPoint, asks_for_gears
 from .corrections import corrected_robot
 from .fitting import FitProblem, Identified, Noise, identify, refined, weighted_jacobian
 from .knowledge import KNOWN, ParameterCombination
-from .parameters import ENDS, GROUPS, ArmParameter, parameters_of
+from .parameters import ENDS, TABLE_GROUPS, ArmParameter, parameters_of
 from .placing import Free
 from .same_point import SamePointParameters, touches_of
 
@@ -41,7 +41,8 @@ class CalibratedParameter:
     Attributes
     ----------
     name, group, angle
-        As `ArmParameter` has them; angles are in rad, lengths in m, a lag in s.
+        As `ArmParameter` has them; angles are in rad, lengths in m, a lag in s, gear ratios are
+        shares.
     correction
         What is added to the nominal number.
     deviation
@@ -104,11 +105,28 @@ class Calibration(FrozenArrays):
         What the frame check said; None of positions.
     remarks
         Sentences on the data.
+    q : shape (N, n), rad or m
+        Joint positions of the rows.
+    sets : shape (N,)
+        The set of each row; of touches the point.
+    remainders_before, remainders : shape (N, 2, 3), m and rad
+        What remains of each row with base and tool fitted alone, and with the corrections: of the
+        position, and a rotation vector; in the frame of the poses.
     points
         Those that were touched, if the poses were measured by nothing else.
     """
 
-    READ_ONLY = ('covariance', 'distances', 'singular_values', 'base_offsets', 'tool_offsets')
+    READ_ONLY = (
+        'covariance',
+        'distances',
+        'singular_values',
+        'base_offsets',
+        'tool_offsets',
+        'q',
+        'sets',
+        'remainders_before',
+        'remainders',
+    )
 
     robot: Robot
     calibrated: Robot
@@ -132,6 +150,10 @@ class Calibration(FrozenArrays):
     tool_offsets: Floats
     frames: FrameDiagnosis | None
     remarks: tuple[str, ...]
+    q: Floats
+    sets: Integers
+    remainders_before: Floats
+    remainders: Floats
     points: tuple[TouchedPoint, ...] = ()
 
     @cached_property
@@ -143,7 +165,7 @@ class Calibration(FrozenArrays):
     def untold(self) -> tuple[str, ...]:
         """Return the parameters of the table that mostly stay where their prior has them."""
         return tuple(
-            one.name for one in self.parameters if one.group in GROUPS[:3] and not one.told
+            one.name for one in self.parameters if one.group in TABLE_GROUPS and not one.told
         )
 
 
@@ -191,11 +213,13 @@ def calibrate(
     own
         What each set has of its own: `base`, `tool`, or both.
     fit, fix
-        Groups (offsets, lengths, angles, base, tool, lag) or names of parameters that are fitted,
-        and that are not; default: all are fitted. What is not fitted stays as in the robot file.
+        Groups (offsets, lengths, angles, gears, base, tool, lag) or names of parameters that are
+        fitted, and that are not; default: all but gear ratios, and `all` is these, too. What is
+        not fitted stays as in the robot file.
     tolerances
-        Standard deviations of nominal numbers, m and rad, by group or name; default: 1 mm and
-        0.2 degrees.
+        Standard deviations of nominal numbers (m, rad, shares of gear ratios) by group or name;
+        default: `tolerance` of the robot file, and where it says nothing 1 mm, 0.2 degrees and a
+        thousandth.
     noise
         Standard deviations of one number of a position (m) and of a rotation vector (rad);
         default: found along with the corrections.
@@ -226,7 +250,8 @@ def calibrate(
             raise CalibrationError('same_point takes joint positions alone: no poses, sets, rates')
         touched = touches_of(robot, q, same_point)
         progress('points')
-        points = SamePointParameters(robot, touched, parameters_of(robot), apart or {})
+        arm = parameters_of(robot, asks_for_gears(fit))
+        points = SamePointParameters(robot, touched, arm, apart or {})
         problem = points.touch_problem(fit, fix, tolerances, check)
         return _fitted(robot, points.given, points, problem, None, noise, progress)
     if poses is None or apart:
@@ -235,7 +260,7 @@ def calibrate(
     for end in own:
         if end not in ENDS:
             raise CalibrationError(f'own: {end!r} is not one of {", ".join(ENDS)}')
-    arm = parameters_of(robot)
+    arm = parameters_of(robot, asks_for_gears(fit))
     names = ChosenParameters(robot, given, tuple(own), arm.table)
     fitted = names.fitted(fit, fix)
     free = Free('base' in names.groups(fitted), 'tool' in names.groups(fitted))
@@ -276,6 +301,7 @@ def _result(
     told = weighted_jacobian(problem, found.values, found.noise, used)
     values = np.linalg.svd(told, compute_uv=False)
     base, tool = names.ends_of(problem, found.values)
+    before, after = ends.remainders(begin), problem.remainders(found.values)
     return Calibration(
         robot=robot,
         calibrated=corrected_robot(robot, problem.parameters, np.round(found.values, DECIMALS)),
@@ -294,8 +320,8 @@ def _result(
         outliers=_outliers(found),
         distances=found.distances,
         as_given=_errors(names.as_given(), used),
-        before=_errors(ends.remainders(begin), used),
-        after=_errors(problem.remainders(found.values), used),
+        before=_errors(before, used),
+        after=_errors(after, used),
         held_out_before=_errors(_held_out(ends, begin, found), used),
         held_out=_errors(_held_out(problem, found.values, found), used),
         known=int(np.sum(values > KNOWN)),
@@ -306,6 +332,10 @@ def _result(
         tool_offsets=tool,
         frames=frames,
         remarks=(*_remarks(given, found), *names.remarks(problem, found)),
+        q=given.q.copy(),
+        sets=given.sets.copy(),
+        remainders_before=before,
+        remainders=after,
         points=names.points(problem, found),
     )
 

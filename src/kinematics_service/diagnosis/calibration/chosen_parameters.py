@@ -10,6 +10,8 @@ from ...formats.recordings.block import Flags
 from ...kernel import Floats
 from ...kinematics.forward import forward_kinematics
 from ...rigid_motion import rotation_vector
+from ...robot.file.description import Tolerances
+from ...robot.file.tolerances import GEAR
 from ...robot.robot import Robot
 from .checking import Measured
 from .corrected_chain import CorrectedChain, small_motion
@@ -17,6 +19,7 @@ from .fitting import FitProblem, Identified, Noise, weighted_jacobian
 from .knowledge import ParameterCombination, combinations_of
 from .parameters import (
     ENDS,
+    GEARS,
     GROUPS,
     LAG,
     TABLE_GROUPS,
@@ -31,6 +34,9 @@ from .placing import Offsets
 # Standard deviations of base, tool and points before, m and rad: nothing is known of them; of a
 # lag, s.
 ANYWHERE, ANY_LAG = 1.0, 0.1
+NOTHING_SAID = Tolerances()
+# The word for all groups, gear ratios too: these are fitted where they are asked for alone.
+EVERYTHING = 'all'
 
 
 @dataclass(frozen=True)
@@ -52,6 +58,11 @@ class TouchedPoint:
     position: tuple[float, float, float]
     deviation: tuple[float, float, float]
     count: int
+
+
+def asks_for_gears(fit: Sequence[str]) -> bool:
+    """Return whether some word asks for gear ratios: all, gears, gear2."""
+    return any(word == EVERYTHING or word.startswith(GEAR) for word in fit)
 
 
 class ChosenParameters:
@@ -99,7 +110,7 @@ class ChosenParameters:
         chosen = [
             k
             for k, one in enumerate(self.every)
-            if (not fit or {one.name, one.group} & set(fit))
+            if (not fit or {one.name, one.group, EVERYTHING} & set(fit))
             and not {one.name, one.group} & set(fix)
         ]
         if self.given.positions:
@@ -112,10 +123,11 @@ class ChosenParameters:
         return chosen
 
     def _check(self, word: str) -> None:
-        if word not in self.words and word not in [one.name for one in self.every]:
+        if word not in (*self.words, EVERYTHING) and word not in [one.name for one in self.every]:
             raise CalibrationError(
                 f'{word!r} is no parameter of {self.robot.name}; accepted are the groups '
-                f'{", ".join(self.words)}, and {", ".join(one.name for one in self.every)}'
+                f'{", ".join((*self.words, EVERYTHING))}, and '
+                f'{", ".join(one.name for one in self.every)}'
             )
 
     def groups(self, chosen: Sequence[int]) -> set[str]:
@@ -140,7 +152,7 @@ class ChosenParameters:
         )
         return FitProblem(
             parameters,
-            np.array([prior_of(one, tolerances or {}) for one in parameters]),
+            self.priors(parameters, tolerances or {}),
             np.array(chosen),
             len(self.every),
             chains,
@@ -150,6 +162,13 @@ class ChosenParameters:
             self.given.positions,
             self.given.rates,
         )
+
+    def priors(
+        self, parameters: Sequence[ArmParameter], tolerances: Mapping[str, float]
+    ) -> Floats:
+        """Return standard deviations before (P,), by tolerances and those of the robot file."""
+        of_file = self.robot.description.tolerances
+        return np.array([prior_of(one, tolerances, of_file) for one in parameters])
 
     def placed(self, offsets: Sequence[Offsets]) -> tuple[list[Floats], list[Floats]]:
         """Return bases and tools of the sets, with those of the file."""
@@ -206,15 +225,37 @@ class ChosenParameters:
         return ()
 
     def remarks(self, problem: FitProblem, found: Identified) -> tuple[str, ...]:
-        """Return sentences on the rows."""
-        return ()
+        """Return sentences on what the robot file says, and on the rows."""
+        names = {one.name for one in self.every}
+        unused = [
+            name
+            for name, _ in self.robot.description.tolerances.named
+            if name not in names and not name.startswith(GEAR)
+        ]
+        if not unused:
+            return ()
+        return (f'The tolerance of {", ".join(unused)} in the robot file is not used',)
 
 
-def prior_of(one: ArmParameter, tolerances: Mapping[str, float]) -> float:
-    """Return the standard deviation of a parameter before, rad, m or s."""
+def prior_of(
+    one: ArmParameter, tolerances: Mapping[str, float], of_file: Tolerances = NOTHING_SAID
+) -> float:
+    """
+    Return the standard deviation of a parameter before, rad, m or s.
+
+    Parameters
+    ----------
+    tolerances
+        By name or group.
+    of_file
+        Those of the robot file, where `tolerances` has none.
+    """
     if one.group not in TABLE_GROUPS:
         return tolerances.get(one.name, ANY_LAG if one == LAG else ANYWHERE)
-    found = tolerances.get(one.name, tolerances.get(one.group, one.scale))
+    by_kind = of_file.angle if one.angle else of_file.length
+    usual = dict(of_file.named).get(one.name)
+    usual = usual or (of_file.gear if one.group == GEARS else by_kind)
+    found = tolerances.get(one.name, tolerances.get(one.group, usual or one.scale))
     if not found > 0.0:
         raise CalibrationError(f'the tolerance of {one.name} is not above 0; use fix instead')
     return float(found)

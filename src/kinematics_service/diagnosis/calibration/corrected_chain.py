@@ -23,6 +23,13 @@ class CorrectingMotion(NamedTuple):
     column: int
 
 
+class GearMotion(NamedTuple):
+    """A joint, counted from 0, that moves by a share more than it says; its correction."""
+
+    joint: int
+    column: int
+
+
 Part: TypeAlias = Floats | CorrectingMotion
 
 
@@ -45,10 +52,13 @@ class CorrectedChain(NamedTuple):
         Constant motions (4, 4) and corrections, from left to right.
     screws : elements
         One between each two of them.
+    gears
+        Joints whose gear ratio has a correction.
     """
 
     still: tuple[tuple[Part, ...], ...]
     screws: tuple[JointScrew, ...]
+    gears: tuple[GearMotion, ...] = ()
 
 
 class PoseChange(NamedTuple):
@@ -110,8 +120,19 @@ def _screws(screw: JointScrew, q: Floats) -> Floats:
     return T
 
 
+def _driven(chain: CorrectedChain, values: Floats, q: Floats) -> Floats:
+    # Where the joints are, by their gears.
+    if not chain.gears:
+        return q
+    driven = np.array(q)
+    for gear in chain.gears:
+        driven[:, gear.joint] *= 1.0 + values[gear.column]
+    return driven
+
+
 def poses_of(chain: CorrectedChain, values: Floats, q: Floats) -> Floats:
     """Return the poses (N, 4, 4) with corrections (P,), rad and m, at joint positions (N, n)."""
+    q = _driven(chain, values, q)
     frame = np.broadcast_to(_still(chain.still[0], values).motion, (len(q), 4, 4))
     for parts, screw in zip(chain.still[1:], chain.screws):
         frame = frame @ _screws(screw, q) @ _still(parts, values).motion
@@ -129,13 +150,15 @@ def pose_change(chain: CorrectedChain, values: Floats, q: Floats) -> PoseChange:
     q : shape (N, n), rad or m
         Joint positions.
     """
-    count, many = len(values), len(q)
+    count, many, driven = len(values), len(q), _driven(chain, values, q)
+    joints: list[Floats] = []
     axes, origins = np.zeros((many, 3, count)), np.zeros((many, 3, count))
     turns = np.zeros(count, dtype=bool)
     frame = np.broadcast_to(np.eye(4), (many, 4, 4))
     for k, parts in enumerate(chain.still):
         if k:
-            frame = frame @ _screws(chain.screws[k - 1], q)
+            joints.append(frame)
+            frame = frame @ _screws(chain.screws[k - 1], driven)
         still = _still(parts, values)
         if still.indices:
             R, at = frame[:, :3, :3], still.indices
@@ -150,6 +173,13 @@ def pose_change(chain: CorrectedChain, values: Floats, q: Floats) -> PoseChange:
         turned = axes[:, j] * lever[:, k] - axes[:, k] * lever[:, j]
         jacobian[:, i] = np.where(turns, turned, axes[:, i])
     jacobian[:, 3:] = np.where(turns, axes, 0.0)
+    for gear in chain.gears:
+        for screw, before in zip(chain.screws, joints):
+            by_theta, by_d = screw.by_theta[gear.joint], screw.by_d[gear.joint]
+            z, arm = before[:, :3, 2], frame[:, :3, 3] - before[:, :3, 3]
+            linear = by_theta * np.cross(z, arm) + by_d * z
+            moved = np.concatenate([linear, by_theta * z], axis=1)
+            jacobian[:, :, gear.column] += q[:, gear.joint, None] * moved
     return PoseChange(frame, jacobian)
 
 

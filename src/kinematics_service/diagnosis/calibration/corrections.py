@@ -7,6 +7,7 @@ from typing import get_args
 
 import numpy as np
 
+from ...errors import KinematicsError
 from ...kernel import Floats
 from ...rigid_motion import exact_rpy
 from ...robot.file.convention_table import Axis
@@ -18,12 +19,14 @@ from ...robot.file.description import (
     RigidMotion,
     RobotDescription,
     ShapeRow,
+    Tolerances,
     Uncertainty,
 )
 from ...robot.file.expressions import Affine, Expression
+from ...robot.file.tolerances import EXTRA, GEAR
 from ...robot.robot import Robot, build_robot
 from .corrected_chain import small_motion
-from .parameters import ArmParameter
+from .parameters import EXTRA_PLACES, WITH_EXTRA, ArmParameter
 
 ZERO = Expression('0', Affine(0.0, ()))
 # By row of the table and place in it: the correction, rad or m.
@@ -43,8 +46,9 @@ def corrected_robot(
     """
     Return the robot with corrections of its table.
 
-    Named singular factors, known poses and the uncertainty of the table, which were those of the
-    nominal one, are left out.
+    Known poses and the uncertainty of the table, which were those of the nominal one, are left
+    out. Its singular factors are approximate now; they are left out if their zeros are far from
+    singular poses.
 
     Parameters
     ----------
@@ -59,25 +63,31 @@ def corrected_robot(
         for one, value in zip(parameters, values)
         if one.row >= 0 and value != 0.0
     }
-    links, ends_at = _links(description, found)
+    links, ends_at = _links(_geared(description, found), found)
     ends = description.base, description.tool
     placed = [
         end if motion is None else replace(end, motion=rigid_motion(motion, description))
         for end, motion in zip(ends, (base, tool))
     ]
-    return build_robot(
-        replace(
-            description,
-            links=links,
-            points=tuple(replace(one, row=ends_at[one.row]) for one in description.points),
-            base=placed[0],
-            tool=placed[1],
-            singularity=replace(description.singularity, factors=()),
-            uncertainty=of_joints_alone(description.uncertainty),
-            known_poses=(),
-            warnings=(),
-        )
+    corrected = replace(
+        description,
+        links=links,
+        points=tuple(replace(one, row=ends_at[one.row]) for one in description.points),
+        base=placed[0],
+        tool=placed[1],
+        uncertainty=of_joints_alone(description.uncertainty),
+        known_poses=(),
+        warnings=(),
+        tolerances=_tolerances(description, found, links, ends_at),
     )
+    if not found:
+        return build_robot(corrected)
+    singularity = description.singularity
+    nearly = tuple(replace(one, approximate=True) for one in singularity.factors)
+    try:
+        return build_robot(replace(corrected, singularity=replace(singularity, factors=nearly)))
+    except KinematicsError:
+        return build_robot(replace(corrected, singularity=replace(singularity, factors=())))
 
 
 def of_joints_alone(given: Uncertainty | None) -> Uncertainty | None:
@@ -109,6 +119,52 @@ def number_text(value: float) -> str:
     return repr(float(value) + 0.0).removesuffix('.0')
 
 
+def _geared(description: RobotDescription, found: Corrections) -> RobotDescription:
+    # With the share more that joints move in their rows.
+    shares = {
+        joint.variable: found[k, GEAR]
+        for k, joint in enumerate(description.joints)
+        if (k, GEAR) in found
+    }
+
+    def moved(motion: ElementaryMotion) -> ElementaryMotion:
+        argument = motion.argument
+        for variable, factor in argument.affine.coefficients:
+            if variable in shares:
+                more = factor * shares[variable]
+                argument = _moved_more(argument, variable, more, motion.turns, description)
+        return replace(motion, argument=argument)
+
+    def link(given: Link) -> Link:
+        if isinstance(given, DhRow):
+            return replace(given, motions=tuple(map(moved, given.motions)))
+        if isinstance(given, ElementaryMotion):
+            return moved(given)
+        return given if given.joint is None else replace(given, joint=moved(given.joint))
+
+    if not shares:
+        return description
+    return replace(description, links=tuple(map(link, description.links)))
+
+
+def _moved_more(
+    given: Expression, variable: str, more: float, turns: bool, description: RobotDescription
+) -> Expression:
+    # With `more` of a variable added, in rad or m by its own unit.
+    joint = next(one for one in description.joints if one.variable == variable)
+    written = more
+    if not turns and joint.type == 'helical':  # a length by an angle
+        written = in_file_units(more, False, description)
+        written *= math.radians(1.0) if description.angle_unit == 'deg' else 1.0
+    coefficients = tuple(
+        (name, factor + more if name == variable else factor)
+        for name, factor in given.affine.coefficients
+    )
+    sign = '-' if written < 0.0 else '+'
+    text = f'{given.text} {sign} {number_text(abs(written))}*{variable}'
+    return Expression(text, replace(given.affine, coefficients=coefficients))
+
+
 def _links(
     description: RobotDescription, found: Corrections
 ) -> tuple[tuple[Link, ...], tuple[int, ...]]:
@@ -129,6 +185,50 @@ def _links(
     if turn and isinstance(link, DhRow):
         links.append(_row(link, {'theta': _turned(ZERO, turn, description)}))
     return tuple(links), tuple(ends_at)
+
+
+def _tolerances(
+    description: RobotDescription,
+    found: Corrections,
+    links: Sequence[Link],
+    ends_at: Sequence[int],
+) -> Tolerances:
+    # Single numbers by the rows that they stand in now.
+    named = []
+    for name, value in description.tolerances.named:
+        word = name.rstrip('0123456789')
+        k = int(name.removeprefix(word))
+        if word != GEAR:
+            name = _moved(word, k, description.convention, found, links, ends_at)
+        named.append((name, value))
+    return replace(description.tolerances, named=tuple(named))
+
+
+def _moved(
+    word: str,
+    k: int,
+    convention: str,
+    found: Corrections,
+    links: Sequence[Link],
+    ends_at: Sequence[int],
+) -> str:
+    # The name of a number of row k, counted from 1, where corrections have added rows.
+    row = ends_at[k]
+    if convention not in WITH_EXTRA:
+        own = (
+            n + 1
+            for n in range(ends_at[k - 1], row)
+            if isinstance(link := links[n], ElementaryMotion) and link.axis == word
+        )
+        return f'{word}{next(own, row)}'
+    if not any(found.get((k - 1, place)) for place in EXTRA_PLACES):
+        return f'{word}{row}'
+    # Standard: the row and then the one with the extra numbers; modified: that has d and theta.
+    extra = row + 1 if convention == 'standard' else row
+    if word in EXTRA:
+        return f'{"alpha" if EXTRA[word] == "Ry" else "a"}{extra}'
+    first = convention == 'modified' and word in ('a', 'alpha')
+    return f'{word}{row - first}'
 
 
 def _row(like: DhRow, cells: Mapping[str, Expression]) -> DhRow:

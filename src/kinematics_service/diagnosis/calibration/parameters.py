@@ -25,6 +25,7 @@ from ...robot.file.parameters import LAG as LAG
 from ...robot.file.parameters import LENGTH as LENGTH
 from ...robot.file.parameters import SIX as SIX
 from ...robot.file.parameters import TABLE_GROUPS as TABLE_GROUPS
+from ...robot.file.parameters import WITH_EXTRA as WITH_EXTRA
 from ...robot.file.parameters import ArmParameter as ArmParameter
 from ...robot.file.parameters import end_parameters as end_parameters
 from ...robot.file.parameters import gear_parameters as gear_parameters
@@ -33,6 +34,7 @@ from ...robot.task import seeded_poses
 from .corrected_chain import (
     CorrectedChain,
     CorrectingMotion,
+    GearMotion,
     JointScrew,
     Part,
     pose_change,
@@ -89,7 +91,7 @@ def placement(
     still = list(chain.still)
     still[0] = (base, *begin, *still[0])
     still[-1] = (*still[-1], *end, tool)
-    return CorrectedChain(tuple(still), chain.screws)
+    return chain._replace(still=tuple(still))
 
 
 def every_parameter_of(description: RobotDescription) -> ArmParameters:
@@ -97,8 +99,25 @@ def every_parameter_of(description: RobotDescription) -> ArmParameters:
     return _built(description, None)
 
 
-def parameters_of(robot: Robot) -> ArmParameters:
-    """Return the parameters of an arm, with the extra ones that it needs."""
+def parameters_of(robot: Robot, gears: bool = False) -> ArmParameters:
+    """
+    Return the parameters of an arm, with the extra ones that it needs.
+
+    Parameters
+    ----------
+    gears
+        Whether the gear ratio of each joint that moves something is among them.
+    """
+    arm = _of_rows(robot)
+    if not gears:
+        return arm
+    own = gear_parameters(robot.description.joints)
+    count = len(arm.table)
+    motions = tuple(GearMotion(one.row, count + at) for at, one in enumerate(own))
+    return ArmParameters((*arm.table, *own), arm.chain._replace(gears=motions))
+
+
+def _of_rows(robot: Robot) -> ArmParameters:
     description = robot.description
     every = every_parameter_of(description)
     extra = tuple(

@@ -18,9 +18,9 @@ from ...robot.measures import Level
 from ...robot.robot import Robot
 from ...robot.task import seeded_poses
 from .calibration import Calibration
-from .chosen_parameters import ANYWHERE
+from .chosen_parameters import prior_of
 from .corrected_chain import pose_change
-from .parameters import ENDS, SIX, end_parameters, parameters_of, placement
+from .parameters import ENDS, GEARS, SIX, end_parameters, parameters_of, placement
 
 # Standard deviation of a measured number (m, rad) where nothing has been measured yet.
 NOISE = 5e-5
@@ -94,12 +94,10 @@ def propose_poses(
         raise CalibrationError(f'{count} poses: propose between 1 and {MOST}')
     q = _candidates(robot)
     names, J, scales = _equations(robot, q, after, positions)
-    own = np.eye(len(names)) if after is None else _information(after, names, scales)
-    chosen = _chosen(J, own, count)
-    information = own + np.einsum('kip,kir->pr', J[chosen], J[chosen])
-    before, later = (
-        scales * np.sqrt(np.diag(np.linalg.inv(matrix))) for matrix in (own, information)
-    )
+    known = np.eye(len(names)) if after is None else _covariance(after, names, scales)
+    chosen = _chosen(J, np.asarray(np.linalg.inv(known), dtype=np.float64), count)
+    left = _after(known, J[chosen].reshape(-1, len(names)))
+    before, later = (scales * np.sqrt(np.diag(matrix)) for matrix in (known, left))
     return ProposedPoses(robot, _ordered(q[chosen]), names, before, later)
 
 
@@ -122,7 +120,8 @@ def _equations(
     robot: Robot, q: Floats, after: Calibration | None, positions: bool
 ) -> tuple[tuple[str, ...], Floats, Floats]:
     # Names of the parameters, how poses move with them in deviations (N, rows, P), and priors.
-    arm = parameters_of(robot)
+    known = () if after is None else after.parameters
+    arm = parameters_of(robot, any(one.group == GEARS for one in known))
     every = [*arm.table, *(one for end in ENDS for one in end_parameters(end, 0))]
     base, tool = robot.description.base.motion.matrix, robot.description.tool.motion.matrix
     table = len(arm.table)
@@ -136,7 +135,8 @@ def _equations(
     J[:, 3:] /= noise[1]
     if after is None:
         kept = [k for k, one in enumerate(every) if not (positions and _turns_tool(one.name))]
-        scales = np.array([every[k].scale if k < table else ANYWHERE for k in kept])
+        of_file = robot.description.tolerances
+        scales = np.array([prior_of(every[k], {}, of_file) for k in kept])
     else:
         fitted = {one.name: one for one in after.parameters}
         kept = [k for k, one in enumerate(every) if one.name in fitted]
@@ -149,11 +149,19 @@ def _turns_tool(name: str) -> bool:
     return name.startswith('tool.r')
 
 
-def _information(after: Calibration, names: tuple[str, ...], scales: Floats) -> Floats:
+def _covariance(after: Calibration, names: tuple[str, ...], scales: Floats) -> Floats:
     at = [one.name for one in after.parameters]
     rows = [at.index(name) for name in names]
-    covariance = after.covariance[np.ix_(rows, rows)] / np.outer(scales, scales)
-    return np.asarray(np.linalg.inv(covariance))
+    return after.covariance[np.ix_(rows, rows)] / np.outer(scales, scales)
+
+
+def _after(covariance: Floats, J: Floats) -> Floats:
+    # The covariance with rows J measured, of unit noise, in a form that stays positive (Joseph):
+    # its numbers are some ten powers of ten apart.
+    S = J @ covariance @ J.T + np.eye(len(J))
+    gain = np.linalg.solve(S, J @ covariance).T
+    kept = np.eye(len(covariance)) - gain @ J
+    return np.asarray(kept @ covariance @ kept.T + gain @ gain.T)
 
 
 def _chosen(J: Floats, information: Floats, count: int) -> list[int]:

@@ -6,7 +6,7 @@ from typing import Any
 from ..frame_check.errors import Errors, angle_in_words, length_in_words, time_in_words
 from .calibration import BLOCKS, CalibratedParameter, Calibration
 from .checking import in_words
-from .parameters import LAG, TABLE_GROUPS
+from .parameters import GEARS, LAG, TABLE_GROUPS
 
 # Outliers named in a sentence.
 MOST_NAMED = 8
@@ -74,9 +74,19 @@ def cells_of(one: CalibratedParameter) -> tuple[str, str, str, str]:
     words: Callable[[float], str] = angle_in_words if one.angle else length_in_words
     if one.group == LAG.group:
         words = time_in_words
+    elif one.group == GEARS:
+        words = _share
     sign = '+' if one.correction > 0.0 else ''
     told = 'told' if one.told else 'by its prior' if one.group in TABLE_GROUPS else 'together'
     return one.name, f'{sign}{words(one.correction)}', words(one.deviation), told
+
+
+def _share(value: float) -> str:
+    return f'{100.0 * value:.3g} %'
+
+
+def _unit(one: CalibratedParameter) -> str:
+    return {LAG.group: 's', GEARS: ''}.get(one.group, 'rad' if one.angle else 'm')
 
 
 def document_of(found: Calibration, files: Sequence[str]) -> dict[str, Any]:
@@ -99,7 +109,7 @@ def document_of(found: Calibration, files: Sequence[str]) -> dict[str, Any]:
             {
                 'name': one.name,
                 'group': one.group,
-                'unit': 's' if one.group == LAG.group else 'rad' if one.angle else 'm',
+                'unit': _unit(one),
                 'correction': one.correction,
                 'deviation': one.deviation,
                 'prior': one.prior,

@@ -16,8 +16,9 @@ from ...robot.file.sections import (
     links_section,
     placement_section,
     points_section,
+    singularity_section,
+    tolerances_section,
     with_sections,
-    without_factors,
 )
 from ...robot.robot import Robot, build_robot, robot_from_text
 from ...version import __version__
@@ -59,8 +60,8 @@ def calibrated_text(
     Return the robot file of a calibration.
 
     Every corrected number is written as the nominal one and what is added. Known poses are the
-    measured ones. Singular factors, those of the nominal table, are left out. What the fit left
-    open is its section `uncertainty`.
+    measured ones. Singular factors, those of the nominal table, are marked as approximate. What
+    the fit left open is the section `uncertainty`.
 
     Parameters
     ----------
@@ -87,10 +88,12 @@ def calibrated_text(
     sections: dict[str, Sequence[str] | None] = {
         'source': [f'source: {json.dumps(_source(description, origin), ensure_ascii=False)}'],
         'links': links,
-        'singularity': without_factors(text),
+        'singularity': singularity_section(text, robot.description.singularity.factors),
     }
     if robot.description.points:
         sections['points'] = points_section(robot.description.points)
+    if robot.description.tolerances.named:
+        sections['tolerance'] = tolerances_section(robot.description)
     if frames == 'measured':
         for end in ENDS:
             sections[end] = placement_section(end, getattr(robot.description, end), 'as measured')
@@ -153,9 +156,20 @@ def certificate(found: Calibration, origin: CalibrationOrigin, frames: Frames) -
     facts += [
         'A number of the table is the nominal one and its correction. Rows without a joint that',
         'the nominal table does not have are extra angles between parallel axes.',
-        'The singular factors of the nominal table do not hold here and are left out.',
+        *_on_factors(found),
     ]
     return [f'# {fact}' for fact in facts]
+
+
+def _on_factors(found: Calibration) -> list[str]:
+    if not found.robot.factors:
+        return []
+    if not found.calibrated.factors:
+        return ['The singular factors of the nominal table do not hold here and are left out.']
+    return [
+        'The singular factors are those of the nominal table: approximate here, they name what is',
+        'near and are not counted on for distances.',
+    ]
 
 
 def _source(description: RobotDescription, origin: CalibrationOrigin) -> str:

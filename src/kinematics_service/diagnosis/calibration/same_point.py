@@ -22,7 +22,7 @@ from ...robot.robot import Robot
 from ...robot.task import seeded_poses
 from ..frame_check.errors import length_in_words
 from .checking import ALIKE, DECISIVE, LEAST, NO_CALIBRATION, Measured
-from .chosen_parameters import ANYWHERE, ChosenParameters, TouchedPoint, prior_of
+from .chosen_parameters import ANYWHERE, ChosenParameters, TouchedPoint
 from .corrected_chain import CorrectedChain, CorrectingMotion, Part
 from .fitting import (
     OUTLIER_OF_THREE,
@@ -187,7 +187,7 @@ class SamePointParameters(ChosenParameters):
         parameters = tuple(self.every[k] for k in chosen)
         return FitProblem(
             parameters,
-            np.array([prior_of(one, tolerances or {}) for one in parameters]),
+            self.priors(parameters, tolerances or {}),
             np.array(chosen),
             len(self.every),
             tuple(self._chain(k, start.tip) for k in range(len(names))),
@@ -215,7 +215,7 @@ class SamePointParameters(ChosenParameters):
         begin: list[Part] = [MIRROR, *moved, MIRROR @ description.base.motion.matrix]
         still[0] = (*begin, *still[0])
         still[-1] = (*still[-1], *end, tool)
-        return CorrectedChain(tuple(still), self.arm.chain.screws)
+        return self.arm.chain._replace(still=tuple(still))
 
     def possible(self, problem: FitProblem) -> int:
         """Return the number of directions that any touches of these points could tell."""
@@ -325,7 +325,7 @@ class SamePointParameters(ChosenParameters):
         points = np.array([one.position for one in self.points(problem, found)])
         left = problem.remainders(found.values)[:, 0]
         near = OUTLIER_OF_THREE * found.noise.position
-        result = []
+        result = list(super().remarks(problem, found))
         for row in np.flatnonzero(~found.used)[:MOST_NAMED]:
             own = int(self.touches.point[row])
             distances = np.linalg.norm(points - (points[own] - left[row]), axis=1)

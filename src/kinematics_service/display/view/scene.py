@@ -227,7 +227,7 @@ def factor_name(seen: Observation) -> str:
     if factors is None:
         return ''
     k: int = factors.nearest
-    # An incomplete list may lack the nearest factor.
-    if not seen.robot.factors.complete and factors.distances[k] > 1.5 * seen.singularity.distance:
+    distance = float(seen.singularity.distance)
+    if not seen.robot.factors.may_name(k, float(factors.distances[k]), distance):
         return ''
-    return factors.names[k]
+    return seen.robot.factors.called(k)

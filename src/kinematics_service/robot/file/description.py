@@ -198,10 +198,18 @@ class KnownPose:
 
 @dataclass(frozen=True)
 class Factor:
-    """A named function of the joints whose zeros are singular poses, in the file's units."""
+    """
+    A named function of the joints whose zeros are singular poses, in the file's units.
+
+    Parameters
+    ----------
+    approximate
+        Its zeros are near singular poses only: it is that of a table without corrections.
+    """
 
     name: str
     text: str
+    approximate: bool = False
 
 
 @dataclass(frozen=True)
@@ -282,6 +290,25 @@ class Uncertainty:
 
 
 @dataclass(frozen=True)
+class Tolerances:
+    """
+    Standard deviations of the numbers of the table, as made and measured by the maker.
+
+    Parameters
+    ----------
+    length, angle, gear : m, rad, share
+        Of all lengths, angles and gear ratios; None: not said.
+    named
+        Of single numbers, by their names in a calibration: theta2, d1, a3, gear2.
+    """
+
+    length: float | None = None
+    angle: float | None = None
+    gear: float | None = None
+    named: tuple[tuple[str, float], ...] = ()
+
+
+@dataclass(frozen=True)
 class RobotDescription:
     """
     A robot file that has been read and found right.
@@ -302,6 +329,8 @@ class RobotDescription:
         Sentences for `check`: what is worth knowing.
     file
         The path as the user gave it.
+    tolerances
+        How far the numbers of the table may be off.
     sha256
         Of the bytes of the file; empty for a text that was in none.
     """
@@ -323,4 +352,5 @@ class RobotDescription:
     warnings: tuple[Fault, ...]
     remarks: tuple[str, ...]
     file: str
+    tolerances: Tolerances = Tolerances()
     sha256: str = field(default='', compare=False)

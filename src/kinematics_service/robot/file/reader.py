@@ -23,6 +23,7 @@ from .points import read_points
 from .quantities import Quantities, Units
 from .schema import JointEntry, RobotEntry, UnitsEntry
 from .singularity import read_singularity
+from .tolerances import read_tolerances
 from .uncertainty import read_uncertainty
 from .yaml_document import texts_in
 from .yaml_reader import MAX_BYTES, read_document
@@ -134,6 +135,13 @@ def parse_robot(text: str, file: str) -> RobotDescription:
         entry.uncertainty, joint_types, joints, links, entry.convention or '', quantities
     )
     known_poses = read_known_poses(entry.known_poses, joint_types, joints, quantities)
+    tolerances = read_tolerances(
+        entry.tolerance,
+        convention,
+        None if links is None else len(links),
+        len(joint_types),
+        quantities,
+    )
 
     report.raise_faults()
     if not (entry.robot and convention and links and base and tool and singularity):
@@ -158,6 +166,7 @@ def parse_robot(text: str, file: str) -> RobotDescription:
         warnings=report.warnings(),
         remarks=report.remarks(),
         file=file,
+        tolerances=tolerances,
     )
 
 

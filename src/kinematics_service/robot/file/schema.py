@@ -78,6 +78,7 @@ class RobotEntry(Entry):
     singularity: Any = None
     uncertainty: Any = None
     known_poses: Any = None
+    tolerance: Any = None
 
 
 class UnitsEntry(Entry):
@@ -203,6 +204,7 @@ class FactorEntry(Entry):
 
     name: Word = None
     expression: Number = None
+    approximate: Truth = None
 
 
 class SingularityEntry(Entry):
@@ -247,3 +249,19 @@ class FloorEntry(Entry):
 
     xyz: Number = None
     rpy: Number = None
+
+
+class TableToleranceEntry(Entry):
+    """How far the numbers of the table may be off."""
+
+    noun = 'a tolerance of the table'
+    also = {
+        **dict.fromkeys(('lengths', 'xyz', 'position'), 'length'),
+        **dict.fromkeys(('angles', 'rpy', 'rotation'), 'angle'),
+        **dict.fromkeys(('gears', 'ratio', 'ratios'), 'gear'),
+    }
+
+    length: Number = None
+    angle: Number = None
+    gear: Number = None
+    of: Any = None

@@ -4,6 +4,7 @@ Sections of a robot file replaced, everything else of its text kept.
 The YAML is parsed only for where its sections stand. The caller reads the result again.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 
 import yaml
@@ -14,11 +15,14 @@ from .description import (
     IDENTITY,
     DhRow,
     ElementaryMotion,
+    Factor,
     Link,
     Placement,
     PointDescription,
     RigidMotion,
+    RobotDescription,
 )
+from .tolerances import GEAR, kind_of
 from .writer import BOM, last_line, scalar
 from .yaml_reader import LOADER
 
@@ -67,20 +71,30 @@ def with_sections(
     return '\n'.join([*kept, ''])
 
 
-def without_factors(text: str) -> list[str] | None:
-    """Return the lines of the section `singularity` without its factors; None without any."""
-    root = yaml.compose(text.removeprefix(BOM), Loader=LOADER)
+def singularity_section(text: str, factors: Sequence[Factor]) -> list[str] | None:
+    """
+    Return the lines of the section `singularity` with these factors instead of its own.
+
+    None if nothing is left of it.
+    """
+    plain = text.removeprefix(BOM)
+    root = yaml.compose(plain, Loader=LOADER)
     assert isinstance(root, MappingNode)
     value = next((value for key, value in root.value if key.value == 'singularity'), None)
-    if not isinstance(value, MappingNode):
-        return None
-    plain = text.removeprefix(BOM)
-    entries = [
-        plain[key.start_mark.index : item.end_mark.index].rstrip()
-        for key, item in value.value
-        if key.value != 'factors'
-    ]
-    return ['singularity:', *(f'  {entry}' for entry in entries)] if entries else None
+    lines = []
+    if isinstance(value, MappingNode):
+        lines = [
+            f'  {plain[key.start_mark.index : item.end_mark.index].rstrip()}'
+            for key, item in value.value
+            if key.value != 'factors'
+        ]
+    if factors:
+        lines.append('  factors:')
+    for one in factors:
+        approximate = ', approximate: true' if one.approximate else ''
+        entry = f'name: {scalar(one.name)}, expression: {scalar(one.text)}{approximate}'
+        lines.append(f'    - {{{entry}}}')
+    return ['singularity:', *lines] if lines else None
 
 
 def links_section(links: Sequence[Link]) -> list[str]:
@@ -104,6 +118,32 @@ def points_section(points: Sequence[PointDescription]) -> list[str]:
             for one in points
         ),
     ]
+
+
+def tolerances_section(description: RobotDescription) -> list[str]:
+    """Return the line of what the numbers of a table may be off by; none if nothing is said."""
+    given = description.tolerances
+    scales = {
+        'angle': 180.0 / math.pi if description.angle_unit == 'deg' else 1.0,
+        'length': 1e3 if description.length_unit == 'mm' else 1.0,
+    }
+    parts = [
+        f'{key}: {_number(value * scales.get(key, 1.0))}'
+        for key, value in (('length', given.length), ('angle', given.angle), (GEAR, given.gear))
+        if value is not None
+    ]
+    named = [
+        f'{name}: {_number(value * scales.get(kind_of(name) or "", 1.0))}'
+        for name, value in given.named
+    ]
+    if named:
+        parts.append(f'of: {{{", ".join(named)}}}')
+    return [f'tolerance: {{{", ".join(parts)}}}'] if parts else []
+
+
+def _number(value: float) -> str:
+    # Of a standard deviation nine digits are more than enough, and hide what units leave.
+    return f'{value:.9g}'
 
 
 def _link(link: Link) -> str:

@@ -117,5 +117,5 @@ def _factors(data: Any, quantities: Quantities) -> tuple[Factor, ...]:
             continue
         if not names_in(text) & set(quantities.joint_types):
             report.fault(where, 'names no joint variable: it never changes')
-        factors.append(Factor(entry.name or '', text))
+        factors.append(Factor(entry.name or '', text, bool(entry.approximate)))
     return tuple(factors)

@@ -77,7 +77,9 @@ class KinematicsNode(Node):
         self._watchdog = self.create_timer(
             self._watchdog_period(), self._watch, clock=self._steady
         )
-        self._reference = Reference(self, lambda: self.settings.robot)
+        self._reference = Reference(
+            self, lambda: self.settings.robot, lambda: self.settings.reference
+        )
         self._health = Health(
             self,
             self._estimator,

@@ -24,6 +24,7 @@ from ..messages.message_check import read_message
 from ..messages.messages import SECOND
 from ..messages.target_messages import pose_of
 from ..messages.topics import REFERENCE_POSE, TARGET_POSE_QOS
+from ..parameters.settings import ReferenceLimits
 
 if TYPE_CHECKING:
     from ...diagnosis.frame_check import FrameDiagnosis
@@ -38,8 +39,13 @@ VARIETY = 0.02
 MOST = 256
 # The joints' path is kept in steps of this (ns), and this number of them, to find a lag.
 WAY_STEP, WAY = 10_000_000, 6_000
-# Number of poses that the first diagnosis needs; the next one needs this many times as many.
-FIRST, AGAIN = 20, 1.25
+# Number of poses that the first diagnosis needs; the next one needs this many times as many, but
+# no more than so many new ones: an arm that is bumped into is told of within a round of work.
+FIRST, AGAIN, LATEST = 20, 1.25, 64
+
+
+# What helps where poses remain far off and no mistake explains it.
+ADVICE = 'calibrate --live collects poses for a robot file of this very arm'
 
 
 class Reference:
@@ -52,8 +58,8 @@ class Reference:
     ----------
     node
         The node it belongs to.
-    robot
-        Returns the arm in force.
+    robot, limits
+        Return the arm and the limits in force.
 
     Attributes
     ----------
@@ -61,9 +67,14 @@ class Reference:
         Whether poses have arrived, so that states must be noted.
     """
 
-    def __init__(self, node: Node, robot: Callable[[], Robot]) -> None:
+    def __init__(
+        self,
+        node: Node,
+        robot: Callable[[], Robot],
+        limits: Callable[[], ReferenceLimits],
+    ) -> None:
         self.is_there = False
-        self._robot = robot
+        self._robot, self._limits = robot, limits
         self._pending: tuple[int, Floats] | None = None
         self._recent: deque[tuple[int, Floats]] = deque(maxlen=REMEMBERED)
         self._way: deque[tuple[int, Floats]] = deque(maxlen=WAY)
@@ -71,6 +82,7 @@ class Reference:
         self._collected, self._due = 0, FIRST
         self._refused = ''
         self._thread: threading.Thread | None = None
+        self._found: FrameDiagnosis | None = None
         self._notice: StatusText | None = None
         self._subscription = node.create_subscription(
             PoseStamped,
@@ -88,7 +100,7 @@ class Reference:
 
     def forget(self) -> None:
         """Start again: the stamps or the arm have changed."""
-        self._pending = self._notice = None
+        self._pending = self._notice = self._found = None
         self.is_there = False
         self._recent.clear()
         self._way.clear()
@@ -144,13 +156,16 @@ class Reference:
         """Return the status of the frames, None if there is no second source."""
         busy = self._thread is not None and self._thread.is_alive()
         if self._collected >= self._due and not busy:
-            self._due = int(self._collected * AGAIN) + 1
+            self._due = min(int(self._collected * AGAIN), self._collected + LATEST) + 1
             self._thread = threading.Thread(
                 target=self._diagnose,
                 args=(self._robot(), list(self._pairs), list(self._way)),
                 daemon=True,
             )
             self._thread.start()
+        if self._found is not None:
+            # Judged each time: the limits may have changed.
+            return frames_status(self._found, self._limits())
         if self._notice is not None:
             return self._notice
         if self._refused:
@@ -177,25 +192,31 @@ class Reference:
         times = np.array([state[0] for state in way])
         motion = (times - stamps[0]) * 1e-9, np.array([state[1] for state in way])
         try:
-            found = diagnose_frames(
+            found: FrameDiagnosis | None = diagnose_frames(
                 robot,
                 np.array([pair[1] for pair in pairs]),
                 np.array([pair[2] for pair in pairs]),
                 (stamps - stamps[0]) * 1e-9,
                 motion=motion if len(way) > 1 else None,
             )
-            notice = frames_status(found)
+            notice = None
         except KinematicsError as error:
-            notice = StatusText(Level.WARN, str(error), ())
+            found, notice = None, StatusText(Level.WARN, str(error), ())
         if threading.current_thread() is self._thread:
-            self._notice = notice
+            self._found, self._notice = found, notice
 
 
-def frames_status(found: 'FrameDiagnosis') -> StatusText:
-    """Return a diagnosis of frames, by the limits that `audit` has by default."""
-    from ...diagnosis.frame_check import FrameLimits
+def frames_status(found: 'FrameDiagnosis', limits: ReferenceLimits) -> StatusText:
+    """Return how far the robot file is from what was heard, judged by limits."""
+    from ...diagnosis.frame_check import FrameLimits, PoseLimit
 
-    limits = FrameLimits()
+    judge = FrameLimits(
+        PoseLimit(limits.position_warn, limits.angle_warn),
+        PoseLimit(limits.position_stop, limits.angle_stop),
+    )
+    level, sentence = judge.level(found), judge.sentence(found)
+    if level != Level.OK and found.cause is None:
+        sentence = f'{sentence}: {ADVICE}'
     values = [
         ('poses', str(found.count)),
         ('position error as given, rms (m)', f'{found.as_given.position_rms:.6g}'),
@@ -207,9 +228,11 @@ def frames_status(found: 'FrameDiagnosis') -> StatusText:
         *_offset('tool', found.tool_offset),
         ('undetermined', '; '.join(found.undetermined)),
         ('cause', found.cause.key if found.cause else ''),
+        ('warning from (rms)', judge.warn.in_words()),
+        ('error from (rms)', judge.bad.in_words()),
         ('likely, not decisive', found.likely[0].sentence if found.likely else ''),
     ]
-    return StatusText(limits.level(found), limits.sentence(found), tuple(values))
+    return StatusText(level, sentence, tuple(values))
 
 
 def _offset(name: str, T: Floats) -> tuple[tuple[str, str], tuple[str, str]]:

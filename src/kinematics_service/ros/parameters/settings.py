@@ -5,7 +5,7 @@ from array import array
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
-from typing import Any
+from typing import Any, NamedTuple
 
 from ...errors import KinematicsError, RobotFileError, SettingsError
 from ...estimation.estimator import EstimatorSettings
@@ -21,6 +21,15 @@ ROW_LABELS = {
     'linear_first': 'vx,vy,vz,wx,wy,wz',
     'angular_first': 'wx,wy,wz,vx,vy,vz',
 }
+
+
+class ReferenceLimits(NamedTuple):
+    """From which remainders (rms, m and rad) on a second source is a warning, and an error."""
+
+    position_warn: float
+    position_stop: float
+    angle_warn: float
+    angle_stop: float
 
 
 @dataclass(frozen=True)
@@ -57,6 +66,8 @@ class NodeSettings:
         Time for which a target twist is in force.
     servo
         How target twists become joint velocities.
+    reference
+        How far poses of a second source may be off.
     points
         For each point with topics of its own the settings whose tool frame it is.
     """
@@ -77,6 +88,7 @@ class NodeSettings:
     target_tolerance: float
     target_timeout: int
     servo: ServoSettings
+    reference: ReferenceLimits
     points: Mapping[str, 'NodeSettings']
 
     @property
@@ -170,6 +182,7 @@ def settings_from(
         target_tolerance=values['ik.tolerance'],
         target_timeout=round(values['ik.target_timeout'] * 1e9),
         servo=_servo(values, rows, judged),
+        reference=_reference(values),
         points={},
     )
     return replace(settings, points=_points(points, robot, settings))
@@ -238,6 +251,18 @@ def _with_tool(values: Mapping[str, Any], robot: Robot) -> Robot:
     except RobotFileError as error:
         reason = '; '.join(fault.message for fault in error.faults)
         raise SettingsError(f'parameters tool.xyz and tool.rpy: {reason}') from None
+
+
+def _reference(values: Mapping[str, Any]) -> ReferenceLimits:
+    limits = ReferenceLimits(*(values[f'reference.{name}'] for name in ReferenceLimits._fields))
+    for what, warn, stop in (
+        ('position', limits.position_warn, limits.position_stop),
+        ('angle', limits.angle_warn, limits.angle_stop),
+    ):
+        if stop < warn:
+            name = f'reference.{what}_stop'
+            raise _refuse(name, stop, f'at least reference.{what}_warn, {warn:g}')
+    return limits
 
 
 def _servo(values: Mapping[str, Any], rows: tuple[str, ...], robot: Robot) -> ServoSettings:

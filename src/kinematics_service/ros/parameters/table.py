@@ -208,4 +208,33 @@ PARAMETERS = (
         (),
         (1e-6, 1e6),
     ),
+    Parameter(
+        'reference.position_warn',
+        4e-3,
+        'A warning where poses of ~/reference_pose remain this far off (rms), base and tool '
+        'fitted, m.',
+        (),
+        (1e-9, 1e6),
+    ),
+    Parameter(
+        'reference.position_stop',
+        20e-3,
+        'An error where they remain this far off, m.',
+        (),
+        (1e-9, 1e6),
+    ),
+    Parameter(
+        'reference.angle_warn',
+        math.radians(0.5),
+        'A warning where their orientations remain this far off (rms), rad.',
+        (),
+        (1e-9, 10.0),
+    ),
+    Parameter(
+        'reference.angle_stop',
+        math.radians(2.0),
+        'An error where their orientations remain this far off, rad.',
+        (),
+        (1e-9, 10.0),
+    ),
 )

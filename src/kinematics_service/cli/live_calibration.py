@@ -1,0 +1,82 @@
+"""`calibrate --live`: poses of a running robot, and what they tell while they come."""
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from typing import TYPE_CHECKING, NamedTuple, TextIO
+
+from .missing_ros import without_ros
+from .options import WrongUsage
+from .ros_variables import refuse_ros_variables
+
+if TYPE_CHECKING:
+    from ..diagnosis.calibration.calibration import Calibration
+    from ..diagnosis.calibration.collecting import CollectedPoses
+    from ..robot.robot import Robot
+
+# Topics where nothing else is said: those of a node without a namespace.
+STATES, POSES = '/joint_states', '/kinematics/reference_pose'
+LONGEST = 86_400.0
+
+
+class LiveOptions(NamedTuple):
+    """Topics, joint prefix and time (s) of the collecting, and poses proposed each time."""
+
+    states: str
+    poses: str
+    joint_prefix: str
+    seconds: float
+    propose: int
+
+
+def checked_seconds(seconds: float) -> float:
+    """Return the time of the collecting, s; refuse one that is none."""
+    if not 0.0 < seconds <= LONGEST:
+        raise WrongUsage(f'--live: {seconds:g} is not within 0 and {LONGEST:,.0f} s')
+    return seconds
+
+
+def collected(
+    robot: 'Robot',
+    options: LiveOptions,
+    fitted: Callable[['CollectedPoses'], 'Calibration'],
+    stream: TextIO,
+    ros_args: Sequence[str],
+) -> 'CollectedPoses | int':
+    """Return the poses heard, or an exit code; lines for the user go to the stream."""
+    refuse_ros_variables()
+    try:
+        from ..ros.tools.calibration_session import LiveFit, LiveTopics, collect_poses
+    except ImportError as error:
+        raise without_ros(error) from error
+
+    def fit(poses: 'CollectedPoses') -> 'LiveFit':
+        found = fitted(poses)
+        complete = found.known >= found.possible
+        return LiveFit(tuple(_lines(robot, found, complete, options.propose)), complete)
+
+    def say(line: str) -> None:
+        print(line, file=stream, flush=True)
+
+    topics = LiveTopics(options.states, options.poses)
+    return collect_poses(robot, topics, options.joint_prefix, options.seconds, fit, say, ros_args)
+
+
+def _lines(robot: 'Robot', found: 'Calibration', complete: bool, propose: int) -> Iterator[str]:
+    from ..diagnosis.calibration.parameters import TABLE_GROUPS
+    from ..diagnosis.calibration.proposal import propose_poses
+
+    yield f'{found.count} poses: {found.known} of {found.possible} directions are known'
+    table = [one for one in found.parameters if one.group in TABLE_GROUPS]
+    for words, told in (('known', True), ('not by itself, or not yet', False)):
+        names = ', '.join(one.name for one in table if one.told == told)
+        yield f'  {words}: {names or "none"}'
+    if complete:
+        yield '  all is known that such poses tell; more make it better; Ctrl-C ends it'
+        return
+    sliding = [kind == 'prismatic' for kind in robot.joint_types]
+    for q in propose_poses(robot, propose, found).q.tolist():
+        values = (
+            f'{x:.4f} m' if slides else f'{math.degrees(x):.1f} deg'
+            for x, slides in zip(q, sliding)
+        )
+        yield f'  a pose that tells more: {", ".join(values)}'

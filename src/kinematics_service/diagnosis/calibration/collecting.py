@@ -1,0 +1,120 @@
+"""Measured poses of a running robot, each with the joint positions at its time."""
+
+from collections import deque
+from typing import NamedTuple
+
+import numpy as np
+
+from ...kernel import Floats
+from ...robot.robot import Robot
+
+# A pose between two joint states that are further apart (ns) is left out.
+LONGEST_GAP = 100_000_000
+# States, and poses that are ahead of them, kept at most.
+STATES, AHEAD = 2048, 256
+# Poses whose joints differ by less (rad, prismatic joints by length) are one.
+VARIETY = 0.02
+# Poses kept at most; then every second one is dropped, so that early ones stay among them.
+MOST = 2000
+
+
+class CollectedPoses(NamedTuple):
+    """Joint positions and rates (N, n), poses (N, 4, 4) and their stamps (N,), ns."""
+
+    q: Floats
+    rates: Floats
+    poses: Floats
+    stamps: tuple[int, ...]
+
+
+class _Pair(NamedTuple):
+    stamp: int
+    q: Floats
+    rates: Floats
+    pose: Floats
+
+    @property
+    def speed(self) -> float:
+        return float(np.max(np.abs(self.rates)))
+
+
+class PoseCollector:
+    """
+    Matches poses with the joint states around them, and keeps those that differ.
+
+    Where the arm stands still several poses are one: the one at which it is slowest.
+
+    Parameters
+    ----------
+    robot
+        The arm.
+
+    Attributes
+    ----------
+    unmatched
+        Number of poses without joint states around them.
+    """
+
+    def __init__(self, robot: Robot) -> None:
+        self.unmatched = 0
+        self._scales = robot.task.column_scales
+        self._states: deque[tuple[int, Floats]] = deque(maxlen=STATES)
+        self._ahead: deque[tuple[int, Floats]] = deque(maxlen=AHEAD)
+        self._pairs: list[_Pair] = []
+
+    def __len__(self) -> int:
+        return len(self._pairs)
+
+    def note_state(self, stamp: int, q: Floats) -> None:
+        """Take joint positions (n,) at a stamp, ns; a stamp that steps back begins a new time."""
+        if self._states and stamp <= self._states[-1][0]:
+            self._states.clear()
+            self._ahead.clear()
+        self._states.append((stamp, q.copy()))
+        while self._ahead and self._ahead[0][0] < stamp:
+            self._match(*self._ahead.popleft())
+
+    def note_pose(self, stamp: int, pose: Floats) -> None:
+        """Take a pose (4, 4) at a stamp, ns."""
+        if self._states and stamp < self._states[-1][0]:
+            self._match(stamp, pose)
+        else:
+            if len(self._ahead) == AHEAD:
+                self.unmatched += 1
+            self._ahead.append((stamp, pose))
+
+    def collected(self) -> CollectedPoses:
+        """Return the poses so far."""
+        pairs = self._pairs
+        return CollectedPoses(
+            np.array([one.q for one in pairs]),
+            np.array([one.rates for one in pairs]),
+            np.array([one.pose for one in pairs]),
+            tuple(one.stamp for one in pairs),
+        )
+
+    def _match(self, stamp: int, pose: Floats) -> None:
+        later: tuple[int, Floats] | None = None
+        for state in reversed(self._states):
+            if state[0] <= stamp:
+                break
+            later = state
+        else:
+            self.unmatched += 1
+            return  # older than all states in memory
+        if later is None or later[0] - state[0] > LONGEST_GAP:
+            self.unmatched += 1
+            return
+        rates = (later[1] - state[1]) / (later[0] - state[0])
+        q = state[1] + rates * (stamp - state[0])
+        self._keep(_Pair(stamp, q, 1e9 * rates, pose))
+
+    def _keep(self, pair: _Pair) -> None:
+        pairs = self._pairs
+        if pairs and np.max(np.abs((pair.q - pairs[-1].q) / self._scales)) < VARIETY:
+            if pair.speed < pairs[-1].speed:
+                pairs[-1] = pair
+            return
+        pairs.append(pair)
+        if len(pairs) > MOST:
+            del pairs[1::2]

@@ -1,0 +1,124 @@
+"""The error vectors of a calibration drawn at the arm, which the page's script turns."""
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from ....kernel import Floats
+from ....kinematics.forward import forward_kinematics, link_frames
+from ...frame_check.errors import length_in_words
+from ..calibration import Calibration
+
+WIDTH, HEIGHT = 720, 460
+# From where it is seen, to begin with (rad).
+TURN, LIFT = -0.9, 0.4
+# Vectors drawn at most; the longest one takes this share of the picture's height.
+MOST, LONGEST = 400, 0.12
+# Round numbers by which vectors may be longer than they are.
+ROUND = (1.0, 2.0, 5.0)
+
+
+def arm_picture(found: Calibration) -> str:
+    """Return the arm at one pose, and the error at every pose before and after."""
+    used = np.setdiff1d(np.arange(found.count), found.outliers)
+    rows = used[np.unique(np.linspace(0, len(used) - 1, MOST).astype(int))]
+    tips = _tips(found, rows)
+    before, after = (
+        _in_base(found, rows, one) for one in (found.remainders_before, found.remainders)
+    )
+    arm = _arm(found, int(rows[len(rows) // 2]))
+    every = np.concatenate([tips, arm, np.zeros((1, 3))])
+    low, high = every.min(axis=0), every.max(axis=0)
+    middle = 0.5 * (low + high)
+    size = float(np.linalg.norm(high - low)) or 1.0
+    scale = HEIGHT / size
+    factor = _round(LONGEST * size / max(float(np.max(_lengths(before))), 1e-12))
+    lines = [
+        *_floor(low, high),
+        *_lines('arm', arm[:-1], arm[1:]),
+        *_lines('before', tips, tips + factor * before),
+        *_lines('after', tips, tips + factor * after),
+    ]
+    drawn = ''.join(_line(style, p, q, middle, scale) for style, p, q in lines)
+    longest = length_in_words(float(np.max(_lengths(before))))
+    return (
+        '<figure><figcaption><b>error vectors at the arm</b>, drawn '
+        f'{factor:,.0f} times as long as they are; the longest before is {longest}'
+        '<span class="key"><span class="swatch before"></span>before</span>'
+        '<span class="key"><span class="swatch after"></span>after</span>'
+        '<span class="key"><span class="swatch arm"></span>the arm at one of the poses; drag to '
+        'turn</span></figcaption>'
+        f'<div class="wide"><svg class="drawing turned" viewBox="0 0 {WIDTH} {HEIGHT}" role="img" '
+        f'aria-label="error vectors at the arm" data-scale="{scale:.6g}" data-turn="{TURN}" '
+        f'data-lift="{LIFT}" data-center="{_numbers(middle)}">{drawn}</svg></div></figure>\n'
+    )
+
+
+def _lengths(vectors: Floats) -> Floats:
+    return np.asarray(np.linalg.norm(vectors, axis=1))
+
+
+def _tips(found: Calibration, rows: np.ndarray) -> Floats:  # type: ignore[type-arg]
+    # Where the calibrated arm has the point that was measured, in its base frame.
+    tool = found.tool_offsets[_sets(found, rows, len(found.tool_offsets))]
+    poses = forward_kinematics(found.calibrated, found.q[rows]) @ tool
+    return np.asarray(poses[:, :3, 3])
+
+
+def _in_base(found: Calibration, rows: np.ndarray, remainders: Floats) -> Floats:  # type: ignore[type-arg]
+    # Remainders are in the frame of the measured poses.
+    X = found.base_offsets[_sets(found, rows, len(found.base_offsets))]
+    turned = np.swapaxes(X[:, :3, :3], 1, 2) @ remainders[rows, 0, :, None]
+    return np.asarray(turned[:, :, 0])
+
+
+def _sets(found: Calibration, rows: np.ndarray, count: int) -> np.ndarray:  # type: ignore[type-arg]
+    return found.sets[rows] if count > 1 else np.zeros(len(rows), dtype=np.int64)
+
+
+def _arm(found: Calibration, row: int) -> Floats:
+    frames = link_frames(found.calibrated, found.q[row])[:, :3, 3]
+    tool = _tips(found, np.array([row]))
+    return np.concatenate([np.zeros((1, 3)), frames, tool])
+
+
+def _round(factor: float) -> float:
+    power = 10.0 ** math.floor(math.log10(max(factor, 1.0)))
+    return max((power * one for one in ROUND if power * one <= factor), default=1.0)
+
+
+Line = tuple[str, Floats, Floats]
+
+
+def _lines(style: str, begin: Floats, end: Floats) -> Iterator[Line]:
+    for p, q in zip(begin, end):
+        yield style, p, q
+
+
+def _floor(low: Floats, high: Floats) -> Iterator[Line]:
+    # The square of the base's plane that the arm stands over.
+    (x1, y1), (x2, y2) = low[:2], high[:2]
+    corners = [(x1, y1), (x2, y1), (x2, y2), (x1, y2)]
+    for (x, y), (u, v) in zip(corners, [*corners[1:], corners[0]]):
+        yield 'floor', np.array([x, y, 0.0]), np.array([u, v, 0.0])
+
+
+def _line(style: str, p: Floats, q: Floats, middle: Floats, scale: float) -> str:
+    (x1, y1), (x2, y2) = (_projected(point - middle, scale) for point in (p, q))
+    return (
+        f'<line class="{style}" x1="{x1:.1f}" y1="{y1:.1f}" x2="{x2:.1f}" y2="{y2:.1f}" '
+        f'data-p="{_numbers(p)} {_numbers(q)}"/>'
+    )
+
+
+def _projected(point: Floats, scale: float) -> tuple[float, float]:
+    # As the script does.
+    x, y, z = point.tolist()
+    s, c, u, v = math.sin(TURN), math.cos(TURN), math.sin(LIFT), math.cos(LIFT)
+    right, up = c * y - s * x, v * z - u * (c * x + s * y)
+    return WIDTH / 2 + scale * right, HEIGHT / 2 - scale * up
+
+
+def _numbers(point: Floats) -> str:
+    return ' '.join(f'{x:.4f}' for x in point.tolist())

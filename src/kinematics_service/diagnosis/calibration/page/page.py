@@ -1,0 +1,205 @@
+"""
+A calibration as one page that needs nothing else: light, dark and printed, at any width.
+
+Style and colours are those of an audit's page; its own are in page.css, and page.js turns the arm.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from html import escape
+from importlib import resources
+
+import numpy as np
+
+from ....kernel import Floats
+from ....version import __version__
+from ...audit.report import page as audit_page
+from ...audit.report.page_table import table
+from ...frame_check.errors import Errors, angle_in_words, length_in_words
+from ..calibration import CalibratedParameter, Calibration
+from ..knowledge import KNOWN
+from ..parameters import TABLE_GROUPS
+from ..report import cells_of, kind_of, sentences_of
+from .arm_picture import arm_picture
+from .plots import NARROW, PointPlot
+
+# Rows drawn at most.
+MOST = 1000
+# The bars of deviations show this many decades below the prior.
+DECADES = 3
+
+
+@dataclass(frozen=True)
+class PageOrigin:
+    """What the head of the page says: the files, the robot file, the date; remarks on reading."""
+
+    files: tuple[str, ...]
+    robot: str
+    date: str
+    remarks: tuple[str, ...] = ()
+
+
+def page_of(found: Calibration, origin: PageOrigin) -> str:
+    """Return the page as HTML."""
+    title = f'Calibration of {found.robot.name}'
+    style = _file(audit_page.__package__, 'page.css') + _file(__package__, 'page.css')
+    parts = [
+        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        f'<title>{escape(title)}</title>\n<style>\n{style}</style>\n</head>\n<body>\n',
+        f'<h1>{escape(title)}</h1>\n{_header(found, origin)}',
+        _verdict(found, origin),
+        '<h2>Errors</h2>\n',
+        _errors(found),
+        arm_picture(found),
+        _by_pose(found),
+        _by_joint(found),
+        '<h2>What is known, and how well</h2>\n',
+        _parameters(found),
+        _directions(found),
+        f'<p class="soft">kinematics_service {__version__}.</p>\n'
+        f'<script>\n{_file(__package__, "page.js")}</script>\n</body>\n</html>\n',
+    ]
+    return ''.join(parts)
+
+
+def _file(package: str | None, name: str) -> str:
+    assert package is not None  # modules of packages have one
+    return resources.files(package).joinpath(name).read_text(encoding='utf-8')
+
+
+def _header(found: Calibration, origin: PageOrigin) -> str:
+    rows = [
+        ('data', escape(', '.join(origin.files))),
+        ('', f'{found.count:,} {kind_of(found)}'),
+        ('robot file', escape(origin.robot)),
+        ('date', escape(origin.date)),
+        ('version', f'kinematics_service {__version__}'),
+    ]
+    cells = ''.join(f'<dt>{name}</dt><dd>{value}</dd>' for name, value in rows)
+    return f'<dl class="origin">{cells}</dl>\n'
+
+
+def _verdict(found: Calibration, origin: PageOrigin) -> str:
+    first, *others = (*sentences_of(found), *origin.remarks)
+    better = found.held_out.position_rms < found.held_out_before.position_rms
+    items = ''.join(f'<li>{escape(one)}.</li>' for one in others)
+    return (
+        f'<section class="verdict {"OK" if better else "WARN"}"><p class="first">{escape(first)}.'
+        f'</p><ul>{items}</ul></section>\n'
+    )
+
+
+def _errors(found: Calibration) -> str:
+    fitted = 'tip and points' if found.points else 'base and tool'
+    named: Sequence[tuple[str, Errors]] = (
+        ('as given', found.as_given),
+        (f'{fitted} fitted alone', found.before),
+        ('calibrated', found.after),
+        (f'held out, {fitted} fitted alone', found.held_out_before),
+        ('held out, calibrated', found.held_out),
+    )
+    rows = []
+    for name, one in named:
+        cells = [length_in_words(one.position_rms), length_in_words(one.position_max)]
+        if not found.positions:
+            cells += [angle_in_words(one.rotation_rms), angle_in_words(one.rotation_max)]
+        rows.append([escape(name), *cells])
+    headers = [kind_of(found), 'position rms', 'largest']
+    headers += [] if found.positions else ['orientation rms', 'largest']
+    return table(headers, rows, range(1, len(headers)))
+
+
+def _rows(found: Calibration) -> Floats:
+    return np.unique(np.linspace(0, found.count - 1, MOST).astype(int))
+
+
+def _series(found: Calibration, rows: Floats, kind: int) -> list[tuple[str, Floats]]:
+    scale = np.degrees(1.0) if kind else 1e3
+    return [
+        (style, scale * np.linalg.norm(one[rows, kind], axis=1))
+        for style, one in (('before', found.remainders_before), ('after', found.remainders))
+    ]
+
+
+def _by_pose(found: Calibration) -> str:
+    rows = _rows(found)
+    rings = [k for k, row in enumerate(rows.tolist()) if row in found.outliers]
+    row = 'touch' if found.points else 'pose'
+    kinds = [('error of the position', 'mm', 0), ('error of the orientation', 'deg', 1)]
+    text = ''.join(
+        PointPlot(
+            f'{title} by {row}',
+            unit,
+            f'{row}, counted from 0',
+            rows.astype(float),
+            _series(found, rows, kind),
+            rings,
+        ).html()
+        for title, unit, kind in kinds[: 1 if found.positions else 2]
+    )
+    if rings:
+        text += '<p class="soft">A ring is around each outlier, which is left out.</p>\n'
+    return text
+
+
+def _by_joint(found: Calibration) -> str:
+    rows = np.setdiff1d(_rows(found), found.outliers)
+    series = _series(found, rows, 0)
+    text = []
+    for j, name in enumerate(found.robot.joint_names):
+        slides = found.robot.joint_types[j] == 'prismatic'
+        x = found.q[rows, j] * (1.0 if slides else math.degrees(1.0))
+        unit = 'm' if slides else 'deg'
+        text.append(
+            PointPlot(name, 'error of the position, mm', unit, x, series, width=NARROW).html()
+        )
+    return f'<h2>Errors by joint position</h2>\n<div class="joints">{"".join(text)}</div>\n'
+
+
+def _parameters(found: Calibration) -> str:
+    groups = (*TABLE_GROUPS, *dict.fromkeys(one.group for one in found.parameters))
+    ordered = sorted(found.parameters, key=lambda one: groups.index(one.group))
+    rows = []
+    for one in ordered:
+        name, *cells = cells_of(one)
+        rows.append([escape(name), escape(one.group), *map(escape, cells), _bar(one)])
+    headers = ['parameter', 'group', 'correction', 'deviation', '', 'prior, deviation, correction']
+    legend = (
+        '<p class="soft">On a logarithmic axis of a thousand: '
+        '<span class="swatch prior"></span>the prior, '
+        '<span class="swatch deviation"></span>the standard deviation that is left, '
+        '<span class="swatch untold"></span>the same where the poses tell too little, '
+        '<span class="swatch before"></span>the size of the correction.</p>\n'
+    )
+    return table(headers, rows, (2, 3)) + legend
+
+
+def _bar(one: CalibratedParameter) -> str:
+    # From the prior, which is where the axis ends, down to a thousandth of it.
+    def across(value: float) -> float:
+        share = 1.0 + math.log10(max(value / one.prior, 1e-9)) / DECADES
+        return 200.0 * min(max(share, 0.005), 1.0)
+
+    told = 'deviation' if one.told or one.group not in TABLE_GROUPS else 'untold'
+    x = across(abs(one.correction))
+    title = f'{one.name}: prior {one.prior:.3g}, deviation {one.deviation:.3g}'
+    return (
+        f'<svg class="bar" viewBox="0 0 200 12" preserveAspectRatio="none" role="img" '
+        f'aria-label="{escape(title)}"><rect class="prior" width="200" height="12"/>'
+        f'<rect class="{told}" y="3" height="6" width="{across(one.deviation):.1f}"/>'
+        f'<line class="correction solid" x1="{x:.1f}" x2="{x:.1f}" y1="0" y2="12"/></svg>'
+    )
+
+
+def _directions(found: Calibration) -> str:
+    values = np.maximum(found.singular_values, 1e-12)
+    plot = PointPlot(
+        'how well each direction of the parameters is told',
+        f'singular values in units of the priors; above {KNOWN:g} is told',
+        'direction, counted from 1',
+        np.arange(1.0, len(values) + 1.0),
+        [('after', values)],
+    )
+    return plot.html().replace('></span>after</span>', '></span>direction</span>')

@@ -1,0 +1,210 @@
+"""Poses of a running robot collected for a calibration, with what they tell by now."""
+
+import os
+import threading
+import time
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+from geometry_msgs.msg import PoseStamped
+from rclpy.clock import Clock, ClockType
+from rclpy.exceptions import InvalidTopicNameException
+from rclpy.node import Node
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import JointState
+
+from ...diagnosis.calibration.collecting import CollectedPoses, PoseCollector
+from ...errors import KinematicsError, RefusedTargetError, WireError
+from ...estimation.estimator import AcceptedMessage, Estimator, EstimatorSettings
+from ...robot.robot import Robot
+from ...stop_signals import StopSignal, stop_signals
+from ..messages.message_check import read_message
+from ..messages.messages import SECOND, sample_of, stamp_of
+from ..messages.target_messages import pose_of
+from ..process.no_messages import why_no_messages
+from ..process.runner import FAULT, WRONG_USAGE, open_context, start_refusal, tell
+from ..process.spin import Spinner
+
+# Hears every publisher, reliable or not.
+HEARD = QoSProfile(depth=1000, reliability=ReliabilityPolicy.BEST_EFFORT)
+# Period (s) of looks at what has come; a silent topic is explained after this time (s).
+LOOK, SILENT = 0.25, 5.0
+# Number of poses of the first fit; the next one needs this many times as many.
+FIRST, AGAIN = 8, 1.25
+
+
+class LiveTopics(NamedTuple):
+    """Topics of JointState and of PoseStamped."""
+
+    states: str
+    poses: str
+
+
+class LiveFit(NamedTuple):
+    """What the poses so far tell, in lines, and whether that is all that they can."""
+
+    lines: tuple[str, ...]
+    complete: bool = False
+
+
+Fit = Callable[[CollectedPoses], LiveFit]
+
+
+def collect_poses(
+    robot: Robot,
+    topics: LiveTopics,
+    joint_prefix: str,
+    seconds: float,
+    fit: Fit,
+    say: Callable[[str], None],
+    ros_args: Sequence[str],
+) -> CollectedPoses | int:
+    """
+    Return the poses that come within some seconds, or until a signal; an exit code if none can.
+
+    Parameters
+    ----------
+    fit
+        What the poses tell; it is called in a thread of its own while others come.
+    say
+        Takes lines for the user.
+    ros_args
+        ROS arguments, `--ros-args` included.
+    """
+    refusal = start_refusal(False, False)
+    if refusal is not None:
+        tell(refusal)
+        return FAULT
+    with stop_signals() as stop:
+        context = open_context(ros_args)
+        if context is None:
+            return WRONG_USAGE
+        try:
+            node = Node(
+                f'kinematics_calibrate_{os.getpid()}',
+                context=context,
+                start_parameter_services=False,
+                enable_rosout=False,
+            )
+            try:
+                session = _Session(node, robot, topics, joint_prefix, fit, say)
+            except InvalidTopicNameException as error:
+                tell(str(error).replace('\n', ' '))
+                return WRONG_USAGE
+            spinner = Spinner(context, [node])
+            end = time.monotonic() + seconds
+            stop.then, stop.meanwhile = spinner.interrupt, spinner.watch
+            spinner.spin(lambda: _is_over(stop, end) or not context.ok())
+            spinner.close()
+            session.finish()
+            node.destroy_node()
+        finally:
+            context.try_shutdown()
+    return session.collector.collected()
+
+
+def _is_over(stop: StopSignal, end: float) -> bool:
+    return stop.came or time.monotonic() >= end
+
+
+class _Session:
+    # Two subscriptions, the poses they make, and fits of them.
+
+    def __init__(
+        self,
+        node: Node,
+        robot: Robot,
+        topics: LiveTopics,
+        joint_prefix: str,
+        fit: Fit,
+        say: Callable[[str], None],
+    ) -> None:
+        self.collector = PoseCollector(robot)
+        self._node, self._fit, self._say = node, fit, say
+        self._estimator = Estimator(robot, EstimatorSettings(joint_prefix))
+        self._due, self._thread = FIRST, None
+        self._found: LiveFit | None = None
+        self._complete = False
+        self._refused = ''
+        self._states = self._poses = 0
+        self._begin, self._explained = time.monotonic(), False
+        subscriptions = (
+            (JointState, topics.states, self._on_state),
+            (PoseStamped, topics.poses, self._on_pose),
+        )
+        self._topics = [
+            str(node.create_subscription(kind, topic, take, HEARD, raw=True).topic_name)
+            for kind, topic, take in subscriptions
+        ]
+        node.create_timer(LOOK, self._look, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        say(f'collecting joint states of {self._topics[0]} and poses of {self._topics[1]}')
+
+    _thread: threading.Thread | None
+
+    def _on_state(self, data: bytes) -> None:
+        self._states += 1
+        try:
+            message = read_message(data, JointState)
+        except WireError:
+            return
+        received = stamp_of(message) or int(self._node.get_clock().now().nanoseconds)
+        sample = sample_of(message, received, time.monotonic_ns())
+        known = self._estimator.accept(sample)
+        if isinstance(known, AcceptedMessage):
+            self.collector.note_state(known.stamp, known.q)
+
+    def _on_pose(self, data: bytes) -> None:
+        self._poses += 1
+        try:
+            message = read_message(data, PoseStamped)
+            stamp = message.header.stamp
+            self.collector.note_pose(
+                int(stamp.sec) * SECOND + int(stamp.nanosec), pose_of(message)
+            )
+        except (RefusedTargetError, WireError) as error:
+            if not self._refused:
+                self._refused = str(error)
+                self._say(f'a pose of {self._topics[1]} is refused: {error}')
+
+    def _look(self) -> None:
+        self._tell()
+        busy = self._thread is not None and self._thread.is_alive()
+        count = len(self.collector)
+        if count >= self._due and not busy and not self._complete:
+            self._due = int(AGAIN * count) + 1
+            poses = self.collector.collected()
+            self._thread = threading.Thread(target=self._fit_poses, args=(poses,), daemon=True)
+            self._thread.start()
+        if not count and not self._explained and time.monotonic() - self._begin > SILENT:
+            self._explained = True
+            self._explain()
+
+    def _explain(self) -> None:
+        for heard, topic in zip((self._states, self._poses), self._topics):
+            if not heard:
+                self._say(why_no_messages(self._node, topic))
+        if self._states and self._poses:
+            refused = ', '.join(f'{n} {reason}' for reason, n in self._estimator.counts.items())
+            self._say(
+                f'no pose has joint states around its stamp: {self.collector.unmatched} poses; '
+                f'joint states: {refused}'
+            )
+
+    def _fit_poses(self, poses: CollectedPoses) -> None:
+        try:
+            self._found = self._fit(poses)
+        except KinematicsError as error:
+            self._found = LiveFit((f'{len(poses.q)} poses: {error}',))
+
+    def _tell(self) -> None:
+        found, self._found = self._found, None
+        if found is not None:
+            for line in found.lines:
+                self._say(line)
+            self._complete = found.complete
+
+    def finish(self) -> None:
+        """Wait for a fit that is under way: the last one must not compete with it."""
+        if self._thread is not None:
+            self._thread.join()
+        self._tell()

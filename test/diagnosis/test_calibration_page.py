@@ -1,0 +1,102 @@
+"""The page of a calibration: its numbers, its pictures, and that it needs nothing else."""
+
+import re
+
+import numpy as np
+import pytest
+from arms import robot_of
+from calibrated_arms import BASE, measured_arm, touching_arm
+from chromium import chromium_tab
+
+import kinematics_service as ks
+from kinematics_service.diagnosis.calibration.page.page import PageOrigin, page_of
+
+NOISE = 5e-5
+ORIGIN = PageOrigin(('tracker <1>.csv',), 'ur5e.yaml', '2031-02-03', ('A remark',))
+TURN = """
+(() => {
+  const svg = document.querySelector('svg.turned'), line = svg.querySelector('line.before');
+  const before = line.getAttribute('x1');
+  svg.setPointerCapture = () => {};
+  for (const [type, x] of [['pointerdown', 300], ['pointermove', 400], ['pointerup', 400]])
+    svg.dispatchEvent(new PointerEvent(type, {clientX: x, clientY: 200, pointerId: 1}));
+  return Math.abs(line.getAttribute('x1') - before);
+})()
+"""
+
+
+@pytest.fixture(scope='module')
+def found():
+    arm = measured_arm('ur5e', 40, NOISE)
+    poses = arm.poses.copy()
+    poses[7, :3, 3] += 0.02
+    return ks.calibrate(arm.robot, arm.q, poses)
+
+
+def test_the_page_says_what_was_found(found):
+    page = page_of(found, ORIGIN)
+    assert 'tracker &lt;1&gt;.csv' in page
+    assert 'Only d2 + d3 + d4 is told, not each of them.' in page
+    assert 'A remark.' in page
+    assert '<td>shoulder_pan_joint' not in page
+    assert page.count('<svg class="bar"') == len(found.parameters)
+    # Two plots of the poses have a point before and after for each, those of joints no outlier.
+    assert page.count('<circle class="before"') == 2 * 40 + 6 * 39
+    assert page.count('<circle class="outlier"') == 2
+    assert page == page_of(found, ORIGIN)
+
+
+def test_the_page_needs_nothing_else(found):
+    page = page_of(found, ORIGIN)
+    assert not re.findall(r'(?:src|href)=|url\(|@import|https?:', page)
+
+
+def test_error_vectors_begin_at_the_measured_points_in_the_base_frame(found):
+    page = page_of(found, ORIGIN)
+    factor = float(re.search(r'drawn ([0-9,]+) times', page)[1].replace(',', ''))
+    lines = re.findall(r'<line class="before"[^>]*data-p="([-0-9. ]+)"', page)
+    ends = np.array([line.split() for line in lines], dtype=float).reshape(-1, 2, 3)
+    assert len(ends) == 39
+    used = [k for k in range(40) if k != 7]
+    poses = ks.forward_kinematics(found.calibrated, found.q[used]) @ found.tool_offsets[0]
+    # Printed to a tenth of a millimetre.
+    assert np.abs(ends[:, 0] - poses[:, :3, 3]).max() < 6e-5
+    errors = np.linalg.norm(found.remainders_before[used, 0], axis=1)
+    drawn = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) / factor
+    assert np.abs(drawn - errors).max() < 3e-4 / factor
+    # A remainder is in the frame of the tracker: turned back it is the measured point less the
+    # nominal one, both in the base frame.
+    X = found.base_offsets[0]
+    turned = found.remainders[used, 0] @ X[:3, :3]
+    after = re.findall(r'<line class="after"[^>]*data-p="([-0-9. ]+)"', page)
+    moved = np.array([line.split() for line in after], dtype=float).reshape(-1, 2, 3)
+    assert np.abs(moved[:, 1] - moved[:, 0] - factor * turned).max() < 2e-4
+
+
+def test_positions_touches_and_several_sets_have_pages():
+    arm = measured_arm('scara_hsr065', 40, NOISE)
+    poses = arm.poses.copy()
+    poses[20:] = np.linalg.inv(BASE) @ poses[20:]
+    found = ks.calibrate(arm.robot, arm.q, poses, sets=np.repeat([0, 1], 20))
+    assert 'of the orientation by pose' in page_of(found, ORIGIN)
+    found = ks.calibrate(arm.robot, arm.q, arm.poses[:, :3, 3])
+    assert 'of the orientation by pose' not in page_of(found, ORIGIN)
+    arm = touching_arm('puma560', (('A', (0.4, 0.2, 0.1)),), 20, NOISE)
+    found = ks.calibrate(robot_of('puma560'), arm.q, same_point=arm.marks)
+    assert 'error of the position by touch' in page_of(found, ORIGIN)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(('width', 'scheme'), [(1000, 'dark'), (390, 'light')])
+def test_the_page_fits_the_window_and_the_arm_turns(found, tmp_path, width, scheme):
+    page = tmp_path / 'page.html'
+    page.write_text(page_of(found, ORIGIN))
+    with chromium_tab() as tab:
+        tab.open(page.as_uri(), width, 900)
+        feature = {'name': 'prefers-color-scheme', 'value': scheme}
+        tab.call('Emulation.setEmulatedMedia', media='screen', features=[feature])
+        tab.wait_for('document.readyState === "complete" && location.protocol === "file:"', 'it')
+        assert tab.evaluate('document.documentElement.scrollWidth') <= width
+        assert tab.evaluate(TURN) > 1.0
+        assert tab.errors == []
+        assert tab.requests == [page.as_uri()]
