@@ -149,7 +149,7 @@ def joint_screws(robot: Robot) -> JointScrews:
 
 def _deviations(robot: Robot, given: Mapping[str, float]) -> dict[str, float]:
     # By name, those of groups included.
-    groups = {name: value for name, value in given.items() if name in (*GROUPS, GEARS)}
+    groups = {name: value for name, value in given.items() if name in GROUPS}
     found = {}
     if groups:
         table = (*parameters_of(robot).table, *gear_parameters(robot.description.joints))
@@ -255,7 +255,8 @@ def table_corrections(robot: Robot, found: Calibration, ends: bool = False) -> T
     """Return the corrections of an arm as `calibrated_errors` takes it."""
     if robot.dof != found.robot.dof:
         raise CalibrationError(f'the calibration is one of {found.robot.name}')
-    arm = parameters_of(found.robot)
+    gears = any(one.group == GEARS for one in found.parameters)
+    arm = parameters_of(found.robot, gears)
     count = len(arm.table)
     names = [one.name for one in arm.table]
     if ends:
@@ -290,13 +291,21 @@ def calibrated_errors(robot: Robot, found: Calibration, ends: bool = False) -> T
     """
     own = table_corrections(robot, found, ends)
     frames, screws = screws_in_frames(robot, own.chain, own.values)
-    covariance = found.covariance[np.ix_(own.fitted, own.fitted)]
-    return TableErrors(
-        frames[own.columns],
-        screws[own.columns],
-        np.full(len(own.columns), -1),
-        factor_of(covariance),
-    )
+    factor = factor_of(found.covariance[np.ix_(own.fitted, own.fitted)])
+    of_gear = {gear.column: gear.joint for gear in own.chain.gears}
+    rows = [k for k, column in enumerate(own.columns) if column not in of_gear]
+    columns = [own.columns[k] for k in rows]
+    parts = [TableErrors(frames[columns], screws[columns], np.full(len(rows), -1), factor[rows])]
+    # A share of the nominal gear ratio, as one of the calibrated one.
+    moving = joint_screws(robot)
+    for k, column in enumerate(own.columns):
+        if column in of_gear:
+            at = np.flatnonzero(moving.joints == of_gear[column])
+            share = factor[[k] * len(at)] / (1.0 + own.values[column])
+            parts.append(
+                TableErrors(moving.frames[at], moving.screws[at], moving.joints[at], share)
+            )
+    return TableErrors(*(np.concatenate(arrays) for arrays in zip(*parts)))
 
 
 def factor_of(covariance: Floats) -> Floats:

@@ -6,7 +6,7 @@ import numpy as np
 
 from ...kernel import Floats
 from ...robot.file.description import RobotDescription, Uncertainty
-from ...robot.file.parameters import ArmParameter
+from ...robot.file.parameters import GEARS, ArmParameter
 from ...robot.robot import Robot
 from .arm_errors import calibrated_errors, named_errors
 from .calibration import Calibration
@@ -53,7 +53,12 @@ def uncertainty_section(found: Calibration, robot: Robot, ends: bool) -> list[st
     for k, (one, row) in enumerate(zip(parameters, factor)):
         least = NEGLIGIBLE * float(np.linalg.norm(row))
         numbers = (x if abs(x) > least else 0.0 for x in row[: k + 1].tolist())
-        texts = (_scaled(x, one.angle, description) for x in numbers)
+        texts = (
+            number_text(float(f'{x:.{DIGITS}g}'))
+            if one.group == GEARS
+            else _scaled(x, one.angle, description)
+            for x in numbers
+        )
         lines.append(f'    {one.name}: [{", ".join(texts)}]')
     return lines if len(lines) > 1 else []
 
@@ -69,8 +74,8 @@ def named_factor(
     """
     errors, known = calibrated_errors(robot, found, ends), named_errors(robot)
     made_of = np.zeros((len(known.frames), len(errors.frames)))
-    for column, (frame, screw) in enumerate(zip(errors.frames, errors.screws)):
-        there = (known.gears < 0) & (known.frames == frame)
+    for column, (frame, screw, gear) in enumerate(zip(errors.frames, errors.screws, errors.gears)):
+        there = (known.gears == gear) & (known.frames == frame)
         same = there & (np.abs(known.screws - screw).max(axis=1) < SAME)
         free = np.flatnonzero(same & ~np.any(made_of, axis=1))
         if len(free):
@@ -79,7 +84,9 @@ def named_factor(
             own = np.flatnonzero(there)
             made_of[own, column] = np.linalg.lstsq(known.screws[own].T, screw, rcond=None)[0]
     factor = made_of @ errors.factor
-    rows = np.flatnonzero(np.any(made_of, axis=1))
+    # A gear has a row for each screw of its joint, which are alike.
+    _, first = np.unique(known.of, return_index=True)
+    rows = first[np.any(made_of[first], axis=1)]
     triangle = np.linalg.qr(factor[rows].T, mode='r')
     signs = np.where(np.diag(triangle) < 0.0, -1.0, 1.0)
     return tuple(known.parameters[known.of[k]] for k in rows), (signs[:, None] * triangle).T

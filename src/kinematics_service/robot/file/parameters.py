@@ -14,16 +14,19 @@ import numpy as np
 
 from .convention_table import CONVENTIONS
 from .description import DhRow, ElementaryMotion, JointDescription, Link, ShapeRow
+from .tolerances import GEAR
 
 # Standard deviations of lengths (m) and angles (rad): what is usual between a datasheet and a
 # robot, and what corrections are scaled by so that they compare.
 LENGTH, ANGLE = 1e-3, np.radians(0.2)
+# Of a gear ratio, as a share of it.
+RATIO = 1e-3
 AXES = 'xyz'
 # Conventions in which a row more can say the extra corrections.
 WITH_EXTRA = ('standard', 'modified')
 ENDS = ('base', 'tool')
 GEARS = 'gears'
-TABLE_GROUPS = ('offsets', 'lengths', 'angles')
+TABLE_GROUPS = ('offsets', 'lengths', 'angles', GEARS)
 GROUPS = (*TABLE_GROUPS, *ENDS, 'lag')
 SIX = ('x', 'y', 'z', 'rx', 'ry', 'rz')
 
@@ -60,7 +63,9 @@ class ArmParameter:
 
     @property
     def scale(self) -> float:
-        """Return the size of a usual error, rad or m."""
+        """Return the size of a usual error, rad, m or a share."""
+        if self.group == GEARS:
+            return RATIO
         return float(ANGLE) if self.angle else LENGTH
 
 
@@ -123,7 +128,7 @@ def _of_joint(k: int, joint: ElementaryMotion) -> Iterator[PlacedParameter]:
 def gear_parameters(joints: Sequence[JointDescription]) -> list[ArmParameter]:
     """Return for each joint that moves something by which share it moves more than it says."""
     return [
-        ArmParameter(f'gear{k + 1}', GEARS, False, k, 'gear')
+        ArmParameter(f'{GEAR}{k + 1}', GEARS, False, k, GEAR)
         for k, joint in enumerate(joints)
         if not joint.unused
     ]

@@ -22,7 +22,7 @@ from .yaml_document import Path
 PATH: Path = ('uncertainty',)
 OF_POSITIONS = ('encoder_noise', 'encoder_resolution', 'backlash')
 # Of parameters whose deviations may be given together.
-GROUPS = (*TABLE_GROUPS, GEARS)
+GROUPS = TABLE_GROUPS
 # Parameters named in a message.
 MOST_NAMED = 60
 
