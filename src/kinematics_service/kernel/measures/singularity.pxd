@@ -21,8 +21,11 @@ cdef void to_base_axes(TaskRows task, double* vector) noexcept nogil
 cdef void _fill_task_rows(
     int n, TaskRows task, double* row, double* W, int width
 ) noexcept nogil
-@cython.locals(m=int, width=int, place=int, i=int, j=int)
-cdef void _scale_task_rows(int n, TaskRows task, double* W) noexcept nogil
+@cython.locals(m=int, place=int, i=int, j=int)
+cdef void _scale_task_rows(int n, TaskRows task, double* W, int width) noexcept nogil
+cdef void write_scaled_rows(
+    int n, TaskRows task, double* row, double* W, int width
+) noexcept nogil
 cdef void _decompose(
     double* W, double* sigma, int count, int length, int width
 ) noexcept nogil
