@@ -2,6 +2,7 @@ cimport cython
 cimport numpy as cnp
 from libc cimport math
 
+from ..forward.vectors cimport Triple
 from ..layout cimport arrays, places
 from . cimport singular_values
 from ..forward.chain cimport Chain
@@ -14,6 +15,10 @@ from .task_rows cimport TaskRows
 cdef void write_gradient(Chain chain, double* row, double* Y, double* gradient) noexcept nogil
 @cython.locals(x=double, y=double, z=double, half=int, i=int)
 cdef void to_base_axes(TaskRows task, double* vector) noexcept nogil
+@cython.locals(axis=int, v=Triple, k=int, along=double)
+cdef double task_component(
+    TaskRows task, int r, Triple linear, Triple angular
+) noexcept nogil
 @cython.locals(
     m=int, count=int, length=int, axis=int, component=int, i=int, j=int,
     a=double, b=double, c=double, value=double,

@@ -8,7 +8,7 @@ import math
 
 from ..forward.chain import Chain
 from ..layout import arrays, places
-from ..layout.arrays import Floats, Numbers
+from ..layout.arrays import Floats, Numbers, Vector
 from . import singular_values
 from .task_rows import TaskRows
 
@@ -59,6 +59,15 @@ def to_base_axes(task: TaskRows, vector: Numbers) -> None:
                 + task.rotation[3 * i + 1] * y
                 + task.rotation[3 * i + 2] * z
             )
+
+
+def task_component(task: TaskRows, r: int, linear: Vector, angular: Vector) -> float:
+    """Return what the scaled task row r has of a velocity in base axes."""
+    axis = task.axis[r]
+    v = linear if axis < 3 else angular
+    k = axis if axis < 3 else axis - 3
+    along = task.rotation[k] * v[0] + task.rotation[3 + k] * v[1] + task.rotation[6 + k] * v[2]
+    return along * task.row_scale[r]
 
 
 def _fill_task_rows(n: int, task: TaskRows, row: Floats, W: Floats, width: int) -> None:
