@@ -25,8 +25,8 @@ class SingularEquations:
 
     Directions a, B of a pose nearby serve as well (Griewank and Reddien, 1984). J_t bordered by
     them is regular, at singular poses too, and its inverse has y and X for which y' J_t = c' B'
-    and J_t X = a c': c = 0 where J_t is singular, and changes by y' dJ_t X. That costs a fifth of
-    a decomposition.
+    and J_t X = a c': c = 0 where J_t is singular, and changes by y' dJ_t X. That costs much less
+    than a decomposition.
 
     `lines` are the directions that there are max(m, n) of, `turns` those that there are min(m, n)
     of: of the joints and of the tool for a redundant arm, otherwise of the tool and of the joints.
