@@ -8,6 +8,7 @@ are `JntToCart` and `JntToJac`; roboticstoolbox's are `fkine` and `jacob0`.
 """
 
 import argparse
+import itertools
 import time
 
 import numpy as np
@@ -20,6 +21,8 @@ from kinematics_service.kinematics.singularity import singularity_of
 from kinematics_service.robot.robot import build_robot
 
 ROUNDS, CALLS = 60, 500
+# Of a motion from a random pose.
+MESSAGES = 200
 JOINTS = (2, 3, 6, 12, 24, 48, 96)
 BATCHES = (1, 10, 100, 1_000, 10_000, 100_000, 1_000_000)
 
@@ -67,6 +70,13 @@ class OnePose:
     def __init__(self, robot, q, qdot):
         self.arm, self.q, self.qdot = robot.arm, q, qdot
         self.search = kernel.NearestSearch(robot.arm)
+        # Poses of a motion, a message every 2 ms, there and back.
+        rows = []
+        for step in range(MESSAGES):
+            row = np.empty(robot.chain.single_widths[kernel.JACOBIAN])
+            kernel.evaluate_one(robot.arm, q + 0.002 * step * qdot, qdot, row)
+            rows.append(row)
+        self.along = itertools.cycle(rows + rows[::-1])
         self.row = np.empty(robot.chain.single_widths[kernel.JACOBIAN])
         self.measures = np.empty(robot.measure_places.width)
 
@@ -74,7 +84,7 @@ class OnePose:
         kernel.evaluate_one(self.arm, self.q, self.qdot, self.row)
 
     def measure(self):
-        kernel.measure_one(self.search, self.row, self.measures)
+        kernel.measure_one(self.search, next(self.along), self.measures)
 
     def both(self):
         kernel.evaluate_and_measure_one(self.arm, self.q, self.qdot, self.row, self.measures)
@@ -91,7 +101,7 @@ def calls_of_one_pose(robot):
     calls = {
         'Pinocchio: pose and J, two calls': peers['Pinocchio'].call,
         'compiled call: pose, J, twist': one.evaluate,
-        'compiled call: all measures of it': one.measure,
+        'compiled call: all measures, along a motion': one.measure,
         '  the same without named factors': bare.measure,
         'one call: pose, J, twist, all measures': one.both,
         'ks.evaluate(robot, q, qdot)': lambda: ks.evaluate(robot, q, qdot),

@@ -53,6 +53,20 @@ def test_a_general_arm_is_solved_by_elimination(name):
     assert ks.inverse_kinematics(robot, ks.forward_kinematics(robot, q)).method == 'algebraic'
 
 
+def test_two_slides_at_the_ends_are_searched_where_their_solutions_are_not_counted():
+    # The search has no proof, and says so; nothing that starts show is missing.
+    robot, said = general_arms.general_arm('PRRRRP-0'), set()
+    for q in general_arms.general_poses('PRRRRP-0', 6):
+        target = ks.forward_kinematics(robot, q)
+        result = ks.inverse_kinematics(robot, target, respect_limits=False)
+        said.add((result.method, result.complete))
+        given = np.array([one.q for one in result])
+        for one in [q, *general_arms.met_by_starts(robot, target, STARTS)]:
+            assert np.any(general_arms.apart(robot, given, one) < 1e-5)
+    assert said <= {('search', 'found'), ('algebraic', 'proved')}
+    assert ('search', 'found') in said
+
+
 def test_the_published_target_with_sixteen_real_solutions():
     # Manseur and Doty (1989), as Raghavan and Roth (1993) print it.
     target = np.array(

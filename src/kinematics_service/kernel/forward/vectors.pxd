@@ -9,6 +9,7 @@ cdef double dot(Triple a, Triple b) noexcept nogil
 cdef Triple cross(Triple a, Triple b) noexcept nogil
 cdef Triple plus(Triple a, double factor, Triple b) noexcept nogil
 cdef Triple three(double* numbers, Py_ssize_t at) noexcept nogil
+cdef Triple apart(double* numbers, Py_ssize_t at, Py_ssize_t step) noexcept nogil
 cdef Triple axis_of(double* screws, int k) noexcept nogil
 cdef Triple point_of(double* screws, int k) noexcept nogil
 cdef bint slides(double* screws, int k) noexcept nogil

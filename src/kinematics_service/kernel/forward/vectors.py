@@ -34,6 +34,11 @@ def three(numbers: Numbers, at: int) -> Vector:
     return (numbers[at], numbers[at + 1], numbers[at + 2])
 
 
+def apart(numbers: Numbers, at: int, step: int) -> Vector:
+    """Return the vector whose numbers are so many steps apart, from an index on."""
+    return (numbers[at], numbers[at + step], numbers[at + 2 * step])
+
+
 def axis_of(screws: Numbers, k: int) -> Vector:
     """Return the axis of screw k."""
     return three(screws, 7 * k)

@@ -2,15 +2,18 @@ cimport cython
 cimport numpy as cnp
 from libc cimport math
 
-from ..forward cimport chain_pass
+from ..forward cimport chain_pass, vectors
+from ..forward.vectors cimport Triple
 from ..layout cimport arrays, places
-from . cimport singular_equations, singular_values
+from . cimport singular_equations
 from . cimport singularity, symmetric
 from .arm cimport Arm
+from .bends cimport Bends
+from .norms cimport Norms
 from .singular_equations cimport SingularEquations
 
-cdef int HALVINGS, MULTIPLIER_HALVINGS
-cdef double SINGULAR, NORM_ROUND_OFF, TINY
+cdef int HALVINGS, MULTIPLIER_HALVINGS, LINES
+cdef double SINGULAR, TINY, NEXT_LINE
 
 @cython.final
 cdef class Clearance:
@@ -20,7 +23,12 @@ cdef class Clearance:
     cdef int count
     cdef long long* moving
     cdef double* point
+    cdef Bends bends
+    cdef Norms norms
     cdef double bend, twist, singular
+    cdef double complement, gradient, second
+    cdef double by_block, by_turns, by_lines
+    cdef double bend_of_block, bend_of_turns, bend_of_lines
     cdef double* room
     cdef double* slope
     cdef double* b
@@ -33,13 +41,14 @@ cdef class Clearance:
     cdef double* B
     cdef double* C
     cdef double* D
-    cdef double* W
     cdef double* P
-    cdef double* norms
+    cdef double* lines
+    cdef double* best
+    cdef double* shares
     cdef double* A
 
     @cython.locals(
-        k=int, sigma='double*', smallest=double, change=double, radius=double, complement=double
+        k=int, sigma='double*', smallest=double, change=double, radius=double, turn=int
     )
     cdef double radius(self, double* q) noexcept nogil
     @cython.locals(
@@ -48,15 +57,12 @@ cdef class Clearance:
     )
     cdef void _stand_at(self, double* q) noexcept nogil
     @cython.locals(
-        n=int, m=int, entries=int, v='double*', w='double*', moved='double[6]', k=int, j=int,
-        f=int, e=int, first=int, last=int,
+        n=int, m=int, entries=int, v='double*', w='double*', moved=Triple, turned=Triple, k=int,
+        j=int, f=int, e=int,
     )
     cdef void _write_changes(self) noexcept nogil
-    @cython.locals(
-        n=int, m=int, r=int, p=int, axis=int, half=int, component=int, scale=double, value=double
-    )
-    cdef void _add_change(self, int j, int i, double* moved) noexcept nogil
-    cdef double _norm(self, int count, int length) noexcept nogil
+    @cython.locals(n=int, m=int, r=int, scale=double, value=double)
+    cdef void _add_change(self, int j, int i, Triple moved, Triple turned) noexcept nogil
     @cython.locals(few=int, many=int, r=int, i=int)
     cdef double _matrix_norm(self, double* M, int count, int length) noexcept nogil
     @cython.locals(d=int, j=int, r=int, i=int, least=double)
@@ -65,10 +71,11 @@ cdef class Clearance:
     cdef double _by_change(self, double smallest, double change) noexcept nogil
     @cython.locals(
         d=int, count=int, k=int, length=int, width=int, i=int, j=int, p=int, gram='double*',
-        factor='double*', right='double*', shares='double*', line='double*', trace=double,
-        value=double, size=double,
+        factor='double*', line='double*', trace=double, value=double,
     )
-    cdef double _choose_line(self) noexcept nogil
+    cdef void _choose_line(self) noexcept nogil
+    @cython.locals(count=int, k=int, length=int, i=int, p=int, line='double*', value=double)
+    cdef void _take_line(self, double share) noexcept nogil
     @cython.locals(n=int, d=int, k=int, i=int, j=int, r=int, share=double)
     cdef void _write_complement(self) noexcept nogil
     @cython.locals(
@@ -78,24 +85,21 @@ cdef class Clearance:
     )
     cdef void _write_block(self) noexcept nogil
     @cython.locals(
-        d=int, k=int, i=int, j=int, order=int, block=double, b=double, c=double, slope=double,
-        along=double, second=double, best=double, good=double, bad=double, r=double,
+        d=int, k=int, i=int, j=int, order=int, along=double, good=double, bad=double, r=double
     )
-    cdef double _by_complement(self, double complement) noexcept nogil
-    @cython.locals(bent=double, inside=double, root=double, both=double, rest=double, lowest=double)
-    cdef bint _is_proved(
-        self, double r, int order, double complement, double slope, double b, double c,
-        double block, double second,
-    ) noexcept nogil
+    cdef double _by_complement(self, double best) noexcept nogil
+    @cython.locals(
+        bent=double, twisted=double, half=double, root=double, inside=double, before=double,
+        behind=double, both=double, left=double, rest=double,
+    )
+    cdef bint _is_proved(self, double r, int order) noexcept nogil
     @cython.locals(
         d=int, i=int, least=double, size=double, low=double, high=double, multiplier=double,
         squares=double, away=double, value=double,
     )
     cdef double _lowest(self, double r) noexcept nogil
 
-@cython.locals(ax=double, ay=double, az=double, bx=double, by=double, bz=double)
-cdef void _write_cross(
-    double* a, int i, double* b, int j, int entries, double* product, int at
-) noexcept nogil
+@cython.locals(size=double, i=int)
+cdef bint unit(double* v, int count) noexcept nogil
 @cython.locals(n=int, count=Py_ssize_t, k=Py_ssize_t, positions='double*', results='double*')
 cpdef clearances(Clearance clearance, cnp.ndarray q, cnp.ndarray radii)

@@ -4,24 +4,27 @@ A radius around a pose in which no pose is singular, proved.
 J_t is brought into the bases of its singular values. Between the directions of the larger ones it
 stays invertible as long as bounds of its change say so; then it has full rank where the Schur
 complement of that block is not zero, whose change is known to second order, and bounded beyond.
+All the changes that enter are those of the pose to second order, and bounded beyond.
 """
 
 import math
 
-from ..forward import chain_pass
+from ..forward import chain_pass, vectors
 from ..layout import arrays, places
-from ..layout.arrays import Floats, Integers, Numbers
-from . import singular_equations, singular_values, singularity, symmetric
+from ..layout.arrays import Floats, Integers, Vector
+from . import singular_equations, singularity, symmetric
 from .arm import Arm
+from .bends import Bends
+from .norms import Norms
 from .singular_equations import SingularEquations
 
-# Halvings of the radius, and of the multiplier of a minimum.
-HALVINGS, MULTIPLIER_HALVINGS = 40, 40
+# Halvings of the radius, and of the multiplier of a minimum, which proves with any.
+HALVINGS, MULTIPLIER_HALVINGS = 32, 20
+# Of lines that are lost or idle, so many from that with the least slope for its size to the last.
+LINES, NEXT_LINE = 4, 1.0 / 3.0
 # A pose is singular where a singular value is below this share of the largest, as for the search:
 # lengths that are rounded leave one that is not zero.
 SINGULAR = 1e-7
-# Of a norm, as a share.
-NORM_ROUND_OFF = 1e-12
 # No denominator of a minimum is smaller.
 TINY = 1e-14
 
@@ -57,34 +60,31 @@ class Clearance:
         self.moving = arrays.whole(moving, self.count)
         self.point = arrays.numbers(point, 3)
         self.bend, self.twist, self.singular = bend, twist, 0.0
+        self.bends = Bends(arm.chain, arm.task, moving, twist < places.INFINITY)
+        self.complement, self.gradient, self.second = 0.0, 0.0, 0.0
+        self.by_block, self.by_turns, self.by_lines = 0.0, 0.0, 0.0
+        self.bend_of_block, self.bend_of_turns, self.bend_of_lines = 0.0, 0.0, 0.0
         n, m, d = arm.chain.dof, arm.task.count, self.count
-        few, tensor = min(m, n), d * m * n
-        self.room = arrays.scratch(
-            3 * n
-            + n * n
-            + 3 * d
-            + 2 * d * d
-            + 3 * few * d
-            + 2 * tensor
-            + d * few * few
-            + max(d, max(m, n))
-            + 2 * self.equations.count * (self.equations.count + d + 1)
-        )
+        few, many, tensor, lines = min(m, n), max(m, n), d * m * n, self.equations.count
+        self.norms = Norms(max(many, d), max(tensor, few * max(few, 1) * d))
+        room = 3 * n + n * n + 2 * d + 2 * d * d + 2 * few * d + tensor + d * few * few
+        self.room = arrays.scratch(room + lines * (2 * lines + d + many + 3))
         self.slope = self.room
         self.b = arrays.after(self.slope, n)
         self.c = arrays.after(self.b, n)
         self.H = arrays.after(self.c, n)
         self.g = arrays.after(self.H, n * n)
         self.turned = arrays.after(self.g, d)
-        self.Q = arrays.after(self.turned, 2 * d)
+        self.Q = arrays.after(self.turned, d)
         self.Z = arrays.after(self.Q, d * d)
         self.B = arrays.after(self.Z, d * d)
         self.C = arrays.after(self.B, few * d)
         self.D = arrays.after(self.C, few * d)
-        self.W = arrays.after(self.D, tensor)
-        self.P = arrays.after(self.W, tensor + few * d)
-        self.norms = arrays.after(self.P, d * few * few)
-        self.A = arrays.after(self.norms, max(d, max(m, n)))
+        self.P = arrays.after(self.D, tensor)
+        self.lines = arrays.after(self.P, d * few * few)
+        self.best = arrays.after(self.lines, lines * many)
+        self.shares = arrays.after(self.best, lines)
+        self.A = arrays.after(self.shares, lines)
 
     def __dealloc__(self) -> None:
         """Give the room back."""
@@ -103,10 +103,12 @@ class Clearance:
         radius = self._by_change(smallest, change)
         if k == 1 or not self.bend < places.INFINITY:
             return radius
-        complement = smallest * self._choose_line()
-        self._write_complement()
         self._write_block()
-        return max(radius, self._by_complement(complement))
+        self._choose_line()
+        for turn in range(LINES if self.equations.count > 1 else 1):
+            self._take_line(max(0.0, 1.0 - NEXT_LINE * turn))
+            radius = self._by_complement(radius)
+        return radius
 
     def _stand_at(self, q: Floats) -> None:
         # Evaluates q, takes the velocities of the point, and decomposes J_t.
@@ -139,7 +141,6 @@ class Clearance:
         n, m, entries = self.arm.chain.dof, self.arm.task.count, self.arm.chain.entries
         v = arrays.after(self.equations.row, self.arm.chain.screws_at)
         w = arrays.after(v, 3 * entries)
-        moved = [0.0] * 6
         for k in range(self.count * m * n):
             self.D[k] = 0.0
         for j in range(self.count):
@@ -147,41 +148,30 @@ class Clearance:
                 if self.arm.chain.joint[f] != self.moving[j]:
                     continue
                 for e in range(entries):
-                    first, last = min(e, f), max(e, f)
-                    _write_cross(w, first, v, last, entries, moved, 0)
-                    moved[3], moved[4], moved[5] = 0.0, 0.0, 0.0
+                    moved = vectors.cross(
+                        vectors.apart(w, min(e, f), entries), vectors.apart(v, max(e, f), entries)
+                    )
+                    turned = (0.0, 0.0, 0.0)
                     if f < e:
-                        _write_cross(w, f, w, e, entries, moved, 3)
-                    self._add_change(j, self.arm.chain.joint[e], moved)
+                        turned = vectors.cross(
+                            vectors.apart(w, f, entries), vectors.apart(w, e, entries)
+                        )
+                    self._add_change(j, self.arm.chain.joint[e], moved, turned)
 
-    def _add_change(self, j: int, i: int, moved: Numbers) -> None:
+    def _add_change(self, j: int, i: int, moved: Vector, turned: Vector) -> None:
         # A change of column i of J by joint `moving[j]`, in base axes.
         n, m = self.arm.chain.dof, self.arm.task.count
         scale = self.arm.task.column_scale[i] * self.arm.task.column_scale[self.moving[j]]
         for r in range(m):
-            axis = self.arm.task.axis[r]
-            half = 0 if axis < 3 else 3
-            component = axis - half
-            value = 0.0
-            for p in range(3):
-                value += self.arm.task.rotation[3 * p + component] * moved[half + p]
-            self.D[(j * m + r) * n + i] += value * self.arm.task.row_scale[r] * scale
-
-    def _norm(self, count: int, length: int) -> float:
-        # The largest singular value of W (count, length), which is overwritten.
-        # With more rows than numbers in them Frobenius' norm is enough.
-        if count > length:
-            return singular_equations.length_of(self.W, count * length)
-        singular_values.orthogonalise(self.W, count, length, length)
-        singular_values.sort_by_norm(self.W, self.norms, count, length, length)
-        return (1.0 + NORM_ROUND_OFF) * self.norms[0]
+            value = singularity.task_component(self.arm.task, r, moved, turned)
+            self.D[(j * m + r) * n + i] += value * scale
 
     def _matrix_norm(self, M: Floats, count: int, length: int) -> float:
         few, many = min(count, length), max(count, length)
         for r in range(count):
             for i in range(length):
-                self.W[r * length + i if count == few else i * count + r] = M[r * length + i]
-        return self._norm(few, many)
+                self.norms.W[r * length + i if count == few else i * count + r] = M[r * length + i]
+        return self.norms.norm(few, many)
 
     def _tensor_norm(self, T: Floats, rows: int, columns: int) -> float:
         # At least the largest |sum d_j T_j| with |d| = 1: the least of its three flattenings.
@@ -192,13 +182,13 @@ class Clearance:
         for j in range(d):
             for r in range(rows):
                 for i in range(columns):
-                    self.W[(i * d + j) * rows + r] = T[(j * rows + r) * columns + i]
-        least = min(least, self._norm(columns, d * rows))
+                    self.norms.W[(i * d + j) * rows + r] = T[(j * rows + r) * columns + i]
+        least = min(least, self.norms.norm(columns, d * rows))
         for j in range(d):
             for r in range(rows):
                 for i in range(columns):
-                    self.W[(r * d + j) * columns + i] = T[(j * rows + r) * columns + i]
-        return min(least, self._norm(rows, d * columns))
+                    self.norms.W[(r * d + j) * columns + i] = T[(j * rows + r) * columns + i]
+        return min(least, self.norms.norm(rows, d * columns))
 
     def _by_change(self, smallest: float, change: float) -> float:
         # Weyl: no singular value falls faster than J_t changes.
@@ -211,22 +201,25 @@ class Clearance:
                 bad = r
         return good
 
-    def _choose_line(self) -> float:
-        # Of the lines that are lost or idle, the combination whose singular value has the least
-        # slope for its size: it becomes the line of the least singular value. Its size.
+    def _choose_line(self) -> None:
+        # Keeps the lines that are lost or idle, and the shares of them in the one whose singular
+        # value has the least slope for its size.
         d, count, k = self.count, self.equations.count, self.arm.task.generic_rank - 1
         length, width = self.equations.length, self.equations.width
+        for i in range(count):
+            line = arrays.after(self.equations.W, (k + i) * width)
+            for p in range(length):
+                self.lines[i * length + p] = line[p]
+            self.best[i] = 1.0 if i == 0 else 0.0
         if count == 1:
-            return 1.0
+            return
         gram = arrays.after(self.A, count * d)
         factor = arrays.after(gram, count * count)
-        right = arrays.after(factor, count * count)
-        shares = arrays.after(right, count)
         for i in range(count):
             self.equations.write_slope(k, k + i, self.slope)
-            right[i] = 1.0 if i == 0 else 0.0
             for j in range(d):
                 self.A[i * d + j] = self.slope[self.moving[j]]
+            self.shares[i] = self.best[i]
         trace = 0.0
         for i in range(count):
             for p in range(count):
@@ -235,20 +228,27 @@ class Clearance:
                     value += self.A[i * d + j] * self.A[p * d + j]
                 gram[i * count + p] = value
             trace += gram[i * count + i]
-        if not symmetric.damped_step(count, gram, right, 1e-9 * trace, factor, shares):
-            return 1.0
-        size = singular_equations.length_of(shares, count)
-        if not size > 0.0:
-            return 1.0
-        if shares[0] < 0.0:
-            size = -size
-        line = arrays.after(self.equations.W, k * width)
+        if not symmetric.damped_step(
+            count, gram, self.shares, 1e-9 * trace, factor, self.best
+        ) or not unit(self.best, count):
+            for i in range(count):
+                self.best[i] = 1.0 if i == 0 else 0.0
+
+    def _take_line(self, share: float) -> None:
+        # Makes the line of the least singular value one between the last and the best.
+        count, k = self.equations.count, self.arm.task.generic_rank - 1
+        length = self.equations.length
+        for i in range(count):
+            self.shares[i] = share * self.best[i]
+        self.shares[0] += 1.0 - share
+        unit(self.shares, count)
+        line = arrays.after(self.equations.W, k * self.equations.width)
         for p in range(length):
             value = 0.0
             for i in range(count):
-                value += shares[i] / size * line[i * width + p]
+                value += self.shares[i] * self.lines[i * length + p]
             line[p] = value
-        return shares[0] / size
+        self.complement = self.shares[0] * self.equations.sigma[k]
 
     def _write_complement(self) -> None:
         # Gradient g and Hessian Q of the Schur complement, and its factors B and C, over the
@@ -289,60 +289,63 @@ class Clearance:
                             along += change[r * n + i] * joints[i]
                         value += tool[r] * along
                     self.P[(j * k + a) * k + b] = share * value
+        self.second = self.equations.sigma[k - 1]
+        self.by_block = self._tensor_norm(self.P, k, k)
+        if self.twist < places.INFINITY:
+            self.bends.write(self.equations.row)
+            self.bend_of_block = self.bends.of_block(self.equations, k)
 
-    def _by_complement(self, complement: float) -> float:
-        # The largest radius within which the Schur complement is proved not to be zero.
+    def _by_complement(self, best: float) -> float:
+        # The largest radius within which the Schur complement is proved not to be zero, or what
+        # is proved already.
         d, k = self.count, self.arm.task.generic_rank - 1
-        block = self._tensor_norm(self.P, k, k)
-        b, c = self._matrix_norm(self.B, k, d), self._matrix_norm(self.C, k, d)
-        slope = singular_equations.length_of(self.g, d)
+        self._write_complement()
+        self.by_turns = self._matrix_norm(self.B, k, d)
+        self.by_lines = self._matrix_norm(self.C, k, d)
+        if self.twist < places.INFINITY:
+            self.bend_of_turns = self.bends.of_turns(self.equations, k)
+            self.bend_of_lines = self.bends.of_lines(self.equations, k)
+        self.gradient = singular_equations.length_of(self.g, d)
         symmetric.diagonalise(self.Q, self.Z, d)
         for i in range(d):
             along = 0.0
             for j in range(d):
                 along += self.Z[i * d + j] * self.g[j]
             self.turned[i] = along
-        second = self.equations.sigma[k - 1]
-        best = 0.0
         for order in range(1, 3):
             good, bad = best, places.LARGEST_CLEARANCE
             for _ in range(HALVINGS):
                 r = 0.5 * (good + bad)
-                if self._is_proved(r, order, complement, slope, b, c, block, second):
+                if self._is_proved(r, order):
                     good = r
                 else:
                     bad = r
             best = good
         return best
 
-    def _is_proved(
-        self,
-        r: float,
-        order: int,
-        complement: float,
-        slope: float,
-        b: float,
-        c: float,
-        block: float,
-        second: float,
-    ) -> bool:
-        # s + a(d) - c'(1 + P)^-1 b > 0 for all |d| <= r: a, b, c and P by their first derivatives,
-        # the rest by the bounds of the second and third. What a singular value may be counts as a
-        # change: J_t stays regular with any that is as large.
+    def _is_proved(self, r: float, order: int) -> bool:
+        # s + a(d) - c'(1 + P)^-1 b > 0 for all |d| <= r: a, b, c and P by their derivatives at the
+        # pose, the rest by the bounds that hold at every pose. What a singular value may be counts
+        # as a change: J_t stays regular with any that is as large.
         bent = 0.5 * self.bend * r * r + self.singular
-        inside = block * r + bent / second
+        twisted = self.twist * r * r * r / 6.0 + self.singular
+        half, root = 0.5 * r * r, math.sqrt(self.second)
+        inside = self.by_block * r
+        inside += min(bent / self.second, self.bend_of_block * half + twisted / self.second)
         if not inside < 1.0:
             return False
-        root = math.sqrt(second)
-        both = (b * r + bent / root) * (c * r + bent / root)
+        before = self.by_turns * r
+        before += min(bent / root, self.bend_of_turns * half + twisted / root)
+        behind = self.by_lines * r
+        behind += min(bent / root, self.bend_of_lines * half + twisted / root)
+        both = before * behind
         if order == 1:
-            return complement - slope * r - bent - both / (1.0 - inside) > 0.0
+            left = self.complement - self.gradient * r - bent
+            return left - both / (1.0 - inside) > 0.0
         if not self.twist < places.INFINITY:
             return False
-        rest = both - b * c * r * r + both * inside / (1.0 - inside)
-        lowest = self._lowest(r)
-        left = complement + lowest - self.twist * r * r * r / 6.0 - rest
-        return left > self.singular
+        rest = both - self.by_turns * self.by_lines * r * r + both * inside / (1.0 - inside)
+        return self.complement + self._lowest(r) - twisted - rest > 0.0
 
     def _lowest(self, r: float) -> float:
         # A lower bound of g.d + d'Qd / 2 over |d| <= r, Q diagonal: its Lagrange dual, which is
@@ -370,15 +373,16 @@ class Clearance:
         return value
 
 
-def _write_cross(
-    a: Floats, i: int, b: Floats, j: int, entries: int, product: Numbers, at: int
-) -> None:
-    # a_i x b_j, vectors whose numbers are `entries` apart.
-    ax, ay, az = a[i], a[i + entries], a[i + 2 * entries]
-    bx, by, bz = b[j], b[j + entries], b[j + 2 * entries]
-    product[at] = ay * bz - az * by
-    product[at + 1] = az * bx - ax * bz
-    product[at + 2] = ax * by - ay * bx
+def unit(v: Floats, count: int) -> bool:
+    """Make the first number of v (count,) positive and its length 1, where it has one."""
+    size = singular_equations.length_of(v, count)
+    if not size > 0.0:
+        return False
+    if v[0] < 0.0:
+        size = -size
+    for i in range(count):
+        v[i] /= size
+    return True
 
 
 def clearances(clearance: Clearance, q: Floats, radii: Floats) -> None:

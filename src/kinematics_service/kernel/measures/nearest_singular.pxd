@@ -9,20 +9,21 @@ from .arm cimport Arm
 from .singular_equations cimport SingularEquations
 
 cdef int ENOUGH
-cdef double HORIZON, SINGULAR, NEXT_STEP, NO_STEP, NO_GAIN, FLAT_SADDLE, SIDE_STEP, LITTLE, FOLLOWED, TRUSTED
+cdef double HORIZON, SINGULAR, NEXT_STEP, NO_STEP, NO_GAIN, FLAT_SADDLE, SIDE_STEP, LITTLE, FOLLOWED, TRUSTED, KEPT, KNOWN, AGREES, CLOSE
 cdef int ANGLES, STEPS, FULL_STEPS, LAST_STEPS, SECOND_ORDER_STARTS, FOLLOWING_STEPS
 
 @cython.final
 cdef class NearestSearch:
     cdef Arm arm
-    cdef SingularEquations equations
+    cdef SingularEquations here, equations
     cdef public int budget
     cdef readonly int evaluations
     cdef int n, count
     cdef public double horizon
     cdef readonly double estimate, distance, lasting
     cdef readonly bint ran, complete
-    cdef double by_product, by_least, by_two, smallest, second, slope, free
+    cdef double by_product, by_least, by_two, smallest, second, slope, free, slid
+    cdef bint standing
     cdef double* room
     cdef double* origin
     cdef double* first
@@ -45,13 +46,21 @@ cdef class NearestSearch:
     cdef double* Z
     cdef double* tape
 
-    @cython.locals(n=int, k=int, j=int, way_out='double*', sigma='double*', found=double)
+    @cython.locals(
+        n=int, k=int, j=int, way_out='double*', sigma='double*', found=double,
+        singular=cython.bint, known=cython.bint,
+    )
     cdef void look(
         self, double* q, double* row, double* W, double* measures, double first_order,
         double* distances,
     ) noexcept nogil
-    @cython.locals(near=cython.bint, longest=double, j=int, away=double)
     cdef bint follow(self, double* q, double first_order) noexcept nogil
+    @cython.locals(j=int, away=double)
+    cdef void _write_way_from(self, double* q) noexcept nogil
+    @cython.locals(j=int)
+    cdef void _forget(self, double* q) noexcept nogil
+    @cython.locals(longest=double)
+    cdef void _slide(self, double* q) noexcept nogil
     @cython.locals(squares=double, j=int, moved=double)
     cdef double _moved_from(self, double* pose, double* q) noexcept nogil
     @cython.locals(k=int, reach=double, falls=double)
@@ -65,18 +74,21 @@ cdef class NearestSearch:
     cdef void write_pose(self, double* pose) noexcept nogil
     @cython.locals(found=double, by_least=double)
     cdef bint _is_settled(self) noexcept nogil
+    @cython.locals(squares=double, j=int, away=double)
+    cdef bint _is_where_the_first_order_says(self) noexcept nogil
     @cython.locals(j=int)
     cdef void _run_from(
         self, double* motion, double length, double factor, double longest
     ) noexcept nogil
     @cython.locals(
         n=int, j=int, step=int, best=double, left=double,
-        away=double, nearest=double, sigma='double*', singular=cython.bint, gain=double, share=double,
+        away=double, nearest=double, gain=double, share=double, standing=cython.bint,
+        close=cython.bint,
         slide=double, length=double,
     )
-    cdef void _run(self, int steps, double longest) noexcept nogil
+    cdef void _run(self, int steps, double longest, bint known) noexcept nogil
     @cython.locals(j=int)
-    cdef void _keep(self, double best) noexcept nogil
+    cdef void _keep(self, double best, bint standing) noexcept nogil
     @cython.locals(
         n=int, lines=int, k=int, r=int, i=int, j=int, p=int, turn=int, square=int,
         a='double*', b='double*', c='double*', e='double*',
@@ -105,7 +117,7 @@ cdef class NearestSearch:
     cdef bint _follow_factors(self, double* distances) noexcept nogil
     @cython.locals(
         n=int, j=int, turn=int, step='double*',
-        scale='double*', sigma='double*', squares=double, along=double, slope=double,
+        scale='double*', squares=double, along=double, slope=double,
         onto=double, whole=double, moved=double, target=double, slides=cython.bint,
     )
     cdef bint _follow(self, int f) noexcept nogil

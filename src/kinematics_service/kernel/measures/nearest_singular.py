@@ -40,6 +40,15 @@ SIDE_STEP, LITTLE = 0.06, 0.03
 # have become the nearest; where none is near up to this share of how much farther the nearest is.
 FOLLOWED, TRUSTED = 0.05, 0.5
 FOLLOWING_STEPS = 6
+# It is not moved before the joints have moved by this share of its distance, which is then too
+# large by half the square of that.
+KEPT = 0.01
+# A search begins with what the last one found, up to this motion, rad.
+KNOWN = 0.1
+# What was found agrees with the first order up to this share.
+AGREES = 0.3
+# After a step shorter than this (rad) directions are corrected, and not decomposed anew.
+CLOSE = 0.02
 
 
 class NearestSearch:
@@ -75,6 +84,7 @@ class NearestSearch:
         if not arm.reach > 0.0:
             raise TypeError('an arm without reach has no singular poses to look for')
         self.arm = arm
+        self.here = SingularEquations(arm.chain, arm.task)
         self.equations = SingularEquations(arm.chain, arm.task)
         self.budget = ENOUGH
         self.n, self.count = arm.chain.dof, self.equations.count
@@ -83,6 +93,7 @@ class NearestSearch:
         self.by_product, self.by_least, self.by_two = 0.0, 0.0, 0.0
         self.smallest, self.second, self.slope = 0.0, 0.0, 0.0
         self.free, self.lasting = 0.0, -1.0
+        self.standing, self.slid = False, 0.0
         n, lines = self.n, self.count + 1
         tape = arm.tape.steps * (n + 1)
         self.room = arrays.scratch(
@@ -136,26 +147,34 @@ class NearestSearch:
         distances : shape (factors,)
             To the zeros of the arm's factors, by first order.
         """
-        self.ran, self.complete, self.evaluations = False, True, 0
-        self.distance, self.estimate = places.INFINITY, first_order
-        self.lasting = -1.0
         n, k = self.n, self.arm.task.generic_rank
+        self.ran, self.complete, self.evaluations = False, True, 0
+        self.estimate = first_order
+        singular = measures[places.RANK] < k
+        known = self.lasting >= 0.0 and self.is_near() and not singular
+        if known and self._moved_from(self.origin, q) <= KNOWN:
+            self._slide(q)
+        else:
+            self._forget(q)
+        self.lasting = -1.0
         for j in range(n):
-            self.origin[j], self.searched[j], self.nearest[j] = q[j], q[j], 0.0
-        if measures[places.RANK] < k:
+            self.searched[j] = q[j]
+        if singular:
             self.distance = 0.0
             return
         way_out = arrays.after(measures, places.LOST_AT + 6 + n)
         sigma = arrays.after(way_out, n)
-        self.equations.take(row, W, sigma)
+        self.here.take(row, W, sigma)
         self._estimate(sigma, first_order)
-        if self.free > self.horizon:
+        if not self.is_near() and self.free > self.horizon:
+            self.distance = places.INFINITY
             self.lasting = TRUSTED * (self.free - self.horizon)
             return
         self.ran = True
         for j in range(n):
             self.uphill[j] = way_out[j] / self.arm.task.column_scale[j]
         self._search(distances)
+        self.slid = self.distance
         found = self.distance if self.found() else self.estimate
         self.lasting = max(FOLLOWED * found, TRUSTED * (found - self.horizon))
 
@@ -166,20 +185,35 @@ class NearestSearch:
         if not self._moved_from(self.searched, q) <= self.lasting:
             return False
         self.evaluations = 0
-        near = self.distance <= self.horizon
-        if near:
-            longest = self._moved_from(self.origin, q) + self.distance
-            for j in range(self.n):
-                away = (self.origin[j] - q[j]) / self.arm.task.column_scale[j]
-                self.d[j] = away + self.nearest[j]
-            self.distance = places.INFINITY
-        for j in range(self.n):
-            self.origin[j] = q[j]
-        if near:
-            self._run(FOLLOWING_STEPS, longest)
+        if not self.is_near():
+            self.estimate = min(self.estimate, first_order)
+            return True
+        if not self._moved_from(self.origin, q) <= KEPT * self.slid:
+            self._slide(q)
             return self.found()
-        self.estimate = min(self.estimate, first_order)
+        self._write_way_from(q)
+        self.distance = singular_equations.length_of(self.d, self.n)
         return True
+
+    def _write_way_from(self, q: Floats) -> None:
+        # Fills d with the motion from q to what was found.
+        for j in range(self.n):
+            away = (self.origin[j] - q[j]) / self.arm.task.column_scale[j]
+            self.d[j] = away + self.nearest[j]
+
+    def _forget(self, q: Floats) -> None:
+        # What was found, before a search from q.
+        self.distance = places.INFINITY
+        for j in range(self.n):
+            self.origin[j], self.nearest[j] = q[j], 0.0
+
+    def _slide(self, q: Floats) -> None:
+        # Moves what was found to the nearest pose to q, along the singular ones.
+        longest = self._moved_from(self.origin, q) + self.distance
+        self._write_way_from(q)
+        self._forget(q)
+        self._run(FOLLOWING_STEPS, longest, True)
+        self.slid = self.distance
 
     def _moved_from(self, pose: Floats, q: Floats) -> float:
         squares = 0.0
@@ -193,9 +227,9 @@ class NearestSearch:
         # least singular value; by the least two.
         k = self.arm.task.generic_rank
         self.by_product = by_product
-        self.equations.linearise()
-        self.by_least = self.equations.write_step_onto(self.first)
-        if not self.equations.are_fulfilled(self.first):
+        self.here.linearise()
+        self.by_least = self.here.write_step_onto(self.first)
+        if not self.here.are_fulfilled(self.first):
             self.by_least = places.INFINITY
         self.smallest = sigma[k - 1]
         self.by_two, self.second = places.INFINITY, places.INFINITY
@@ -212,6 +246,8 @@ class NearestSearch:
 
     def _search(self, distances: Floats) -> None:
         # From one start after the other, until what is found agrees with the first order.
+        if self.found() and self._is_where_the_first_order_says() and self._is_settled():
+            return
         if self._follow_factors(distances):
             return
         self._run_from(self.first, self.by_least, min(1.0, 0.5 / self.by_least), 0.3)
@@ -253,35 +289,45 @@ class NearestSearch:
             and found * max(self.slope, 1e-3) < 0.35 * self.second
         )
 
+    def _is_where_the_first_order_says(self) -> bool:
+        # Of what a search before has found.
+        squares = 0.0
+        for j in range(self.n):
+            away = self.first[j] - self.nearest[j]
+            squares += away * away
+        return math.sqrt(squares) < AGREES * self.by_least
+
     def _run_from(self, motion: Floats, length: float, factor: float, longest: float) -> None:
         # From a motion of this length, times a factor, with steps up to `longest`.
         if not abs(factor) * length < places.TAU:
             return
         for j in range(self.n):
             self.d[j] = factor * motion[j]
-        self._run(STEPS, longest)
+        self._run(STEPS, longest, False)
 
-    def _run(self, steps: int, longest: float) -> None:
-        # Newton's method from d; keeps what it finds where that is nearer.
+    def _run(self, steps: int, longest: float, known: bool) -> None:
+        # Newton's method from d; keeps what it finds where that is nearer. `known`: d leads to
+        # what was found last.
         n = self.n
         best = places.INFINITY
+        standing, close, self.standing = self.standing and known, known, False
         for step in range(steps):
-            if self.evaluations >= self.budget:
-                self.complete = False
-                break
-            self.evaluations += 1
-            self.equations.move_to(self.origin, self.d)
-            self.equations.linearise()
+            if step > 0 or not standing:
+                if self.evaluations >= self.budget:
+                    self.complete = False
+                    break
+                self.evaluations += 1
+                self.equations.move_to(self.origin, self.d, close)
+                self.equations.linearise()
+                standing = False
             left = self.equations.write_step_onto(self.onto)
             away = singular_equations.length_of(self.d, n)
             nearest = self.equations.write_nearest(self.d, self.along)
-            sigma = self.equations.sigma
-            singular = sigma[self.equations.rank - 1] < SINGULAR * sigma[0]
-            if singular and left < NEXT_STEP * away + NO_STEP:
+            if self.equations.are_singular(SINGULAR) and left < NEXT_STEP * away + NO_STEP:
                 if not away < best:
                     break
                 gain = min(best - away, away - nearest)
-                best = away
+                best, standing = away, True
                 for j in range(n):
                     self.reached[j] = self.d[j]
                 if gain < NO_GAIN * away or away > 2.0 * self.horizon:
@@ -297,14 +343,16 @@ class NearestSearch:
                 slide = self.along[j] - self.d[j] - self.onto[j]
                 self.onto[j] += share * slide
             length = singular_equations.length_of(self.onto, n)
+            close = length < CLOSE
             share = longest / length if length > longest else 1.0
             for j in range(n):
                 self.d[j] += share * self.onto[j]
-        self._keep(best)
+        self._keep(best, standing)
 
-    def _keep(self, best: float) -> None:
+    def _keep(self, best: float, standing: bool) -> None:
+        # `standing`: the equations stand there.
         if best < self.distance:
-            self.distance = best
+            self.distance, self.standing = best, standing
             for j in range(self.n):
                 self.nearest[j] = self.reached[j]
 
@@ -313,12 +361,10 @@ class NearestSearch:
         # directions: z' (diag(s) + sum d_j B_j) = 0, the least |d| for each of ANGLES z; returns
         # the least of all.
         n, lines = self.n, self.count + 1
-        k = self.equations.rank - 2
+        k = self.here.rank - 2
         for r in range(2):
             for i in range(lines):
-                self.equations.write_slope(
-                    k + r, k + i, arrays.after(self.both, (r * lines + i) * n)
-                )
+                self.here.write_slope(k + r, k + i, arrays.after(self.both, (r * lines + i) * n))
         square = lines * lines
         for i in range(lines):
             for j in range(lines):
@@ -401,19 +447,12 @@ class NearestSearch:
                     self.d[j] += self.shares[i] * slope
                 apart += (self.d[j] - self.nearest[j]) * (self.d[j] - self.nearest[j])
             if self.distance == places.INFINITY or math.sqrt(apart) > 0.2 * self.distance:
-                self._run(STEPS, max(0.4 * length, 1e-4))
+                self._run(STEPS, max(0.4 * length, 1e-4), False)
 
     def _run_from_second_order(self) -> None:
         # From the zeros of s + g.d + d'Hd / 2 along each eigenvector of H, the nearest first.
         n = self.n
-        for j in range(n):
-            self.d[j] = 0.0
-        if self.evaluations >= self.budget:
-            self.complete = False
-            return
-        self.evaluations += 1
-        self.equations.move_to(self.origin, self.d)
-        self.equations.write_second_order(self.d, self.onto, self.along, self.H)
+        self.here.write_second_order(self.d, self.onto, self.along, self.H)
         symmetric.diagonalise(self.H, self.Z, n)
         for i in range(n):
             self.roots[2 * i], self.roots[2 * i + 1] = places.INFINITY, places.INFINITY
@@ -446,7 +485,7 @@ class NearestSearch:
             way = arrays.after(self.Z, i // 2 * n)
             for j in range(n):
                 self.d[j] = (SIDE_STEP if i % 2 == 1 else -SIDE_STEP) * way[j]
-            self._run(2 * STEPS, LITTLE)
+            self._run(2 * STEPS, LITTLE, False)
             if self.distance < 0.5 * self.horizon:
                 return
 
@@ -460,7 +499,7 @@ class NearestSearch:
         for f in range(self.arm.tape.factors):
             near = distances[f] <= 1.5 * min(self.distance, self.horizon)
             if near and self._follow(f):
-                self._keep(singular_equations.length_of(self.reached, n))
+                self._keep(singular_equations.length_of(self.reached, n), False)
         return (
             self.arm.factors_complete
             and self.distance < 1.3 * least
@@ -501,8 +540,8 @@ class NearestSearch:
             self.complete = False
             return False
         self.evaluations += 1
-        self.equations.move_to(self.origin, self.d)
-        sigma = self.equations.sigma
+        self.standing = False
+        self.equations.move_to(self.origin, self.d, False)
         for j in range(n):
             self.reached[j] = self.d[j]
-        return sigma[self.equations.rank - 1] < SINGULAR * sigma[0]
+        return self.equations.are_singular(SINGULAR)

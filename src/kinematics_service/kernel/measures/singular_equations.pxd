@@ -3,17 +3,18 @@ from libc cimport math
 
 from ..forward cimport chain_pass
 from ..layout cimport arrays, places
-from . cimport curvature, singular_values, singularity
+from . cimport curvature, linear_equations, singular_values, singularity
 from ..forward.chain cimport Chain
 from .task_rows cimport TaskRows
 
-cdef double FLAT
+cdef double FLAT, LONGEST
 
 @cython.final
 cdef class SingularEquations:
     cdef Chain chain
     cdef TaskRows task
-    cdef int n, rank, count, turns, length, width
+    cdef int n, rank, count, turns, length, width, size
+    cdef double smallest, largest
     cdef bint wide
     cdef double* room
     cdef double* q
@@ -26,13 +27,29 @@ cdef class SingularEquations:
     cdef double* turned
     cdef double* slopes
     cdef double* wanted
+    cdef double* c
+    cdef double* B
+    cdef double* y
+    cdef double* X
+    cdef long long* order
 
     @cython.locals(j=int)
-    cdef void move_to(self, double* origin, double* d) noexcept nogil
+    cdef void move_to(self, double* origin, double* d, bint close) noexcept nogil
+    @cython.locals(
+        turns=int, size=int, count=int, length=int, first=int, B='double*', lost='double*',
+        squares=double, r=int, i=int, k=int, line='double*', row='double*', norm=double,
+        x='double*',
+    )
+    cdef bint _correct(self) noexcept nogil
+    @cython.locals(
+        x='double*', p=int, k=int, before='double*', along=double, norm=double
+    )
+    cdef bint _is_another(self, int i) noexcept nogil
     @cython.locals(k=int)
     cdef void take(self, double* row, double* W, double* sigma) noexcept nogil
     @cython.locals(i=int)
     cdef void complete(self) noexcept nogil
+    cdef bint are_singular(self, double share) noexcept nogil
     @cython.locals(left='double[6]', right=double, i=int, j=int)
     cdef void write_products(self, double* tool, double* joints) noexcept nogil
     @cython.locals(many='double*', few='double*')

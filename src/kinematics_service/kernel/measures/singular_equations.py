@@ -6,11 +6,13 @@ from ..forward import chain_pass
 from ..forward.chain import Chain
 from ..layout import arrays, places
 from ..layout.arrays import Floats
-from . import curvature, singular_values, singularity
+from . import curvature, linear_equations, singular_values, singularity
 from .task_rows import TaskRows
 
 # A direction in which the equations change by less than this share of the most is none.
 FLAT = 1e-5
+# Directions whose correction is longer than this times what they were belong to another place.
+LONGEST = 2.0
 
 
 class SingularEquations:
@@ -21,6 +23,11 @@ class SingularEquations:
     direction a and all others B that are lost with it or are idle anyway, one where J_t is square,
     more where a redundant arm has a null space: c + A d = 0 to first order, c = (s_k, 0, ...).
 
+    Directions a, B of a pose nearby serve as well (Griewank and Reddien, 1984). J_t bordered by
+    them is regular, at singular poses too, and its inverse has y and X for which y' J_t = c' B'
+    and J_t X = a c': c = 0 where J_t is singular, and changes by y' dJ_t X. That costs much less
+    than a decomposition.
+
     `lines` are the directions that there are max(m, n) of, `turns` those that there are min(m, n)
     of: of the joints and of the tool for a redundant arm, otherwise of the tool and of the joints.
 
@@ -28,6 +35,8 @@ class SingularEquations:
     ----------
     n, rank, count
         Joints, generic rank, and equations.
+    smallest, largest
+        At least the singular value s_k, and at most the largest.
     """
 
     def __init__(self, chain: Chain, task: TaskRows) -> None:
@@ -38,8 +47,11 @@ class SingularEquations:
         self.turns, self.length = min(m, n), max(m, n)
         self.width = self.turns + self.length
         self.count = self.length - self.rank + 1
+        self.size = self.length + 1
+        self.smallest, self.largest = 0.0, 0.0
         room = 2 * n + chain.frames_at + self.length * self.width + self.turns + 6 * n
-        self.room = arrays.scratch(room + self.count * (2 * n + self.count + 2))
+        room += self.count * (2 * n + self.count + 3) + self.size * (self.size + self.count + 2)
+        self.room = arrays.scratch(room)
         self.q = self.room
         self.still = arrays.after(self.q, n)
         self.row = arrays.after(self.still, n)
@@ -50,6 +62,11 @@ class SingularEquations:
         self.turned = arrays.after(self.A, self.count * n)
         self.slopes = arrays.after(self.turned, self.count * (n + self.count))
         self.wanted = arrays.after(self.slopes, self.count)
+        self.c = arrays.after(self.wanted, self.count)
+        self.B = arrays.after(self.c, self.count)
+        self.y = arrays.after(self.B, self.size * self.size)
+        self.X = arrays.after(self.y, self.size)
+        self.order = arrays.as_whole(arrays.after(self.X, self.count * self.size))
         for j in range(n):
             self.still[j] = 0.0
 
@@ -57,13 +74,84 @@ class SingularEquations:
         """Give the room back."""
         arrays.give_back(self.room)
 
-    def move_to(self, origin: Floats, d: Floats) -> None:
-        """Evaluate the pose a motion d away from `origin`, and decompose its J_t."""
+    def move_to(self, origin: Floats, d: Floats, close: bool) -> None:
+        """
+        Evaluate the pose a motion d away from `origin`, and decompose its J_t.
+
+        `close`: or correct the directions of the last pose, where they serve.
+        """
         for j in range(self.n):
             self.q[j] = origin[j] + self.task.column_scale[j] * d[j]
         chain_pass.evaluate_row(self.chain, self.q, self.still, places.JACOBIAN, self.row)
-        singularity.write_directions(self.n, self.task, self.row, self.W, self.sigma)
-        self.complete()
+        if not (close and self.rank == self.turns and self._correct()):
+            singularity.write_directions(self.n, self.task, self.row, self.W, self.sigma)
+            self.complete()
+
+    def _correct(self) -> bool:
+        # The directions that were lost and idle at the last pose become what the bordered J_t of
+        # this one makes of them; false where they are too far from that.
+        turns, size, count, length = self.turns, self.size, self.count, self.length
+        first, B = self.rank - 1, self.B
+        lost = arrays.after(self.W, first * self.width + length)
+        singularity.write_scaled_rows(self.n, self.task, self.row, B, size)
+        squares = 0.0
+        for r in range(turns):
+            for i in range(length):
+                squares += B[r * size + i] * B[r * size + i]
+            B[r * size + length] = lost[r]
+            self.y[r] = 0.0
+        for i in range(count):
+            line = arrays.after(self.W, (first + i) * self.width)
+            row = arrays.after(B, (turns + i) * size)
+            for k in range(length):
+                row[k] = line[k]
+            row[length] = 0.0
+            self.y[turns + i] = 0.0
+        self.y[length] = 1.0
+        if not linear_equations.factorise(B, size, self.order):
+            return False
+        linear_equations.solve_transposed(B, size, self.order, self.y)
+        norm = length_of(self.y, turns)
+        if not norm <= LONGEST:
+            return False
+        self.smallest = length_of(arrays.after(self.y, turns), count) / norm
+        self.largest = math.sqrt(squares / turns)
+        for i in range(count):
+            x = arrays.after(self.X, i * size)
+            for k in range(size):
+                x[k] = 1.0 if k == turns + i else 0.0
+            linear_equations.solve(B, size, self.order, x)
+            if not self._is_another(i):
+                return False
+        for r in range(turns):
+            lost[r] = self.y[r] / norm
+        for i in range(count):
+            x = arrays.after(self.X, i * size)
+            line = arrays.after(self.W, (first + i) * self.width)
+            for k in range(length):
+                line[k] = x[k]
+            self.c[i] = -x[length] / norm
+        return True
+
+    def _is_another(self, i: int) -> bool:
+        # Makes a line of X orthogonal to those before it, and of length 1, with the number behind
+        # it; false where it is longer than `LONGEST`.
+        x = arrays.after(self.X, i * self.size)
+        if not length_of(x, self.length) <= LONGEST:
+            return False
+        for p in range(i):
+            before = arrays.after(self.X, p * self.size)
+            along = 0.0
+            for k in range(self.length):
+                along += x[k] * before[k]
+            for k in range(self.size):
+                x[k] -= along * before[k]
+        norm = length_of(x, self.length)
+        if not norm > 0.0:
+            return False
+        for k in range(self.size):
+            x[k] /= norm
+        return True
 
     def take(self, row: Floats, W: Floats, sigma: Floats) -> None:
         """Stand at a pose that has been measured: its row, and what `measure_row` left in W."""
@@ -76,9 +164,17 @@ class SingularEquations:
         self.complete()
 
     def complete(self) -> None:
-        """Add the directions that belong to no singular value."""
+        """Add the directions that belong to no singular value, and fill c."""
         for i in range(self.turns, self.length):
             singular_values.write_orthogonal_row(self.W, i, self.length, self.width)
+        for i in range(self.count):
+            self.c[i] = 0.0
+        self.c[0] = self.sigma[self.rank - 1]
+        self.smallest, self.largest = self.c[0], self.sigma[0]
+
+    def are_singular(self, share: float) -> bool:
+        """Return whether s_k is below a share of the largest singular value."""
+        return self.smallest < share * self.largest
 
     def write_products(self, tool: Floats, joints: Floats) -> None:
         """
@@ -150,8 +246,7 @@ class SingularEquations:
     def write_step_onto(self, d: Floats) -> float:
         """Fill the least motion (n,) that fulfils the equations; infinite where none does."""
         for i in range(self.count):
-            self.wanted[i] = 0.0
-        self.wanted[0] = -self.sigma[self.rank - 1]
+            self.wanted[i] = -self.c[i]
         length = self.write_least(d)
         return length if self.slopes[0] > 0.0 else places.INFINITY
 
@@ -162,11 +257,11 @@ class SingularEquations:
         """
         squares = 0.0
         for i in range(self.count):
-            left = self.sigma[self.rank - 1] if i == 0 else 0.0
+            left = self.c[i]
             for j in range(self.n):
                 left += self.A[i * self.n + j] * d[j]
             squares += left * left
-        return math.sqrt(squares) < 0.5 * self.sigma[self.rank - 1]
+        return math.sqrt(squares) < 0.5 * length_of(self.c, self.count)
 
     def write_nearest(self, away: Floats, d: Floats) -> float:
         """
@@ -178,8 +273,7 @@ class SingularEquations:
             along = 0.0
             for j in range(self.n):
                 along += self.A[i * self.n + j] * away[j]
-            self.wanted[i] = along
-        self.wanted[0] -= self.sigma[self.rank - 1]
+            self.wanted[i] = along - self.c[i]
         return self.write_least(d)
 
     def write_second_order(self, g: Floats, b: Floats, c: Floats, H: Floats) -> None:

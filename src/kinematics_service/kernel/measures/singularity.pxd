@@ -2,6 +2,7 @@ cimport cython
 cimport numpy as cnp
 from libc cimport math
 
+from ..forward.vectors cimport Triple
 from ..layout cimport arrays, places
 from . cimport singular_values
 from ..forward.chain cimport Chain
@@ -14,6 +15,10 @@ from .task_rows cimport TaskRows
 cdef void write_gradient(Chain chain, double* row, double* Y, double* gradient) noexcept nogil
 @cython.locals(x=double, y=double, z=double, half=int, i=int)
 cdef void to_base_axes(TaskRows task, double* vector) noexcept nogil
+@cython.locals(axis=int, v=Triple, k=int, along=double)
+cdef double task_component(
+    TaskRows task, int r, Triple linear, Triple angular
+) noexcept nogil
 @cython.locals(
     m=int, count=int, length=int, axis=int, component=int, i=int, j=int,
     a=double, b=double, c=double, value=double,
@@ -21,8 +26,11 @@ cdef void to_base_axes(TaskRows task, double* vector) noexcept nogil
 cdef void _fill_task_rows(
     int n, TaskRows task, double* row, double* W, int width
 ) noexcept nogil
-@cython.locals(m=int, width=int, place=int, i=int, j=int)
-cdef void _scale_task_rows(int n, TaskRows task, double* W) noexcept nogil
+@cython.locals(m=int, place=int, i=int, j=int)
+cdef void _scale_task_rows(int n, TaskRows task, double* W, int width) noexcept nogil
+cdef void write_scaled_rows(
+    int n, TaskRows task, double* row, double* W, int width
+) noexcept nogil
 cdef void _decompose(
     double* W, double* sigma, int count, int length, int width
 ) noexcept nogil

@@ -8,7 +8,7 @@ import math
 
 from ..forward.chain import Chain
 from ..layout import arrays, places
-from ..layout.arrays import Floats, Numbers
+from ..layout.arrays import Floats, Numbers, Vector
 from . import singular_values
 from .task_rows import TaskRows
 
@@ -61,6 +61,15 @@ def to_base_axes(task: TaskRows, vector: Numbers) -> None:
             )
 
 
+def task_component(task: TaskRows, r: int, linear: Vector, angular: Vector) -> float:
+    """Return what the scaled task row r has of a velocity in base axes."""
+    axis = task.axis[r]
+    v = linear if axis < 3 else angular
+    k = axis if axis < 3 else axis - 3
+    along = task.rotation[k] * v[0] + task.rotation[3 + k] * v[1] + task.rotation[6 + k] * v[2]
+    return along * task.row_scale[r]
+
+
 def _fill_task_rows(n: int, task: TaskRows, row: Floats, W: Floats, width: int) -> None:
     # J_t in the axes of frame 0 (R0^T J): its columns as rows, or its rows where there are fewer
     # of them, as `singular_values` has them; and the identity beside it where there is room.
@@ -82,14 +91,21 @@ def _fill_task_rows(n: int, task: TaskRows, row: Floats, W: Floats, width: int) 
             W[i * width + j] = 1.0 if j - length == i else 0.0
 
 
-def _scale_task_rows(n: int, task: TaskRows, W: Floats) -> None:
+def _scale_task_rows(n: int, task: TaskRows, W: Floats, width: int) -> None:
     m = task.count
-    width = m + n
     for i in range(m):
         for j in range(n):
             place = i * width + j if n > m else j * width + i
             # No -0.0, which the lanes could not keep.
             W[place] = W[place] * (task.row_scale[i] * task.column_scale[j]) + 0.0
+
+
+def write_scaled_rows(n: int, task: TaskRows, row: Floats, W: Floats, width: int) -> None:
+    """
+    Fill W with the scaled J_t, its columns as rows where there are fewer of them, each `width`.
+    """
+    _fill_task_rows(n, task, row, W, width)
+    _scale_task_rows(n, task, W, width)
 
 
 def _decompose(W: Floats, sigma: Floats, count: int, length: int, width: int) -> None:
@@ -105,8 +121,7 @@ def write_directions(n: int, task: TaskRows, row: Floats, W: Floats, sigma: Floa
     """
     m = task.count
     count, length = min(m, n), max(m, n)
-    _fill_task_rows(n, task, row, W, m + n)
-    _scale_task_rows(n, task, W)
+    write_scaled_rows(n, task, row, W, m + n)
     _decompose(W, sigma, count, length, m + n)
     singular_values.unit_rows(W, sigma, count, length)
 
@@ -221,7 +236,7 @@ def measure_row(
     _fill_task_rows(n, task, row, W, m + n)
     if by_determinant:
         _write_determinant(n, W, Y, measures)
-    _scale_task_rows(n, task, W)
+    _scale_task_rows(n, task, W, m + n)
     _decompose(W, sigma, count, length, m + n)
 
     rank, last = _rank(sigma, count), generic_rank - 1

@@ -1,0 +1,66 @@
+"""Linear equations by elimination with partial pivoting, and those of the transposed matrix."""
+
+from ..layout.arrays import Floats, Integers
+
+
+def factorise(A: Floats, size: int, order: Integers) -> bool:
+    """
+    Overwrite A (size, size) with its factors for `solve`; return whether it has an inverse.
+
+    `order` (size,) becomes the row that each step has taken for its pivot.
+    """
+    for i in range(size):
+        pivot = i
+        for j in range(i + 1, size):
+            if abs(A[j * size + i]) > abs(A[pivot * size + i]):
+                pivot = j
+        order[i] = pivot
+        if not abs(A[pivot * size + i]) > 0.0:
+            return False
+        if pivot != i:
+            for k in range(size):
+                x = A[i * size + k]
+                A[i * size + k] = A[pivot * size + k]
+                A[pivot * size + k] = x
+        inverse = 1.0 / A[i * size + i]
+        for j in range(i + 1, size):
+            factor = A[j * size + i] * inverse
+            A[j * size + i] = factor
+            for k in range(i + 1, size):
+                A[j * size + k] -= factor * A[i * size + k]
+    return True
+
+
+def solve(A: Floats, size: int, order: Integers, x: Floats) -> None:
+    """Overwrite x (size,) with the solution of A y = x, from what `factorise` has left of A."""
+    for i in range(size):
+        pivot = order[i]
+        value = x[pivot]
+        x[pivot] = x[i]
+        for k in range(i):
+            value -= A[i * size + k] * x[k]
+        x[i] = value
+    for i in range(size - 1, -1, -1):
+        value = x[i]
+        for k in range(i + 1, size):
+            value -= A[i * size + k] * x[k]
+        x[i] = value / A[i * size + i]
+
+
+def solve_transposed(A: Floats, size: int, order: Integers, x: Floats) -> None:
+    """Overwrite x (size,) with the solution of A' y = x, from what `factorise` has left of A."""
+    for i in range(size):
+        value = x[i]
+        for k in range(i):
+            value -= A[k * size + i] * x[k]
+        x[i] = value / A[i * size + i]
+    for i in range(size - 1, -1, -1):
+        value = x[i]
+        for k in range(i + 1, size):
+            value -= A[k * size + i] * x[k]
+        x[i] = value
+    for i in range(size - 1, -1, -1):
+        pivot = order[i]
+        value = x[pivot]
+        x[pivot] = x[i]
+        x[i] = value

@@ -1,0 +1,53 @@
+"""The largest singular value of a matrix with few rows, rounded up."""
+
+import math
+
+from ..layout import arrays
+from . import symmetric
+
+# Of a norm, as a share.
+ROUND_OFF = 1e-12
+
+
+class Norms:
+    """
+    Room for matrices of up to so many rows, and so many numbers.
+
+    Attributes
+    ----------
+    W
+        The numbers of a matrix, row by row.
+    """
+
+    def __init__(self, rows: int, size: int) -> None:
+        self.room = arrays.scratch(size + 2 * rows * rows)
+        self.W = self.room
+        self.G = arrays.after(self.W, size)
+        self.Z = arrays.after(self.G, rows * rows)
+
+    def __dealloc__(self) -> None:
+        """Give the room back."""
+        arrays.give_back(self.room)
+
+    def norm(self, count: int, length: int) -> float:
+        """Return at least the largest singular value of W, `count` rows of `length` numbers."""
+        # With more rows than numbers in them Frobenius' norm is enough.
+        if count > length:
+            squares = 0.0
+            for k in range(count * length):
+                squares += self.W[k] * self.W[k]
+            return (1.0 + ROUND_OFF) * math.sqrt(squares)
+        for i in range(count):
+            a = arrays.after(self.W, i * length)
+            for j in range(i + 1):
+                b = arrays.after(self.W, j * length)
+                value = 0.0
+                for k in range(length):
+                    value += a[k] * b[k]
+                self.G[i * count + j] = value
+                self.G[j * count + i] = value
+        symmetric.diagonalise(self.G, self.Z, count)
+        largest = 0.0
+        for i in range(count):
+            largest = max(largest, self.G[i * count + i])
+        return (1.0 + ROUND_OFF) * math.sqrt(largest)
