@@ -16,7 +16,7 @@ import kernel_numbers
 import mpmath
 import numpy as np
 import pytest
-from arms import robot_of
+from arms import BUNDLED, robot_of
 from kernel_tour import functions
 from tolerances import ROUND_OFF
 
@@ -395,7 +395,7 @@ def stored_numbers(names):
 
 
 def test_the_numbers_are_those_of_every_other_machine():
-    names = sorted(ks.bundled_robots())
+    names = sorted(BUNDLED)
     with np.errstate(all='ignore'):
         assert list(kernel_numbers.lines(names)) == stored_numbers(names)
 

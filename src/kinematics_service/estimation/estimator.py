@@ -13,6 +13,7 @@ import numpy as np
 
 from .. import kernel
 from ..kernel import Floats, IncomingForm, NearestSearch, OutgoingMessages
+from ..kinematics.closure import why_not_closed
 from ..kinematics.singularity import Singularity, watched_value
 from ..kinematics.tool_state import ToolState, as_the_kernel_takes_it
 from ..robot.measures import Level
@@ -114,6 +115,7 @@ MALFORMED = 'position and name of different length'
 DUPLICATE = 'joint named twice'
 NOT_FINITE = 'position not finite'
 TOO_LARGE = 'position too large'
+NOT_CLOSED = 'loop does not close'
 DROPPED = 'stamp not newer'
 WAITING = 'waiting for other joints'
 ACCEPTED = 'accepted'
@@ -171,8 +173,10 @@ class Estimator:
     def configure(self, robot: Robot, settings: EstimatorSettings) -> None:
         """Apply other settings; the joints' states are kept unless the joints get other names."""
         same_names = settings.joint_prefix == self.settings.joint_prefix
+        same_names = same_names and self._table.fits(robot)
         if robot is not self.robot:
             self._search = NearestSearch(robot.arm)
+            self._table.forget_loops()
         self.robot, self.settings = robot, settings
         if same_names:
             self._table.configure(robot, self._source, settings.timeout)
@@ -368,13 +372,18 @@ class Estimator:
         This is the part of `take` with a memory; a recording passes it message by message, and the
         kernel in one batch.
         """
-        n = self.robot.dof
-        row = np.empty(2 * n + kernel.ROW_TAIL)
+        n, chain = self.robot.dof, self.robot.chain
+        # Whether loops close decides, too.
+        tail = 2 * n + kernel.ROW_TAIL
+        row = np.empty(chain.single_widths[kernel.POSE] if chain.loops else tail)
         outcome = self._observe(sample, row)
         if isinstance(outcome, RefusedMessage):
             return outcome
-        qdot = None if outcome == kernel.SAID_WITHOUT_VELOCITIES else row[n : 2 * n]
-        return AcceptedMessage(row[:n], qdot, sample.stamp or sample.received, _SOURCES[outcome])
+        joints = row[-tail:]
+        qdot = None if outcome == kernel.SAID_WITHOUT_VELOCITIES else joints[n : 2 * n]
+        return AcceptedMessage(
+            joints[:n], qdot, sample.stamp or sample.received, _SOURCES[outcome]
+        )
 
     def _observe(self, sample: JointSample, row: Floats) -> int | RefusedMessage:
         # One of the first three outcomes of `kernel.observe`, or a refusal; counted.
@@ -401,7 +410,7 @@ class Estimator:
             if outcome <= kernel.SAID_WITH_DIFFERENCES:
                 self.counts[ACCEPTED] += 1
                 return outcome
-            if outcome in _REFUSALS:
+            if outcome in _REFUSALS or outcome == kernel.NOT_CLOSED:
                 return self._refused(outcome)
             refusal = self._bad_position(layout, positions)
         self.counts[refusal.reason] += 1
@@ -411,9 +420,16 @@ class Estimator:
         if outcome == kernel.NOT_COMPUTABLE:
             # The lengths of an arm made in Python can overflow; such a position must not be kept.
             self._table.forget()
-        refusal = _REFUSALS[outcome]
+        refusal = self._not_closed() if outcome == kernel.NOT_CLOSED else _REFUSALS[outcome]
         self.counts[refusal.reason] += 1
         return refusal
+
+    def _not_closed(self) -> RefusedMessage:
+        _, sentence = why_not_closed(self.robot, self._table.positions())
+        return RefusedMessage(
+            NOT_CLOSED,
+            sentence or f'a loop of {self.robot.name} ends on the way from the last position',
+        )
 
     def _shape_refusal(self, sample: JointSample, layout: JointLayout) -> RefusedMessage | None:
         if not layout.joints:

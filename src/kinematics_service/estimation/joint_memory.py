@@ -41,6 +41,11 @@ class JointLayout(NamedTuple):
     ours: OurJoints
 
 
+def _closure_width(robot: Robot) -> int:
+    closure = robot.chain.closure
+    return 0 if closure is None else closure.width
+
+
 class JointTable:
     """
     What is known of each joint of an arm: the estimator's memory, and the questions to it.
@@ -67,7 +72,7 @@ class JointTable:
         self.names = tuple(prefix + name for name in robot.joint_names)
         self._index = {name: j for j, name in enumerate(self.names)}
         self._layouts: dict[tuple[str, ...], JointLayout] = {}
-        self.memory = JointMemory(len(self.names))
+        self.memory = JointMemory(len(self.names), _closure_width(robot))
         self._columns = self.memory.columns
         self.configure(robot, source, timeout)
 
@@ -77,6 +82,18 @@ class JointTable:
         # Stamps are far below 2^62 ns, 146 years; their differences must fit too.
         self.memory.timeout = min(timeout, 2**62)
         self._columns.wraps[:] = robot.continuous
+
+    def positions(self) -> Floats:
+        """Return the joint positions that are known, shape (n,); NaN for the others."""
+        return self._columns.position.copy()
+
+    def fits(self, robot: Robot) -> bool:
+        """Return whether the memory is of an arm with loops as this one has."""
+        return self.memory.closure == _closure_width(robot)
+
+    def forget_loops(self) -> None:
+        """Let the loops be closed from their known position."""
+        self.memory.is_closed = False
 
     def forget(self) -> None:
         """Forget the states of all joints."""

@@ -6,14 +6,13 @@ make a chain like any other: its pose, Jacobian and twist are the point's, and t
 joints behind it are zero.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from ..errors import PointError
-from ..kernel import Chain, Floats
+from ..kernel import Chain, Closure, Floats
 from .chain import fold
 from .conventions import table_rows
 from .file.description import (
@@ -24,6 +23,7 @@ from .file.description import (
     RobotDescription,
     SingularityDescription,
 )
+from .loops import moving_variables, passive_names, variables_of
 
 TOOL = 'tool'
 
@@ -79,7 +79,7 @@ def described_point(description: RobotDescription, of: str | int) -> PointDescri
 
 
 def with_chain(
-    description: RobotDescription, variables: Sequence[str], point: PointDescription
+    description: RobotDescription, closure: Closure | None, point: PointDescription
 ) -> Point:
     """
     Return a point of an arm with its chain.
@@ -88,13 +88,15 @@ def with_chain(
     ----------
     description
         The robot file.
-    variables : n names
-        The joint variables, in the order of the Jacobian's columns.
+    closure
+        The loops of the arm.
     point
         As `described_point` returns it.
     """
     rows = table_rows(description)[: point.row]
-    chain = fold(rows, variables, description.base.motion.matrix, point.motion.matrix)
+    variables = variables_of(description)
+    base = description.base.motion.matrix
+    chain = fold(rows, variables, base, point.motion.matrix, closure)
     return Point(point.name, chain)
 
 
@@ -148,12 +150,7 @@ def ending_at(
     elif point.name == TOOL:
         return description
     links = description.links[: point.row]
-    moving = {
-        variable
-        for row in table_rows(description)[: point.row]
-        for affine in (row.theta, row.d)
-        for variable, _ in affine.coefficients
-    }
+    moving = moving_variables(description, links)
     of_tool = point.name == TOOL
     frame = description.tool.frame if of_tool else point.name.replace(' ', '_')
     return replace(
@@ -171,4 +168,5 @@ def ending_at(
         ),
         singularity=SingularityDescription(None, None, 'distance', None, None, ()),
         known_poses=(),
+        loops=description.loops if moving & passive_names(description) else (),
     )

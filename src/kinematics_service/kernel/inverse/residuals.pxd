@@ -2,8 +2,9 @@ cimport cython
 cimport numpy as cnp
 from libc cimport math
 
-from ..forward cimport chain_pass, vectors
+from ..forward cimport vectors
 from ..layout cimport arrays, places
+from ..loops cimport closed_pass
 from ..forward.chain cimport Chain
 
 ctypedef (double, double) Pair

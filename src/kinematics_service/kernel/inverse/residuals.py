@@ -2,10 +2,11 @@
 
 import math
 
-from ..forward import chain_pass, vectors
+from ..forward import vectors
 from ..forward.chain import Chain
 from ..layout import arrays, places
 from ..layout.arrays import Floats, Numbers, Vector
+from ..loops import closed_pass
 
 
 def _rotation_vector(R: Numbers) -> Vector:
@@ -115,7 +116,7 @@ class Residual:
 
     def evaluate(self, q: Floats, depth: int) -> None:
         """Fill `row` with the pose at q (n,), and with as much more as the depth asks for."""
-        chain_pass.evaluate_row(self.chain, q, self.still, depth, self.row)
+        closed_pass.evaluate_row(self.chain, q, self.still, depth, self.row)
 
     def square(self, q: Floats, depth: int) -> float:
         """Fill `error` (6,) with the weighted residual of the pose at q, and return its square."""

@@ -135,7 +135,7 @@ class Clearance:
         self.equations.complete()
 
     def _write_changes(self) -> None:
-        # D[j] = dJ_t/du_j, scaled, of each joint that counts: what `write_gradient` says.
+        # D[j] = dJ_t/du_j, scaled, of each joint that counts: what `write_of_screws` says.
         n, m, entries = self.arm.chain.dof, self.arm.task.count, self.arm.chain.entries
         v = arrays.after(self.equations.row, self.arm.chain.screws_at)
         w = arrays.after(v, 3 * entries)

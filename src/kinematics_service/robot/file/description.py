@@ -1,6 +1,6 @@
 """What a valid robot file says, as frozen data: angles in rad, lengths in m."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -178,6 +178,58 @@ class PointDescription:
 
 
 @dataclass(frozen=True)
+class PassiveJoint:
+    """
+    A joint without a motor, moved by a closed loop.
+
+    Parameters
+    ----------
+    name
+        In expressions; no message has it.
+    type
+        Revolute or prismatic.
+    """
+
+    name: str
+    type: JointType
+
+
+@dataclass(frozen=True)
+class LoopDescription:
+    """
+    A closed loop: a second chain that parts from the table and meets it again.
+
+    Parameters
+    ----------
+    passive
+        The joints that it moves.
+    start, meets
+        Where the second chain parts from the table, and the frame that its end coincides with.
+    there
+        The rows of the table between them.
+    links
+        The rows of the second chain.
+    rows
+        Components that coincide, in the axes of `start`, ordered x y z rx ry rz.
+    q : n values, assembled : one value for each passive joint, rad or m
+        Positions at which the loop is closed, or nearly.
+    line
+        In the file.
+    """
+
+    name: str
+    passive: tuple[PassiveJoint, ...]
+    start: PointDescription
+    meets: PointDescription
+    there: tuple[Link, ...]
+    links: tuple[Link, ...]
+    rows: tuple[str, ...]
+    q: tuple[float, ...]
+    assembled: tuple[float, ...]
+    line: int = field(default=0, compare=False)
+
+
+@dataclass(frozen=True)
 class KnownPose:
     """
     Where the tool is in the base frame at one joint vector, by the file's source.
@@ -249,6 +301,8 @@ class RobotDescription:
         Sentences for `check`: what is worth knowing.
     file
         The path as the user gave it.
+    loops
+        In the order of the file: each may move with the passive joints of those before it.
     """
 
     name: str
@@ -267,3 +321,4 @@ class RobotDescription:
     warnings: tuple[Fault, ...]
     remarks: tuple[str, ...]
     file: str
+    loops: tuple[LoopDescription, ...] = ()
