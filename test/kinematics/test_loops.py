@@ -54,7 +54,7 @@ def text_of(name):
 def other_branch():
     # The general loop of the source document, with the coupler on the other side.
     text = text_of('four_bar_arm')
-    return ks.robot_from_text(text.replace('psi1: -1.39, psi2: -1.60', 'psi1: -2.47, psi2: 1.60'))
+    return ks.robot_from_text(text.replace('psi1: -1.52, psi2: -1.50', 'psi1: -2.34, psi2: 1.50'))
 
 
 def seeded(robot, count):

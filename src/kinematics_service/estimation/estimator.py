@@ -168,6 +168,7 @@ class Estimator:
         self._table = self._new_table()
         self._search = NearestSearch(robot.arm)
         self._alarm = Alarm()
+        self._is_open = False
         self._prepare()
 
     def configure(self, robot: Robot, settings: EstimatorSettings) -> None:
@@ -350,6 +351,7 @@ class Estimator:
         if outcome > kernel.SAID_WITH_DIFFERENCES:
             return self._refused(outcome)
         self.counts[ACCEPTED] += 1
+        self._is_open = False
         moving = outcome != kernel.SAID_WITHOUT_VELOCITIES
         state = ToolState(self.robot, row, moving, None, measures)
         return EstimatorOutput(state, row[-kernel.ROW_TAIL :], incoming.stamp, _SOURCES[outcome])
@@ -409,6 +411,7 @@ class Estimator:
                 outcome -= kernel.STARTED_ANEW
             if outcome <= kernel.SAID_WITH_DIFFERENCES:
                 self.counts[ACCEPTED] += 1
+                self._is_open = False
                 return outcome
             if outcome in _REFUSALS or outcome == kernel.NOT_CLOSED:
                 return self._refused(outcome)
@@ -425,6 +428,10 @@ class Estimator:
         return refusal
 
     def _not_closed(self) -> RefusedMessage:
+        # Said once: to look for it takes a hundred times as long as a message.
+        if self._is_open:
+            return RefusedMessage(NOT_CLOSED)
+        self._is_open = True
         _, sentence = why_not_closed(self.robot, self._table.positions())
         return RefusedMessage(
             NOT_CLOSED,

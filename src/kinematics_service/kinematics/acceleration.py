@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from ..errors import JointVectorError
 from ..kernel import Chain, Floats
+from ..robot.loops import refuse_loops
 from ..robot.points import TOOL
 from ..robot.robot import Robot
 from .forward import BASE, chosen, offset_of, state_of, with_point_at
@@ -47,6 +48,7 @@ def jacobian_rate(
     PointError
         The arm has no such point, row or axes; `at` is not three finite numbers.
     """
+    refuse_loops(robot.description, 'the rate of the Jacobian')
     state, chain = state_of(robot, of, q, qdot), robot.point(of).chain
     return chosen(robot, q, state, _rate(state, chain, at), of, None, axes)
 
@@ -92,6 +94,7 @@ def acceleration(
     >>> ks.acceleration(robot, [0, 0], [2.0, 0], [0, 0], of=1)[0].tolist()
     -4.0
     """
+    refuse_loops(robot.description, 'the acceleration')
     state, chain = state_of(robot, of, q, qdot), robot.point(of).chain
     accelerations = _accelerations(robot, qddot)
     J, rates = state.jacobian, state.qdot

@@ -5,28 +5,75 @@ The joints keep their places, and the passive joints of all loops stand behind t
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NoReturn
 
 import numpy as np
 
 from .. import kernel
-from ..errors import Fault, RobotFileError
+from ..errors import Fault, KinematicsError, RobotFileError
 from ..kernel import Chain, Closure, Floats, Loop
 from ..rigid_motion import inverse
 from .chain import fold
 from .conventions import row_of, table_rows
-from .file.description import Link, LoopDescription, RobotDescription
+from .file.description import (
+    JointDescription,
+    Link,
+    LoopDescription,
+    RobotDescription,
+    SingularityDescription,
+)
 
 ROWS = ('x', 'y', 'z', 'rx', 'ry', 'rz')
 # Components that are not among the rows of a rotation vanish to this, rad.
 PARALLEL = 1e-9
 # Poses that close are looked for near the assembly where too few others do.
+BRANCH_STARTS, SAME_BRANCH = 200, 1e-6
 FEW, AROUND, SEED = 100, (1.0, 0.3, 0.1, 0.03, 0.01), 20240523
+
+
+def refuse_loops(description: RobotDescription, what: str) -> None:
+    """
+    Raise an error for an arm with closed loops.
+
+    Parameters
+    ----------
+    description
+        The arm.
+    what
+        What does not know of loops, as the beginning of a sentence.
+
+    Raises
+    ------
+    KinematicsError
+        The arm has closed loops.
+    """
+    if description.loops:
+        names = ', '.join(repr(loop.name) for loop in description.loops)
+        raise KinematicsError(
+            f'{what} does not know of closed loops: {description.name} has {names}'
+        )
 
 
 def passive_names(description: RobotDescription) -> frozenset[str]:
     """Return the names of the passive joints."""
     return frozenset(joint.name for loop in description.loops for joint in loop.passive)
+
+
+def opened(description: RobotDescription) -> RobotDescription:
+    """Return the arm with its loops open: passive joints are joints, nothing else is known."""
+    passive = tuple(
+        JointDescription(joint.name, joint.name, joint.type, -np.inf, np.inf, np.inf)
+        for loop in description.loops
+        for joint in loop.passive
+    )
+    return replace(
+        description,
+        joints=description.joints + passive,
+        singularity=SingularityDescription(None, None, 'distance', None, None, ()),
+        known_poses=(),
+        loops=(),
+    )
 
 
 def variables_of(description: RobotDescription) -> tuple[str, ...]:
@@ -209,6 +256,46 @@ def _check_rest(
             'name rx, ry and rz, or none'
         )
         raise RobotFileError((Fault(description.file, loop.line, f'loops[{k}].rows', message),))
+
+
+def other_branches(description: RobotDescription, k: int) -> tuple[tuple[float, ...], ...]:
+    """
+    Return other positions of a loop's passive joints at which it closes at the known position.
+
+    They are looked for from random positions, turns left out: all of a loop of two passive joints,
+    and most of others.
+
+    Parameters
+    ----------
+    description
+        The arm.
+    k
+        Which loop; those before it stay as they are.
+    """
+    random, loop = np.random.default_rng(SEED), description.loops[k]
+    turning = np.array([joint.type == 'revolute' for joint in loop.passive])
+    known = closure_of(description)
+    assert known is not None  # it has loops
+    before = len(description.joints) + sum(len(one.passive) for one in description.loops[:k])
+    places = slice(before, before + len(loop.passive))
+    first = replace(description, loops=description.loops[: k + 1])
+    start = known.variables_at_start()
+    found = [start[places]]
+    for _ in range(BRANCH_STARTS):
+        values = random.uniform(-1.0, 1.0, len(turning))
+        values *= np.where(turning, np.pi, 2.0 * np.abs(start[places]) + 1.0)
+        tried = replace(loop, assembled=tuple(values.tolist()))
+        try:
+            closed = closure_of(replace(first, loops=(*first.loops[:k], tried)))
+        except RobotFileError:
+            continue
+        assert closed is not None
+        values = closed.variables_at_start()[places]
+        apart = [np.where(turning, np.sin(0.5 * (values - one)), values - one) for one in found]
+        if min(float(np.max(np.abs(one))) for one in apart) > SAME_BRANCH:
+            found.append(values)
+    wrapped = [np.where(turning, np.arctan2(np.sin(v), np.cos(v)), v) for v in found[1:]]
+    return tuple(tuple(values.tolist()) for values in wrapped)
 
 
 def close_at(chain: Chain, q: Floats) -> tuple[Floats, Floats]:

@@ -6,6 +6,7 @@ import numpy.typing as npt
 from ...errors import CalibrationError
 from ...kernel import Floats
 from ...kinematics.forward import forward_kinematics, jacobian
+from ...robot.loops import refuse_loops
 from ...robot.robot import Robot
 from .calibration import Calibration
 from .checking import apart
@@ -54,6 +55,7 @@ def pose_covariance(
     >>> np.sqrt(ks.pose_covariance(robot, [0.0, 0.0], joints=1e-3)[5, 5]).round(6).item()
     0.001414
     """
+    refuse_loops(robot.description, 'the covariance of the pose')
     positions = np.asarray(q, dtype=np.float64)
     J = jacobian(robot, positions)
     result = np.zeros((*J.shape[:-1], 6))

@@ -285,6 +285,16 @@ class Closure:
         start: Floats = self.arguments[4]
         return start[: self.dof].copy()
 
+    def variables_at_start(self) -> Floats:
+        """Return the joint positions and passive variables there, shape (n + P,)."""
+        start: Floats = self.arguments[4]
+        return start[: self.variables].copy()
+
+    def is_periodic(self) -> tuple[bool, ...]:
+        """Return for each joint whether a turn of it leaves the loops as they are."""
+        turns = self.arguments[3] != 0
+        return tuple((turns | np.isinf(self.units())).tolist())
+
     def units(self) -> Floats:
         """Return what counts as a rad of each joint, shape (n,); infinite for one of no loop."""
         units: Floats = self.first.arguments[5]

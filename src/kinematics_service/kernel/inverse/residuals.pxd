@@ -36,7 +36,8 @@ cdef class Residual:
     cdef int n
     cdef int tool_axis
 
-    cdef void evaluate(self, double* q, int depth) noexcept nogil
+    @cython.locals(total=double)
+    cdef bint evaluate(self, double* q, int depth) noexcept nogil
     @cython.locals(
         goal='double*', row='double*', error='double*', R='double[9]', linear=vectors.Triple,
         angular=vectors.Triple, turn=vectors.Triple, square=double, i=int, j=int, k=int,

@@ -134,6 +134,8 @@ def read_loops(
     found = tuple(loop for loop in loops if loop is not None)
     if table is None or len(found) < len(data) or report.fault_count > before:
         return ()
+    if sum(len(loop.passive) for loop in found) > len(passive):
+        return ()  # one of them belongs to two loops, which has been said
     _check_names(found, report)
     _check_effect(found, table, report)
     for k, loop in enumerate(found):

@@ -16,6 +16,7 @@ REJECTED = (
     estimator.DUPLICATE,
     estimator.NOT_FINITE,
     estimator.TOO_LARGE,
+    estimator.NOT_CLOSED,
 )
 INTERNAL_ERROR = 'internal error'
 # Time for which a loss is warned of, s.
