@@ -16,6 +16,7 @@ from .forward.chain import Chain as Chain
 from .forward.chain import ChainTable as ChainTable
 from .forward.chain import Closure as Closure
 from .forward.chain import Loop as Loop
+from .forward.chain import section_width as section_width
 from .inverse.closed_forms import ClosedForm as ClosedForm
 from .inverse.closed_forms import inverse_candidates as inverse_candidates
 from .inverse.dependence import free_motions as free_motions

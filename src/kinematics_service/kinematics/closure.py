@@ -45,7 +45,8 @@ def closure_in(robot: Robot, section: Floats) -> LoopClosure:
     n, closure = robot.dof, robot.chain.closure
     P, variables = closure.passive, closure.variables
     leading = section.shape[:-1]
-    told = section[..., closure.told_at :].reshape(*leading, closure.loops, 3)
+    told = section[..., closure.told_at : closure.told_at + 3 * closure.loops]
+    told = told.reshape(*leading, closure.loops, 3)
     return LoopClosure(
         names=robot.loop_names,
         passive_joint_names=robot.passive_joint_names,

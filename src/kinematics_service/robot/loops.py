@@ -9,6 +9,7 @@ from dataclasses import replace
 from typing import NoReturn
 
 import numpy as np
+import numpy.typing as npt
 
 from .. import kernel
 from ..errors import Fault, KinematicsError, RobotFileError
@@ -28,7 +29,7 @@ ROWS = ('x', 'y', 'z', 'rx', 'ry', 'rz')
 # Components that are not among the rows of a rotation vanish to this, rad.
 PARALLEL = 1e-9
 # Poses that close are looked for near the assembly where too few others do.
-BRANCH_STARTS, SAME_BRANCH = 200, 1e-6
+GRID, BRANCH_STARTS, SAME_BRANCH = 24, 1000, 1e-6
 FEW, AROUND, SEED = 100, (1.0, 0.3, 0.1, 0.03, 0.01), 20240523
 
 
@@ -135,8 +136,7 @@ def closure_of(description: RobotDescription) -> Closure | None:
         following = Loop(there, back, axes, first, size, units, following)
     assert following is not None
     count = len(description.loops)
-    passive = len(variables) - n
-    start = np.zeros(2 * len(variables) + passive * n + 3 * count)
+    start = np.zeros(kernel.section_width(n, count, following))
     values = [value for loop in description.loops for value in loop.assembled]
     start[: len(variables)] = [*description.loops[0].q, *values]
     given = start[: len(variables)].copy()
@@ -221,7 +221,8 @@ def _refuse(
 ) -> NoReturn:
     loop = description.loops[k]
     gap = _gap(chains[k], given)
-    told = start[len(start) - 3 * (len(chains) - k) :]
+    variables, n = len(given), len(description.joints)
+    told = start[2 * variables + (variables - n) * n + 3 * k :]
     away = [f'{row} {gap[ROWS.index(row)]:.3g}' for row in loop.rows]
     if told[1] <= 1e-9:
         message = (
@@ -262,8 +263,8 @@ def other_branches(description: RobotDescription, k: int) -> tuple[tuple[float, 
     """
     Return other positions of a loop's passive joints at which it closes at the known position.
 
-    They are looked for from random positions, turns left out: all of a loop of two passive joints,
-    and most of others.
+    Newton's method looks for them from many positions, with no proof that there are no others;
+    turns are left out.
 
     Parameters
     ----------
@@ -272,30 +273,36 @@ def other_branches(description: RobotDescription, k: int) -> tuple[tuple[float, 
     k
         Which loop; those before it stay as they are.
     """
-    random, loop = np.random.default_rng(SEED), description.loops[k]
+    closure, loop = closure_of(description), description.loops[k]
+    assert closure is not None  # it has loops
     turning = np.array([joint.type == 'revolute' for joint in loop.passive])
-    known = closure_of(description)
-    assert known is not None  # it has loops
-    before = len(description.joints) + sum(len(one.passive) for one in description.loops[:k])
-    places = slice(before, before + len(loop.passive))
-    first = replace(description, loops=description.loops[: k + 1])
-    start = known.variables_at_start()
-    found = [start[places]]
-    for _ in range(BRANCH_STARTS):
-        values = random.uniform(-1.0, 1.0, len(turning))
-        values *= np.where(turning, np.pi, 2.0 * np.abs(start[places]) + 1.0)
-        tried = replace(loop, assembled=tuple(values.tolist()))
-        try:
-            closed = closure_of(replace(first, loops=(*first.loops[:k], tried)))
-        except RobotFileError:
+    n = len(description.joints)
+    first = n + sum(len(one.passive) for one in description.loops[:k])
+    places = slice(first, first + len(loop.passive))
+    known = closure.variables_at_start()
+    found = [known[places]]
+    for values in _starts(turning, 2.0 * np.abs(known[places]) + 1.0):
+        section = np.zeros(closure.width)
+        section[: len(known)] = known
+        section[places] = values
+        if kernel.assemble(closure.first, k + 1, n, section):
             continue
-        assert closed is not None
-        values = closed.variables_at_start()[places]
-        apart = [np.where(turning, np.sin(0.5 * (values - one)), values - one) for one in found]
+        closed = section[places]
+        apart = [np.where(turning, np.sin(0.5 * (closed - one)), closed - one) for one in found]
         if min(float(np.max(np.abs(one))) for one in apart) > SAME_BRANCH:
-            found.append(values)
+            found.append(closed)
     wrapped = [np.where(turning, np.arctan2(np.sin(v), np.cos(v)), v) for v in found[1:]]
     return tuple(tuple(values.tolist()) for values in wrapped)
+
+
+def _starts(turning: npt.NDArray[np.bool_], strokes: Floats) -> Floats:
+    # A grid of one or two variables, denser than Newton's method needs it; random ones of more.
+    ends = np.where(turning, np.pi, strokes)
+    if len(turning) > 2:
+        random = np.random.default_rng(SEED)
+        return random.uniform(-ends, ends, (BRANCH_STARTS, len(turning)))
+    grids = np.meshgrid(*(np.linspace(-end, end, GRID) for end in ends))
+    return np.stack([grid.ravel() for grid in grids], axis=1)
 
 
 def close_at(chain: Chain, q: Floats) -> tuple[Floats, Floats]:

@@ -231,6 +231,16 @@ class Loop:
         return Loop, self.arguments
 
 
+def section_width(dof: int, loops: int, first: Loop) -> int:
+    """Return how many numbers a `Closure` has of a position."""
+    variables = first.there.variables
+    width, loop = 2 * variables + (variables - dof) * dof + 3 * loops, first
+    for _ in range(loops):
+        width += 6 * (loop.there.entries + loop.back.entries)
+        loop = loop.following
+    return width
+
+
 class Closure:
     """
     The closed loops of an arm with n joints and P passive variables, frozen.
@@ -250,7 +260,8 @@ class Closure:
         of results has the same numbers of its own position: the variables (n + P), their rates
         (n + P), how passive variables follow the joints (P, n), and for each loop the determinant
         of the slopes of its residual by its passive variables, the largest component of the
-        residual, as a share of the loop's size or in rad, and the number of Newton's steps.
+        residual, as a share of the loop's size or in rad, and the number of Newton's steps;
+        and the screws of each loop's entries.
 
     Attributes
     ----------
@@ -261,7 +272,7 @@ class Closure:
     def __init__(self, dof: int, loops: int, first: Loop, turns: Integers, start: Floats) -> None:
         variables = first.there.variables
         passive = variables - dof
-        width = 2 * variables + passive * dof + 3 * loops
+        width = section_width(dof, loops, first)
         if (
             not 0 < passive <= places.MOST_PASSIVE
             or not 0 < dof <= places.MOST_JOINTS

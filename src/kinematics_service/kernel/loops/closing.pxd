@@ -9,23 +9,27 @@ cdef double CLOSED, FINE, CORRECTION, ROUGH, LONGEST, SHORTEST, SHRUNK, GROWN, F
 cdef int NEWTON_STEPS, MOST_STEPS, BOTH_WAYS
 
 @cython.locals(
-    gap='double[6]', screws='double[384]', slopes='double[36]', order='int[6]', before=double,
-    size=double, step=int, i=int,
+    gap='double[6]', slopes='double[36]', order='int[6]', before=double, size=double, step=int,
+    i=int,
 )
-cdef int _solve(Loop loop, double* x, double largest, double* told, int at) noexcept nogil
-@cython.locals(steps=int, ratio=double)
+cdef int _solve(
+    Loop loop, double* x, double largest, double* screws, double* told, int at
+) noexcept nogil
+@cython.locals(steps=int, ratio=double, following='double*')
 cdef int _solve_all(
-    Loop loop, int left, double* x, double largest, double* before, double* told, int at
+    Loop loop, int left, double* x, double* before, double* screws, double* told, int at
 ) noexcept nogil
 @cython.locals(
-    gap='double[6]', screws='double[384]', slopes='double[36]', order='int[6]', count=int,
-    coupling='double*', i=int, j=int,
+    gap='double[6]', slopes='double[36]', order='int[6]', count=int, coupling='double*',
+    following='double*', i=int, j=int,
 )
-cdef void _couple(Loop loop, int left, int n, double* section) noexcept nogil
+cdef void _couple(
+    Loop loop, int left, int n, double* section, double* screws
+) noexcept nogil
 @cython.locals(farthest=double, moved=double, j=int)
 cdef double _farthest(Loop loop, int dof, double* q, double* section) noexcept nogil
 @cython.locals(
-    n=int, variables=int, told_at=int, x='double[152]', told='double[72]', length=double,
+    n=int, variables=int, told_at=int, screws='double*', x='double[152]', told='double[72]', length=double,
     steps=int, arrived=cython.bint, away=double, share=double, failed=int, i=int, j=int, k=int,
 )
 cdef int _go(Closure closure, double* q, double* section) noexcept nogil
@@ -38,12 +42,13 @@ cdef int close(Closure closure, double* q, double* section) noexcept nogil
 cdef int close_next(
     Closure closure, double* last, double* q, double* section
 ) noexcept nogil
-@cython.locals(steps=int)
+@cython.locals(steps=int, following='double*')
 cdef int _assemble_all(
-    Loop loop, int left, int dof, double* section, double* told, int at
+    Loop loop, int left, double* section, double* screws, double* told, int at
 ) noexcept nogil
 @cython.locals(
-    variables=int, told='double[72]', told_at=int, numbers='double*', failed=int, k=int,
+    variables=int, told='double[72]', told_at=int, numbers='double*', screws='double*',
+    failed=int, k=int,
 )
 cpdef int assemble(Loop loop, int loops, int dof, cnp.ndarray section) except -9
 @cython.locals(

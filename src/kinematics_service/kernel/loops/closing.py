@@ -7,7 +7,7 @@ determinant changes its sign or much of its size: between two such poses it is n
 where it is zero do branches meet or end. Other steps are halved, down to where the branch ends.
 """
 
-from ..forward.chain import Chain, Closure, Loop
+from ..forward.chain import Chain, Closure, Loop, section_width
 from ..layout import arrays, places
 from ..layout.arrays import Floats, Numbers
 from . import linear, residual
@@ -31,10 +31,10 @@ TRUSTED = 1.0
 BOTH_WAYS = 4
 
 
-def _solve(loop: Loop, x: Numbers, largest: float, told: Numbers, at: int) -> int:
+def _solve(loop: Loop, x: Numbers, largest: float, screws: Floats, told: Numbers, at: int) -> int:
     # Newton's method for the passive variables of a loop. Returns the number of steps, -1 where it
-    # does not come to an end; tells the determinant and what is left of the residual.
-    gap, screws, slopes, order = [0.0] * 6, [0.0] * 384, [0.0] * 36, [0] * 6
+    # does not come to an end; tells the screws, the determinant and what is left of the residual.
+    gap, slopes, order = [0.0] * 6, [0.0] * 36, [0] * 6
     before = places.INFINITY
     for step in range(NEWTON_STEPS):
         size = residual.write_residual(loop, x, gap, screws)
@@ -50,16 +50,18 @@ def _solve(loop: Loop, x: Numbers, largest: float, told: Numbers, at: int) -> in
             if not abs(gap[i]) <= largest * loop.unit[loop.first + i]:
                 return -1
             x[loop.first + i] -= gap[i]
+        if size <= CLOSED:
+            return step + 1  # the next residual would be round-off: a third of the time
         before = size
     return -1
 
 
 def _solve_all(
-    loop: Loop, left: int, x: Numbers, largest: float, before: Floats, told: Numbers, at: int
+    loop: Loop, left: int, x: Numbers, before: Floats, screws: Floats, told: Numbers, at: int
 ) -> int:
     # This loop and those after it. Returns 0, or their number where it failed, counted from the
     # last; `before` tells of the pose before. Told of each: determinant, residual, steps.
-    steps = _solve(loop, x, largest, told, at)
+    steps = _solve(loop, x, CORRECTION, screws, told, at)
     if steps < 0:
         return left
     ratio = told[at] / before[at]
@@ -68,14 +70,14 @@ def _solve_all(
     told[at + 2] = before[at + 2] + steps
     if left == 1:
         return 0
-    return _solve_all(loop.following, left - 1, x, largest, before, told, at + 3)
+    following = arrays.after(screws, 6 * (loop.there.entries + loop.back.entries))
+    return _solve_all(loop.following, left - 1, x, before, following, told, at + 3)
 
 
-def _couple(loop: Loop, left: int, n: int, section: Floats) -> None:
-    # Fills how the passive variables of closed loops follow the joints.
+def _couple(loop: Loop, left: int, n: int, section: Floats, screws: Floats) -> None:
+    # Fills how the passive variables of closed loops follow the joints, of the screws there.
     count = loop.count
-    gap, screws, slopes, order = [0.0] * 6, [0.0] * 384, [0.0] * 36, [0] * 6
-    residual.write_residual(loop, section, gap, screws)
+    gap, slopes, order = [0.0] * 6, [0.0] * 36, [0] * 6
     residual.write_slopes(loop, screws, slopes)
     linear.factorise(slopes, count, order)
     coupling = arrays.after(section, 2 * loop.there.dof + (loop.first - n) * n)
@@ -85,7 +87,8 @@ def _couple(loop: Loop, left: int, n: int, section: Floats) -> None:
         for i in range(count):
             coupling[i * n + j] = -gap[i]
     if left > 1:
-        _couple(loop.following, left - 1, n, section)
+        following = arrays.after(screws, 6 * (loop.there.entries + loop.back.entries))
+        _couple(loop.following, left - 1, n, section, following)
 
 
 def _farthest(loop: Loop, dof: int, q: Floats, section: Floats) -> float:
@@ -103,6 +106,7 @@ def _go(closure: Closure, q: Floats, section: Floats) -> int:
     # counted from the last, with the section where it last was closed.
     n, variables = closure.dof, closure.variables
     told_at = closure.told_at
+    screws = arrays.after(section, told_at + 3 * closure.loops)
     x, told = [0.0] * 152, [0.0] * 72
     for k in range(closure.loops):
         section[told_at + 3 * k + 2] = 0.0
@@ -118,14 +122,14 @@ def _go(closure: Closure, q: Floats, section: Floats) -> int:
             for j in range(n):
                 x[n + i] += section[closure.coupling_at + i * n + j] * (x[j] - section[j])
         failed = _solve_all(
-            closure.first, closure.loops, x, CORRECTION, arrays.after(section, told_at), told, 0
+            closure.first, closure.loops, x, arrays.after(section, told_at), screws, told, 0
         )
         if failed == 0:
             for i in range(variables):
                 section[i] = x[i]
             for k in range(3 * closure.loops):
                 section[told_at + k] = told[k]
-            _couple(closure.first, closure.loops, n, section)
+            _couple(closure.first, closure.loops, n, section, screws)
             length = min(LONGEST, 2.0 * length)
         else:
             arrived = False
@@ -188,12 +192,17 @@ def close_next(closure: Closure, last: Floats, q: Floats, section: Floats) -> in
     return close(closure, q, section)
 
 
-def _assemble_all(loop: Loop, left: int, dof: int, section: Floats, told: Numbers, at: int) -> int:
-    steps = _solve(loop, section, ROUGH, told, at)
+def _assemble_all(
+    loop: Loop, left: int, section: Floats, screws: Floats, told: Numbers, at: int
+) -> int:
+    steps = _solve(loop, section, ROUGH, screws, told, at)
     told[at + 2] = 0.0
     if steps < 0 or not abs(told[at]) * loop.scale > FLAT:
         return left
-    return 0 if left == 1 else _assemble_all(loop.following, left - 1, dof, section, told, at + 3)
+    if left == 1:
+        return 0
+    following = arrays.after(screws, 6 * (loop.there.entries + loop.back.entries))
+    return _assemble_all(loop.following, left - 1, section, following, told, at + 3)
 
 
 def assemble(loop: Loop, loops: int, dof: int, section: Floats) -> int:
@@ -213,12 +222,13 @@ def assemble(loop: Loop, loops: int, dof: int, section: Floats) -> int:
     arrays.given(loop)
     variables, told = loop.there.dof, [0.0] * 72
     told_at = 2 * variables + (variables - dof) * dof
-    numbers = arrays.results(section, told_at + 3 * loops)
-    failed = _assemble_all(loop, loops, dof, numbers, told, 0)
+    numbers = arrays.results(section, section_width(dof, loops, loop))
+    screws = arrays.after(numbers, told_at + 3 * loops)
+    failed = _assemble_all(loop, loops, numbers, screws, told, 0)
     for k in range(3 * loops):
         numbers[told_at + k] = told[k]
     if failed == 0:
-        _couple(loop, loops, dof, numbers)
+        _couple(loop, loops, dof, numbers, screws)
     return failed
 
 

@@ -20,8 +20,8 @@ cdef void write_gradient(
 ) noexcept nogil
 @cython.locals(
     n=int, variables=int, passive=int, section='double*', coupling='double*', screws='double*',
-    total='double*', weights='double*', mu='double*', free='double*', k=int, a=int, i=int, j=int,
-    e=int,
+    total='double*', weights='double*', mu='double*', free='double*', own='double*', k=int, a=int,
+    i=int, j=int, e=int,
 )
 cdef void _write_closed(
     Chain chain, Closure closure, double* row, double* Y, double* gradient, double* work
@@ -31,12 +31,12 @@ cdef void _follow(
     int n, int passive, double* coupling, double* total, double* gradient
 ) noexcept nogil
 @cython.locals(
-    n=int, count=int, first=int, gap='double[6]', screws='double[384]', slopes='double[36]',
+    n=int, count=int, first=int, gap='double[6]', slopes='double[36]', following='double*',
     order='int[6]', own='double*', coupling='double*', axis=int, i=int, j=int, k=int, a=int,
 )
 cdef void _add_loops(
-    Loop loop, int left, Closure closure, double* section, double* mu, double* weights,
-    double* total, double* free,
+    Loop loop, int left, Closure closure, double* section, double* screws, double* mu,
+    double* weights, double* total, double* free,
 ) noexcept nogil
 @cython.locals(variable=int, slope=double, e=int, i=int, j=int)
 cdef void _pass_on(
@@ -49,15 +49,16 @@ cdef void _add_residual(
 ) noexcept nogil
 @cython.locals(e=int, i=int)
 cdef void _side_by_side(Chain chain, double* screws, int at, double* own) noexcept nogil
-@cython.locals(arrived='double*')
+@cython.locals(arrived='double*', screws='double*')
 cdef void write_determinants(
     Chain chain, double* row, double* results, double* work
 ) noexcept nogil
 @cython.locals(
-    n=int, count=int, variables=int, gap='double[6]', screws='double[384]', slopes='double[36]',
-    order='int[6]', determinant=double, total='double*', weights='double*', free='double*',
+    n=int, count=int, variables=int, gap='double[6]', slopes='double[36]', following='double*',
+    others='double*', order='int[6]', determinant=double, total='double*', weights='double*', free='double*',
     coupling='double*', i=int, k=int,
 )
 cdef void _write_determinant(
-    Loop loop, int left, Closure closure, double* section, double* results, double* work
+    Loop loop, int left, Closure closure, double* section, double* screws, double* results,
+    double* work
 ) noexcept nogil

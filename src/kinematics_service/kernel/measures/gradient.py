@@ -96,7 +96,8 @@ def _write_closed(
             for j in range(n):
                 for i in range(6):
                     mu[a * n + j] += screws[i * chain.entries + e] * Y[6 * j + i]
-    _add_loops(closure.first, closure.loops, closure, section, mu, weights, total, free)
+    own = arrays.after(section, closure.told_at + 3 * closure.loops)
+    _add_loops(closure.first, closure.loops, closure, section, own, mu, weights, total, free)
     _follow(n, passive, coupling, total, gradient)
 
 
@@ -113,6 +114,7 @@ def _add_loops(
     left: int,
     closure: Closure,
     section: Floats,
+    screws: Floats,
     mu: Floats,
     weights: Floats,
     total: Floats,
@@ -120,10 +122,10 @@ def _add_loops(
 ) -> None:
     # The later loops first: they move with the variables of the earlier ones.
     if left > 1:
-        _add_loops(loop.following, left - 1, closure, section, mu, weights, total, free)
+        following = arrays.after(screws, 6 * (loop.there.entries + loop.back.entries))
+        _add_loops(loop.following, left - 1, closure, section, following, mu, weights, total, free)
     n, count, first = closure.dof, loop.count, loop.first
-    gap, screws, slopes, order = [0.0] * 6, [0.0] * 384, [0.0] * 36, [0] * 6
-    residual.write_residual(loop, section, gap, screws)
+    gap, slopes, order = [0.0] * 6, [0.0] * 36, [0] * 6
     residual.write_slopes(loop, screws, slopes)
     linear.factorise(slopes, count, order)
     own = arrays.after(mu, (first - n) * n)
@@ -196,16 +198,24 @@ def write_determinants(chain: Chain, row: Floats, results: Floats, work: Floats)
     its gradient by the joints: 1 + n numbers a loop.
     """
     arrived = arrays.after(row, chain.closure_at)
-    _write_determinant(chain.closure.first, chain.loops, chain.closure, arrived, results, work)
+    screws = arrays.after(arrived, chain.closure.told_at + 3 * chain.loops)
+    _write_determinant(
+        chain.closure.first, chain.loops, chain.closure, arrived, screws, results, work
+    )
 
 
 def _write_determinant(
-    loop: Loop, left: int, closure: Closure, section: Floats, results: Floats, work: Floats
+    loop: Loop,
+    left: int,
+    closure: Closure,
+    section: Floats,
+    screws: Floats,
+    results: Floats,
+    work: Floats,
 ) -> None:
     # d det = det trace(slopes^-1 d slopes).
     n, count, variables = closure.dof, loop.count, closure.variables
-    gap, screws, slopes, order = [0.0] * 6, [0.0] * 384, [0.0] * 36, [0] * 6
-    residual.write_residual(loop, section, gap, screws)
+    gap, slopes, order = [0.0] * 6, [0.0] * 36, [0] * 6
     residual.write_slopes(loop, screws, slopes)
     determinant = linear.factorise(slopes, count, order)
     total = work
@@ -224,6 +234,6 @@ def _write_determinant(
     coupling = arrays.after(section, closure.coupling_at)
     _follow(n, closure.passive, coupling, total, arrays.after(results, 1))
     if left > 1:
-        _write_determinant(
-            loop.following, left - 1, closure, section, arrays.after(results, 1 + n), work
-        )
+        following = arrays.after(screws, 6 * (loop.there.entries + loop.back.entries))
+        others = arrays.after(results, 1 + n)
+        _write_determinant(loop.following, left - 1, closure, section, following, others, work)
