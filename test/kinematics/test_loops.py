@@ -2,10 +2,15 @@
 
 import json
 import math
+import os
 import pickle
 import re
+import subprocess
+import sys
+from pathlib import Path
 
 import linkages
+import loop_numbers
 import numpy as np
 import pytest
 from arms import LOOPED
@@ -14,6 +19,7 @@ from tolerances import DIFFERENCE, DIFFERENCE_STEP, QUOTIENT, ROUND_OFF
 
 import kinematics_service as ks
 from kinematics_service import kernel
+from kinematics_service.kernel.compiled import VARIABLE
 from kinematics_service.kinematics import singularity_rates
 from kinematics_service.robot.loops import close_at, closed_poses
 from kinematics_service.robot.task import seeded_poses
@@ -335,3 +341,19 @@ def test_loops_cost_no_room_where_there_are_none():
     assert chain.closure is None
     assert chain.widths[kernel.POSE] == kernel.JACOBIAN_AT
     assert chain.closure_at == chain.frames_at
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not kernel.is_compiled(), reason='about the compiled kernel')
+def test_the_compiled_kernel_closes_loops_with_the_numbers_of_its_source():
+    names = ['crank_slider', 'five_bar']
+    script = Path(__file__).parent / 'loop_numbers.py'
+    done = subprocess.run(
+        [sys.executable, str(script), *names],
+        env={**os.environ, VARIABLE: '1'},
+        capture_output=True,
+        text=True,
+        timeout=280,
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines() == list(loop_numbers.lines(names))

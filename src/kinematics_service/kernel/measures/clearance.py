@@ -48,6 +48,8 @@ class Clearance:
         self, arm: Arm, moving: Integers, point: Floats, bend: float, twist: float
     ) -> None:
         arrays.given(arm)
+        if arm.chain.loops > 0:
+            raise TypeError('the bounds of a clearance do not know closed loops')
         if moving.min(initial=0) < 0 or moving.max(initial=-1) >= arm.chain.dof:
             raise TypeError('a joint that counts is none')
         self.arm = arm
