@@ -185,7 +185,7 @@ def test_the_name_of_the_factor_is_said():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('name', ROBOTS)
+@pytest.mark.parametrize('name', BUNDLED)
 def test_every_robot_can_be_seen_everywhere(name):
     robot = robot_of(name)
     poses = [pose_of(robot), np.zeros(robot.dof), np.full(robot.dof, 0.5)]
