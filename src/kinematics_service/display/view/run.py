@@ -149,7 +149,7 @@ def turn(page: Page, source: ArmSource) -> None:
     page.show(led, source.title, status)
 
 
-def _led(page: Page, q: Floats, qdot: Floats, status: str) -> tuple[Observation, str]:
+def _led(page: Page, q: Floats, qdot: Floats | None, status: str) -> tuple[Observation, str]:
     # Where a loop does not close the picture stays, and the status says why.
     try:
         return observe(page.robot, q, qdot), status
