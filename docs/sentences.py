@@ -58,6 +58,7 @@ ROBOT_FILE = {
             'base': 'where the table begins, in the base frame',
             'tool': 'the tool, in the last frame of the table',
             'points': 'other points of the arm, by name: `{elbow: {row: 2}}`',
+            'loops': 'closed loops, whose passive joints follow the others',
             'singularity': 'what is called singular, and when to warn',
             'uncertainty': 'how far joints and table may be off',
             'known_poses': 'poses known from elsewhere, which `check` compares',
@@ -116,6 +117,40 @@ ROBOT_FILE = {
         {
             'row': 'the frame that the point moves with, counted as `link_frames` does: 0 is the '
             "table's frame 0, i the frame after row i",
+            'xyz': _XYZ + ' in that frame',
+            'rpy': _RPY,
+        },
+    ),
+    'LoopEntry': (
+        'loops',
+        'A list of closed loops. Each is a second chain that parts from the table and meets it '
+        'again; its passive joints have no motor, may stand in rows like joints, and follow from '
+        "the joints by Newton's method, on the branch of the known position. A loop may use the "
+        'passive joints of the loops before it. Messages have the joints only.',
+        {
+            'name': 'what messages call it',
+            'passive': 'names of the joints that it moves, as many as `rows`; revolute, or as '
+            '`{name, type}`',
+            'from': "where the second chain begins: without it the table's frame 0",
+            'links': 'its rows, in the convention of the table',
+            'meets': 'the frame that its end coincides with, moved by the rows of the table',
+            'rows': 'which components coincide, of x y z rx ry rz, in the axes of `from`; of a '
+            'rotation all three, or those of a loop whose other axes are always parallel',
+            'assembled': 'a position at which the loop closes, or nearly: it says which branch is '
+            'meant, and is checked',
+        },
+    ),
+    'PassiveEntry': (
+        'loops[].passive[]',
+        'A joint without a motor. Its limits are those of its loop.',
+        {'name': 'in expressions', 'type': '`revolute` where it is left out'},
+    ),
+    'LoopEndEntry': (
+        'loops[].from, loops[].meets',
+        'A frame of the table, moved, or a point of the file.',
+        {
+            'row': 'the frame after this row, 0 for frame 0',
+            'point': 'the name of a point, instead of the others',
             'xyz': _XYZ + ' in that frame',
             'rpy': _RPY,
         },

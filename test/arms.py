@@ -11,7 +11,9 @@ import kinematics_service as ks
 from kinematics_service.kinematics import singularity_rates
 from kinematics_service.robot.robot import build_robot
 
-BUNDLED = tuple(ks.bundled_robots())
+# Those whose loops are closed by the kernel, and all others.
+LOOPED = ('crank_slider', 'excavator', 'five_bar', 'four_bar_arm')
+BUNDLED = tuple(name for name in ks.bundled_robots() if name not in LOOPED)
 # Convention, number of joints, seed: `standard-7-0`.
 RANDOM = tuple(f'{convention}-{dof}-0' for convention in CONVENTIONS for dof in range(1, 13))
 EVERY_ARM = BUNDLED + RANDOM
@@ -29,7 +31,11 @@ def arm_of(name):
 @functools.cache
 def robot_of(name):
     """Return the robot of a bundled name, or of a random arm's."""
-    return ks.load_robot(name) if name in BUNDLED else ks.robot_from_text(arm_of(name).text())
+    return (
+        ks.load_robot(name)
+        if name in BUNDLED + LOOPED
+        else ks.robot_from_text(arm_of(name).text())
+    )
 
 
 @functools.cache

@@ -21,6 +21,7 @@ NAME = 'kinematics_service'
 ROOMS = (
     'kernel/layout',
     'kernel/forward',
+    'kernel/loops',
     'kernel/measures',
     'kernel/six_joints',
     'kernel/inverse',

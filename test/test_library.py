@@ -32,7 +32,7 @@ API = """
     forward_kinematics link_frames jacobian twist twist_at evaluate ToolState
     acceleration jacobian_rate analytic_jacobian AnalyticJacobian
     joint_torques wrench_from_torques WrenchEstimate
-    singularity Singularity Level
+    singularity Singularity Level LoopClosure LoopError
     inverse_kinematics IkResult IkSolution IkFamily
     joint_velocity ServoSettings ServoStep
     check_plan PlanCheck PlanError
@@ -72,7 +72,7 @@ def test_a_robot_is_found_by_name_and_by_path(tmp_path):
 def test_an_unknown_robot_is_refused_with_the_names():
     with pytest.raises(ks.RobotNotFoundError) as refusal:
         ks.load_robot('puma650')
-    listed = ', '.join(BUNDLED)
+    listed = ', '.join(ks.bundled_robots())
     assert str(refusal.value) == (
         f"no robot 'puma650': did you mean 'puma560'? give a YAML file or one of: {listed}"
     )

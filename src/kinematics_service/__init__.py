@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from .diagnosis.frame_check.diagnosis import diagnose_frames as diagnose_frames
     from .errors import JointVectorError as JointVectorError
     from .errors import KinematicsError as KinematicsError
+    from .errors import LoopError as LoopError
     from .errors import PlanError as PlanError
     from .errors import PointError as PointError
     from .errors import RobotFileError as RobotFileError
@@ -42,6 +43,7 @@ if TYPE_CHECKING:
     from .kinematics.acceleration import jacobian_rate as jacobian_rate
     from .kinematics.analytic import AnalyticJacobian as AnalyticJacobian
     from .kinematics.analytic import analytic_jacobian as analytic_jacobian
+    from .kinematics.closure import LoopClosure as LoopClosure
     from .kinematics.forward import forward_kinematics as forward_kinematics
     from .kinematics.forward import jacobian as jacobian
     from .kinematics.forward import link_frames as link_frames
@@ -77,6 +79,7 @@ _HOME = {
     'bundled_robots': 'robot.bundled',
     'JointVectorError': 'errors',
     'KinematicsError': 'errors',
+    'LoopError': 'errors',
     'PointError': 'errors',
     'RobotFileError': 'errors',
     'RobotNotFoundError': 'errors',
@@ -97,6 +100,7 @@ _HOME = {
     'TwistError': 'errors',
     'joint_velocity': 'kinematics.inverse.servo',
     'inverse_kinematics': 'kinematics.inverse.solve',
+    'LoopClosure': 'kinematics.closure',
     'forward_kinematics': 'kinematics.forward',
     'jacobian': 'kinematics.forward',
     'link_frames': 'kinematics.forward',

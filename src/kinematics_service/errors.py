@@ -10,6 +10,7 @@ Those with (V) are ValueErrors as well; behind a colon stands what an error carr
     +-- ExpressionError (V)
     +-- ArgumentError (V): argument, expected, given
     |   +-- JointVectorError: row
+    |   |   +-- LoopError: loop
     |   +-- PointError
     |   +-- TargetError
     |   +-- TwistError
@@ -150,6 +151,29 @@ class JointVectorError(ArgumentError):
     ) -> None:
         super().__init__(message, argument, expected, given)
         self.row = row
+
+
+class LoopError(JointVectorError):
+    """
+    Joint positions at which a closed loop of the arm does not close, on the branch it is known on.
+
+    Attributes
+    ----------
+    loop
+        Its name.
+    """
+
+    def __init__(
+        self,
+        message: str,
+        argument: str = '',
+        expected: Sequence[Any] = (),
+        given: Any = None,
+        row: int | None = None,
+        loop: str = '',
+    ) -> None:
+        super().__init__(message, argument, expected, given, row)
+        self.loop = loop
 
 
 class PointError(ArgumentError):

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from arms import robot_of
+from arms import BUNDLED, robot_of
 from calibrated_arms import measured_arm
 
 import kinematics_service as ks
@@ -65,7 +65,7 @@ def six_of(pose, middle):
     return np.concatenate([pose[:3, 3] - middle[:3, 3], turned])
 
 
-@pytest.mark.parametrize('name', sorted(ks.bundled_robots()))
+@pytest.mark.parametrize('name', BUNDLED)
 def test_pose_and_twist_change_as_central_differences_of_other_tables_do(name):
     # All numbers of the table, base, tool and joints are off along one random direction: then
     # the covariance is the product of the change with itself.
@@ -104,7 +104,7 @@ def test_pose_and_twist_change_as_central_differences_of_other_tables_do(name):
         assert np.abs(found - np.outer(change, change)).max() < DIFFERENCE * size**2
 
 
-@pytest.mark.parametrize('name', sorted(ks.bundled_robots()))
+@pytest.mark.parametrize('name', BUNDLED)
 def test_joints_that_are_off_change_pose_and_twist_as_differences_say(name):
     robot, random = robot_of(name), np.random.default_rng(8)
     q = pose_of_arm(robot, random.normal(size=robot.dof))
@@ -130,7 +130,7 @@ def test_joints_that_are_off_change_pose_and_twist_as_differences_say(name):
         assert np.abs(found - expected).max() < DIFFERENCE * np.abs(expected).max()
 
 
-@pytest.mark.parametrize('name', sorted(ks.bundled_robots()))
+@pytest.mark.parametrize('name', BUNDLED)
 def test_gears_that_are_off_move_joints_by_a_share_more(name):
     robot, random = robot_of(name), np.random.default_rng(11)
     q = pose_of_arm(robot, random.normal(size=robot.dof))

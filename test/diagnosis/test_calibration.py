@@ -7,7 +7,7 @@ chain of its own, so that each number comes by two roads.
 
 import numpy as np
 import pytest
-from arms import robot_of
+from arms import BUNDLED, robot_of
 from calibrated_arms import (
     BASE,
     TEN,
@@ -36,7 +36,7 @@ from kinematics_service.robot.file.sections import tolerances_section
 EXACT = 1e-9
 # A laser tracker's noise (m, rad).
 NOISE = 5e-5
-every_arm = pytest.mark.parametrize('name', ks.bundled_robots())
+every_arm = pytest.mark.parametrize('name', BUNDLED)
 ten_arms = pytest.mark.parametrize('name', TEN)
 
 

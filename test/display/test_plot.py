@@ -10,7 +10,7 @@ import xml.etree.ElementTree as ElementTree
 
 import numpy as np
 import pytest
-from arms import robot_of
+from arms import BUNDLED, LOOPED, robot_of
 from folders import GOLDEN
 
 import kinematics_service as ks
@@ -38,7 +38,6 @@ from kinematics_service.display.plots.workspace_picture import workspace_picture
 from kinematics_service.errors import PlotError
 
 ROUND_OFF = 1e-12
-BUNDLED = tuple(ks.bundled_robots())
 # An arm is shown at this share of the largest area it can have, or more: views along an axis of
 # the base are left out, where the labels of two axes fall together.
 SEEN = 0.85
@@ -97,7 +96,7 @@ def test_joint_axes_are_those_of_the_jacobian(name):
         assert sign * screw == pytest.approx(column, abs=ROUND_OFF)
 
 
-@pytest.mark.parametrize('name', BUNDLED)
+@pytest.mark.parametrize('name', BUNDLED + LOOPED)
 def test_the_drawn_arm_is_one_line_from_the_base_to_the_tool(name):
     robot = robot_of(name)
     q = clear_pose(robot)

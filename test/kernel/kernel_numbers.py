@@ -176,7 +176,12 @@ def lines(names):
 
 
 def main():
-    for line in lines(sys.argv[1:] or sorted(ks.bundled_robots())):
+    without_loops = (
+        name
+        for name, path in sorted(ks.bundled_robots().items())
+        if 'loops:' not in path.read_text()
+    )
+    for line in lines(sys.argv[1:] or without_loops):
         print(line)
 
 

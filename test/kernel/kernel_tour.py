@@ -26,6 +26,7 @@ from kinematics_service.kinematics.inverse.screws import screws_of
 from kinematics_service.kinematics.inverse.search import refinement
 from kinematics_service.kinematics.inverse.target import PROVED, ik_target_of
 from kinematics_service.rigid_motion import inverse
+from kinematics_service.robot.loops import close_at, closure_of
 from kinematics_service.robot.robot import Robot
 from kinematics_service.robot.task import ROW_NAMES
 
@@ -38,6 +39,7 @@ SINGLY = 4  # of them so many also one by one
 SOLVED = ('craig_3r', 'puma560', 'ur5e', 'scara_hsr065', 'panda')
 # What describes an arm, a stream or a target is no number that the kernel computes.
 GIVEN = (
+    kernel.Loop,
     *(kernel.Arm, kernel.Chain, kernel.TaskRows, kernel.Tape, kernel.OurJoints),
     *(kernel.ClosedForm, kernel.Joints, kernel.Refinement, kernel.Residual, kernel.Servo),
     kernel.SixJoints,
@@ -337,13 +339,21 @@ def visit(robot: Robot):
         targets(robot, random)
 
 
+def visit_loops(robot):
+    """Close the loops of an arm, from its file on and at poses around the known one."""
+    closure = closure_of(robot.description)
+    units = np.minimum(closure.units(), 1.0)
+    share = np.linspace(-0.3, 0.3, POSES)[:, None] * np.arange(1, robot.dof + 1) / robot.dof
+    close_at(robot.chain, closure.assembled() + units * share)
+
+
 def tour(robots):
     """Yield robot, function, number of calls, sha256 of all their numbers."""
     for name in robots:
         robot = ks.load_robot(name)
         record = Record()
         with record.running():
-            visit(robot)
+            (visit_loops if robot.chain.loops else visit)(robot)
         for function, digest in sorted(record.hashes.items()):
             yield name, function, record.calls[function], digest.hexdigest()
 

@@ -16,7 +16,7 @@ import kernel_numbers
 import mpmath
 import numpy as np
 import pytest
-from arms import robot_of
+from arms import BUNDLED, robot_of
 from kernel_tour import functions
 from tolerances import ROUND_OFF
 
@@ -359,9 +359,9 @@ def test_nothing_grows_over_a_hundred_thousand_calls():
     assert resident_kib() - before < 2048
 
 
-# An arm with a closed form and factors, and a redundant one that is searched; bench/kernel_bits.py
-# visits all.
-VISITED = ('puma560', 'panda')
+# An arm with a closed form and factors, a redundant one that is searched, and one with a loop;
+# bench/kernel_bits.py visits all.
+VISITED = ('puma560', 'panda', 'crank_slider')
 
 
 def toured(environment):
@@ -395,7 +395,7 @@ def stored_numbers(names):
 
 
 def test_the_numbers_are_those_of_every_other_machine():
-    names = sorted(ks.bundled_robots())
+    names = sorted(BUNDLED)
     with np.errstate(all='ignore'):
         assert list(kernel_numbers.lines(names)) == stored_numbers(names)
 

@@ -8,13 +8,13 @@ import re
 
 import numpy as np
 import pytest
-from arms import BUNDLED, poses, robot_of
+from arms import BUNDLED, LOOPED, poses, robot_of
 from tolerances import ROUND_OFF
 
 import kinematics_service as ks
 from kinematics_service.rigid_motion import rotation_vector
 
-every_robot = pytest.mark.parametrize('name', BUNDLED)
+every_robot = pytest.mark.parametrize('name', [*BUNDLED, *LOOPED])
 
 DOCUMENTS = (
     'anthropomorphic_3r',

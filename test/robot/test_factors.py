@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from arms import robot_of
+from arms import BUNDLED, robot_of
 from tolerances import DIFFERENCE, DIFFERENCE_STEP
 
 import kinematics_service as ks
@@ -13,7 +13,7 @@ from kinematics_service.estimation.joint_sample import JointSample
 from kinematics_service.estimation.status_text import singularity_status
 from kinematics_service.robot.task import seeded_poses
 
-FACTORED = [name for name in ks.bundled_robots() if robot_of(name).factors]
+FACTORED = [name for name in BUNDLED if robot_of(name).factors]
 # The others list what all minors share: no product of factors is their determinant.
 SQUARE = [
     name

@@ -5,6 +5,7 @@ import json
 
 import pytest
 import sympy
+from arms import BUNDLED
 from folders import GOLDEN
 
 import kinematics_service as ks
@@ -28,7 +29,7 @@ SYSTEMS = {
 
 # Arms with the table of another one, or alike another in convention, joints and offsets.
 ALIKE = ('crx10ia_l', 'fr3', 'gen3_lite', 'xarm7')
-DERIVED = tuple(name for name in ks.bundled_robots() if name not in ALIKE)
+DERIVED = tuple(name for name in BUNDLED if name not in ALIKE)
 
 
 # Their derivations take less than a second.

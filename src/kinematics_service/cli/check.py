@@ -13,11 +13,13 @@ from rich.table import Table
 from ..errors import Fault, KinematicsError, RobotFileError
 from ..estimation.status_text import structure_in_words
 from ..kernel import Floats
+from ..kinematics.tool_state import evaluate
 from ..printing import Output, facts, heading, plain, table
 from ..robot.file.convention_table import CONVENTIONS
 from ..robot.file.description import Placement, PointDescription
+from ..robot.loops import close_at, other_branches
 from ..robot.robot import Robot, load_robot
-from ..robot.task import SEEDED_POSES
+from ..robot.task import SEEDED_POSES, seeded_poses
 from .application import app
 from .known_poses import PoseError, pose_errors, pose_faults
 from .robots import joint_letters
@@ -173,6 +175,8 @@ def _print_arm(
     arm.add_row(
         '  reach', f'{task.reach:.4g} m from frame 0, the farthest of {SEEDED_POSES} poses'
     )
+    if description.loops:
+        arm.add_row('  loops', plain('\n'.join(_loops(robot))))
     arm.add_row('  task', f'rows {" ".join(task.rows)} of the Jacobian')
     arm.add_row('  length', f'{task.length:.4g} m, the characteristic length')
     arm.add_row('  rank', f'{task.generic_rank} of {full} at almost every pose')
@@ -200,6 +204,41 @@ def _point(point: PointDescription) -> str:
     frame = f'the frame after row {point.row}' if point.row else "the table's frame 0"
     where = motion_text(point.motion)
     return f'{point.name}, at {frame}' + ('' if where == 'identity' else f', {where}')
+
+
+def _loops(robot: Robot) -> Iterator[str]:
+    start = robot.chain.closure.assembled()
+    closure = evaluate(robot, start).closure
+    assert closure is not None  # the arm has loops
+    at = 0
+    for k, loop in enumerate(robot.description.loops):
+        values = closure.passive[at : at + len(loop.passive)]
+        at += len(loop.passive)
+        positions = ', '.join(
+            f'{joint.name} = {value:.6g}' for joint, value in zip(loop.passive, values)
+        )
+        yield (
+            f'{loop.name} moves {positions}: {len(loop.rows)} rows, {len(loop.passive)} passive '
+            f'joints; closed to {closure.residuals[k]:.1g}, det {closure.determinants[k]:.4g}'
+        )
+        yield f'  other branches there: {_branches(robot, k)}'
+    slides = [kind == 'prismatic' for kind in robot.joint_types]
+    q = seeded_poses(robot.limits, slides)
+    closed = int(np.sum(close_at(robot.chain, q)[1] == 0.0))
+    yield (
+        f'{robot.dof} degrees of freedom, those of the joints; the loops close at {closed} of '
+        f'{len(q)} poses inside the limits'
+    )
+
+
+def _branches(robot: Robot, k: int) -> str:
+    found = other_branches(robot.description, k)
+    names = [joint.name for joint in robot.description.loops[k].passive]
+    texts = [
+        ', '.join(f'{name} = {value:.4g}' for name, value in zip(names, branch))
+        for branch in found
+    ]
+    return '; '.join(texts) or 'none was found'
 
 
 def _structure(robot: Robot) -> str:

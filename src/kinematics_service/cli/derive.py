@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Optional
 import typer
 
 from ..robot.bundled import find_robot_file
-from ..robot.robot import load_robot
+from ..robot.robot import Robot, load_robot
 from .application import app
 from .options import RobotArgument, WrongUsage, refuse_unknown_robot
 
@@ -31,6 +31,9 @@ Examples:
 Every row's T, every frame, the Jacobian four ways and their difference, the determinant of the
 task rows as a product, where each factor vanishes, the rank there and the motion lost. --write
 puts the factors into the robot file, after checking their product against the determinant.
+
+Of an arm with closed loops: what closes them, how their passive joints follow the others, and the
+determinants of the closure and of the arm, as text.
 """
 
 
@@ -97,6 +100,12 @@ def derive(
         raise WrongUsage(f'--from {start:g} is not before --to {end:g}')
     locked = dict(_locks(lock or []))
     arm = load_robot(robot)
+    if arm.description.loops:
+        text_only = format == Format.text and not (lock or frame or code or path or write)
+        if not text_only:
+            raise WrongUsage('an arm with closed loops is derived as text, without other options')
+        _write_document(_closed_document(arm), out)
+        return
     # sympy takes half a second to load, and is known to be needed only here.
     from ..symbolic.derivation import derive as derived
 
@@ -108,12 +117,24 @@ def derive(
             return
         tell('writing')
         document = _document(derivation, format, frame, code, path, (start, end), plot)
+    _write_document(document, out)
+
+
+def _closed_document(arm: Robot) -> str:
+    from ..symbolic.closed_arm import derive_closed
+    from ..symbolic.output.closed_text import closed_text
+
+    with _Progress() as tell:
+        return closed_text(derive_closed(arm, tell))
+
+
+def _write_document(document: str, out: Path | None) -> None:
     if out is None:
         sys.stdout.write(document)
-    else:
-        from ..robot.file.writer import replace_file
+        return
+    from ..robot.file.writer import replace_file
 
-        replace_file(out, document)
+    replace_file(out, document)
 
 
 def _locks(given: list[str]) -> list[tuple[str, str]]:

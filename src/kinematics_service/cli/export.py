@@ -21,7 +21,8 @@ Examples:
 
 Every frame of the table and every point is a link, exact to 1e-12. Coupled and helical
 joints become joints that mimic. The shapes only mark joints and links, so that there is
-something to see; inertia and collision shapes are not known and not written.
+something to see; inertia and collision shapes are not known and not written. Closed loops, which
+URDF does not have, are left out, and a sentence on standard error says so.
 """
 
 
@@ -34,10 +35,13 @@ def export(
 ) -> None:
     """Run the command; `HELP` is what its user reads."""
     arm = given_robot(robot, '')
-    from ..formats.urdf.writer import urdf_text
+    from ..formats.urdf.writer import urdf_text, without_loops
 
     text = urdf_text(arm)
     write_document(urdf, text)
+    if arm.passive_joint_names:
+        loops = ', '.join(repr(loop.name) for loop in arm.description.loops)
+        print(without_loops(loops, arm.passive_joint_names), file=sys.stderr)
     if urdf != '-':
         links, joints = (len(re.findall(f'<{part} ', text)) for part in ('link', 'joint'))
         print(f'wrote {urdf}: {arm.name}, {links} links, {joints} joints')

@@ -145,6 +145,7 @@ def _measure_words(robot: Robot, singularity: Singularity) -> Iterator[tuple[str
         f'{singularity.rank} of {full}'
         + (f' ({singularity.generic_rank} at best)' if singularity.generic_rank < full else ''),
     )
+    yield from _loop_words(robot, singularity)
     if task.structurally_deficient:
         yield 'at every pose', plain(structure_in_words(robot))
     yield 'task', f'{" ".join(task.rows)}, characteristic length {task.length:.4g} m'
@@ -165,6 +166,19 @@ def _measure_words(robot: Robot, singularity: Singularity) -> Iterator[tuple[str
         yield 'along qdot', _motion_words(robot, singularity)
 
 
+def _loop_words(robot: Robot, singularity: Singularity) -> Iterator[tuple[str, str]]:
+    # Behind the factors of the file stand the closed loops.
+    factors, loops = singularity.factors, robot.loop_names
+    if factors is None:
+        return
+    for name, value, distance in zip(
+        factors.names, factors.values.tolist(), factors.distances.tolist()
+    ):
+        if name in loops:
+            away = f'about {in_degrees(distance)} of joint motion from flat'
+            yield plain(f'loop {name}'), f'det {value:.4g}, {away}'
+
+
 def _value_words(measure: Measure, robot: Robot, singularity: Singularity) -> str:
     value = getattr(singularity, measure.name)
     if measure.name == 'distance':
@@ -174,6 +188,9 @@ def _value_words(measure: Measure, robot: Robot, singularity: Singularity) -> st
             meaning = f'{in_degrees(value)} of joint motion to a singular pose, see below'
         elif not singularity.decided:
             meaning = 'not decided: no singular pose was found, none is excluded'
+            if robot.loop_names:
+                about = f'about {in_degrees(value)} of joint motion'
+                meaning = f'{about}; not decided, for loops bend the arm'
         elif value >= math.pi:
             meaning = 'far from singular poses: the first-order estimate ends at pi'
         else:

@@ -14,6 +14,7 @@ import numpy as np
 from .. import kernel
 from ..errors import JointVectorError
 from ..kernel import Floats, IncomingForm, NearestSearch, OutgoingMessages
+from ..kinematics.closure import why_not_closed
 from ..kinematics.singularity import Singularity, watched_value
 from ..kinematics.tool_state import ToolState, as_the_kernel_takes_it, evaluate
 from ..robot.measures import Level
@@ -115,6 +116,7 @@ MALFORMED = 'position and name of different length'
 DUPLICATE = 'joint named twice'
 NOT_FINITE = 'position not finite'
 TOO_LARGE = 'position too large'
+NOT_CLOSED = 'loop does not close'
 DROPPED = 'stamp not newer'
 WAITING = 'waiting for other joints'
 ACCEPTED = 'accepted'
@@ -167,18 +169,19 @@ class Estimator:
         self._table = self._new_table()
         self._search = NearestSearch(robot.arm)
         self._alarm = Alarm()
+        self._is_open = False
         self._prepare()
 
     def configure(self, robot: Robot, settings: EstimatorSettings) -> None:
-        """
-        Apply another arm or other settings; joints that keep their names keep their states.
-        """
+        """Apply another arm or other settings; joints that keep their names keep their states."""
         former = self._table
         if robot is not self.robot:
             self._search = NearestSearch(robot.arm)
+            former.forget_loops()
         moves_alike = robot.chain is self.robot.chain
         self.robot, self.settings = robot, settings
-        if joint_names(robot, settings.joint_prefix) == former.names:
+        same_names = joint_names(robot, settings.joint_prefix) == former.names
+        if same_names and former.fits(robot):
             former.configure(robot, self._source, settings.timeout)
         else:
             self._table = self._new_table()
@@ -367,6 +370,7 @@ class Estimator:
         if outcome > kernel.SAID_WITH_DIFFERENCES:
             return self._refused(outcome)
         self.counts[ACCEPTED] += 1
+        self._is_open = False
         moving = outcome != kernel.SAID_WITHOUT_VELOCITIES
         state = ToolState(self.robot, row, moving, None, measures)
         return EstimatorOutput(state, row[-kernel.ROW_TAIL :], incoming.stamp, _SOURCES[outcome])
@@ -389,13 +393,18 @@ class Estimator:
         This is the part of `take` with a memory; a recording passes it message by message, and the
         kernel in one batch.
         """
-        n = self.robot.dof
-        row = np.empty(2 * n + kernel.ROW_TAIL)
+        n, chain = self.robot.dof, self.robot.chain
+        # Whether loops close decides, too.
+        tail = 2 * n + kernel.ROW_TAIL
+        row = np.empty(chain.single_widths[kernel.POSE] if chain.loops else tail)
         outcome = self._observe(sample, row)
         if isinstance(outcome, RefusedMessage):
             return outcome
-        qdot = None if outcome == kernel.SAID_WITHOUT_VELOCITIES else row[n : 2 * n]
-        return AcceptedMessage(row[:n], qdot, sample.stamp or sample.received, _SOURCES[outcome])
+        joints = row[-tail:]
+        qdot = None if outcome == kernel.SAID_WITHOUT_VELOCITIES else joints[n : 2 * n]
+        return AcceptedMessage(
+            joints[:n], qdot, sample.stamp or sample.received, _SOURCES[outcome]
+        )
 
     def _observe(self, sample: JointSample, row: Floats) -> int | RefusedMessage:
         # One of the first three outcomes of `kernel.observe`, or a refusal; counted.
@@ -421,8 +430,9 @@ class Estimator:
                 outcome -= kernel.STARTED_ANEW
             if outcome <= kernel.SAID_WITH_DIFFERENCES:
                 self.counts[ACCEPTED] += 1
+                self._is_open = False
                 return outcome
-            if outcome in _REFUSALS:
+            if outcome in _REFUSALS or outcome == kernel.NOT_CLOSED:
                 return self._refused(outcome)
             refusal = self._bad_position(layout, positions)
         self.counts[refusal.reason] += 1
@@ -432,9 +442,20 @@ class Estimator:
         if outcome == kernel.NOT_COMPUTABLE:
             # The lengths of an arm made in Python can overflow; such a position must not be kept.
             self._table.forget()
-        refusal = _REFUSALS[outcome]
+        refusal = self._not_closed() if outcome == kernel.NOT_CLOSED else _REFUSALS[outcome]
         self.counts[refusal.reason] += 1
         return refusal
+
+    def _not_closed(self) -> RefusedMessage:
+        # Said once: to look for it takes a hundred times as long as a message.
+        if self._is_open:
+            return RefusedMessage(NOT_CLOSED)
+        self._is_open = True
+        _, sentence = why_not_closed(self.robot, self._table.positions())
+        return RefusedMessage(
+            NOT_CLOSED,
+            sentence or f'a loop of {self.robot.name} ends on the way from the last position',
+        )
 
     def _shape_refusal(self, sample: JointSample, layout: JointLayout) -> RefusedMessage | None:
         if not layout.joints:

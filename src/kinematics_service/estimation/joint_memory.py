@@ -52,6 +52,11 @@ def joint_names(robot: Robot, prefix: str) -> tuple[str, ...]:
     return tuple(prefix + name for name in robot.joint_names)
 
 
+def _closure_width(robot: Robot) -> int:
+    closure = robot.chain.closure
+    return 0 if closure is None else closure.width
+
+
 class JointTable:
     """
     What is known of each joint of an arm: the estimator's memory, and the questions to it.
@@ -78,7 +83,7 @@ class JointTable:
         self.names = joint_names(robot, prefix)
         self._index = {name: j for j, name in enumerate(self.names)}
         self._layouts: dict[tuple[str, ...], JointLayout] = {}
-        self.memory = JointMemory(len(self.names))
+        self.memory = JointMemory(len(self.names), _closure_width(robot))
         self._columns = self.memory.columns
         self.configure(robot, source, timeout)
 
@@ -107,6 +112,18 @@ class JointTable:
             return None
         qdot = self._columns.velocity.copy()
         return self._columns.position.copy(), None if np.isnan(qdot).any() else qdot
+
+    def positions(self) -> Floats:
+        """Return the joint positions that are known, shape (n,); NaN for the others."""
+        return self._columns.position.copy()
+
+    def fits(self, robot: Robot) -> bool:
+        """Return whether the memory is of an arm with loops as this one has."""
+        return self.memory.closure == _closure_width(robot)
+
+    def forget_loops(self) -> None:
+        """Let the loops be closed from their known position."""
+        self.memory.is_closed = False
 
     def forget(self) -> None:
         """Forget the states of all joints."""

@@ -14,6 +14,9 @@ from .forward.angles import shortest_angle as shortest_angle
 from .forward.angles import sine_and_cosine as sine_and_cosine
 from .forward.chain import Chain as Chain
 from .forward.chain import ChainTable as ChainTable
+from .forward.chain import Closure as Closure
+from .forward.chain import Loop as Loop
+from .forward.chain import section_width as section_width
 from .forward.pose_errors import PoseErrors as PoseErrors
 from .forward.pose_errors import PoseErrorTable as PoseErrorTable
 from .forward.pose_errors import covariances as covariances
@@ -49,6 +52,8 @@ from .layout.arrays import Bytes as Bytes
 from .layout.arrays import Floats as Floats
 from .layout.arrays import Integers as Integers
 from .layout.places import *  # noqa: F403
+from .loops.closing import assemble as assemble
+from .loops.closing import close_at as close_at
 from .measures.arm import Arm as Arm
 from .measures.clearance import Clearance as Clearance
 from .measures.clearance import clearances as clearances

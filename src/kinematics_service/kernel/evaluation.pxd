@@ -4,6 +4,7 @@ from libc cimport math
 
 from .forward cimport chain_lanes, chain_pass
 from .layout cimport arrays, places
+from .loops cimport closed_pass
 from .measures.arm cimport Arm
 from .forward.chain cimport Chain
 
@@ -29,6 +30,6 @@ cdef Py_ssize_t _evaluate_rows(
 )
 cpdef int evaluate_one(Arm arm, cnp.ndarray q, cnp.ndarray qdot, cnp.ndarray row) except -9
 @cython.locals(nothing=double, total=double, n=int, depth=int, j=int)
-cdef int evaluate_tail(Chain chain, double* row, int at) noexcept nogil
+cdef int evaluate_tail(Chain chain, double* row, int at, bint closed) noexcept nogil
 @cython.locals(motions='double*', results='double*', count=Py_ssize_t, k=Py_ssize_t)
 cpdef quaternions(cnp.ndarray poses, cnp.ndarray quaternions_xyzw)

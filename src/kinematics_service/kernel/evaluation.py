@@ -6,6 +6,7 @@ from .forward import chain_lanes, chain_pass
 from .forward.chain import Chain
 from .layout import arrays, places
 from .layout.arrays import Floats
+from .loops import closed_pass
 from .measures.arm import Arm
 
 
@@ -55,7 +56,7 @@ def evaluate(chain: Chain, q: Floats, qdot: Floats, depth: int, rows: Floats) ->
 def _width(chain: Chain, depth: int) -> int:
     if depth >= places.ALL_FRAMES:
         return chain.width
-    return chain.frames_at if depth == places.JACOBIAN else places.JACOBIAN_AT
+    return chain.frames_at if depth == places.JACOBIAN else chain.pose_width
 
 
 def _evaluate_rows(
@@ -75,6 +76,7 @@ def _evaluate_rows(
         q_k, qdot_k = arrays.after(q, k * n), arrays.after(qdot, k * each)
         row = arrays.after(rows, k * width)
         side_by_side = depth < places.ALL_FRAMES and count - k >= places.LANES
+        side_by_side = side_by_side and chain.loops == 0
         if side_by_side and chain_lanes.evaluate_rows(
             chain, q_k, qdot_k, each, depth, row, width, work
         ):
@@ -84,7 +86,7 @@ def _evaluate_rows(
         for j in range(n):
             nothing += 0.0 * q_k[j] + 0.0 * qdot_k[j]  # not a number if one is not finite
         if nothing != 0.0 or not math.isfinite(
-            chain_pass.evaluate_row(chain, q_k, qdot_k, depth, row)
+            closed_pass.evaluate_row(chain, q_k, qdot_k, depth, row)
         ):
             return k
         k += 1
@@ -113,21 +115,22 @@ def evaluate_one(arm: Arm, q: Floats, qdot: Floats, row: Floats) -> int:
         return -2
     positions, rates = arrays.numbers(q, n), arrays.numbers(qdot, n)
     tail = 2 * n + places.ROW_TAIL
-    result = arrays.results(row, places.JACOBIAN_AT + tail)
+    result = arrays.results(row, arm.chain.pose_width + tail)
     at = arrays.size(row) - tail
     for j in range(n):
         result[at + j] = positions[j]
         result[at + n + j] = rates[j]
-    bad = evaluate_tail(arm.chain, result, at)
+    bad = evaluate_tail(arm.chain, result, at, False)
     for i in range(places.ROW_TAIL):
         result[at + 2 * n + i] = result[places.QUATERNION_AT + i]
     return bad
 
 
-def evaluate_tail(chain: Chain, row: Floats, at: int) -> int:
+def evaluate_tail(chain: Chain, row: Floats, at: int, closed: bool) -> int:
     """
     Evaluate a row at the q and qdot in it from `at` on, which is its width. Returns -1, or 0 if a
-    number is not finite or too large.
+    number is not finite or too large, or a loop does not close. Where they have been closed in the
+    row, `closed` says so.
     """
     n = chain.dof
     nothing = 0.0
@@ -138,9 +141,12 @@ def evaluate_tail(chain: Chain, row: Floats, at: int) -> int:
         depth = places.ALL_FRAMES
     elif at >= chain.frames_at:
         depth = places.JACOBIAN
-    total = chain_pass.evaluate_row(
-        chain, arrays.after(row, at), arrays.after(row, at + n), depth, row
-    )
+    if closed:
+        total = closed_pass.evaluate_closed(chain, arrays.after(row, at + n), depth, row)
+    else:
+        total = closed_pass.evaluate_row(
+            chain, arrays.after(row, at), arrays.after(row, at + n), depth, row
+        )
     return -1 if math.isfinite(total + nothing) else 0
 
 

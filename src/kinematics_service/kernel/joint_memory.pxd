@@ -4,10 +4,10 @@ from .layout cimport arrays, places
 
 cdef class JointMemory:
     cdef readonly object columns
-    cdef readonly int joints
+    cdef readonly int joints, closure
     cdef public long long timeout
     cdef public int velocity_source
-    cdef public bint is_new_tool
+    cdef public bint is_new_tool, is_closed
     cdef double* position
     cdef double* before
     cdef double* velocity
@@ -20,6 +20,7 @@ cdef class JointMemory:
     cdef long long* jump_count
     cdef long long* jumps
     cdef double* last_quaternion
+    cdef double* closed
 
 cdef class OurJoints:
     cdef readonly tuple table

@@ -26,7 +26,9 @@ class JointColumns(NamedTuple):
     jumps : shape (n, JUMPS_KEPT), ns
         Times of the last jumps, steady clock: a ring buffer.
     last_quaternion : shape (4,)
-        Source of the velocities of the last answer.
+        Of the last answer.
+    closed : shape (width of the closure,)
+        The closed loops of the last answer.
     """
 
     position: Floats
@@ -41,9 +43,10 @@ class JointColumns(NamedTuple):
     jump_count: Integers
     jumps: Integers
     last_quaternion: Floats
+    closed: Floats
 
 
-def _empty_columns(joints: int) -> JointColumns:
+def _empty_columns(joints: int, closure: int) -> JointColumns:
     numbers = np.zeros((3, joints))
     integers = np.zeros((7, joints), dtype=np.int64)
     return JointColumns(
@@ -59,6 +62,7 @@ def _empty_columns(joints: int) -> JointColumns:
         jump_count=integers[6],
         jumps=np.zeros((joints, places.JUMPS_KEPT), dtype=np.int64),
         last_quaternion=np.zeros(4),
+        closed=np.zeros(closure),
     )
 
 
@@ -70,6 +74,8 @@ class JointMemory:
     ----------
     joints
         Their number.
+    closure
+        Width of the arm's closure; 0 without loops.
 
     Attributes
     ----------
@@ -83,12 +89,15 @@ class JointMemory:
         AUTO, FROM_MESSAGE or FROM_DIFFERENCE.
     is_new_tool
         Whether the next quaternion may have any sign.
+    is_closed
+        Whether the loops closed at the last answer.
     """
 
-    def __init__(self, joints: int) -> None:
-        columns = _empty_columns(joints)
+    def __init__(self, joints: int, closure: int = 0) -> None:
+        columns = _empty_columns(joints, closure)
         self.columns = columns
-        self.joints = joints
+        self.joints, self.closure = joints, closure
+        self.is_closed = False
         self.timeout = 0
         self.velocity_source = places.AUTO
         self.is_new_tool = True
@@ -104,6 +113,7 @@ class JointMemory:
         self.jump_count = arrays.whole_results(columns.jump_count, joints)
         self.jumps = arrays.whole_results(columns.jumps, places.JUMPS_KEPT * joints)
         self.last_quaternion = arrays.results(columns.last_quaternion, 4)
+        self.closed = arrays.results(columns.closed, closure)
         clear(self)
 
 
@@ -141,6 +151,7 @@ class OurJoints:
 
 def clear(memory: JointMemory) -> None:
     """Do the work of `forget`."""
+    memory.is_closed = False
     for j in range(memory.joints):
         memory.position[j] = places.NAN
         memory.before[j] = places.NAN

@@ -4,12 +4,17 @@ from libc cimport math
 
 from . cimport evaluation
 from .layout cimport arrays, lanes, places
-from .measures cimport factor_lanes, factors, measure_lanes, singularity
+from .measures cimport factor_lanes, factors, gradient, measure_lanes, singularity
 from .measures.arm cimport Arm
 from .measures.nearest_singular cimport NearestSearch
 
 @cython.locals(n=int, count=int, f=int, j=int, squares=double, slope=double)
 cdef void _judge_factors(Arm arm, double* q, double* judged, double* steps) noexcept nogil
+@cython.locals(
+    n=int, count=int, distances='double*', results='double*', squares=double, slope=double,
+    determinant=double, k=int, j=int,
+)
+cdef void _judge_loops(Arm arm, double* row, double* judged, double* work) noexcept nogil
 @cython.locals(
     nearest=int, f=int, judged='double*', distances='double*', watched=double, sign=double,
     level=double,
@@ -25,7 +30,7 @@ cdef void _take_over(Arm arm, double* measures, NearestSearch search) noexcept n
 cdef void judge_row(
     Arm arm, double* row, double* q, double* measures, double* work, NearestSearch search
 ) noexcept nogil
-@cython.locals(steps='double*')
+@cython.locals(steps='double*', judged='double*')
 cdef void _judge_one(Arm arm, double* row, double* q, double* measures, double* work) noexcept nogil
 @cython.locals(
     n=Py_ssize_t, columns=Py_ssize_t, length=Py_ssize_t, measured='double*', evaluated='double*',
@@ -51,9 +56,10 @@ cdef void _find_all(
     double* work, NearestSearch search, bint in_order
 ) noexcept nogil
 cdef Py_ssize_t _judged_at(Arm arm) noexcept nogil
+cdef int _factors(Arm arm) noexcept nogil
 @cython.locals(n=Py_ssize_t, m=Py_ssize_t)
 cdef Py_ssize_t _directions(Arm arm) noexcept nogil
-@cython.locals(n=Py_ssize_t)
+@cython.locals(n=Py_ssize_t, spare=Py_ssize_t)
 cdef Py_ssize_t room(Arm arm) noexcept nogil
 cdef Py_ssize_t width(Arm arm) noexcept nogil
 @cython.locals(n=Py_ssize_t, m=Py_ssize_t, free=Py_ssize_t)

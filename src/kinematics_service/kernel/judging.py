@@ -5,17 +5,17 @@ import math
 from . import evaluation
 from .layout import arrays, lanes, places
 from .layout.arrays import Floats
-from .measures import factor_lanes, factors, measure_lanes, singularity
+from .measures import factor_lanes, factors, gradient, measure_lanes, singularity
 from .measures.arm import Arm
 from .measures.nearest_singular import NearestSearch
 
 
 def _judge_factors(arm: Arm, q: Floats, judged: Floats, steps: Floats) -> None:
     # Fills distances, values and gradients of the factors.
-    n, count = arm.chain.dof, arm.tape.factors
+    n, count = arm.chain.dof, _factors(arm)
     distances = arrays.after(judged, places.JUDGED)
     factors.run_tape(arm.tape, n, q, steps)
-    for f in range(count):
+    for f in range(arm.tape.factors):
         step = arrays.after(steps, arm.tape.ends[f] * (n + 1))
         result = arrays.after(distances, count + f * (1 + n))
         result[0] = step[n]
@@ -27,12 +27,30 @@ def _judge_factors(arm: Arm, q: Floats, judged: Floats, steps: Floats) -> None:
         distances[f] = factors.distance_to_zero(step[n], math.sqrt(squares))
 
 
+def _judge_loops(arm: Arm, row: Floats, judged: Floats, work: Floats) -> None:
+    # The same of the loops' determinants, behind the factors. Where a branch ends, its determinant
+    # falls as a root, and it is half as far as the first order says.
+    n, count = arm.chain.dof, _factors(arm)
+    distances = arrays.after(judged, places.JUDGED)
+    results = arrays.after(distances, count + arm.tape.factors * (1 + n))
+    gradient.write_determinants(arm.chain, row, results, work)
+    for k in range(arm.chain.loops):
+        squares = 0.0
+        for j in range(n):
+            slope = results[k * (1 + n) + 1 + j] * arm.task.column_scale[j]
+            squares += slope * slope
+        determinant = results[k * (1 + n)]
+        distances[arm.tape.factors + k] = 0.5 * factors.distance_to_zero(
+            determinant, math.sqrt(squares)
+        )
+
+
 def _judge(arm: Arm, measures: Floats) -> None:
     # Nearest factor and level, of all that has been measured and found.
     judged = arrays.after(measures, _judged_at(arm))
     distances = arrays.after(judged, places.JUDGED)
     nearest = 0
-    for f in range(arm.tape.factors):
+    for f in range(_factors(arm)):
         if distances[f] < distances[nearest]:
             nearest = f
     watched = abs(measures[arm.watched])
@@ -53,9 +71,9 @@ def _first_order(arm: Arm, measures: Floats) -> float:
     estimate = measures[places.DISTANCE]
     distances = arrays.after(measures, _judged_at(arm) + places.JUDGED)
     nearest = places.PI
-    for f in range(arm.tape.factors):
+    for f in range(_factors(arm)):
         nearest = min(nearest, distances[f])
-    if arm.tape.factors == 0 or estimate == 0.0:
+    if _factors(arm) == 0 or estimate == 0.0:
         return estimate
     return nearest if arm.factors_complete else min(estimate, nearest)
 
@@ -65,7 +83,8 @@ def _judge_first_order(arm: Arm, measures: Floats) -> None:
     judged = arrays.after(measures, _judged_at(arm))
     pose = arrays.after(measures, width(arm) - arm.chain.dof)
     estimate = _first_order(arm, measures)
-    judged[places.FIRST_ORDER], judged[places.DECIDED] = estimate, 1.0
+    judged[places.FIRST_ORDER] = estimate
+    judged[places.DECIDED] = 1.0 if arm.chain.loops == 0 else 0.0
     for j in range(arm.chain.dof):
         pose[j] = places.NAN
     measures[places.DISTANCE] = estimate
@@ -95,6 +114,8 @@ def judge_row(
     `work` has room for `room` numbers; the search is that of the pose before, or a new one.
     """
     _judge_one(arm, row, q, measures, work)
+    if arm.chain.loops > 0:
+        return  # the search does not know how the loops bend
     judged = arrays.after(measures, _judged_at(arm))
     estimate = judged[places.FIRST_ORDER]
     if not search.follow(q, estimate):
@@ -108,6 +129,9 @@ def _judge_one(arm: Arm, row: Floats, q: Floats, measures: Floats, work: Floats)
     if arm.tape.factors > 0:
         steps = arrays.after(work, _directions(arm))
         _judge_factors(arm, q, arrays.after(measures, _judged_at(arm)), steps)
+    if arm.chain.loops > 0:
+        judged = arrays.after(measures, _judged_at(arm))
+        _judge_loops(arm, row, judged, arrays.after(work, _directions(arm)))
     _judge_first_order(arm, measures)
 
 
@@ -150,7 +174,7 @@ def _judge_all(
     work: Floats,
 ) -> None:
     n, columns = arm.chain.dof, width(arm)
-    regular = arm.task.generic_rank == min(n, arm.task.count)
+    regular = arm.task.generic_rank == min(n, arm.task.count) and arm.chain.loops == 0
     k = 0
     while k < count:
         together, left = 1, 1
@@ -189,6 +213,8 @@ def _find_all(
     in_order: bool,
 ) -> None:
     n, columns = arm.chain.dof, width(arm)
+    if arm.chain.loops > 0:
+        return  # the search does not know how the loops bend
     for k in range(count):
         position, one = arrays.after(q, k * n), arrays.after(measures, k * columns)
         judged = arrays.after(one, _judged_at(arm))
@@ -206,6 +232,11 @@ def _judged_at(arm: Arm) -> int:
     return places.LOST_AT + 6 + 2 * arm.chain.dof + min(arm.chain.dof, arm.task.count)
 
 
+def _factors(arm: Arm) -> int:
+    # Of the robot file, and the determinants of loops.
+    return arm.tape.factors + arm.chain.loops
+
+
 def _directions(arm: Arm) -> int:
     # How many numbers the directions that `measure_row` leaves take.
     n, m = arm.chain.dof, arm.task.count
@@ -215,13 +246,14 @@ def _directions(arm: Arm) -> int:
 def room(arm: Arm) -> int:
     """Return how many numbers `judge_row` needs room for."""
     n = arm.chain.dof
-    return _directions(arm) + max(6 * n + n * n, arm.tape.steps * (n + 1))
+    spare = max(n * n, gradient.room(arm.chain))
+    return _directions(arm) + max(6 * n + spare, arm.tape.steps * (n + 1))
 
 
 def width(arm: Arm) -> int:
     """Return the length of a row of measures."""
     n = arm.chain.dof
-    return _judged_at(arm) + places.JUDGED + arm.tape.factors * (2 + n) + n
+    return _judged_at(arm) + places.JUDGED + _factors(arm) * (2 + n) + n
 
 
 def _room_side_by_side(arm: Arm) -> int:
@@ -256,7 +288,8 @@ def measure(arm: Arm, rows: Floats, q: Floats, measures: Floats) -> None:
     measures : shape (N, 6 + 6 + 2 n + min(m, n) + 5 + F (2 + n) + n)
         Scalars DETERMINANT (NaN where J_t is not square) to RANK, the lost direction (6,) in base
         axes, the joint motion (n,) and the way out (n,) in rad or m, the singular values; WATCHED
-        to DECIDED, the distances to the zeros of the F factors, value and gradient of each; the
+        to DECIDED, the distances to the zeros of the F factors, those of loops behind those of the
+        robot file, value and gradient of each; the
         singular pose that was found nearest (n,).
     """
     arrays.given(arm)

@@ -5,6 +5,7 @@ from libc cimport math
 from . cimport evaluation, joint_memory
 from .forward cimport angles
 from .layout cimport arrays, places
+from .loops cimport closing
 from .measures.arm cimport Arm
 from .joint_memory cimport JointMemory, OurJoints
 
@@ -42,7 +43,11 @@ cdef int _merge(
 cdef void _write_continuous_quaternion(
     JointMemory memory, double* row, Py_ssize_t at
 ) noexcept nogil
-@cython.locals(outcome=int, moving=cython.bint, n=Py_ssize_t, j=Py_ssize_t)
+@cython.locals(failed=int, k=int)
+cdef bint _close(Arm arm, JointMemory memory, double* q, double* section) noexcept nogil
+@cython.locals(
+    outcome=int, moving=cython.bint, loops=cython.bint, n=Py_ssize_t, j=Py_ssize_t
+)
 cdef int take(
     Arm arm, JointMemory memory, OurJoints ours, double* positions, double* velocities,
     bint has_velocities, long long stamp, long long received, long long arrival, double* row,

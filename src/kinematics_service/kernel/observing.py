@@ -7,6 +7,7 @@ from .forward import angles
 from .joint_memory import JointMemory, OurJoints
 from .layout import arrays, places
 from .layout.arrays import Floats
+from .loops import closing
 from .measures.arm import Arm
 
 # Evidence that two publishers disagree about a joint: it jumps by more than MOVED_APART (rad or m)
@@ -156,6 +157,20 @@ def _write_continuous_quaternion(memory: JointMemory, row: Floats, at: int) -> N
     memory.is_new_tool = False
 
 
+def _close(arm: Arm, memory: JointMemory, q: Floats, section: Floats) -> bool:
+    # Closes the loops at q; where they closed at the last answer, on from there. Behind a pose at
+    # which one does not close, nothing is known of the branch but the known positions.
+    if memory.is_closed:
+        failed = closing.close_next(arm.chain.closure, memory.closed, q, section)
+    else:
+        failed = closing.close(arm.chain.closure, q, section)
+    memory.is_closed = failed == 0
+    if failed == 0:
+        for k in range(memory.closure):
+            memory.closed[k] = section[k]
+    return failed == 0
+
+
 def take(
     arm: Arm,
     memory: JointMemory,
@@ -180,7 +195,12 @@ def take(
         row[at + n + j] = memory.velocity[j] if moving else 0.0
     if at == 0:
         return outcome
-    if evaluation.evaluate_tail(arm.chain, row, at) >= 0:
+    loops = arm.chain.loops > 0
+    if loops and not _close(
+        arm, memory, arrays.after(row, at), arrays.after(row, arm.chain.closure_at)
+    ):
+        return places.NOT_CLOSED + outcome // places.STARTED_ANEW * places.STARTED_ANEW
+    if evaluation.evaluate_tail(arm.chain, row, at, loops) >= 0:
         return places.NOT_COMPUTABLE + outcome // places.STARTED_ANEW * places.STARTED_ANEW
     _write_continuous_quaternion(memory, row, at + 2 * n)
     return outcome
@@ -194,7 +214,8 @@ def check_fit(arm: Arm, memory: JointMemory, ours: OurJoints, count: int, at: in
         memory.joints != arm.chain.dof
         or ours.joints_needed > memory.joints
         or ours.places_needed > count
-        or (at != 0 and at < places.JACOBIAN_AT)
+        or (at != 0 and at < arm.chain.pose_width)
+        or (arm.chain.loops > 0 and memory.closure != arm.chain.closure.width)
     ):
         raise TypeError('an arm, its memory and a message do not go together')
 
@@ -213,7 +234,7 @@ def observe(
     """
     Take a message into the memory, and fill a row with the state it makes: all in one call.
 
-    Returns SAID_WITHOUT_VELOCITIES to NOT_COMPUTABLE, plus STARTED_ANEW if its stamp stepped back
+    Returns SAID_WITHOUT_VELOCITIES to NOT_CLOSED, plus STARTED_ANEW if its stamp stepped back
     so far that everything before was forgotten.
 
     Parameters

@@ -13,6 +13,7 @@ import numpy.typing as npt
 from .. import kernel
 from ..errors import JointVectorError
 from ..kernel import Floats
+from ..robot.loops import refuse_loops
 from ..robot.points import TOOL, Point
 from ..robot.robot import Robot
 from .forward import BASE, chosen, cross, offset_of, state_of, with_point_at
@@ -48,6 +49,7 @@ def jacobian_rate(
     PointError
         The arm has no such point, row or axes; `at` is not three finite numbers.
     """
+    refuse_loops(robot.description, 'the rate of the Jacobian')
     state = state_of(robot, of, q, qdot)
     return chosen(robot, q, state, _rate(state, robot.point(of), at), of, None, axes)
 
@@ -93,6 +95,7 @@ def acceleration(
     >>> ks.acceleration(robot, [0, 0], [2.0, 0], [0, 0], of=1)[0].tolist()
     -4.0
     """
+    refuse_loops(robot.description, 'the acceleration')
     state, point = state_of(robot, of, q, qdot), robot.point(of)
     accelerations = _accelerations(robot, qddot)
     J, rates = state.jacobian, state.qdot

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from .. import kernel
 from ..kernel import Floats
+from ..robot.loops import close_at
 from ..robot.measures import Level
 from ..robot.robot import Robot
 from ..robot.task import ROW_NAMES, seeded_poses
@@ -48,6 +49,8 @@ INTERPOLATED = 1e-3
 # reach, and the seed that makes them repeatable.
 WAYS = 16
 LEAST_SHARE = 0.25
+# The way of closed loops, rad or a share of their size, is halved to where they close all along.
+WAY_OF_LOOPS, SHORTEST_WAY = 0.5, 0.001
 SEED = 560
 
 
@@ -109,8 +112,10 @@ def smooth_trajectory(robot: Robot) -> Passage:
     its clock is that of damped least squares: far away the tool has a constant speed, so the
     joints speed up towards the singular pose, until the damping bounds them. At its ends it stands
     still. If the limits exclude singular poses, or leave no room around them, its middle is a
-    regular pose.
+    regular pose. That of an arm with closed loops goes through the known position of its loops.
     """
+    if robot.chain.loops:
+        return _clocked(robot, _way_of_loops(robot))
     inside = inside_limits(robot)
     path = _clearest_way(robot, singular_poses(robot, inside), inside)
     if path is None:
@@ -118,6 +123,21 @@ def smooth_trajectory(robot: Robot) -> Passage:
         path = _clearest_way(robot, anywhere, inside)
     still = np.zeros(robot.dof)
     return _clocked(robot, path or _Way(still, still, still))
+
+
+def _way_of_loops(robot: Robot) -> '_Way':
+    # All joints together, as far as every loop closes and the limits allow.
+    middle, units = robot.chain.closure.assembled(), np.minimum(robot.chain.closure.units(), 1.0)
+    x = np.linspace(-1.0, 1.0, 21)[:, None]
+    length = WAY_OF_LOOPS
+    low, high = robot.limits.T
+    while length > SHORTEST_WAY:
+        q = middle + length * x * units
+        inside = np.all((q >= low) & (q <= high))
+        if inside and not np.any(close_at(robot.chain, q)[1]):
+            return _Way(middle, length * units, np.zeros(robot.dof))
+        length *= 0.5
+    return _Way(middle, np.zeros(robot.dof), np.zeros(robot.dof))
 
 
 class _Way(NamedTuple):

@@ -20,6 +20,7 @@ ARRIVED = 1e-6
 def singular_poses(robot: Robot, inside: Floats) -> Floats:
     """
     Return singular poses (k, n) in rad or m, the same each time; k is 0 if none was found.
+    Of an arm with closed loops none is looked for.
 
     Parameters
     ----------
@@ -28,6 +29,8 @@ def singular_poses(robot: Robot, inside: Floats) -> Floats:
     inside : shape (n, 2), rad or m
         Limits the poses stay inside; infinite if there are none.
     """
+    if robot.chain.loops:
+        return np.empty((0, robot.dof))  # on the way a loop might not close
     slides = [kind == 'prismatic' for kind in robot.joint_types]
     q = seeded_poses(inside, slides)[:STARTS]
     scale = np.where(slides, robot.task.length, 1.0)

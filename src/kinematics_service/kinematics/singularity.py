@@ -48,10 +48,12 @@ class Singularity:
         none was found or looked for; in a batch, NaN. Limits of joints do not count.
     decided
         False where first or second order say that a singular pose may be near, and none was found.
-        It is no proof that there is none.
+        It is no proof that there is none. False for arms with closed loops, whose singular poses
+        are not looked for: their distance is of first order.
     clearance
         Radius around this pose in which no pose is singular, rad, at most 1: proved by bounds of
-        the Jacobian's change. Computed when it is first asked for.
+        the Jacobian's change. Computed when it is first asked for. 0 for arms with closed loops,
+        of which nothing is proved.
     lost_direction : shape (..., 6)
         Unit vector of the tool motion that takes most joint motion, in base axes: linear, then
         angular times the length.
@@ -68,7 +70,8 @@ class Singularity:
     level
         OK, WARN or ERROR by the robot's thresholds, without hysteresis.
     factors
-        The named factors, where the robot file lists some; otherwise None.
+        The named factors, where the robot file lists some, and behind them the closed loops, by
+        the determinants of their closure; otherwise None.
     """
 
     determinant: Any

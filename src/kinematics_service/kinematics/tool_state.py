@@ -8,10 +8,11 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import kernel
-from ..errors import JointVectorError
+from ..errors import JointVectorError, LoopError
 from ..kernel import Chain, Floats
 from ..robot.points import Point
 from ..robot.robot import Robot
+from .closure import LoopClosure, closure_in, why_not_closed
 from .threads import in_parts
 
 
@@ -102,6 +103,15 @@ class ToolState(NamedTuple):
         return self.row[..., at : at + 6]
 
     @property
+    def closure(self) -> LoopClosure | None:
+        """Return the closed loops of the arm, with their passive joints; None without loops."""
+        chain = self.robot.chain
+        if not chain.loops:
+            return None
+        at = chain.closure_at
+        return closure_in(self.robot, self.row[..., at : at + chain.closure.width])
+
+    @property
     def link_frames(self) -> Floats:
         """
         Return frame 0 and the frame after each row in the base frame, shape (..., rows + 1, 4, 4).
@@ -175,6 +185,8 @@ def evaluate(
     ------
     JointVectorError
         The last dimension is not n, or a number is not finite.
+    LoopError
+        A closed loop of the arm does not close there.
     """
     chain = robot.chain
     # as_the_kernel_takes_it twice, written out: a call costs more than what it asks.
@@ -199,7 +211,7 @@ def evaluate(
     else:
         bad = kernel.evaluate_one(robot.arm, positions, rates, row)
     if bad != -1:
-        raise _not_taken(robot, positions, rates)
+        raise _not_taken(robot, chain, positions, rates)
     return _new(ToolState, (robot, row, qdot is not None, None, measures))
 
 
@@ -229,7 +241,7 @@ def evaluate_point(
         return _evaluate_batch(robot, chain, positions, None if qdot is None else rates, depth)
     row = np.empty(chain.single_widths[depth])
     if kernel.evaluate_one(point.arm, positions, rates, row) != -1:
-        raise _not_taken(robot, positions, rates)
+        raise _not_taken(robot, chain, positions, rates)
     return _new(ToolState, (robot, row, qdot is not None, None, None))
 
 
@@ -260,16 +272,28 @@ def _evaluate_batch(
 
     bad = in_parts(len(flat), part)
     if bad >= 0:
-        raise _not_finite(bad, flat[bad], rates[bad if len(rates) > 1 else 0], q.shape)
+        qdot_bad = rates[bad if len(rates) > 1 else 0]
+        raise _refusal(robot, chain, bad, flat[bad], qdot_bad, q.shape)
     row = table.reshape(*q.shape[:-1], table.shape[1])
     return ToolState(robot, row, qdot is not None, (q, qdot))
 
 
-def _not_taken(robot: Robot, q: Floats, qdot: Floats) -> JointVectorError:
+def _not_taken(robot: Robot, chain: Chain, q: Floats, qdot: Floats) -> JointVectorError:
     # Why the kernel refuses one pose: its error is raised here where there are not n numbers.
     _joint_vector(robot, q, 'q')
     _joint_vector(robot, qdot, 'qdot')
-    return _not_finite(0, q, qdot, q.shape)
+    return _refusal(robot, chain, 0, q, qdot, q.shape)
+
+
+def _refusal(
+    robot: Robot, chain: Chain, row: int, q: Floats, qdot: Floats, shape: tuple[int, ...]
+) -> JointVectorError:
+    # Why the kernel has no numbers for a pose.
+    if chain.loops and np.isfinite(q).all() and np.isfinite(qdot).all():
+        loop, sentence = why_not_closed(robot, q)
+        if loop:
+            return LoopError(sentence, 'q', [shape], shape, row, loop)
+    return _not_finite(row, q, qdot, shape)
 
 
 def _not_finite(row: int, q: Floats, qdot: Floats, shape: tuple[int, ...]) -> JointVectorError:

@@ -43,6 +43,12 @@ GROUPS: Mapping[str, tuple[str, ...]] = {
         'parallelogram_left',
         'parallelogram_right',
     ),
+    'Arms and machines with closed loops': (
+        'four_bar_arm',
+        'five_bar',
+        'crank_slider',
+        'excavator',
+    ),
 }
 OTHERS = 'Others'
 

@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ..kernel import Chain, ChainTable, Floats
+from ..kernel import Chain, ChainTable, Closure, Floats
 from ..rigid_motion import screw_z
 from .conventions import Row
 
@@ -55,7 +55,13 @@ def _element(row: Row, variables: Sequence[str]) -> _Element:
     return _Element(row.theta.constant, row.d.constant, entries)
 
 
-def fold(rows: Sequence[Row], variables: Sequence[str], base: Floats, tool: Floats) -> Chain:
+def fold(
+    rows: Sequence[Row],
+    variables: Sequence[str],
+    base: Floats,
+    tool: Floats,
+    closure: Closure | None = None,
+) -> Chain:
     """
     Return the chain of a table.
 
@@ -64,9 +70,12 @@ def fold(rows: Sequence[Row], variables: Sequence[str], base: Floats, tool: Floa
     rows
         Rows of the table, base to tool.
     variables : n names
-        The joint variables, in the order of the Jacobian's columns.
+        The joint variables, in the order of the Jacobian's columns; where loops are closed, the
+        passive ones behind them.
     base, tool : shape (4, 4)
         Frame 0 in the base frame; the tool in the frame after the last row.
+    closure
+        The loops that move the passive variables; left out where no row moves with one.
     """
     constants: list[Floats] = []
     elements: list[_Element] = []
@@ -85,9 +94,12 @@ def fold(rows: Sequence[Row], variables: Sequence[str], base: Floats, tool: Floa
         frame_offsets.append(still)
     constants.append(still @ tool)
     entries = [entry for element in elements for entry in element.entries]
+    dof = len(variables) if closure is None else closure.dof
+    if all(entry[0] < dof for entry in entries):
+        closure = None
     return Chain(
         ChainTable(
-            dof=len(variables),
+            dof=dof,
             before=np.array([motion[:3] for motion in constants]),
             theta_0=np.array([element.theta_0 for element in elements]),
             d_0=np.array([element.d_0 for element in elements]),
@@ -97,5 +109,6 @@ def fold(rows: Sequence[Row], variables: Sequence[str], base: Floats, tool: Floa
             by_d=np.array([entry[2] for entry in entries]),
             frame_parent=np.array(frame_parents, dtype=np.int64),
             frame_offset=np.array([offset[:3] for offset in frame_offsets]),
-        )
+        ),
+        closure,
     )

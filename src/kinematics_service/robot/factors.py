@@ -44,7 +44,8 @@ class Factors(FrozenArrays):
     Attributes
     ----------
     names, texts
-        As in the robot file.
+        As in the robot file; behind them the closed loops, whose factors are the determinants of
+        their residuals' slopes by their passive joints. The tape does not have those.
     approximate
         For each whether it is that of a table without corrections.
     complete
@@ -89,11 +90,11 @@ class Factors(FrozenArrays):
 
     def evaluate(self, q: Floats) -> Floats:
         """
-        Return value and gradient of each factor, shape (N, factors, 1 + n), of q (N, n).
+        Return value and gradient of each factor of the file, (N, factors, 1 + n), of q (N, n).
 
         Gradients are by rad and m.
         """
-        results = np.empty((len(q), len(self.names), 1 + q.shape[1]))
+        results = np.empty((len(q), len(self.ends), 1 + q.shape[1]))
         kernel.evaluate_factors(self.tape, q, results)
         return results
 
@@ -221,6 +222,24 @@ def read_factors(description: RobotDescription, chain: Chain, task: Task, q: Flo
     for k, name in enumerate(factors.names):
         _check_zeros(factors, k, name, chain, task, q[:ZEROS])
     return factors
+
+
+def with_loops(factors: Factors, description: RobotDescription, chain: Chain) -> Factors:
+    """Return the factors with the determinants of an arm's closed loops behind them."""
+    if chain.loops == 0:
+        return factors
+    names = tuple(loop.name for loop in description.loops)
+    texts = tuple(
+        f'det(d closure / d ({", ".join(joint.name for joint in loop.passive)}))'
+        for loop in description.loops
+    )
+    return replace(
+        factors,
+        names=factors.names + names,
+        texts=factors.texts + texts,
+        approximate=factors.approximate + (False,) * len(names),
+        complete=False,
+    )
 
 
 def _product_is_the_determinant(factors: Factors, chain: Chain, task: Task, q: Floats) -> bool:

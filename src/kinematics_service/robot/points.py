@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import PointError
-from ..kernel import Arm, Chain, Floats, Integers
+from ..kernel import Arm, Chain, Closure, Floats, Integers
 from ..rigid_motion import exact_rpy, rotation_of_roll_pitch_yaw
 from .chain import fold
 from .conventions import table_rows
@@ -37,6 +37,7 @@ from .file.parameters import (
     gear_parameters,
     placed_rows,
 )
+from .loops import moving_variables, passive_names, variables_of
 
 TOOL = 'tool'
 
@@ -102,7 +103,7 @@ def described_point(description: RobotDescription, of: str | int) -> PointDescri
 
 
 def chain_to(
-    description: RobotDescription, variables: Sequence[str], point: PointDescription
+    description: RobotDescription, closure: Closure | None, point: PointDescription
 ) -> Chain:
     """
     Return the chain of an arm up to a point.
@@ -111,13 +112,15 @@ def chain_to(
     ----------
     description
         The robot file.
-    variables : n names
-        The joint variables, in the order of the Jacobian's columns.
+    closure
+        The loops of the arm.
     point
         As `described_point` returns it.
     """
     rows = table_rows(description)[: point.row]
-    return fold(rows, variables, description.base.motion.matrix, point.motion.matrix)
+    variables = variables_of(description)
+    base = description.base.motion.matrix
+    return fold(rows, variables, base, point.motion.matrix, closure)
 
 
 def place_in_frame(at: npt.ArrayLike) -> Floats:
@@ -205,12 +208,7 @@ def ending_at(
     elif point.name == TOOL:
         return description
     links = description.links[: point.row]
-    moving = {
-        variable
-        for row in table_rows(description)[: point.row]
-        for affine in (row.theta, row.d)
-        for variable, _ in affine.coefficients
-    }
+    moving = moving_variables(description, links)
     of_tool = point.name == TOOL
     frame = description.tool.frame if of_tool else point.name.replace(' ', '_')
     return replace(
@@ -229,6 +227,7 @@ def ending_at(
         singularity=SingularityDescription(None, None, 'distance', None, None, ()),
         uncertainty=_up_to(description, links, of_tool),
         known_poses=(),
+        loops=description.loops if moving & passive_names(description) else (),
     )
 
 

@@ -10,11 +10,11 @@ import numpy.typing as npt
 from ..errors import Fault, KinematicsError, PointError, RobotFileError
 from ..kernel import Arm, Chain, Floats
 from .bundled import find_robot_file
-from .chain import FrozenArrays, fold
-from .conventions import table_rows
-from .factors import Factors, read_factors
+from .chain import FrozenArrays
+from .factors import Factors, read_factors, with_loops
 from .file.description import Factor, RobotDescription
 from .file.reader import parse_robot, read_robot_file
+from .loops import chain_of, closed_poses, closure_of, variables_of
 from .measure_places import MeasurePlaces, measure_places
 from .measures import MEASURES, Thresholds, thresholds_for
 from .points import TOOL, Point, chain_to, described_point, ending_at, known_points
@@ -105,6 +105,16 @@ class Robot(FrozenArrays):
         return measure_places(self.dof, len(self.task.rows), len(self.factors.names))
 
     @property
+    def passive_joint_names(self) -> tuple[str, ...]:
+        """Return the names of the joints that loops move, in the order of the file."""
+        return variables_of(self.description)[self.dof :]
+
+    @property
+    def loop_names(self) -> tuple[str, ...]:
+        """Return the names of the closed loops that move the tool."""
+        return tuple(loop.name for loop in self.description.loops) if self.chain.loops else ()
+
+    @property
     def points(self) -> tuple[str, ...]:
         """Return the names of the points: `tool`, and those of the robot file."""
         return known_points(self.description)
@@ -141,7 +151,7 @@ class Robot(FrozenArrays):
         if of == TOOL:
             chain, arm = self.chain, self.arm
         else:
-            chain = chain_to(self.description, self.variables, described)
+            chain = chain_to(self.description, self.chain.closure, described)
             arm = self._arm_of(chain)
         return self._found_points.setdefault(
             of if isinstance(of, str) else int(of), Point(described.name, chain, arm)
@@ -197,24 +207,20 @@ def build_robot(description: RobotDescription) -> Robot:
     Raises
     ------
     RobotFileError
-        No joint moves the tool, or the thresholds do not fit the arm.
+        No joint moves the tool, a loop does not close, or the thresholds do not fit the arm.
     """
     joints = description.joints
     variables = tuple(joint.variable for joint in joints)
     limits = np.array([[joint.lower, joint.upper] for joint in joints])
     velocity_limits = np.array([joint.velocity for joint in joints])
-    chain = fold(
-        table_rows(description),
-        variables,
-        description.base.motion.matrix,
-        description.tool.motion.matrix,
-    )
+    chain = chain_of(description, closure_of(description))
     settings = description.singularity
     names = tuple(joint.name for joint in joints)
     prismatic = [joint.type == 'prismatic' for joint in joints]
     try:
         task = find_task(chain, names, limits, prismatic, settings.task, settings.length)
-        factors = read_factors(description, chain, task, seeded_poses(limits, prismatic))
+        seeded = closed_poses(chain, seeded_poses(limits, prismatic))
+        factors = with_loops(read_factors(description, chain, task, seeded), description, chain)
         thresholds = thresholds_for(task, settings.measure, settings.warn, settings.stop)
     except KinematicsError as error:
         raise RobotFileError((Fault(description.file, 1, 'singularity', str(error)),)) from None
@@ -240,13 +246,10 @@ def build_robot(description: RobotDescription) -> Robot:
 
 def _built_for_its_joints(description: RobotDescription) -> Robot:
     # The robot whose task is chosen as if there were no joints but those that move something.
+    if description.loops:
+        return build_robot(description)
     joints = [joint for joint in description.joints if not joint.unused]
-    chain = fold(
-        table_rows(description),
-        [joint.variable for joint in joints],
-        description.base.motion.matrix,
-        description.tool.motion.matrix,
-    )
+    chain = chain_of(replace(description, joints=tuple(joints)), None)
     task = find_task(
         chain,
         [joint.name for joint in joints],
@@ -316,6 +319,7 @@ def _holds(robot: Robot, factor: Factor) -> bool:
     description = _with_factors(robot.description, (factor,))
     q = seeded_poses(robot.limits, [kind == 'prismatic' for kind in robot.joint_types])
     try:
+        q = closed_poses(robot.chain, q)
         read_factors(description, robot.chain, robot.task, q)
     except KinematicsError:
         return False

@@ -11,6 +11,7 @@ from .. import kernel
 from ..errors import KinematicsError
 from ..kernel import Chain, Floats, Integers, TaskRows
 from .chain import FrozenArrays
+from .loops import closed_poses
 
 ROW_NAMES = ('x', 'y', 'z', 'rx', 'ry', 'rz')
 
@@ -169,7 +170,7 @@ def find_task(
     KinematicsError
         No joint moves the tool, or none moves the rows asked for.
     """
-    q = seeded_poses(limits, prismatic)
+    q = closed_poses(chain, seeded_poses(limits, prismatic))
     results = np.empty((len(q), chain.widths[kernel.JACOBIAN]))
     kernel.evaluate(chain, q, chain.at_rest.reshape(1, -1), kernel.JACOBIAN, results)
     frame_0 = chain.table.frame_offset[0]

@@ -9,6 +9,7 @@ from typing import Any
 import sympy
 
 from ..errors import DerivationError
+from ..robot.loops import refuse_loops
 from ..robot.robot import Robot
 from . import jacobian as ways
 from .algebra.arithmetic import Arithmetic, arithmetic_of
@@ -188,6 +189,7 @@ def derive(
     DerivationError
         A name to lock is unknown, an angle is no fraction of a joint's, or the pose is too long.
     """
+    refuse_loops(robot.description, 'this derivation')
     tell = progress or (lambda _: None)
     tell('frames')
     names = names_of(robot.description, locked)

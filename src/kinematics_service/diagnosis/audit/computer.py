@@ -1,13 +1,14 @@
 """From blocks of messages to a timeline: the kernel in batches, the judging message by message."""
 
 import dataclasses
+from collections import Counter
 from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
 
-from ...errors import JointVectorError
-from ...estimation.estimator import ACCEPTED, TOO_LARGE
+from ...errors import JointVectorError, LoopError
+from ...estimation.estimator import ACCEPTED, NOT_CLOSED, TOO_LARGE
 from ...estimation.status_text import StatusText, singularity_status, stale_status
 from ...formats.recordings.block import Block, Flags, UnreadableMessage
 from ...kernel import Floats, NearestSearch
@@ -135,21 +136,22 @@ class Computer:
         return TimelineBatch(first, known, state, quaternion, singularity, warnings)
 
     def _computable(self, known: KnownJoints) -> KnownJoints:
-        # Lengths of the robot file can overflow with positions the estimator lets pass.
-        good = np.ones(len(known), dtype=bool)
+        # Lengths of the robot file can overflow with positions the estimator lets pass, and loops
+        # need not close at them.
+        good, refused = np.ones(len(known), dtype=bool), Counter[str]()
         for k in range(len(known)):
             try:
                 evaluate(self._robot, known.q[k], np.nan_to_num(known.qdot[k], nan=0.0))
-            except JointVectorError:
+            except JointVectorError as error:
                 good[k] = False
-        lost = int(np.sum(~good))
-        self._ingest.counts[ACCEPTED] -= lost
-        self._ingest.counts[TOO_LARGE] += lost
+                refused[NOT_CLOSED if isinstance(error, LoopError) else TOO_LARGE] += 1
+        self._ingest.counts[ACCEPTED] -= refused.total()
+        self._ingest.counts.update(refused)
         at = np.cumsum(good) - 1
         columns = {
             field.name: getattr(known, field.name)[good]
             for field in dataclasses.fields(KnownJoints)
-            if field.name != 'silences'
+            if field.name != 'timeouts'
         }
         kept = {int(at[k]): timeout for k, timeout in known.timeouts.items() if good[k]}
         return KnownJoints(**columns, timeouts=kept)

@@ -11,6 +11,7 @@ from ...errors import CalibrationError
 from ...formats.recordings.block import Flags
 from ...kernel import Floats, Integers
 from ...robot.chain import FrozenArrays
+from ...robot.loops import refuse_loops
 from ...robot.robot import Robot
 from ..frame_check.diagnosis import FrameDiagnosis
 from ..frame_check.errors import Errors, errors_of
@@ -245,6 +246,7 @@ def calibrate(
     >>> round(found.corrections['theta2'], 6), found.known, found.possible
     (0.001, 30, 30)
     """
+    refuse_loops(robot.description, 'the calibration')
     if same_point is not None:
         if not (poses is None and sets is None and rates is None):
             raise CalibrationError('same_point takes joint positions alone: no poses, sets, rates')

@@ -10,6 +10,7 @@ from ...errors import CalibrationError
 from ...kernel import Floats, PoseErrors
 from ...kinematics.forward import BASE
 from ...kinematics.tool_state import ToolState, evaluate
+from ...robot.loops import refuse_loops
 from ...robot.points import TOOL
 from ...robot.robot import Robot
 from .arm_errors import (
@@ -70,6 +71,7 @@ def pose_covariance(
     >>> np.sqrt(ks.pose_covariance(robot, [0.0, 0.0], joints=1e-3)[5, 5]).round(6).item()
     0.001414
     """
+    refuse_loops(robot.description, 'the covariance of the pose')
     state = evaluate(robot, q, depth=kernel.ALL_FRAMES)
     return covariances(_errors(robot, state.q, joints, None, calibration), state)[..., 0, :, :]
 
@@ -119,6 +121,7 @@ def twist_covariance(
     """
     if axes not in (BASE, TOOL):
         raise CalibrationError(f'axes must be {BASE} or {TOOL}, not {axes!r}')
+    refuse_loops(robot.description, 'the covariance of the twist')
     said = robot.description.uncertainty
     if velocities is None:
         if said is None or said.velocity_noise is None:

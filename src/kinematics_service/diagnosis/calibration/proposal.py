@@ -14,6 +14,7 @@ from ...errors import CalibrationError
 from ...kernel import Floats
 from ...kinematics.singularity import singularity
 from ...robot.chain import FrozenArrays
+from ...robot.loops import refuse_loops
 from ...robot.measures import Level
 from ...robot.robot import Robot
 from ...robot.task import seeded_poses
@@ -88,6 +89,7 @@ def propose_poses(
     >>> ks.propose_poses(robot, 8).q.shape
     (8, 6)
     """
+    refuse_loops(robot.description, 'the calibration')
     if after is not None and after.points:
         raise CalibrationError('poses to measure next are not proposed for touched points')
     if not 1 <= count <= MOST:

@@ -10,6 +10,7 @@ from ...estimation.status_text import direction_in_words
 from ...kernel import Floats
 from ...kinematics.tool_state import evaluate
 from ...rigid_motion import rotation_vector
+from ...robot.loops import refuse_loops
 from ...robot.robot import Robot
 from .causes import Causes, TestedCause, causes_of
 from .errors import Errors, errors_of
@@ -101,6 +102,7 @@ def diagnose_frames(
         Shapes do not fit, a number is not finite, an orientation is no rotation, or there are
         fewer than three poses.
     """
+    refuse_loops(robot.description, 'the frame check')
     given = _given(robot, q, poses, stamps, rates, motion)
     A = evaluate(robot, given.q).pose
     as_given = errors_of(

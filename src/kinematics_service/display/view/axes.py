@@ -27,7 +27,8 @@ class RowAxis(NamedTuple):
     slides
         Whether the row slides along it and does not turn.
     joints
-        Indices of the joints that move the row: one, or several where joints are coupled.
+        Indices of joints and, from n on, of passive ones that move the row: one, or several where
+        joints are coupled.
     """
 
     point: Floats

@@ -12,6 +12,7 @@ import numpy as np
 
 from ...kernel import Floats
 from ...kinematics.tool_state import evaluate
+from ...robot.loops import closed_poses
 from ...robot.robot import Robot
 from ...robot.task import seeded_poses
 
@@ -61,7 +62,8 @@ def ellipsoid_scales(robot: Robot, size: float) -> EllipsoidScales:
     visible.
     """
     slides = [kind == 'prismatic' for kind in robot.joint_types]
-    J = evaluate(robot, seeded_poses(robot.limits, slides)[:POSES]).jacobian
+    q = closed_poses(robot.chain, seeded_poses(robot.limits, slides)[:POSES])
+    J = evaluate(robot, q).jacobian
 
     def scale(block: Floats, share: float) -> float:
         longest = float(np.median(np.linalg.svd(block, compute_uv=False)[:, 0]))

@@ -87,7 +87,8 @@ class Page:
         with gui.add_folder('Limits'):
             self._joints = gui.add_html('')
         with gui.add_folder('Show', expand_by_default=False):
-            self._first = scene_of(observe(self.robot, self.sliders.positions))
+            self.last = observe(self.robot, self.sliders.positions)
+            self._first = scene_of(self.last)
             self._drawing = Drawing(self._server, self._first)
             self._switches = {
                 name: gui.add_checkbox(label, self._drawing.shown[name])
@@ -154,6 +155,7 @@ class Page:
 
     def show(self, seen: Observation, title: str, status: str) -> None:
         """Show an observation, its node and its source; only changes are sent."""
+        self.last = seen
         for name, switch in self._switches.items():
             self._drawing.shown[name] = bool(switch.value)
         scene = scene_of(seen)

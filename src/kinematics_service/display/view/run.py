@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable
 from typing import Protocol
 
+from ...errors import LoopError
 from ...kernel import Floats
 from ...robot.robot import Robot
 from .address import Address
@@ -135,7 +136,8 @@ def turn(page: Page, source: ArmSource) -> None:
         q, qdot = page.lead()
         refusal = source.publish(q)
         if not refusal:
-            page.show(seen or observe(page.robot, q, qdot), source.title, f'publishing; {status}')
+            led, status = _led(page, q, qdot, status)
+            page.show(seen or led, source.title, f'publishing; {status}')
             return
         status = f'not publishing: {refusal}'
     if seen is not None:
@@ -143,4 +145,13 @@ def turn(page: Page, source: ArmSource) -> None:
         page.show(seen, source.title, status)
         return
     q, qdot = page.lead()
-    page.show(observe(page.robot, q, qdot), source.title, status)
+    led, status = _led(page, q, qdot, status)
+    page.show(led, source.title, status)
+
+
+def _led(page: Page, q: Floats, qdot: Floats | None, status: str) -> tuple[Observation, str]:
+    # Where a loop does not close the picture stays, and the status says why.
+    try:
+        return observe(page.robot, q, qdot), status
+    except LoopError as error:
+        return page.last, str(error)

@@ -136,6 +136,7 @@ def scene_of(seen: Observation) -> Scene:
     """Return the picture of an observation."""
     robot = seen.robot
     size, names = size_of(robot), short_names(robot.joint_names)
+    movers = (*names, *robot.passive_joint_names)
     points = np.concatenate([np.zeros((1, 3)), seen.frames[:, :3, 3], seen.pose[None, :3, 3]])
     tool = seen.pose[:3, 3]
     velocity = rotation = None
@@ -148,7 +149,7 @@ def scene_of(seen: Observation) -> Scene:
         frames=seen.frames,
         tool=seen.pose,
         axes=seen.axes,
-        axis_labels=tuple(' & '.join(names[j] for j in axis.joints) for axis in seen.axes),
+        axis_labels=tuple(' & '.join(movers[j] for j in axis.joints) for axis in seen.axes),
         velocity=velocity,
         rotation=rotation,
         linear=ellipsoid_of(seen.jacobian[:3]),

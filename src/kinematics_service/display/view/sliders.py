@@ -10,6 +10,7 @@ import viser
 from ...kernel import Floats
 from ...kinematics.singular_poses import singular_poses
 from ...kinematics.singularity import singularity
+from ...robot.loops import closed_poses
 from ...robot.measures import Level
 from ...robot.robot import Robot
 from ...robot.task import seeded_poses
@@ -44,6 +45,7 @@ def regular_pose(robot: Robot, inside: Floats) -> Floats:
     slides = [kind == 'prismatic' for kind in robot.joint_types]
     zero = np.clip(np.zeros(robot.dof), inside[:, 0], inside[:, 1])
     poses = np.vstack([zero, inside.mean(axis=1), seeded_poses(inside, slides)[:POSES]])
+    poses = closed_poses(robot.chain, poses)
     measures = singularity(robot, poses)
     fine = np.flatnonzero(np.asarray(measures.level) == Level.OK)
     if len(fine) and fine[0] < 2:

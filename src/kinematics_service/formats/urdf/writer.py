@@ -1,14 +1,15 @@
 """A robot written as URDF, exact: every frame of the table is a link."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from xml.etree import ElementTree
 
 import numpy as np
 
 from ...kernel import Floats
 from ...rigid_motion import exact_rpy
-from ...robot.robot import Robot
+from ...robot.loops import opened
+from ...robot.robot import Robot, build_robot
 from ...version import __version__
 from .elements import AS_IN_THE_FILE, EXTENSION, UNLIMITED, FrameNames, PlannedJoint, UrdfPlan
 from .plan import plan_of
@@ -31,7 +32,8 @@ def urdf_text(robot: Robot, names: FrameNames = AS_IN_THE_FILE) -> str:
     Its root is the base frame, its last leaf the tool frame, and each point of the file a leaf of
     its name; `<robot name>_frame_<i>` are the frames of the table, as `link_frames` gives them.
     Numbers are written so that they are read back to the last bit. There is no `<inertial>` and
-    no `<collision>`: the robot file has neither.
+    no `<collision>`: the robot file has neither. Closed loops are left out, and passive joints are
+    joints of their own.
 
     Parameters
     ----------
@@ -40,9 +42,16 @@ def urdf_text(robot: Robot, names: FrameNames = AS_IN_THE_FILE) -> str:
     names
         Other names of base and tool, prefixes of frames and joints.
     """
+    passive = robot.passive_joint_names
+    if passive:
+        loops = ', '.join(repr(loop.name) for loop in robot.description.loops)
+        robot = build_robot(opened(robot.description))
     plan = plan_of(robot, names)
     root = ElementTree.Element('robot', name=robot.name)
     for sentence in _about(robot, plan):
+        root.append(ElementTree.Comment(_comment(sentence)))
+    if passive:
+        sentence = without_loops(loops, passive)
         root.append(ElementTree.Comment(_comment(sentence)))
     if plan.joint_order:
         ElementTree.SubElement(root, EXTENSION, joint_order=' '.join(plan.joint_order))
@@ -58,6 +67,15 @@ def urdf_text(robot: Robot, names: FrameNames = AS_IN_THE_FILE) -> str:
         _add_joint(root, joint)
     ElementTree.indent(root)
     return f'<?xml version="1.0"?>\n{ElementTree.tostring(root, encoding="unicode")}\n'
+
+
+def without_loops(loops: str, passive: Sequence[str]) -> str:
+    """Return what a URDF says, and does not say, of the closed loops of an arm."""
+    return (
+        f'URDF has no closed loops: what closes {loops} is left out. Of the passive joints, those '
+        f'of the table are joints like others ({", ".join(passive)}): nothing moves them but '
+        'positions that somebody publishes.'
+    )
 
 
 def _about(robot: Robot, plan: UrdfPlan) -> Iterable[str]:

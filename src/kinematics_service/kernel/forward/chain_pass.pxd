@@ -31,13 +31,13 @@ cdef Pair sincos(double x) noexcept nogil
 cdef void sines_and_cosines "kinematics_sines_and_cosines"(
     double* angles, double* sines, double* cosines
 ) noexcept nogil
-cdef void _start(double* T, double* motion) noexcept nogil
+cdef void start(double* T, double* motion) noexcept nogil
 @cython.locals(i=int, x=double, y=double, z=double)
-cdef void _times(double* T, double* motion) noexcept nogil
+cdef void times(double* T, double* motion) noexcept nogil
 @cython.locals(i=int, x=double, y=double, z=double)
 cdef void _times_twist(double* T, double* motion) noexcept nogil
 @cython.locals(i=int, x=double, y=double)
-cdef void _times_screw(double* T, double theta, double d) noexcept nogil
+cdef void times_screw(double* T, double theta, double d) noexcept nogil
 cdef void _write_motion(double* T, double* row, int at) noexcept nogil
 cdef void write_quaternion(double* T, double* row, int at) noexcept nogil
 cdef void _write_point_and_axis(double* T, int entries, double* screw) noexcept nogil

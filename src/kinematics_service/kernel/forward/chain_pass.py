@@ -89,13 +89,14 @@ def sines_and_cosines(angles: Numbers, sines: Numbers, cosines: Numbers) -> None
         sines[lane], cosines[lane] = s[lane], c[lane]
 
 
-def _start(T: Numbers, motion: Floats) -> None:
+def start(T: Numbers, motion: Floats) -> None:
+    """T becomes a constant motion."""
     for k in range(12):
         T[k] = motion[k]
 
 
-def _times(T: Numbers, motion: Floats) -> None:
-    # T becomes T times a constant motion.
+def times(T: Numbers, motion: Floats) -> None:
+    """T becomes T times a constant motion."""
     for i in range(0, 12, 4):
         x, y, z = T[i], T[i + 1], T[i + 2]
         T[i] = x * motion[0] + y * motion[4] + z * motion[8]
@@ -105,7 +106,7 @@ def _times(T: Numbers, motion: Floats) -> None:
 
 
 def _times_twist(T: Numbers, motion: Floats) -> None:
-    # Like `_times`, for a constant motion that is a turn about x and a step along it.
+    # Like `times`, for a constant motion that is a turn about x and a step along it.
     a, c, s = motion[3], motion[5], motion[9]
     for i in range(0, 12, 4):
         x, y, z = T[i], T[i + 1], T[i + 2]
@@ -114,8 +115,8 @@ def _times_twist(T: Numbers, motion: Floats) -> None:
         T[i + 3] = T[i + 3] + x * a
 
 
-def _times_screw(T: Numbers, theta: float, d: float) -> None:
-    # T becomes T Rz(theta) Tz(d).
+def times_screw(T: Numbers, theta: float, d: float) -> None:
+    """T becomes T Rz(theta) Tz(d)."""
     s, c = sincos(theta)
     for i in range(0, 12, 4):
         x, y = T[i], T[i + 1]
@@ -198,7 +199,7 @@ def _write_frames(chain: Chain, element: int, frame: int, T: Numbers, row: Float
     while frame < chain.frames and chain.frame_parent[frame] == element:
         for i in range(12):
             pose[i] = T[i]
-        _times(pose, arrays.after(chain.frame_offset, 12 * frame))
+        times(pose, arrays.after(chain.frame_offset, 12 * frame))
         _write_motion(pose, row, chain.frames_at + 16 * frame)
         frame += 1
     return frame
@@ -211,7 +212,7 @@ def evaluate_row(chain: Chain, q: Floats, qdot: Floats, depth: int, row: Floats)
     screws = arrays.after(row, chain.screws_at)
     T = [0.0] * 12
     frame = _write_fixed_frames(chain, row) if depth >= places.ALL_FRAMES else 0
-    _start(T, chain.before)
+    start(T, chain.before)
     for k in range(elements):
         theta = chain.theta_0[k]
         d = chain.d_0[k]
@@ -228,13 +229,13 @@ def evaluate_row(chain: Chain, q: Floats, qdot: Floats, depth: int, row: Floats)
                 d += chain.by_d[e] * q_k
                 if depth >= places.JACOBIAN:
                     _write_point_and_axis(T, entries, arrays.after(screws, e))
-        _times_screw(T, theta, d)
+        times_screw(T, theta, d)
         if depth >= places.ALL_FRAMES:
             frame = _write_frames(chain, k, frame, T, row)
         if twisted and k < elements - 1:
             _times_twist(T, arrays.after(chain.before, 12 * (k + 1)))
         else:
-            _times(T, arrays.after(chain.before, 12 * (k + 1)))
+            times(T, arrays.after(chain.before, 12 * (k + 1)))
     return _finish_row(chain, T, qdot, depth, row)
 
 

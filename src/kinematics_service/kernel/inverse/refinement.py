@@ -64,6 +64,8 @@ class Refinement:
     def refine_one(self, q: Floats) -> float:
         """Refine joint positions (n,) where they are, and return what is left: see `refine`."""
         square = self.residual.square(q, places.JACOBIAN)
+        if square == places.INFINITY:
+            return places.INFINITY
         length = max(self.residual.length(), LEAST_LENGTH)
         enough = (ROUND_OFF * length) * (ROUND_OFF * length)
         nearly = (1e-12 * length) * (1e-12 * length)

@@ -2,8 +2,9 @@ cimport cython
 cimport numpy as cnp
 from libc cimport math
 
-from ..forward cimport chain_pass, vectors
+from ..forward cimport vectors
 from ..layout cimport arrays, places
+from ..loops cimport closed_pass
 from ..forward.chain cimport Chain
 
 ctypedef (double, double) Pair
@@ -35,7 +36,8 @@ cdef class Residual:
     cdef int n
     cdef int tool_axis
 
-    cdef void evaluate(self, double* q, int depth) noexcept nogil
+    @cython.locals(total=double)
+    cdef bint evaluate(self, double* q, int depth) noexcept nogil
     @cython.locals(
         goal='double*', row='double*', error='double*', R='double[9]', linear=vectors.Triple,
         angular=vectors.Triple, turn=vectors.Triple, square=double, i=int, j=int, k=int,

@@ -2,10 +2,11 @@
 
 import math
 
-from ..forward import chain_pass, vectors
+from ..forward import vectors
 from ..forward.chain import Chain
 from ..layout import arrays, places
 from ..layout.arrays import Floats, Numbers, Vector
+from ..loops import closed_pass
 
 
 def _rotation_vector(R: Numbers) -> Vector:
@@ -113,13 +114,23 @@ class Residual:
         """Give the room back."""
         arrays.give_back(self.room)
 
-    def evaluate(self, q: Floats, depth: int) -> None:
-        """Fill `row` with the pose at q (n,), and with as much more as the depth asks for."""
-        chain_pass.evaluate_row(self.chain, q, self.still, depth, self.row)
+    def evaluate(self, q: Floats, depth: int) -> bool:
+        """
+        Fill `row` with the pose at q (n,), and with as much more as the depth asks for.
+
+        Returns False, with the row as it was, if a loop does not close there.
+        """
+        total = closed_pass.evaluate_row(self.chain, q, self.still, depth, self.row)
+        return self.chain.loops == 0 or math.isfinite(total)
 
     def square(self, q: Floats, depth: int) -> float:
-        """Fill `error` (6,) with the weighted residual of the pose at q, and return its square."""
-        self.evaluate(q, depth)
+        """
+        Fill `error` (6,) with the weighted residual of the pose at q, and return its square.
+
+        It is infinite if a loop does not close there.
+        """
+        if not self.evaluate(q, depth):
+            return places.INFINITY
         goal, row, error = self.pose, self.row, self.error
         linear = _turned_back(self.axes, (goal[3] - row[3], goal[7] - row[7], goal[11] - row[11]))
         angular = (0.0, 0.0, 0.0)

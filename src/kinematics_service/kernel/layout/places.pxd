@@ -35,6 +35,12 @@ cdef enum:
     MIXED = 0
     PLAIN
     TWISTED
+    CLOSED
+
+cdef enum:
+    MOST_LOOP_ENTRIES = 32
+    MOST_PASSIVE = 24
+    MOST_JOINTS = 128
 
 cdef enum:
     POSE_AT = 0
@@ -82,6 +88,7 @@ cdef enum:
     NOT_NEWER
     INCOMPLETE
     NOT_COMPUTABLE
+    NOT_CLOSED
 
 cdef enum:
     STARTED_ANEW = 16

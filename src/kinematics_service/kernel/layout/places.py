@@ -10,8 +10,14 @@ import math
 LANES = 16
 
 # Forms of a chain: entries and joints differ; entry k is joint k; and each has an element of its
-# own, with no more than a turn about x and a step along it up to the next one.
-MIXED, PLAIN, TWISTED = range(3)
+# own, with no more than a turn about x and a step along it up to the next one; and entries that
+# move with passive variables of closed loops.
+MIXED, PLAIN, TWISTED, CLOSED = range(4)
+
+# Closed loops: entries of each of their two chains, passive variables and joints at most.
+MOST_LOOP_ENTRIES = 32
+MOST_PASSIVE = 24
+MOST_JOINTS = 128
 
 # Where things stand in a row of results.
 POSE_AT = 0
@@ -56,7 +62,8 @@ AUTO, FROM_MESSAGE, FROM_DIFFERENCE = range(3)
     NOT_NEWER,
     INCOMPLETE,
     NOT_COMPUTABLE,
-) = range(7)
+    NOT_CLOSED,
+) = range(8)
 
 # Added to it where the message was a new start.
 STARTED_ANEW = 16

@@ -51,6 +51,8 @@ class Clearance:
         self, arm: Arm, moving: Integers, point: Floats, bend: float, twist: float
     ) -> None:
         arrays.given(arm)
+        if arm.chain.loops > 0:
+            raise TypeError('the bounds of a clearance do not know closed loops')
         if moving.min(initial=0) < 0 or moving.max(initial=-1) >= arm.chain.dof:
             raise TypeError('a joint that counts is none')
         self.arm = arm
@@ -137,7 +139,7 @@ class Clearance:
         self.equations.complete()
 
     def _write_changes(self) -> None:
-        # D[j] = dJ_t/du_j, scaled, of each joint that counts: what `write_gradient` says.
+        # D[j] = dJ_t/du_j, scaled, of each joint that counts: what `write_of_screws` says.
         n, m, entries = self.arm.chain.dof, self.arm.task.count, self.arm.chain.entries
         v = arrays.after(self.equations.row, self.arm.chain.screws_at)
         w = arrays.after(v, 3 * entries)

@@ -26,7 +26,7 @@ def write_curvature(chain: Chain, row: Floats, Y: Floats, H: Floats) -> None:
     """
     Fill H[a, b] = sum_j Y[j] . d2J[:, j]/dq_a dq_b for the geometric Jacobian (Y in base axes).
 
-    What `singularity.write_gradient` says once more: of three entries in the order of the chain,
+    What `gradient.write_of_screws` says once more: of three entries in the order of the chain,
     a, b, c, the tool's velocity changes by w_a x (w_b x v_c), whichever of them is the column; the
     axis of a column by w_a x (w_b x w_i), where a and b are before it.
     """

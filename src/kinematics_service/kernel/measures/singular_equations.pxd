@@ -3,7 +3,7 @@ from libc cimport math
 
 from ..forward cimport chain_pass
 from ..layout cimport arrays, places
-from . cimport curvature, linear_equations, singular_values, singularity
+from . cimport curvature, gradient, linear_equations, singular_values, singularity
 from ..forward.chain cimport Chain
 from .task_rows cimport TaskRows
 

@@ -6,7 +6,7 @@ from ..forward import chain_pass
 from ..forward.chain import Chain
 from ..layout import arrays, places
 from ..layout.arrays import Floats
-from . import curvature, linear_equations, singular_values, singularity
+from . import curvature, gradient, linear_equations, singular_values, singularity
 from .task_rows import TaskRows
 
 # A direction in which the equations change by less than this share of the most is none.
@@ -178,7 +178,7 @@ class SingularEquations:
 
     def write_products(self, tool: Floats, joints: Floats) -> None:
         """
-        Fill Y with the weights of J that `write_gradient` takes for the form tool' J_t joints.
+        Fill Y with the weights of J that `write_of_screws` takes for the form tool' J_t joints.
         """
         left = [0.0] * 6
         for i in range(6):
@@ -203,7 +203,8 @@ class SingularEquations:
     def write_slope(self, turn: int, line: int, slope: Floats) -> None:
         """Fill the gradient (n,) of the form of a turn and a line, both of them held."""
         self.write_form(turn, line)
-        singularity.write_gradient(self.chain, self.row, self.Y, slope)
+        screws = arrays.after(self.row, self.chain.screws_at)
+        gradient.write_of_screws(self.chain, screws, self.Y, slope)
         for j in range(self.n):
             slope[j] *= self.task.column_scale[j]
 

@@ -4,15 +4,10 @@ from libc cimport math
 
 from ..forward.vectors cimport Triple
 from ..layout cimport arrays, places
-from . cimport singular_values
+from . cimport gradient, singular_values
 from ..forward.chain cimport Chain
 from .task_rows cimport TaskRows
 
-@cython.locals(
-    elements=int, entries=int, j=int, k=int, e=int, bx=double, by=double, bz=double,
-    ax=double, ay=double, az=double,
-)
-cdef void write_gradient(Chain chain, double* row, double* Y, double* gradient) noexcept nogil
 @cython.locals(x=double, y=double, z=double, half=int, i=int)
 cdef void to_base_axes(TaskRows task, double* vector) noexcept nogil
 @cython.locals(axis=int, v=Triple, k=int, along=double)

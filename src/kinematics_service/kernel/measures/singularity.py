@@ -9,44 +9,8 @@ import math
 from ..forward.chain import Chain
 from ..layout import arrays, places
 from ..layout.arrays import Floats, Numbers, Vector
-from . import singular_values
+from . import gradient, singular_values
 from .task_rows import TaskRows
-
-
-def write_gradient(chain: Chain, row: Floats, Y: Floats, gradient: Floats) -> None:
-    """
-    Fill gradient[k] = sum_j Y[j] . dJ[:, j]/dq_k for the geometric Jacobian (Y in base axes).
-
-    A joint f turns everything behind it by its screw (v_f, w_f) and moves the tool under
-    everything before it: for an entry e behind f (or f itself) dv_e = w_f x v_e and
-    dw_e = w_f x w_e; for one before it dv_e = w_e x v_f. So
-    g_f = w_f . sum_behind(v_e x Yv + w_e x Yw) + v_f . sum_before(Yv x w_e): two running sums.
-    """
-    elements, entries = chain.elements, chain.entries
-    vx = arrays.after(row, chain.screws_at)
-    vy, vz = arrays.after(vx, entries), arrays.after(vx, 2 * entries)
-    wx, wy = arrays.after(vx, 3 * entries), arrays.after(vx, 4 * entries)
-    wz = arrays.after(vx, 5 * entries)
-    for j in range(chain.dof):
-        gradient[j] = 0.0
-    bx, by, bz = 0.0, 0.0, 0.0
-    for k in range(elements):
-        for e in range(chain.first_entry[k], chain.first_entry[k + 1]):
-            gradient[chain.joint[e]] += vx[e] * bx + vy[e] * by + vz[e] * bz
-        for e in range(chain.first_entry[k], chain.first_entry[k + 1]):
-            y = arrays.after(Y, 6 * chain.joint[e])
-            bx += y[1] * wz[e] - y[2] * wy[e]
-            by += y[2] * wx[e] - y[0] * wz[e]
-            bz += y[0] * wy[e] - y[1] * wx[e]
-    ax, ay, az = 0.0, 0.0, 0.0
-    for k in range(elements - 1, -1, -1):
-        for e in range(chain.first_entry[k], chain.first_entry[k + 1]):
-            y = arrays.after(Y, 6 * chain.joint[e])
-            ax += vy[e] * y[2] - vz[e] * y[1] + wy[e] * y[5] - wz[e] * y[4]
-            ay += vz[e] * y[0] - vx[e] * y[2] + wz[e] * y[3] - wx[e] * y[5]
-            az += vx[e] * y[1] - vy[e] * y[0] + wx[e] * y[4] - wy[e] * y[3]
-        for e in range(chain.first_entry[k], chain.first_entry[k + 1]):
-            gradient[chain.joint[e]] += wx[e] * ax + wy[e] * ay + wz[e] * az
 
 
 def to_base_axes(task: TaskRows, vector: Numbers) -> None:
@@ -250,7 +214,7 @@ def measure_row(
     lost = rank <= last  # of the directions that other poses have
     first = last if lost else 0
     _fill_slopes(n, first, last, lost, task, W, sigma, Y)
-    write_gradient(chain, row, Y, way_out)
+    gradient.write_gradient(chain, row, Y, way_out, arrays.after(Y, 6 * n))
     squares = 0.0
     for j in range(n):
         way_out[j] *= task.column_scale[j]

@@ -13,6 +13,7 @@ from ... import kernel
 from ...kernel import Floats
 from ...rigid_motion import inverse
 from ...robot.chain import FrozenArrays
+from ...robot.loops import closed_poses
 from ...robot.robot import Robot
 from ...robot.task import ROW_NAMES, seeded_poses
 from ..forward import forward_kinematics
@@ -90,7 +91,8 @@ class InversePlan(FrozenArrays):
 @functools.lru_cache(maxsize=128)
 def plan_for(robot: Robot, rows: tuple[str, ...], axis: str = '') -> InversePlan:
     """Return the plan of an arm for the wanted rows and, with `axis`, the tool's direction."""
-    screws = screws_of(robot.chain)
+    # What is recognised in screws is not there where loops bend the arm: the search is left.
+    screws = None if robot.chain.loops else screws_of(robot.chain)
     scales = np.array(robot.task.column_scales)
     idle, rank = _idle_motions(robot, rows, axis, scales)
     held = scales.copy()
@@ -100,11 +102,11 @@ def plan_for(robot: Robot, rows: tuple[str, ...], axis: str = '') -> InversePlan
     whole = rows == ROW_NAMES
     closed = None
     position = rows == ROW_NAMES[:3] and not axis
-    if not redundant and not len(idle) and (whole or position):
+    if screws is not None and not redundant and not len(idle) and (whole or position):
         closed = _closed_form(screws, robot, whole)
     six_joints, three_slides = None, None
     isolated = whole and robot.dof == 6 and not redundant and not len(idle)
-    if closed is None and isolated and _one_to_one(screws, robot):
+    if screws is not None and closed is None and isolated and _one_to_one(screws, robot):
         if sum(screws.slides) == 3:
             three_slides = screws
         else:
@@ -113,7 +115,8 @@ def plan_for(robot: Robot, rows: tuple[str, ...], axis: str = '') -> InversePlan
     bounded = np.isfinite(low) & np.isfinite(high)
     middle = np.where(bounded, (np.where(bounded, low, 0.0) + np.where(bounded, high, 0.0)) / 2, 0)
     middle = np.clip(middle, low, high)
-    periods, limits = _periods(screws, robot), np.array(robot.limits)
+    periods = _periods(screws, robot) if screws is not None else _periods_of_loops(robot)
+    limits = np.array(robot.limits)
     return InversePlan(
         closed=closed,
         six_joints=six_joints,
@@ -136,9 +139,10 @@ def _idle_motions(
 ) -> tuple[Floats, int]:
     # Returns the motions in the null space of every J, and the rank of J at most poses.
     slides = [kind == 'prismatic' for kind in robot.joint_types]
-    q = np.ascontiguousarray(seeded_poses(robot.limits, slides)[:POSES])
+    seeded = closed_poses(robot.chain, seeded_poses(robot.limits, slides))
+    q = np.ascontiguousarray(seeded[:POSES])
     n = robot.dof
-    sigma, motions = np.zeros((POSES, n)), np.zeros((POSES, n, n))
+    sigma, motions = np.zeros((len(q), n)), np.zeros((len(q), n, n))
     # Of any pose: only what counts of it matters.
     residual = residual_of(robot, IDENTITY, rows, axis)
     kernel.free_motions(residual, scales, q, sigma, motions)
@@ -177,6 +181,16 @@ def _periods(screws: Screws, robot: Robot) -> Floats:
         ratios = screws.coupling[:, j]
         if kind == 'revolute' and not np.any(ratios[slides]):
             periods[j] = 2 * math.pi * _turns(ratios[~slides])
+    return periods
+
+
+def _periods_of_loops(robot: Robot) -> Floats:
+    chain, periods = robot.chain, np.full(robot.dof, np.inf)
+    for j, ends in enumerate(chain.closure.is_periodic()):
+        ratios = chain.table.by_theta[chain.table.joint == j]
+        slides = np.any(chain.table.by_d[chain.table.joint == j])
+        if ends and not slides and robot.joint_types[j] == 'revolute':
+            periods[j] = 2 * math.pi * _turns(ratios)
     return periods
 
 

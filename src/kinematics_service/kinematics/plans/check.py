@@ -9,6 +9,7 @@ import numpy.typing as npt
 from ... import kernel
 from ...errors import JointVectorError, PlanError
 from ...kernel import Floats
+from ...robot.loops import refuse_loops
 from ...robot.measures import MEASURES
 from ...robot.robot import Robot
 from .extremes import largest
@@ -84,6 +85,7 @@ def check_plan(
     >>> ks.check_plan(robot, [0.0, 2.0], [[0.1, 0.5], [0.6, -0.5]]).singularity.verdict
     'refuted'
     """
+    refuse_loops(robot.description, 'the check of a plan')
     at = _times(times)
     given = [
         _table(robot, table, name, len(at))

@@ -179,6 +179,58 @@ class PointDescription:
 
 
 @dataclass(frozen=True)
+class PassiveJoint:
+    """
+    A joint without a motor, moved by a closed loop.
+
+    Parameters
+    ----------
+    name
+        In expressions; no message has it.
+    type
+        Revolute or prismatic.
+    """
+
+    name: str
+    type: JointType
+
+
+@dataclass(frozen=True)
+class LoopDescription:
+    """
+    A closed loop: a second chain that parts from the table and meets it again.
+
+    Parameters
+    ----------
+    passive
+        The joints that it moves.
+    start, meets
+        Where the second chain parts from the table, and the frame that its end coincides with.
+    there
+        The rows of the table between them.
+    links
+        The rows of the second chain.
+    rows
+        Components that coincide, in the axes of `start`, ordered x y z rx ry rz.
+    q : n values, assembled : one value for each passive joint, rad or m
+        Positions at which the loop is closed, or nearly.
+    line
+        In the file.
+    """
+
+    name: str
+    passive: tuple[PassiveJoint, ...]
+    start: PointDescription
+    meets: PointDescription
+    there: tuple[Link, ...]
+    links: tuple[Link, ...]
+    rows: tuple[str, ...]
+    q: tuple[float, ...]
+    assembled: tuple[float, ...]
+    line: int = field(default=0, compare=False)
+
+
+@dataclass(frozen=True)
 class KnownPose:
     """
     Where the tool is in the base frame at one joint vector, by the file's source.
@@ -333,6 +385,8 @@ class RobotDescription:
         How far the numbers of the table may be off.
     sha256
         Of the bytes of the file; empty for a text that was in none.
+    loops
+        In the order of the file: each may move with the passive joints of those before it.
     """
 
     name: str
@@ -354,3 +408,4 @@ class RobotDescription:
     file: str
     tolerances: Tolerances = Tolerances()
     sha256: str = field(default='', compare=False)
+    loops: tuple[LoopDescription, ...] = ()

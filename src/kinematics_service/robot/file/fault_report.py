@@ -83,6 +83,10 @@ class FaultReport:
         """Return the warnings in the order of the file."""
         return tuple(sorted(self._warnings, key=lambda warning: warning.line))
 
+    def line(self, path: Path) -> int:
+        """Return the line on which a path begins."""
+        return self._document.line(path)
+
     def remark(self, path: Path, sentence: str) -> None:
         """Add what is worth knowing of a path."""
         line = self._document.line(path)

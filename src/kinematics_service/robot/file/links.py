@@ -23,21 +23,21 @@ AXES: tuple[Axis, ...] = get_args(Axis)
 
 
 def read_links(
-    data: Any, convention: Convention, quantities: Quantities
+    data: Any, convention: Convention, quantities: Quantities, path: Path = PATH
 ) -> tuple[Link, ...] | None:
-    """Return the rows base to tool, or None with their faults reported."""
+    """Return the rows of a chain in its order, or None with their faults reported."""
     report = quantities.report
     before = report.fault_count
-    items = checked_list(data, PATH, report, 'a list of the rows of the table')
+    items = checked_list(data, path, report, 'a list of the rows of the table')
     if data == []:
-        report.fault(PATH, 'at least one row is needed')
+        report.fault(path, 'at least one row is needed')
     if len(items) > MAX_ROWS:
         message = f'{len(items)} rows (at most {MAX_ROWS}: four for each of 128 joints)'
-        report.fault(PATH, message)
+        report.fault(path, message)
         items = items[:MAX_ROWS]
     read_row = READERS[convention.rows]
     rows = [
-        read_row(item, convention, (*PATH, index), quantities) for index, item in enumerate(items)
+        read_row(item, convention, (*path, index), quantities) for index, item in enumerate(items)
     ]
     found = tuple(row for row in rows if row is not None)
     return found if report.fault_count == before and len(found) == len(items) else None

@@ -18,6 +18,7 @@ from .fault_report import FaultReport, quoted, shown
 from .joints import joint_type_of, names_given, read_joint, read_joint_entries, read_variables
 from .known_poses import read_known_poses
 from .links import check_helical, likely_convention, read_links, variables_of, warn_of_size
+from .loops import moving_loops, read_loops, read_passive
 from .motions import read_placement
 from .points import read_points
 from .quantities import Quantities, Units
@@ -107,8 +108,12 @@ def parse_robot(text: str, file: str) -> RobotDescription:
     constant_names = tuple(entry.constants) if isinstance(entry.constants, dict) else ()
     variables = read_variables(joint_entries, constant_names, report)
     moving = [variable for variable in variables if variable]
+    passive = read_passive(entry.loops, [*constant_names, *moving], report)
+    moving += [joint.name for joint in passive]
     constants = read_constants(entry.constants, units, moving, report)
-    quantities = _quantities(report, units, constants, joint_items, joint_types, variables)
+    driven = _quantities(report, units, constants, joint_items, joint_types, variables)
+    types = {**driven.joint_types, **{joint.name: joint.type for joint in passive}}
+    quantities = replace(driven, joint_types=types) if passive else driven
 
     joints = [
         joint
@@ -130,10 +135,15 @@ def parse_robot(text: str, file: str) -> RobotDescription:
     points = read_points(
         entry.points, None if links is None else len(links), (base, tool), quantities
     )
-    singularity = read_singularity(entry.singularity, quantities)
+    loops = read_loops(
+        entry.loops, passive, links, points, convention, joints, joint_types, quantities
+    )
+    singularity = read_singularity(entry.singularity, driven)
     uncertainty = read_uncertainty(
         entry.uncertainty, joint_types, joints, links, entry.convention or '', quantities
     )
+    if uncertainty and loops:
+        report.fault(('uncertainty',), 'is not carried through closed loops: leave it out')
     known_poses = read_known_poses(entry.known_poses, joint_types, joints, quantities)
     tolerances = read_tolerances(
         entry.tolerance,
@@ -167,6 +177,7 @@ def parse_robot(text: str, file: str) -> RobotDescription:
         remarks=report.remarks(),
         file=file,
         tolerances=tolerances,
+        loops=loops,
     )
 
 
@@ -232,11 +243,12 @@ def _check_movement(
     if not rows:
         return  # said once, of the links
     moving = frozenset().union(*rows)
+    in_loops = moving_loops(data.get('loops'))
     for index, (entry, variable) in enumerate(zip(entries, variables, strict=True)):
         if variable is None or joint_type_of(entry) is None:
             continue
         names = {variable} if links is not None else names_given(data['joints'][index])
-        if not names & moving and not entry.unused:
+        if not names & (moving | in_loops) and not entry.unused:
             report.fault(
                 ('joints', index),
                 f"{quoted(variable)} moves no row of links: add its row, or say 'unused: true'",

@@ -75,6 +75,7 @@ class RobotEntry(Entry):
     base: Any = None
     tool: Any = None
     points: Any = None
+    loops: Any = None
     singularity: Any = None
     uncertainty: Any = None
     known_poses: Any = None
@@ -174,6 +175,65 @@ class PointEntry(PoseEntry):
     also = {**POSE_KEYS, **dict.fromkeys(('link', 'frame', 'after', 'after_row'), 'row')}
 
     row: Whole = None
+
+
+class LoopEntry(Entry):
+    """A closed loop: a second chain that parts from the table and meets it again."""
+
+    noun = 'a loop'
+    required = ('name', 'passive', 'links', 'meets', 'rows', 'assembled')
+    also = {
+        **dict.fromkeys(('start', 'begins', 'parts'), 'from'),
+        **dict.fromkeys(('to', 'end', 'ends', 'closes'), 'meets'),
+        **dict.fromkeys(('chain', 'table'), 'links'),
+        **dict.fromkeys(('coincide', 'components', 'equal'), 'rows'),
+        **dict.fromkeys(('assembly', 'at', 'closed'), 'assembled'),
+    }
+
+    name: Word = None
+    passive: Any = None
+    from_: Any = None
+    links: Any = None
+    meets: Any = None
+    rows: Words = None
+    assembled: Any = None
+
+
+class PassiveEntry(Entry):
+    """A joint that a loop moves."""
+
+    noun = 'a passive joint'
+    required = ('name',)
+    also = {'kind': 'type', 'joint_type': 'type'}
+
+    name: Word = None
+    type: Annotated[str | None, one_of('revolute', 'prismatic', also=JOINT_TYPES)] = None
+
+
+class LoopEndEntry(PoseEntry):
+    """Where a loop parts from the table, or meets it."""
+
+    noun = 'an end of a loop'
+    also = {**POSE_KEYS, **dict.fromkeys(('link', 'frame', 'after', 'after_row'), 'row')}
+
+    row: Whole = None
+    point: Word = None
+
+
+@cache
+def assembled_entry(passive: tuple[str, ...]) -> type[Entry]:
+    """Return the entry of the positions at which a loop with these passive joints is closed."""
+    return type(
+        'AssembledEntry',
+        (Entry,),
+        {
+            '__annotations__': {'q': Numbers, **dict.fromkeys(passive, Number)},
+            **dict.fromkeys(('q', *passive)),
+            'noun': 'an assembly',
+            'required': ('q', *passive),
+            'also': dict.fromkeys(('joints', 'angles', 'positions'), 'q'),
+        },
+    )
 
 
 class ToleranceEntry(Entry):

@@ -16,6 +16,7 @@ REJECTED = (
     estimator.DUPLICATE,
     estimator.NOT_FINITE,
     estimator.TOO_LARGE,
+    estimator.NOT_CLOSED,
 )
 INTERNAL_ERROR = 'internal error'
 # Time for which a loss is warned of, s.
@@ -118,7 +119,11 @@ def input_status(state: InputState) -> StatusText:
         ('not stamped', f'{state.counts.get(estimator.NOT_STAMPED, 0)}'),
         ('resets', f'{state.counts.get(estimator.RESETS, 0)}'),
         ('rejected', f'{rejected}'),
-        *((f'rejected: {reason}', f'{state.counts.get(reason, 0)}') for reason in REJECTED),
+        *(
+            (f'rejected: {reason}', f'{state.counts.get(reason, 0)}')
+            for reason in REJECTED
+            if reason != estimator.NOT_CLOSED or state.counts.get(reason, 0)  # of few arms
+        ),
         ('left out: came faster than answered', f'{state.counts.get(LEFT_OUT, 0)}'),
         ('internal errors', f'{state.counts.get(INTERNAL_ERROR, 0)}'),
         ('processing time, mean', f'{state.work.mean * 1e-3:.0f} us'),

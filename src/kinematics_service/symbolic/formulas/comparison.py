@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import FormulaError
+from ...robot.loops import refuse_loops
 from ...robot.robot import Robot
 from .arm.numbers import Floats
 from .arm.symbols import shown
@@ -117,6 +118,7 @@ def compare(robot: Robot, text: str) -> Comparison:
     text
         Formulas in plain, sympy, MATLAB or LaTeX syntax.
     """
+    refuse_loops(robot.description, 'the comparison')
     names = FormulaNames(table_of(robot.description))
     understood = understand(read_formulas(text), names)
     verdicts: list[Verdict] = []

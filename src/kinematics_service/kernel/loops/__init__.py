@@ -1,0 +1,1 @@
+"""Closed loops: passive variables follow from the joints."""

@@ -1,0 +1,57 @@
+"""One pass over a chain whose loops are closed first: a row as `chain_pass` fills it."""
+
+from ..forward import chain_pass
+from ..forward.chain import Chain
+from ..layout import arrays, places
+from ..layout.arrays import Floats
+from . import closing
+
+
+def evaluate_row(chain: Chain, q: Floats, qdot: Floats, depth: int, row: Floats) -> float:
+    """
+    Fill a row as `evaluation.evaluate` does; the result is finite if all of the row is.
+
+    It is not a number where a loop does not close.
+    """
+    if chain.loops == 0:
+        return chain_pass.evaluate_row(chain, q, qdot, depth, row)
+    if closing.close(chain.closure, q, arrays.after(row, chain.closure_at)) != 0:
+        return places.NAN
+    return evaluate_closed(chain, qdot, depth, row)
+
+
+def evaluate_closed(chain: Chain, qdot: Floats, depth: int, row: Floats) -> float:
+    """Fill the row of a chain whose loops have been closed in it."""
+    n, variables = chain.dof, chain.variables
+    x = arrays.after(row, chain.closure_at)
+    rates = arrays.after(x, variables)
+    coupling = arrays.after(rates, variables)
+    for j in range(n):
+        rates[j] = qdot[j]
+    for i in range(variables - n):
+        rate = 0.0
+        for j in range(n):
+            rate += coupling[i * n + j] * qdot[j]
+        rates[n + i] = rate
+    total = chain_pass.evaluate_row(chain, x, rates, depth, row)
+    if depth >= places.JACOBIAN:
+        _add_up_screws(chain, arrays.after(row, chain.screws_at), coupling, row)
+    return total
+
+
+def _add_up_screws(chain: Chain, screws: Floats, coupling: Floats, row: Floats) -> None:
+    # J = J_open [1; C]: a passive variable's screw counts for each joint that it follows.
+    n, entries = chain.dof, chain.entries
+    J = arrays.after(row, places.JACOBIAN_AT)
+    for k in range(6 * n):
+        J[k] = 0.0
+    for e in range(entries):
+        variable = chain.joint[e]
+        if variable < n:
+            for i in range(6):
+                J[i * n + variable] += screws[i * entries + e]
+            continue
+        for j in range(n):
+            share = coupling[(variable - n) * n + j]
+            for i in range(6):
+                J[i * n + j] += share * screws[i * entries + e]

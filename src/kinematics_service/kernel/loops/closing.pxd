@@ -1,0 +1,58 @@
+cimport cython
+cimport numpy as cnp
+
+from ..forward.chain cimport Chain, Closure, Loop
+from ..layout cimport arrays, places
+from . cimport linear, residual
+
+cdef double CLOSED, FINE, CORRECTION, ROUGH, LONGEST, SHORTEST, SHRUNK, GROWN, FLAT, TRUSTED
+cdef int NEWTON_STEPS, MOST_STEPS, BOTH_WAYS
+
+@cython.locals(
+    gap='double[6]', slopes='double[36]', order='int[6]', before=double, size=double, step=int,
+    i=int,
+)
+cdef int _solve(
+    Loop loop, double* x, double largest, double* screws, double* told, int at
+) noexcept nogil
+@cython.locals(steps=int, ratio=double, following='double*')
+cdef int _solve_all(
+    Loop loop, int left, double* x, double* before, double* screws, double* told, int at
+) noexcept nogil
+@cython.locals(
+    gap='double[6]', slopes='double[36]', order='int[6]', count=int, coupling='double*',
+    following='double*', i=int, j=int,
+)
+cdef void _couple(
+    Loop loop, int left, int n, double* section, double* screws
+) noexcept nogil
+@cython.locals(farthest=double, moved=double, j=int)
+cdef double _farthest(Loop loop, int dof, double* q, double* section) noexcept nogil
+@cython.locals(
+    n=int, variables=int, told_at=int, screws='double*', x='double[152]', told='double[72]', length=double,
+    steps=int, arrived=cython.bint, away=double, share=double, failed=int, i=int, j=int, k=int,
+)
+cdef int _go(Closure closure, double* q, double* section) noexcept nogil
+@cython.locals(ways=int, k=int, j=int, away=double, whole='long long', turns=double)
+cdef int _begin(
+    Closure closure, double* numbers, double* q, int other_ways, double* section
+) noexcept nogil
+@cython.locals(ways=int, failed=int, other=int)
+cdef int close(Closure closure, double* q, double* section) noexcept nogil
+cdef int close_next(
+    Closure closure, double* last, double* q, double* section
+) noexcept nogil
+@cython.locals(steps=int, following='double*')
+cdef int _assemble_all(
+    Loop loop, int left, double* section, double* screws, double* told, int at
+) noexcept nogil
+@cython.locals(
+    variables=int, told='double[72]', told_at=int, numbers='double*', screws='double*',
+    failed=int, k=int,
+)
+cpdef int assemble(Loop loop, int loops, int dof, cnp.ndarray section) except -9
+@cython.locals(
+    count=Py_ssize_t, n=Py_ssize_t, width=Py_ssize_t, positions='double*', results='double*',
+    said='double*', k=Py_ssize_t,
+)
+cpdef close_at(Chain chain, cnp.ndarray q, cnp.ndarray sections, cnp.ndarray closed)

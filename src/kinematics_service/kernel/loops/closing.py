@@ -1,0 +1,260 @@
+"""
+Passive variables from the joints: Newton's method along a line from where the loops are closed.
+
+A branch is kept by small steps. Each predicts the variables by their slopes, corrects them by
+Newton's method, and counts only where the correction is small and contracts, and where no loop's
+determinant changes its sign or much of its size: between two such poses it is not zero, and only
+where it is zero do branches meet or end. Other steps are halved, down to where the branch ends.
+"""
+
+from ..forward.chain import Chain, Closure, Loop, section_width
+from ..layout import arrays, places
+from ..layout.arrays import Floats, Numbers
+from . import linear, residual
+
+# A loop is closed where the largest component of its residual, as a share of its size or in rad,
+# is at most CLOSED; FINE is what round-off leaves.
+CLOSED, FINE = 1e-13, 4e-16
+NEWTON_STEPS = 12
+# A correction may be so large (rad, or as a share of the loop's size): of a step, and of the
+# positions in a robot file.
+CORRECTION, ROUGH = 0.1, 0.35
+# Longest and shortest step along the line, rad; their number at most; and how much of its size a
+# determinant may lose or gain within one.
+LONGEST, SHORTEST, MOST_STEPS = 0.25, 1e-8, 1000
+SHRUNK, GROWN = 0.4, 2.5
+# Nearer to 0 a determinant without unit has no digits left.
+FLAT = 1e-9
+# Up to here, rad, the last answer is nearer than the known one.
+TRUSTED = 1.0
+# Joints at most whose turns are tried both ways.
+BOTH_WAYS = 4
+
+
+def _solve(loop: Loop, x: Numbers, largest: float, screws: Floats, told: Numbers, at: int) -> int:
+    # Newton's method for the passive variables of a loop. Returns the number of steps, -1 where it
+    # does not come to an end; tells the screws, the determinant and what is left of the residual.
+    gap, slopes, order = [0.0] * 6, [0.0] * 36, [0] * 6
+    before = places.INFINITY
+    for step in range(NEWTON_STEPS):
+        size = residual.write_residual(loop, x, gap, screws)
+        residual.write_slopes(loop, screws, slopes)
+        told[at] = linear.factorise(slopes, loop.count, order)
+        told[at + 1] = size
+        if size <= FINE or (size <= CLOSED and not size < 0.25 * before):
+            return step
+        if told[at] == 0.0 or not size < 0.5 * before:
+            return -1
+        linear.solve(slopes, loop.count, order, gap)
+        for i in range(loop.count):
+            if not abs(gap[i]) <= largest * loop.unit[loop.first + i]:
+                return -1
+            x[loop.first + i] -= gap[i]
+        if size <= CLOSED:
+            return step + 1  # the next residual would be round-off: a third of the time
+        before = size
+    return -1
+
+
+def _solve_all(
+    loop: Loop, left: int, x: Numbers, before: Floats, screws: Floats, told: Numbers, at: int
+) -> int:
+    # This loop and those after it. Returns 0, or their number where it failed, counted from the
+    # last; `before` tells of the pose before. Told of each: determinant, residual, steps.
+    steps = _solve(loop, x, CORRECTION, screws, told, at)
+    if steps < 0:
+        return left
+    ratio = told[at] / before[at]
+    if not SHRUNK < ratio < GROWN or not abs(told[at]) * loop.scale > FLAT:
+        return left
+    told[at + 2] = before[at + 2] + steps
+    if left == 1:
+        return 0
+    following = arrays.after(screws, 6 * (loop.there.entries + loop.back.entries))
+    return _solve_all(loop.following, left - 1, x, before, following, told, at + 3)
+
+
+def _couple(loop: Loop, left: int, n: int, section: Floats, screws: Floats) -> None:
+    # Fills how the passive variables of closed loops follow the joints, of the screws there.
+    count = loop.count
+    gap, slopes, order = [0.0] * 6, [0.0] * 36, [0] * 6
+    residual.write_slopes(loop, screws, slopes)
+    linear.factorise(slopes, count, order)
+    coupling = arrays.after(section, 2 * loop.there.dof + (loop.first - n) * n)
+    for j in range(n):
+        residual.write_by_joint(loop, n, j, screws, section, gap)
+        linear.solve(slopes, count, order, gap)
+        for i in range(count):
+            coupling[i * n + j] = -gap[i]
+    if left > 1:
+        following = arrays.after(screws, 6 * (loop.there.entries + loop.back.entries))
+        _couple(loop.following, left - 1, n, section, following)
+
+
+def _farthest(loop: Loop, dof: int, q: Floats, section: Floats) -> float:
+    # The largest motion of a joint from a section to q, rad.
+    farthest = 0.0
+    for j in range(dof):
+        moved = abs(q[j] - section[j]) / loop.unit[j]
+        if not moved <= farthest:
+            farthest = moved
+    return farthest
+
+
+def _go(closure: Closure, q: Floats, section: Floats) -> int:
+    # Brings a section to q. Returns 0, or the number of the loop that does not come along,
+    # counted from the last, with the section where it last was closed.
+    n, variables = closure.dof, closure.variables
+    told_at = closure.told_at
+    screws = arrays.after(section, told_at + 3 * closure.loops)
+    x, told = [0.0] * 152, [0.0] * 72
+    for k in range(closure.loops):
+        section[told_at + 3 * k + 2] = 0.0
+    length, steps, arrived = LONGEST, 0, False
+    while not arrived:
+        away = _farthest(closure.first, n, q, section)
+        arrived = length >= away
+        share = 1.0 if arrived else length / away
+        for j in range(n):
+            x[j] = q[j] if arrived else section[j] + share * (q[j] - section[j])
+        for i in range(variables - n):
+            x[n + i] = section[n + i]
+            for j in range(n):
+                x[n + i] += section[closure.coupling_at + i * n + j] * (x[j] - section[j])
+        failed = _solve_all(
+            closure.first, closure.loops, x, arrays.after(section, told_at), screws, told, 0
+        )
+        if failed == 0:
+            for i in range(variables):
+                section[i] = x[i]
+            for k in range(3 * closure.loops):
+                section[told_at + k] = told[k]
+            _couple(closure.first, closure.loops, n, section, screws)
+            length = min(LONGEST, 2.0 * length)
+        else:
+            arrived = False
+            length = 0.5 * min(length, away)
+        steps += 1
+        if not length > SHORTEST or steps > MOST_STEPS:
+            return failed if failed > 0 else closure.loops
+    return 0
+
+
+def _begin(closure: Closure, numbers: Floats, q: Floats, other_ways: int, section: Floats) -> int:
+    # A copy of a section, its joints that turn without end turned by whole turns to where q is
+    # nearest; a bit of `other_ways` for each of the first of them that are to come from the other
+    # side. Returns how many there are.
+    ways = 0
+    for k in range(closure.width):
+        section[k] = numbers[k]
+    for j in range(closure.dof):
+        away = q[j] - section[j]
+        if closure.turns[j] == 0 or away == 0.0 or not abs(away) < places.LARGEST:
+            continue
+        whole = int(away / places.TAU + (0.5 if away > 0.0 else -0.5))
+        turns = float(whole)
+        away -= turns * places.TAU
+        if ways < BOTH_WAYS:
+            if (other_ways >> ways) & 1:
+                turns += 1.0 if away > 0.0 else -1.0
+            ways += 1
+        section[j] += turns * places.TAU
+    return ways
+
+
+def close(closure: Closure, q: Floats, section: Floats) -> int:
+    """
+    Fill a section with the passive variables at q, on the branch of the known positions.
+
+    A function of q alone: from the known positions along a straight line; where that ends, the
+    joints that turn without end are turned the other way.
+
+    Returns 0, or the number of the loop that does not close there, counted from the last, with the
+    section where the straight line ended.
+    """
+    ways = _begin(closure, closure.start, q, 0, section)
+    failed = _go(closure, q, section)
+    if failed == 0 or ways == 0:
+        return failed
+    for other in range(1, 1 << ways):
+        _begin(closure, closure.start, q, other, section)
+        if _go(closure, q, section) == 0:
+            return 0
+    _begin(closure, closure.start, q, 0, section)
+    return _go(closure, q, section)
+
+
+def close_next(closure: Closure, last: Floats, q: Floats, section: Floats) -> int:
+    """Do as `close`, from a last section where q is near it."""
+    _begin(closure, last, q, 0, section)
+    if _farthest(closure.first, closure.dof, q, section) <= TRUSTED:
+        return _go(closure, q, section)
+    return close(closure, q, section)
+
+
+def _assemble_all(
+    loop: Loop, left: int, section: Floats, screws: Floats, told: Numbers, at: int
+) -> int:
+    steps = _solve(loop, section, ROUGH, screws, told, at)
+    told[at + 2] = 0.0
+    if steps < 0 or not abs(told[at]) * loop.scale > FLAT:
+        return left
+    if left == 1:
+        return 0
+    following = arrays.after(screws, 6 * (loop.there.entries + loop.back.entries))
+    return _assemble_all(loop.following, left - 1, section, following, told, at + 3)
+
+
+def assemble(loop: Loop, loops: int, dof: int, section: Floats) -> int:
+    """
+    Complete a section whose variables are nearly those of closed loops.
+
+    Returns 0, or the number of the loop that does not close there, counted from the last; what its
+    determinant and residual came to is told in its place.
+
+    Parameters
+    ----------
+    loop, loops, dof
+        The first loop, their number, and that of the joints.
+    section : shape (Closure.width,)
+        As `Closure` says.
+    """
+    arrays.given(loop)
+    variables, told = loop.there.dof, [0.0] * 72
+    told_at = 2 * variables + (variables - dof) * dof
+    numbers = arrays.results(section, section_width(dof, loops, loop))
+    screws = arrays.after(numbers, told_at + 3 * loops)
+    failed = _assemble_all(loop, loops, numbers, screws, told, 0)
+    for k in range(3 * loops):
+        numbers[told_at + k] = told[k]
+    if failed == 0:
+        _couple(loop, loops, dof, numbers, screws)
+    return failed
+
+
+def close_at(chain: Chain, q: Floats, sections: Floats, closed: Floats) -> None:
+    """
+    Close the loops of a chain at many poses, each on its own.
+
+    Parameters
+    ----------
+    chain
+        A chain with loops.
+    q : shape (N, n), rad or m
+        Joint positions.
+    sections : shape (N, width)
+        As `Closure` says; where a loop does not close, where the straight line to it ended.
+    closed : shape (N,)
+        0 where the loops close, or the number of the loop that does not, counted from the last.
+    """
+    arrays.given(chain)
+    arrays.given(chain.closure)
+    count, n, width = arrays.extent(q, 0), chain.dof, chain.closure.width
+    if arrays.extent(q, 1) != n or arrays.extent(sections, 1) != width:
+        raise TypeError('the arrays of closed loops do not go together')
+    positions, results = arrays.numbers(q, 0), arrays.results(sections, count * width)
+    said = arrays.results(closed, count)
+    for k in range(count):
+        said[k] = close(
+            chain.closure, arrays.after(positions, k * n), arrays.after(results, k * width)
+        )

@@ -1,0 +1,239 @@
+"""
+How a Jacobian changes with the joints, as far as measures need it: the slope of a weighted sum.
+
+Where loops are closed, J = J_open G with G = [1; C] and C = -Phi_psi^-1 Phi_q, and G changes too.
+Of Phi_x G = 0 along every motion follows Phi_psi dC = -dPhi_x G, so that the weights of J_psi dC
+are, with mu = -Phi_psi^-T J_psi^T Y, weights mu G^T of the residual's slopes: of screws again.
+"""
+
+from ..forward.chain import Chain, Closure, Loop
+from ..layout import arrays
+from ..layout.arrays import Floats, Numbers
+from ..loops import linear, residual
+
+# Of one chain of a loop.
+LOOP_SCREWS = 32
+
+
+def write_of_screws(chain: Chain, screws: Floats, Y: Floats, gradient: Floats) -> None:
+    """
+    Fill gradient[k] = sum_j Y[j] . dJ[:, j]/dq_k for the geometric Jacobian (Y in base axes), of
+    the screws of its entries; where loops are closed, k is any of its variables.
+
+    A joint f turns everything behind it by its screw (v_f, w_f) and moves the tool under
+    everything before it: for an entry e behind f (or f itself) dv_e = w_f x v_e and
+    dw_e = w_f x w_e; for one before it dv_e = w_e x v_f. So
+    g_f = w_f . sum_behind(v_e x Yv + w_e x Yw) + v_f . sum_before(Yv x w_e): two running sums.
+    """
+    elements, entries = chain.elements, chain.entries
+    vx = screws
+    vy, vz = arrays.after(vx, entries), arrays.after(vx, 2 * entries)
+    wx, wy = arrays.after(vx, 3 * entries), arrays.after(vx, 4 * entries)
+    wz = arrays.after(vx, 5 * entries)
+    for j in range(chain.variables):
+        gradient[j] = 0.0
+    bx, by, bz = 0.0, 0.0, 0.0
+    for k in range(elements):
+        for e in range(chain.first_entry[k], chain.first_entry[k + 1]):
+            gradient[chain.joint[e]] += vx[e] * bx + vy[e] * by + vz[e] * bz
+        for e in range(chain.first_entry[k], chain.first_entry[k + 1]):
+            y = arrays.after(Y, 6 * chain.joint[e])
+            bx += y[1] * wz[e] - y[2] * wy[e]
+            by += y[2] * wx[e] - y[0] * wz[e]
+            bz += y[0] * wy[e] - y[1] * wx[e]
+    ax, ay, az = 0.0, 0.0, 0.0
+    for k in range(elements - 1, -1, -1):
+        for e in range(chain.first_entry[k], chain.first_entry[k + 1]):
+            y = arrays.after(Y, 6 * chain.joint[e])
+            ax += vy[e] * y[2] - vz[e] * y[1] + wy[e] * y[5] - wz[e] * y[4]
+            ay += vz[e] * y[0] - vx[e] * y[2] + wz[e] * y[3] - wx[e] * y[5]
+            az += vx[e] * y[1] - vy[e] * y[0] + wx[e] * y[4] - wy[e] * y[3]
+        for e in range(chain.first_entry[k], chain.first_entry[k + 1]):
+            gradient[chain.joint[e]] += wx[e] * ax + wy[e] * ay + wz[e] * az
+
+
+def room(chain: Chain) -> int:
+    """Return how many numbers `write_gradient` and `write_determinants` need room for."""
+    if chain.loops == 0:
+        return 0
+    return 14 * chain.variables + 6 * LOOP_SCREWS + chain.closure.passive * chain.dof
+
+
+def write_gradient(chain: Chain, row: Floats, Y: Floats, gradient: Floats, work: Floats) -> None:
+    """Fill the gradient as `write_of_screws` does, by the joints, of a row; Y (n, 6)."""
+    screws = arrays.after(row, chain.screws_at)
+    if chain.loops == 0:
+        write_of_screws(chain, screws, Y, gradient)
+    else:
+        _write_closed(chain, chain.closure, row, Y, gradient, work)
+
+
+def _write_closed(
+    chain: Chain, closure: Closure, row: Floats, Y: Floats, gradient: Floats, work: Floats
+) -> None:
+    n, variables, passive = chain.dof, chain.variables, closure.passive
+    section = arrays.after(row, chain.closure_at)
+    coupling = arrays.after(section, closure.coupling_at)
+    screws = arrays.after(row, chain.screws_at)
+    total = work
+    weights = arrays.after(total, variables)
+    mu = arrays.after(weights, 6 * variables)
+    free = arrays.after(mu, passive * n)
+    for k in range(6 * n):
+        weights[k] = Y[k]
+    for a in range(passive):
+        for i in range(6):
+            weights[6 * (n + a) + i] = 0.0
+            for j in range(n):
+                weights[6 * (n + a) + i] += coupling[a * n + j] * Y[6 * j + i]
+    write_of_screws(chain, screws, weights, total)
+    # What the passive variables' screws are weighted with: J_psi^T Y.
+    for k in range(passive * n):
+        mu[k] = 0.0
+    for e in range(chain.entries):
+        a = chain.joint[e] - n
+        if a >= 0:
+            for j in range(n):
+                for i in range(6):
+                    mu[a * n + j] += screws[i * chain.entries + e] * Y[6 * j + i]
+    own = arrays.after(section, closure.told_at + 3 * closure.loops)
+    _add_loops(closure.first, closure.loops, closure, section, own, mu, weights, total, free)
+    _follow(n, passive, coupling, total, gradient)
+
+
+def _follow(n: int, passive: int, coupling: Floats, total: Floats, gradient: Floats) -> None:
+    # By the joints, of what is by all variables.
+    for j in range(n):
+        gradient[j] = total[j]
+        for a in range(passive):
+            gradient[j] += coupling[a * n + j] * total[n + a]
+
+
+def _add_loops(
+    loop: Loop,
+    left: int,
+    closure: Closure,
+    section: Floats,
+    screws: Floats,
+    mu: Floats,
+    weights: Floats,
+    total: Floats,
+    free: Floats,
+) -> None:
+    # The later loops first: they move with the variables of the earlier ones.
+    if left > 1:
+        following = arrays.after(screws, 6 * (loop.there.entries + loop.back.entries))
+        _add_loops(loop.following, left - 1, closure, section, following, mu, weights, total, free)
+    n, count, first = closure.dof, loop.count, loop.first
+    gap, slopes, order = [0.0] * 6, [0.0] * 36, [0] * 6
+    residual.write_slopes(loop, screws, slopes)
+    linear.factorise(slopes, count, order)
+    own = arrays.after(mu, (first - n) * n)
+    for j in range(n):
+        for i in range(count):
+            gap[i] = -own[i * n + j]
+        linear.solve_transposed(slopes, count, order, gap)
+        for i in range(count):
+            own[i * n + j] = gap[i]
+    coupling = arrays.after(section, closure.coupling_at)
+    for k in range(6 * closure.variables):
+        weights[k] = 0.0
+    for i in range(count):
+        axis = loop.axis[i]
+        for j in range(n):
+            weights[6 * j + axis] += own[i * n + j]
+            for a in range(first + count - n):
+                weights[6 * (n + a) + axis] += own[i * n + j] * coupling[a * n + j]
+    _add_residual(loop, screws, weights, total, free)
+    # The variables of earlier loops move this one's residual.
+    _pass_on(loop.there, first, n, loop, screws, 0, -1.0, own, mu)
+    _pass_on(loop.back, first, n, loop, screws, 6 * loop.there.entries, 1.0, own, mu)
+
+
+def _pass_on(
+    chain: Chain,
+    first: int,
+    n: int,
+    loop: Loop,
+    screws: Numbers,
+    at: int,
+    sign: float,
+    own: Floats,
+    mu: Floats,
+) -> None:
+    for e in range(chain.entries):
+        variable = chain.joint[e]
+        if n <= variable < first:
+            for j in range(n):
+                for i in range(loop.count):
+                    slope = sign * screws[at + 6 * e + loop.axis[i]]
+                    mu[(variable - n) * n + j] += slope * own[i * n + j]
+
+
+def _add_residual(
+    loop: Loop, screws: Numbers, weights: Floats, total: Floats, free: Floats
+) -> None:
+    # The gradient of the weighted slopes of a loop's residual, added up.
+    gradient = free
+    own = arrays.after(free, loop.there.dof)
+    _side_by_side(loop.there, screws, 0, own)
+    write_of_screws(loop.there, own, weights, gradient)
+    for k in range(loop.there.dof):
+        total[k] -= gradient[k]
+    _side_by_side(loop.back, screws, 6 * loop.there.entries, own)
+    write_of_screws(loop.back, own, weights, gradient)
+    for k in range(loop.there.dof):
+        total[k] += gradient[k]
+
+
+def _side_by_side(chain: Chain, screws: Numbers, at: int, own: Floats) -> None:
+    for e in range(chain.entries):
+        for i in range(6):
+            own[i * chain.entries + e] = screws[at + 6 * e + i]
+
+
+def write_determinants(chain: Chain, row: Floats, results: Floats, work: Floats) -> None:
+    """
+    Fill the determinant of the slopes of each loop's residual by its own passive variables, and
+    its gradient by the joints: 1 + n numbers a loop.
+    """
+    arrived = arrays.after(row, chain.closure_at)
+    screws = arrays.after(arrived, chain.closure.told_at + 3 * chain.loops)
+    _write_determinant(
+        chain.closure.first, chain.loops, chain.closure, arrived, screws, results, work
+    )
+
+
+def _write_determinant(
+    loop: Loop,
+    left: int,
+    closure: Closure,
+    section: Floats,
+    screws: Floats,
+    results: Floats,
+    work: Floats,
+) -> None:
+    # d det = det trace(slopes^-1 d slopes).
+    n, count, variables = closure.dof, loop.count, closure.variables
+    gap, slopes, order = [0.0] * 6, [0.0] * 36, [0] * 6
+    residual.write_slopes(loop, screws, slopes)
+    determinant = linear.factorise(slopes, count, order)
+    total = work
+    weights = arrays.after(total, variables)
+    free = arrays.after(weights, 6 * variables)
+    for k in range(7 * variables):
+        total[k] = 0.0
+    for i in range(count):
+        for k in range(count):
+            gap[k] = determinant if k == i else 0.0
+        linear.solve(slopes, count, order, gap)
+        for k in range(count):
+            weights[6 * (loop.first + k) + loop.axis[i]] = gap[k]
+    _add_residual(loop, screws, weights, total, free)
+    results[0] = determinant
+    coupling = arrays.after(section, closure.coupling_at)
+    _follow(n, closure.passive, coupling, total, arrays.after(results, 1))
+    if left > 1:
+        following = arrays.after(screws, 6 * (loop.there.entries + loop.back.entries))
+        others = arrays.after(results, 1 + n)
+        _write_determinant(loop.following, left - 1, closure, section, following, others, work)

@@ -1,0 +1,76 @@
+"""The closed loops of an arm at joint positions: passive joints, and how far each is from flat."""
+
+from dataclasses import dataclass
+
+from ..kernel import Floats
+from ..robot.loops import close_at
+from ..robot.robot import Robot
+
+
+@dataclass(frozen=True, eq=False)
+class LoopClosure:
+    """
+    The closed loops of an arm at one pose or at many.
+
+    Attributes
+    ----------
+    names : L names
+        Of the loops.
+    passive_joint_names : P names
+        Of the joints that they move.
+    passive : shape (..., P), rad or m
+        Their positions.
+    coupling : shape (..., P, n)
+        How they follow the joints: -(d Phi / d psi)^-1 d Phi / d q.
+    determinants : shape (..., L)
+        det(d Phi / d psi) of each loop, in SI units: where it is 0 the loop is flat, and its
+        branch ends or meets another.
+    residuals : shape (..., L)
+        The largest component of what is left of Phi: as a share of the loop's size, or in rad.
+    steps : shape (..., L)
+        Newton's steps of each loop from the assembled position of the robot file.
+    """
+
+    names: tuple[str, ...]
+    passive_joint_names: tuple[str, ...]
+    passive: Floats
+    coupling: Floats
+    determinants: Floats
+    residuals: Floats
+    steps: Floats
+
+
+def closure_in(robot: Robot, section: Floats) -> LoopClosure:
+    """Return the loops of an arm as the kernel's numbers (..., width) have them."""
+    n, closure = robot.dof, robot.chain.closure
+    P, variables = closure.passive, closure.variables
+    leading = section.shape[:-1]
+    told = section[..., closure.told_at : closure.told_at + 3 * closure.loops]
+    told = told.reshape(*leading, closure.loops, 3)
+    return LoopClosure(
+        names=robot.loop_names,
+        passive_joint_names=robot.passive_joint_names,
+        passive=section[..., n:variables],
+        coupling=section[..., closure.coupling_at : closure.told_at].reshape(*leading, P, n),
+        determinants=told[..., 0],
+        residuals=told[..., 1],
+        steps=told[..., 2],
+    )
+
+
+def why_not_closed(robot: Robot, q: Floats) -> tuple[str, str]:
+    """
+    Return which loop does not close at joint positions (n,), and a sentence; empty where all do.
+    """
+    sections, failed = close_at(robot.chain, q[None])
+    if failed[0] == 0.0:
+        return '', ''
+    name = robot.loop_names[len(robot.loop_names) - int(failed[0])]
+    return name, (
+        f'the loop {name!r} of {robot.name} does not close at [{_numbers(q)}]: on the way from '
+        f'the assembled position its branch ends at [{_numbers(sections[0, : robot.dof])}]'
+    )
+
+
+def _numbers(q: Floats) -> str:
+    return ', '.join(f'{value:.6g}' for value in q)

@@ -1,0 +1,329 @@
+"""The closed loops of a robot file: second chains that part from the table and meet it again."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from .convention_table import Convention
+from .description import (
+    IDENTITY,
+    JointDescription,
+    JointType,
+    Link,
+    LoopDescription,
+    PassiveJoint,
+    PointDescription,
+)
+from .entries import checked, checked_list, checked_word, did_you_mean, meant_by
+from .expression_syntax import names_in, why_no_name
+from .fault_report import FaultReport, quoted
+from .links import likely_convention, read_links, variables_of
+from .motions import pose_motion
+from .quantities import KIND_OF, Quantities
+from .schema import LoopEndEntry, LoopEntry, PassiveEntry, assembled_entry
+from .singularity import ROWS
+from .yaml_document import Path, ScalarNode, texts_in
+
+PATH: Path = ('loops',)
+MAX_LOOPS = 12
+MAX_PASSIVE = 24
+MAX_OF_ONE = 6
+
+
+def read_passive(data: Any, taken: Sequence[str], report: FaultReport) -> tuple[PassiveJoint, ...]:
+    """
+    Return the passive joints of all loops, without those whose names have faults.
+
+    Parameters
+    ----------
+    data
+        The list of loops as the file has it; None where there is none.
+    taken
+        The names of constants and of joints in expressions.
+    report
+        Takes the faults.
+    """
+    if data is None:
+        return ()
+    found: list[PassiveJoint] = []
+    owner: dict[str, int] = {}
+    loops = checked_list(data, PATH, report, 'a list of loops')
+    if len(loops) > MAX_LOOPS:
+        report.fault(PATH, f'{len(loops)} loops (at most {MAX_LOOPS})')
+        return ()
+    for k, loop in enumerate(loops):
+        path = (*PATH, k, 'passive')
+        items = loop.get('passive') if isinstance(loop, dict) else None
+        if items is None:
+            continue
+        for i, item in enumerate(checked_list(items, path, report, 'a list of passive joints')):
+            joint = _passive_joint(item, (*path, i), report)
+            if joint is None:
+                continue
+            if reason := why_no_name(joint.name):
+                report.fault((*path, i), f'{quoted(joint.name)} {reason}')
+            elif joint.name in taken or joint.name == 'q':
+                report.fault(
+                    (*path, i),
+                    f'{quoted(joint.name)} is also the name of a constant or of a joint with a '
+                    'motor: a passive joint has a name of its own',
+                )
+            elif joint.name in owner:
+                report.fault(
+                    (*path, i),
+                    f'{quoted(joint.name)} is moved by loops[{owner[joint.name]}] already: a '
+                    'passive joint belongs to one loop',
+                )
+            else:
+                owner[joint.name] = k
+                found.append(joint)
+    if len(found) > MAX_PASSIVE:
+        report.fault(PATH, f'{len(found)} passive joints (at most {MAX_PASSIVE})')
+        return ()
+    return tuple(found)
+
+
+def _passive_joint(item: Any, path: Path, report: FaultReport) -> PassiveJoint | None:
+    if not isinstance(item, dict):
+        name = checked_word(item, path, report)
+        return None if name is None else PassiveJoint(name, 'revolute')
+    entry = checked(PassiveEntry, item, path, report)
+    if entry.name is None:
+        return None
+    return PassiveJoint(entry.name, 'prismatic' if entry.type == 'prismatic' else 'revolute')
+
+
+def moving_loops(data: Any) -> frozenset[str]:
+    """Return the names in the rows of the loops' own chains."""
+    loops = data if isinstance(data, list) else ()
+    rows = [loop['links'] for loop in loops if isinstance(loop, dict) and 'links' in loop]
+    return frozenset(name for row in rows for text in texts_in(row) for name in names_in(text))
+
+
+def read_loops(
+    data: Any,
+    passive: Sequence[PassiveJoint],
+    table: Sequence[Link] | None,
+    points: Sequence[PointDescription],
+    convention: Convention | None,
+    joints: Sequence[JointDescription],
+    joint_types: Sequence[JointType | None],
+    quantities: Quantities,
+) -> tuple[LoopDescription, ...]:
+    """
+    Return the loops in the order of the file; none where one has faults.
+
+    Parameters
+    ----------
+    data
+        The list as the file has it; None where there is none.
+    passive
+        As `read_passive` returns them.
+    table, points, convention, joints
+        What is known of the arm; None where it has faults.
+    joint_types
+        Of the entries in the list of joints.
+    quantities
+        What the names in expressions mean.
+    """
+    if not isinstance(data, list):
+        return ()
+    report = quantities.report
+    before = report.fault_count
+    reader = _LoopReader(passive, table, points, convention, joints, joint_types, quantities)
+    loops = [reader.read(item, (*PATH, k)) for k, item in enumerate(data[:MAX_LOOPS])]
+    found = tuple(loop for loop in loops if loop is not None)
+    if table is None or len(found) < len(data) or report.fault_count > before:
+        return ()
+    if sum(len(loop.passive) for loop in found) > len(passive):
+        return ()  # one of them belongs to two loops, which has been said
+    _check_names(found, report)
+    _check_effect(found, table, report)
+    for k, loop in enumerate(found):
+        if loop.q != found[0].q:
+            report.fault(
+                (*PATH, k, 'assembled', 'q'),
+                f'is not that of {quoted(found[0].name)}: all loops are assembled at one position',
+            )
+    return found
+
+
+def _check_names(loops: Sequence[LoopDescription], report: FaultReport) -> None:
+    names = [loop.name for loop in loops]
+    for k, name in enumerate(names):
+        if name in names[:k]:
+            report.fault(
+                (*PATH, k, 'name'),
+                f'{quoted(name)} is already the name of loops[{names.index(name)}]',
+            )
+
+
+def _check_effect(
+    loops: Sequence[LoopDescription], table: Sequence[Link], report: FaultReport
+) -> None:
+    # Every passive joint stands in its loop, in no earlier one, and every loop moves something.
+    last = {joint.name: k for k, loop in enumerate(loops) for joint in loop.passive}
+    used = frozenset().union(*(variables_of(row) for row in table))
+    for k in range(len(loops) - 1, -1, -1):
+        loop = loops[k]
+        own = {joint.name for joint in loop.passive}
+        names = frozenset().union(*(variables_of(row) for row in (*loop.there, *loop.links)))
+        for joint in loop.passive:
+            if joint.name not in names:
+                report.fault(
+                    (*PATH, k, 'passive'),
+                    f'{quoted(joint.name)} moves no row of this loop: neither one of links, nor '
+                    f'one of the table between row {loop.start.row} and row {loop.meets.row}',
+                )
+        for name in sorted(names):
+            if last.get(name, -1) > k:
+                report.fault(
+                    (*PATH, k, 'links'),
+                    f'{quoted(name)} is moved by loops[{last[name]}], which comes later: a loop '
+                    'may use the passive joints of those before it',
+                )
+        if not own & used:
+            listed = ' or '.join(quoted(joint.name) for joint in loop.passive)
+            report.fault(
+                (*PATH, k, 'passive'),
+                f'no row of the table and no later loop moves with {listed}: the loop would move '
+                'nothing',
+            )
+        used |= names
+
+
+class _LoopReader:
+    """Reads loops one by one."""
+
+    def __init__(
+        self,
+        passive: Sequence[PassiveJoint],
+        table: Sequence[Link] | None,
+        points: Sequence[PointDescription],
+        convention: Convention | None,
+        joints: Sequence[JointDescription],
+        joint_types: Sequence[JointType | None],
+        quantities: Quantities,
+    ) -> None:
+        self.passive = {joint.name: joint for joint in passive}
+        self.table, self.points, self.convention = table, points, convention
+        self.joints, self.joint_types = joints, joint_types
+        self.quantities, self.report = quantities, quantities.report
+
+    def read(self, data: Any, path: Path) -> LoopDescription | None:
+        """Return a loop, or None with its faults reported."""
+        before = self.report.fault_count
+        entry = checked(LoopEntry, data, path, self.report)
+        names = _names_of(entry.passive)
+        passive = tuple(self.passive[name] for name in names if name in self.passive)
+        rows = self._rows(entry.rows, (*path, 'rows'))
+        if entry.name is not None and ',' in entry.name:
+            self.report.fault((*path, 'name'), f'{quoted(entry.name)} holds a comma')
+        if entry.passive is not None and not names:
+            self.report.fault((*path, 'passive'), 'names no joint: at least one is needed')
+        if passive and rows and len(names) != len(rows):
+            self.report.fault(
+                (*path, 'passive'),
+                f'{len(names)} passive joints ({", ".join(names)}) for {len(rows)} rows that '
+                f'coincide ({" ".join(rows)}): a loop moves as many joints as it has rows',
+            )
+        start = self._end(entry.from_, (*path, 'from'), True)
+        meets = self._end(entry.meets, (*path, 'meets'), False)
+        convention = self.convention or likely_convention(entry.links)
+        links = None
+        if entry.links is not None:
+            links = read_links(entry.links, convention, self.quantities, (*path, 'links'))
+        if start and meets and start.row > meets.row:
+            self.report.fault(
+                (*path, 'meets'),
+                f'row {meets.row} comes before row {start.row}, where the loop begins: exchange '
+                'them',
+            )
+        q, assembled = self._assembled(entry.assembled, names, (*path, 'assembled'))
+        if self.report.fault_count > before or self.table is None:
+            return None
+        if not (entry.name and start and meets and links):
+            return None
+        line = self.report.line((*path, 'assembled'))
+        there = tuple(self.table[start.row : meets.row])
+        return LoopDescription(
+            entry.name, passive, start, meets, there, links, rows, q, assembled, line
+        )
+
+    def _rows(self, words: Sequence[str | None] | None, path: Path) -> tuple[str, ...]:
+        accepted = f'(accepted: {", ".join(ROWS)})'
+        if words == []:
+            self.report.fault(path, f'is empty {accepted}')
+        for i, word in enumerate(words or ()):
+            if word is not None and word not in ROWS:
+                hint = did_you_mean(meant_by(word, ROWS))
+                self.report.fault((*path, i), f'unknown row {quoted(word)}{hint} {accepted}')
+            elif word in (words or ())[:i]:
+                self.report.fault((*path, i), f'{word!r} stands twice')
+        return tuple(row for row in ROWS if row in (words or ()))
+
+    def _end(self, data: Any, path: Path, is_start: bool) -> PointDescription | None:
+        if data is None:
+            return PointDescription('start', 0, IDENTITY) if is_start else None
+        before = self.report.fault_count
+        entry = checked(LoopEndEntry, data, path, self.report)
+        if entry.point is not None:
+            if entry.row is not None or entry.xyz is not None or entry.rpy is not None:
+                self.report.fault(path, 'has a point and a row, xyz or rpy too: give one of them')
+            found = next((point for point in self.points if point.name == entry.point), None)
+            if found is None:
+                known = ', '.join(point.name for point in self.points) or 'none'
+                self.report.fault(
+                    (*path, 'point'), f'unknown point {quoted(entry.point)} (known: {known})'
+                )
+            return found
+        if entry.row is None and self.report.fault_count == before:
+            self.report.fault(path, 'needs a row of the table, or a point')
+        motion = pose_motion(entry.xyz, entry.rpy, path, self.quantities)
+        if entry.row is not None and self.table is not None and entry.row > len(self.table):
+            self.report.fault(
+                (*path, 'row'),
+                f'there is no row {entry.row}: 0 is the frame before the table, '
+                f'{len(self.table)} the frame after its last row',
+            )
+        if entry.row is None or motion is None or self.report.fault_count > before:
+            return None
+        return PointDescription(f'row {entry.row}', entry.row, motion)
+
+    def _assembled(
+        self, data: Any, names: Sequence[str], path: Path
+    ) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        if data is None:
+            return (), ()
+        entry: Any = checked(assembled_entry(tuple(names)), data, path, self.report)
+        texts = entry.q or []
+        if entry.q is not None and len(texts) != len(self.joint_types):
+            self.report.fault(
+                (*path, 'q'), f'{len(texts)} values for {len(self.joint_types)} joints'
+            )
+            return (), ()
+        q = [
+            self.quantities.fixed(text, KIND_OF[kind], (*path, 'q', i), usual=False)
+            for i, (text, kind) in enumerate(zip(texts, self.joint_types))
+            if kind
+        ]
+        values = [
+            self.quantities.fixed(
+                getattr(entry, name), KIND_OF[self.passive[name].type], (*path, name), usual=False
+            )
+            for name in names
+            if name in self.passive
+        ]
+        return (
+            tuple(value for value in q if value is not None),
+            tuple(value for value in values if value is not None),
+        )
+
+
+def _names_of(items: Any) -> list[str]:
+    # Of a list of passive joints as the file has it.
+    names = []
+    for item in items if isinstance(items, list) else ():
+        named = item.get('name') if isinstance(item, dict) else item
+        if isinstance(named, ScalarNode):
+            names.append(named.text)
+    return names

@@ -1,0 +1,39 @@
+"""
+Prints hashes of what the kernel makes of arms with closed loops: the same compiled and not.
+
+    python test/kinematics/loop_numbers.py five_bar crank_slider
+"""
+
+import hashlib
+import sys
+
+import numpy as np
+
+import kinematics_service as ks
+from kinematics_service import kernel
+from kinematics_service.kinematics import singularity_rates
+
+POSES = 12
+
+
+def lines(names):
+    """Yield a line for each arm."""
+    for name in names:
+        robot = ks.load_robot(name)
+        assembled = robot.chain.closure.assembled()
+        share = np.linspace(-0.3, 0.3, POSES)[:, None] * np.arange(1, robot.dof + 1)
+        q = assembled + np.minimum(robot.chain.closure.units(), 1.0) * share / robot.dof
+        state = ks.evaluate(robot, q, np.ones_like(q), kernel.ALL_FRAMES)
+        digest = hashlib.sha256(state.numbers.tobytes())
+        digest.update(singularity_rates.measures_of(state).tobytes())
+        yield f'{name} {digest.hexdigest()}'
+
+
+def main():
+    """Print the lines of the arms of the command line."""
+    for line in lines(sys.argv[1:]):
+        print(line)
+
+
+if __name__ == '__main__':
+    main()

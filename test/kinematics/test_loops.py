@@ -1,0 +1,359 @@
+"""Closed loops: the passive joints follow the others, on the branch that is known."""
+
+import json
+import math
+import os
+import pickle
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import linkages
+import loop_numbers
+import numpy as np
+import pytest
+from arms import LOOPED
+from folders import GOLDEN
+from tolerances import DIFFERENCE, DIFFERENCE_STEP, QUOTIENT, ROUND_OFF
+
+import kinematics_service as ks
+from kinematics_service import kernel
+from kinematics_service.kernel.compiled import VARIABLE
+from kinematics_service.kinematics import singularity_rates
+from kinematics_service.robot.loops import close_at, closed_poses
+from kinematics_service.robot.task import seeded_poses
+
+every_arm = pytest.mark.parametrize('name', LOOPED)
+# Angles of pins are quotients of lengths that carry round-off.
+CLOSED_FORM = 1e-12
+
+BOTH_WAYS = """
+robot: parallelogram
+convention: standard
+constants: {L1: 0.4, L2: 0.15, L3: L1, L4: L2, L5: 0.35}
+joints:
+  - {name: theta1, type: revolute}
+  - {name: theta2, type: revolute}
+  - {name: theta3, type: revolute}
+links:
+  - {alpha: -pi/2, a: 0,       d: 0, theta: 0}
+  - {alpha: pi/2,  a: 0,       d: 0, theta: theta1}
+  - {alpha: 0,     a: L2,      d: 0, theta: theta2}
+  - {alpha: 0,     a: L3,      d: 0, theta: psi1}
+  - {alpha: 0,     a: L4 + L5, d: 0, theta: psi2}
+loops:
+  - name: parallelogram
+    passive: [psi1, psi2]
+    from: {row: 2}
+    links: [{alpha: 0, a: L1, d: 0, theta: theta3}]
+    meets: {row: 5, xyz: [-L5, 0, 0]}
+    rows: [x, y]
+    assembled: {q: [0, pi/2, 0], psi1: -pi/2, psi2: -pi/2}
+"""
+
+
+def text_of(name):
+    return ks.bundled_robots()[name].read_text(encoding='utf-8').split('known_poses')[0]
+
+
+def other_branch():
+    # The general loop of the source document, with the coupler on the other side.
+    text = text_of('four_bar_arm')
+    return ks.robot_from_text(text.replace('psi1: -1.52, psi2: -1.50', 'psi1: -2.34, psi2: 1.50'))
+
+
+def seeded(robot, count):
+    slides = [kind == 'prismatic' for kind in robot.joint_types]
+    return closed_poses(robot.chain, seeded_poses(robot.limits, slides))[:count]
+
+
+def away_from_flat(robot, q, least=0.1):
+    # Those of many poses whose loops are no nearer to flat than this, rad: differences suffer.
+    first = singularity_rates.first_order(
+        robot, singularity_rates.measures_of(ks.evaluate(robot, q))
+    )
+    return q[first > least]
+
+
+def golden():
+    return json.loads((GOLDEN / 's000b_x_general_loop.json').read_text())['configs']
+
+
+@pytest.mark.parametrize('branch', [1, -1])
+def test_the_general_loop_of_the_source_document(branch):
+    robot = ks.load_robot('four_bar_arm') if branch == 1 else other_branch()
+    configs = [config for config in golden() if config['branch'] == branch]
+    assert len(configs) > 10
+    q = np.array([config['q'] for config in configs])
+    qdot = np.array([config['qdot'] for config in configs])
+    state = ks.evaluate(robot, q, qdot)
+    for name, found in (('T', state.pose), ('J', state.jacobian), ('twist', state.twist)):
+        expected = [config[name] for config in configs]
+        np.testing.assert_allclose(found, expected, rtol=0, atol=ROUND_OFF, err_msg=name)
+    found = ks.singularity(robot, q)
+    expected = [config['task_det'] for config in configs]
+    np.testing.assert_allclose(found.determinant, expected, rtol=0, atol=ROUND_OFF)
+    psi = np.array([[config['passive_psi1'], config['passive_psi2']] for config in configs])
+    turns = (state.closure.passive - psi) / (2 * math.pi)
+    np.testing.assert_allclose(turns, np.round(turns), rtol=0, atol=ROUND_OFF)
+    # det d Phi / d psi of the document: L3 L4 sin psi2.
+    expected = 0.38 * 0.17 * np.sin(psi[:, 1])
+    np.testing.assert_allclose(state.closure.determinants[:, 0], expected, rtol=0, atol=ROUND_OFF)
+
+
+def test_the_five_bar_by_circles():
+    robot = ks.load_robot('five_bar')
+    for q in seeded(robot, 200):
+        (x, y), angle = linkages.five_bar(q)
+        T = ks.forward_kinematics(robot, q)
+        np.testing.assert_allclose(T[:2, 3], [x, y], rtol=0, atol=CLOSED_FORM)
+        expected = [math.cos(angle), math.sin(angle)]
+        np.testing.assert_allclose(T[:2, 0], expected, rtol=0, atol=CLOSED_FORM)
+
+
+def test_the_crank_slider_by_its_formula():
+    robot = ks.load_robot('crank_slider')
+    q = np.linspace(-9.0, 9.0, 200)
+    found = ks.forward_kinematics(robot, q[:, None])[:, 0, 3]
+    expected = [linkages.crank_slider(angle) for angle in q]
+    np.testing.assert_allclose(found, expected, rtol=0, atol=CLOSED_FORM)
+
+
+def test_the_excavator_by_triangles():
+    robot = ks.load_robot('excavator')
+    for q in seeded(robot, 200):
+        place, pitch, (boom, stick, bucket) = linkages.excavator(q)
+        state = ks.evaluate(robot, q)
+        np.testing.assert_allclose(state.position, place, rtol=0, atol=10 * CLOSED_FORM)
+        assert state.pose[2, 0] == pytest.approx(math.sin(pitch), abs=10 * CLOSED_FORM)
+        passive = dict(zip(robot.passive_joint_names, state.closure.passive))
+        found = [passive['boom'], passive['stick'], passive['bucket']]
+        np.testing.assert_allclose(found, [boom, stick, bucket], rtol=0, atol=10 * CLOSED_FORM)
+
+
+def test_a_loop_that_is_a_parallelogram_is_the_coupled_arm():
+    looped, coupled = ks.robot_from_text(BOTH_WAYS), ks.load_robot('parallelogram_left')
+    random = np.random.default_rng(2)
+    q = random.uniform(-math.pi, math.pi, (500, 3))
+    q[:, 2] = q[:, 1] - random.uniform(0.05, math.pi - 0.05, 500)  # on this side of flat
+    one, other = ks.evaluate(looped, q), ks.evaluate(coupled, q)
+    np.testing.assert_allclose(one.pose, other.pose, rtol=0, atol=ROUND_OFF)
+    np.testing.assert_allclose(one.jacobian, other.jacobian, rtol=0, atol=10 * ROUND_OFF)
+
+
+@every_arm
+def test_the_jacobian_is_the_derivative_of_the_closed_arm(name):
+    robot = ks.load_robot(name)
+    q = away_from_flat(robot, seeded(robot, 60), 0.05)
+    assert len(q) > 20
+    J = ks.jacobian(robot, q)
+    for j in range(robot.dof):
+        step = np.zeros(robot.dof)
+        step[j] = DIFFERENCE_STEP
+        later, before = (ks.forward_kinematics(robot, q + sign * step) for sign in (1, -1))
+        change = (later - before) / (2 * DIFFERENCE_STEP)
+        scale = 1.0 + np.max(np.abs(J))
+        np.testing.assert_allclose(J[:, :3, j], change[:, :3, 3], rtol=0, atol=DIFFERENCE * scale)
+        T = ks.forward_kinematics(robot, q)
+        turning = change[:, :3, :3] @ np.swapaxes(T[:, :3, :3], 1, 2)
+        omega = np.stack([turning[:, 2, 1], turning[:, 0, 2], turning[:, 1, 0]], axis=1)
+        np.testing.assert_allclose(J[:, 3:, j], omega, rtol=0, atol=DIFFERENCE * scale)
+
+
+@every_arm
+def test_the_twist_is_the_jacobian_times_the_joint_velocities(name):
+    robot = ks.load_robot(name)
+    q = seeded(robot, 50)
+    qdot = np.random.default_rng(3).normal(size=q.shape)
+    state = ks.evaluate(robot, q, qdot)
+    expected = (state.jacobian @ qdot[..., None])[..., 0]
+    np.testing.assert_allclose(state.twist, expected, rtol=ROUND_OFF, atol=10 * ROUND_OFF)
+
+
+@every_arm
+def test_determinants_of_the_closure_have_the_right_gradient(name):
+    robot = ks.load_robot(name)
+    for q in away_from_flat(robot, seeded(robot, 40))[:10]:
+        results = ks.singularity(robot, q).factors.results
+        state = ks.evaluate(robot, q)
+        np.testing.assert_allclose(results[:, 0], state.closure.determinants, rtol=QUOTIENT)
+        for j in range(robot.dof):
+            step = np.zeros(robot.dof)
+            step[j] = DIFFERENCE_STEP
+            later, before = (
+                ks.evaluate(robot, q + sign * step).closure.determinants for sign in (1, -1)
+            )
+            change = (later - before) / (2 * DIFFERENCE_STEP)
+            scale = 1.0 + np.max(np.abs(results))
+            np.testing.assert_allclose(
+                results[:, 1 + j], change, rtol=0, atol=10 * DIFFERENCE * scale
+            )
+
+
+@every_arm
+def test_the_way_out_is_the_gradient_of_the_manipulability(name):
+    # By differences of the sum of log singular values, which the kernel takes from dJ, dC and all.
+    robot = ks.load_robot(name)
+    task = robot.task
+    for q in away_from_flat(robot, seeded(robot, 40))[:10]:
+        found = ks.singularity(robot, q)
+
+        def logs(at):
+            sigma = ks.singularity(robot, at).singular_values
+            return float(np.sum(np.log(sigma[: task.generic_rank])))
+
+        slopes = np.empty(robot.dof)
+        for j in range(robot.dof):
+            step = np.zeros(robot.dof)
+            step[j] = DIFFERENCE_STEP
+            slopes[j] = (logs(q + step) - logs(q - step)) / (2 * DIFFERENCE_STEP)
+        slopes *= task.column_scales
+        steepest = float(np.linalg.norm(slopes))
+        if steepest < 0.1:
+            continue
+        expected = slopes / steepest * task.column_scales
+        np.testing.assert_allclose(found.way_out, expected, rtol=0, atol=1e-5)
+
+
+def test_every_position_closes_or_is_refused_truly():
+    # A five-bar with short rods and no limits: at half of all positions the elbows are too far
+    # apart. A dense search finds no position of the rods where it is refused.
+    text = text_of('five_bar').replace('distal: 0.4', 'distal: 0.2')
+    text = re.sub(r', limits: \[.*?\]', '', text)
+    elbow = math.pi / 2 - math.acos(0.15 / 0.2)
+    text = re.sub(
+        'assembled: .*', f'assembled: {{q: [pi/2, pi/2], psi1: {-elbow}, psi2: {elbow}}}', text
+    )
+    robot = ks.robot_from_text(text)
+    q = np.random.default_rng(4).uniform(-math.pi, math.pi, (1500, 2))
+    sections, failed = close_at(robot.chain, q)
+    closed = failed == 0.0
+    assert 0.3 < np.mean(closed) < 0.7
+    left = 0.25 * np.stack([np.cos(q[:, 0]), np.sin(q[:, 0])], axis=1)
+    right = 0.25 * np.stack([np.cos(q[:, 1]), np.sin(q[:, 1])], axis=1) + [0.3, 0.0]
+    psi = sections[:, 2:4]
+    ends = [
+        elbow + 0.2 * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+        for elbow, angle in ((left, q[:, 0] + psi[:, 0]), (right, q[:, 1] + psi[:, 1]))
+    ]
+    apart = np.linalg.norm(ends[0] - ends[1], axis=1)
+    assert np.max(apart[closed]) < ROUND_OFF
+    # The tip is on the left of the way from one elbow to the other: the known branch.
+    way, tip = right - left, ends[0] - left
+    assert np.all((way[:, 0] * tip[:, 1] - way[:, 1] * tip[:, 0])[closed] > 0.0)
+    angles = np.linspace(-math.pi, math.pi, 3601)
+    around = 0.2 * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    for k in np.flatnonzero(~closed)[:200]:
+        distances = np.linalg.norm(left[k] + around - right[k], axis=1)
+        assert np.min(distances) > 0.2, q[k]
+
+
+def test_a_position_at_which_the_loop_does_not_close_says_why():
+    text = text_of('five_bar').replace('[0, 2*pi/3]', '[0, pi]').replace('[pi/3, pi]', '[0, pi]')
+    text = text.replace('distal: 0.4', 'distal: 0.3')
+    robot = ks.robot_from_text(text.replace('psi1: -1.27, psi2: 1.27', 'psi1: -1.51, psi2: 1.51'))
+    with pytest.raises(ks.LoopError) as caught:
+        ks.forward_kinematics(robot, [math.pi, 0.1])
+    assert caught.value.loop == 'rods'
+    assert re.fullmatch(
+        r"the loop 'rods' of five_bar does not close at \[3.14159, 0.1\]: on the way from the "
+        r'assembled position its branch ends at \[2\.\d+, 0\.\d+\]',
+        str(caught.value),
+    )
+    with pytest.raises(ks.LoopError) as caught:
+        ks.jacobian(robot, [[1.5, 1.5], [math.pi, 0.1]])
+    assert caught.value.row == 1
+
+
+def test_nothing_is_called_decided_that_is_not():
+    robot = ks.load_robot('four_bar_arm')
+    found = ks.singularity(robot, [0.1, 1.2, 0.3])
+    assert not found.decided
+    assert found.nearest_singular is None
+    assert found.clearance == 0.0
+    many = ks.singularity(robot, seeded(robot, 40))
+    assert not np.any(many.decided)
+    assert np.all(np.isnan(many.nearest_singular))
+
+
+def test_the_nearer_of_loop_and_arm_is_told():
+    robot = ks.load_robot('crank_slider')
+    # At a dead centre the slider stands, and the loop is far from flat.
+    found = ks.singularity(robot, [1e-3])
+    assert found.distance == pytest.approx(1e-3, rel=1e-2)
+    assert found.factors.names == ('slider_crank',)
+    assert found.factors.distances[0] > 0.5
+    # The general loop is flat where crank and upper arm are opposite.
+    robot = ks.load_robot('four_bar_arm')
+    found = ks.singularity(robot, [0.0, math.pi / 2, -math.pi / 2 + 0.02])
+    assert found.factors.distances[0] == pytest.approx(found.distance, rel=QUOTIENT)
+    assert 0.005 < found.distance < 0.02
+    assert found.level == ks.Level.ERROR
+
+
+@every_arm
+def test_a_batch_is_its_poses_one_by_one(name):
+    robot = ks.load_robot(name)
+    q = seeded(robot, 40)
+    batch = ks.evaluate(robot, q).row
+    for k, one in enumerate(q):
+        assert np.array_equal(ks.evaluate(robot, one).numbers, batch[k])
+
+
+def test_points_move_with_the_loop():
+    robot = ks.load_robot('four_bar_arm')
+    assert robot.joint_names == ('theta1', 'theta2', 'theta3')
+    assert robot.passive_joint_names == ('psi1', 'psi2')
+    q = seeded(robot, 30)
+    for row in range(robot.rows + 1):
+        J = ks.jacobian(robot, q, of=row)
+        for j in range(3):
+            step = np.zeros(3)
+            step[j] = DIFFERENCE_STEP
+            later, before = (
+                ks.forward_kinematics(robot, q + sign * step, of=row)[:, :3, 3] for sign in (1, -1)
+            )
+            change = (later - before) / (2 * DIFFERENCE_STEP)
+            scale = 1.0 + np.max(np.abs(J))
+            np.testing.assert_allclose(J[:, :3, j], change, rtol=0, atol=100 * DIFFERENCE * scale)
+        frames = ks.link_frames(robot, q)[:, row]
+        np.testing.assert_allclose(ks.forward_kinematics(robot, q, of=row), frames, atol=ROUND_OFF)
+    # The coupler's frame as a tool of its own, with its own measures; the crank needs no loop.
+    elbow = robot.ending_at(4)
+    np.testing.assert_allclose(
+        ks.jacobian(elbow, q), ks.jacobian(robot, q, of=4), rtol=0, atol=ROUND_OFF
+    )
+    assert elbow.chain.loops == 1
+    assert robot.ending_at(3).chain.loops == 0
+
+
+def test_an_arm_with_loops_survives_pickling():
+    robot = ks.load_robot('excavator')
+    again = pickle.loads(pickle.dumps(robot))
+    q = seeded(robot, 5)
+    assert np.array_equal(ks.evaluate(robot, q).row, ks.evaluate(again, q).row)
+
+
+def test_loops_cost_no_room_where_there_are_none():
+    chain = ks.load_robot('puma560').chain
+    assert chain.loops == 0
+    assert chain.closure is None
+    assert chain.widths[kernel.POSE] == kernel.JACOBIAN_AT
+    assert chain.closure_at == chain.frames_at
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not kernel.is_compiled(), reason='about the compiled kernel')
+def test_the_compiled_kernel_closes_loops_with_the_numbers_of_its_source():
+    names = ['crank_slider', 'five_bar']
+    script = Path(__file__).parent / 'loop_numbers.py'
+    done = subprocess.run(
+        [sys.executable, str(script), *names],
+        env={**os.environ, VARIABLE: '1'},
+        capture_output=True,
+        text=True,
+        timeout=280,
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines() == list(loop_numbers.lines(names))

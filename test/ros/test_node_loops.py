@@ -1,0 +1,73 @@
+"""The running node of an arm with closed loops: driven joints in, and pose, J, twist out."""
+
+import json
+
+import numpy as np
+import pytest
+
+pytest.importorskip('rclpy', reason='needs ROS 2')
+
+from diagnostic_msgs.msg import DiagnosticStatus
+from folders import GOLDEN
+from geometry_msgs.msg import PoseStamped, TwistStamped
+from ros_harness import LATCHED
+from std_msgs.msg import Float64MultiArray
+from tolerances import ROUND_OFF
+
+import kinematics_service as ks
+
+CONFIGS = [
+    config
+    for config in json.loads((GOLDEN / 's000b_x_general_loop.json').read_text())['configs']
+    if config['branch'] == 1
+]
+KINDS = {'pose': PoseStamped, 'jacobian': Float64MultiArray, 'twist': TwistStamped}
+
+
+def xyz(vector):
+    return [vector.x, vector.y, vector.z]
+
+
+def test_the_general_loop_of_the_source_document_through_the_node(arm):
+    one = arm('four_bar_arm')
+    heard = {name: one.hear(name, kind) for name, kind in KINDS.items()}
+    for k, config in enumerate(CONFIGS):
+        one.send(config['q'], config['qdot'])
+        one.spin_until(lambda n=k + 1: all(len(m) >= n for m in heard.values()), config['name'])
+        pose, J, twist = (messages[k] for messages in heard.values())
+        T = np.array(config['T'])
+        np.testing.assert_allclose(xyz(pose.pose.position), T[:3, 3], rtol=0, atol=ROUND_OFF)
+        found = np.reshape(J.data, (6, 3))
+        np.testing.assert_allclose(found, config['J'], rtol=0, atol=10 * ROUND_OFF)
+        found = [*xyz(twist.twist.linear), *xyz(twist.twist.angular)]
+        np.testing.assert_allclose(found, config['twist'], rtol=0, atol=10 * ROUND_OFF)
+
+
+def test_the_warning_names_the_loop_that_is_nearly_flat(arm):
+    one = arm('four_bar_arm')
+    warnings = one.hear('singularity/warning', DiagnosticStatus, LATCHED)
+    q = [0.0, np.pi / 2, -np.pi / 2 + 0.02]
+    one.send(q)
+    one.spin_until(lambda: warnings, 'warning')
+    values = {entry.key: entry.value for entry in warnings[-1].values}
+    assert warnings[-1].level == DiagnosticStatus.ERROR
+    assert values['factor'] == 'four_bar'
+    assert values['decided'] == 'no'
+    found = ks.singularity(ks.load_robot('four_bar_arm'), q)
+    assert float(values['factor_value']) == pytest.approx(found.factors.values[0], rel=1e-6)
+
+
+def test_positions_at_which_the_loop_does_not_close_are_refused(arm, tmp_path):
+    text = ks.bundled_robots()['five_bar'].read_text(encoding='utf-8').split('known_poses')[0]
+    text = text.replace('[0, 2*pi/3]', '[0, pi]').replace('distal: 0.4', 'distal: 0.3')
+    file = tmp_path / 'short.yaml'
+    file.write_text(text.replace('psi1: -1.27, psi2: 1.27', 'psi1: -1.51, psi2: 1.51'))
+    one = arm(str(file))
+    poses = one.hear('pose', PoseStamped)
+    one.send([2.0, 1.2])
+    one.spin_until(lambda: poses, 'pose')
+    one.send([3.1, 0.1])
+    one.send([2.0, 1.1])
+    one.spin_until(lambda: len(poses) > 1, 'pose after the refusal')
+    one.spin_until(lambda: one.counts().get('rejected: loop does not close') == '1', 'count')
+    assert len(poses) == 2
