@@ -219,6 +219,8 @@ def _find_all(
         position, one = arrays.after(q, k * n), arrays.after(measures, k * columns)
         judged = arrays.after(one, _judged_at(arm))
         estimate = judged[places.FIRST_ORDER]
+        if not in_order:
+            search.forget()
         if not (in_order and search.follow(position, estimate)):
             row = arrays.after(rows, k * row_width)
             sigma = arrays.after(one, _judged_at(arm) - min(n, arm.task.count))

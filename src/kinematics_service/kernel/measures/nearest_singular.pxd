@@ -54,6 +54,7 @@ cdef class NearestSearch:
         self, double* q, double* row, double* W, double* measures, double first_order,
         double* distances,
     ) noexcept nogil
+    cdef void forget(self) noexcept nogil
     cdef bint follow(self, double* q, double first_order) noexcept nogil
     @cython.locals(j=int, away=double)
     cdef void _write_way_from(self, double* q) noexcept nogil

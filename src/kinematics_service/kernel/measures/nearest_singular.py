@@ -178,6 +178,10 @@ class NearestSearch:
         found = self.distance if self.found() else self.estimate
         self.lasting = max(FOLLOWED * found, TRUSTED * (found - self.horizon))
 
+    def forget(self) -> None:
+        """Let the next search begin with nothing that the last one found."""
+        self.lasting = -1.0
+
     def follow(self, q: Floats, first_order: float) -> bool:
         """
         Return whether the answer of the last search serves at q (n,), brought to what it is there.

@@ -5,7 +5,7 @@ from ..forward cimport vectors
 from ..layout cimport arrays
 from . cimport complex_numbers, pairs
 from .pairs cimport Pair
-from .loops cimport Loop
+from .six_screws cimport SixScrews
 
 cdef int MOST_STEPS, WIDTH
 cdef double LONGEST, STANDS, MISSES, ROUND_OFF, CERTAIN
@@ -32,28 +32,28 @@ cdef class Motion:
     cdef double radius
 
     @cython.locals(step=double, share=double, j=int, k=int, e=int)
-    cdef bint improve(self, Loop loop, double* t) noexcept nogil
+    cdef bint improve(self, SixScrews loop, double* t) noexcept nogil
     @cython.locals(
         turning=double, reaching=double, sizes=double, axis=double, reach=double, arm=Pair,
         size=double, bound=double, step=double, inverse=double, row='double*', beta=double,
         way=double, i=int, j=int, k=int,
     )
-    cdef bint certify(self, Loop loop, double* t) noexcept nogil
+    cdef bint certify(self, SixScrews loop, double* t) noexcept nogil
     @cython.locals(
         R='double*', p='double*', row='double*', axis=vectors.Triple, point=vectors.Triple,
         re=vectors.Triple, im=vectors.Triple, z=Pair, o=Pair, d=Pair, way=Pair, i=int,
         j=int, k=int,
     )
-    cdef void _multiply(self, Loop loop, double* t) noexcept nogil
+    cdef void _multiply(self, SixScrews loop, double* t) noexcept nogil
     @cython.locals(row='double*')
     cdef Pair _row_times(self, int i, vectors.Triple v) noexcept nogil
     @cython.locals(missed=double, re=double, i=int, j=int)
-    cdef double miss(self, Loop loop, double* t) noexcept nogil
+    cdef double miss(self, SixScrews loop, double* t) noexcept nogil
     @cython.locals(
         goal='double*', slides=cython.bint, z=Pair, linear=Pair, left=Pair, re=double,
         im=double, a=int, b=int, i=int, k=int, m=int,
     )
-    cdef void _fill(self, Loop loop) noexcept nogil
+    cdef void _fill(self, SixScrews loop) noexcept nogil
     @cython.locals(way=Pair)
     cdef Pair _moment(self, int k, int a, int b) noexcept nogil
     @cython.locals(

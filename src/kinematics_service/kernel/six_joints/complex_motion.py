@@ -6,8 +6,8 @@ from ..forward import vectors
 from ..layout import arrays
 from ..layout.arrays import Numbers, Vector
 from . import complex_numbers, pairs
-from .loops import Loop
 from .pairs import Complex
+from .six_screws import SixScrews
 
 MOST_STEPS = 12
 # Angles change by no more than this in a step. A step doubles the digits: after one below the
@@ -67,7 +67,7 @@ class Motion:
         """Give the room back."""
         arrays.give_back(self.room)
 
-    def improve(self, loop: Loop, t: Numbers) -> bool:
+    def improve(self, loop: SixScrews, t: Numbers) -> bool:
         """Move positions t (6 pairs) to a solution; return whether the steps ended at one."""
         step = 0.0
         for k in range(MOST_STEPS):
@@ -90,7 +90,7 @@ class Motion:
                 return True
         return False
 
-    def certify(self, loop: Loop, t: Numbers) -> bool:
+    def certify(self, loop: SixScrews, t: Numbers) -> bool:
         """
         Return whether there is one solution at t (6 pairs), and fill in how far there is no other.
 
@@ -129,7 +129,7 @@ class Motion:
         self.radius = 1.0 / (beta * bound)
         return way * beta * bound < CERTAIN
 
-    def _multiply(self, loop: Loop, t: Numbers) -> None:
+    def _multiply(self, loop: SixScrews, t: Numbers) -> None:
         # Fills R, p with the product, and each screw's axis and point as those before it move it.
         R, p = self.R, self.p
         for i in range(18):
@@ -168,7 +168,7 @@ class Motion:
             row[1] * v[0] + row[3] * v[1] + row[5] * v[2],
         )
 
-    def miss(self, loop: Loop, t: Numbers) -> float:
+    def miss(self, loop: SixScrews, t: Numbers) -> float:
         """Return by how much positions t (6 pairs) miss the goal: the largest difference."""
         self._multiply(loop, t)
         missed = 0.0
@@ -179,7 +179,7 @@ class Motion:
                 missed = max(missed, abs(re), abs(self.R[6 * i + 2 * j + 1]))
         return missed
 
-    def _fill(self, loop: Loop) -> None:
+    def _fill(self, loop: SixScrews) -> None:
         # J, what is left, and the identity beside them.
         for k in range(6):
             slides = vectors.slides(loop.screws, k)

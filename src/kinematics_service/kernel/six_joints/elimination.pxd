@@ -4,7 +4,7 @@ from libc cimport math
 from ..forward cimport vectors
 from ..layout cimport arrays
 from . cimport lines
-from .loops cimport Loop
+from .six_screws cimport SixScrews
 
 cdef int EQUATIONS, LEFT, RIGHT
 cdef double PIVOT, DEPENDENT
@@ -24,9 +24,9 @@ cdef class Elimination:
     cdef int count
 
     @cython.locals(row='double*', width=int, i=int, k=int)
-    cdef void eliminate(self, Loop loop) noexcept nogil
+    cdef void eliminate(self, SixScrews loop) noexcept nogil
     @cython.locals(screws='double*', to='double*', a=int, b=int, h=int, i=int)
-    cdef void _write_sides(self, Loop loop) noexcept nogil
+    cdef void _write_sides(self, SixScrews loop) noexcept nogil
     @cython.locals(odd=int, i=int)
     cdef void _invert(self, double* screws, int k, double* parts) noexcept nogil
     @cython.locals(

@@ -12,7 +12,7 @@ from ..forward import vectors
 from ..layout import arrays
 from ..layout.arrays import Floats
 from . import lines
-from .loops import Loop
+from .six_screws import SixScrews
 
 EQUATIONS, LEFT, RIGHT = 14, 27, 9
 # A pivot below this share of the first one is zero, and so is what is left of an equation.
@@ -52,7 +52,7 @@ class Elimination:
         """Give the room back."""
         arrays.give_back(self.room)
 
-    def eliminate(self, loop: Loop) -> None:
+    def eliminate(self, loop: SixScrews) -> None:
         """Fill in the equations of a loop."""
         self._write_sides(loop)
         width = RIGHT - 1 + LEFT
@@ -65,7 +65,7 @@ class Elimination:
             row[RIGHT - 1] -= self.right[1 + i]
         self._orthonormalise(self._pivot(width), width)
 
-    def _write_sides(self, loop: Loop) -> None:
+    def _write_sides(self, loop: SixScrews) -> None:
         screws = loop.screws
         lines.write_line(vectors.axis_of(screws, 5), vectors.point_of(screws, 5), self.line)
         lines.write_parts(screws, 4, self.line, self.fifth)

@@ -6,7 +6,7 @@ from . cimport complex_motion, complex_numbers, lines, pairs
 from .pairs cimport Pair
 from .complex_motion cimport Motion
 from .elimination cimport Elimination
-from .loops cimport Loop
+from .six_screws cimport SixScrews
 from .pencils cimport Pencil
 
 cdef double ONE, MAYBE_ONE
@@ -54,17 +54,17 @@ cdef class Positions:
         first=Pair, sixth=Pair, t='double*', slides=cython.bint, many=int, last=int, i=int,
     )
     cdef void find(
-        self, Loop loop, Elimination elimination, Pencil pencil, bint swapped, Pair z
+        self, SixScrews loop, Elimination elimination, Pencil pencil, bint swapped, Pair z
     ) noexcept nogil
     @cython.locals(
         left=Pair, share=Pair, parts='double*', re=double, im=double, a=int, b=int, h=int,
         i=int,
     )
     cdef void _write_line(
-        self, Loop loop, Elimination elimination, Pair third, Pair fourth, Pair fifth
+        self, SixScrews loop, Elimination elimination, Pair third, Pair fourth, Pair fifth
     ) noexcept nogil
     @cython.locals(screws='double*', to=int, i=int, k=int)
-    cdef int _second_joints(self, Loop loop, Elimination elimination) noexcept nogil
+    cdef int _second_joints(self, SixScrews loop, Elimination elimination) noexcept nogil
     @cython.locals(i=int)
     cdef void _write_column(self, double* screws, double* V, int to, int part) noexcept nogil
     @cython.locals(re=double, im=double, u=Pair, v=Pair, i=int)
@@ -85,13 +85,13 @@ cdef class Positions:
         y=double, size=double, at=int, i=int, k=int,
     )
     cdef Pair _first_joint(
-        self, Loop loop, Elimination elimination, Pair second
+        self, SixScrews loop, Elimination elimination, Pair second
     ) noexcept nogil
     @cython.locals(
         axis=vectors.Triple, side=vectors.Triple, goal=vectors.Triple, other=vectors.Triple,
         re=vectors.Triple, im=vectors.Triple, v='double*', g=double, i=int, k=int,
     )
-    cdef Pair _sixth_joint(self, Loop loop, double* t) noexcept nogil
+    cdef Pair _sixth_joint(self, SixScrews loop, double* t) noexcept nogil
     @cython.locals(
         v='double*', turn='double*', re=vectors.Triple, im=vectors.Triple, i=int
     )

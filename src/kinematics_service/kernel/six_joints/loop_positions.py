@@ -6,9 +6,9 @@ from ..layout.arrays import Floats, Numbers, Vector
 from . import complex_motion, complex_numbers, lines, pairs
 from .complex_motion import Motion
 from .elimination import Elimination
-from .loops import Loop
 from .pairs import Complex
 from .pencils import Pencil
+from .six_screws import SixScrews
 
 # Two equations are one where they differ by less, and may be one where by less than the second.
 ONE, MAYBE_ONE = 1e-8, 1e-3
@@ -125,7 +125,7 @@ class Positions:
         arrays.give_back(self.room)
 
     def find(
-        self, loop: Loop, elimination: Elimination, pencil: Pencil, swapped: bool, z: Complex
+        self, loop: SixScrews, elimination: Elimination, pencil: Pencil, swapped: bool, z: Complex
     ) -> None:
         """Fill in the candidates of a root z = e^(i t) of the hidden joint."""
         self.count = 0
@@ -164,7 +164,12 @@ class Positions:
                 self.count += 1
 
     def _write_line(
-        self, loop: Loop, elimination: Elimination, third: Complex, fourth: Complex, fifth: Complex
+        self,
+        loop: SixScrews,
+        elimination: Elimination,
+        third: Complex,
+        fourth: Complex,
+        fifth: Complex,
     ) -> None:
         # The line of axis 6 moved by joints 5, 4, 3: real parts, then imaginary ones.
         _write_parts_of(third, False, self.three)
@@ -183,7 +188,7 @@ class Positions:
                         self.line[i] += re * parts[i]
                         self.line[15 + i] += im * parts[i]
 
-    def _second_joints(self, loop: Loop, elimination: Elimination) -> int:
+    def _second_joints(self, loop: SixScrews, elimination: Elimination) -> int:
         # What joint 1 leaves as it is are equations in the parts of joint 2.
         screws = loop.screws
         lines.write_parts(screws, 1, self.line, self.parts)
@@ -269,7 +274,7 @@ class Positions:
         pairs.put(self.seconds, count, complex_numbers.angle_of(pairs.over(B, q)))
         return count + 1
 
-    def _first_joint(self, loop: Loop, elimination: Elimination, second: Complex) -> Complex:
+    def _first_joint(self, loop: SixScrews, elimination: Elimination, second: Complex) -> Complex:
         # Joint 1 brings the line, as joint 2 has moved it, to where the goal has it.
         screws, best = loop.screws, -1.0
         _write_parts_of(second, vectors.slides(screws, 1), self.three)
@@ -304,7 +309,7 @@ class Positions:
                 sine = (vectors.dot(u, turned), vectors.dot(v, turned))
         return complex_numbers.angle(cosine, sine)
 
-    def _sixth_joint(self, loop: Loop, t: Numbers) -> Complex:
+    def _sixth_joint(self, loop: SixScrews, t: Numbers) -> Complex:
         # What joints 1 to 5 leave of a direction across axis 6 that the goal has turned.
         axis = vectors.axis_of(loop.screws, 5)
         side = vectors.across(axis)

@@ -9,7 +9,7 @@ from .complex_motion cimport Motion
 from .pairs cimport Pair
 from .elimination cimport Elimination
 from .loop_positions cimport Positions
-from .loops cimport Loop
+from .six_screws cimport SixScrews
 from .pencils cimport Pencil
 
 cdef double NOISE, NEAR_CIRCLE, QUIET, SHARP, SAME_ROOT, CAUTION
@@ -41,7 +41,7 @@ cdef class Roots:
     cdef double* bounds
     cdef double* t
     cdef double* one
-    cdef Loop loop
+    cdef SixScrews loop
     cdef Elimination elimination
     cdef Pencil pencil
     cdef Positions positions

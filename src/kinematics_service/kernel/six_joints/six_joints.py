@@ -9,9 +9,9 @@ from . import complex_numbers, pairs, trigonometric_roots
 from .complex_motion import Motion
 from .elimination import Elimination
 from .loop_positions import Positions
-from .loops import Loop
 from .pairs import Complex
 from .pencils import Pencil
+from .six_screws import SixScrews
 
 # An option whose determinant has more noise is singular at this target, at every angle.
 NOISE = 1e-6
@@ -113,7 +113,7 @@ class Roots:
         self.bounds = arrays.after(self.z, 48)
         self.t = arrays.after(self.bounds, 24)
         self.one = arrays.after(self.t, 12)
-        self.loop, self.elimination, self.pencil = Loop(), Elimination(), Pencil()
+        self.loop, self.elimination, self.pencil = SixScrews(), Elimination(), Pencil()
         self.positions, self.motion = Positions(), Motion()
         self.count, self.proved = 0, False
         self.noise, self.first_step = 1.0, 0.0

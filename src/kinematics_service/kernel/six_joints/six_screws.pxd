@@ -10,7 +10,7 @@ cdef double LEAST_SHARE
 cdef void write_inverse(double* T, double* inverse) noexcept nogil
 
 @cython.final
-cdef class Loop:
+cdef class SixScrews:
     cdef double* room
     cdef double* screws
     cdef double* goal

@@ -19,7 +19,7 @@ def write_inverse(T: Numbers, inverse: Numbers) -> None:
             inverse[4 * i + 3] -= T[4 * j + i] * T[4 * j + 3]
 
 
-class Loop:
+class SixScrews:
     """
     Six screws whose product is a motion: e1 ... e6 = goal, lengths in a unit of its own.
 
