@@ -199,6 +199,8 @@ def test_each_of_several_recordings_has_its_verdict(tables, tmp_path, capsys, ho
 
 @pytest.mark.slow
 def test_several_recordings_need_folders_and_names_of_their_own(tables, tmp_path, capsys):
+    pytest.importorskip('distributed', reason='needs dask[distributed]')
+
     def wrong(*argv):
         code, _, err = run(capsys, *argv, '--robot', 'planar_2r')
         assert code == 2

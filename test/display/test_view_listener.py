@@ -15,6 +15,7 @@ from kinematics_service.display.view.scene import scene_of
 from kinematics_service.robot.measures import Level
 from kinematics_service.ros.tools.view_listener import ViewListener
 
+NEEDS_VISER = "needs viser: pip install '.[view]'"
 CLOSE = 1e-9
 
 
@@ -239,6 +240,7 @@ def until(session, true, what):
 
 @pytest.mark.slow
 def test_one_chooses_among_the_arms_that_are_there(arm, sessions):
+    pytest.importorskip('viser', reason=NEEDS_VISER)
     left = arm('planar_2r', namespace='/left')
     right = arm('craig_3r', namespace='/right')
     with Thread(left, right):
@@ -257,6 +259,7 @@ def test_one_chooses_among_the_arms_that_are_there(arm, sessions):
 
 @pytest.mark.slow
 def test_it_follows_a_node_that_comes_late_and_comes_back_as_another(arm, sessions):
+    pytest.importorskip('viser', reason=NEEDS_VISER)
     quiet = arm('planar_2r', namespace='/apart')
     session = sessions(quiet.context, node='/late/kinematics')
     assert session.title == 'puma560; no node /late/kinematics runs'
@@ -329,6 +332,7 @@ def test_it_draws_the_tool_and_the_edited_file_of_the_node(arm, sessions, tmp_pa
 
 @pytest.mark.slow
 def test_a_robot_that_was_asked_for_stays(arm, sessions):
+    pytest.importorskip('viser', reason=NEEDS_VISER)
     one = arm('planar_3r', namespace='/mine')
     with Thread(one):
         session = sessions(one.context, robot=ks.load_robot('ur5e'))
