@@ -175,12 +175,7 @@ def calibrate(
     if distance and same_point is None:
         raise WrongUsage('--distance is between points: give --same-point COLUMN too')
     if live is not None:
-        if files or any(one is not None for one in (same_point, columns, pose_format)):
-            raise WrongUsage(
-                '--live hears a running robot: FILE, --same-point, --columns and --pose-format '
-                'are for recordings'
-            )
-        checked_seconds(live)
+        _check_live(live, files, (same_point, columns, pose_format))
     elif context.obj:
         raise WrongUsage('calibrate takes no --ros-args without --live: it needs no ROS')
     elif not files:
@@ -224,6 +219,17 @@ def calibrate(
         print(f'wrote {output}; next: python -m kinematics_service check {output}', file=report)
     if propose is not None:
         _propose(arm, propose, data.found, plans, data.found.positions, report)
+
+
+def _check_live(
+    seconds: float, files: list[Path] | None, of_recordings: tuple[str | None, ...]
+) -> None:
+    if files or any(one is not None for one in of_recordings):
+        raise WrongUsage(
+            '--live hears a running robot: FILE, --same-point, --columns and --pose-format '
+            'are for recordings'
+        )
+    checked_seconds(seconds)
 
 
 class _Calibrated(NamedTuple):
