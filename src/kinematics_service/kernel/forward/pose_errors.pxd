@@ -44,12 +44,18 @@ cdef void _carry_on(
     wz=double, k=int, along=double,
 )
 cdef void _add_causes(PoseErrors errors, int s, double* column, double* moved) noexcept nogil
+@cython.locals(
+    n=int, twist='double*', still='double[6]', rate='double[6]', j=int, i=int,
+)
+cdef void _write_noise(
+    PoseErrors errors, double* row, bint in_tool_axes, double* moved
+) noexcept nogil
 @cython.locals(sums='double[36]', one='double*', i=int, j=int, k=int)
 cdef void _write_products(double* moved, int count, double* covariance) noexcept nogil
 @cython.locals(
     causes=int, n=int, changed='double*', twist='double*',
     column='double[6]', rate='double[6]', before='double[6]', k=int, element=int, s=int, i=int,
-    j=int, gear='long long',
+    gear='long long',
 )
 cdef void write_covariances(
     PoseErrors errors, double* row, double* q, double* qdot, bint of_pose, bint of_twist,

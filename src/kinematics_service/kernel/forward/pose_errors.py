@@ -191,6 +191,20 @@ def _add_causes(errors: PoseErrors, s: int, column: Numbers, moved: Floats) -> N
         one[5] += wz * along
 
 
+def _write_noise(errors: PoseErrors, row: Floats, in_tool_axes: bool, moved: Floats) -> None:
+    # The noise of each velocity is a cause of its own: what it does to the twist, moved (n, 6).
+    n = errors.chain.dof
+    twist = arrays.after(row, places.JACOBIAN_AT + 6 * n)
+    still, rate = [0.0] * 6, [0.0] * 6
+    for j in range(n):
+        for i in range(6):
+            rate[i] = row[places.JACOBIAN_AT + n * i + j] * errors.rates[j]
+        if in_tool_axes:
+            _turn_into_tool_axes(row, still, twist, rate)
+        for i in range(6):
+            moved[6 * j + i] = rate[i]
+
+
 def _write_products(moved: Floats, count: int, covariance: Floats) -> None:
     # The sum of products of each two of (count, 6).
     sums = [0.0] * 36
@@ -258,16 +272,7 @@ def write_covariances(
         for i in range(6):
             covariances[7 * i] += errors.floor[i]
     if of_twist:
-        # The noise of each velocity is a cause of its own.
-        for i in range(6):
-            column[i] = 0.0
-        for j in range(n):
-            for i in range(6):
-                rate[i] = row[places.JACOBIAN_AT + n * i + j] * errors.rates[j]
-            if in_tool_axes:
-                _turn_into_tool_axes(row, column, twist, rate)
-            for i in range(6):
-                changed[6 * (causes + j) + i] = rate[i]
+        _write_noise(errors, row, in_tool_axes, arrays.after(changed, 6 * causes))
         _write_products(changed, causes + n, arrays.after(covariances, 36))
 
 
