@@ -3,13 +3,14 @@ cimport numpy as cnp
 
 from ..forward.chain cimport Chain, Closure, Loop
 from ..layout cimport arrays, places
-from . cimport linear, residual
+from ..forward cimport linear_equations
+from . cimport residual
 
 cdef double CLOSED, FINE, CORRECTION, ROUGH, LONGEST, SHORTEST, SHRUNK, GROWN, FLAT, TRUSTED
 cdef int NEWTON_STEPS, MOST_STEPS, BOTH_WAYS
 
 @cython.locals(
-    gap='double[6]', slopes='double[36]', order='int[6]', before=double, size=double, step=int,
+    gap='double[6]', slopes='double[36]', order='long long[6]', before=double, size=double, step=int,
     i=int,
 )
 cdef int _solve(
@@ -20,7 +21,7 @@ cdef int _solve_all(
     Loop loop, int left, double* x, double* before, double* screws, double* told, int at
 ) noexcept nogil
 @cython.locals(
-    gap='double[6]', slopes='double[36]', order='int[6]', count=int, coupling='double*',
+    gap='double[6]', slopes='double[36]', order='long long[6]', count=int, coupling='double*',
     following='double*', i=int, j=int,
 )
 cdef void _couple(

@@ -7,10 +7,11 @@ determinant changes its sign or much of its size: between two such poses it is n
 where it is zero do branches meet or end. Other steps are halved, down to where the branch ends.
 """
 
+from ..forward import linear_equations
 from ..forward.chain import Chain, Closure, Loop, section_width
 from ..layout import arrays, places
 from ..layout.arrays import Floats, Numbers
-from . import linear, residual
+from . import residual
 
 # A loop is closed where the largest component of its residual, as a share of its size or in rad,
 # is at most CLOSED; FINE is what round-off leaves.
@@ -39,13 +40,13 @@ def _solve(loop: Loop, x: Numbers, largest: float, screws: Floats, told: Numbers
     for step in range(NEWTON_STEPS):
         size = residual.write_residual(loop, x, gap, screws)
         residual.write_slopes(loop, screws, slopes)
-        told[at] = linear.factorise(slopes, loop.count, order)
+        told[at] = linear_equations.factorise(slopes, loop.count, order)
         told[at + 1] = size
         if size <= FINE or (size <= CLOSED and not size < 0.25 * before):
             return step
         if told[at] == 0.0 or not size < 0.5 * before:
             return -1
-        linear.solve(slopes, loop.count, order, gap)
+        linear_equations.solve(slopes, loop.count, order, gap)
         for i in range(loop.count):
             if not abs(gap[i]) <= largest * loop.unit[loop.first + i]:
                 return -1
@@ -79,11 +80,11 @@ def _couple(loop: Loop, left: int, n: int, section: Floats, screws: Floats) -> N
     count = loop.count
     gap, slopes, order = [0.0] * 6, [0.0] * 36, [0] * 6
     residual.write_slopes(loop, screws, slopes)
-    linear.factorise(slopes, count, order)
+    linear_equations.factorise(slopes, count, order)
     coupling = arrays.after(section, 2 * loop.there.dof + (loop.first - n) * n)
     for j in range(n):
         residual.write_by_joint(loop, n, j, screws, section, gap)
-        linear.solve(slopes, count, order, gap)
+        linear_equations.solve(slopes, count, order, gap)
         for i in range(count):
             coupling[i * n + j] = -gap[i]
     if left > 1:

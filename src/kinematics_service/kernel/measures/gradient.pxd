@@ -2,7 +2,8 @@ cimport cython
 
 from ..forward.chain cimport Chain, Closure, Loop
 from ..layout cimport arrays
-from ..loops cimport linear, residual
+from ..forward cimport linear_equations
+from ..loops cimport residual
 
 cdef int LOOP_SCREWS
 
@@ -32,7 +33,7 @@ cdef void _follow(
 ) noexcept nogil
 @cython.locals(
     n=int, count=int, first=int, gap='double[6]', slopes='double[36]', following='double*',
-    order='int[6]', own='double*', coupling='double*', axis=int, i=int, j=int, k=int, a=int,
+    order='long long[6]', own='double*', coupling='double*', axis=int, i=int, j=int, k=int, a=int,
 )
 cdef void _add_loops(
     Loop loop, int left, Closure closure, double* section, double* screws, double* mu,
@@ -55,7 +56,7 @@ cdef void write_determinants(
 ) noexcept nogil
 @cython.locals(
     n=int, count=int, variables=int, gap='double[6]', slopes='double[36]', following='double*',
-    others='double*', order='int[6]', determinant=double, total='double*', weights='double*', free='double*',
+    others='double*', order='long long[6]', determinant=double, total='double*', weights='double*', free='double*',
     coupling='double*', i=int, k=int,
 )
 cdef void _write_determinant(

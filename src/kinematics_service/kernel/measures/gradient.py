@@ -6,10 +6,11 @@ Of Phi_x G = 0 along every motion follows Phi_psi dC = -dPhi_x G, so that the we
 are, with mu = -Phi_psi^-T J_psi^T Y, weights mu G^T of the residual's slopes: of screws again.
 """
 
+from ..forward import linear_equations
 from ..forward.chain import Chain, Closure, Loop
 from ..layout import arrays
 from ..layout.arrays import Floats, Numbers
-from ..loops import linear, residual
+from ..loops import residual
 
 # Of one chain of a loop.
 LOOP_SCREWS = 32
@@ -127,12 +128,12 @@ def _add_loops(
     n, count, first = closure.dof, loop.count, loop.first
     gap, slopes, order = [0.0] * 6, [0.0] * 36, [0] * 6
     residual.write_slopes(loop, screws, slopes)
-    linear.factorise(slopes, count, order)
+    linear_equations.factorise(slopes, count, order)
     own = arrays.after(mu, (first - n) * n)
     for j in range(n):
         for i in range(count):
             gap[i] = -own[i * n + j]
-        linear.solve_transposed(slopes, count, order, gap)
+        linear_equations.solve_transposed(slopes, count, order, gap)
         for i in range(count):
             own[i * n + j] = gap[i]
     coupling = arrays.after(section, closure.coupling_at)
@@ -217,7 +218,7 @@ def _write_determinant(
     n, count, variables = closure.dof, loop.count, closure.variables
     gap, slopes, order = [0.0] * 6, [0.0] * 36, [0] * 6
     residual.write_slopes(loop, screws, slopes)
-    determinant = linear.factorise(slopes, count, order)
+    determinant = linear_equations.factorise(slopes, count, order)
     total = work
     weights = arrays.after(total, variables)
     free = arrays.after(weights, 6 * variables)
@@ -226,7 +227,7 @@ def _write_determinant(
     for i in range(count):
         for k in range(count):
             gap[k] = determinant if k == i else 0.0
-        linear.solve(slopes, count, order, gap)
+        linear_equations.solve(slopes, count, order, gap)
         for k in range(count):
             weights[6 * (loop.first + k) + loop.axis[i]] = gap[k]
     _add_residual(loop, screws, weights, total, free)

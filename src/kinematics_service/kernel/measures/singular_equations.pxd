@@ -1,9 +1,9 @@
 cimport cython
 from libc cimport math
 
-from ..forward cimport chain_pass
+from ..forward cimport chain_pass, linear_equations
 from ..layout cimport arrays, places
-from . cimport curvature, gradient, linear_equations, singular_values, singularity
+from . cimport curvature, gradient, singular_values, singularity
 from ..forward.chain cimport Chain
 from .task_rows cimport TaskRows
 

@@ -2,11 +2,11 @@
 
 import math
 
-from ..forward import chain_pass
+from ..forward import chain_pass, linear_equations
 from ..forward.chain import Chain
 from ..layout import arrays, places
 from ..layout.arrays import Floats
-from . import curvature, gradient, linear_equations, singular_values, singularity
+from . import curvature, gradient, singular_values, singularity
 from .task_rows import TaskRows
 
 # A direction in which the equations change by less than this share of the most is none.

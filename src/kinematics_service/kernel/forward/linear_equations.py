@@ -1,14 +1,19 @@
 """Linear equations by elimination with partial pivoting, and those of the transposed matrix."""
 
-from ..layout.arrays import Floats, Integers
+from typing import TypeAlias
+
+from ..layout.arrays import Integers, Numbers
+
+Order: TypeAlias = Integers | list[int]
 
 
-def factorise(A: Floats, size: int, order: Integers) -> bool:
+def factorise(A: Numbers, size: int, order: Order) -> float:
     """
-    Overwrite A (size, size) with its factors for `solve`; return whether it has an inverse.
+    Overwrite A (size, size) with its factors for `solve`; return its determinant: 0, no inverse.
 
     `order` (size,) becomes the row that each step has taken for its pivot.
     """
+    product = 1.0
     for i in range(size):
         pivot = i
         for j in range(i + 1, size):
@@ -16,22 +21,24 @@ def factorise(A: Floats, size: int, order: Integers) -> bool:
                 pivot = j
         order[i] = pivot
         if not abs(A[pivot * size + i]) > 0.0:
-            return False
+            return 0.0
         if pivot != i:
+            product = -product
             for k in range(size):
                 x = A[i * size + k]
                 A[i * size + k] = A[pivot * size + k]
                 A[pivot * size + k] = x
+        product *= A[i * size + i]
         inverse = 1.0 / A[i * size + i]
         for j in range(i + 1, size):
             factor = A[j * size + i] * inverse
             A[j * size + i] = factor
             for k in range(i + 1, size):
                 A[j * size + k] -= factor * A[i * size + k]
-    return True
+    return product
 
 
-def solve(A: Floats, size: int, order: Integers, x: Floats) -> None:
+def solve(A: Numbers, size: int, order: Order, x: Numbers) -> None:
     """Overwrite x (size,) with the solution of A y = x, from what `factorise` has left of A."""
     for i in range(size):
         pivot = order[i]
@@ -47,7 +54,7 @@ def solve(A: Floats, size: int, order: Integers, x: Floats) -> None:
         x[i] = value / A[i * size + i]
 
 
-def solve_transposed(A: Floats, size: int, order: Integers, x: Floats) -> None:
+def solve_transposed(A: Numbers, size: int, order: Order, x: Numbers) -> None:
     """Overwrite x (size,) with the solution of A' y = x, from what `factorise` has left of A."""
     for i in range(size):
         value = x[i]
