@@ -11,6 +11,7 @@ import subprocess
 import sys
 from functools import cache
 from pathlib import Path
+from typing import NamedTuple
 
 import kinematics_service as ks
 
@@ -112,27 +113,35 @@ def files(package=PACKAGE):
     return sorted(path.relative_to(package).as_posix() for path in package.rglob('*.py'))
 
 
-@cache
-def tree(file, package=PACKAGE):
-    return ast.parse((package / file).read_text(encoding='utf-8'), file)
+class Content(NamedTuple):
+    """What the rules ask of a file."""
+
+    documented: bool
+    imports: frozenset[str]  # absolute names, also of what is imported inside functions
+    calls: frozenset[str]  # names of functions that are called by their name alone
+    classes: tuple[str, ...]
 
 
 @cache
-def imports(file, package=PACKAGE):
-    """
-    Return the absolute names of every module imported anywhere in a file, inside functions too.
-    """
-    names = set()
+def content(file, package):
+    """Return what stands in a file; the tree is not kept, it is what takes memory and time."""
+    tree = ast.parse((package / file).read_text(encoding='utf-8'), file)
+    imports, calls, classes = set(), set(), []
     folder = [NAME, *file.split('/')[:-1]]
-    for node in ast.walk(tree(file, package)):
+    for node in ast.walk(tree):
         if isinstance(node, ast.Import):
-            names.update(alias.name for alias in node.names)
+            imports.update(alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
             above = folder[: len(folder) - node.level + 1] if node.level else []
             parts = [*above, *([node.module] if node.module else [])]
-            names.add('.'.join(parts))
-            names.update('.'.join([*parts, alias.name]) for alias in node.names)
-    return frozenset(names)
+            imports.add('.'.join(parts))
+            imports.update('.'.join([*parts, alias.name]) for alias in node.names)
+        elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
+            calls.add(node.func.id)
+        elif isinstance(node, ast.ClassDef):
+            classes.append(node.name)
+    documented = bool(ast.get_docstring(tree))
+    return Content(documented, frozenset(imports), frozenset(calls), tuple(classes))
 
 
 @cache
@@ -144,7 +153,11 @@ def arrows(package=PACKAGE):
         file_of['.'.join(parts[:-1] if parts[-1] == '__init__' else parts)] = file
     result = {}
     for file in files(package):
-        named = {module: file_of[module] for module in imports(file, package) if module in file_of}
+        named = {
+            module: file_of[module]
+            for module in content(file, package).imports
+            if module in file_of
+        }
         # `from . import x` names the folder too, but imports the module.
         found = {
             target
@@ -211,25 +224,19 @@ def test_only_these_files_import():
         (name, file)
         for name, (concerns, may) in RULES.items()
         for file in files()
-        if not file.startswith(may or ('-',)) and any(map(concerns, imports(file)))
+        if not file.startswith(may or ('-',))
+        and any(map(concerns, content(file, PACKAGE).imports))
     }
     assert not offenders
 
 
 def test_every_module_has_a_docstring():
-    assert not [file for file in files() if not ast.get_docstring(tree(file))]
+    assert not [file for file in files() if not content(file, PACKAGE).documented]
 
 
 def test_nothing_is_evaluated_from_text():
-    offenders = [
-        file
-        for file in files()
-        for node in ast.walk(tree(file))
-        if isinstance(node, ast.Call)
-        and isinstance(node.func, ast.Name)
-        and node.func.id in {'eval', 'exec', 'compile', '__import__'}
-    ]
-    assert not offenders
+    evaluating = {'eval', 'exec', 'compile', '__import__'}
+    assert not [file for file in files() if content(file, PACKAGE).calls & evaluating]
 
 
 def modules_after(code, whole=False):

@@ -1,11 +1,11 @@
 """The words of docs/terms.md: one name for one thing, and no word that another has replaced."""
 
-import ast
 import re
+from functools import cache
 from pathlib import Path
 
 import pytest
-from test_architecture import PACKAGE, files, tree
+from test_architecture import PACKAGE, content, files
 
 DOCS = Path(__file__).parents[1] / 'docs'
 
@@ -31,12 +31,12 @@ RETIRED = {
 }
 
 
+@cache
 def texts():
-    for file in files():
-        yield file, (PACKAGE / file).read_text(encoding='utf-8')
-    for page in sorted(DOCS.rglob('*.md')):
-        if page.name != 'terms.md':
-            yield page.name, page.read_text(encoding='utf-8')
+    """Return where something is written and what."""
+    code = [(file, (PACKAGE / file).read_text(encoding='utf-8')) for file in files()]
+    pages = [page for page in sorted(DOCS.rglob('*.md')) if page.name != 'terms.md']
+    return [*code, *((page.name, page.read_text(encoding='utf-8')) for page in pages)]
 
 
 @pytest.mark.parametrize('word', RETIRED)
@@ -46,11 +46,9 @@ def test_a_retired_word_is_nowhere(word):
     assert not where, f'{word!r} is now {RETIRED[word]!r}'
 
 
-@pytest.mark.slow
 def test_a_class_name_stands_for_one_thing():
     homes = {}
     for file in files():
-        for node in ast.walk(tree(file)):
-            if isinstance(node, ast.ClassDef):
-                homes.setdefault(node.name.lstrip('_'), []).append(file)
+        for name in content(file, PACKAGE).classes:
+            homes.setdefault(name.lstrip('_'), []).append(file)
     assert not {name: where for name, where in homes.items() if len(where) > 1}
