@@ -42,6 +42,7 @@ def test_the_tree_is_that_of_the_classes():
     assert told.keys() == kinds().keys()
 
 
+@pytest.mark.slow
 def test_every_error_of_the_package_stands_in_one_file():
     elsewhere = {
         (file.name, node.name)

@@ -31,6 +31,7 @@ def test_library(capsys):
     assert 'nearest: wrist' in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_batch(capsys):
     names = run('batch')
     one = ks.singularity(names['robot'], names['q'][123])

@@ -244,6 +244,7 @@ def test_a_robot_crosses_processes(copied):
         assert not array.flags.writeable
 
 
+@pytest.mark.slow
 def test_threads_share_a_robot():
     robot = robot_of('panda')
     batches = np.random.default_rng(0).uniform(-1, 1, (16, 500, 7))

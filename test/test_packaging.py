@@ -131,6 +131,7 @@ def installed(folder, **files):
 AGAIN = ' -m pip install --force-reinstall --no-deps '
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ('origin', 'again'),
     [
@@ -209,6 +210,7 @@ def modules_imported():
                 yield node.module.partition('.')[0]
 
 
+@pytest.mark.slow
 @in_clone
 def test_rosdep_installs_what_the_package_imports_and_nothing_else():
     manifest = ElementTree.parse(ROOT / 'package.xml').getroot()
@@ -261,6 +263,7 @@ def test_colcons_folder_of_symlinks_describes_the_package_too(clone, tmp_path):
     assert (done.returncode, done.stdout.strip()) == (0, ks.__version__), done.stderr
 
 
+@pytest.mark.slow
 def test_what_is_packed_as_source_can_be_built(clone):
     done = run([sys.executable, 'setup.py', '-q', 'sdist', '--formats', 'tar'], clone)
     assert done.returncode == 0, done.stderr

@@ -298,6 +298,7 @@ links: [{a: 0.5, alpha: 0, d: rail, theta: 0}]
 """
 
 
+@pytest.mark.slow
 def test_a_robot(package):
     package.write('config/one_slide.yaml', ROBOT)
     package.replace(

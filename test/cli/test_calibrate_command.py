@@ -45,6 +45,7 @@ def table(file, robot, q, poses, rate=1.0, ends='x y z qx qy qz qw'):
     return file
 
 
+@pytest.mark.slow
 def test_a_table_of_poses_makes_a_robot_file_that_goes_on(tmp_path, capsys):
     arm = measured_arm('ur5e', 50, NOISE)
     file = table(tmp_path / 'tracker.csv', arm.robot, arm.q, arm.poses)
@@ -76,6 +77,7 @@ def test_a_table_of_poses_makes_a_robot_file_that_goes_on(tmp_path, capsys):
     assert 'exists already' in again[2]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     'name', ['ur5e', 'panda', 'scara_hsr065', 'rrp_elementary', 'offset_stanford_shape']
 )
@@ -110,6 +112,7 @@ links:
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', ['panda', 'rrp_elementary', 'offset_stanford_shape', 'screw'])
 def test_gear_ratios_stand_in_the_text_beside_the_nominal_ones(name):
     text = SCREW if name == 'screw' else ks.bundled_robots()[name].read_text()
@@ -126,6 +129,7 @@ def test_gear_ratios_stand_in_the_text_beside_the_nominal_ones(name):
         assert re.search(r'd: 5\*q2/360 [-+] [-0-9.e]+\*q2', made)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('convention', ['standard', 'modified', 'elementary', 'shape'])
 def test_degrees_and_millimetres_of_a_file_are_kept(convention):
     text = new_robot_text('mine', 6, convention, Units('deg', 'mm'))
@@ -189,6 +193,7 @@ def test_factors_that_are_no_longer_near_are_left_out():
     assert far.factors.names == ()
 
 
+@pytest.mark.slow
 def test_tolerances_of_a_robot_file_are_read_and_move_with_their_rows(tmp_path, capsys):
     arm = measured_arm('ur5e', 40, NOISE)
     file = table(tmp_path / 'tracker.csv', arm.robot, arm.q, arm.poses)
@@ -269,6 +274,7 @@ def test_several_files_have_bases_of_their_own(tmp_path, capsys):
     assert run(capsys, 'check', '--strict', output)[0] == 0
 
 
+@pytest.mark.slow
 def test_a_lag_is_undone_where_the_robot_moves(tmp_path, capsys):
     arm = measured_arm('ur5e', 4)
     t = np.arange(400) / 50.0
@@ -339,6 +345,7 @@ def test_what_is_wrong_with_live_is_a_sentence(tmp_path, capsys, monkeypatch):
     assert 'this needs ROS 2 and its rclpy' in err
 
 
+@pytest.mark.slow
 def test_what_a_controller_knows_of_its_arm_is_found(tmp_path, capsys):
     file = recorded('ur3e_rad') / 'rad_ur3e_25hz.csv'
     output = tmp_path / 'my_ur3e.yaml'
@@ -363,6 +370,7 @@ def touches(file, arm, rows, more=()):
     return file
 
 
+@pytest.mark.slow
 def test_touched_points_make_a_robot_file_that_goes_on(tmp_path, capsys):
     arm = touching_arm('ur5e', HOLES, 40, NOISE)
     one = touches(tmp_path / 'one.csv', arm, range(30), ['', '99.0,1,1,1,1,1,1,'])

@@ -203,6 +203,7 @@ def test_check_warns_of_other_units_and_strict_fails_for_it(capsys, tmp_path):
         assert out.endswith('2 files checked, no faults, 1 with warnings\n')
 
 
+@pytest.mark.slow
 def test_strict_has_nothing_against_the_bundled_robots(capsys):
     assert main(['check', '--strict', *ROBOTS]) == 0
     assert capsys.readouterr().err == ''
@@ -276,6 +277,7 @@ def test_every_key_of_the_json_is_documented(capsys, command, help_text):
     assert documented >= set(document) | set(document['singularity'])
 
 
+@pytest.mark.slow
 def test_json_has_null_for_what_is_infinite():
     def refuse(constant):
         raise AssertionError(f'{constant} is not JSON')
@@ -339,6 +341,7 @@ def test_fk_names_joints_beyond_their_limits(capsys):
     assert json.loads(answer(capsys, *arguments, '--json'))['beyond_limits'] == ['j5']
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('command', ['fk', 'jacobian'])
 @pytest.mark.parametrize(
     ('robot', 'q', 'asks'),
@@ -573,6 +576,7 @@ def test_options_are_typed_as_the_oldest_typer_reads_them():
                 assert '|' not in ast.unparse(node.slice.elts[0]), f'{file}:{node.lineno}'
 
 
+@pytest.mark.slow
 def test_a_reader_that_leaves_early_is_no_error():
     names = ROBOTS * 3  # more than a pipe holds
     with subprocess.Popen(
@@ -592,6 +596,7 @@ def test_what_is_piped_has_no_colours_and_whole_lines(capsys, monkeypatch):
     assert source.endswith(ks.load_robot('ur3e').source)
 
 
+@pytest.mark.slow
 def test_commands_without_ros_import_neither_rclpy_nor_sympy():
     program = (
         'import sys; from kinematics_service.__main__ import main; '

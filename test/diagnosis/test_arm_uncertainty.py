@@ -65,6 +65,7 @@ def six_of(pose, middle):
     return np.concatenate([pose[:3, 3] - middle[:3, 3], turned])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', BUNDLED)
 def test_pose_and_twist_change_as_central_differences_of_other_tables_do(name):
     # All numbers of the table, base, tool and joints are off along one random direction: then
@@ -130,6 +131,7 @@ def test_joints_that_are_off_change_pose_and_twist_as_differences_say(name):
         assert np.abs(found - expected).max() < DIFFERENCE * np.abs(expected).max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', BUNDLED)
 def test_gears_that_are_off_move_joints_by_a_share_more(name):
     robot, random = robot_of(name), np.random.default_rng(11)
@@ -421,6 +423,7 @@ def written(found, arm, name, frames):
     return calibrated_text(found, text, arm.q, arm.poses, origin, frames)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', ['ur5e', 'panda', 'rrp_elementary'])
 def test_the_covariance_of_a_calibration_is_read_back(name):
     arm = measured_arm(name, 30, 5e-5)

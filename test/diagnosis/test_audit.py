@@ -146,6 +146,7 @@ def test_columns_and_single_messages_are_the_same(monkeypatch):
     assert_same(fast, parts, Live(samples, robot))
 
 
+@pytest.mark.slow
 def test_blocks_of_any_size_are_the_same(monkeypatch):
     robot = robot_of('ur5e')
     samples = awkward(robot, 5)

@@ -97,6 +97,7 @@ def document(capsys, *argv):
 # Bags
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('plugin', ['MCAP', 'SQLITE3'])
 def test_a_bag_is_read_as_directory_and_as_single_file(tmp_path, capsys, store, plugin):
     robot = robot_of('ur5e')
@@ -145,6 +146,7 @@ def test_a_bag_with_unknown_types_is_read(capsys, tmp_path):
     assert found['messages']['states'] > 250
 
 
+@pytest.mark.slow
 def test_damaged_bags_are_refused_in_a_sentence(tmp_path, capsys, store):
     robot = robot_of('planar_2r')
     samples = samples_of(robot, *motion(robot, 3000))
@@ -507,6 +509,7 @@ def test_a_recording_says_how_much_of_it_could_not_be_judged(tmp_path, capsys, b
 # What is written
 
 
+@pytest.mark.slow
 def test_what_is_written_is_what_the_nodes_builders_write(tmp_path, capsys, store):
     serialization = pytest.importorskip('rclpy.serialization', reason='needs ROS 2')
     from built_messages import built

@@ -265,6 +265,7 @@ def rough(tmp_path, amount):
     return table(tmp_path / f'{amount}.csv', t, q, quaternions(poses), QUATERNION)
 
 
+@pytest.mark.slow
 def test_a_remainder_that_no_cause_explains_is_judged_by_its_size(tmp_path, capsys):
     def level(amount, *options):
         file = rough(tmp_path, amount)

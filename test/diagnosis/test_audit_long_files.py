@@ -76,6 +76,7 @@ def test_a_quote_that_nobody_closes_does_not_swallow_the_table(tmp_path, capsys,
     assert refusal(capsys, file, *ROBOT) == expected
 
 
+@pytest.mark.slow
 def test_cells_too_many_in_a_row_before_a_bad_one_are_told_first(tmp_path, capsys):
     rows = lines()
     rows[20] += ',7'

@@ -117,6 +117,7 @@ def test_without_noise_the_arm_is_found_exactly(name):
     assert not found.outliers
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', ['puma560', 'panda', 'scara_hsr065', 'offset_stanford_shape'])
 def test_with_noise_errors_are_within_their_deviations(name):
     arm = measured_arm(name, 50, NOISE, seed=3)
@@ -174,6 +175,7 @@ def test_outliers_are_named_by_row_and_do_not_count():
     assert off(predicted(found, q), truly(arm, q)) < 10 * NOISE
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('count', [4, 10])
 def test_few_poses_never_make_the_arm_worse_than_its_table(count):
     for seed in range(2):
@@ -305,6 +307,7 @@ def test_poses_move_with_gear_ratios_as_differences_say(name):
         assert np.abs(moved - change.jacobian[:, :, k]).max() < DIFFERENCE
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', ['scara_hsr065', 'parallelogram_left', 'rrp_elementary'])
 def test_gear_ratios_are_found_where_they_are_asked_for(name):
     arm, true = geared_arm(name, 60)

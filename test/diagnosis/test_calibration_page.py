@@ -73,6 +73,7 @@ def test_error_vectors_begin_at_the_measured_points_in_the_base_frame(found):
     assert np.abs(moved[:, 1] - moved[:, 0] - factor * turned).max() < 2e-4
 
 
+@pytest.mark.slow
 def test_positions_touches_and_several_sets_have_pages():
     arm = measured_arm('scara_hsr065', 40, NOISE)
     poses = arm.poses.copy()

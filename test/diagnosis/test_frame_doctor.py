@@ -165,6 +165,7 @@ def misread(robot):
     return build_robot(dataclasses.replace(description, convention=other, singularity=plain))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', ['puma560', 'ur5e', 'panda', 'offset_stanford_dh'])
 def test_a_table_read_by_the_other_convention_is_named(name):
     robot, t, q, B = poses_of_arm(name)
@@ -340,6 +341,7 @@ def test_a_real_arms_tool_is_found_and_no_cause_named(real):
     assert diagnosis.errors.rotation_rms < math.radians(0.15)
 
 
+@pytest.mark.slow
 def test_faults_planted_in_a_real_recording_are_named(real):
     robot, t, q, B = real
     for j in range(6):

@@ -86,6 +86,7 @@ def test_what_a_calibration_left_open_moves_the_tool_as_random_tables_do():
     assert np.abs(both - covariance - alone).max() < ROUND_OFF
 
 
+@pytest.mark.slow
 def test_many_poses_have_a_covariance_each():
     arm = measured_arm('ur5e', 30, 5e-5)
     found = ks.calibrate(arm.robot, arm.q, arm.poses)

@@ -315,6 +315,7 @@ tool: {{frame: {side}_wrist_roll_link, rpy: [0, -pi/2, 0]}}
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(('side', 'y'), [('r', -0.188), ('l', 0.188)])
 def test_a_pr2s_arm_is_found_among_45_joints_and_its_pose_is_that_of_tf(side, y):
     rosbags = pytest.importorskip('rosbags.highlevel', reason='needs rosbags')

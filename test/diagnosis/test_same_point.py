@@ -27,6 +27,7 @@ def tips(found, q):
     return poses[:, :3, 3]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', ARMS)
 def test_without_noise_another_point_is_touched_exactly(name):
     arm = touching_arm(name, TWO, 40)
@@ -45,6 +46,7 @@ def test_without_noise_another_point_is_touched_exactly(name):
         assert np.abs(np.linalg.norm(there - own, axis=1) - length).max() < PULLED
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', ['ur5e', 'puma560', 'panda'])
 @pytest.mark.parametrize('points', [ONE, TWO])
 def test_with_noise_errors_are_within_their_deviations(name, points):

@@ -96,6 +96,7 @@ def test_joint_axes_are_those_of_the_jacobian(name):
         assert sign * screw == pytest.approx(column, abs=ROUND_OFF)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', BUNDLED + LOOPED)
 def test_the_drawn_arm_is_one_line_from_the_base_to_the_tool(name):
     robot = robot_of(name)
@@ -163,6 +164,7 @@ def test_names_are_shown_letter_by_letter():
     assert picture.words('$x_1$\x1b') == r'\$x_1\$?'
 
 
+@pytest.mark.slow
 def test_every_solution_has_a_panel_with_its_posture_and_feasibility():
     robot = robot_of('puma560')
     q = clear_pose(robot)
@@ -187,6 +189,7 @@ def area_on_paper(corners, paper):
     return np.prod(np.linalg.svd(flat, compute_uv=False))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', ['ur10e', 'puma560', 'kuka_iiwa14'])
 def test_every_panel_is_turned_to_its_arm(name):
     robot = robot_of(name)
@@ -224,6 +227,7 @@ def test_axes_are_red_green_and_blue():
         assert np.argmax(red_green_blue) == k
 
 
+@pytest.mark.slow
 def test_more_solutions_than_fit_are_counted():
     robot = robot_of('planar_2r')
     target = np.array([1.0, 0.5, 0.0])
@@ -278,6 +282,7 @@ def test_the_velocity_of_document_002_is_drawn():
     assert joints[-1].get_xlabel() == 'time (s)'
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', ['craig_3r', 'panda', 'planar_2r'])
 def test_measures_are_those_of_the_library(name):
     robot = robot_of(name)
@@ -311,6 +316,7 @@ def test_stretches_near_singular_poses_are_shaded_and_named():
     assert worst in [text.get_text() for text in figure.axes[0].texts]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', BUNDLED)
 def test_units_of_determinant_and_manipulability(name):
     # By scaling: an arm twice as large has 2^k times the number where the unit is m^k.
@@ -447,6 +453,7 @@ def test_the_workspace_of_two_links_is_a_ring():
     assert 'largest distance to singularity found there (rad)' in texts(figure)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', ['planar_2r', 'scara_hsr065', 'puma560'])
 def test_the_colours_of_a_workspace_are_those_of_its_distances(name):
     robot = robot_of(name)

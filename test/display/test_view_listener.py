@@ -287,6 +287,7 @@ def test_it_follows_a_node_that_comes_late_and_comes_back_as_another(arm, sessio
 
 @pytest.mark.slow
 def test_it_draws_the_tool_and_the_edited_file_of_the_node(arm, sessions, tmp_path):
+    pytest.importorskip('viser', reason=NEEDS_VISER)
     file = tmp_path / 'two.yaml'
     text = ks.bundled_robots()['planar_2r'].read_text(encoding='utf-8')
     file.write_text(text, encoding='utf-8')

@@ -119,6 +119,7 @@ def test_every_answer_is_that_of_the_plain_rules(case, depth):
         known_alike(one, plain, sample.arrival)
 
 
+@pytest.mark.slow
 @settings(max_examples=100, deadline=None)
 @given(case=cases())
 def test_accepting_alone_follows_the_same_rules(case):

@@ -59,6 +59,7 @@ def imported(capsys, tmp_path, file, robot):
     return code, printed + err, out
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('unit', range(3))
 def test_the_factory_table_of_a_real_unit_becomes_one_of_millimetres(
     unit, reference, tmp_path, capsys
@@ -85,6 +86,7 @@ def test_the_factory_table_of_a_real_unit_becomes_one_of_millimetres(
     assert main(['check', '--strict', str(out)]) == 0
 
 
+@pytest.mark.slow
 def test_the_yaml_of_ur_calibration_is_read_as_origins_of_joints(tmp_path, capsys):
     robot = ks.load_robot('ur5e')
     random = np.random.default_rng(0)

@@ -98,6 +98,7 @@ def test_every_bundled_robot_is_the_same_to_other_readers(name, reader):
     compare(robot_of(name), reader)
 
 
+@pytest.mark.slow
 @pytest.mark.peers
 @pytest.mark.parametrize('name', [name for name in EVERY_ARM if name not in BUNDLED][::3])
 def test_random_arms_are_the_same_to_other_readers(name):

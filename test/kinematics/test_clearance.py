@@ -37,6 +37,7 @@ def test_no_singular_pose_is_nearer_than_the_clearance(name):
     assert np.all(found.clearance[there] <= distance[there] * (1.0 + 1e-6) + AT_IT)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', ['calibrated UR5', 'puma560', 'offset_stanford_dh', 'panda'])
 def test_no_pose_of_a_search_that_ended_is_nearer_than_the_clearance(name):
     robot = named(name)
@@ -47,6 +48,7 @@ def test_no_pose_of_a_search_that_ended_is_nearer_than_the_clearance(name):
     assert np.all(clearance <= distance * (1.0 + 1e-6) + AT_IT)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ('name', 'shares'),
     [

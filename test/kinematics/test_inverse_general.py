@@ -46,6 +46,7 @@ def test_no_solution_is_missing_and_none_is_there_twice(name):
             assert not np.any(general_arms.apart(robot, given[:k], one) < 1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', general_arms.GENERAL[:-1])
 def test_a_general_arm_is_solved_by_elimination(name):
     robot = general_arms.general_arm(name)

@@ -88,6 +88,7 @@ def assert_honest(robot, target, result):
         assert nearest.residual >= PROVED
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', THREE + CLOSED + SEARCHED)
 def test_the_originating_positions_are_among_the_solutions(name):
     robot = robot_of(name)

@@ -148,6 +148,7 @@ def along(robot, q, search=None):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('fastest', [0.3, 1.0])
 @pytest.mark.parametrize(
     'name', ['ur5e', 'ur5e without factors', 'calibrated UR5', 'panda', 'kinova_gen3', 'rpprr']

@@ -53,6 +53,7 @@ def near(robot, distance):
     return [0.0, 1.0, 2.0], q, np.array([[0.0] * 6, [0.2, -0.1, 0.1, 0.1, 0.0, 0.1], [0.0] * 6])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', ARMS)
 def test_what_is_proved_no_sampling_and_no_search_refutes(name):
     robot, random = named(name), np.random.default_rng(5)
@@ -157,6 +158,7 @@ def test_when_the_clearances_allowed_are_spent_the_rest_is_not_decided(monkeypat
     assert found.undecided[0][0] == 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', [*ARMS, 'parallelogram_left'])
 def test_speeds_are_bracketed(name):
     robot, random = named(name), np.random.default_rng(8)

@@ -265,6 +265,7 @@ def test_points_are_frozen_and_survive_copies(seen):
         )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', BUNDLED)
 def test_an_arm_that_ends_at_a_row_has_the_numbers_of_the_row(name):
     robot = robot_of(name)

@@ -76,6 +76,7 @@ def test_pose_is_the_product_of_the_table(name):
     np.testing.assert_allclose(ks.forward_kinematics(robot, q), expected, rtol=0, atol=ROUND_OFF)
 
 
+@pytest.mark.slow
 @random_arms
 def test_frames_are_the_partial_products_of_the_table(name):
     robot, arm = robot_of(name), arm_of(name)

@@ -216,6 +216,7 @@ def test_a_function_is_checked(text: str) -> None:
         check_function(text, SCOPE)
 
 
+@pytest.mark.slow
 @settings(max_examples=200, deadline=None)
 @given(st.text(max_size=60))
 def test_any_text_is_a_value_or_an_expression_error(text: str) -> None:

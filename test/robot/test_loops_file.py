@@ -258,6 +258,7 @@ def test_what_does_not_know_of_loops_says_so(ask):
         ask(ks.load_robot('five_bar'))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', ['five_bar', 'four_bar_arm', 'crank_slider'])
 def test_inverse_kinematics_goes_through_the_loop(name):
     robot = ks.load_robot(name)

@@ -25,6 +25,8 @@ from kinematics_service.ros.messages.message_layout import MessageLayout
 ROUND_OFF = 1e-12
 Q, QDOT = (0.3, -0.4, 1.2), (0.5, -0.2, 0.7)
 OK, WARN, ERROR, STALE = range(4)
+# What a timer of a second is late at most (s).
+LATE = 0.2
 
 PER_MESSAGE = {
     'pose': PoseStamped,
@@ -401,7 +403,7 @@ def test_diagnostics_come_once_a_second_with_all_their_keys(arm):
     one.answer(Q, QDOT)
     one.spin_until(lambda: len(arrays) >= 3, 'diagnostics')
     times = [nanoseconds(array.header.stamp) * 1e-9 for array in arrays]
-    assert times[2] - times[0] == pytest.approx(2.0, abs=0.2)
+    assert times[2] - times[0] == pytest.approx(2.0, abs=LATE)
     status = arrays[0].status[0]
     assert status.name == 'kinematics: input'
     assert status.hardware_id == 'craig_3r'
@@ -429,7 +431,7 @@ def test_diagnostics_come_once_a_second_with_all_their_keys(arm):
     }.items():
         assert values[key] == value, key
     assert values['input rate'].endswith(' Hz')
-    assert float(values['age'].removesuffix(' s')) < 1.0
+    assert float(values['age'].removesuffix(' s')) < 1.0 + LATE
     assert 0.0 < float(values['processing time, mean'].removesuffix(' us')) < 1e6
 
 

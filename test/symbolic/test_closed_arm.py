@@ -24,6 +24,7 @@ def numbers_of(derivation, expression):
     return sympy.lambdify(symbols, expression.subs(values), 'numpy')
 
 
+@pytest.mark.slow
 def test_the_general_loop_of_the_source_document():
     derivation = derive_closed(ks.load_robot('four_bar_arm'))
     (loop,) = derivation.loops
@@ -44,6 +45,7 @@ def test_the_general_loop_of_the_source_document():
         assert det(*at) == pytest.approx(config['task_det'], abs=EVALUATED)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', ['five_bar', 'crank_slider'])
 def test_symbols_and_library_agree(name):
     robot = ks.load_robot(name)

@@ -472,6 +472,7 @@ FAULTS = {
 }  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('text', FAULTS)
 def test_faults_name_line_and_column(text):
     comparison = compare(ks.load_robot('craig_3r'), text)
@@ -563,6 +564,7 @@ def test_another_determinant_is_refused_with_the_one_that_is_known(left):
     assert fault.message == "the determinant of J is the one that is known: write 'det(J) = ...'"
 
 
+@pytest.mark.slow
 def test_json(capsys):
     assert main(['compare', 'offset_stanford_shape', str(FORMULAS / 'e3_1.txt'), '--json']) == 1
     found = json.loads(capsys.readouterr().out)

@@ -171,6 +171,7 @@ def test_the_cause_of_a_wrong_formula_is_named(arm, formula, cause):
     assert cause in verdict.causes[0].sentence
 
 
+@pytest.mark.slow
 def test_a_wrong_formula_whose_cause_is_not_found_differs_all_the_same():
     # E is lost under the root of x^2 + y^2, where no sum has a place for it.
     verdict = verdict_of('elbow', 'k3 = acos((x^2 + y^2 + z^2 - F^2 - G^2)/(2*F*G))')

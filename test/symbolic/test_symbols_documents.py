@@ -141,6 +141,7 @@ def test_c10_analytic_jacobian_by_hand():
         assert same(vee, d.jacobian[3:, j])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', marked(DERIVED))
 def test_c11_numeric_jacobian(name):
     assert derived_arm(name).central_difference < 1e-8
@@ -332,6 +333,7 @@ def test_c22_the_printed_table_of_document_003_is_irreducible():
     assert len(factor.family.free) == 2
 
 
+@pytest.mark.slow
 def test_a_factor_of_a_doubled_angle_is_solved():
     # cos(2 q) has no factors with fractions as coefficients.
     text = GENERAL.replace('theta: theta3 - theta2}', 'theta: 2*theta3}').replace(

@@ -28,6 +28,7 @@ def test_decimals_that_cancel_hide_no_factor():
     assert factors(BOOM % '-0.3') == {'sin(q2)': 1, 'd3': 2}
 
 
+@pytest.mark.slow
 def test_decimals_that_all_but_cancel_make_no_factor():
     found = factors(BOOM % '-0.3000000001')
     assert found.pop('d3') == 1

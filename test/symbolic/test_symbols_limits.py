@@ -128,6 +128,7 @@ def test_of_a_free_length_the_far_end_is_decided_too():
     assert decided('rrp_elementary', [-1, -1, -inf], [1, 1, inf], length).exists is True
 
 
+@pytest.mark.slow
 def test_a_zero_that_is_only_touched_is_not_decided():
     derivation = derived('planar_2r')
     ring = derivation.exact.arithmetic.ring

@@ -36,6 +36,7 @@ def test_everything_that_is_said_of_these_arms_is_proved(name):
     assert not any(crossing.sampled for crossing in found.crossings)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', marked(PROVED))
 def test_proved_ranks_hold_with_other_lengths(name):
     derivation = derived(name)
