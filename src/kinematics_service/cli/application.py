@@ -31,6 +31,10 @@ class CommandGroup(typer.core.TyperGroup):
     and a command that does not exist is answered with those that do.
     """
 
+    def list_commands(self, ctx: Any) -> list[str]:
+        """Return the names in the order in which they were added: click sorts them."""
+        return list(self.commands)
+
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """Return the command that the first argument names, its name and the other arguments."""
         name, names = args[0], list(self.commands)
