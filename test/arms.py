@@ -9,7 +9,9 @@ from random_robots import CONVENTIONS, random_arm
 
 import kinematics_service as ks
 from kinematics_service.kinematics import singularity_rates
+from kinematics_service.robot.loops import closed_poses
 from kinematics_service.robot.robot import build_robot
+from kinematics_service.robot.task import seeded_poses
 
 # Those whose loops are closed by the kernel, and all others.
 LOOPED = ('crank_slider', 'excavator', 'five_bar', 'four_bar_arm')
@@ -48,6 +50,19 @@ def without_factors(name):
     return build_robot(dataclasses.replace(description, singularity=judged))
 
 
+def without_known_poses(name):
+    """Return the text of a bundled robot file up to its known poses."""
+    return ks.bundled_robots()[name].read_text(encoding='utf-8').split('known_poses')[0]
+
+
+def other_branch_text():
+    """
+    Return the general loop of the source document with the coupler on the other side: branch -1.
+    """
+    text = without_known_poses('four_bar_arm')
+    return text.replace('psi1: -1.52, psi2: -1.50', 'psi1: -2.34, psi2: 1.50')
+
+
 def first_order_distances(robot, q):
     """Return the distance by first order, as it is told where no singular pose is looked for."""
     measures = singularity_rates.measures_of(ks.evaluate(robot, q))
@@ -69,3 +84,22 @@ def poses(robot, count=20, seed=0):
     near = 1e-7 * random.uniform(-1, 1, (3, robot.dof)) + np.concatenate([zero, straight])
     turns = np.full((2, robot.dof), math.pi) * [[1.0], [-1.0]]
     return np.concatenate([uniform, zero, straight, near, turns, [low, high]])
+
+
+def seeded(robot, count):
+    """Return random positions at which the loops of an arm close, if it has any."""
+    return closed_poses(robot.chain, seeded_poses(robot.limits, sliding(robot)))[:count]
+
+
+def away_from_flat(robot, q, least=0.1):
+    """
+    Return those of many poses whose loops are no nearer to flat than this, rad: differences suffer.
+    """
+    return q[first_order_distances(robot, q) > least]
+
+
+def calm_poses(robot, count=20):
+    """Return `poses` of an arm without loops; of others those that are not nearly flat."""
+    if not robot.chain.loops:
+        return poses(robot, count)
+    return away_from_flat(robot, seeded(robot, 20 * count))[:count]

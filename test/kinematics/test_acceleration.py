@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from arms import BUNDLED, RANDOM, poses, robot_of
+from arms import BUNDLED, LOOPED, RANDOM, calm_poses, robot_of
 from tolerances import DIFFERENCE, DIFFERENCE_STEP, ROUND_OFF
 
 import kinematics_service as ks
 
-SOME_ARMS = (*BUNDLED, *RANDOM[::3])
+SOME_ARMS = (*BUNDLED, *LOOPED, *RANDOM[::3])
 some_arms = pytest.mark.parametrize('name', SOME_ARMS)
 
 # Sums of products of three numbers: accelerations of long arms reach 100 m/s^2.
@@ -17,7 +17,7 @@ AT = np.array([0.3, -0.2, 0.5])
 
 def motion(robot, count=8):
     """Return positions, velocities and accelerations, each (N, n)."""
-    q = poses(robot, count)
+    q = calm_poses(robot, count)
     qdot, qddot = np.random.default_rng(7).uniform(-1.5, 1.5, (2, *q.shape))
     return q, qdot, qddot
 
@@ -62,6 +62,51 @@ def test_the_acceleration_is_that_of_the_rate_and_of_the_jacobian(name):
     np.testing.assert_allclose(found, expected[..., 0], rtol=0, atol=ACCELERATION)
     one = [ks.acceleration(robot, *one) for one in zip(q, qdot, qddot)]
     np.testing.assert_allclose(found, one, rtol=0, atol=ACCELERATION)
+
+
+def extrapolated(f, h=1e-4):
+    """Return df/dt at 0 by Richardson's extrapolation of two central differences."""
+    wide, narrow = ((f(step) - f(-step)) / (2 * step) for step in (h, h / 2))
+    return (4 * narrow - wide) / 3
+
+
+@pytest.mark.parametrize('name', LOOPED)
+def test_accelerations_through_loops_to_ten_digits(name):
+    robot = robot_of(name)
+    q, qdot, qddot = motion(robot, 12)
+    qdot, qddot = 0.3 * qdot, 0.3 * qddot
+    assert len(q) == 12
+    for choice in ({}, {'of': (robot.rows + 1) // 2, 'at': AT}):
+
+        def twist(t, choice=choice):
+            later = q + t * qdot + 0.5 * t * t * qddot
+            return ks.twist(robot, later, qdot + t * qddot, **choice)
+
+        def J(t, choice=choice):
+            return ks.jacobian(robot, q + t * qdot, **choice)
+
+        for expected, found in (
+            (extrapolated(twist), ks.acceleration(robot, q, qdot, qddot, **choice)),
+            (extrapolated(J), ks.jacobian_rate(robot, q, qdot, **choice)),
+        ):
+            scale = 1.0 + np.max(np.abs(found))
+            np.testing.assert_allclose(found, expected, rtol=0, atol=ACCELERATION * scale)
+
+
+def test_the_crank_slider_accelerates_by_its_formula():
+    robot, r, length = robot_of('crank_slider'), 0.05, 0.15
+    q, qdot, qddot = np.linspace(-3.0, 3.0, 50), 2.5, -1.5
+    s, c = r * np.sin(q), r * np.cos(q)
+    u = np.sqrt(length**2 - s**2)
+    slope, curve = -s - s * c / u, -c - (c**2 - s**2) / u - (s * c) ** 2 / u**3
+    found = ks.acceleration(robot, q[:, None], [qdot], [qddot])
+    expected = curve * qdot**2 + slope * qddot
+    np.testing.assert_allclose(found[:, 0], expected, rtol=0, atol=ROUND_OFF)
+
+
+def test_where_a_loop_does_not_close_there_is_no_acceleration():
+    with pytest.raises(ks.LoopError):
+        ks.acceleration(robot_of('excavator'), [0, 9.0, 2.9, 2.3], np.zeros(4), np.zeros(4))
 
 
 @pytest.mark.peers

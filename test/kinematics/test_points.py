@@ -5,13 +5,13 @@ import pickle
 
 import numpy as np
 import pytest
-from arms import BUNDLED, RANDOM, poses, robot_of
+from arms import BUNDLED, LOOPED, RANDOM, calm_poses, robot_of
 from tolerances import DIFFERENCE, DIFFERENCE_STEP, ROUND_OFF
 
 import kinematics_service as ks
 from kinematics_service.robot.points import Point
 
-SOME_ARMS = (*BUNDLED, *RANDOM[::3])
+SOME_ARMS = (*BUNDLED, *LOOPED, *RANDOM[::3])
 some_arms = pytest.mark.parametrize('name', SOME_ARMS)
 
 CAMERA = """\
@@ -51,7 +51,7 @@ def derivative(pose, q, j):
 @some_arms
 def test_the_pose_of_a_row_is_its_link_frame(name):
     robot = robot_of(name)
-    q = poses(robot, 4)
+    q = calm_poses(robot, 4)
     frames = ks.link_frames(robot, q)
     for row in range(robot.rows + 1):
         np.testing.assert_allclose(
@@ -62,7 +62,7 @@ def test_the_pose_of_a_row_is_its_link_frame(name):
 @some_arms
 def test_the_jacobian_of_a_point_of_a_row_is_the_derivative_of_its_place(name):
     robot = robot_of(name)
-    q, at = poses(robot, 4), np.array([0.3, -0.2, 0.5])
+    q, at = calm_poses(robot, 4), np.array([0.3, -0.2, 0.5])
     for row in sorted({0, robot.rows // 2, robot.rows}):
         J = ks.jacobian(robot, q, of=row, at=at)
 
@@ -78,7 +78,7 @@ def test_the_jacobian_of_a_point_of_a_row_is_the_derivative_of_its_place(name):
 @some_arms
 def test_columns_of_joints_behind_a_row_are_zero(name):
     robot = robot_of(name)
-    q = poses(robot, 4)
+    q = calm_poses(robot, 4)
     frames = ks.link_frames(robot, q)
     for row in range(robot.rows + 1):
         J = ks.jacobian(robot, q, of=row)
@@ -91,7 +91,7 @@ def test_columns_of_joints_behind_a_row_are_zero(name):
 @some_arms
 def test_one_pose_and_many_give_the_same_bits_at_a_row(name):
     robot = robot_of(name)
-    q = poses(robot, 24)
+    q = calm_poses(robot, 24)
     qdot = np.random.default_rng(1).uniform(-1, 1, q.shape)
     row = (robot.rows + 1) // 2
     J, V = ks.jacobian(robot, q, of=row), ks.twist(robot, q, qdot, of=row)
@@ -103,7 +103,7 @@ def test_one_pose_and_many_give_the_same_bits_at_a_row(name):
 @some_arms
 def test_the_tool_is_the_point_called_tool(name):
     robot = robot_of(name)
-    q = poses(robot, 4)
+    q = calm_poses(robot, 4)
     table = robot.point('tool').chain.table
     assert all(map(np.array_equal, table, robot.chain.table))
     assert np.array_equal(ks.jacobian(robot, q, of='tool'), ks.jacobian(robot, q))
@@ -269,7 +269,7 @@ def test_points_are_frozen_and_survive_copies(seen):
 @pytest.mark.parametrize('name', BUNDLED)
 def test_an_arm_that_ends_at_a_row_has_the_numbers_of_the_row(name):
     robot = robot_of(name)
-    q, row, at = poses(robot, 4), robot.rows, (0.1, 0.2, -0.3)
+    q, row, at = calm_poses(robot, 4), robot.rows, (0.1, 0.2, -0.3)
     shorter = robot.ending_at(row, at)
     assert np.array_equal(ks.jacobian(shorter, q), ks.jacobian(robot.ending_at(row, at), q))
     np.testing.assert_allclose(

@@ -245,8 +245,6 @@ def test_a_urdf_says_that_it_has_no_loops(capsys, tmp_path):
 @pytest.mark.parametrize(
     'ask',
     [
-        lambda robot: ks.acceleration(robot, [2.0, 1.0], [0, 0], [0, 0]),
-        lambda robot: ks.jacobian_rate(robot, [2.0, 1.0], [0, 0]),
         lambda robot: ks.check_plan(robot, [0.0, 1.0], [[2.0, 1.0], [2.1, 1.0]]),
         ks.derive,
     ],

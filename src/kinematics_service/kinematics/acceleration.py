@@ -5,6 +5,9 @@ The Jacobian is a sum of screws, which the kernel gives with the pose. A screw (
 is carried along by the elements before it, which move the reference point by V and turn by W:
 dw/dt = W x w and ds/dt = W x s + w x (V_all - V), where V_all is the velocity of the reference
 point. That is exact, and needs no differences.
+
+Where loops are closed, J = J_open [1; C]. The passive joints follow so that Phi_x [1; C] = 0 all
+along: Phi_psi dC/dt = -dPhi_x/dt [1; C], and the slopes Phi_x of a loop's residual are screws too.
 """
 
 import numpy as np
@@ -12,8 +15,8 @@ import numpy.typing as npt
 
 from .. import kernel
 from ..errors import JointVectorError
-from ..kernel import Floats
-from ..robot.loops import refuse_loops
+from ..kernel import Chain, Closure, Floats, Integers
+from ..robot.chain import first_entries
 from ..robot.points import TOOL, Point
 from ..robot.robot import Robot
 from .forward import BASE, chosen, cross, offset_of, state_of, with_point_at
@@ -49,7 +52,6 @@ def jacobian_rate(
     PointError
         The arm has no such point, row or axes; `at` is not three finite numbers.
     """
-    refuse_loops(robot.description, 'the rate of the Jacobian')
     state = state_of(robot, of, q, qdot)
     return chosen(robot, q, state, _rate(state, robot.point(of), at), of, None, axes)
 
@@ -95,7 +97,6 @@ def acceleration(
     >>> ks.acceleration(robot, [0, 0], [2.0, 0], [0, 0], of=1)[0].tolist()
     -4.0
     """
-    refuse_loops(robot.description, 'the acceleration')
     state, point = state_of(robot, of, q, qdot), robot.point(of)
     accelerations = _accelerations(robot, qddot)
     J, rates = state.jacobian, state.qdot
@@ -133,24 +134,67 @@ def _accelerations(robot: Robot, qddot: npt.ArrayLike) -> Floats:
 def _rate(state: ToolState, point: Point, at: npt.ArrayLike | None) -> Floats:
     # The derivative of J in base axes, shape (..., 6, n).
     chain, qdot = point.chain, state.qdot
-    joint, entries = chain.table.joint, chain.entries
+    n, entries = chain.dof, chain.entries
     assert qdot is not None  # it has been given
     screws = state.row[..., chain.screws_at : chain.screws_at + 6 * entries]
     screws = screws.reshape(*state.row.shape[:-1], 6, entries)
     if at is not None:
         screws = with_point_at(screws, offset_of(state.pose, at))
+    if not chain.loops:
+        rates = _screw_rates(chain, point.first_entries, screws, qdot)
+        if chain.form != kernel.MIXED:
+            return rates  # entry k is joint k
+        return _by_variable(chain, rates)
+    closure = chain.closure
+    section = state.row[..., chain.closure_at : chain.closure_at + closure.width]
+    all_rates = section[..., closure.variables : 2 * closure.variables]
+    coupling, its_rate = _coupling_and_rate(closure, section, all_rates)
+    rates = _by_variable(chain, _screw_rates(chain, point.first_entries, screws, all_rates))
+    passive = _by_variable(chain, screws)[..., n:]
+    return np.asarray(rates[..., :n] + rates[..., n:] @ coupling + passive @ its_rate)
+
+
+def _screw_rates(chain: Chain, first: Integers, screws: Floats, rates: Floats) -> Floats:
+    # The derivatives of the screws (..., 6, entries) of a chain, of the rates of its variables.
+    entries = chain.entries
     sums = np.zeros((*screws.shape[:-1], entries + 1))
-    np.cumsum(screws * qdot[..., None, joint], axis=-1, out=sums[..., 1:])
+    np.cumsum(screws * rates[..., None, chain.table.joint], axis=-1, out=sums[..., 1:])
     # What the elements before each entry do together; entries of one element share an axis.
-    before = sums[..., point.first_entries]
+    before = sums[..., first]
     W, V = before[..., 3:, :], sums[..., :3, -1:] - before[..., :3, :]
     halves = screws.reshape(*screws.shape[:-2], 2, 3, entries)
-    rates = cross(W[..., None, :, :], halves)
-    rates[..., 0, :, :] += cross(screws[..., 3:, :], V)
-    rates = rates.reshape(screws.shape)
-    if chain.form != kernel.MIXED:
-        return rates  # entry k is joint k
-    result = np.zeros((*rates.shape[:-1], chain.dof))
-    for k, j in enumerate(joint):
-        result[..., j] += rates[..., k]
+    result = cross(W[..., None, :, :], halves)
+    result[..., 0, :, :] += cross(screws[..., 3:, :], V)
+    return result.reshape(screws.shape)
+
+
+def _by_variable(chain: Chain, six_rows: Floats) -> Floats:
+    # The entries of each joint and passive joint together.
+    result = np.zeros((*six_rows.shape[:-1], chain.variables))
+    for k, j in enumerate(chain.table.joint):
+        result[..., j] += six_rows[..., k]
     return result
+
+
+def _coupling_and_rate(closure: Closure, section: Floats, rates: Floats) -> tuple[Floats, Floats]:
+    # C and dC/dt, shape (..., P, n), of the rates of all variables.
+    n, P, loop = closure.dof, closure.passive, closure.first
+    leading = section.shape[:-1]
+    coupling = section[..., closure.coupling_at : closure.told_at].reshape(*leading, P, n)
+    slopes, slope_rates = [], []
+    at = closure.told_at + 3 * closure.loops
+    for _ in range(closure.loops):
+        ends = []
+        for chain in (loop.there, loop.back):
+            numbers = section[..., at : at + 6 * chain.entries]
+            screws = np.swapaxes(numbers.reshape(*leading, chain.entries, 6), -1, -2)
+            changing = _screw_rates(chain, first_entries(chain), screws, rates)
+            ends.append([_by_variable(chain, one) for one in (screws, changing)])
+            at += 6 * chain.entries
+        there, back = ends
+        slopes.append((back[0] - there[0])[..., loop.axes(), :])
+        slope_rates.append((back[1] - there[1])[..., loop.axes(), :])
+        loop = loop.following
+    by_variable, changing = (np.concatenate(rows, axis=-2) for rows in (slopes, slope_rates))
+    following = changing[..., :n] + changing[..., n:] @ coupling
+    return coupling, -np.linalg.solve(by_variable[..., n:], following)

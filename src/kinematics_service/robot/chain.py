@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ..kernel import Chain, ChainTable, Closure, Floats
+from ..kernel import Chain, ChainTable, Closure, Floats, Integers
 from ..rigid_motion import screw_z
 from .conventions import Row
 
@@ -112,3 +112,9 @@ def fold(
         ),
         closure,
     )
+
+
+def first_entries(chain: Chain) -> Integers:
+    """Return for each entry of a chain the first entry of its element."""
+    first = chain.table.first_entry
+    return np.repeat(first[:-1], np.diff(first))

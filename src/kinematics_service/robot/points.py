@@ -17,7 +17,7 @@ import numpy.typing as npt
 from ..errors import PointError
 from ..kernel import Arm, Chain, Closure, Floats, Integers
 from ..rigid_motion import exact_rpy, rotation_of_roll_pitch_yaw
-from .chain import fold
+from .chain import first_entries, fold
 from .conventions import table_rows
 from .file.description import (
     IDENTITY,
@@ -65,8 +65,7 @@ class Point:
     @cached_property
     def first_entries(self) -> Integers:
         """Return for each entry of the chain the first entry of its element."""
-        first = self.chain.table.first_entry
-        return np.repeat(first[:-1], np.diff(first))
+        return first_entries(self.chain)
 
 
 def known_points(description: RobotDescription) -> tuple[str, ...]:

@@ -230,6 +230,11 @@ class Loop:
         """Rebuild by the constructor."""
         return Loop, self.arguments
 
+    def axes(self) -> Integers:
+        """Return the components that coincide, shape (p,)."""
+        axes: Integers = self.arguments[2]
+        return axes
+
 
 def section_width(dof: int, loops: int, first: Loop) -> int:
     """Return how many numbers a `Closure` has of a position."""

@@ -15,7 +15,7 @@ from . import residual
 
 # A loop is closed where the largest component of its residual, as a share of its size or in rad,
 # is at most CLOSED; FINE is what round-off leaves.
-CLOSED, FINE = 1e-13, 4e-16
+CLOSED, FINE = 1e-13, 2e-16
 NEWTON_STEPS = 12
 # A correction may be so large (rad, or as a share of the loop's size): of a step, and of the
 # positions in a robot file.
@@ -51,8 +51,6 @@ def _solve(loop: Loop, x: Numbers, largest: float, screws: Floats, told: Numbers
             if not abs(gap[i]) <= largest * loop.unit[loop.first + i]:
                 return -1
             x[loop.first + i] -= gap[i]
-        if size <= CLOSED:
-            return step + 1  # the next residual would be round-off: a third of the time
         before = size
     return -1
 
