@@ -117,7 +117,7 @@ def test_a_loop_that_is_a_parallelogram_is_the_coupled_arm():
     one, other = ks.evaluate(looped, q), ks.evaluate(coupled, q)
     np.testing.assert_allclose(one.pose, other.pose, rtol=0, atol=ROUND_OFF)
     np.testing.assert_allclose(one.jacobian, other.jacobian, rtol=0, atol=ROUND_OFF)
-    # Nearer to flat, positions of the rods to round-off over the sine are felt over the sine again.
+    # Nearer to flat, round-off over the sine moves the rods, and their rates over the sine again.
     q[:, 2] = q[:, 1] - random.uniform(0.01, 0.05, 500)
     one, other = ks.evaluate(looped, q), ks.evaluate(coupled, q)
     sines = np.sin(q[:, 1] - q[:, 2])[:, None, None]

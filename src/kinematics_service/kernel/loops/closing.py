@@ -15,7 +15,7 @@ from . import residual
 
 # A loop is closed where the largest component of its residual, as a share of its size or in rad,
 # is at most CLOSED; FINE is what round-off leaves.
-CLOSED, FINE = 1e-13, 2e-16
+CLOSED, FINE = 1e-13, 4e-16
 NEWTON_STEPS = 12
 # A correction may be so large (rad, or as a share of the loop's size): of a step, and of the
 # positions in a robot file.
