@@ -92,9 +92,7 @@ def seeded(robot, count):
 
 
 def away_from_flat(robot, q, least=0.1):
-    """
-    Return those of many poses whose loops are no nearer to flat than this, rad: differences suffer.
-    """
+    """Return those of many poses that are no nearer to flat than this, rad: differences suffer."""
     return q[first_order_distances(robot, q) > least]
 
 

@@ -7,40 +7,73 @@ import pytest
 
 pytest.importorskip('rclpy', reason='needs ROS 2')
 
+from arms import other_branch_text, without_known_poses
 from diagnostic_msgs.msg import DiagnosticStatus
 from folders import GOLDEN
 from geometry_msgs.msg import PoseStamped, TwistStamped
-from ros_harness import LATCHED
-from std_msgs.msg import Float64MultiArray
+from ros_harness import LATCHED, level_of, values_of
+from std_msgs.msg import Float64, Float64MultiArray
 from tolerances import ROUND_OFF
 
 import kinematics_service as ks
 
-CONFIGS = [
-    config
-    for config in json.loads((GOLDEN / 's000b_x_general_loop.json').read_text())['configs']
-    if config['branch'] == 1
-]
-KINDS = {'pose': PoseStamped, 'jacobian': Float64MultiArray, 'twist': TwistStamped}
+CONFIGS = json.loads((GOLDEN / 's000b_x_general_loop.json').read_text())['configs']
+KINDS = {
+    'pose': PoseStamped,
+    'jacobian': Float64MultiArray,
+    'twist': TwistStamped,
+    'singularity/determinant': Float64,
+}
+# Digits of a number in a warning.
+PRINTED = 1e-6
+
+
+def determinant_of(warning):
+    return float(values_of(warning)['determinant'])
+
+
+def near_to(config):
+    return pytest.approx(config['task_det'], rel=PRINTED)
 
 
 def xyz(vector):
     return [vector.x, vector.y, vector.z]
 
 
-def test_the_general_loop_of_the_source_document_through_the_node(arm):
-    one = arm('four_bar_arm')
+@pytest.mark.parametrize('branch', [1, -1])
+def test_the_general_loop_of_the_source_document_through_the_node(arm, tmp_path, branch):
+    file = tmp_path / 'branch.yaml'
+    text = other_branch_text() if branch < 0 else without_known_poses('four_bar_arm')
+    file.write_text(text + 'singularity: {warn: 0.3}\n')
+    one = arm(str(file))
     heard = {name: one.hear(name, kind) for name, kind in KINDS.items()}
-    for k, config in enumerate(CONFIGS):
+    warnings = one.hear('singularity/warning', DiagnosticStatus, LATCHED)
+    configs = [config for config in CONFIGS if config['branch'] == branch]
+    assert len(configs) > 10
+    for k, config in enumerate(configs):
         one.send(config['q'], config['qdot'])
         one.spin_until(lambda n=k + 1: all(len(m) >= n for m in heard.values()), config['name'])
-        pose, J, twist = (messages[k] for messages in heard.values())
+        pose, J, twist, determinant = (messages[k] for messages in heard.values())
         T = np.array(config['T'])
         np.testing.assert_allclose(xyz(pose.pose.position), T[:3, 3], rtol=0, atol=ROUND_OFF)
         found = np.reshape(J.data, (6, 3))
         np.testing.assert_allclose(found, config['J'], rtol=0, atol=10 * ROUND_OFF)
         found = [*xyz(twist.twist.linear), *xyz(twist.twist.angular)]
         np.testing.assert_allclose(found, config['twist'], rtol=0, atol=10 * ROUND_OFF)
+        assert determinant.data == pytest.approx(config['task_det'], abs=ROUND_OFF)
+    # The warning of the one that is nearest to singular, after one that is far.
+    sizes = [config['sv_task'][-1] for config in configs]
+    far, near = configs[int(np.argmax(sizes))], configs[int(np.argmin(sizes))]
+    one.send(far['q'])
+    one.spin_until(lambda: len(heard['pose']) > len(configs), 'pose')
+    one.send(near['q'])
+    one.spin_until(lambda: warnings and determinant_of(warnings[-1]) == near_to(near), 'warning')
+    assert level_of(warnings[-1]) > 0
+    values = values_of(warnings[-1])
+    # det d Phi / d psi of the document: L3 L4 sin psi2.
+    flat = 0.38 * 0.17 * np.sin(near['passive_psi2'])
+    assert values['factor'] == 'four_bar'
+    assert float(values['factor_value']) == pytest.approx(flat, rel=PRINTED)
 
 
 def test_the_warning_names_the_loop_that_is_nearly_flat(arm):
@@ -58,7 +91,7 @@ def test_the_warning_names_the_loop_that_is_nearly_flat(arm):
 
 
 def test_positions_at_which_the_loop_does_not_close_are_refused(arm, tmp_path):
-    text = ks.bundled_robots()['five_bar'].read_text(encoding='utf-8').split('known_poses')[0]
+    text = without_known_poses('five_bar')
     text = text.replace('[0, 2*pi/3]', '[0, pi]').replace('distal: 0.4', 'distal: 0.3')
     file = tmp_path / 'short.yaml'
     file.write_text(text.replace('psi1: -1.27, psi2: 1.27', 'psi1: -1.51, psi2: 1.51'))
