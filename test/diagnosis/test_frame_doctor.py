@@ -6,7 +6,7 @@ import time
 
 import numpy as np
 import pytest
-from arms import BUNDLED, robot_of, sliding
+from arms import BUNDLED, robot_of, seeded, sliding
 from recordings import motion, recorded
 
 import kinematics_service as ks
@@ -369,3 +369,52 @@ def test_faults_planted_in_a_real_recording_are_named(real):
     cause = diagnose_frames(robot, late, B, t).cause
     assert cause.key == 'time_lag'
     assert cause.value == pytest.approx(0.04, rel=0.1)
+
+
+def poses_of_loops(name):
+    robot = robot_of(name)
+    q = seeded(robot, 80)
+    # Not to the ends of their ways: zero positions that are off leave the loops closed.
+    middle = robot.chain.closure.assembled()
+    return robot, middle + 0.6 * (q - middle)
+
+
+@pytest.mark.parametrize('name', ['five_bar', 'excavator'])
+def test_a_machine_with_closed_loops_has_its_offsets_found(name):
+    robot, q = poses_of_loops(name)
+    B = X @ ks.forward_kinematics(robot, q) @ Y
+    diagnosis = diagnose_frames(robot, q, B)
+    assert diagnosis.errors.position_rms < 1e-9
+    assert diagnosis.cause is None
+    assert 'closed loops' not in diagnosis.sentence
+    # The zero of its first joint or of its second, as the encoder has it.
+    off = q.copy()
+    off[:, 1] += 0.02
+    diagnosis = diagnose_frames(robot, off, B)
+    assert diagnosis.cause.key == 'joint_offset'
+    assert diagnosis.cause.value == pytest.approx(-0.02, rel=1e-3)
+    assert robot.joint_names[1] in diagnosis.sentence
+
+
+def test_what_is_no_cause_that_was_tried_is_said_of_closed_loops():
+    robot, q = poses_of_loops('five_bar')
+    B = ks.forward_kinematics(robot, q)
+    B[:, :3, 3] += 0.01 * np.random.default_rng(5).normal(size=(len(q), 3))
+    diagnosis = diagnose_frames(robot, q, B)
+    assert diagnosis.cause is None
+    assert 'Lengths and conventions of the table are no causes that were tried' in (
+        diagnosis.sentence
+    )
+    open_arm = robot_of('planar_2r')
+    B = ks.forward_kinematics(open_arm, q)
+    B[:, :3, 3] += 0.01 * np.random.default_rng(5).normal(size=(len(q), 3))
+    assert 'tried' not in diagnose_frames(open_arm, q, B).sentence
+
+
+def test_positions_at_which_a_loop_does_not_close_have_no_frames_to_check():
+    with pytest.raises(ks.LoopError):
+        diagnose_frames(
+            robot_of('excavator'),
+            np.tile([0, 9.0, 2.9, 2.3], (4, 1)),
+            np.tile(np.eye(4), (4, 1, 1)),
+        )

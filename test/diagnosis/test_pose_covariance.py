@@ -2,11 +2,14 @@
 
 import numpy as np
 import pytest
-from arms import robot_of
+from arms import LOOPED, calm_poses, robot_of
 from calibrated_arms import measured_arm
+from tolerances import DIFFERENCE, DIFFERENCE_STEP
 
 import kinematics_service as ks
+from kinematics_service.diagnosis.calibration import pose_covariance
 from kinematics_service.diagnosis.calibration.robot_text import CalibrationOrigin, calibrated_text
+from kinematics_service.errors import CalibrationError
 from kinematics_service.rigid_motion import rotation_vector
 
 DRAWS = 20_000
@@ -130,3 +133,43 @@ def test_what_does_not_fit_is_refused():
     ):
         with pytest.raises(ks.KinematicsError, match=sentence):
             ks.pose_covariance(robot, q, **options)
+
+
+@pytest.mark.parametrize('axes', ['base', 'tool'])
+@pytest.mark.parametrize('name', LOOPED)
+def test_noise_of_joints_moves_pose_and_twist_through_loops(name, axes):
+    robot = robot_of(name)
+    q = calm_poses(robot, 3)
+    random = np.random.default_rng(3)
+    qdot = random.uniform(-1.0, 1.0, q.shape)
+    joints, velocities = random.uniform(1.0, 2.0, (2, robot.dof))
+    J = ks.jacobian(robot, q)
+    expected = J @ np.diag(joints**2) @ np.swapaxes(J, 1, 2)
+    found = ks.pose_covariance(robot, q, joints=joints)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=ROUND_OFF * np.max(expected))
+    by_q = np.empty((len(q), 6, robot.dof))
+    for j, step in enumerate(DIFFERENCE_STEP * np.eye(robot.dof)):
+        ahead, behind = (ks.twist(robot, q + sign * step, qdot, axes) for sign in (1, -1))
+        by_q[..., j] = (ahead - behind) / (2 * DIFFERENCE_STEP)
+    moved = np.concatenate([by_q * joints, ks.jacobian(robot, q, axes) * velocities], axis=-1)
+    expected = moved @ np.swapaxes(moved, 1, 2)
+    found = ks.twist_covariance(robot, q, qdot, axes, joints=joints, velocities=velocities)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=10 * DIFFERENCE * np.max(expected))
+
+
+@pytest.mark.parametrize('axes', ['base', 'tool'])
+def test_the_road_through_loops_is_that_of_open_arms(axes):
+    robot, q = robot_of('panda'), np.array(Q['panda'])
+    qdot = np.linspace(-1.0, 1.0, 7)
+    given = {'joints': 1e-3, 'velocities': 1e-2}
+    expected = ks.twist_covariance(robot, q, qdot, axes, **given)
+    by_q, by_qdot = pose_covariance._twist_derivatives(robot, ks.evaluate(robot, q, qdot), axes)
+    moved = np.concatenate([1e-3 * by_q, 1e-2 * by_qdot], axis=1)
+    np.testing.assert_allclose(moved @ moved.T, expected, rtol=0, atol=1e-3 * ROUND_OFF)
+
+
+def test_no_number_of_a_table_is_carried_through_loops():
+    robot = robot_of('five_bar')
+    for given in ({}, {'joints': 1e-3, 'calibration': object()}):
+        with pytest.raises(CalibrationError, match='five_bar has closed loops, through which'):
+            ks.pose_covariance(robot, [2.0, 1.0], **given)

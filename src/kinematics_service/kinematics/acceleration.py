@@ -197,4 +197,4 @@ def _coupling_and_rate(closure: Closure, section: Floats, rates: Floats) -> tupl
         loop = loop.following
     by_variable, changing = (np.concatenate(rows, axis=-2) for rows in (slopes, slope_rates))
     following = changing[..., :n] + changing[..., n:] @ coupling
-    return coupling, -np.linalg.solve(by_variable[..., n:], following)
+    return coupling, np.asarray(-np.linalg.solve(by_variable[..., n:], following))

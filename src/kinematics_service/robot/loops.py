@@ -326,6 +326,13 @@ def close_at(chain: Chain, q: Floats) -> tuple[Floats, Floats]:
     return sections, failed
 
 
+def closes_at(chain: Chain, q: Floats) -> npt.NDArray[np.bool_]:
+    """Return for poses (..., n) whether the loops of a chain close there; always without loops."""
+    if chain.loops == 0:
+        return np.full(q.shape[:-1], True)
+    return np.reshape(close_at(chain, q.reshape(-1, chain.dof))[1] == 0.0, q.shape[:-1])
+
+
 def closed_poses(chain: Chain, q: Floats) -> Floats:
     """
     Return those of many poses at which the loops of a chain close, all of them without loops.
@@ -334,7 +341,7 @@ def closed_poses(chain: Chain, q: Floats) -> Floats:
     """
     if chain.loops == 0:
         return q
-    found: Floats = q[close_at(chain, q)[1] == 0.0]
+    found: Floats = q[closes_at(chain, q)]
     if len(found) >= FEW:
         return found
     random = np.random.default_rng(SEED)
@@ -342,7 +349,7 @@ def closed_poses(chain: Chain, q: Floats) -> Floats:
     for share in AROUND:
         units = np.minimum(chain.closure.units(), 1.0)
         near = assembled + share * units * random.uniform(-1.0, 1.0, (10 * FEW, chain.dof))
-        found = np.concatenate([found, near[close_at(chain, near)[1] == 0.0]])
+        found = np.concatenate([found, near[closes_at(chain, near)]])
         if len(found) >= FEW:
             break
     return np.asarray(np.concatenate([found, assembled[None]]))

@@ -8,9 +8,9 @@ import numpy.typing as npt
 from ... import kernel
 from ...errors import CalibrationError
 from ...kernel import Floats, PoseErrors
-from ...kinematics.forward import BASE
+from ...kinematics.acceleration import jacobian_rate
+from ...kinematics.forward import BASE, cross, in_axes_of
 from ...kinematics.tool_state import ToolState, evaluate
-from ...robot.loops import refuse_loops
 from ...robot.points import TOOL
 from ...robot.robot import Robot
 from .arm_errors import (
@@ -40,6 +40,7 @@ def pose_covariance(
 
     Rows and columns are those of geometry_msgs/PoseWithCovariance: x y z, then the rotations about
     the X, Y and Z axes of the base, which stand still. Of first order: exact for small deviations.
+    Of an arm with closed loops the joints alone count: what is off in them moves passive joints.
 
     Parameters
     ----------
@@ -58,8 +59,8 @@ def pose_covariance(
     Raises
     ------
     CalibrationError
-        A standard deviation is negative, the calibration is one of another arm, or neither of them
-        is given and the robot file has no `uncertainty`.
+        A standard deviation is negative, the calibration is one of another arm or of one with
+        closed loops, or neither of them is given and the robot file has no `uncertainty`.
     JointVectorError
         The last dimension is not n, or a number is not finite.
 
@@ -71,7 +72,9 @@ def pose_covariance(
     >>> np.sqrt(ks.pose_covariance(robot, [0.0, 0.0], joints=1e-3)[5, 5]).round(6).item()
     0.001414
     """
-    refuse_loops(robot.description, 'the covariance of the pose')
+    if robot.description.loops:
+        deviations = _of_joints_alone(robot, joints, calibration)
+        return _products(evaluate(robot, q).jacobian * deviations)
     state = evaluate(robot, q, depth=kernel.ALL_FRAMES)
     return covariances(_errors(robot, state.q, joints, None, calibration), state)[..., 0, :, :]
 
@@ -121,7 +124,6 @@ def twist_covariance(
     """
     if axes not in (BASE, TOOL):
         raise CalibrationError(f'axes must be {BASE} or {TOOL}, not {axes!r}')
-    refuse_loops(robot.description, 'the covariance of the twist')
     said = robot.description.uncertainty
     if velocities is None:
         if said is None or said.velocity_noise is None:
@@ -129,9 +131,45 @@ def twist_covariance(
                 f'the file of {robot.name} has no velocity_noise: give velocities'
             )
         velocities = said.velocity_noise
+    if robot.description.loops:
+        deviations = _of_joints_alone(robot, joints, calibration)
+        noise = _each('velocities', velocities, robot.dof)
+        by_q, by_qdot = _twist_derivatives(robot, evaluate(robot, q, qdot), axes)
+        return _products(np.concatenate([by_q * deviations, by_qdot * noise], axis=-1))
     state = evaluate(robot, q, qdot, depth=kernel.ALL_FRAMES)
     errors = _errors(robot, state.q, joints, velocities, calibration)
     return covariances(errors, state, axes)[..., 1, :, :]
+
+
+def _of_joints_alone(
+    robot: Robot, joints: npt.ArrayLike | None, calibration: Calibration | None
+) -> Floats:
+    # Numbers of the table are not carried through loops: neither a file nor a calibration has any.
+    if calibration is not None or joints is None:
+        raise CalibrationError(
+            f'{robot.name} has closed loops, through which the noise of its joints is carried and '
+            'no number of its table: give joints, and no calibration'
+        )
+    return _each('joints', joints, robot.dof)
+
+
+def _products(moved: Floats) -> Floats:
+    return np.asarray(moved @ np.swapaxes(moved, -1, -2))
+
+
+def _twist_derivatives(robot: Robot, state: ToolState, axes: str) -> tuple[Floats, Floats]:
+    # The derivatives of the twist's numbers by q and by qdot, (..., 6, n) each, whatever bends the
+    # arm. Those of the velocity are dJ/dt, second derivatives of one place; angular ones differ
+    # from it by w_k x w, since turns do not commute. Tool axes turn with the error.
+    J, V = state.jacobian, state.twist[..., None]
+    assert state.qdot is not None  # it has been given
+    by_q = jacobian_rate(robot, state.q, state.qdot)
+    by_q[..., 3:, :] += cross(J[..., 3:, :], V[..., 3:, :])
+    if axes == BASE:
+        return by_q, J
+    by_q[..., :3, :] -= cross(J[..., 3:, :], V[..., :3, :])
+    by_q[..., 3:, :] -= cross(J[..., 3:, :], V[..., 3:, :])
+    return in_axes_of(state.pose, by_q), in_axes_of(state.pose, J)
 
 
 def covariances(errors: PoseErrors, state: ToolState, axes: str = BASE) -> Floats:

@@ -8,8 +8,10 @@ from typing import NamedTuple
 import numpy as np
 
 from ... import kernel
+from ...errors import LoopError
 from ...kernel import Floats
 from ...kinematics.tool_state import evaluate
+from ...robot.loops import closes_at
 from .errors import Errors, angle_in_words, errors_of, length_in_words, time_in_words
 from .hypotheses import (
     ComparedData,
@@ -117,7 +119,8 @@ def _whole(given: ComparedData, fit: Fit) -> list[TestedCause]:
     # All are tried with a few poses; the best are fitted with all of them.
     every = np.unique(np.linspace(0, len(given.q) - 1, SIFTED).astype(int))
     few = given._replace(q=given.q[every], poses=given.poses[every])
-    changes = list(hypotheses_of(few))
+    possible = _possible(given)
+    changes = [change for k, change in enumerate(hypotheses_of(few)) if k in possible]
     sifted = fit_offsets(*_undone(few, changes), steps=SIFT_STEPS)
     wanted = [
         k
@@ -126,13 +129,24 @@ def _whole(given: ComparedData, fit: Fit) -> list[TestedCause]:
     ]
     if not wanted:
         return []
-    changes = [change for k, change in enumerate(hypotheses_of(given)) if k in wanted]
+    kept = {possible[k] for k in wanted}
+    changes = [change for k, change in enumerate(hypotheses_of(given)) if k in kept]
     wanted.sort()
     begin = Fit(*(values[wanted] for values in sifted))
     fits = fit_offsets(*_undone(given, changes), begin=begin)
     return [
         _cause(change.key, change.sentence, None, fit, fits.one(k))
         for k, change in enumerate(changes)
+    ]
+
+
+def _possible(given: ComparedData) -> list[int]:
+    # The hypotheses whose joint positions close the loops of the arm, by their places.
+    chain = given.robot.chain
+    return [
+        k
+        for k, change in enumerate(hypotheses_of(given))
+        if change.q is None or bool(np.all(closes_at(chain, change.q)))
     ]
 
 
@@ -162,21 +176,26 @@ def _numbers(given: ComparedData, A: Floats, fit: Fit) -> list[TestedCause]:
     strong = squares > (LEFT_ALONE**2 * len(r))
     taken = np.divide((rest @ columns) ** 2, squares, out=np.zeros_like(squares), where=strong)
     left = np.sqrt(np.maximum(np.sum(rest**2) - taken, 0.0) / len(A))
-    return [
+    fitted = (
         _fitted(given, A, fit, slides[k])
         for k in np.argsort(left, kind='stable')[:KEPT].tolist()
         if left[k] * MOST_OF_IT < FIRST_ORDER_MARGIN * fit.score
-    ]
+    )
+    return [cause for cause in fitted if cause is not None]
 
 
 def _fitted(
     given: ComparedData, A: Floats, before: Fit, hypothesis: NumberHypothesis
-) -> TestedCause:
-    # Steps of the offsets and the number together; the poses are computed again with it.
+) -> TestedCause | None:
+    # Steps of the offsets and the number together; the poses are computed again with it. None
+    # where a closed loop does not close with it.
     scale, value, fit = scale_of(given.poses), 0.0, before
     for _ in range(ROUNDS):
         value += parameter_step(A, fit, hypothesis.columns, scale)
-        A = hypothesis.model(value)
+        try:
+            A = hypothesis.model(value)
+        except LoopError:
+            return None
         fit = fit_offsets(A[None], given.poses[None], begin=lifted(fit), steps=2).one(0)
     shown = length_in_words(value) if hypothesis.unit == 'm' else angle_in_words(value)
     shown = shown if value < 0.0 else f'+{shown}'
@@ -190,7 +209,10 @@ def _fitted(
 def _lag(given: ComparedData, A: Floats, fit: Fit) -> list[TestedCause]:
     if given.later is None:
         return []
-    found = lagged(given.robot, given.later, given.poses, A, fit)
+    try:
+        found = lagged(given.robot, given.later, given.poses, A, fit)
+    except LoopError:
+        return []  # at another time a closed loop does not close
     if found is None:
         return []
     size, unit = abs(found.value), given.later.unit

@@ -10,7 +10,6 @@ from ...estimation.status_text import direction_in_words
 from ...kernel import Floats
 from ...kinematics.tool_state import evaluate
 from ...rigid_motion import rotation_vector
-from ...robot.loops import refuse_loops
 from ...robot.robot import Robot
 from .causes import Causes, TestedCause, causes_of
 from .errors import Errors, errors_of
@@ -27,6 +26,12 @@ MANY = 1e6
 NO_ROTATION = 0.01
 # Number of poses needed for offsets, and to name a cause.
 LEAST, LEAST_FOR_CAUSE = 3, 8
+
+# Of an arm with closed loops.
+NOT_TRIED = (
+    '. Lengths and conventions of the table are no causes that were tried: the closed loops would '
+    'close elsewhere'
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,11 +103,12 @@ def diagnose_frames(
 
     Raises
     ------
+    LoopError
+        A closed loop does not close at a position.
     FramesError
         Shapes do not fit, a number is not finite, an orientation is no rotation, or there are
         fewer than three poses.
     """
-    refuse_loops(robot.description, 'the frame check')
     given = _given(robot, q, poses, stamps, rates, motion)
     A = evaluate(robot, given.q).pose
     as_given = errors_of(
@@ -118,7 +124,8 @@ def diagnose_frames(
     free = free_directions(equations_of(A, fit, scale_of(given.poses))[0])
     undetermined = tuple(_in_words(direction) for direction in free)
     return FrameDiagnosis(
-        sentence=_sentence(len(A), as_given, errors, undetermined, causes),
+        sentence=_sentence(len(A), as_given, errors, undetermined, causes)
+        + (NOT_TRIED if robot.chain.loops and not small and not causes.named else ''),
         count=len(A),
         as_given=as_given,
         base_offset=fit.X,

@@ -141,6 +141,8 @@ def _orders(names: tuple[str, ...]) -> Iterator[tuple[tuple[int, ...], str]]:
 
 def _of_table(given: ComparedData) -> Iterator[Hypothesis]:
     robot = given.robot
+    if robot.chain.loops:
+        return  # its loops would close elsewhere
     for other in CONVENTIONS[robot.convention].others:
         sentence = f'the table is {other.name}, and is read as {robot.convention}'
         yield Hypothesis('convention', sentence, robot=read_as(robot, other.name))
@@ -224,7 +226,8 @@ def number_hypotheses_of(given: ComparedData) -> Iterator[NumberHypothesis]:
 
         columns = PoseDerivative(J[:, :3, j], J[:, 3:, j])
         yield NumberHypothesis('joint_offset', robot.joint_names[j], unit, columns, moved)
-    yield from _lengths(robot, state.link_frames, A)
+    if not robot.chain.loops:  # in a loop, a length bends it
+        yield from _lengths(robot, state.link_frames, A)
 
 
 def _lengths(robot: Robot, frames: Floats, A: Floats) -> Iterator[NumberHypothesis]:
