@@ -10,7 +10,7 @@ import xml.etree.ElementTree as ElementTree
 
 import numpy as np
 import pytest
-from arms import BUNDLED, LOOPED, robot_of
+from arms import BUNDLED, LOOPED, robot_of, without_known_poses
 from folders import GOLDEN
 
 import kinematics_service as ks
@@ -119,6 +119,66 @@ def test_the_default_pose_is_inside_the_limits_and_not_singular(name):
     assert np.all((q >= robot.limits[:, 0]) & (q <= robot.limits[:, 1]))
     assert ks.singularity(robot, q).distance > 0.3
     assert np.array_equal(q, clear_pose(robot))
+
+
+# Machines whose loops do not close everywhere.
+
+
+@pytest.fixture(scope='module')
+def short_rods():
+    """A five-bar without limits whose rods are too short for a fifth of all positions."""
+    text = re.sub(r', limits: \[.*?\]', '', without_known_poses('five_bar'))
+    text = text.replace('distal: 0.4', 'distal: 0.3')
+    return ks.robot_from_text(text.replace('psi1: -1.27, psi2: 1.27', 'psi1: -1.51, psi2: 1.51'))
+
+
+def test_a_map_shows_where_loops_do_not_close(short_rods):
+    numbers = distance_map(short_rods, joint_pair(short_rods, None), clear_pose(short_rods), 20)
+    x, y = np.meshgrid(numbers.horizontal, numbers.vertical)
+    # The elbows, and whether both rods reach from one to the other.
+    across = 0.3 + 0.25 * (np.cos(y) - np.cos(x))
+    apart = np.hypot(across, 0.25 * (np.sin(y) - np.sin(x)))
+    assert numbers.joints == (0, 1)
+    assert np.array_equal(np.isnan(numbers.distance), apart > 0.6)
+    for values in numbers.functions.values():
+        assert np.array_equal(np.isnan(values), apart > 0.6)
+    assert numbers.open_share == np.mean(apart > 0.6) > 0.1
+    words = texts(drawn(map_picture(short_rods, numbers)))
+    assert f'rods does not close: {100 * numbers.open_share:.3g} %' in words
+    excavator = robot_of('excavator')
+    numbers = distance_map(excavator, (1, 2), clear_pose(excavator), 4)
+    assert numbers.open_share == 0.0
+    assert 'does not close' not in texts(drawn(map_picture(excavator, numbers)))
+
+
+def test_a_map_on_which_no_loop_closes_is_refused():
+    stretched = robot_of('excavator')
+    q = clear_pose(stretched)
+    q[1] = 9.0
+    with pytest.raises(PlotError, match='excavator: no position of the map closes boom_triangle'):
+        distance_map(stretched, (2, 3), q, 3)
+
+
+@pytest.mark.parametrize('plane', ['xy', 'xz'])
+def test_a_workspace_counts_where_loops_do_not_close(short_rods, plane):
+    where = plane_of(short_rods, plane)
+    space = workspace(short_rods, where, 500)
+    assert 0.05 < space.open_poses / space.poses < 0.4
+    assert np.isfinite(space.best).any()
+    words = texts(
+        drawn(workspace_picture(short_rods, space, critical_points(short_rods, where, 4)))
+    )
+    assert f'rods does not close at {space.open_poses:,} of them' in words
+
+
+def test_singular_points_of_machines_with_loops_are_at_dead_centres(short_rods):
+    found = critical_points(short_rods, plane_of(short_rods, 'xy'), 30)
+    # A rod in line with its proximal link: the tip is as far from its motor as it gets.
+    far = np.linalg.norm(found.points, axis=1), np.linalg.norm(found.points - [0.3, 0], axis=1)
+    ends = np.array([0.25 + 0.3, 0.3 - 0.25])
+    away = np.min([np.abs(one[:, None] - ends).min(axis=1) for one in far], axis=0)
+    assert len(away) > 3
+    assert np.max(away) < 1e-6
 
 
 # Pictures of poses.

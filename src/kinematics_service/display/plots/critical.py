@@ -7,13 +7,15 @@ import numpy as np
 from ...kernel import Floats
 from ...kinematics.singularity import singularity
 from ...kinematics.tool_state import evaluate
+from ...robot.loops import closed_poses, closes_at
 from ...robot.robot import Robot
 from ...robot.task import SEED
 from .plane import Plane
 from .ranges import finite_ranges, random_positions, sliding
 
-# Random starts, steps of Newton's method from each, and its damping.
-STARTS, STEPS, DAMPING = 2500, 25, 1e-9
+# Random starts, and those of arms whose loops have to be closed at each step; steps of Newton's
+# method from each, and its damping.
+STARTS, STARTS_OF_LOOPS, STEPS, DAMPING = 2500, 400, 25, 1e-9
 # Step of the differences of J (rad, or m over the length), and the residual of a solution.
 DIFFERENCE, ARRIVED = 1e-5, 1e-8
 # A factor is zero below this distance to its zero, rad.
@@ -37,7 +39,7 @@ class CriticalPoints:
     names: tuple[str, ...]
 
 
-def critical_points(robot: Robot, plane: Plane, starts: int = STARTS) -> CriticalPoints:
+def critical_points(robot: Robot, plane: Plane, starts: int | None = None) -> CriticalPoints:
     """
     Return points of the curves on which the position loses a direction of the plane.
 
@@ -47,13 +49,18 @@ def critical_points(robot: Robot, plane: Plane, starts: int = STARTS) -> Critica
     """
     ranges = finite_ranges(robot)
     random = np.random.default_rng(SEED)
-    q = random_positions(robot, random, starts)
+    if starts is None:
+        starts = STARTS_OF_LOOPS if robot.chain.loops else STARTS
+    q = closed_poses(robot.chain, random_positions(robot, random, starts))
     rows = _rows(robot, plane, q)
-    c = random.normal(size=(starts, rows))
+    c = random.normal(size=(len(q), rows))
     c /= np.linalg.norm(c, axis=1, keepdims=True)
     scales = robot.task.column_scales
     for _ in range(STEPS):
         F, J = _system(robot, plane, q, c)
+        if robot.chain.loops:
+            closed = np.isfinite(F).all(axis=1) & np.isfinite(J).all(axis=(1, 2))
+            q, c, F, J = q[closed], c[closed], F[closed], J[closed]
         normal = np.swapaxes(J, 1, 2) @ J + DAMPING * np.eye(J.shape[2])
         step = np.linalg.solve(normal, (np.swapaxes(J, 1, 2) @ F[..., None]))[..., 0]
         longest = np.max(np.abs(step), axis=1, keepdims=True)
@@ -71,10 +78,23 @@ def critical_points(robot: Robot, plane: Plane, starts: int = STARTS) -> Critica
 
 def _gradients(robot: Robot, plane: Plane, q: Floats) -> Floats:
     # Returns the position's scaled Jacobian along the plane's vectors, over the reach, (..., k,
-    # n).
-    state = evaluate(robot, q)
-    J = state.jacobian[..., :3, :] * robot.task.column_scales
-    return plane.gradients(state.position) @ J / robot.task.reach
+    # n); nan where loops do not close.
+    position, J = _position_and_jacobian(robot, q)
+    return plane.gradients(position) @ (J * robot.task.column_scales) / robot.task.reach
+
+
+def _position_and_jacobian(robot: Robot, q: Floats) -> tuple[Floats, Floats]:
+    if not robot.chain.loops:
+        state = evaluate(robot, q)
+        return state.position, state.jacobian[..., :3, :]
+    position, J = (
+        np.full((*q.shape[:-1], 3), np.nan),
+        np.full((*q.shape[:-1], 3, robot.dof), np.nan),
+    )
+    closed = closes_at(robot.chain, q)
+    state = evaluate(robot, q[closed])
+    position[closed], J[closed] = state.position, state.jacobian[:, :3]
+    return position, J
 
 
 def _rows(robot: Robot, plane: Plane, q: Floats) -> int:
@@ -99,7 +119,8 @@ def _system(robot: Robot, plane: Plane, q: Floats, c: Floats) -> tuple[Floats, F
     unit = np.concatenate([np.zeros((len(q), 1, n)), c[:, None]], axis=2)
     parts = [top, unit]
     if k == 3:
-        off = (evaluate(robot, q).position - plane.origin) @ plane.normal / robot.task.reach
+        off = (_position_and_jacobian(robot, q)[0] - plane.origin) @ plane.normal
+        off /= robot.task.reach
         F.append(off[:, None])
         parts.append(np.concatenate([A[:, 2:], np.zeros((len(q), 1, k))], axis=2))
     return np.concatenate(F, axis=1), np.concatenate(parts, axis=1)

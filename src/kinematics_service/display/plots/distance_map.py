@@ -9,6 +9,7 @@ from ...errors import PlotError
 from ...kernel import Floats
 from ...kinematics.singularity import singularity
 from ...kinematics.sweep import map_batches
+from ...robot.loops import closed_poses, closes_at
 from ...robot.robot import Robot
 from ...robot.task import SEED
 from .ranges import clear_pose, finite_ranges, random_positions
@@ -34,10 +35,10 @@ class DistanceMap:
     horizontal, vertical : shape (size,), rad or m
         The grid.
     distance : shape (size, size), rad
-        [i, k] at vertical[i], horizontal[k].
+        [i, k] at vertical[i], horizontal[k]; nan where a closed loop does not close.
     functions
         Functions that are zero on singular poses, by name, shape (size, size) each: the named
-        factors, and the determinant if their product is not the determinant.
+        factors, and the determinant if their product is not the determinant. nan likewise.
     everywhere
         Names of the factors that the held joints make zero on the whole map.
     """
@@ -50,15 +51,27 @@ class DistanceMap:
     functions: dict[str, Floats]
     everywhere: tuple[str, ...]
 
+    @property
+    def open_share(self) -> float:
+        """Return at which share of the map's positions a closed loop does not close."""
+        return float(np.mean(np.isnan(self.distance)))
+
 
 def singular_table(robot: Robot, q: Floats) -> Floats:
     """
     Return distance, determinant (nan without one) and factors of poses (N, n), shape (N, 2 + F).
+
+    Rows are nan where a closed loop does not close.
     """
-    near = singularity(robot, q)
-    determinant = np.full(len(q), np.nan) if near.determinant is None else near.determinant
-    factors = np.empty((len(q), 0)) if near.factors is None else near.factors.values
-    return np.column_stack([near.distance, determinant, factors])
+    rows = np.full((len(q), 2 + len(robot.factors.names)), np.nan)
+    closed = closes_at(robot.chain, q)
+    near = singularity(robot, q[closed])
+    rows[closed, 0] = near.distance
+    if near.determinant is not None:
+        rows[closed, 1] = near.determinant
+    if near.factors is not None:
+        rows[closed, 2:] = near.factors.values
+    return rows
 
 
 def distance_map(
@@ -71,6 +84,8 @@ def distance_map(
     ------
     SweepError
         The workers cannot be used.
+    PlotError
+        Closed loops close nowhere on the map.
     """
     ranges = finite_ranges(robot)
     across, up = joints
@@ -82,8 +97,13 @@ def distance_map(
     poses[..., up] = vertical[:, None]
     table = map_batches(singular_table, robot, poses.reshape(-1, robot.dof), workers)
     grids = table.reshape(size, size, -1)
+    if np.all(np.isnan(grids[..., 0])):
+        raise PlotError(
+            f'{robot.name}: no position of the map closes {" and ".join(robot.loop_names)}; hold '
+            'the other joints elsewhere with --q'
+        )
     functions = {name: grids[..., 2 + k] for k, name in enumerate(robot.factors.names)}
-    everywhere = tuple(name for name, f in functions.items() if np.max(np.abs(f)) < ZERO)
+    everywhere = tuple(name for name, f in functions.items() if np.nanmax(np.abs(f)) < ZERO)
     task = robot.task
     if task.square and not task.structurally_deficient and not robot.factors.complete:
         functions['det J'] = grids[..., 1]
@@ -130,11 +150,13 @@ def _pair_that_matters(robot: Robot) -> tuple[int, int]:
     # Returns the joints that change the distance most, in the arm's order.
     ranges = finite_ranges(robot)
     others = random_positions(robot, np.random.default_rng(SEED), AROUND)
-    starts = np.vstack([clear_pose(robot), others])
+    starts = np.vstack([clear_pose(robot), closed_poses(robot.chain, others)[:AROUND]])
     changes = []
     for j in range(robot.dof):
         q = np.repeat(starts[:, None], TRIED, axis=1)
         q[..., j] = np.linspace(ranges[j, 0], ranges[j, 1], TRIED + 1)[:-1]
-        changes.append(float(np.mean(np.std(singularity(robot, q).distance, axis=1))))
+        distances = singular_table(robot, q.reshape(-1, robot.dof))[:, 0].reshape(len(q), TRIED)
+        told = distances[np.any(np.isfinite(distances), axis=1)]
+        changes.append(float(np.mean(np.nanstd(told, axis=1))) if len(told) else 0.0)
     first, second = sorted(np.argsort(-np.round(changes, 6), kind='stable')[:2])
     return int(first), int(second)

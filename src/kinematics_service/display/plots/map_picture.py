@@ -19,6 +19,8 @@ AT_BORDER = 1e-9
 QUARTER = math.pi / 4.0
 # The distance is an estimate that says little beyond, rad.
 FAR = 1.0
+# Ground where loops do not close.
+OPEN = '#8A8D93'
 
 
 def map_picture(robot: Robot, numbers: DistanceMap) -> Draw:
@@ -30,7 +32,7 @@ def map_picture(robot: Robot, numbers: DistanceMap) -> Draw:
         axes = figure.subplots()
         x, y = numbers.horizontal, numbers.vertical
         across, up = (v[1] - v[0] for v in (x, y))
-        largest = min(max(float(numbers.distance.max()), 1e-3), FAR)
+        largest = min(max(float(np.nanmax(numbers.distance)), 1e-3), FAR)
         image = axes.imshow(
             numbers.distance,
             origin='lower',
@@ -54,6 +56,7 @@ def map_picture(robot: Robot, numbers: DistanceMap) -> Draw:
         )
         bar.set_label(with_unit('distance to singularity', 'rad'))
         entries = _draw_sets(axes, numbers) + _draw_thresholds(axes, robot, numbers)
+        entries += _draw_open(axes, robot, numbers)
         for axis, joint in zip((axes.xaxis, axes.yaxis), numbers.joints):
             _label(axis, robot, joint)
         axes.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
@@ -76,7 +79,7 @@ def _draw_sets(axes: Any, numbers: DistanceMap) -> list[Any]:
     styles = set_styles(tuple(numbers.functions))
     for name, function in numbers.functions.items():
         values = with_border_crossed(function)
-        if name in numbers.everywhere or values.min() > 0.0 or values.max() < 0.0:
+        if name in numbers.everywhere or np.nanmin(values) > 0.0 or np.nanmax(values) < 0.0:
             continue
         color, style = styles[name]
         # A set on the border is drawn in its full width.
@@ -99,7 +102,7 @@ def with_border_crossed(values: Floats) -> Floats:
     crossed = np.array(values)
     for turned in (crossed, crossed[::-1], crossed.T, crossed.T[::-1]):
         border, inside = turned[0], turned[1]
-        zero = np.abs(border) <= AT_BORDER * np.max(np.abs(values))
+        zero = np.abs(border) <= AT_BORDER * np.nanmax(np.abs(values))
         border[zero] = -np.copysign(AT_BORDER * np.abs(inside), inside)[zero]
     return crossed
 
@@ -114,7 +117,7 @@ def _draw_thresholds(axes: Any, robot: Robot, numbers: DistanceMap) -> list[Any]
         (robot.thresholds.warn, 'warn', '-'),
         (robot.thresholds.stop, 'stop', ':'),
     ):
-        if not numbers.distance.min() < value < numbers.distance.max():
+        if not np.nanmin(numbers.distance) < value < np.nanmax(numbers.distance):
             continue
         axes.contour(
             numbers.horizontal, numbers.vertical, numbers.distance, levels=[value],
@@ -123,6 +126,23 @@ def _draw_thresholds(axes: Any, robot: Robot, numbers: DistanceMap) -> list[Any]
         label = f'{name}: distance {value:g} rad'
         entries.append(Line2D([], [], color='white', linestyle=style, linewidth=0.9, label=label))
     return entries
+
+
+def _draw_open(axes: Any, robot: Robot, numbers: DistanceMap) -> list[Any]:
+    # Where loops do not close there is nothing to draw: the ground shows, hatched.
+    from matplotlib.patches import Patch, Rectangle
+
+    if numbers.open_share == 0.0:
+        return []
+    axes.add_patch(
+        Rectangle(
+            (0.0, 0.0), 1.0, 1.0, transform=axes.transAxes, facecolor=OPEN, edgecolor='white',
+            hatch='//', linewidth=0.0, zorder=-1.0,
+        )
+    )  # fmt: skip
+    names = words(', '.join(robot.loop_names))
+    label = f'{names} does not close: {100.0 * numbers.open_share:.3g} %'
+    return [Patch(facecolor=OPEN, edgecolor='white', hatch='//', linewidth=0.0, label=label)]
 
 
 def _label(axis: Any, robot: Robot, joint: int) -> None:

@@ -12,6 +12,7 @@ from ...errors import PlotError
 from ...kernel import Floats
 from ...kinematics.forward import forward_kinematics
 from ...robot.chain import FrozenArrays
+from ...robot.loops import closed_poses
 from ...robot.robot import Robot
 from ...robot.task import SEED
 from .captions import short
@@ -135,7 +136,7 @@ def plane_of(robot: Robot, name: str | None = None, at: float | None = None) -> 
 
 
 def _seen(robot: Robot) -> Floats:
-    q = random_positions(robot, np.random.default_rng(SEED), TRIED)
+    q = closed_poses(robot.chain, random_positions(robot, np.random.default_rng(SEED), TRIED))
     return forward_kinematics(robot, q)[:, :3, 3]
 
 

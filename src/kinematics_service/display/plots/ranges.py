@@ -10,6 +10,7 @@ from ... import kernel
 from ...kernel import Floats
 from ...kinematics.singularity import singularity
 from ...kinematics.tool_state import evaluate
+from ...robot.loops import closed_poses
 from ...robot.robot import Robot
 from ...robot.task import SEED
 
@@ -53,7 +54,11 @@ def finite_ranges(robot: Robot) -> Floats:
 
 
 def random_positions(robot: Robot, random: np.random.Generator, count: int) -> Floats:
-    """Return joint positions spread evenly over the finite ranges, shape (count, n), rad or m."""
+    """
+    Return joint positions spread evenly over the finite ranges, shape (count, n), rad or m.
+
+    Loops need not close there.
+    """
     low, high = finite_ranges(robot).T
     return np.asarray(low + (high - low) * random.uniform(size=(count, robot.dof)))
 
@@ -73,7 +78,9 @@ def clear_pose(robot: Robot) -> Floats:
     )
     rounded = np.round(q, 1)
     inside = np.all((rounded >= ranges[:, 0]) & (rounded <= ranges[:, 1]), axis=1)
-    q = np.where(inside[:, None], rounded, q)
+    q = closed_poses(robot.chain, np.where(inside[:, None], rounded, q))
+    within = np.all((q >= ranges[:, 0]) & (q <= ranges[:, 1]), axis=1)
+    q = q[within] if np.any(within) else q
     bent = np.sum(np.abs(q - middle) * ~np.array(sliding(robot)), axis=1)
     lowest = np.min(evaluate(robot, q, depth=kernel.ALL_FRAMES).link_frames[..., 2, 3], axis=-1)
     hangs = np.maximum(-lowest, 0.0) / robot.task.reach

@@ -14,6 +14,7 @@ from ...kernel import Floats, Integers
 from ...kinematics.singularity import singularity_of
 from ...kinematics.sweep import map_batches
 from ...kinematics.tool_state import evaluate
+from ...robot.loops import closes_at
 from ...robot.robot import Robot
 from ...robot.task import SEED
 from .plane import Plane
@@ -47,6 +48,8 @@ class Workspace:
         The largest distance to singularity found with the tool in each cell; nan outside.
     poses
         Number of joint positions that were tried.
+    open_poses
+        At so many of them a closed loop does not close.
     """
 
     plane: Plane
@@ -54,6 +57,7 @@ class Workspace:
     corner: Floats
     best: Floats
     poses: int
+    open_poses: int
 
 
 def section_rows(robot: Robot, q: Floats, plane: Plane) -> Floats:
@@ -61,7 +65,7 @@ def section_rows(robot: Robot, q: Floats, plane: Plane) -> Floats:
     Return both coordinates, distance to singularity, and joint positions, shape (N, 3 + n).
 
     For a plane along base axes each pose is first moved into it by its least joint motion; rows of
-    poses that do not reach it inside their limits are nan.
+    poses that do not reach it inside their limits, with closed loops on the way, are nan.
     """
     rows = np.full((len(q), 3 + robot.dof), np.nan)
     there = np.full(len(q), True)
@@ -80,8 +84,10 @@ def _into_plane(robot: Robot, q: Floats, plane: Plane) -> tuple[Floats, npt.NDAr
     scales, normal = robot.task.column_scales, plane.normal
     at = float(plane.origin @ normal)
     q, off = np.array(q), np.full(len(q), np.inf)
+    closed = np.full(len(q), True)
     for step in range(STEPS + 1):
-        away = np.flatnonzero(np.abs(off) > near)
+        closed &= closes_at(robot.chain, q)
+        away = np.flatnonzero((np.abs(off) > near) & closed)
         if not len(away):
             break
         state = evaluate(robot, q[away])
@@ -94,7 +100,7 @@ def _into_plane(robot: Robot, q: Floats, plane: Plane) -> tuple[Floats, npt.NDAr
         moved = q[away] - factor[:, None] * slope * scales
         moving = np.abs(off[away]) > near
         q[away[moving]] = np.clip(moved[moving], ranges[:, 0], ranges[:, 1])
-    return q, np.abs(off) <= near
+    return q, (np.abs(off) <= near) & closed
 
 
 def workspace(robot: Robot, plane: Plane, points: int, workers: str | None = None) -> Workspace:
@@ -121,13 +127,17 @@ def workspace(robot: Robot, plane: Plane, points: int, workers: str | None = Non
     SweepError
         The workers cannot be used.
     PlotError
-        The tool does not reach the plane.
+        The tool does not reach the plane, or loops close at none of the positions.
     """
     random = np.random.default_rng(SEED)
     ranges = finite_ranges(robot)
     function = partial(section_rows, plane=plane)
     tried = random_positions(robot, random, points)
     count = len(tried)
+    tried = tried[closes_at(robot.chain, tried)]
+    open_poses = count - len(tried)
+    if not len(tried):
+        raise PlotError(f'{robot.name}: {" and ".join(robot.loop_names)} closed at none of them')
     found = map_batches(function, robot, tried, workers)
     found = found[np.isfinite(found[:, 0])]
     if not len(found):
@@ -143,9 +153,11 @@ def workspace(robot: Robot, plane: Plane, points: int, workers: str | None = Non
         change = random.normal(size=(each, robot.dof)) * scale * span
         tried = np.clip(parents + change, ranges[:, 0], ranges[:, 1])
         count += each
+        tried = tried[closes_at(robot.chain, tried)]
+        open_poses += each - len(tried)
         # A round takes less time than sending it to workers.
         found = _kept(np.vstack([found, function(robot, tried)]), size)
-    return _gridded(plane, found, size, count)
+    return _gridded(plane, found, size, count, open_poses)
 
 
 def _cells(coordinates: Floats, size: float) -> Integers:
@@ -178,10 +190,10 @@ def _chosen(random: np.random.Generator, found: Floats, size: float, count: int)
     return found[np.concatenate([at_edge, anywhere]), 3:]
 
 
-def _gridded(plane: Plane, found: Floats, size: float, poses: int) -> Workspace:
+def _gridded(plane: Plane, found: Floats, size: float, poses: int, open_poses: int) -> Workspace:
     cells = _cells(found[:, :2], size)
     low = cells.min(axis=0)
     across, up = (cells - low).T
     best = np.full((up.max() + 1, across.max() + 1), np.nan)
     best[up, across] = found[:, 2]
-    return Workspace(plane, size, low * size, best, poses)
+    return Workspace(plane, size, low * size, best, poses, open_poses)

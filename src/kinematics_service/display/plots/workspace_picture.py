@@ -57,7 +57,7 @@ def workspace_picture(robot: Robot, space: Workspace, critical: CriticalPoints) 
         bar.set_label(with_unit('largest distance to singularity found there', 'rad'))
         figure.suptitle(
             f'{words(robot.name)}: where {words(robot.tool_frame)} gets\n'
-            f'{space.plane.title} ({space.poses:,} poses)',
+            f'{space.plane.title} ({_poses(robot, space)})',
             fontsize=10.5,
         )
         figure.legend(
@@ -66,6 +66,13 @@ def workspace_picture(robot: Robot, space: Workspace, critical: CriticalPoints) 
         )  # fmt: skip
 
     return draw
+
+
+def _poses(robot: Robot, space: Workspace) -> str:
+    if not space.open_poses:
+        return f'{space.poses:,} poses'
+    names = words(', '.join(robot.loop_names))
+    return f'{space.poses:,} poses; {names} does not close at {space.open_poses:,} of them'
 
 
 def scale_of(values: Floats) -> tuple[float, float]:
