@@ -5,11 +5,12 @@ import json
 import numpy as np
 import pytest
 import sympy
-from folders import GOLDEN
+from folders import GOLDEN, ROOT
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
 from kinematics_service.symbolic.closed_arm import derive_closed
+from kinematics_service.symbolic.output.closed_text import closed_text
 
 # Products of a dozen rounded sines.
 EVALUATED = 1e-11
@@ -67,6 +68,29 @@ def test_symbols_and_library_agree(name):
         )
         assert det(*at) == pytest.approx(found.determinant, abs=EVALUATED)
         assert closing(*at) == pytest.approx(state.closure.determinants[0], abs=EVALUATED)
+
+
+@pytest.mark.slow
+def test_what_is_too_long_to_simplify_or_to_multiply_out_stays_as_it_is():
+    page = (ROOT / 'docs' / 'tutorials' / 'palletizer.md').read_text(encoding='utf-8')
+    text = page.split(':caption: palletizer.yaml\n')[1].split('```')[0]
+    robot = ks.robot_from_text(text)
+    derivation = derive_closed(robot)
+    assert derivation.determinant is None
+    said = closed_text(derivation)
+    assert (
+        'The determinant of the arm, rows x y z rz, is that of these rows of J. It is not\n'
+        'multiplied out: that is done of 6 joints and passive ones at most.\n'
+        'Here are 10.\n'
+    ) in said
+    coupling, J = (numbers_of(derivation, m) for m in (derivation.coupling, derivation.jacobian))
+    for q in ([0.3, 1.9, 2.9, 0.5], [-1.0, 1.2, 3.3, 2.0]):
+        state = ks.evaluate(robot, q)
+        at = [*q, *state.closure.passive]
+        np.testing.assert_allclose(
+            coupling(*at)[4:], state.closure.coupling, rtol=0, atol=EVALUATED
+        )
+        np.testing.assert_allclose(J(*at), state.jacobian, rtol=0, atol=EVALUATED)
 
 
 def test_derive_writes_the_equations(capsys):

@@ -19,9 +19,12 @@ from ..robot.task import ROW_NAMES
 from . import jacobian as ways
 from .algebra.arithmetic import Arithmetic, arithmetic_of
 from .algebra.names import names_of
-from .closed_loop import loop_coupling
+from .closed_loop import loop_coupling, simplified
 from .frames import frames_of
 from .trigonometry import Writer, writer_of
+
+# Joints and passive joints of a determinant that is multiplied out, at most.
+MOST_VARIABLES = 6
 
 LINEAR, ANGULAR = frozenset(ROW_NAMES[:3]), frozenset(ROW_NAMES[3:])
 
@@ -72,7 +75,8 @@ class ClosedDerivation:
     coupling
         d (q, psi) / d q: J = jacobian_open * coupling.
     determinant
-        det(J_t) of the task rows, a product over those of the loops; None where it is not square.
+        det(J_t) of the task rows, a product over those of the loops; None where it is not square,
+        or of more than MOST_VARIABLES joints and passive joints.
     """
 
     robot: Robot
@@ -121,7 +125,7 @@ def derive_closed(robot: Robot, progress: Callable[[str], None] | None = None) -
         psi = symbols[first : first + len(loop.passive)]
         equations = _equations(description, loop, arithmetic)
         found = loop_coupling(equations, symbols[:first], psi)
-        own = (found.passive * coupling).applyfunc(sympy.trigsimp)
+        own = (found.passive * coupling).applyfunc(simplified)
         coupling = coupling.col_join(own)
         loops.append(LoopEquations(loop.name, psi, equations, own, found.determinant))
         first += len(psi)
@@ -130,7 +134,7 @@ def derive_closed(robot: Robot, progress: Callable[[str], None] | None = None) -
         robot, ways.in_axes_of(J, frames.in_base[_simplest_frame(robot)]), writer
     )
     determinant = None
-    if open_rows.rows == n:
+    if open_rows.rows == n and len(symbols) <= MOST_VARIABLES:
         determinant = _determinant(open_rows, symbols, loops)
     return ClosedDerivation(
         robot=robot,
@@ -180,7 +184,7 @@ def _equations(
         (turn[0, 2] - turn[2, 0]) / 2,
         (turn[1, 0] - turn[0, 1]) / 2,
     ]
-    return tuple(sympy.trigsimp(sympy.expand(gap[ROW_NAMES.index(row)])) for row in loop.rows)
+    return tuple(simplified(sympy.expand(gap[ROW_NAMES.index(row)])) for row in loop.rows)
 
 
 def _chain(description: RobotDescription, links: Any, end: Any, arithmetic: Arithmetic) -> Any:

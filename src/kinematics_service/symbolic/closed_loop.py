@@ -6,6 +6,9 @@ from typing import Any
 
 import sympy
 
+# Longer expressions, by their operations, stay as they are: to simplify one takes seconds.
+MOST_OPERATIONS = 60
+
 
 @dataclass(frozen=True)
 class LoopCoupling:
@@ -22,6 +25,13 @@ class LoopCoupling:
 
     passive: Any
     determinant: Any
+
+
+def simplified(expression: Any) -> Any:
+    """Return an expression of sines and cosines in a shorter form, where that is soon found."""
+    if sympy.count_ops(expression) > MOST_OPERATIONS:
+        return expression
+    return sympy.trigsimp(expression)
 
 
 def loop_coupling(
@@ -43,6 +53,6 @@ def loop_coupling(
     phi = sympy.Matrix(constraint)
     by_passive = phi.jacobian(list(passive))
     by_actuated = phi.jacobian(list(actuated))
-    determinant = sympy.trigsimp(by_passive.det())
+    determinant = simplified(by_passive.det())
     rates = -by_passive.adjugate() * by_actuated / determinant
-    return LoopCoupling(sympy.ImmutableMatrix(rates.applyfunc(sympy.trigsimp)), determinant)
+    return LoopCoupling(sympy.ImmutableMatrix(rates.applyfunc(simplified)), determinant)

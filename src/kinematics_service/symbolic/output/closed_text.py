@@ -5,7 +5,7 @@ from typing import Any
 
 import sympy
 
-from ..closed_arm import ClosedDerivation
+from ..closed_arm import MOST_VARIABLES, ClosedDerivation
 
 
 def closed_text(derivation: ClosedDerivation) -> str:
@@ -32,7 +32,12 @@ def _lines(derivation: ClosedDerivation) -> Iterator[str]:
     yield f'\nJacobian by {everything}, each by itself; J is this times [1; coupling]:'
     yield from _matrix(derivation.jacobian_open)
     rows = ' '.join(robot.task.rows)
-    if derivation.determinant is None:
+    if derivation.determinant is None and len(robot.task.rows) == robot.dof:
+        count = robot.dof + len(robot.passive_joint_names)
+        yield f'\nThe determinant of the arm, rows {rows}, is that of these rows of J. It is not'
+        yield f'multiplied out: that is done of {MOST_VARIABLES} joints and passive ones at most.'
+        yield f'Here are {count}.'
+    elif derivation.determinant is None:
         yield f'\nThe task {rows} is not square: there is no determinant of the arm.'
     else:
         yield f'\nDeterminant of the arm, rows {rows}; it is singular where it is 0:'
