@@ -13,12 +13,15 @@ from derivations import derived, marked
 import kinematics_service as ks
 from kinematics_service.errors import DerivationError, RobotFileWriteError
 from kinematics_service.robot.file.writer import with_factors
+from kinematics_service.symbolic.algebra import factors
 from kinematics_service.symbolic.file_factors import (
     checked_text,
     disagreement,
     factors_to_write,
     file_text,
 )
+from kinematics_service.symbolic.output.report import report_of
+from kinematics_service.symbolic.output.text import text_of
 
 LISTED = [
     name
@@ -177,3 +180,38 @@ def test_the_minors_of_the_iiwa_share_the_elbow():
     assert found.singular_set.determinant.square
     values = np.array([f.power for f in found.singular_set.factors])
     assert values.min() >= 1
+
+
+PLANAR = """\
+robot: planar
+convention: standard
+constants: {L1: 0.3, L2: 0.2}
+joints:
+  - {name: j1, variable: q1, type: revolute}
+  - {name: j2, variable: q2, type: revolute}
+links:
+  - {a: L1, alpha: 0, d: 0, theta: q1}
+  - {a: L2, alpha: 0, d: 0, theta: q2}
+singularity: {task: [x, y]}
+"""
+
+
+def test_a_factor_that_splits_into_sums_of_sine_and_cosine_is_not_called_irreducible():
+    # cos 2q = (cos q + sin q)(cos q - sin q), whose factors have complex numbers in exp(i q).
+    text = PLANAR.replace('theta: q2', 'theta: 2*q2 + pi/2')
+    (doubled,) = ks.derive(ks.robot_from_text(text)).singular_set.factors
+    assert not doubled.irreducible
+    (elbow,) = ks.derive(ks.robot_from_text(PLANAR)).singular_set.factors
+    assert elbow.irreducible
+
+
+@pytest.mark.parametrize('most', [6000, 0])
+def test_that_the_minors_share_no_factor_is_said_only_where_it_is_proved(monkeypatch, most):
+    monkeypatch.setattr(factors, 'MOST_TERMS', most)
+    text = PLANAR.replace('\nlinks:', '\n  - {name: j3, variable: q3, type: revolute}\nlinks:')
+    text = text.replace('\nsing', '\n  - {a: 0.1, alpha: 0, d: 0, theta: q3}\nsing')
+    derivation = ks.derive(ks.robot_from_text(text))
+    assert derivation.singular_set.determinant.minors == 3
+    said = text_of(report_of(derivation))
+    assert ('The minors have no common factor.' in said) == (most > 0)
+    assert ('that there is none is not proved' in said) == (most == 0)

@@ -200,10 +200,19 @@ def _write(derivation: 'Derivation', file: Path) -> None:
 
     factors = factors_to_write(derivation)
     if not factors:
-        print(f'{file}: no factor to write: the set is empty or the minors share none')
+        print(f'{file}: no factor to write: {_why_none(derivation)}')
         return
     write_factors(file, factors, lambda text: checked_text(derivation, text))
     print(f'{file}: singularity.factors: {", ".join(factors)}')
+
+
+def _why_none(derivation: 'Derivation') -> str:
+    determinant = derivation.singular_set.determinant
+    if determinant.expression is None:
+        return 'there are too many minors to write out'
+    if determinant.minors == 1:
+        return 'the set is empty'
+    return 'the minors share none' if determinant.split else 'none that the minors share was found'
 
 
 class _Progress:

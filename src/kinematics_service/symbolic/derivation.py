@@ -246,7 +246,7 @@ def _singular_set(exact: Exact, tell: Progress) -> SingularSet:
     dependent = tuple(_dependent(sampler, names)) if rank < min(n, len(sampler.rows)) else ()
     if minors is None:
         determinant = Determinant(
-            False, None, None, None, '', row_names(sampler.rows), (), 0, False
+            False, None, None, None, '', row_names(sampler.rows), (), 0, False, False
         )
         return SingularSet(determinant, (), (), rank, dependent, False)
     tell('factors')
@@ -270,6 +270,7 @@ def _singular_set(exact: Exact, tell: Progress) -> SingularSet:
         columns=tuple(names[j] for j in minors.columns),
         minors=len(minors.values),
         identically_zero=square and rank < n,
+        split=product.complete,
     )
     crossings = crossings_of(product, factors, sampler, arithmetic, J_t)
     complete = product.complete and not rests

@@ -41,7 +41,8 @@ class SingularFactor:
     power
         How often it stands in the product.
     irreducible
-        Whether it cannot be split further, its lengths being letters.
+        Whether it is proved that it cannot be split further into real factors with fractions as
+        coefficients, its lengths being letters.
     family
         Where it is 0.
     rank
@@ -118,6 +119,9 @@ class Determinant:
         How many there are.
     identically_zero
         Whether it is 0 at every pose.
+    split
+        Whether it is proved that no factor is missing: where there are minors, that they have no
+        other factor in common.
     """
 
     square: bool
@@ -129,6 +133,7 @@ class Determinant:
     columns: tuple[str, ...]
     minors: int
     identically_zero: bool
+    split: bool
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from typing import Any
 
 import sympy
 from sympy.core.random import seed as seed_random
-from sympy.polys.domains import ZZ
+from sympy.polys.domains import ZZ, ZZ_I
 from sympy.polys.rings import ring as polynomial_ring
 
 from .arithmetic import Arithmetic
@@ -47,7 +47,8 @@ class Factored:
     factors
         Those with joint variables.
     complete
-        Whether no factor can be split further; False where that was not tried.
+        Whether it is proved that no factor can be split further into real ones with fractions as
+        coefficients; False where that was not tried, too.
     """
 
     constant: Laurent
@@ -146,17 +147,27 @@ def _quarter_turns(terms: Terms) -> tuple[int, ...] | None:
 
 def _pieces(polynomial: _Polynomial) -> tuple[list[tuple[Any, int]] | None, bool]:
     element = polynomial.element
-    if len(element) > 12 and _irreducible_on_a_line(element):
-        return None, True
+    if len(element) > 12 and _irreducible_on_a_line(element, ZZ):
+        return None, _stays_whole(element)
     if len(element) > MOST_TERMS:
         return None, False
     # Sympy's factoring takes points at random, and a bad one costs minutes: the same ones always.
     seed_random(SEED)
     _, factors = element.factor_list()
-    return [(factor, int(power)) for factor, power in factors], True
+    complete = all(_stays_whole(factor) for factor, _ in factors)
+    return [(factor, int(power)) for factor, power in factors], complete
 
 
-def _irreducible_on_a_line(element: Any) -> bool:
+def _stays_whole(element: Any) -> bool:
+    # Whether a polynomial that is irreducible over the integers is proved not to be a product of
+    # two complex ones, which might be real in the angles, as those of cos 2q = (cos q + sin q)
+    # (cos q - sin q): they are conjugate, and so of one degree in every generator.
+    degrees = [max(e[k] for e in element) for k in range(len(element.ring.gens))]
+    odd = any(degree % 2 for degree in [*degrees, max(sum(e) for e in element)])
+    return odd or _irreducible_on_a_line(element, ZZ_I)
+
+
+def _irreducible_on_a_line(element: Any, domain: Any) -> bool:
     # A factor stays a factor when every generator is set to a_k t + b_k, its degree too unless the
     # leading part vanishes there: if the cut does not factor at full degree, neither does the
     # polynomial. (Content without t cannot hide: the cut has integer content only.)
@@ -177,7 +188,7 @@ def _irreducible_on_a_line(element: Any) -> bool:
                 if e:
                     term = term * powers[k][e]
             cut += term
-        if cut.degree() == degree and cut.primitive()[1].is_irreducible:
+        if cut.degree() == degree and cut.primitive()[1].set_domain(domain).is_irreducible:
             return True
     return False
 

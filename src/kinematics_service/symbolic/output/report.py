@@ -173,7 +173,10 @@ def _determinant(derivation: Derivation) -> Iterator[Block]:
     yield say(f'Computed in {determinant.view}, which does not change it.')
     yield from _in_both(derivation, left, determinant.expression)
     if not found.factors and determinant.minors > 1:
-        yield say('The minors have no common factor. Lock a joint for the reduced arm.')
+        said = 'The minors have no common factor.'
+        if not determinant.split:
+            said = 'No common factor of the minors was found; that there is none is not proved.'
+        yield say(f'{said} Lock a joint for the reduced arm.')
 
 
 def _in_both(derivation: Derivation, left: str, expression: Any) -> Iterator[Block]:
@@ -216,7 +219,10 @@ def _family(derivation: Derivation, factor: SingularFactor) -> Iterator[Block]:
     yield Heading(_short(factor.name), 3)
     yield from _in_both(derivation, '0', factor.expression)
     if sympy.count_ops(factor.expression) > LONG and factor.irreducible:
-        yield say('It is irreducible: with its lengths as letters it does not factor.')
+        yield say(
+            'It is irreducible: with its lengths as letters it has no real factors with '
+            'fractions as coefficients.'
+        )
     if not factor.irreducible:
         yield say('Whether it factors further was not found out.')
     if factor.power > 1:
