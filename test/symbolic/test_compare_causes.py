@@ -197,3 +197,10 @@ def test_a_branch_outside_the_limits_of_a_length_is_wrong():
     limited = ARMS['column'].replace(free, f'{free}, limits: [0, 1]')
     (verdict,) = compare(ks.robot_from_text(limited), 'd3 = -sqrt(x^2 + y^2) - R').verdicts
     assert verdict.status == 'differs'
+
+
+def test_no_cause_is_named_twice():
+    verdict = verdict_of('elbow', 'z = F*cos(k2) + G*sin(k2 + k3)')
+    (cause,) = verdict.causes
+    assert cause.sentence == 'cos(k2) stands where sin(k2) belongs'
+    assert cause.sentence not in cause.also

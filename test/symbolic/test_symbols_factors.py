@@ -213,5 +213,5 @@ def test_that_the_minors_share_no_factor_is_said_only_where_it_is_proved(monkeyp
     derivation = ks.derive(ks.robot_from_text(text))
     assert derivation.singular_set.determinant.minors == 3
     said = text_of(report_of(derivation))
-    assert ('The minors have no common factor.' in said) == (most > 0)
+    assert ('the minors have no common factor.' in said) == (most > 0)
     assert ('that there is none is not proved' in said) == (most == 0)

@@ -173,7 +173,7 @@ def _determinant(derivation: Derivation) -> Iterator[Block]:
     yield say(f'Computed in {determinant.view}, which does not change it.')
     yield from _in_both(derivation, left, determinant.expression)
     if not found.factors and determinant.minors > 1:
-        said = 'The minors have no common factor.'
+        said = 'With lengths as letters the minors have no common factor.'
         if not determinant.split:
             said = 'No common factor of the minors was found; that there is none is not proved.'
         yield say(f'{said} Lock a joint for the reduced arm.')

@@ -249,7 +249,9 @@ def _repaired(
         tried.append(kind.name)
         for edit in kind.edits(expression, (*symbols, *known)):
             if check.passes(i, j, edit.expression):
-                found.append((kind.name, edit.sentence))
+                # Two kinds of edits may be the same one.
+                if edit.sentence not in [sentence for _, sentence in found]:
+                    found.append((kind.name, edit.sentence))
                 break
         if len(found) > MOST_ALTERNATIVES:
             break
