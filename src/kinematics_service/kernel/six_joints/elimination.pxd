@@ -7,7 +7,7 @@ from . cimport lines
 from .six_screws cimport SixScrews
 
 cdef int EQUATIONS, LEFT, RIGHT
-cdef double PIVOT, DEPENDENT
+cdef double PIVOT, DEPENDENT, ROUND_OFF
 
 @cython.final
 cdef class Elimination:
@@ -22,6 +22,8 @@ cdef class Elimination:
     cdef double* table
     cdef double* equations
     cdef int count
+    cdef int rank
+    cdef double error
 
     @cython.locals(row='double*', width=int, i=int, k=int)
     cdef void eliminate(self, SixScrews loop) noexcept nogil

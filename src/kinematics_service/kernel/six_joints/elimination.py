@@ -17,6 +17,7 @@ from .six_screws import SixScrews
 EQUATIONS, LEFT, RIGHT = 14, 27, 9
 # A pivot below this share of the first one is zero, and so is what is left of an equation.
 PIVOT, DEPENDENT = 1e-9, 1e-11
+ROUND_OFF = 1e-16
 
 
 class Elimination:
@@ -33,6 +34,11 @@ class Elimination:
         What is left, orthonormal: equations . products of parts = 0.
     count
         How many there are.
+    rank
+        How many columns of the right side are independent; 8 but for special axes.
+    error
+        How far round-off may move the equations: what was taken for zero, or the share of the
+        last pivot that round-off is.
     """
 
     def __init__(self) -> None:
@@ -46,7 +52,7 @@ class Elimination:
         self.right = arrays.after(self.first, 45)
         self.table = arrays.after(self.right, 135)
         self.equations = arrays.after(self.table, 490)
-        self.count = 0
+        self.count, self.rank, self.error = 0, 0, 0.0
 
     def __dealloc__(self) -> None:
         """Give the room back."""
@@ -63,7 +69,8 @@ class Elimination:
             for k in range(LEFT):
                 row[RIGHT - 1 + k] = self.left[15 * k + 1 + i]
             row[RIGHT - 1] -= self.right[1 + i]
-        self._orthonormalise(self._pivot(width), width)
+        self.rank = self._pivot(width)
+        self._orthonormalise(self.rank, width)
 
     def _write_sides(self, loop: SixScrews) -> None:
         screws = loop.screws
@@ -105,6 +112,7 @@ class Elimination:
     def _pivot(self, width: int) -> int:
         # Gauss with complete pivoting on the columns of the right side; their rank.
         A, largest = self.table, 0.0
+        self.error = 0.0
         for k in range(RIGHT - 1):
             best, p, c = 0.0, k, k
             for i in range(k, EQUATIONS):
@@ -114,7 +122,10 @@ class Elimination:
             if k == 0:
                 largest = best
             if best <= PIVOT * largest:
+                if largest > 0.0:
+                    self.error = max(self.error, best / largest)
                 return k
+            self.error = ROUND_OFF * largest / best
             for i in range(EQUATIONS):
                 x = A[width * i + k]
                 A[width * i + k] = A[width * i + c]

@@ -28,7 +28,10 @@ cdef class Pencil:
     cdef double* circle
     cdef double* samples
     cdef int degree
+    cdef int count
     cdef double noise
+    cdef double gap
+    cdef double error
 
     @cython.locals(count=int, h=int, r=int, i=int, k=int)
     cdef void build(self, Elimination elimination, bint swapped, bint slides) noexcept nogil
@@ -49,8 +52,8 @@ cdef class Pencil:
     )
     cdef void sample(self) noexcept nogil
     @cython.locals(
-        order='int[12]', W='double*', best=double, square=double, p=int, c=int, at=int, i=int,
-        j=int, k=int,
+        order='int[12]', W='double*', best=double, square=double, first=double, last=double,
+        p=int, c=int, at=int, i=int, j=int, k=int,
     )
     cdef void write_null_vector(self, Pair z, double* x) noexcept nogil
     @cython.locals(
@@ -58,6 +61,12 @@ cdef class Pencil:
         A=double, B=double, C=double, i=int,
     )
     cdef void _fill(self, Pair z) noexcept nogil
+    @cython.locals(
+        inverse=Pair, c=Pair, s=Pair, left=Pair, entry=Pair, longest=double, missed=double,
+        square=double, terms=double, share=double, A=double, B=double, C=double, at=int, i=int,
+        j=int,
+    )
+    cdef double misses(self, Pair z, double* x) noexcept nogil
     @cython.locals(W='double*', x=double, i=int, j=int, e=int)
     cdef void _exchange(self, int k, int p, int c) noexcept nogil
     @cython.locals(

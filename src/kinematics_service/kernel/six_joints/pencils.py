@@ -70,6 +70,12 @@ class Pencil:
     noise
         What those beyond the degree are, as a share of the largest sample: round-off, or all of
         a determinant that vanishes at every angle.
+    gap
+        The last pivot but one of `write_null_vector`, as a share of the first one.
+    count
+        How many equations there were before they were combined into twelve.
+    error
+        How far round-off may have moved them.
     """
 
     def __init__(self) -> None:
@@ -81,7 +87,8 @@ class Pencil:
         self.coefficients = arrays.after(self.work, 2 * SQUARE)
         self.circle = arrays.after(self.coefficients, 26)
         self.samples = arrays.after(self.circle, 64)
-        self.degree, self.noise = 0, 0.0
+        self.degree, self.count = 0, 0
+        self.noise, self.gap, self.error = 0.0, 0.0, 0.0
 
     def __dealloc__(self) -> None:
         """Give the room back."""
@@ -94,7 +101,7 @@ class Pencil:
         `swapped`: joint 5 is multiplied, not joint 4; `slides`: the joint that is multiplied does.
         """
         count = elimination.count
-        self.degree = 0
+        self.degree, self.count, self.error = 0, 2 * count, elimination.error
         if 2 * count < SIZE:
             return
         for h in range(3):
@@ -190,7 +197,8 @@ class Pencil:
                 self.coefficients[2 * k], self.coefficients[2 * k + 1] = re, im
             if k > self.degree:
                 noise = max(noise, math.sqrt(re * re + im * im))
-        self.noise = noise
+        # Beyond the full degree there is nothing of any matrix, whatever its errors.
+        self.noise = noise if self.degree == DEGREE else max(noise, self.error)
 
     def write_null_vector(self, z: Complex, x: Numbers) -> None:
         """
@@ -199,6 +207,7 @@ class Pencil:
         By elimination with complete pivoting, the last pivot taken as zero.
         """
         order = [0] * 12
+        first, last = 0.0, 0.0
         self._fill(z)
         W = self.work
         for i in range(SIZE):
@@ -212,16 +221,47 @@ class Pencil:
                     if square > best:
                         best, p, c = square, i, j
             if best <= 0.0:
+                last = 0.0
                 break
+            if k == 0:
+                first = best
+            last = best
             self._exchange(k, p, c)
             order[k], order[c] = order[c], order[k]
             self._clear_column(k)
+        self.gap = math.sqrt(last / first) if first > 0.0 else 0.0
         self._substitute()
         for i in range(SIZE):
             # The vector stands in the first column, of which elimination left nothing.
             k = order[i]
             x[2 * k] = W[24 * i] * self.columns[k]
             x[2 * k + 1] = W[24 * i + 1] * self.columns[k]
+
+    def misses(self, z: Complex, x: Numbers) -> float:
+        """
+        Return by what share the equations are missed by products x at e^(i t) = z near the circle.
+
+        Twelve combinations of more equations are singular at angles that solve none of these.
+        """
+        inverse = pairs.over((1.0, 0.0), z)
+        c = (0.5 * (z[0] + inverse[0]), 0.5 * (z[1] + inverse[1]))
+        s = (0.5 * (z[1] - inverse[1]), -0.5 * (z[0] - inverse[0]))
+        longest, missed = 0.0, 0.0
+        for j in range(SIZE):
+            square = pairs.square_of(pairs.pair(x, j)) / (self.columns[j] * self.columns[j])
+            longest = max(longest, square)
+        for i in range(self.count):
+            left, terms = (0.0, 0.0), 0.0
+            for j in range(SIZE):
+                at = SIZE * i + j
+                A, B, C = self.rows[at], self.rows[336 + at], self.rows[672 + at]
+                entry = (A + B * c[0] + C * s[0], B * c[1] + C * s[1])
+                left = pairs.plus(left, 1.0, pairs.times(entry, pairs.pair(x, j)))
+                terms += (abs(A) + abs(B) + abs(C)) * self.columns[j]
+            if terms > 0.0:
+                share = math.sqrt(pairs.square_of(left) / longest) / terms
+                missed = max(missed, share)
+        return missed
 
     def _fill(self, z: Complex) -> None:
         # The complex matrix at z, divided by the size of the cosine far from the real angles.

@@ -4,7 +4,7 @@ from libc cimport math
 
 from ..forward cimport vectors
 from ..layout cimport arrays, places
-from . cimport complex_numbers, pairs, trigonometric_roots
+from . cimport complex_numbers, elimination, pairs, pencils, trigonometric_roots
 from .complex_motion cimport Motion
 from .pairs cimport Pair
 from .elimination cimport Elimination
@@ -12,7 +12,7 @@ from .loop_positions cimport Positions
 from .six_screws cimport SixScrews
 from .pencils cimport Pencil
 
-cdef double NOISE, NEAR_CIRCLE, QUIET, SHARP, SAME_ROOT, CAUTION
+cdef double NOISE, NEAR_CIRCLE, QUIET, SHARP, SAME_ROOT, MARGIN, CAUTION
 cdef int MOST
 
 @cython.final
@@ -62,12 +62,14 @@ cdef class Roots:
     cdef void _find_by(self, SixJoints arm, double* T, Py_ssize_t k) noexcept nogil
     @cython.locals(accounted=cython.bint, taken=cython.bint, z=Pair, away=double, i=int)
     cdef void _take_roots(self, SixJoints arm, int roots, bint swapped) noexcept nogil
+    @cython.locals(moved=double)
+    cdef bint _is_of_none(self, Pair z, double bound) noexcept nogil
     @cython.locals(size=double, on_circle=Pair, taken=cython.bint)
     cdef bint _take_root(
         self, SixJoints arm, Pair z, double away, double bound, bint swapped
     ) noexcept nogil
     @cython.locals(
-        taken=cython.bint, best=int, least=double, first=double, j=int, k=int
+        taken=cython.bint, only=cython.bint, best=int, least=double, first=double, j=int, k=int
     )
     cdef bint _take_positions(
         self, SixJoints arm, Pair start, Pair z, double bound, bint swapped

@@ -5,7 +5,7 @@ import math
 from ..forward import vectors
 from ..layout import arrays, places
 from ..layout.arrays import Floats, Integers, Numbers
-from . import complex_numbers, pairs, trigonometric_roots
+from . import complex_numbers, elimination, pairs, pencils, trigonometric_roots
 from .complex_motion import Motion
 from .elimination import Elimination
 from .loop_positions import Positions
@@ -21,6 +21,8 @@ NEAR_CIRCLE = 0.05
 QUIET, SHARP = 1e-9, 1e-6
 # An angle as near to that of a root is the same.
 SAME_ROOT = 1e-9
+# What is so many times as large as what errors make of it is not 0.
+MARGIN = 1e3
 # Errors of coefficients are taken for so many times what those beyond the degree show.
 CAUTION = 10.0
 # Room for solutions: more than there can be.
@@ -180,7 +182,9 @@ class Roots:
             # Pivots taken as zero, too, may have moved a root that is real off the circle.
             if max(self.bounds[i], SHARP) < 0.5 * abs(away):
                 continue
-            accounted = accounted and taken and self.bounds[i] < SHARP
+            accounted = accounted and self.bounds[i] < SHARP
+            accounted = accounted and trigonometric_roots.is_alone(self.z, self.bounds, roots, i)
+            accounted = accounted and (taken or self._is_of_none(z, self.bounds[i]))
         self.proved = self.count >= arm.bound or accounted
         for i in range(roots):
             if self.proved:
@@ -190,6 +194,14 @@ class Roots:
             if away > NEAR_CIRCLE:
                 self._take_root(arm, z, away, self.bounds[i], swapped)
                 self.proved = self.count >= arm.bound
+
+    def _is_of_none(self, z: Complex, bound: float) -> bool:
+        # Whether a root, the only one within its bound, is of combined equations and solves none.
+        if self.pencil.count == pencils.SIZE:
+            return False
+        self.pencil.write_null_vector(z, self.positions.x)
+        moved = MARGIN * max(bound, SAME_ROOT) / max(self.pencil.gap, 1e-300)
+        return self.pencil.misses(z, self.positions.x) > moved
 
     def _take_root(
         self, arm: SixJoints, z: Complex, away: float, bound: float, swapped: bool
@@ -207,9 +219,11 @@ class Roots:
         self, arm: SixJoints, start: Complex, z: Complex, bound: float, swapped: bool
     ) -> bool:
         taken = False
+        # Where the right side has its full rank, joints 1 and 2 follow from the others.
+        only = bound < SHARP and self.elimination.rank == elimination.RIGHT - 1
         self.positions.find(self.loop, self.elimination, self.pencil, swapped, start)
         for _ in range(self.positions.count):
-            # What misses the goal least is tried first; it is the only one of a simple root.
+            # What misses the goal least is tried first.
             best, least = 0, places.INFINITY
             for k in range(self.positions.count):
                 if self.positions.missed[k] < least:
@@ -225,7 +239,7 @@ class Roots:
                 self.first_step = max(self.first_step, first)
                 if self._is_of(z, bound):
                     taken = True
-                    if bound < SHARP:
+                    if only:
                         return True
         return taken
 

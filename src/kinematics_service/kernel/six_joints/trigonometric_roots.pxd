@@ -26,9 +26,11 @@ cdef bint _improve(double* c, int degree, double* z, int k) noexcept nogil
 )
 cdef Pair _step(Pair p, Pair derivative, double* z, int k, int count) noexcept nogil
 @cython.locals(
-    here=Pair, x=Pair, a=Pair, value=Pair, slope=Pair, size=double, shrink=double, terms=double,
-    steep=double, outside=cython.bint, count=int, i=int, k=int,
+    here=Pair, x=Pair, a=Pair, value=Pair, size=double, shrink=double, terms=double, away=double,
+    leading=double, way=double, missed=double, outside=cython.bint, count=int, i=int, k=int,
 )
 cdef void write_bounds(
     double* c, int degree, double noise, double* z, double* bounds
 ) noexcept nogil
+@cython.locals(here=Pair, other=Pair, size=double, there=double, radii=double, i=int)
+cdef bint is_alone(double* z, double* bounds, int count, int k) noexcept nogil

@@ -105,22 +105,44 @@ def write_bounds(c: Numbers, degree: int, noise: float, z: Numbers, bounds: Numb
     """
     Write how far each root may be from one of the exact polynomial, as a share of its size.
 
-    A polynomial has a root within so many times its degree the step of Newton; what the exact one
-    is at a root of this one is what errors of its coefficients, each up to `noise`, make of it.
+    Discs about the z[k] with the radius count |P(z[k])| / |c[degree] product of (z[k] - z[i])|
+    hold all roots, and wherever discs are connected as many of them as there are discs (Smith
+    1970). What the exact P is at z[k] is what errors of its coefficients, each up to `noise`, make
+    of it.
     """
     count = 2 * degree
+    leading = math.sqrt(pairs.square_of(pairs.pair(c, degree)))
     for k in range(count):
         here = pairs.pair(z, k)
         size = math.sqrt(pairs.square_of(here))
         outside = size > 1.0
         x = pairs.over((1.0, 0.0), here) if outside else here
         shrink = 1.0 / size if outside else size
-        value, slope, terms = (0.0, 0.0), (0.0, 0.0), 0.0
+        value, terms = (0.0, 0.0), 0.0
         for i in range(count + 1):
             a = _coefficient(c, degree, i if outside else count - i)
-            slope = pairs.plus(pairs.times(slope, x), 1.0, value)
             value = pairs.plus(pairs.times(value, x), 1.0, a)
             terms = terms * shrink + 1.0
-        # At a root z P'(z) is the slope times x, forwards or backwards.
-        steep = shrink * math.sqrt(pairs.square_of(slope))
-        bounds[k] = count * noise * terms / steep if steep > 0.0 else places.INFINITY
+        # Outside the circle all is divided by z^count.
+        away = leading * (1.0 if outside else size)
+        for i in range(count):
+            if i != k:
+                way = math.sqrt(pairs.square_of(pairs.plus(here, -1.0, pairs.pair(z, i))))
+                away *= way / size if outside else way
+        missed = math.sqrt(pairs.square_of(value)) + noise * terms
+        bounds[k] = count * missed / away if away > 0.0 else places.INFINITY
+
+
+def is_alone(z: Numbers, bounds: Numbers, count: int, k: int) -> bool:
+    """Return whether the disc of root k meets none of those inside the unit circle or near it."""
+    here = pairs.pair(z, k)
+    size = math.sqrt(pairs.square_of(here))
+    for i in range(count):
+        other = pairs.pair(z, i)
+        there = math.sqrt(pairs.square_of(other))
+        # Those outside are mirrored inside.
+        if i != k and there < 1.5:
+            radii = bounds[k] * size + bounds[i] * there
+            if pairs.square_of(pairs.plus(here, -1.0, other)) <= radii * radii:
+                return False
+    return True
