@@ -10,11 +10,15 @@ poses each, or ten where an arm of three joints has few poses at one; and in how
 said that no length is told, without and with a distance that is known. Then what eight proposed
 poses leave beside eight and forty random ones, and the time of 2,000 poses of a 6R arm.
 
-    python bench/calibrate.py [runs] --touches
+    python bench/calibrate.py [runs] --touches [arm ...] [--size SHARE]
 
-is the part on touched points alone.
+is the part on touched points alone; with errors of the table, and priors, that are this share
+of those. Beside chi-square, which takes the parameters as normal with the covariance, it says how
+much less likely the truth is than what was found: that needs no covariance, and is 1 over the
+number of all parameters where the fit is right.
 """
 
+import argparse
 import sys
 import time
 from pathlib import Path
@@ -37,6 +41,7 @@ from calibrated_arms import (
 )
 
 import kinematics_service as ks
+from kinematics_service.diagnosis.calibration.parameters import parameters_of
 from kinematics_service.rigid_motion import exponential
 
 NOISE, POSES = 5e-5, 50
@@ -67,17 +72,19 @@ def consistency(name, runs):
     )
 
 
-def touches(name, runs):
+def touches(name, runs, size=1.0):
     """Print the same of points that the tip touched, and where no scale is told."""
-    within, squares, known, silent, scaled = [], [], [], 0, []
+    within, squares, likely, known, silent, scaled = [], [], [], [], 0, []
     for seed in range(runs):
-        arm = touched_arm(name, seed)
-        found = ks.calibrate(arm.robot, arm.q, same_point=arm.marks)
+        arm = touched_arm(name, seed, size)
+        priors = {one.name: size * one.scale for one in parameters_of(arm.robot).table}
+        found = ks.calibrate(arm.robot, arm.q, same_point=arm.marks, tolerances=priors)
         count = len(arm.errors)
         error = np.array([one.correction for one in found.parameters[:count]]) - arm.errors
         deviations = np.array([one.deviation for one in found.parameters[:count]])
         within.append(np.abs(error) < 3.0 * deviations)
         squares.append(error @ np.linalg.solve(found.covariance[:count, :count], error) / count)
+        likely.append(less_likely(arm, found) / len(found.parameters))
         known.append((found.known, found.possible))
         silent += not says_no_scale(found)
         if seed < max(1, runs // 4):
@@ -86,10 +93,28 @@ def touches(name, runs):
             scaled.append(says_no_scale(found))
     print(
         f'{name:22} {100 * np.mean(within):6.2f} % within 3 sigma, chi-square/P '
-        f'{np.mean(squares):.3f}, known {set(known)}, no length told: said in '
+        f'{np.mean(squares):.3f} (median {np.median(squares):.3f}), likelihood/P '
+        f'{np.mean(likely):.3f}, known {set(known)}, no length told: said in '
         f'{runs - silent} of {runs}, with a distance in {sum(scaled)} of {len(scaled)}',
         flush=True,
     )
+
+
+def less_likely(arm, found):
+    """Return the squares that the truth leaves beyond those of what was found, in deviations."""
+    count = len(arm.errors)
+    T = ks.forward_kinematics(arm.true, arm.q)
+    points = np.array(arm.points)[[int(mark) for mark in arm.marks]]
+    left = points - T[:, :3, 3] - T[:, :3, :3] @ TIP
+    used = np.delete(np.arange(len(left)), found.outliers)
+    table = found.parameters[:count]
+    priors = np.array([one.prior for one in table])
+    corrections = np.array([one.correction for one in table])
+    truth, fit = (
+        np.sum((remainders[used] / found.noise.position) ** 2) + np.sum((values / priors) ** 2)
+        for remainders, values in ((left, arm.errors), (found.remainders[:, 0], corrections))
+    )
+    return truth - fit
 
 
 def says_no_scale(found):
@@ -101,15 +126,16 @@ class TouchedArm(NamedTuple):
     """An arm with errors; joint positions and names of the points touched, and where these are."""
 
     robot: ks.Robot
+    true: ks.Robot
     errors: np.ndarray
     q: np.ndarray
     marks: list
     points: list
 
 
-def touched_arm(name, seed):
+def touched_arm(name, seed, size=1.0):
     """Return an arm that touches points inside its own reach, with noise."""
-    _, errors, true = true_arm(name, seed, 1.0)
+    _, errors, true = true_arm(name, seed, size)
     count = 10 if true.dof == 3 else 2
     points, q = [], []
     tries = iter(range(1000))
@@ -127,7 +153,7 @@ def touched_arm(name, seed):
         points.append(point)
         q.append(rows)
     marks = [str(k) for k in range(count) for _ in range(POSES // count)]
-    return TouchedArm(robot_of(name), errors, np.concatenate(q), marks, points)
+    return TouchedArm(robot_of(name), true, errors, np.concatenate(q), marks, points)
 
 
 def left_by(name, q, seed):
@@ -173,12 +199,16 @@ def speed():
 
 
 def main():
-    numbers = [word for word in sys.argv[1:] if word.isdigit()]
-    runs = int(numbers[0]) if numbers else 20
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument('runs', nargs='?', type=int, default=20)
+    parser.add_argument('--touches', nargs='*', metavar='ARM')
+    parser.add_argument('--size', type=float, default=1.0)
+    given = parser.parse_args()
+    runs = given.runs
     print(f'{runs} runs of each arm')
-    if '--touches' in sys.argv:
-        for name in TEN:
-            touches(name, runs)
+    if given.touches is not None:
+        for name in given.touches or TEN:
+            touches(name, runs, given.size)
         return
     for name in TEN:
         consistency(name, runs)

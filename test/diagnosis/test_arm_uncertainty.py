@@ -15,6 +15,7 @@ from kinematics_service.diagnosis.calibration.chosen_parameters import motion_of
 from kinematics_service.diagnosis.calibration.corrected_chain import CorrectingMotion, pose_change
 from kinematics_service.diagnosis.calibration.corrections import corrected_robot
 from kinematics_service.diagnosis.calibration.parameters import (
+    TABLE_GROUPS,
     every_parameter_of,
     parameters_of,
     placement,
@@ -440,6 +441,73 @@ def test_the_covariance_of_a_calibration_is_read_back(name):
     sizes = np.sqrt(np.diagonal(expected, axis1=1, axis2=2))
     products = sizes[:, :, None] * sizes[:, None, :]
     assert np.all(np.abs(got - expected) <= WRITTEN * products)
+
+
+@pytest.mark.parametrize('name', ['scara_hsr065', 'parallelogram_left', 'ur5e', 'panda'])
+def test_gear_ratios_that_were_fitted_are_carried_into_covariances(name):
+    # Poses of the controller's own frames: a base that is open hides what gears are off by.
+    arm = measured_arm(name, 40, 5e-5, base=np.eye(4), tool=np.eye(4), gears=True)
+    found = ks.calibrate(arm.robot, arm.q, arm.poses, fit=['all'], fix=['base', 'tool'])
+    of_table = [k for k, one in enumerate(found.parameters) if one.group in TABLE_GROUPS]
+    values = np.array([found.parameters[k].correction for k in of_table])
+    gears = {one.name: one.correction for one in found.parameters if one.group == 'gears'}
+    assert len(gears) == arm.robot.dof
+    # Of all but gears the chain of the calibration says how poses move; with a gear the joints of
+    # the calibrated arm are as much farther.
+    table, chain = parameters_of(arm.robot, gears=True).table, parameters_of(arm.robot, True).chain
+    assert [one.name for one in table] == [found.parameters[k].name for k in of_table]
+    count, description = len(table), arm.robot.description
+    base, tool = description.base.motion.matrix, description.tool.motion.matrix
+    chain = placement(chain, base, tool, (count, count + 6))
+    values = np.concatenate([values, np.zeros(12)])
+    robot, q = found.calibrated, arm.q[0]
+    qdot = np.random.default_rng(12).normal(size=robot.dof)
+
+    def farther(k, way):
+        ratio = 1.0 + gears[f'gear{k + 1}']
+        share = np.ones(robot.dof)
+        share[k] = (ratio + way * STEP) / ratio
+        return share
+
+    def of_poses(q):
+        J = pose_change(chain, values, q[None]).jacobian[0, :, :count]
+        middle = ks.forward_kinematics(robot, q)
+        for k in range(robot.dof):
+            after, before = (
+                six_of(ks.forward_kinematics(robot, farther(k, way) * q), middle)
+                for way in (1.0, -1.0)
+            )
+            J[:, count - robot.dof + k] = (after - before) / (2.0 * STEP)
+        return J
+
+    J = of_poses(q)
+    ahead, back = (of_poses(q + way * 1e-4 * qdot) for way in (1.0, -1.0))
+    rates = (ahead - back) / 2e-4
+    # Turned by a small rotation the angular velocity is another, too.
+    rates[3:] -= np.cross(ks.twist(robot, q, qdot)[3:], J[3:].T).T
+    for k in range(robot.dof):
+        after, before = (
+            ks.twist(robot, farther(k, way) * q, farther(k, way) * qdot) for way in (1.0, -1.0)
+        )
+        rates[:, count - robot.dof + k] = (after - before) / (2.0 * STEP)
+    covariance = found.covariance[np.ix_(of_table, of_table)]
+    # As the calibration has it, and as the file says it.
+    read = ks.robot_from_text(written(found, arm, name, 'robot'))
+    said = replace(read.description.uncertainty, floor_xyz=0.0, floor_rpy=0.0)
+    assert {f'gear{k + 1}' for k in range(robot.dof)} <= {row for row, _ in said.factor}
+    bare = build_robot(replace(read.description, uncertainty=said))
+    for one, known in ((robot, {'calibration': found}), (bare, {})):
+        for rows, S in (
+            (J, ks.pose_covariance(one, q, **known)),
+            (rates, ks.twist_covariance(one, q, qdot, velocities=0.0, **known)),
+        ):
+            expected = rows @ covariance @ rows.T
+            sizes = np.sqrt(np.diag(expected))
+            assert np.all(np.abs(S - expected) <= WRITTEN * np.outer(sizes, sizes))
+            # And they count: without what is open of them it is less.
+            still = covariance[: -robot.dof, : -robot.dof]
+            less = rows[:, : -robot.dof] @ still @ rows[:, : -robot.dof].T
+            assert np.abs(S - less).max() > 10.0 * WRITTEN * np.abs(S).max()
 
 
 def test_poses_in_the_measured_frames_are_off_by_what_the_file_says():

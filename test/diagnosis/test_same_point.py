@@ -121,6 +121,21 @@ def test_a_tool_that_is_fixed_stays_as_in_the_file():
     assert found.held_out.position_max < EXACT
 
 
+def test_a_tip_of_unknown_height_over_parallel_axes_is_said_to_bend_the_deviations():
+    # Its height is told by small tilts of the axes alone: products of both are not of first order.
+    name, points = 'scara_hsr065', (('A', (0.4, 0.2, -0.05)), ('B', (-0.3, 0.4, -0.03)))
+    arm = touching_arm(name, points, 25, NOISE)
+    found = ks.calibrate(arm.robot, arm.q, same_point=arm.marks)
+    said = next(one for one in found.remarks if 'of first order' in one)
+    assert said.startswith('The deviations are of first order, and tool.z is known to ')
+    text = ks.bundled_robots()[name].read_text()
+    assert '\ntool:' not in text
+    spike = ks.robot_from_text(f'{text}tool: {{frame: spike, xyz: {TIP.tolist()}}}\n')
+    assert not ks.calibrate(spike, arm.q, same_point=arm.marks, fix=['tool']).remarks
+    arm = touching_arm('ur5e', TWO, 40, NOISE, seed=1)
+    assert not ks.calibrate(arm.robot, arm.q, same_point=arm.marks).remarks
+
+
 def test_a_wrong_mark_is_an_outlier_and_the_right_point_is_named():
     arm = touching_arm('puma560', TWO, 40, NOISE)
     marks = list(arm.marks)

@@ -91,14 +91,19 @@ def frames_of(description: RobotDescription, arithmetic: Arithmetic) -> Frames:
     T = product(in_base[-1], tool)
     size = sum(len(entry) for row in T for entry in row)
     if size > MOST_TERMS:
-        calibrated = any(one.approximate for one in description.singularity.factors)
+        nearly = any(one.approximate for one in description.singularity.factors)
+        said = description.uncertainty
         advice = (
-            'its table is a nominal one with corrections, and no formula of it is short: derive '
-            'the nominal robot file; the factors here are those of that one, approximately'
-            if calibrated
-            else 'too many lengths and angles that are no quarter turns; round the angles, or '
-            'lock joints'
+            'too many lengths and angles that are no quarter turns; round the angles, or lock '
+            'joints'
         )
+        if nearly or (said is not None and said.factor):  # calibrated
+            advice = (
+                'its table is a nominal one with corrections, and no formula of it is short: '
+                'derive the nominal robot file'
+            )
+        if nearly:
+            advice += '; the factors here are those of that one, approximately'
         raise DerivationError(
             f'the pose of the tool has {size} terms (at most {MOST_TERMS}): {advice}'
         )

@@ -80,14 +80,21 @@ def corrected_robot(
         warnings=(),
         tolerances=_tolerances(description, found, links, ends_at),
     )
-    if not found:
-        return build_robot(corrected)
+    return built_nearly(corrected) if found else build_robot(corrected)
+
+
+def built_nearly(description: RobotDescription) -> Robot:
+    """
+    Return the robot of a description whose factors are those of another arm like it.
+
+    They are approximate; they are left out if their zeros are far from singular poses.
+    """
     singularity = description.singularity
     nearly = tuple(replace(one, approximate=True) for one in singularity.factors)
     try:
-        return build_robot(replace(corrected, singularity=replace(singularity, factors=nearly)))
+        return build_robot(replace(description, singularity=replace(singularity, factors=nearly)))
     except KinematicsError:
-        return build_robot(replace(corrected, singularity=replace(singularity, factors=())))
+        return build_robot(replace(description, singularity=replace(singularity, factors=())))
 
 
 def of_joints_alone(given: Uncertainty | None) -> Uncertainty | None:

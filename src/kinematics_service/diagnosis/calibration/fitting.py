@@ -282,18 +282,42 @@ def _stepped(problem: FitProblem, values: Floats, noise: Noise, weights: Floats)
     # A step that is halved until it brings the poses nearer.
     solved = _solve(problem, values, noise, weights)
     step = problem.prior * solved.step
-
-    def cost(at: Floats) -> float:
-        d = _distances(problem, problem.remainders(at), noise)
-        known = np.sum(problem.distance_equations(at)[1] ** 2)
-        return float(np.sum(weights * d**2) + known + np.sum((at / problem.prior) ** 2))
-
-    before = cost(values)
+    before = _squares(problem, values, noise, weights)
     for _ in range(HALVINGS):
-        if cost(values + step) <= before:
+        if _squares(problem, values + step, noise, weights) <= before:
             break
         step = 0.5 * step
     return np.asarray(step)
+
+
+def _squares(problem: FitProblem, values: Floats, noise: Noise, weights: Floats) -> float:
+    # What remains of rows, known distances and priors, in their deviations.
+    d = _distances(problem, problem.remainders(values), noise)
+    known = np.sum(problem.distance_equations(values)[1] ** 2)
+    return float(np.sum(weights * d**2) + known + np.sum((values / problem.prior) ** 2))
+
+
+def excesses(problem: FitProblem, found: Identified) -> Floats:
+    """
+    Return how far the covariance is from what the rows say, (P,): 0 where the problem is linear.
+
+    Where a number is off by its deviation, and all others by what the covariance has along with
+    that, the squares that remain grow by 1 and this.
+    """
+    weights = found.used.astype(np.float64)
+    least = _squares(problem, found.values, found.noise, weights)
+    steps = found.covariance / np.sqrt(np.diag(found.covariance))
+    return np.array(
+        [
+            max(
+                _squares(problem, found.values + way * step, found.noise, weights)
+                for way in (1.0, -1.0)
+            )
+            - least
+            - 1.0
+            for step in steps.T
+        ]
+    )
 
 
 def _solve(problem: FitProblem, values: Floats, noise: Noise, weights: Floats) -> _Step:

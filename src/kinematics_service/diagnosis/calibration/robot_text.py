@@ -7,12 +7,14 @@ from typing import Literal
 
 import numpy as np
 
-from ...errors import CalibrationError, RobotFileWriteError
+from ...errors import CalibrationError, KinematicsError, RobotFileWriteError
 from ...kernel import Floats
 from ...kinematics.forward import forward_kinematics
 from ...rigid_motion import exact_rpy
 from ...robot.file.description import RobotDescription
+from ...robot.file.reader import parse_robot
 from ...robot.file.sections import (
+    constants_section,
     links_section,
     placement_section,
     points_section,
@@ -24,7 +26,7 @@ from ...robot.robot import Robot, build_robot, robot_from_text
 from ...version import __version__
 from .calibration import BLOCKS, Calibration
 from .checking import apart, in_words
-from .corrections import in_file_units, number_text, rigid_motion
+from .corrections import built_nearly, in_file_units, number_text, rigid_motion
 from .parameters import ENDS
 from .report import kind_of
 from .uncertainty_text import uncertainty_section
@@ -99,12 +101,29 @@ def calibrated_text(
             sections[end] = placement_section(end, getattr(robot.description, end), 'as measured')
     sections['uncertainty'] = uncertainty_section(found, robot, frames == 'measured')
     sections['known_poses'] = _known_poses(found, robot, q, poses, frames)
-    result = with_sections(text, sections, certificate(found, origin, frames))
+    result = with_sections(text, sections, certificate(found, robot, origin, frames))
+    result = _without_unused_constants(result, description)
     read = robot_from_text(result)
     apart = np.abs(forward_kinematics(read, q) - forward_kinematics(robot, q)).max()
     if not apart < SAME:
         raise RobotFileWriteError(f'the text written is {apart:.2g} m from what was found')
     return result
+
+
+def _without_unused_constants(text: str, nominal: RobotDescription) -> str:
+    # What base, tool or factors alone used. Each goes after those that are made of it.
+    before = set(_unused_constants(nominal))
+    while unused := [
+        k for k in _unused_constants(parse_robot(text, nominal.file)) if k not in before
+    ]:
+        text = with_sections(text, {'constants': constants_section(text, unused)})
+    return text
+
+
+def _unused_constants(description: RobotDescription) -> list[str]:
+    names = [one.name for one in description.constants]
+    unused = {one.where for one in description.warnings}
+    return [name for name in names if f'constants.{name}' in unused]
 
 
 def placed_robot(found: Calibration, frames: Frames) -> Robot:
@@ -118,17 +137,29 @@ def placed_robot(found: Calibration, frames: Frames) -> Robot:
     description = found.calibrated.description
     base = found.base_offsets[0] @ description.base.motion.matrix
     tool = description.tool.motion.matrix @ found.tool_offsets[0]
-    return build_robot(
-        replace(
-            description,
-            base=replace(description.base, motion=rigid_motion(base, description)),
-            tool=replace(description.tool, motion=rigid_motion(tool, description)),
-        )
+    placed = replace(
+        description,
+        base=replace(description.base, motion=rigid_motion(base, description)),
+        tool=replace(description.tool, motion=rigid_motion(tool, description)),
     )
+    try:
+        return build_robot(placed)
+    except KinematicsError:
+        # Another point of the tool is singular elsewhere, in an arm of few joints.
+        return built_nearly(placed)
 
 
-def certificate(found: Calibration, origin: CalibrationOrigin, frames: Frames) -> list[str]:
-    """Return the comment lines that say what was measured, fitted and found."""
+def certificate(
+    found: Calibration, robot: Robot, origin: CalibrationOrigin, frames: Frames
+) -> list[str]:
+    """
+    Return the comment lines that say what was measured, fitted and found.
+
+    Parameters
+    ----------
+    robot
+        The arm as it is written.
+    """
 
     def errors(name: str) -> str:
         one = getattr(found, name)
@@ -156,16 +187,19 @@ def certificate(found: Calibration, origin: CalibrationOrigin, frames: Frames) -
     facts += [
         'A number of the table is the nominal one and its correction. Rows without a joint that',
         'the nominal table does not have are extra angles between parallel axes.',
-        *_on_factors(found),
+        *_on_factors(found, robot),
     ]
     return [f'# {fact}' for fact in facts]
 
 
-def _on_factors(found: Calibration) -> list[str]:
-    if not found.robot.factors:
+def _on_factors(found: Calibration, robot: Robot) -> list[str]:
+    if not found.robot.description.singularity.factors:
         return []
-    if not found.calibrated.factors:
+    written = robot.description.singularity.factors
+    if not written:
         return ['The singular factors of the nominal table do not hold here and are left out.']
+    if not any(one.approximate for one in written):
+        return []
     return [
         'The singular factors are those of the nominal table: approximate here, they name what is',
         'near and are not counted on for distances.',

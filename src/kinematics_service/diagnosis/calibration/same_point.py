@@ -30,6 +30,7 @@ from .fitting import (
     Identified,
     KnownDistance,
     Noise,
+    excesses,
     weighted_jacobian,
 )
 from .knowledge import ParameterCombination, combinations_of
@@ -55,6 +56,9 @@ TOUCHES, STEPS, LONGEST_STEP = 1e-13, 60, 0.3
 NO_SCALE = 1e-7
 # No joint (rad) turns farther: more is in degrees.
 DEGREES = 13.0
+# Where a number is off by its deviation the squares that remain should grow by 1; if by this much
+# more, deviations of other numbers do not hold there.
+BENT = 3.0
 # Outliers that are looked at for a wrong name.
 MOST_NAMED = 8
 # A constant motion that turns the sign of translations: a correction of the point is the opposite
@@ -321,11 +325,11 @@ class SamePointParameters(ChosenParameters):
         return tuple(result)
 
     def remarks(self, problem: FitProblem, found: Identified) -> tuple[str, ...]:
-        """Return sentences on outliers that touch another point than they are marked with."""
+        """Return sentences on what deviations do not say, and on rows that have a wrong name."""
         points = np.array([one.position for one in self.points(problem, found)])
         left = problem.remainders(found.values)[:, 0]
         near = OUTLIER_OF_THREE * found.noise.position
-        result = list(super().remarks(problem, found))
+        result = [*super().remarks(problem, found), *_on_deviations(problem, found)]
         for row in np.flatnonzero(~found.used)[:MOST_NAMED]:
             own = int(self.touches.point[row])
             distances = np.linalg.norm(points - (points[own] - left[row]), axis=1)
@@ -334,6 +338,22 @@ class SamePointParameters(ChosenParameters):
                 names = self.touches.names
                 result.append(f'Row {row} is marked {names[own]} but touches {names[other]}')
         return tuple(result)
+
+
+def _on_deviations(problem: FitProblem, found: Identified) -> list[str]:
+    # Far along what is hardly told, as the height of a tip that turns about parallel axes alone,
+    # the others are not where a covariance, which is of first order, has them.
+    if np.max(excesses(problem, found)) < BENT:
+        return []
+    deviations = np.sqrt(np.diag(found.covariance))
+    widest = np.argmax(deviations / [one.scale for one in problem.parameters])
+    far = length_in_words(float(deviations[widest]))
+    return [
+        f'The deviations are of first order, and {problem.parameters[widest].name} is known to '
+        f'{far} alone: as far from there the others are not where they say, and combinations of '
+        'them may be off by many of their deviations; a tip that the robot file has (--fix tool) '
+        'tells more'
+    ]
 
 
 def _positions(points: Floats) -> Floats:

@@ -77,17 +77,7 @@ def singularity_section(text: str, factors: Sequence[Factor]) -> list[str] | Non
 
     None if nothing is left of it.
     """
-    plain = text.removeprefix(BOM)
-    root = yaml.compose(plain, Loader=LOADER)
-    assert isinstance(root, MappingNode)
-    value = next((value for key, value in root.value if key.value == 'singularity'), None)
-    lines = []
-    if isinstance(value, MappingNode):
-        lines = [
-            f'  {plain[key.start_mark.index : item.end_mark.index].rstrip()}'
-            for key, item in value.value
-            if key.value != 'factors'
-        ]
+    lines = _entries(text, 'singularity', ('factors',))
     if factors:
         lines.append('  factors:')
     for one in factors:
@@ -95,6 +85,27 @@ def singularity_section(text: str, factors: Sequence[Factor]) -> list[str] | Non
         entry = f'name: {scalar(one.name)}, expression: {scalar(one.text)}{approximate}'
         lines.append(f'    - {{{entry}}}')
     return ['singularity:', *lines] if lines else None
+
+
+def constants_section(text: str, without: Sequence[str]) -> list[str] | None:
+    """Return the lines of the section `constants` without some of them; None if none is left."""
+    lines = _entries(text, 'constants', without)
+    return ['constants:', *lines] if lines else None
+
+
+def _entries(text: str, section: str, without: Sequence[str]) -> list[str]:
+    # The entries of a section, a line each, without those of some keys.
+    plain = text.removeprefix(BOM)
+    root = yaml.compose(plain, Loader=LOADER)
+    assert isinstance(root, MappingNode)
+    value = next((value for key, value in root.value if key.value == section), None)
+    if not isinstance(value, MappingNode):
+        return []
+    return [
+        f'  {plain[key.start_mark.index : item.end_mark.index].rstrip()}'
+        for key, item in value.value
+        if key.value not in without
+    ]
 
 
 def links_section(links: Sequence[Link]) -> list[str]:

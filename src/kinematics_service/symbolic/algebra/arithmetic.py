@@ -18,6 +18,9 @@ from .names import Names
 
 # Constant angles that are no quarter turns and stay symbols.
 MOST_LETTERS = 2
+# A row turns by p/q of a joint's angle: p and q are exponents, which have room for a product of
+# dozens of them.
+MOST_PARTS = 500
 # 1.5707963267948966 is what a program prints for pi/2.
 NEAREST_DOUBLE = 1e-15
 
@@ -153,6 +156,12 @@ def arithmetic_of(description: RobotDescription, names: Names) -> Arithmetic:
                         'the frames are no polynomials in sines and cosines of the joints'
                     )
                 units[variable] = int(sympy.ilcm(units[variable], factor.q))
+                if max(units[variable], abs(factor) * units[variable]) > MOST_PARTS:
+                    raise DerivationError(
+                        f'{text}: {variable} turns an axis by {float(factor):.12g} of its angle, '
+                        'whose sine and cosine are no short polynomials in those of the joint; '
+                        'derive the nominal robot file, without the gear ratios that were found'
+                    )
     offsets = _offsets(turns, names)
     arithmetic = Arithmetic(Ring(), names, units, offsets, _angles(offsets, names))
     for variable in names.variables:
