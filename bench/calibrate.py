@@ -16,6 +16,13 @@ is the part on touched points alone; with errors of the table, and priors, that 
 of those. Beside chi-square, which takes the parameters as normal with the covariance, it says how
 much less likely the truth is than what was found: that needs no covariance, and is 1 over the
 number of all parameters where the fit is right.
+
+    python bench/calibrate.py [runs] --proposals [arm ...]
+
+is the part on proposed poses. Beside what calibrations leave it says what they must, to first
+order: the tool's error over random poses (m, RMS), tr(A M^-1) with A the mean square of how these
+move with the parameters and M what priors and measured poses tell. Of any eight poses inside the
+limits, and of any shares of them, that is at least `floor_of`.
 """
 
 import argparse
@@ -41,10 +48,19 @@ from calibrated_arms import (
 )
 
 import kinematics_service as ks
-from kinematics_service.diagnosis.calibration.parameters import parameters_of
+from kinematics_service.diagnosis.calibration.chosen_parameters import prior_of
+from kinematics_service.diagnosis.calibration.corrected_chain import pose_change
+from kinematics_service.diagnosis.calibration.parameters import (
+    ENDS,
+    end_parameters,
+    parameters_of,
+    placement,
+)
 from kinematics_service.rigid_motion import exponential
 
 NOISE, POSES = 5e-5, 50
+# Poses proposed, random ones to choose from, draws of them; rounds to the floor, and how near.
+PROPOSED, CANDIDATES, DRAWS, TRIALS, CLOSE = 8, 1500, 200, 400, 5e-3
 # Joints (rad, m) of two poses at one point of an arm with few of them differ by more.
 APART = 0.1
 
@@ -169,22 +185,87 @@ def left_by(name, q, seed):
 
 
 def proposals(name, runs):
-    """Print what eight proposed poses leave, and eight and forty random ones."""
+    """Print what eight proposed poses leave, eight and forty random ones, and any eight."""
     robot = ks.load_robot(name)
-    chosen = ks.propose_poses(robot, 8).q
+    chosen = ks.propose_poses(robot, PROPOSED).q
     proposed = [left_by(name, chosen, seed) for seed in range(runs)]
     few, many = (
         [left_by(name, positions_within(robot, count, seed), seed) for seed in range(runs)]
-        for count in (8, 40)
+        for count in (PROPOSED, 40)
     )
     means = [1e3 * np.sqrt(np.mean(np.square(one))) for one in (proposed, few, many)]
     print(
-        f'{name:22} 8 proposed {means[0]:.3f} mm, 8 random {means[1]:.3f} mm, 40 random '
-        f'{means[2]:.3f} mm; better than 8 random in '
+        f'{name:22} 8 proposed {means[0]:.4f} mm, 8 random {means[1]:.4f} mm, 40 random '
+        f'{means[2]:.4f} mm; better than 8 random in '
         f'{100 * np.mean(np.less(proposed, few)):.0f} %, than 40 in '
         f'{100 * np.mean(np.less(proposed, many)):.0f} %',
         flush=True,
     )
+    print_bounds(robot, chosen)
+
+
+def print_bounds(robot, chosen):
+    """Print what proposed poses leave to first order, random ones, and no poses less than."""
+    rows = rows_of(robot, positions_within(robot, CANDIDATES, 5))
+    there = rows_of(robot, positions_within(robot, CANDIDATES, 777))[:, :3]
+    A = np.tensordot(there, there, ((0, 1), (0, 1))) / len(there)
+
+    def left(rows):
+        told = np.eye(len(A)) + np.tensordot(rows, rows, ((0, 1), (0, 1)))
+        return 1e3 * NOISE * np.sqrt(np.trace(np.linalg.solve(told, A)))
+
+    own = left(rows_of(robot, chosen))
+    random = np.random.default_rng(6)
+    equal = {0.95: PROPOSED, 0.5: PROPOSED}
+    quantiles = {}
+    for count in (*range(PROPOSED, 20), 40):
+        draws = [left(rows[random.choice(len(rows), count, replace=False)]) for _ in range(DRAWS)]
+        quantiles[count] = np.quantile(draws, (0.05, 0.5, 0.95))
+        for share in equal:
+            if np.mean(np.greater(draws, own)) >= share:
+                equal[share] = count
+    texts = (
+        f'{count} random {" ".join(f"{x:.4f}" for x in quantiles[count])}'
+        for count in (PROPOSED, 12, 40)
+    )
+    print(
+        f'{"":22} to first order: proposed {own:.4f}, floor {floor_of(rows, A):.4f}; 5, 50, 95 % of '
+        f'{", ".join(texts)}; as good as {equal[0.95]} random in 95 %, '
+        f'{equal[0.5]} in half of the draws',
+        flush=True,
+    )
+
+
+def rows_of(robot, q):
+    """Return how measured poses move with all parameters (N, 6, P), in noise and in priors."""
+    arm = parameters_of(robot)
+    every = [*arm.table, *(one for end in ENDS for one in end_parameters(end, 0))]
+    count = len(arm.table)
+    ends = robot.description.base.motion.matrix, robot.description.tool.motion.matrix
+    chain = placement(arm.chain, *ends, (count, count + 6))
+    priors = np.array([prior_of(one, {}) for one in every])
+    return pose_change(chain, np.zeros(len(every)), q).jacobian * priors / NOISE
+
+
+def floor_of(rows, A):
+    """
+    Return what no eight of these poses leave less than, mm.
+
+    tr(A M^-1) is convex in the shares w of the poses, so that at any shares its tangent is below
+    it: what is returned holds for all shares, however far from the best ones these are.
+    """
+    squares = np.swapaxes(rows, 1, 2) @ rows
+    shares, best = np.full(len(rows), 1.0 / len(rows)), 0.0
+    for _ in range(TRIALS):
+        S = np.linalg.inv(np.eye(len(A)) + PROPOSED * np.tensordot(shares, squares, 1))
+        gains = np.einsum('kij,ij->k', squares, S @ A @ S)
+        value = np.trace(S @ A)
+        best = max(best, value - PROPOSED * (np.max(gains) - shares @ gains))
+        if value - best < CLOSE * value:
+            break
+        shares = shares * np.sqrt(gains)
+        shares /= np.sum(shares)
+    return 1e3 * NOISE * np.sqrt(best)
 
 
 def speed():
@@ -202,6 +283,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('runs', nargs='?', type=int, default=20)
     parser.add_argument('--touches', nargs='*', metavar='ARM')
+    parser.add_argument('--proposals', nargs='*', metavar='ARM')
     parser.add_argument('--size', type=float, default=1.0)
     given = parser.parse_args()
     runs = given.runs
@@ -209,6 +291,10 @@ def main():
     if given.touches is not None:
         for name in given.touches or TEN:
             touches(name, runs, given.size)
+        return
+    if given.proposals is not None:
+        for name in given.proposals or TEN[:4]:
+            proposals(name, runs)
         return
     for name in TEN:
         consistency(name, runs)

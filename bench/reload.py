@@ -45,6 +45,12 @@ TOOLS = ((), (0.05, -0.02, 0.15), (0.0, 0.1, 0.08))
 TURNS = ((), (0.3, -0.2, 0.5), (0.0, 0.0, 1.2))
 # Factors of the length of the upper arm.
 LENGTHS = (1.0, 1.1, 0.9)
+UNCERTAIN = """\
+uncertainty:
+  encoder_noise: 1e-5
+  velocity_noise: 1e-3
+  parameters: {lengths: 1e-4, angles: 1e-3}
+"""
 
 
 def motion(k):
@@ -332,8 +338,9 @@ def change_all(options, slots, changer, file, count):
             assert answer.successful, answer.reason
         else:
             length = (length + 1) % len(LENGTHS)
-            edit(file, text_with(LENGTHS[length]))
-            answer = changer.reload('file')
+            uncertain = turn % 4 == 0
+            edit(file, text_with(LENGTHS[length]) + (UNCERTAIN if uncertain else ''))
+            answer = changer.reload('file with uncertainty' if uncertain else 'file')
             assert answer.success, answer.message
     return refused
 
@@ -352,7 +359,7 @@ def report(slots, rows, count, changer, refused):
     age, gaps, own = heard - fed, np.diff(heard), np.diff(fed)
     busy = np.zeros(count, bool)
     print('from the feeder to the listener (ms), and the longest gap between two poses (feeder):')
-    for what in ('tool', 'file', 'bad file'):
+    for what in ('tool', 'file', 'file with uncertainty', 'bad file'):
         spans = [
             (fed >= begin - 0.001) & (fed <= end + 0.05)
             for name, begin, end in changer.calls

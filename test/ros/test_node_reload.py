@@ -10,7 +10,7 @@ import pytest
 pytest.importorskip('rclpy', reason='needs ROS 2')
 
 from diagnostic_msgs.msg import DiagnosticStatus
-from geometry_msgs.msg import PoseStamped, TwistStamped
+from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, TwistStamped
 from rcl_interfaces.srv import GetParameters, SetParametersAtomically
 from rclpy.parameter import Parameter
 from ros_harness import (
@@ -395,6 +395,27 @@ def test_the_node_answers_while_a_file_is_read(arm, file, monkeypatch):
     one.spin_until(future.done, 'response')
     assert future.result().success
     assert is_at(one.answer(Q), Q, L1=0.7, tool=TOOL)
+
+
+def test_what_may_be_off_in_an_arm_is_found_while_its_file_is_read(arm, file, monkeypatch):
+    from kinematics_service.diagnosis.calibration import arm_errors
+
+    one = arm(str(file))
+    threads, found = [], arm_errors.pose_errors
+
+    def noted(*given):
+        threads.append(threading.current_thread())
+        return found(*given)
+
+    monkeypatch.setattr(arm_errors, 'pose_errors', noted)
+    file.write_text(text(0.7, more='uncertainty: {encoder_noise: 1e-4}\n'))
+    assert reload(one).success
+    poses = one.hear('pose_with_covariance', PoseWithCovarianceStamped)
+    one.answer(Q)
+    one.spin_until(lambda: poses, 'pose with covariance')
+    # By the thread that reads, and by nothing between two messages.
+    assert len(threads) == 1
+    assert threads[0] is not threading.main_thread()
 
 
 def test_a_point_that_no_joint_moves_has_a_pose_and_a_jacobian_of_zeros(arm, file):

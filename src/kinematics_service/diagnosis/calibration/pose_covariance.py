@@ -15,11 +15,11 @@ from ...robot.points import TOOL
 from ...robot.robot import Robot
 from .arm_errors import (
     calibrated_errors,
-    errors_of_file,
     pose_errors,
     table_corrections,
     table_errors_of,
 )
+from .arm_errors import errors_of_file as errors_of_file
 from .calibration import Calibration
 from .checking import apart
 from .corrected_chain import poses_of

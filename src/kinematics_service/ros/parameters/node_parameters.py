@@ -114,6 +114,11 @@ class NodeParameters:
             settings = settings_from(fitting, robot, self._points)
             # What the inverse needs of an arm is found once, and remembered.
             plan_for(settings.robot, settings.target_rows, settings.target_axis or '')
+            if settings.robot.description.uncertainty is not None:
+                # So is what may be off in it; the first such file imports the calibration.
+                from ...diagnosis.calibration.pose_covariance import errors_of_file
+
+                errors_of_file(settings.robot)
             return CheckedArm(robot, fitting, settings)
 
         return read
