@@ -229,8 +229,8 @@ def print_bounds(robot, chosen):
         for count in (PROPOSED, 12, 40)
     )
     print(
-        f'{"":22} to first order: proposed {own:.4f}, floor {floor_of(rows, A):.4f}; 5, 50, 95 % of '
-        f'{", ".join(texts)}; as good as {equal[0.95]} random in 95 %, '
+        f'{"":22} to first order: proposed {own:.4f}, floor {floor_of(rows, A):.4f}; 5, 50, 95 % '
+        f'of {", ".join(texts)}; as good as {equal[0.95]} random in 95 %, '
         f'{equal[0.5]} in half of the draws',
         flush=True,
     )

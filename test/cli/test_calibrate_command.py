@@ -256,6 +256,20 @@ def test_positions_alone_are_read_where_they_are_asked_for(tmp_path, capsys):
     assert 'positions without orientations are for calibrate alone' in out
 
 
+def test_rows_that_lack_a_number_are_left_out_and_it_is_said(tmp_path, capsys):
+    arm = measured_arm('puma560', 30, NOISE)
+    q, poses = arm.q.copy(), arm.poses.copy()
+    poses[7, 1, 3] = np.nan
+    q[20, 2] = np.nan
+    file = table(tmp_path / 'tracker.csv', arm.robot, q, poses)
+    code, out, _ = run(capsys, 'calibrate', file, '--robot', 'puma560')
+    assert code == 0
+    assert 'puma560: 28 poses of' in out
+    assert '1 of 30 poses are left out: they are not finite or have a quaternion' in out
+    assert '1 in rows without joint positions' in out
+    assert 'evenly spread' not in out
+
+
 def test_several_files_have_bases_of_their_own(tmp_path, capsys):
     arm = measured_arm('puma560', 60, NOISE)
     other = arm.poses.copy()

@@ -422,6 +422,14 @@ def test_mirrored_axes_are_refused(arm):
     assert 'mirrored axes' in refused(arm.robot, arm.q, poses)
     points = arm.poses[:, :3, 3] * [1.0, 1.0, -1.0]
     assert 'mirrored axes' in refused(arm.robot, arm.q, points)
+    # With orientations that are rotations: those of the arm, or of axes that are left-handed.
+    poses = arm.poses.copy()
+    poses[:, 1, 3] *= -1.0
+    left_handed = np.diag([1.0, -1.0, 1.0, 1.0])
+    for given in (poses, left_handed @ arm.poses @ left_handed):
+        assert refused(arm.robot, arm.q, given).startswith(
+            'mirrored axes: one axis of the positions points the wrong way: with that undone '
+        )
 
 
 def test_degrees_are_refused(arm):
@@ -447,6 +455,8 @@ def test_too_few_poses_and_poses_that_are_all_alike_are_refused(arm):
     assert 'all alike' in refused(
         arm.robot, np.tile(arm.q[0], (20, 1)), np.tile(arm.poses[:1], (20, 1, 1))
     )
+    twice = np.tile(arm.q[:2], (9, 1)), np.tile(arm.poses[:2], (9, 1, 1))
+    assert 'the 18 poses are 2 different ones, again and again' in refused(arm.robot, *twice)
     found = ks.calibrate(arm.robot, arm.q[:8], arm.poses[:8])
     assert 'the priors decide much of the result' in found.remarks[0]
 

@@ -179,6 +179,14 @@ def test_touches_that_tell_nothing_are_refused():
     )
 
 
+def test_a_distance_that_no_table_explains_is_refused():
+    arm, true = touching_arm('ur5e', TWO, 40), APART['A', 'B']
+    for given, end in ((1e3 * true, '; are these millimetres?'), (1.2 * true, 'off by as much')):
+        said = refused(arm.robot, arm.q, same_point=arm.marks, apart={('A', 'B'): given})
+        assert said.startswith('points A and B are 75')
+        assert said.endswith(end)
+
+
 def test_words_that_do_not_fit_are_refused():
     arm = touching_arm('ur5e', TWO, 40)
     q, marks = arm.q, arm.marks

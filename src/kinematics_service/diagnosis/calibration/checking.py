@@ -110,20 +110,43 @@ def _check_set(robot: Robot, given: Measured, k: int) -> None:
     own = given.sets == k
     count = int(np.sum(own))
     if count < LEAST:
+        few = '1 pose is' if count == 1 else f'{count} poses are'
         raise CalibrationError(
-            f'{count} poses are too few: at least {LEAST} are needed, and some {robot.dof + 4} '
-            'or more tell most of an arm'
+            f'{few} too few: at least {LEAST} are needed, and some {robot.dof + 4} or more tell '
+            'most of an arm'
         )
     if not given.positions:
         try:
             check_rotations(given.poses[own, :3, :3])
         except FramesError as error:
             raise CalibrationError(str(error)) from None
-    moved = float(np.max(np.ptp(given.q[own], axis=0)))
-    if moved < ALIKE:
+    check_different(given.q[own], f'the {count} poses')
+
+
+def check_different(q: Floats, whose: str, least: int = LEAST) -> None:
+    """
+    Refuse joint positions (N, n), rad or m, that are fewer different ones than tell anything.
+
+    Raises
+    ------
+    CalibrationError
+        All are alike, or all but too few.
+    """
+    others, different = np.ones(len(q), dtype=bool), 0
+    while different < least and np.any(others):
+        first = q[int(np.argmax(others))]
+        others &= np.max(np.abs(q - first), axis=1) >= ALIKE
+        different += 1
+    if different == 1:
+        moved = float(np.max(np.ptp(q, axis=0)))
         raise CalibrationError(
-            f'the {count} poses are all alike (no joint moves by more than {moved:.2g} rad or m): '
+            f'{whose} are all alike (no joint moves by more than {moved:.2g} rad or m): '
             'they tell nothing of the arm; take poses far apart'
+        )
+    if different < least:
+        raise CalibrationError(
+            f'{whose} are {different} different ones, again and again: at least {least} are '
+            'needed; take poses far apart'
         )
 
 
@@ -173,6 +196,11 @@ def _checked(
     if not positions and len(near) >= LEAST_FOR_CAUSE:
         diagnosis = diagnose_frames(robot, q[near], poses[near])
         cause = diagnosis.cause
+        left = middle if cause is None else cause.errors.position_rms
+        if min(left, middle) > NO_CALIBRATION:
+            # No cause that turns with the poses explains it: one of their positions may.
+            alone = offsets_of(forward_kinematics(robot, q), poses, True, free)
+            _check_positions(robot, q, poses, float(np.median(alone.remainder)), free)
         if cause is not None and cause.key not in FOUND_HERE:
             raise CalibrationError(f'the frame check comes first: {diagnosis.sentence}')
     if middle > NO_CALIBRATION:

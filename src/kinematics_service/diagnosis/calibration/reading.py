@@ -132,13 +132,13 @@ def _joined(
         around.take(stamps, passed, states.q[:])
     found = around.track()
     use, reason = matched(found, gap)
-    chosen = np.flatnonzero(use)
-    if not len(chosen):
+    matching = np.flatnonzero(use)
+    if not len(matching):
         reason = reason or 'there is no pose'
         raise CalibrationError(f'{file}: {track.name}: {reason}')
     total = track.total or len(track.stamps)
-    chosen = chosen[np.unique(np.linspace(0, len(chosen) - 1, MOST_POSES).astype(int))]
-    if len(chosen) < total:
+    chosen = matching[np.unique(np.linspace(0, len(matching) - 1, MOST_POSES).astype(int))]
+    if len(chosen) < len(matching) or len(track.stamps) < total:
         remarks = [*remarks, f'{len(chosen):,} of {total:,} poses are used, evenly spread']
     zero = found.stamps[chosen[0]]
     motion = None

@@ -21,7 +21,7 @@ from ...kinematics.forward import forward_kinematics, jacobian
 from ...robot.robot import Robot
 from ...robot.task import seeded_poses
 from ..frame_check.errors import length_in_words
-from .checking import ALIKE, DECISIVE, LEAST, NO_CALIBRATION, Measured
+from .checking import ALIKE, DECISIVE, LEAST, NO_CALIBRATION, Measured, check_different
 from .chosen_parameters import ANYWHERE, ChosenParameters, TouchedPoint
 from .corrected_chain import CorrectedChain, CorrectingMotion, Part
 from .fitting import (
@@ -115,12 +115,8 @@ def touches_of(robot: Robot, q: npt.ArrayLike, same_point: Sequence[object]) -> 
                 f'{"pose" if len(own) == 1 else "poses"}: at least {LEAST} are needed, and some '
                 f'{2 * robot.dof} or more at each point tell most of an arm'
             )
-        moved = float(np.max(np.ptp(own, axis=0)))
-        if moved < ALIKE:
-            raise CalibrationError(
-                f'the {len(own)} poses at point {name} are all alike (no joint moves by more than '
-                f'{moved:.2g} rad or m): they tell nothing of the arm; take poses far apart'
-            )
+        # An arm of three joints has no more than a few poses there.
+        check_different(own, f'the {len(own)} poses at point {name}', least=2)
     return Touches(joints, point, names)
 
 
@@ -187,6 +183,7 @@ class SamePointParameters(ChosenParameters):
         start = _started(self.robot, q, point, free=set(tool) <= set(chosen))
         if check:
             _check_touches(self.robot, self.touches, start)
+            _check_distances(start, names, self.apart)
         self.start = start
         parameters = tuple(self.every[k] for k in chosen)
         return FitProblem(
@@ -414,6 +411,21 @@ def _check_touches(robot: Robot, touches: Touches, start: _Start) -> None:
             f'robot {robot.name} is off by as much; it is another robot, or the rows are marked '
             'with wrong points'
         )
+
+
+def _check_distances(
+    start: _Start, names: Sequence[str], apart: Mapping[tuple[int, int], float]
+) -> None:
+    for (i, j), given in apart.items():
+        found = float(np.linalg.norm(start.points[j] - start.points[i]))
+        if abs(given - found) > NO_CALIBRATION:
+            unit = ''
+            if abs(1e-3 * given - found) < NO_CALIBRATION:
+                unit = '; are these millimetres?'
+            raise CalibrationError(
+                f'points {names[i]} and {names[j]} are {length_in_words(found)} apart by the '
+                f'touches, not {length_in_words(given)}: no table is off by as much{unit}'
+            )
 
 
 def _touching(robot: Robot, q: Floats, targets: Floats, tip: Floats) -> tuple[Floats, Flags]:

@@ -94,8 +94,9 @@ class _CsvTable:
             for stamps, numbers in reader.pieces():
                 if found:
                     # Poses and joints of a row belong together, however far apart the rows are.
+                    # A row without any number of a pose has none; one that lacks some is refused.
                     rows = numbers[:, m:]
-                    known = np.all(np.isfinite(rows), axis=1)
+                    known = np.any(np.isfinite(rows), axis=1)
                     poses.take(stamps[known], rows[known], numbers[known, :n])
                 # The time of receipt is that of the measurement; if the stamps step back, time
                 # goes on.
