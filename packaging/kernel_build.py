@@ -120,6 +120,15 @@ class BuildIfPossible(build_ext):
             self._failed = True
             raise
 
+    def _is_behind(self, source: str) -> bool:
+        # Whether what a module includes has changed since it was translated: Cython does not see
+        # that `from ..layout cimport arrays` depends on arrays.pxd.
+        written = Path(self.build_temp, 'cython', source).with_suffix('.c')
+        included = [file for file in FOLDER.rglob('*.pxd') if file.stem in INCLUDED]
+        return written.exists() and any(
+            file.stat().st_mtime > written.stat().st_mtime for file in included
+        )
+
     def _translate(self, ext: Extension) -> None:
         # Imported here: that the package is described needs neither of them.
         import numpy
@@ -130,7 +139,7 @@ class BuildIfPossible(build_ext):
             [Extension(ext.name, [source])],
             compiler_directives=DIRECTIVES,
             build_dir=str(Path(self.build_temp, 'cython')),
-            force=self.force,
+            force=self.force or self._is_behind(source),
             quiet=True,
         )
         ext.sources = translated[0].sources

@@ -288,3 +288,23 @@ def test_everything_that_is_no_python_is_installed_too(clone):
     }
     assert {file.suffix for file in beside} >= {'.pxd', '.css', '.js', '.xml'}
     assert not [file for file in beside if not (clone / 'built' / file).exists()]
+
+
+@in_clone
+def test_a_module_is_behind_when_a_file_that_it_includes_is_newer(tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(str(ROOT / 'packaging'))
+    monkeypatch.chdir(tmp_path)
+    from kernel_build import FOLDER, BuildIfPossible
+    from setuptools import Distribution
+
+    build = BuildIfPossible(Distribution())
+    build.build_temp = 'temporary'
+    source = FOLDER / 'measures' / 'norms.py'
+    included, written = FOLDER / 'layout' / 'arrays.pxd', Path('temporary', 'cython', source)
+    for file in (included, written.with_suffix('.c')):
+        file.parent.mkdir(parents=True)
+        file.touch()
+    for changed, behind in ((1e9, False), (3e9, True)):
+        os.utime(written.with_suffix('.c'), (2e9, 2e9))
+        os.utime(included, (changed, changed))
+        assert build._is_behind(str(source)) is behind
