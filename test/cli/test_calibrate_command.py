@@ -341,7 +341,7 @@ def test_wrong_options_are_wrong_usage(tmp_path, capsys):
 def test_what_is_wrong_with_live_is_a_sentence(tmp_path, capsys, monkeypatch):
     given = ['calibrate', '--robot', 'ur5e', '--live']
     for sentence, *options in (
-        ('-1 is not within 0 and 86,400 s', '-1'),
+        ('-1 s is not above 0 and at most 86,400 s', '-1'),
         ('--live hears a running robot', '10', tmp_path / 'tracker.csv'),
         ('--live hears a running robot', '10', '--same-point', 'hole'),
     ):
@@ -440,3 +440,40 @@ def test_wrong_options_of_touched_points_are_sentences(tmp_path, capsys):
     code, _, err = run(capsys, 'calibrate', bag, '--robot', 'ur5e', '--same-point', 'hole')
     assert code == 1
     assert 'names a column of a table' in err
+
+
+@pytest.mark.parametrize('option', ['--output', '--html', '--json', '--plan'])
+def test_an_output_that_cannot_be_written_is_refused_before_a_robot_is_heard(
+    option, tmp_path, capsys
+):
+    given = ['calibrate', '--robot', 'ur5e', '--live', '600', '--propose', '3', option]
+    code, _, err = run(capsys, *given, tmp_path / 'none' / 'a.yaml')
+    assert code == 2
+    assert f'{option}: there is no folder {tmp_path / "none"}' in ' '.join(err.split())
+    (tmp_path / 'folder.yaml').mkdir()
+    code, _, err = run(capsys, *given, tmp_path / 'folder.yaml')
+    assert code == 2
+    assert 'folder.yaml is a folder: give the file itself' in ' '.join(err.split())
+
+
+def test_the_measured_poses_are_not_overwritten(tmp_path, capsys):
+    file = tmp_path / 'tracker.csv'
+    file.write_text('measured')
+    for option in ('--output', '--html', '--json'):
+        code, _, err = run(capsys, 'calibrate', file, '--robot', 'ur5e', option, file, '--force')
+        assert code == 2
+        assert f'{option}: {file} is the recording itself' in ' '.join(err.split())
+    assert file.read_text() == 'measured'
+
+
+def test_a_row_without_joints_does_not_make_the_others_evenly_spread(tmp_path, capsys):
+    arm = measured_arm('ur5e', 20, NOISE)
+    file = table(tmp_path / 'tracker.csv', arm.robot, arm.q, arm.poses)
+    lines = file.read_text().splitlines()
+    cells = lines[4].split(',')
+    lines[4] = ','.join([cells[0], 'nan', *cells[2:]])
+    file.write_text('\n'.join(lines))
+    code, out, _ = run(capsys, 'calibrate', file, '--robot', 'ur5e')
+    assert code == 0
+    assert '1 in rows without joint positions' in out
+    assert 'evenly spread' not in out

@@ -608,3 +608,27 @@ def test_commands_without_ros_import_neither_rclpy_nor_sympy():
         capture_output=True, text=True, env={**os.environ, 'COLUMNS': '80'},
     )  # fmt: skip
     assert run.stderr.strip() == ''
+
+
+@pytest.mark.parametrize('command', [('derive', '--out'), ('export', '--urdf')])
+def test_a_robot_file_is_not_replaced_by_what_is_made_from_it(capsys, tmp_path, command):
+    name, option = command
+    file = tmp_path / 'arm.yaml'
+    text = ks.bundled_robots()['planar_2r'].read_text()
+    file.write_text(text)
+    assert main([name, str(file), option, str(file)]) == 2
+    assert f'{option}: {file} is the robot file itself' in capsys.readouterr().err
+    assert file.read_text() == text
+
+
+def test_a_document_that_cannot_be_written_is_refused_before_the_derivation(capsys, tmp_path):
+    assert main(['derive', 'ur5e', '--out', str(tmp_path / 'none' / 'ur5e.tex')]) == 2
+    assert f'--out: there is no folder {tmp_path / "none"}' in capsys.readouterr().err
+
+
+def test_a_page_in_a_folder_that_is_not_there_is_a_sentence(capsys, tmp_path):
+    table = tmp_path / 'run.csv'
+    table.write_text('stamp,position.q1,position.q2\n1,0.1,0.5\n2,0.2,0.6\n')
+    page = tmp_path / 'none' / 'run.html'
+    assert main(['audit', str(table), '--robot', 'planar_2r', '--html', str(page)]) == 1
+    assert f'{page}: cannot be written: No such file or directory' in capsys.readouterr().err

@@ -376,7 +376,15 @@ def test_between_points_runs_the_polynomial_of_its_conditions():
         ('', 'is empty'),
         (plan([]), 'has no points'),
         (plan(BENT, ('q1', 'other')), 'does not move q2 of planar_2r; its joints are q1, other'),
-        (plan([(0.0, (1.0,), ())]), 'points[0] must have one position for each joint'),
+        (plan([(0.0, (1.0,), ())]), 'points[0] must have one position for each joint: 1 of 2'),
+        (
+            plan([(0.0, (0.0, 1.0), (0.1,)), (1.0, (0.5, 1.0), (0.0, 0.0))]),
+            'points[0] must have one velocity for each joint: 1 of 2, and other points have some',
+        ),
+        (
+            plan([(0.0, (0.0, 1.0), (0.1, 0.1)), (1.0, (0.5, 1.0), ())]),
+            'points[1] must have one velocity for each joint: 0 of 2, and other points have some',
+        ),
         (plan([BENT[0], BENT[0]]), 'points[1] is not later'),
         (plan([(0.0, ('.nan', 1), ())]), 'positions holds a number that is not finite'),
         ('joint_names: [a\n', 'plan.yaml:2: not valid YAML: while parsing a flow sequence'),

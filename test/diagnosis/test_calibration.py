@@ -461,11 +461,20 @@ def test_too_few_poses_and_poses_that_are_all_alike_are_refused(arm):
     assert 'the priors decide much of the result' in found.remarks[0]
 
 
+def test_a_base_that_is_not_fitted_is_not_said_to_be(arm):
+    away = arm.poses.copy()
+    away[:, 0, 3] += 3.0
+    sentence = refused(arm.robot, arm.q, away, fit=['a2'])
+    assert 'off, with base and tool as in the robot file: fit base and tool too' in sentence
+    assert 'with base as in the robot file' in refused(arm.robot, arm.q, away, fix=['base'])
+
+
 def test_arrays_that_do_not_fit_are_refused(arm):
     assert 'must have the shape (N, 6)' in refused(arm.robot, arm.q[:, :5], arm.poses)
     assert 'must be finite' in refused(arm.robot, arm.q * np.nan, arm.poses)
     assert "'bse' is no parameter of ur5e" in refused(arm.robot, arm.q, arm.poses, fit=['bse'])
     assert 'nothing is left' in refused(arm.robot, arm.q, arm.poses, fit=['a2'], fix=['lengths'])
+    assert 'nothing is left' in refused(arm.robot, arm.q, arm.poses, fix=['all'])
     assert "own: 'arm'" in refused(arm.robot, arm.q, arm.poses, own=['arm'])
     assert 'whole numbers from 0' in refused(arm.robot, arm.q, arm.poses, sets=np.full(50, 3))
 

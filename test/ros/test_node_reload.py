@@ -158,9 +158,28 @@ def test_a_bad_tool_is_refused_and_nothing_is_half_applied(arm, file, value, rea
     settings = one.node.settings
     result = change(one, tool__rpy=[0.0, 0.0, 0.4], tool__xyz=value)
     assert not result.successful
-    assert result.reason == (f'{reason} (empty, or 3 numbers of one kind such as [0.0, 0.0, 0.1])')
+    accepted = 'empty, or 3 numbers of one kind, none beyond 1e+06, such as [0.0, 0.0, 0.1]'
+    assert result.reason == f'{reason} ({accepted})'
     assert one.node.settings is settings
     assert is_at(one.answer(Q), Q)
+
+
+def test_an_orientation_of_the_tool_in_degrees_is_refused(arm, file):
+    one = arm(str(file))
+    result = change(one, tool__rpy=[0.0, 0.0, 90.0])
+    assert not result.successful
+    assert 'tool.rpy: [0.0, 0.0, 90.0] is not accepted' in result.reason
+    assert 'none beyond 6.28319' in result.reason
+    assert change(one, tool__rpy=[0.0, 0.0, -math.pi]).successful
+
+
+def test_another_tool_is_logged(arm, file, capfd):
+    one = arm(str(file))
+    assert change(one, tool__xyz=[0.0, 0.0, 0.15], tool__rpy=[0.0, 0.0, 0.5]).successful
+    assert change(one, twist_frame='tool').successful
+    logged = capfd.readouterr().err
+    assert logged.count('the tool is now at') == 1
+    assert 'at xyz [0, 0, 0.15] m, rpy [0, 0, 0.5] rad in the frame after the last row' in logged
 
 
 def test_a_tool_that_nothing_moves_is_refused_with_the_reason(arm, tmp_path):

@@ -204,3 +204,12 @@ def test_no_cause_is_named_twice():
     (cause,) = verdict.causes
     assert cause.sentence == 'cos(k2) stands where sin(k2) belongs'
     assert cause.sentence not in cause.also
+
+
+def test_a_cause_is_named_once():
+    robot = ks.load_robot('planar_2r')
+    text = 'J_v = [-L1 s1 - L2 s12, -L2 s12; L1 c1 + L2 c12, L2 s12; 0, 0]'
+    (verdict,) = compare(robot, text).verdicts
+    (cause,) = verdict.causes
+    assert cause.sentence == 'sin(q1 + q2) stands where cos(q1 + q2) belongs'
+    assert cause.also == ()

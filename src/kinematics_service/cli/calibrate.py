@@ -3,7 +3,7 @@
 import math
 import re
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from datetime import datetime
 from enum import Enum
@@ -16,7 +16,7 @@ from ..robot.bundled import find_robot_file
 from .application import app
 from .frame_options import LONGEST_GAP, FormatOption, GapOption, given_format, given_limit
 from .live_calibration import POSES, STATES, LiveOptions, checked_seconds, collected
-from .options import RobotOption, WrongUsage, given_robot
+from .options import RobotOption, WrongUsage, given_robot, refuse_unwritable
 from .recording_options import ColumnsOption, PrefixOption, TopicOption
 
 if TYPE_CHECKING:
@@ -83,6 +83,8 @@ mistake that is no matter of calibration. 2: wrong usage.
 
 
 PLANS = ('.csv', '.yaml', '.yml')
+# Outputs that replace no file unless they are told to.
+OVERWRITTEN_BY_FORCE = ('--output', '--plan')
 DISTANCE = re.compile(r'([^,=]+),([^,=]+)=\s*([0-9.]+(?:[eE][-+]?[0-9]+)?)\s*(mm|m)?')
 # A joint as fast (rad/s, m/s) as this makes a lag matter.
 MOVING = 0.05
@@ -166,7 +168,7 @@ def calibrate(
 ) -> None:
     """Run the command; `HELP` is what its user reads."""
     plans = _plans(plan, propose)
-    _check_outputs([*([] if output is None else [output]), *plans], force)
+    _check_outputs({'--output': output, '--html': html, '--json': json}, plans, files, force)
     arm = given_robot(robot)
     limit = None if tolerance is None else given_limit('--tolerance', tolerance)
     form = given_format(pose_format)
@@ -261,9 +263,21 @@ def _plans(plan: list[Path] | None, propose: int | None) -> list[Path]:
     return plan or []
 
 
-def _check_outputs(outputs: Sequence[Path], force: bool) -> None:
-    for file in outputs:
-        if file.exists() and not force:
+def _check_outputs(
+    outputs: Mapping[str, Path | None],
+    plans: Sequence[Path],
+    inputs: Sequence[Path] | None,
+    force: bool,
+) -> None:
+    # Before anything is heard or computed: what comes in an hour cannot be had again.
+    named = [(option, file) for option, file in outputs.items() if file is not None]
+    for option, file in [*named, *(('--plan', file) for file in plans)]:
+        if option == '--json' and str(file) == '-':
+            continue
+        refuse_unwritable(option, file)
+        if file.exists() and any(one.exists() and file.samefile(one) for one in inputs or []):
+            raise WrongUsage(f'{option}: {file} is the recording itself')
+        if option in OVERWRITTEN_BY_FORCE and file.exists() and not force:
             raise WrongUsage(f'{file} exists already: give another name, or --force')
 
 

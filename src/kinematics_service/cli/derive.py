@@ -11,7 +11,13 @@ import typer
 from ..robot.bundled import find_robot_file
 from ..robot.robot import Robot, load_robot
 from .application import app
-from .options import RobotArgument, WrongUsage, refuse_unknown_robot
+from .options import (
+    RobotArgument,
+    WrongUsage,
+    refuse_robot_file,
+    refuse_unknown_robot,
+    refuse_unwritable,
+)
 
 if TYPE_CHECKING:
     from ..symbolic.derivation import Derivation
@@ -92,6 +98,9 @@ def derive(
 ) -> None:
     """Run the command; `HELP` is what its user reads."""
     refuse_unknown_robot(robot, '')
+    if out is not None:
+        refuse_unwritable('--out', out)
+        refuse_robot_file('--out', out, robot)
     if write and lock:
         raise WrongUsage('--write: the factors of a locked arm are not those of the robot file')
     if plot and not path:

@@ -7,9 +7,8 @@ from typing import Annotated
 
 import typer
 
-from ..errors import KinematicsError
 from .application import app
-from .options import RobotArgument, given_robot
+from .options import RobotArgument, given_robot, refuse_robot_file
 
 HELP = """
 Write a robot as URDF, for RViz, robot_state_publisher, MoveIt, Pinocchio and others.
@@ -35,6 +34,7 @@ def export(
 ) -> None:
     """Run the command; `HELP` is what its user reads."""
     arm = given_robot(robot, '')
+    refuse_robot_file('--urdf', Path(urdf), robot)
     from ..formats.urdf.writer import urdf_text, without_loops
 
     text = urdf_text(arm)
@@ -61,7 +61,4 @@ def write_document(file: str, text: str) -> None:
         return
     from ..robot.file.writer import replace_file
 
-    try:
-        replace_file(Path(file), text)
-    except OSError as error:
-        raise KinematicsError(f'{file}: cannot be written: {error.strerror}') from None
+    replace_file(Path(file), text)

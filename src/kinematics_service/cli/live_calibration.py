@@ -31,7 +31,7 @@ class LiveOptions(NamedTuple):
 def checked_seconds(seconds: float) -> float:
     """Return the time of the collecting, s; refuse one that is none."""
     if not 0.0 < seconds <= LONGEST:
-        raise WrongUsage(f'--live: {seconds:g} is not within 0 and {LONGEST:,.0f} s')
+        raise WrongUsage(f'--live: {seconds:g} s is not above 0 and at most {LONGEST:,.0f} s')
     return seconds
 
 

@@ -14,7 +14,7 @@ from ..robot.file.new_robot import MOST_JOINTS, NEW_CONVENTIONS, new_robot_text
 from ..robot.file.quantities import Units
 from .application import app
 from .export import write_document
-from .options import WrongUsage
+from .options import WrongUsage, refuse_unwritable
 
 HELP = """
 Write a robot file to begin with: an example arm whose comments say what each part means.
@@ -121,9 +121,6 @@ def _units(text: str) -> Units:
 
 
 def _refuse_path(path: Path, force: bool) -> None:
-    if path.is_dir():
-        raise WrongUsage(f'--out: {path} is a folder: give the file itself')
+    refuse_unwritable('--out', path)
     if path.exists() and not force:
         raise WrongUsage(f'{path} exists already: give another name, --out, or --force')
-    if not path.parent.is_dir():
-        raise WrongUsage(f'--out: there is no folder {path.parent}')

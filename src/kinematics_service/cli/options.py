@@ -1,7 +1,9 @@
 """The options several commands share, and what their values mean."""
 
+import os
 import re
 import sys
+from pathlib import Path
 from typing import Annotated, Optional
 
 import numpy as np
@@ -57,6 +59,23 @@ class WrongUsage(typer.BadParameter):
     def format_message(self) -> str:
         """Return the sentence itself, without typer's preface."""
         return self.message
+
+
+def refuse_unwritable(option: str, file: Path) -> None:
+    """Refuse an output that cannot be written, before anything is computed for it."""
+    folder = file.parent
+    if file.is_dir():
+        raise WrongUsage(f'{option}: {file} is a folder: give the file itself')
+    if not folder.is_dir():
+        raise WrongUsage(f'{option}: there is no folder {folder}')
+    if not os.access(folder, os.W_OK):
+        raise WrongUsage(f'{option}: the folder {folder} cannot be written to')
+
+
+def refuse_robot_file(option: str, file: Path, robot: str) -> None:
+    """Refuse an output that would take the place of the robot file it is made from."""
+    if file.exists() and file.samefile(find_robot_file(robot)):
+        raise WrongUsage(f'{option}: {file} is the robot file itself')
 
 
 def refuse_unknown_robot(name: str, where: str = OPTION) -> None:

@@ -204,12 +204,22 @@ def _checked(
         if cause is not None and cause.key not in FOUND_HERE:
             raise CalibrationError(f'the frame check comes first: {diagnosis.sentence}')
     if middle > NO_CALIBRATION:
-        raise CalibrationError(
-            f'half of the positions are more than {length_in_words(middle)} off, with base and '
-            f'tool fitted: no robot {robot.name} is off by as much; it is another robot, or the '
-            'poses do not belong to these joint positions'
-        )
+        raise CalibrationError(_too_far_off(robot, middle, free))
     return diagnosis
+
+
+def _too_far_off(robot: Robot, middle: float, free: Free) -> str:
+    begin = f'half of the positions are more than {length_in_words(middle)} off, with'
+    kept = ' and '.join(end for end, fitted in free._asdict().items() if not fitted)
+    if kept:
+        return (
+            f'{begin} {kept} as in the robot file: fit {kept} too, unless the poses are in the '
+            'very frames of that file; then it is another robot'
+        )
+    return (
+        f'{begin} base and tool fitted: no robot {robot.name} is off by as much; it is another '
+        'robot, or the poses do not belong to these joint positions'
+    )
 
 
 def _check_positions(robot: Robot, q: Floats, poses: Floats, middle: float, free: Free) -> None:

@@ -111,7 +111,7 @@ class ChosenParameters:
             k
             for k, one in enumerate(self.every)
             if (not fit or {one.name, one.group, EVERYTHING} & set(fit))
-            and not {one.name, one.group} & set(fix)
+            and not {one.name, one.group, EVERYTHING} & set(fix)
         ]
         if self.given.positions:
             # A point has no orientation.

@@ -20,6 +20,11 @@ PAUSE = 3_600 * SECOND
 # A stamp of zero would mean that there is none.
 BEGIN = SECOND
 LARGEST = 64 * 1024 * 1024
+SINGULAR = {
+    'positions': 'position',
+    'velocities': 'velocity',
+    'accelerations': 'acceleration',
+}
 
 
 def open_planned(file: Path, wanted: Selection) -> RecordingSource:
@@ -161,10 +166,13 @@ def _table(rows: Sequence[Any], names: tuple[str, ...], key: str, where: str) ->
     if not any(len(row) for row in rows if isinstance(row, (list, np.ndarray))):
         return None
     for k, row in enumerate(rows):
-        if not isinstance(row, (list, np.ndarray)) or len(row) != len(names):
-            if key != 'positions':
-                return None
-            raise AuditError(f'{where}: points[{k}] must have one position for each joint')
+        count = len(row) if isinstance(row, (list, np.ndarray)) else 0
+        if count != len(names):
+            # Left out, they would be those of another motion, of which all would be proved.
+            raise AuditError(
+                f'{where}: points[{k}] must have one {SINGULAR[key]} for each joint: {count} '
+                f'of {len(names)}{"" if key == "positions" else ", and other points have some"}'
+            )
         # These are truth values and texts, which numpy would take for numbers.
         if isinstance(row, list) and not {type(value) for value in row} <= {int, float}:
             raise AuditError(f'{where}: points[{k}]: {key} must be numbers')

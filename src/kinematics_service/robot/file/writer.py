@@ -15,7 +15,7 @@ from typing import Any
 import yaml
 from yaml import MappingNode, Node
 
-from ...errors import RobotFileWriteError
+from ...errors import KinematicsError, RobotFileWriteError
 from .yaml_reader import LOADER
 
 BOM = '\ufeff'
@@ -130,7 +130,19 @@ def scalar(text: str) -> str:
 def replace_file(path: Path, text: str) -> None:
     """
     Put a text in the place of a file, all or nothing: an interruption leaves the old one whole.
+
+    Raises
+    ------
+    KinematicsError
+        The file cannot be written.
     """
+    try:
+        _replace(path, text)
+    except OSError as error:
+        raise KinematicsError(f'{path}: cannot be written: {error.strerror}') from None
+
+
+def _replace(path: Path, text: str) -> None:
     handle, name = tempfile.mkstemp(dir=path.resolve().parent, prefix=f'.{path.name}.')
     try:
         with os.fdopen(handle, 'w', encoding='utf-8', newline='') as file:

@@ -6,10 +6,22 @@ from rclpy.node import Node
 
 from ... import kernel
 from ...estimation.status_text import structure_in_words
+from ...rigid_motion import exact_rpy
+from ...robot.robot import Robot
 from ..parameters.node_parameters import NodeParameters
 
 # Number of unknown parameters that are named.
 NAMED = 5
+
+
+def tool_in_words(robot: Robot) -> str:
+    """Return the sentence on another tool."""
+    motion = robot.description.tool.motion.matrix
+    xyz, rpy = (
+        ', '.join(f'{number:.6g}' for number in numbers)
+        for numbers in (motion[:3, 3], exact_rpy(motion[:3, :3]))
+    )
+    return f'the tool is now at xyz [{xyz}] m, rpy [{rpy}] rad in the frame after the last row'
 
 
 def introduce(node: Node, parameters: NodeParameters, topic: str) -> None:

@@ -24,7 +24,7 @@ from .describe import description_of
 from .diagnostics import INTERNAL_ERROR, LEFT_OUT
 from .health import Health
 from .input import Input
-from .introduction import introduce
+from .introduction import introduce, tool_in_words
 from .outputs import ActiveTopics, Outputs
 from .reference import Reference
 from .reload import Reload
@@ -262,7 +262,8 @@ class KinematicsNode(Node):
     # Parameters
 
     def _take_settings(self, settings: NodeSettings) -> None:
-        moves_alike = settings.robot.chain is self._settings.robot.chain
+        before = self._settings.robot
+        moves_alike = settings.robot.chain is before.chain
         self._settings = settings
         self._estimator.configure(settings.robot, settings.estimator)
         self._grid.forget()
@@ -274,6 +275,8 @@ class KinematicsNode(Node):
             self._reference.forget()
             self._latest = self._latest and self._estimator.anew(self._latest)
             self._watchdog.reset()  # what is stale may be other joints now
+            if settings.robot.description.tool.motion != before.description.tool.motion:
+                self.get_logger().info(tool_in_words(settings.robot))
 
     # Services
 

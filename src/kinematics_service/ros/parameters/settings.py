@@ -17,6 +17,9 @@ from ...robot.robot import Robot, with_singularity, with_tool
 from ...robot.task import ROW_NAMES
 from .table import PARAMETERS
 
+# No roll, pitch or yaw (rad) goes farther: more is in degrees.
+FULL_TURN = 2.0 * math.pi
+
 ROW_LABELS = {
     'linear_first': 'vx,vy,vz,wx,wy,wz',
     'angular_first': 'wx,wy,wz,vx,vy,vz',
@@ -232,14 +235,17 @@ def _axis(values: Mapping[str, Any], rows: tuple[str, ...]) -> str | None:
 def _checked_numbers(name: str, value: Any, count: int) -> tuple[float, ...] | None:
     # None for an empty list, whose type ROS does not tell: it may arrive as nothing at all.
     listed = [] if value is None else value
+    largest = FULL_TURN if name == 'tool.rpy' else LARGEST
     fits = not isinstance(listed, (str, bytes)) and isinstance(listed, (Sequence, array))
     if fits and not len(listed):
         return None
     if fits and len(listed) == count:
         kinds = {type(number) for number in listed}
-        if kinds <= {float, int} and all(abs(number) <= LARGEST for number in listed):
+        if kinds <= {float, int} and all(abs(number) <= largest for number in listed):
             return tuple(float(number) for number in listed)
-    accepted = f'empty, or {count} numbers of one kind such as [0.0, 0.0, 0.1]'
+    accepted = (
+        f'empty, or {count} numbers of one kind, none beyond {largest:g}, such as [0.0, 0.0, 0.1]'
+    )
     shown = value if isinstance(value, str) else list(listed) if fits else value
     raise _refuse(name, shown, accepted)
 

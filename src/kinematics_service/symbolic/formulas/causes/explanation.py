@@ -244,21 +244,19 @@ def _repaired(
         symbols = tuple(symbol for symbol in symbols if symbol != original.variable)
     known = sorted(expression.free_symbols - set(symbols), key=str)
     kinds = SOLUTION_EDITS if isinstance(original, SolutionCheck) else EDITS
-    found: list[tuple[str, str]] = []
+    found: dict[str, str] = {}  # by sentence: kinds of edits may come to the same one
     for kind in kinds:
         tried.append(kind.name)
         for edit in kind.edits(expression, (*symbols, *known)):
             if check.passes(i, j, edit.expression):
-                # Two kinds of edits may be the same one.
-                if edit.sentence not in [sentence for _, sentence in found]:
-                    found.append((kind.name, edit.sentence))
+                found.setdefault(edit.sentence, kind.name)
                 break
         if len(found) > MOST_ALTERNATIVES:
             break
     if not found:
         return []
-    (cause, sentence), *others = found
-    return [Explanation(cause, sentence, ((i, j),), tuple(text for _, text in others))]
+    sentence, *others = found
+    return [Explanation(found[sentence], sentence, ((i, j),), tuple(others))]
 
 
 def _missing_terms(
