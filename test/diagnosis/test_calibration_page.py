@@ -10,6 +10,8 @@ from chromium import chromium_tab
 
 import kinematics_service as ks
 from kinematics_service.diagnosis.calibration.page.page import PageOrigin, page_of
+from kinematics_service.diagnosis.calibration.page.plots import BOTTOM, HEIGHT, PointPlot
+from kinematics_service.diagnosis.calibration.report import not_nothing
 
 NOISE = 5e-5
 ORIGIN = PageOrigin(('tracker <1>.csv',), 'ur5e.yaml', '2031-02-03', ('A remark',))
@@ -44,6 +46,27 @@ def test_the_page_says_what_was_found(found):
     assert page.count('<circle class="before"') == 2 * 40 + 6 * 39
     assert page.count('<circle class="outlier"') == 2
     assert page == page_of(found, ORIGIN)
+
+
+def test_an_error_far_below_the_others_is_not_drawn_beside_them():
+    x = np.arange(3.0)
+    series = (('before', np.array([0.1, 0.2, 0.25])), ('after', np.array([0.0, 1e-9, 0.01])))
+    page = PointPlot('error', 'deg', 'pose', x, series).html()
+    rows = [
+        float(y) for y in re.findall(r'<circle class="after" cx="[0-9.]+" cy="([0-9.]+)"', page)
+    ]
+    edge = HEIGHT - BOTTOM
+    assert rows[0] == rows[1] == pytest.approx(edge, abs=0.1)
+    # Four decades over the height: 0.01 is a good one below 0.25, and far above the edge.
+    assert 0.3 * edge < rows[2] < 0.5 * edge
+    assert 'points on the lower edge are below it' in page
+    near = PointPlot('error', 'deg', 'pose', x, series[:1]).html()
+    assert 'lower edge' not in near
+
+
+def test_no_deviation_is_nothing():
+    assert not_nothing('0 deg') == 'below 1e-6 deg'
+    assert not_nothing('0.2 deg') == '0.2 deg'
 
 
 def test_the_page_needs_nothing_else(found):

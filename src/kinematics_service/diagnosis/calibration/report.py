@@ -78,7 +78,12 @@ def cells_of(one: CalibratedParameter) -> tuple[str, str, str, str]:
         words = _share
     sign = '+' if one.correction > 0.0 else ''
     told = 'told' if one.told else 'by its prior' if one.group in TABLE_GROUPS else 'together'
-    return one.name, f'{sign}{words(one.correction)}', words(one.deviation), told
+    return one.name, f'{sign}{words(one.correction)}', not_nothing(words(one.deviation)), told
+
+
+def not_nothing(words: str) -> str:
+    """Return a deviation or an error in words, where round-off is small and not 0."""
+    return f'below 1e-6 {words[2:]}' if words.startswith('0 ') else words
 
 
 def _share(value: float) -> str:

@@ -20,7 +20,7 @@ from ...frame_check.errors import Errors, angle_in_words, length_in_words
 from ..calibration import CalibratedParameter, Calibration
 from ..knowledge import KNOWN
 from ..parameters import TABLE_GROUPS
-from ..report import cells_of, kind_of, sentences_of
+from ..report import cells_of, kind_of, not_nothing, sentences_of
 from .arm_picture import arm_picture
 from .plots import NARROW, PointPlot
 
@@ -105,7 +105,7 @@ def _errors(found: Calibration) -> str:
         cells = [length_in_words(one.position_rms), length_in_words(one.position_max)]
         if not found.positions:
             cells += [angle_in_words(one.rotation_rms), angle_in_words(one.rotation_max)]
-        rows.append([escape(name), *cells])
+        rows.append([escape(name), *map(not_nothing, cells)])
     headers = [kind_of(found), 'position rms', 'largest']
     headers += [] if found.positions else ['orientation rms', 'largest']
     return table(headers, rows, range(1, len(headers)))

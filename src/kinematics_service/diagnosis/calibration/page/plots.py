@@ -48,9 +48,9 @@ class PointPlot:
         """Return the figure."""
         values = np.concatenate([one for _, one in self.series])
         high = float(np.max(values)) or 1.0
-        positive = values[values > high * 10.0**-DECADES]
-        low = float(np.min(positive)) if len(positive) else 0.1 * high
-        low, high = 0.8 * low, 1.25 * high
+        least = float(np.min(values))
+        low, high = 0.8 * max(least, high * 10.0**-DECADES), 1.25 * high
+        below = '; points on the lower edge are below it' if least < low else ''
         begin, end = float(np.min(self.x)), float(np.max(self.x))
         room = 0.02 * (end - begin) or 0.5
         begin, end = begin - room, end + room
@@ -83,7 +83,7 @@ class PointPlot:
             for style, _ in self.series
         )
         return (
-            f'<figure><figcaption><b>{escape(self.title)}</b>, {escape(self.unit)}{keys}'
+            f'<figure><figcaption><b>{escape(self.title)}</b>, {escape(self.unit)}{below}{keys}'
             f'</figcaption><div class="wide"><svg class="drawing" viewBox="0 0 {self.width} '
             f'{HEIGHT}" role="img" aria-label="{escape(self.title)}">{"".join(parts)}</svg>'
             '</div></figure>\n'
