@@ -8,6 +8,7 @@ import math
 import re
 import sqlite3
 from html.parser import HTMLParser
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -711,3 +712,10 @@ def test_importing_the_command_stays_light():
         'kinematics_service.diagnosis.audit',
         'kinematics_service.diagnosis.frame_check',
     } & set(loaded.stdout.split())
+
+
+def test_no_curve_of_three_has_the_colour_of_a_threshold():
+    sheet = Path(ks.__file__).parent / 'diagnosis' / 'audit' / 'report' / 'page.css'
+    for colours in sheet.read_text().split('@media')[:2]:
+        named = dict(re.findall(r'--(c0|c1|c2|warn|stop): (#[0-9a-f]+);', colours))
+        assert len(set(named.values())) == len(named)
