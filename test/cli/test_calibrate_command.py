@@ -477,3 +477,19 @@ def test_a_row_without_joints_does_not_make_the_others_evenly_spread(tmp_path, c
     assert code == 0
     assert '1 in rows without joint positions' in out
     assert 'evenly spread' not in out
+
+
+@pytest.mark.parametrize(
+    ('options', 'sentence'),
+    [
+        (['--distance', 'A,B=755'], 'farther than an arm reaches: write millimetres as A,B=755mm'),
+        (['--distance', 'A,B=0.7', '--distance', 'B,A=0.3'], 'B and A are given twice'),
+        (['holes.csv'], 'FILE: one recording is given twice'),
+        (['--tolerance', '0mm'], "'0mm' is no length or angle with its unit, above 0"),
+    ],
+)
+def test_what_cannot_be_meant_is_wrong_usage(options, sentence, capsys):
+    given = ['calibrate', 'holes.csv', '--robot', 'ur5e', '--same-point', 'hole']
+    code, _, err = run(capsys, *given, *options)
+    assert code == 2
+    assert sentence in ' '.join(err.split())

@@ -86,6 +86,8 @@ PLANS = ('.csv', '.yaml', '.yml')
 # Outputs that replace no file unless they are told to.
 OVERWRITTEN_BY_FORCE = ('--output', '--plan')
 DISTANCE = re.compile(r'([^,=]+),([^,=]+)=\s*([0-9.]+(?:[eE][-+]?[0-9]+)?)\s*(mm|m)?')
+# No two points that an arm touches are farther apart, m.
+FARTHEST = 100.0
 # A joint as fast (rad/s, m/s) as this makes a lag matter.
 MOVING = 0.05
 
@@ -186,6 +188,8 @@ def calibrate(
             raise WrongUsage('give FILE with measured poses, or --propose N alone')
         _propose(arm, propose, None, plans, form.kind == 'position', sys.stdout)
         return
+    apart = _distances(distance)
+    _check_files(files or [])
     if same_point is not None and propose is not None:
         raise WrongUsage('--propose is for measured poses, not for --same-point')
     from ..formats.recordings.source import Selection
@@ -204,9 +208,7 @@ def calibrate(
         if heard is not None:
             data = heard(tell)
         elif same_point is not None:
-            data = _touched(
-                files or [], reading, same_point, words, _distances(distance), limit, tell
-            )
+            data = _touched(files or [], reading, same_point, words, apart, limit, tell)
         else:
             data = _measured(files or [], reading, pose_gap, words, limit, tell)
         text = '' if output is None else _text(data, robot, frames)
@@ -234,6 +236,11 @@ def _check_live(
     checked_seconds(seconds)
 
 
+def _check_files(files: Sequence[Path]) -> None:
+    if len({one.resolve() for one in files}) < len(files):
+        raise WrongUsage('FILE: one recording is given twice, and would count twice')
+
+
 class _Calibrated(NamedTuple):
     # What was found; the files and remarks on them; joints and poses for known poses.
     found: 'Calibration'
@@ -244,13 +251,21 @@ class _Calibrated(NamedTuple):
 
 
 def _distances(given: Sequence[str] | None) -> dict[tuple[str, str], float]:
-    result = {}
+    result: dict[tuple[str, str], float] = {}
     for text in given or []:
         match = DISTANCE.fullmatch(text.strip())
         if match is None:
             raise WrongUsage(f'--distance: {text!r} is not accepted; write for instance A,B=0.25')
-        factor = 1e-3 if match[4] == 'mm' else 1.0
-        result[match[1].strip(), match[2].strip()] = factor * float(match[3])
+        length = float(match[3]) * (1e-3 if match[4] == 'mm' else 1.0)
+        if length > FARTHEST:
+            raise WrongUsage(
+                f'--distance: {text!r} is {length:g} m, farther than an arm reaches: write '
+                f'millimetres as {text.strip()}mm'
+            )
+        pair = match[1].strip(), match[2].strip()
+        if pair in result or pair[::-1] in result:
+            raise WrongUsage(f'--distance: {" and ".join(pair)} are given twice')
+        result[pair] = length
     return result
 
 

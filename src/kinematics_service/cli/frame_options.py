@@ -88,8 +88,8 @@ def given_limit(option: str, text: str) -> 'PoseLimit':
         number = _number(match[1]) if match else None
         if match is None or number is None:
             raise WrongUsage(
-                f'{option}: {part.strip()!r} is no length or angle with its unit; write for '
-                f'instance {WARN}'
+                f'{option}: {part.strip()!r} is no length or angle with its unit, above 0; write '
+                f'for instance {WARN}'
             )
         found['m' if match[2] in ('m', 'mm') else 'rad'] = number * FACTORS[match[2]]
     return PoseLimit(found['m'], found['rad'])
