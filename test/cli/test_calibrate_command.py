@@ -11,6 +11,7 @@ from recordings import recorded
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
+from kinematics_service.cli import calibrate as command
 from kinematics_service.diagnosis.calibration.corrections import corrected_robot
 from kinematics_service.diagnosis.calibration.parameters import parameters_of
 from kinematics_service.diagnosis.calibration.robot_text import CalibrationOrigin, calibrated_text
@@ -492,4 +493,25 @@ def test_what_cannot_be_meant_is_wrong_usage(options, sentence, capsys):
     given = ['calibrate', 'holes.csv', '--robot', 'ur5e', '--same-point', 'hole']
     code, _, err = run(capsys, *given, *options)
     assert code == 2
+    assert sentence in ' '.join(err.split())
+
+
+@pytest.mark.parametrize(
+    ('robot', 'options', 'sentence'),
+    [
+        ('ur5e', ['--fit', 'theta9'], "'theta9' is no parameter of ur5e"),
+        ('ur5e', ['--fix', 'all'], 'nothing is left to be fitted'),
+        ('ur5e', ['--own', 'bas'], "--own: 'bas' is not one of base, tool"),
+        ('five_bar', [], 'the calibration does not know of closed loops'),
+    ],
+)
+def test_what_no_poses_would_help_is_refused_before_they_are_heard(
+    robot, options, sentence, capsys, monkeypatch
+):
+    def heard(*_):
+        raise AssertionError('poses are heard')
+
+    monkeypatch.setattr(command, 'collected', heard)
+    code, _, err = run(capsys, 'calibrate', '--robot', robot, '--live', '600', *options)
+    assert code in (1, 2)
     assert sentence in ' '.join(err.split())

@@ -370,6 +370,7 @@ def _heard(
     from ..diagnosis.calibration.calibration import calibrate as calibrated
     from ..errors import CalibrationError
 
+    _check_names(arm, names)
     tolerances = _tolerances(arm, limit)
     fit, fix, own = names
 
@@ -403,6 +404,28 @@ def _heard(
         return _Calibrated(fitted(poses, tell), files, [], poses.q, poses.poses)
 
     return result
+
+
+def _check_names(
+    arm: 'Robot', names: tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]
+) -> None:
+    # What a calibration would refuse when all poses are there, before any of them.
+    import numpy as np
+
+    from ..diagnosis.calibration.checking import Measured
+    from ..diagnosis.calibration.chosen_parameters import ChosenParameters, asks_for_gears
+    from ..diagnosis.calibration.parameters import ENDS, parameters_of
+    from ..robot.loops import refuse_loops
+
+    refuse_loops(arm.description, 'the calibration')
+    fit, fix, own = names
+    for end in own:
+        if end not in ENDS:
+            raise WrongUsage(f'--own: {end!r} is not one of {", ".join(ENDS)}')
+    q = np.zeros((1, arm.dof))
+    given = Measured(q, np.eye(4)[None], False, np.zeros(1, dtype=np.int64), q)
+    table = parameters_of(arm, asks_for_gears(fit)).table
+    ChosenParameters(arm, given, own, table).fitted(fit, fix)
 
 
 def _measured(
