@@ -232,6 +232,19 @@ def test_every_position_closes_or_is_refused_truly():
         assert np.min(distances) > 0.2, q[k]
 
 
+def test_a_line_that_meets_one_flat_position_is_bent():
+    # On these lines the elbows of a five-bar fall together, where its rods may turn as they like.
+    text = re.sub(r', limits: \[.*?\]', '', without_known_poses('five_bar'))
+    text = text.replace('distal: 0.4', 'distal: 0.3')
+    robot = ks.robot_from_text(text.replace('psi1: -1.27, psi2: 1.27', 'psi1: -1.51, psi2: 1.51'))
+    for q in ([0.0, math.pi], [0.0, -math.pi], [0.3, math.pi - 0.3]):
+        T = ks.forward_kinematics(robot, q)
+        (x, y), direction = linkages.five_bar(q, distal=0.3)
+        np.testing.assert_allclose(T[:2, 3], [x, y], rtol=0, atol=CLOSED_FORM)
+        expected = [math.cos(direction), math.sin(direction)]
+        np.testing.assert_allclose(T[:2, 0], expected, rtol=0, atol=CLOSED_FORM)
+
+
 def test_a_position_at_which_the_loop_does_not_close_says_why():
     text = (
         without_known_poses('five_bar')

@@ -6,7 +6,7 @@ from ..layout cimport arrays, places
 from ..forward cimport linear_equations
 from . cimport residual
 
-cdef double CLOSED, FINE, CORRECTION, ROUGH, LONGEST, SHORTEST, SHRUNK, GROWN, FLAT, TRUSTED
+cdef double CLOSED, FINE, CORRECTION, ROUGH, LONGEST, SHORTEST, SHRUNK, GROWN, FLAT, TRUSTED, BEND
 cdef int NEWTON_STEPS, MOST_STEPS, BOTH_WAYS
 
 @cython.locals(
@@ -38,7 +38,11 @@ cdef int _go(Closure closure, double* q, double* section) noexcept nogil
 cdef int _begin(
     Closure closure, double* numbers, double* q, int other_ways, double* section
 ) noexcept nogil
-@cython.locals(ways=int, failed=int, other=int)
+@cython.locals(unit=double, beside='double[128]', j=int)
+cdef bint _go_beside(
+    Closure closure, double* q, int joint, double bend, double* section
+) noexcept nogil
+@cython.locals(ways=int, failed=int, other=int, j=int)
 cdef int close(Closure closure, double* q, double* section) noexcept nogil
 cdef int close_next(
     Closure closure, double* last, double* q, double* section

@@ -30,6 +30,8 @@ FLAT = 1e-9
 TRUSTED = 1.0
 # Joints at most whose turns are tried both ways.
 BOTH_WAYS = 4
+# How far beside a line, rad, a bent one passes.
+BEND = 0.3
 
 
 def _solve(loop: Loop, x: Numbers, largest: float, screws: Floats, told: Numbers, at: int) -> int:
@@ -90,7 +92,7 @@ def _couple(loop: Loop, left: int, n: int, section: Floats, screws: Floats) -> N
         _couple(loop.following, left - 1, n, section, following)
 
 
-def _farthest(loop: Loop, dof: int, q: Floats, section: Floats) -> float:
+def _farthest(loop: Loop, dof: int, q: Numbers, section: Floats) -> float:
     # The largest motion of a joint from a section to q, rad.
     farthest = 0.0
     for j in range(dof):
@@ -100,7 +102,7 @@ def _farthest(loop: Loop, dof: int, q: Floats, section: Floats) -> float:
     return farthest
 
 
-def _go(closure: Closure, q: Floats, section: Floats) -> int:
+def _go(closure: Closure, q: Numbers, section: Floats) -> int:
     # Brings a section to q. Returns 0, or the number of the loop that does not come along,
     # counted from the last, with the section where it last was closed.
     n, variables = closure.dof, closure.variables
@@ -161,23 +163,40 @@ def _begin(closure: Closure, numbers: Floats, q: Floats, other_ways: int, sectio
     return ways
 
 
+def _go_beside(closure: Closure, q: Floats, joint: int, bend: float, section: Floats) -> bool:
+    # From the known positions to q over a place beside the middle, by a joint of a loop.
+    unit = closure.first.unit[joint]
+    if not unit < places.INFINITY:
+        return False
+    beside = [0.0] * 128
+    _begin(closure, closure.start, q, 0, section)
+    for j in range(closure.dof):
+        beside[j] = 0.5 * (section[j] + q[j])
+    beside[joint] += bend * unit
+    return _go(closure, beside, section) == 0 and _go(closure, q, section) == 0
+
+
 def close(closure: Closure, q: Floats, section: Floats) -> int:
     """
     Fill a section with the passive variables at q, on the branch of the known positions.
 
     A function of q alone: from the known positions along a straight line; where that ends, the
-    joints that turn without end are turned the other way.
+    joints that turn without end are turned the other way, and then the line is bent: one that
+    meets a single flat position passes beside it.
 
     Returns 0, or the number of the loop that does not close there, counted from the last, with the
     section where the straight line ended.
     """
     ways = _begin(closure, closure.start, q, 0, section)
     failed = _go(closure, q, section)
-    if failed == 0 or ways == 0:
+    if failed == 0:
         return failed
     for other in range(1, 1 << ways):
         _begin(closure, closure.start, q, other, section)
         if _go(closure, q, section) == 0:
+            return 0
+    for j in range(closure.dof):
+        if _go_beside(closure, q, j, BEND, section) or _go_beside(closure, q, j, -BEND, section):
             return 0
     _begin(closure, closure.start, q, 0, section)
     return _go(closure, q, section)
