@@ -271,6 +271,7 @@ def test_rows_that_lack_a_number_are_left_out_and_it_is_said(tmp_path, capsys):
     assert 'evenly spread' not in out
 
 
+@pytest.mark.slow
 def test_several_files_have_bases_of_their_own(tmp_path, capsys):
     arm = measured_arm('puma560', 60, NOISE)
     other = arm.poses.copy()
@@ -414,6 +415,7 @@ def test_touched_points_make_a_robot_file_that_goes_on(tmp_path, capsys):
     assert abs(np.linalg.norm(apart) - 0.754983) < 1e-5
 
 
+@pytest.mark.slow
 def test_wrong_options_of_touched_points_are_sentences(tmp_path, capsys):
     arm = touching_arm('ur5e', HOLES, 40, NOISE)
     file = touches(tmp_path / 'one.csv', arm, range(80))

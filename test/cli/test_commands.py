@@ -364,6 +364,7 @@ def test_positions_that_look_like_degrees_are_asked_about(capsys, command, robot
         answer(capsys, command, '--robot', robot, '--deg', '--q', q)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', ['ur5e', 'panda', 'craig_3r', 'scara_hsr065'])
 @pytest.mark.parametrize('command', ['fk', 'jacobian'])
 def test_poses_and_jacobians_fit_a_terminal_uncut(capsys, narrow, command, name):

@@ -106,6 +106,7 @@ def test_pose_and_twist_change_as_central_differences_of_other_tables_do(name):
         assert np.abs(found - np.outer(change, change)).max() < DIFFERENCE * size**2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', BUNDLED)
 def test_joints_that_are_off_change_pose_and_twist_as_differences_say(name):
     robot, random = robot_of(name), np.random.default_rng(8)
@@ -443,6 +444,7 @@ def test_the_covariance_of_a_calibration_is_read_back(name):
     assert np.all(np.abs(got - expected) <= WRITTEN * products)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', ['scara_hsr065', 'parallelogram_left', 'ur5e', 'panda'])
 def test_gear_ratios_that_were_fitted_are_carried_into_covariances(name):
     # Poses of the controller's own frames: a base that is open hides what gears are off by.

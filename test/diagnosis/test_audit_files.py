@@ -701,6 +701,7 @@ def test_exit_codes_say_what_was_asked_for(tmp_path, capsys):
     assert math.isfinite(t[-1])
 
 
+@pytest.mark.slow
 def test_importing_the_command_stays_light():
     import subprocess
     import sys

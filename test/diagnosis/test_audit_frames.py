@@ -288,6 +288,7 @@ def test_a_remainder_that_no_cause_explains_is_judged_by_its_size(tmp_path, caps
     assert level(8e-3, '--pose-warn', '9mm, 1deg')[:2] == (0, 'fine')
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ('options', 'words'),
     [

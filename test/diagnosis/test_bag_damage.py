@@ -110,6 +110,7 @@ def test_a_damaged_database_is_told(tmp_path, capsys, store):
     assert code == 1 or 'bag_0.db3 is damaged' in out or 'db3 is damaged' in out, out
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('plugin', ['MCAP', 'SQLITE3'])
 def test_an_unreadable_joint_state_is_counted_as_the_node_counts_it(
     tmp_path, capsys, store, plugin

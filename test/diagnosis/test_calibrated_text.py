@@ -27,6 +27,7 @@ def calibrated(name, kind, frames):
     return found, calibrated_text(found, text, arm.q, arm.poses, MADE_UP, frames)
 
 
+@pytest.mark.slow
 def test_factors_that_a_measured_tool_moves_elsewhere_are_left_out_and_it_is_said():
     # The elbow of three joints is singular where the point of the tool is, not the flange.
     kept = []
@@ -52,6 +53,7 @@ def test_a_tool_that_is_measured_leaves_exact_factors_of_six_joints_exact():
     assert 'approximate' not in made
 
 
+@pytest.mark.slow
 def test_constants_that_the_nominal_base_alone_used_are_left_out():
     nominal = ks.bundled_robots()['offset_stanford_dh'].read_text()
     assert 'base: {xyz: [x0, y0, z0]' in nominal

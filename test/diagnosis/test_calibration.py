@@ -52,6 +52,7 @@ def off(one, other):
     return max(np.abs(one[:, :3, 3] - other[:, :3, 3]).max(), np.abs(rotation_vector(R)).max())
 
 
+@pytest.mark.slow
 @ten_arms
 def test_corrections_of_a_chain_are_those_of_the_robot_file(name):
     arm = measured_arm(name, 4, size=10.0)
@@ -63,6 +64,7 @@ def test_corrections_of_a_chain_are_those_of_the_robot_file(name):
     assert off(poses, ks.forward_kinematics(arm.true, arm.q)) < ROUND_OFF
 
 
+@pytest.mark.slow
 @ten_arms
 def test_poses_move_with_corrections_as_differences_say(name):
     arm = measured_arm(name, 4, size=10.0)
@@ -78,6 +80,7 @@ def test_poses_move_with_corrections_as_differences_say(name):
         assert np.abs(moved - change.jacobian[:, :, k]).max() < DIFFERENCE
 
 
+@pytest.mark.slow
 @every_arm
 def test_the_parameters_are_as_many_as_theory_says(name):
     # Four for an axis that turns, two for one that slides, six for the base (Mooring, Roth and
@@ -203,6 +206,7 @@ def test_base_and_tool_stay_as_in_the_file_where_they_are_fixed():
     assert abs(found.corrections['theta1'] - arm.errors[0]) < 3e-4
 
 
+@pytest.mark.slow
 def test_sets_have_bases_or_tools_of_their_own():
     arm = measured_arm('puma560', 60, NOISE)
     other = pose_of([-2.0, 0.3, 1.0], (0.5, -0.4, 1.0))
@@ -294,6 +298,7 @@ def geared_arm(name, count, noise=0.0):
     return arm, {one.name: float(error) for one, error in zip(arm.parameters, arm.errors)}
 
 
+@pytest.mark.slow
 @ten_arms
 def test_poses_move_with_gear_ratios_as_differences_say(name):
     arm, _ = geared_arm(name, 4)
@@ -324,6 +329,7 @@ def test_gear_ratios_are_found_where_they_are_asked_for(name):
     )
 
 
+@pytest.mark.slow
 def test_with_noise_gear_ratios_are_within_their_deviations():
     arm, true = geared_arm('puma560', 60, NOISE)
     found = ks.calibrate(arm.robot, arm.q, arm.poses, fit=['all'])
@@ -371,6 +377,7 @@ def errors_with(q, seeds=2):
     return np.sqrt(3.0 * np.mean(squares))
 
 
+@pytest.mark.slow
 def test_proposed_poses_tell_more_than_random_ones():
     robot = robot_of('ur5e')
     proposed = ks.propose_poses(robot, 8)

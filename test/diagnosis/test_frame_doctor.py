@@ -379,6 +379,7 @@ def poses_of_loops(name):
     return robot, middle + 0.6 * (q - middle)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', ['five_bar', 'excavator'])
 def test_a_machine_with_closed_loops_has_its_offsets_found(name):
     robot, q = poses_of_loops(name)

@@ -70,6 +70,7 @@ def rows_product(robot, q, drawn):
     return robot.description.base.motion.matrix @ T @ robot.description.tool.motion.matrix
 
 
+@pytest.mark.slow
 def test_what_a_calibration_left_open_moves_the_tool_as_random_tables_do():
     arm = measured_arm('panda', 30, 5e-5)
     found = ks.calibrate(arm.robot, arm.q, arm.poses)

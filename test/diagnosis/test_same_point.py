@@ -74,6 +74,7 @@ def test_no_touches_tell_a_scale():
         assert len(found.parameters) - unknown == found.possible == found.known
 
 
+@pytest.mark.slow
 def test_the_ratio_of_two_lengths_is_told_and_by_a_distance_each_of_them():
     arm = touching_arm('panda', TWO, 40)
     true = {one.name: error for one, error in zip(parameters_of(arm.robot).table, arm.errors)}
@@ -89,6 +90,7 @@ def test_the_ratio_of_two_lengths_is_told_and_by_a_distance_each_of_them():
     assert abs(scaled['d5'] - true['d5']) < PULLED
 
 
+@pytest.mark.slow
 def test_a_known_distance_tells_the_scale():
     arm = touching_arm('ur5e', TWO, 40)
     found = ks.calibrate(arm.robot, arm.q, same_point=arm.marks, apart=APART)
@@ -121,6 +123,7 @@ def test_a_tool_that_is_fixed_stays_as_in_the_file():
     assert found.held_out.position_max < EXACT
 
 
+@pytest.mark.slow
 def test_a_tip_of_unknown_height_over_parallel_axes_is_said_to_bend_the_deviations():
     # Its height is told by small tilts of the axes alone: products of both are not of first order.
     name, points = 'scara_hsr065', (('A', (0.4, 0.2, -0.05)), ('B', (-0.3, 0.4, -0.03)))
@@ -136,6 +139,7 @@ def test_a_tip_of_unknown_height_over_parallel_axes_is_said_to_bend_the_deviatio
     assert not ks.calibrate(arm.robot, arm.q, same_point=arm.marks).remarks
 
 
+@pytest.mark.slow
 def test_a_wrong_mark_is_an_outlier_and_the_right_point_is_named():
     arm = touching_arm('puma560', TWO, 40, NOISE)
     marks = list(arm.marks)

@@ -132,6 +132,7 @@ def short_rods():
     return ks.robot_from_text(text.replace('psi1: -1.27, psi2: 1.27', 'psi1: -1.51, psi2: 1.51'))
 
 
+@pytest.mark.slow
 def test_a_map_shows_where_loops_do_not_close(short_rods):
     numbers = distance_map(short_rods, joint_pair(short_rods, None), clear_pose(short_rods), 20)
     x, y = np.meshgrid(numbers.horizontal, numbers.vertical)
@@ -159,6 +160,7 @@ def test_a_map_on_which_no_loop_closes_is_refused():
         distance_map(stretched, (2, 3), q, 3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('plane', ['xy', 'xz'])
 def test_a_workspace_counts_where_loops_do_not_close(short_rods, plane):
     where = plane_of(short_rods, plane)
@@ -171,6 +173,7 @@ def test_a_workspace_counts_where_loops_do_not_close(short_rods, plane):
     assert f'rods does not close at {space.open_poses:,} of them' in words
 
 
+@pytest.mark.slow
 def test_singular_points_of_machines_with_loops_are_at_dead_centres(short_rods):
     found = critical_points(short_rods, plane_of(short_rods, 'xy'), 30)
     # A rod in line with its proximal link: the tip is as far from its motor as it gets.

@@ -105,6 +105,7 @@ def test_random_arms_are_the_same_to_other_readers(name):
     compare(robot_of(name), 'yourdfpy', count=1)
 
 
+@pytest.mark.slow
 @pytest.mark.peers
 @pytest.mark.parametrize('reader', READERS)
 def test_gears_and_screws_are_joints_that_mimic(reader):
@@ -188,6 +189,7 @@ def test_roll_pitch_yaw_lose_nothing_near_a_right_angle_of_pitch():
             np.testing.assert_allclose(again, R, rtol=0, atol=1e-15)
 
 
+@pytest.mark.slow
 def test_the_command_writes_a_file_or_the_screen(capsys, tmp_path):
     path = tmp_path / 'arm.urdf'
     assert main(['export', 'planar_2r', '--urdf', str(path)]) == 0

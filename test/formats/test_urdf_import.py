@@ -182,6 +182,7 @@ def nearly_parallel(angle):
     return f'<robot name="near">{links}{joints}{last}</robot>'
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     'angle', [10.0**-k * (-1) ** k for k in range(1, 17)] + [1e-9, math.pi - 1e-9, 3.1416]
 )

@@ -292,6 +292,7 @@ def test_the_zero_pose_of_the_xarm6_has_eight_solutions_one_of_them_three_in_one
     assert not result.families
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', ['planar_2r', 'anthropomorphic_3r', 'craig_3r'])
 def test_a_stretched_elbow_is_one_solution_where_two_have_met(name):
     robot = robot_of(name)

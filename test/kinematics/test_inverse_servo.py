@@ -230,6 +230,7 @@ def test_damping_and_velocity_grow_smoothly_towards_a_singularity():
     assert np.max(jumps) < 0.01
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', BUNDLED + RANDOM[::5])
 @pytest.mark.parametrize('rate', RATES)
 def test_no_position_limit_is_ever_crossed(name, rate):

@@ -199,6 +199,7 @@ def test_the_way_out_is_the_gradient_of_the_manipulability(name):
         np.testing.assert_allclose(found.way_out, expected, rtol=0, atol=1e-5)
 
 
+@pytest.mark.slow
 def test_every_position_closes_or_is_refused_truly():
     # A five-bar with short rods and no limits: at half of all positions the elbows are too far
     # apart. A dense search finds no position of the rods where it is refused.

@@ -80,6 +80,7 @@ def test_the_distance_is_that_of_brute_force(name):
     np.testing.assert_allclose(found.distance[near], true[near], rtol=FOUND, atol=1e-7)
 
 
+@pytest.mark.slow
 @every_arm
 def test_what_is_found_is_singular_and_as_far_as_it_says(name):
     robot = ARMS[name]()

@@ -48,6 +48,7 @@ def derivative(pose, q, j):
     return np.concatenate([change[..., :3, 3], angular], axis=-1)
 
 
+@pytest.mark.slow
 @some_arms
 def test_the_pose_of_a_row_is_its_link_frame(name):
     robot = robot_of(name)

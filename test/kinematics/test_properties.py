@@ -85,6 +85,7 @@ def test_frames_are_the_partial_products_of_the_table(name):
     np.testing.assert_allclose(ks.link_frames(robot, q), expected, rtol=0, atol=ROUND_OFF)
 
 
+@pytest.mark.slow
 @every_arm
 def test_first_frame_is_the_base_and_the_last_carries_the_tool(name):
     robot = robot_of(name)
@@ -456,6 +457,7 @@ def calibrated_tables():
 TABLES = calibrated_tables()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not TABLES, reason='the vendor reference is not here')
 @pytest.mark.parametrize('k', range(len(TABLES)))
 def test_factory_calibrated_arms_with_all_but_parallel_axes(k):

@@ -77,6 +77,7 @@ def test_first_order_and_way_out_are_the_gradient_of_the_log_of_the_product(name
     np.testing.assert_allclose(np.linalg.norm(way[steep], axis=1), 1.0, rtol=0, atol=ROUND_OFF)
 
 
+@pytest.mark.slow
 @every_arm
 def test_distance_is_an_angle_between_zero_and_pi(name):
     robot = without_factors(name)

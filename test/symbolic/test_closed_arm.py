@@ -93,6 +93,7 @@ def test_what_is_too_long_to_simplify_or_to_multiply_out_stays_as_it_is():
         np.testing.assert_allclose(J(*at), state.jacobian, rtol=0, atol=EVALUATED)
 
 
+@pytest.mark.slow
 def test_derive_writes_the_equations(capsys):
     assert main(['derive', 'crank_slider']) == 0
     text = capsys.readouterr().out

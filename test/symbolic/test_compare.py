@@ -274,6 +274,7 @@ def anthropomorphic():
     return SymbolicArm(table_of(ks.load_robot('anthropomorphic_3r').description))
 
 
+@pytest.mark.slow
 def test_rows_in_the_other_order(craig):
     J = craig.jacobian
     causes, verdict = why('craig_3r', printed(J[3:, :].col_join(J[:3, :]), 'J'))

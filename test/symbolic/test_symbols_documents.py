@@ -147,6 +147,7 @@ def test_c11_numeric_jacobian(name):
     assert derived_arm(name).central_difference < 1e-8
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', marked(DERIVED))
 def test_c12_the_four_ways_differ_by_exactly_nothing(name):
     methods = derived_arm(name).methods

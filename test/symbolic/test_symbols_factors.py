@@ -205,6 +205,7 @@ def test_a_factor_that_splits_into_sums_of_sine_and_cosine_is_not_called_irreduc
     assert elbow.irreducible
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('most', [6000, 0])
 def test_that_the_minors_share_no_factor_is_said_only_where_it_is_proved(monkeypatch, most):
     monkeypatch.setattr(factors, 'MOST_TERMS', most)
