@@ -158,6 +158,7 @@ def test_a_clone_is_compiled_in_its_place(tmp_path):
     assert said_in(tmp_path / 'src')[1].endswith(f'{AGAIN}-e {tmp_path}')
 
 
+@pytest.mark.slow
 def test_what_colcon_installed_is_compiled_by_colcon(tmp_path):
     site = tmp_path / 'install' / NAME / 'lib' / 'site-packages'
     site.mkdir(parents=True)
@@ -233,6 +234,7 @@ def test_the_oldest_versions_tested_are_those_that_the_package_asks_for():
         assert f'{floors[name]}.'.startswith(f'{least}.')
 
 
+@pytest.mark.slow
 def test_describing_the_package_translates_nothing(clone):
     done = run([sys.executable, 'setup.py', '-q', 'egg_info'], clone)
     assert done.returncode == 0, done.stderr
@@ -278,6 +280,7 @@ def test_what_is_packed_as_source_can_be_built(clone):
     } <= names
 
 
+@pytest.mark.slow
 def test_everything_that_is_no_python_is_installed_too(clone):
     done = run([sys.executable, 'setup.py', '-q', 'build_py', '--build-lib', 'built'], clone)
     assert done.returncode == 0, done.stderr

@@ -223,6 +223,7 @@ def test_tolerances_of_a_robot_file_are_read_and_move_with_their_rows(tmp_path, 
     assert dict(mine.named) == {'d7': 0.2e-3, 'theta2': 1e-3}
 
 
+@pytest.mark.slow
 def test_points_of_the_arm_stay_where_they_are(tmp_path):
     text = ks.bundled_robots()['ur5e'].read_text()
     text += 'points: {elbow: {row: 2, xyz: [0, 0, 0.1]}, wrist: {row: 4, xyz: [0.05, 0, 0]}}\n'
@@ -308,6 +309,7 @@ def test_a_lag_is_undone_where_the_robot_moves(tmp_path, capsys):
     assert document['errors']['held_out']['position_rms'] < 2e-5
 
 
+@pytest.mark.slow
 def test_proposed_poses_are_a_table_and_a_plan_that_audit_accepts(tmp_path, capsys):
     csv, yaml = tmp_path / 'next.csv', tmp_path / 'next.yaml'
     options = ['--robot', 'ur5e', '--propose', '5', '--plan', csv, '--plan', yaml]

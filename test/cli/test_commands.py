@@ -297,6 +297,7 @@ def test_degrees_are_for_joints_that_turn(capsys):
     assert json.loads(text)['q'] == [math.pi / 2, -math.pi / 4, 0.5]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     'written',
     [

@@ -512,6 +512,7 @@ def test_gear_ratios_that_were_fitted_are_carried_into_covariances(name):
             assert np.abs(S - less).max() > 10.0 * WRITTEN * np.abs(S).max()
 
 
+@pytest.mark.slow
 def test_poses_in_the_measured_frames_are_off_by_what_the_file_says():
     arm = measured_arm('ur5e', 40, 5e-5)
     found = ks.calibrate(arm.robot, arm.q[:30], arm.poses[:30])

@@ -449,6 +449,7 @@ def test_a_plan_written_by_hand_is_read_as_it_is_meant(tmp_path, capsys):
     assert found['series']['t'][-1] == 2.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ('text', 'sentence'),
     [

@@ -236,6 +236,7 @@ def with_tolerance(name, text):
     return ks.robot_from_text(ks.bundled_robots()[name].read_text() + f'\ntolerance: {text}\n')
 
 
+@pytest.mark.slow
 def test_the_robot_file_says_how_far_its_numbers_may_be_off():
     arm = measured_arm('ur5e', 30, NOISE)
     robot = with_tolerance('ur5e', '{length: 0.3e-3, of: {d1: 2e-3, theta3: 1e-9, beta5: 0.1}}')

@@ -64,6 +64,7 @@ def test_with_noise_errors_are_within_their_deviations(name, points):
         assert np.all(np.abs(np.subtract(one.position, true)) < 4.0 * np.array(one.deviation))
 
 
+@pytest.mark.slow
 def test_no_touches_tell_a_scale():
     for points in (ONE, TWO):
         arm = touching_arm('ur5e', points, 40)

@@ -404,6 +404,7 @@ def test_units_of_determinant_and_manipulability(name):
     assert volume(larger) == pytest.approx(2.0**power * volume(J), rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_recording_without_velocities_and_with_a_gap(tmp_path):
     robot = robot_of('planar_2r')
     file = tmp_path / 'r.csv'
@@ -493,6 +494,7 @@ def test_a_map_on_which_everything_is_singular_says_so():
     assert 'the whole map is singular: wrist = 0' in texts(figure)
 
 
+@pytest.mark.slow
 def test_the_workspace_of_two_links_is_a_ring():
     text = ks.bundled_robots()['planar_2r'].read_text().partition('known_poses')[0]
     robot = ks.robot_from_text(re.sub(r'constants:.*', 'constants: {L1: 1.0, L2: 0.6}', text))

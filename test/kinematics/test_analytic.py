@@ -26,6 +26,7 @@ def turns():
     return ks.robot_from_text(TURNS)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('rates', KINDS)
 @pytest.mark.parametrize('name', BUNDLED + LOOPED)
 def test_the_rows_are_the_differences_of_the_coordinates(name, rates):

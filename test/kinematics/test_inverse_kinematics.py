@@ -100,6 +100,7 @@ def test_the_originating_positions_are_among_the_solutions(name):
         assert all(one.residual < PROVED and one.feasible for one in result)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', BUNDLED)
 def test_one_solution_is_one_of_all(name):
     robot = robot_of(name)

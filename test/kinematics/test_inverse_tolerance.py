@@ -150,6 +150,7 @@ def test_a_redundant_arm_just_beyond_its_reach():
     assert result.families[0].residual == pytest.approx(5e-7, rel=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('axis', ['x', 'y', 'z'])
 @pytest.mark.parametrize('name', ['five', 'ur5e', 'panda', 'six_joint_dh'])
 def test_the_direction_of_a_tool_axis_is_reached_and_the_turn_about_it_is_free(arms, name, axis):

@@ -275,6 +275,7 @@ def test_distance_against_the_true_one(name, judged):
     assert np.all(found.level[true < 0.03] > ks.Level.OK)
 
 
+@pytest.mark.slow
 def test_a_warning_means_something_on_a_ur3e():
     # Of random poses over full turns, so many lie this near.
     q = np.random.default_rng(0).uniform(-math.pi, math.pi, (20_000, 6))

@@ -51,6 +51,7 @@ def test_nothing_in_nothing_out():
     assert map_batches(singular_table, robot, np.empty((0, 2))).shape == (0, 3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', EVERY_ARM)
 def test_a_robot_that_travels_is_the_same_to_the_last_bit(name):
     robot = robot_of(name)

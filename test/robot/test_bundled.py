@@ -72,6 +72,7 @@ def test_known_poses_hold(name):
         assert angle <= known.tolerance_rpy
 
 
+@pytest.mark.slow
 @every_robot
 def test_the_file_is_clean(name):
     assert robot_of(name).description.warnings == ()

@@ -481,6 +481,7 @@ def test_faults_name_line_and_column(text):
     assert FAULTS[text] in found
 
 
+@pytest.mark.slow
 def test_all_faults_of_a_file_at_once():
     comparison = compare(ks.load_robot('craig_3r'), 'q1 = foo\nq2 = bar\nq3 = atan2(y, x)\n')
     assert [fault.line for fault in comparison.faults] == [1, 2]

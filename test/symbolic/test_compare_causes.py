@@ -192,6 +192,7 @@ def test_another_branch_is_said_to_be_one():
     )
 
 
+@pytest.mark.slow
 def test_a_branch_outside_the_limits_of_a_length_is_wrong():
     free = 'name: d3, type: prismatic'
     limited = ARMS['column'].replace(free, f'{free}, limits: [0, 1]')
