@@ -12,6 +12,8 @@ from recordings import recorded
 import kinematics_service as ks
 from kinematics_service.__main__ import main
 from kinematics_service.cli import calibrate as command
+from kinematics_service.diagnosis.calibration import calibration
+from kinematics_service.diagnosis.calibration.collecting import CollectedPoses
 from kinematics_service.diagnosis.calibration.corrections import corrected_robot
 from kinematics_service.diagnosis.calibration.parameters import parameters_of
 from kinematics_service.diagnosis.calibration.robot_text import CalibrationOrigin, calibrated_text
@@ -519,3 +521,38 @@ def test_what_no_poses_would_help_is_refused_before_they_are_heard(
     code, _, err = run(capsys, 'calibrate', '--robot', robot, '--live', '600', *options)
     assert code in (1, 2)
     assert sentence in ' '.join(err.split())
+
+
+def test_poses_heard_are_kept_where_their_calibration_is_refused(tmp_path, capsys, monkeypatch):
+    arm = measured_arm('ur5e', 40, NOISE)
+    stamps = tuple(1_700_000_000_000_000_000 + 1_000_000_001 * k for k in range(40))
+    monkeypatch.chdir(tmp_path)
+
+    def heard(count):
+        poses = CollectedPoses(
+            arm.q[:count], np.zeros((count, 6)), arm.poses[:count], stamps[:count]
+        )
+        monkeypatch.setattr(command, 'collected', lambda *arguments: poses)
+        return run(capsys, 'calibrate', '--robot', 'ur5e', '--live', 5, '--json', '-')
+
+    code, out, _ = heard(40)
+    assert code == 0
+    assert not list(tmp_path.iterdir())
+    with monkeypatch.context() as patch:
+        patch.setattr(calibration, 'calibrate', interrupted)
+        code, _, err = heard(40)
+    assert code == 130
+    (file,) = tmp_path.iterdir()
+    assert f'the 40 poses heard are kept in {file.name}' in err
+    _, again, _ = run(capsys, 'calibrate', file.name, '--robot', 'ur5e', '--json', '-')
+    parameters = [json.loads(text)['parameters'] for text in (out, again)]
+    assert parameters[0] == parameters[1]
+    file.unlink()
+    code, out, err = heard(2)
+    assert code == 1
+    (file,) = tmp_path.iterdir()
+    assert f'the 2 poses heard are kept in {file.name}, which calibrate reads' in err
+
+
+def interrupted(*arguments, **options):
+    raise KeyboardInterrupt

@@ -4,7 +4,7 @@ import math
 import re
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from datetime import datetime
 from enum import Enum
 from pathlib import Path
@@ -15,7 +15,14 @@ import typer
 from ..robot.bundled import find_robot_file
 from .application import app
 from .frame_options import LONGEST_GAP, FormatOption, GapOption, given_format, given_limit
-from .live_calibration import POSES, STATES, LiveOptions, checked_seconds, collected
+from .live_calibration import (
+    POSES,
+    STATES,
+    LiveOptions,
+    checked_seconds,
+    collected,
+    kept_when_refused,
+)
 from .options import RobotOption, WrongUsage, given_robot, refuse_unwritable
 from .recording_options import ColumnsOption, PrefixOption, TopicOption
 
@@ -203,19 +210,19 @@ def calibrate(
             topic or STATES, pose_topic or POSES, joint_prefix, live, propose or 1
         )
         heard = _heard(arm, topics, words, limit, report, context.obj)
-    with _status() as tell:
+    kept = nullcontext() if heard is None else kept_when_refused(arm, heard.poses)
+    with kept, _status() as tell:
         tell('reading')
         if heard is not None:
-            data = heard(tell)
+            data = heard.fit(tell)
         elif same_point is not None:
             data = _touched(files or [], reading, same_point, words, apart, limit, tell)
         else:
             data = _measured(files or [], reading, pose_gap, words, limit, tell)
-        text = '' if output is None else _text(data, robot, frames)
-    if output is not None:
-        from ..robot.file.writer import replace_file
+        if output is not None:
+            from ..robot.file.writer import replace_file
 
-        replace_file(output, text)
+            replace_file(output, _text(data, robot, frames))
     if html is not None:
         _write_page(data, html, robot)
     _report(data, json)
@@ -248,6 +255,12 @@ class _Calibrated(NamedTuple):
     remarks: list[str]
     q: 'Floats'
     poses: 'Floats'
+
+
+class _Heard(NamedTuple):
+    # Poses of a running robot, and what makes a calibration of them.
+    poses: 'CollectedPoses'
+    fit: Callable[[Callable[[str], None]], _Calibrated]
 
 
 def _distances(given: Sequence[str] | None) -> dict[tuple[str, str], float]:
@@ -363,8 +376,7 @@ def _heard(
     limit: 'PoseLimit | None',
     stream: TextIO,
     ros_args: Sequence[str],
-) -> Callable[[Callable[[str], None]], _Calibrated]:
-    # Collects poses of a running robot and returns what makes a calibration of them.
+) -> _Heard:
     import numpy as np
 
     from ..diagnosis.calibration.calibration import calibrate as calibrated
@@ -400,10 +412,10 @@ def _heard(
         )
     files = [topics.states, topics.poses]
 
-    def result(tell: Callable[[str], None]) -> _Calibrated:
+    def fit_all(tell: Callable[[str], None]) -> _Calibrated:
         return _Calibrated(fitted(poses, tell), files, [], poses.q, poses.poses)
 
-    return result
+    return _Heard(poses, fit_all)
 
 
 def _check_names(

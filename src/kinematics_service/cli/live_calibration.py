@@ -1,7 +1,11 @@
 """`calibrate --live`: poses of a running robot, and what they tell while they come."""
 
 import math
+import sys
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from datetime import datetime
+from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, TextIO
 
 from .missing_ros import without_ros
@@ -59,6 +63,23 @@ def collected(
 
     topics = LiveTopics(options.states, options.poses)
     return collect_poses(robot, topics, options.joint_prefix, options.seconds, fit, say, ros_args)
+
+
+@contextmanager
+def kept_when_refused(robot: 'Robot', poses: 'CollectedPoses') -> Iterator[None]:
+    """Write the poses heard as a table if what follows fails: to hear them took minutes."""
+    try:
+        yield
+    except BaseException:
+        from ..diagnosis.calibration.collecting import table_of
+        from ..robot.file.writer import replace_file
+
+        file = Path(f'heard_poses_{datetime.now().astimezone():%Y%m%d_%H%M%S}.csv')
+        with suppress(OSError):  # what failed comes first
+            replace_file(file, table_of(poses, robot.joint_names))
+            told = f'the {len(poses.q)} poses heard are kept in {file}, which calibrate reads'
+            print(told, file=sys.stderr)
+        raise
 
 
 def _lines(robot: 'Robot', found: 'Calibration', complete: bool, propose: int) -> Iterator[str]:

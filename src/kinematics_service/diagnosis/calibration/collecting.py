@@ -1,6 +1,7 @@
 """Measured poses of a running robot, each with the joint positions at its time."""
 
 from collections import deque
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -8,6 +9,7 @@ import numpy as np
 from ...kernel import Floats
 from ...robot.robot import Robot
 
+SECOND = 1_000_000_000
 # A pose between two joint states that are further apart (ns) is left out.
 LONGEST_GAP = 100_000_000
 # States, and poses that are ahead of them, kept at most.
@@ -25,6 +27,17 @@ class CollectedPoses(NamedTuple):
     rates: Floats
     poses: Floats
     stamps: tuple[int, ...]
+
+
+def table_of(poses: CollectedPoses, joint_names: Sequence[str]) -> str:
+    """Return poses as the table that `calibrate` reads: stamps (s), joint positions, matrices."""
+    names = ['stamp', *(f'position.{name}' for name in joint_names)]
+    lines = [','.join([*names, *(f'pose.{k}' for k in range(16))])]
+    for stamp, q, pose in zip(poses.stamps, poses.q.tolist(), poses.poses):
+        seconds, rest = divmod(stamp, SECOND)
+        numbers = ','.join(map(repr, [*q, *pose.ravel().tolist()]))
+        lines.append(f'{seconds}.{rest:09d},{numbers}')
+    return '\n'.join([*lines, ''])
 
 
 class _Pair(NamedTuple):
