@@ -20,6 +20,7 @@ from ..robot.file.description import Placement, PointDescription
 from ..robot.loops import close_at, other_branches
 from ..robot.robot import Robot, load_robot
 from ..robot.task import SEEDED_POSES, seeded_poses
+from .accuracy_report import tolerances_in_words, uncertainty_in_words
 from .application import app
 from .known_poses import PoseError, pose_errors, pose_faults
 from .robots import joint_letters
@@ -189,6 +190,10 @@ def _print_arm(
             for factor in description.singularity.factors
         )
         arm.add_row('  singular factors', plain('\n'.join(factors)))
+    if off := list(uncertainty_in_words(robot)):
+        arm.add_row('  uncertainty', plain('\n'.join(off)))
+    if made := tolerances_in_words(description.tolerances):
+        arm.add_row('  tolerance', plain(made))
     arm.add_row('  known poses', _known(errors, faults))
     if description.remarks:
         arm.add_row('  remarks', plain('\n'.join(description.remarks)))
