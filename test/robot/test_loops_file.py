@@ -172,6 +172,15 @@ def test_a_flat_loop_is_refused():
     )
 
 
+def test_rows_of_another_plane_are_refused():
+    with pytest.raises(ks.RobotFileError) as caught:
+        ks.robot_from_text(ARM.replace('rows: [x, y]', 'rows: [x, z]'))
+    assert str(caught.value) == (
+        '<text>:20: loops[0].rows: no passive joint of the loop moves z: name the rows of the '
+        'plane in which it moves'
+    )
+
+
 def test_rotations_that_are_named_in_part_must_be_parallel():
     text = """\
 robot: skew

@@ -28,6 +28,8 @@ from .file.description import (
 ROWS = ('x', 'y', 'z', 'rx', 'ry', 'rz')
 # Components that are not among the rows of a rotation vanish to this, rad.
 PARALLEL = 1e-9
+# Whether a passive joint moves a row is looked at with such steps, rad or m.
+BESIDE = 0.1
 # Poses that close are looked for near the assembly where too few others do.
 GRID, BRANCH_STARTS, SAME_BRANCH = 24, 1000, 1e-6
 FEW, AROUND, SEED = 100, (1.0, 0.3, 0.1, 0.03, 0.01), 20240523
@@ -224,7 +226,14 @@ def _refuse(
     variables, n = len(given), len(description.joints)
     told = start[2 * variables + (variables - n) * n + 3 * k :]
     away = [f'{row} {gap[ROWS.index(row)]:.3g}' for row in loop.rows]
-    if told[1] <= 1e-9:
+    where = f'loops[{k}].assembled'
+    if idle := _idle_rows(description, k, chains[k], given):
+        where = f'loops[{k}].rows'
+        message = (
+            f'no passive joint of the loop moves {" or ".join(idle)}: name the rows of the plane '
+            'in which it moves'
+        )
+    elif told[1] <= 1e-9:
         message = (
             f'the loop is flat at this position: det of its closure by '
             f'{", ".join(joint.name for joint in loop.passive)} is 0, and two of its branches '
@@ -235,8 +244,24 @@ def _refuse(
             f'the loop does not close here: its ends are apart by {", ".join(away)} (m, rad), and '
             "Newton's method finds no closed position nearby"
         )
-    where = f'loops[{k}].assembled'
     raise RobotFileError((Fault(description.file, loop.line, where, message),))
+
+
+def _idle_rows(
+    description: RobotDescription, k: int, pair: tuple[Chain, Chain], x: Floats
+) -> list[str]:
+    # The rows that the passive joints move neither here nor beside it: here alone might be flat.
+    loop = description.loops[k]
+    first = len(description.joints) + sum(len(one.passive) for one in description.loops[:k])
+    passive = np.arange(first, first + len(loop.passive))
+    away = np.array(x)
+    away[passive] += BESIDE * (1.0 + np.arange(len(passive)))
+    moved = np.zeros(len(ROWS))
+    for j in passive:
+        step = np.zeros(len(x))
+        step[j] = BESIDE
+        moved = np.maximum(moved, np.abs(_gap(pair, away + step) - _gap(pair, away - step)))
+    return [row for row in loop.rows if moved[ROWS.index(row)] < PARALLEL]
 
 
 def _check_rest(
