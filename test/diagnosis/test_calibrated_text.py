@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from arms import BUNDLED, robot_of
-from calibrated_arms import measured_arm
+from arms import robot_of
+from calibrated_arms import TEN, measured_arm
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
@@ -73,9 +73,9 @@ def test_gear_ratios_that_were_found_are_no_matter_of_formulas(tmp_path, capsys)
 
 
 @pytest.mark.slow
-# All kinds of every arm would take two minutes.
+# All kinds of every bundled arm would take two minutes.
 @pytest.mark.parametrize(
-    ('name', 'kind'), [(name, [*KINDS][k % len(KINDS)]) for k, name in enumerate(BUNDLED)]
+    ('name', 'kind'), [(name, [*KINDS][k % len(KINDS)]) for k, name in enumerate(TEN)]
 )
 def test_every_arm_goes_on_from_its_calibrated_file(name, kind, tmp_path, capsys):
     file, urdf, again = (tmp_path / name for name in ('mine.yaml', 'mine.urdf', 'again.yaml'))
