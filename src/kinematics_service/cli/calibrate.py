@@ -257,7 +257,7 @@ class _Calibrated(NamedTuple):
     poses: 'Floats'
 
 
-class _Heard(NamedTuple):
+class _LivePoses(NamedTuple):
     # Poses of a running robot, and what makes a calibration of them.
     poses: 'CollectedPoses'
     fit: Callable[[Callable[[str], None]], _Calibrated]
@@ -376,7 +376,7 @@ def _heard(
     limit: 'PoseLimit | None',
     stream: TextIO,
     ros_args: Sequence[str],
-) -> _Heard:
+) -> _LivePoses:
     import numpy as np
 
     from ..diagnosis.calibration.calibration import calibrate as calibrated
@@ -415,7 +415,7 @@ def _heard(
     def fit_all(tell: Callable[[str], None]) -> _Calibrated:
         return _Calibrated(fitted(poses, tell), files, [], poses.q, poses.poses)
 
-    return _Heard(poses, fit_all)
+    return _LivePoses(poses, fit_all)
 
 
 def _check_names(
