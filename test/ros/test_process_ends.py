@@ -101,8 +101,11 @@ MESSAGES = """
     message = Empty()
 
     def flood():
-        while True:
-            publisher.publish(message)
+        while not stop.came:
+            try:
+                publisher.publish(message)
+            except Exception:
+                return  # the node has gone
 
     threading.Thread(target=flood, daemon=True).start()
 """
