@@ -12,6 +12,7 @@ from recordings import recorded
 import kinematics_service as ks
 from kinematics_service.__main__ import main
 from kinematics_service.cli import calibrate as command
+from kinematics_service.cli import live_calibration
 from kinematics_service.diagnosis.calibration import calibration
 from kinematics_service.diagnosis.calibration.collecting import CollectedPoses
 from kinematics_service.diagnosis.calibration.corrections import corrected_robot
@@ -552,6 +553,12 @@ def test_poses_heard_are_kept_where_their_calibration_is_refused(tmp_path, capsy
     assert code == 1
     (file,) = tmp_path.iterdir()
     assert f'the 2 poses heard are kept in {file.name}, which calibrate reads' in err
+    file.unlink()
+    with monkeypatch.context() as patch:
+        patch.setattr(live_calibration, 'Path', lambda name: tmp_path / 'no_folder' / name)
+        _, _, again = heard(2)
+    assert 'kept' not in again
+    assert again == err.partition('\n')[2]  # why it was refused, and not why nothing was kept
 
 
 def interrupted(*arguments, **options):

@@ -8,6 +8,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, TextIO
 
+from ..errors import KinematicsError
 from .missing_ros import without_ros
 from .options import WrongUsage
 from .ros_variables import refuse_ros_variables
@@ -75,7 +76,7 @@ def kept_when_refused(robot: 'Robot', poses: 'CollectedPoses') -> Iterator[None]
         from ..robot.file.writer import replace_file
 
         file = Path(f'heard_poses_{datetime.now().astimezone():%Y%m%d_%H%M%S}.csv')
-        with suppress(OSError):  # what failed comes first
+        with suppress(KinematicsError):  # what failed comes first
             replace_file(file, table_of(poses, robot.joint_names))
             told = f'the {len(poses.q)} poses heard are kept in {file}, which calibrate reads'
             print(told, file=sys.stderr)
