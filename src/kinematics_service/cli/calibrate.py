@@ -211,21 +211,22 @@ def calibrate(
         )
         heard = _heard(arm, topics, words, limit, report, context.obj)
     kept = nullcontext() if heard is None else kept_when_refused(arm, heard.poses)
-    with kept, _status() as tell:
-        tell('reading')
-        if heard is not None:
-            data = heard.fit(tell)
-        elif same_point is not None:
-            data = _touched(files or [], reading, same_point, words, apart, limit, tell)
-        else:
-            data = _measured(files or [], reading, pose_gap, words, limit, tell)
-        if output is not None:
-            from ..robot.file.writer import replace_file
+    with kept:
+        with _status() as tell:
+            tell('reading')
+            if heard is not None:
+                data = heard.fit(tell)
+            elif same_point is not None:
+                data = _touched(files or [], reading, same_point, words, apart, limit, tell)
+            else:
+                data = _measured(files or [], reading, pose_gap, words, limit, tell)
+            if output is not None:
+                from ..robot.file.writer import replace_file
 
-            replace_file(output, _text(data, robot, frames))
-    if html is not None:
-        _write_page(data, html, robot)
-    _report(data, json)
+                replace_file(output, _text(data, robot, frames))
+        if html is not None:
+            _write_page(data, html, robot)
+        _report(data, json)
     if output is not None:
         print(f'wrote {output}; next: python -m kinematics_service check {output}', file=report)
     if propose is not None:
