@@ -68,6 +68,11 @@ class Tab:
         ]
         for domain in ('Page', 'Runtime', 'Log', 'Network'):
             self.call(f'{domain}.enable')
+        self.resize(width, height)
+        self.call('Page.navigate', url=url)
+
+    def resize(self, width: int, height: int) -> None:
+        """Give the window a size."""
         self.call(
             'Emulation.setDeviceMetricsOverride',
             width=width,
@@ -75,7 +80,6 @@ class Tab:
             deviceScaleFactor=1,
             mobile=False,
         )
-        self.call('Page.navigate', url=url)
 
     def call(self, method: str, **parameters: Any) -> dict[str, Any]:
         """Call a method of the protocol and return its result."""

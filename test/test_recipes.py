@@ -42,12 +42,12 @@ class Copy:
 
     def __init__(self, folder):
         self.folder, self.edited = folder, set()
-        left_out = shutil.ignore_patterns('__pycache__')
         self.package = folder / NAME
-        shutil.copytree(PACKAGE, self.package, ignore=left_out)
+        # With its bytecode, which each run would make anew.
+        shutil.copytree(PACKAGE, self.package)
         if not (self.package / 'config').is_dir():
             shutil.copytree(ROOT / 'config', self.package / 'config')
-        shutil.copytree(ROOT / 'docs', folder / 'docs', ignore=left_out)
+        shutil.copytree(ROOT / 'docs', folder / 'docs')
 
     def path(self, file):
         beside = file.startswith('docs/')

@@ -1,5 +1,7 @@
 """Robot files that calibrations write: each is one that every command takes, or says why not."""
 
+import functools
+
 import numpy as np
 import pytest
 from arms import robot_of
@@ -19,10 +21,15 @@ KINDS = {
 }
 
 
+@functools.cache
+def found_of(name, kind):
+    arm = measured_arm(name, 30, NOISE, gears=kind != 'tolerance')
+    return arm, ks.calibrate(arm.robot, arm.q, arm.poses, **KINDS[kind])
+
+
 def calibrated(name, kind, frames):
     """Return what is found of an arm, and its robot file."""
-    arm = measured_arm(name, 30, NOISE, gears=kind != 'tolerance')
-    found = ks.calibrate(arm.robot, arm.q, arm.poses, **KINDS[kind])
+    arm, found = found_of(name, kind)
     text = ks.bundled_robots()[name].read_text()
     return found, calibrated_text(found, text, arm.q, arm.poses, MADE_UP, frames)
 

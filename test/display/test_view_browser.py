@@ -199,6 +199,23 @@ def test_a_singular_pose_turns_the_gauge_red_and_says_its_name(page, folder):
     )
 
 
+@pytest.mark.slow
+def test_a_narrow_screen_shows_the_arm_above_the_panel(page, folder):
+    width, height = 500, 900
+    page.resize(width, height)
+    title = "document.querySelector('#kin-title').getBoundingClientRect()"
+    top = page.wait_for(
+        f'(innerWidth == {width} && {title}.top < {height} && {title}.top)', 'the title in sight'
+    )
+    # Two thirds of the picture are the arm's.
+    assert top > 0.6 * height
+
+    def arm_is_seen(image):
+        return near(image[: int(0.6 * height)], JOINT_COLOUR) > 300
+
+    wait_for_picture(page, folder / 'view_narrow.png', arm_is_seen)
+
+
 def test_nothing_was_complained_of_and_nobody_else_was_asked(page):
     assert page.errors == []
     asked = {url.split('/')[2] for url in page.requests if url.startswith(('http:', 'https:'))}
@@ -268,21 +285,3 @@ def test_the_address_with_the_token_opens_the_page_and_its_sliders():
         tab.call('Page.navigate', url=f'http://{view.netloc}/')
         tab.wait_for(f'location.search == "" && {fact("position")} != null', 'the page again')
         assert view.token not in tab.evaluate('document.cookie')
-
-
-@pytest.mark.slow
-def test_a_narrow_screen_shows_the_arm_above_the_panel(folder):
-    find_chromium()
-    width, height = 500, 900
-    with served('--sliders', '--robot', 'ur5e') as view, chromium_tab() as tab:
-        tab.open(f'http://{view.netloc}', width, height)
-        tab.wait_for(f'{fact("position")} != null', 'the position of the tool')
-        title = "document.querySelector('#kin-title').getBoundingClientRect()"
-        top = tab.wait_for(f'({title}.top < {height} && {title}.top)', 'the title in sight')
-        # Two thirds of the picture are the arm's.
-        assert top > 0.6 * height
-
-        def arm_is_seen(image):
-            return near(image[: int(0.6 * height)], JOINT_COLOUR) > 300
-
-        wait_for_picture(tab, folder / 'view_narrow.png', arm_is_seen)
