@@ -2,8 +2,11 @@
 Factors in robot files: the product is the determinant, and `--write` keeps what the user wrote.
 """
 
+import functools
+import math
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,6 +17,8 @@ import kinematics_service as ks
 from kinematics_service.errors import DerivationError, RobotFileWriteError
 from kinematics_service.robot.file.writer import with_factors
 from kinematics_service.symbolic.algebra import factors
+from kinematics_service.symbolic.algebra.quotient import divided
+from kinematics_service.symbolic.determinant import minors_of, simplest_view
 from kinematics_service.symbolic.file_factors import (
     checked_text,
     disagreement,
@@ -22,6 +27,7 @@ from kinematics_service.symbolic.file_factors import (
 )
 from kinematics_service.symbolic.output.report import report_of
 from kinematics_service.symbolic.output.text import text_of
+from kinematics_service.symbolic.singular_set import crossings_of
 
 LISTED = [
     name
@@ -216,3 +222,82 @@ def test_that_the_minors_share_no_factor_is_said_only_where_it_is_proved(monkeyp
     said = text_of(report_of(derivation))
     assert ('the minors have no common factor.' in said) == (most > 0)
     assert ('that there is none is not proved' in said) == (most == 0)
+
+
+# Axis 3 slides through axis 2; letters make the rest of the determinant long.
+SLIDING = """
+robot: sliding
+convention: standard
+constants: {L1: 0.31, L2: 0.123, D2: 0.07, D3: 0.11}
+joints:
+  - {name: q1, type: revolute}
+  - {name: q2, type: revolute}
+  - {name: q3, type: prismatic}
+links:
+  - {a: L1, alpha: 0.5, d: 0, theta: q1}
+  - {a: L2, alpha: 0.9, d: D2, theta: 0.3}
+  - {a: 0, alpha: pi/2, d: D3, theta: q2}
+  - {a: 0, alpha: 0, d: q3, theta: 0}
+singularity: {task: [x, y, z]}
+"""
+
+
+@functools.cache
+def sliding():
+    """Return the derivation of that arm."""
+    return ks.derive(ks.robot_from_text(SLIDING))
+
+
+def test_a_length_that_divides_a_long_determinant_is_a_factor_of_it():
+    whole, length = sliding().singular_set.factors
+    assert str(length.expression) == 'q3'
+    assert length.irreducible
+    assert whole.irreducible
+    assert not whole.expression.subs(length.expression, 0).free_symbols & set(sliding().variables)
+
+
+def test_a_length_that_divides_one_minor_only_is_no_common_factor():
+    # With a fourth joint q3 = 0 is no longer singular.
+    text = SLIDING.replace('\nlinks:', '\n  - {name: q4, type: revolute}\nlinks:')
+    text = text.replace('\nsing', '\n  - {a: 0.1, alpha: 0, d: 0, theta: q4}\nsing')
+    derivation = ks.derive(ks.robot_from_text(text))
+    at_zero = ks.singularity(derivation.robot, [0.4, 0.7, 0.0, 1.1])
+    assert at_zero.rank == 3
+    assert not derivation.factors
+
+
+def test_a_length_that_vanishes_divides_no_polynomial_without_it():
+    arithmetic = sliding().exact.arithmetic
+    (q1, _, q3), ring = sliding().variables, arithmetic.ring
+    length, one = ring.length(q3), ring.number(1)
+    assert divided(one, length) is None
+    assert divided(length * length, length) is not None
+    turn = ring.power(arithmetic.angle_index(q1))
+    assert divided(one, turn) is not None
+
+
+def test_factors_of_large_and_small_numbers_are_seen_to_meet():
+    # Fractions for odd angles have a dozen digits: one factor is 1e11 times the other.
+    exact = sliding().exact
+    arithmetic, view = exact.arithmetic, simplest_view(exact.frames, exact.arithmetic, (0, 1, 2))
+    (minor,) = minors_of(view, (0, 1, 2), range(3), 3, 3).values
+    q1 = sliding().variables[0]
+    sine = arithmetic.exponential((0, {q1: 1})) - arithmetic.exponential((0, {q1: -1}))
+    values = [factors.factored(minor, arithmetic).factors[0].value, sine.times_i(3).scaled(1, 2)]
+    assert max(abs(a) for a, _ in values[0].terms().values()) > 1e10
+    product = factors.Factored(minor, tuple(factors.RealFactor(v, 1) for v in values), True)
+    named = [SimpleNamespace(name='shoulder'), SimpleNamespace(name='sin(q1)')]
+    (crossing,) = crossings_of(product, named, exact.sampler, arithmetic, view.J[:3])
+    assert crossing.within_limits
+    q = np.array(crossing.pose)
+    assert abs(math.sin(q[0])) < 1e-9
+    assert ks.singularity(sliding().robot, q).smallest_singular_value < 1e-9
+
+
+@pytest.mark.parametrize(('turns', 'whole'), [(1, True), (2, False)])
+def test_a_short_factor_is_judged_alone(turns, whole):
+    # Of sin(2 q2) = 2 sin(q2) cos(q2) nothing is whole.
+    derivation = ks.derive(ks.robot_from_text(PLANAR))
+    arithmetic, (_, q2) = derivation.exact.arithmetic, derivation.variables
+    sine = arithmetic.exponential((0, {q2: turns})) - arithmetic.exponential((0, {q2: -turns}))
+    assert factors.stays_whole(sine.times_i(3), arithmetic) == whole

@@ -14,10 +14,10 @@ from ..kernel import Floats
 from ..robot.robot import Robot
 from ..robot.task import ROW_NAMES
 from .algebra.arithmetic import Arithmetic
-from .algebra.factors import Factored
+from .algebra.factors import Factored, stays_whole
 from .algebra.matrices import Matrix
 from .algebra.names import Names
-from .algebra.numeric import Numbers, poses_on, typical_size
+from .algebra.numeric import Numbers, poses_on
 from .algebra.zeros import Box, Zero, common_zero
 from .family import Family, family_of
 from .family_proofs import CommonZeros, proves_lost
@@ -179,11 +179,15 @@ def singular_factors(
     listed = file_factors(robot, names)
     elsewhere = sampler.arm(sampler.random(200))
     generic = rank_at(elsewhere.J_t)
+    starts = sampler.random()
     found, taken = [], set()
     for factor in product.factors:
-        numbers = Numbers(factor.value, arithmetic)
+        numbers = Numbers(factor.value, arithmetic).scaled_to(starts)
         family = family_of(factor.value, arithmetic, writer)
         poses = family_poses(sampler, [numbers])
+        within = zero_within_limits(sampler, [numbers])
+        if not len(poses) and within.pose is not None:
+            poses = within.pose[None]
         joints = [
             k for k, v in enumerate(names.variables) if arithmetic.derivative(factor.value, v)
         ]
@@ -203,13 +207,12 @@ def singular_factors(
         if name in taken:
             name = str(expression)
         taken.add(name)
-        within = zero_within_limits(sampler, [numbers])
         found.append(
             SingularFactor(
                 name,
                 expression,
                 factor.power,
-                product.complete,
+                product.complete or stays_whole(factor.value, arithmetic),
                 family,
                 rank,
                 lost.text if lost else None,
@@ -271,10 +274,7 @@ def family_poses(sampler: PoseSampler, functions: Sequence[Numbers]) -> Floats:
     Return seeded poses where all functions vanish; few or none where they have no common zero.
     """
     starts = sampler.random()
-    scaled = [
-        Numbers(f.value.scaled(1, max(1, round(typical_size(f, starts)))), f.arithmetic)
-        for f in functions
-    ]
+    scaled = [f.scaled_to(starts) for f in functions]
     slides = [sampler.robot.joint_types[j] == 'prismatic' for j in sampler.moving]
     scale = np.where(slides, sampler.robot.task.length / sampler.to_si, 1.0)
     return poses_on(scaled, starts, scale)
@@ -293,22 +293,28 @@ def crossings_of(
     if count > 2:
         groups.append(tuple(range(count)))
     generic = rank_at(sampler.arm(sampler.random(200)).J_t)
+    # Each of size 1, so that a factor of large numbers hides no other.
+    starts = sampler.random()
+    every = [Numbers(f.value, arithmetic).scaled_to(starts) for f in product.factors]
     found = []
     for group in groups:
         values = tuple(product.factors[k].value for k in group)
-        functions = [Numbers(value, arithmetic) for value in values]
+        functions = [every[k] for k in group]
         poses = family_poses(sampler, functions)
         names = tuple(factors[k].name for k in group)
+        meet = None
         if len(poses) < 2:
-            if zero_anywhere(sampler, functions).exists is None:
+            meet = zero_anywhere(sampler, functions)
+            if meet.exists is None:
                 found.append(FamilyCrossing(names, None, True, None, None))
-            continue
+            if not meet.exists:
+                continue
+            poses = np.array([meet.pose])
         rank = rank_at(sampler.arm(poses).J_t)
         within = zero_within_limits(sampler, functions)
-        meet = within.exists or zero_anywhere(sampler, functions).exists
-        sampled = not meet or not CommonZeros(J_t, generic, values, arithmetic).has_rank_at_most(
-            rank
-        )
+        meet = meet or (within if within.exists else zero_anywhere(sampler, functions))
+        zeros = CommonZeros(J_t, generic, values, arithmetic)
+        sampled = not meet.exists or not zeros.has_rank_at_most(rank)
         found.append(FamilyCrossing(names, rank, sampled, within.exists, _as_tuple(within.pose)))
     return tuple(found)
 

@@ -17,7 +17,7 @@ from sympy.polys.rings import ring as polynomial_ring
 
 from .arithmetic import Arithmetic
 from .half_factors import Terms, paired, upright
-from .laurent import Laurent
+from .laurent import Laurent, from_terms
 from .quotient import quotient_constant
 
 # Random lines a polynomial is cut with; one on which it does not factor shows that it does not.
@@ -25,6 +25,8 @@ LINES = 3
 SEED = 1955
 # Above this many terms the full factoring, whose time grows steeply, is not tried.
 MOST_TERMS = 6000
+# Of a product that was not shown to be split fully shorter factors are looked at one by one.
+MOST_ALONE = 100
 
 
 @dataclass(frozen=True)
@@ -75,6 +77,14 @@ def factored(value: Laurent, arithmetic: Arithmetic) -> Factored:
     return Factored(constant, tuple(moving), complete)
 
 
+def stays_whole(value: Laurent, arithmetic: Arithmetic) -> bool:
+    """Return whether it is proved of a short factor that no real factors can be split off."""
+    if len(value) > MOST_ALONE:
+        return False
+    product = factored(value, arithmetic)
+    return product.complete and [factor.power for factor in product.factors] == [1]
+
+
 def _sliding_monomials(value: Laurent, arithmetic: Arithmetic) -> list[RealFactor]:
     # A prismatic variable that divides every term was taken off with the exponents.
     ring, terms = arithmetic.ring, value.terms()
@@ -88,10 +98,21 @@ def _sliding_monomials(value: Laurent, arithmetic: Arithmetic) -> list[RealFacto
 
 
 def _whole(value: Laurent, arithmetic: Arithmetic, complete: bool) -> Factored:
-    one = arithmetic.ring.number(1)
     if not _moves(value, arithmetic):
         return Factored(value, (), True)
-    return Factored(one, (RealFactor(value, 1),), complete)
+    # Lengths that divide every term are no part of what is whole.
+    terms = value.terms()
+    common = [
+        min(e[k] for e in terms) if generator.kind == 'number' else 0
+        for k, generator in enumerate(arithmetic.ring.generators)
+    ]
+    lowered = {tuple(x - low for x, low in zip(e, common)): c for e, c in terms.items()}
+    rest = from_terms(arithmetic.ring, lowered, value.divisor)
+    moving = [RealFactor(rest, 1), *_sliding_monomials(value, arithmetic)]
+    moving = [factor for factor in moving if _moves(factor.value, arithmetic)]
+    constant = quotient_constant(value, _product(moving, arithmetic), arithmetic)
+    assert constant is not None
+    return Factored(constant, tuple(moving), complete)
 
 
 @dataclass(frozen=True)

@@ -63,6 +63,14 @@ class Numbers:
         turned = {(*e[:index], degree - e[index], *e[index + 1 :]): c for e, c in terms.items()}
         return Numbers(from_terms(ring, turned, self.value.divisor), self.arithmetic)
 
+    def scaled_to(self, q: Floats) -> 'Numbers':
+        """Return the polynomial times a fraction, so that its typical size at poses is 1."""
+        size = typical_size(self, q)
+        factor, divisor = round(max(1.0, 1 / size)), round(max(1.0, size))
+        if factor == divisor == 1:
+            return self
+        return Numbers(self.value.scaled(factor, divisor), self.arithmetic)
+
     @cached_property
     def function(self) -> 'Sum':
         """Return it as a sum of terms."""

@@ -76,13 +76,18 @@ def _by_joints(value: Laurent, indices: Sequence[int]) -> dict[tuple[int, ...], 
 
 
 def divided(value: Laurent, factor: Laurent) -> Laurent | None:
-    """Return value / factor where nothing is left, else None."""
+    """
+    Return value / factor where nothing is left, else None.
+
+    A monomial of angles divides everything; one of lengths, which may be 0, does not.
+    """
     n = len(value.ring.generators)
     R, *_ = polynomial_ring([f'x{k}' for k in range(n)], QQ_I)
     above, high = _lowered(value, R)
     below, low = _lowered(factor, R)
     quotient, rest = above.div(below)
-    if rest:
+    lengths = [k for k, g in enumerate(value.ring.generators) if g.kind == 'number']
+    if rest or any(high[k] < low[k] for k in lengths):
         return None
     pairs = {
         tuple(e + h - s for e, h, s in zip(exponents, high, low)): (c.x, c.y)
