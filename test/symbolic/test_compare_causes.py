@@ -146,6 +146,10 @@ WRONG = [
     ('elbow', 'det = F*G*sin(k3)*(E + F*cos(k2) + G*cos(k2+k3))', 'the sign is wrong'),
     ('elbow', 'det = -F*G*cos(k3)*(E + F*cos(k2) + G*cos(k2+k3))', 'cos(k3) stands'),
     ('elbow', 'det = -F*G*sin(k3)*(F*cos(k2) + G*cos(k2+k3))', 'E is missing'),
+    ('elbow', 'det = -2*F*G*sin(k3)*(E + F*cos(k2) + G*cos(k2+k3))', 'a factor 2 is too many'),
+    ('elbow', 'det = F*F*sin(k3)*(E + F*cos(k2) + G*cos(k2+k3))*(-1)', 'F stands where G belongs'),
+    ('plane', 't = acos((x^2 + y^2 - A^2 - B^2)/(A*B))', 'a factor 2 is too many'),
+    ('plane', 't = acos((x^2 + y^2 - A^2 - B^2)/(4*A*B))', 'a factor 2 is missing'),
     ('elbow', 'k1 = atan2(-y, x)', 'the first argument of atan2 has the wrong sign'),
 ]
 

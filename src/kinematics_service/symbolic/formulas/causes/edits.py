@@ -112,6 +112,10 @@ def symbols_exchanged(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
                 if other != part:
                     sentence = f'{part} stands where {other} belongs, at one place'
                     yield Edit(sentence, replaced(e, path, other))
+        if part.is_Pow and part.base.is_Symbol and part.exp == 2:
+            for other in symbols:
+                sentence = f'{part.base} stands where {other} belongs, at one place'
+                yield Edit(sentence, replaced(e, path, part.base * other))
     for one, other in combinations(free, 2):
         changes = {one: other, other: one}
         yield Edit(f'{one} and {other} are exchanged', e.subs(changes, simultaneous=True))
@@ -233,7 +237,7 @@ def units(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
 
 
 def powers(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
-    """Yield the expression with a square forgotten or too many, or a factor 2."""
+    """Yield the expression with a square forgotten or too many."""
     for path, part in places(e):
         if part.is_Symbol or part.func in (sp.sin, sp.cos):
             above = e
@@ -246,10 +250,21 @@ def powers(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
             yield Edit(f'{part.base} should not be squared', replaced(e, path, part.base))
         if part.is_Pow and part.exp == sp.Rational(1, 2):
             yield Edit(f'the root of {_text(part.base)}', replaced(e, path, part.base))
-    for _, part in _sums(e):
-        for term in part.args:
-            for factor, text in ((2, 'twice'), (sp.Rational(1, 2), 'half of')):
-                yield Edit(f'{text} {_text(term)} belongs there', e - term + factor * term)
+
+
+def twos(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
+    """Yield the expression with a product, or a term of a sum, doubled or halved."""
+    half = sp.Rational(1, 2)
+    for path, part in places(e):
+        if not path or part.is_Mul:
+            where = f' in {_text(part)}' if path else ''
+            yield Edit(f'a factor 2 is missing{where}', replaced(e, path, 2 * part))
+            yield Edit(f'a factor 2 is too many{where}', replaced(e, path, half * part))
+        if part.is_Add:
+            for term in part.args:
+                for factor, text in ((2, 'twice'), (half, 'half of')):
+                    right = replaced(e, path, part - term + factor * term)
+                    yield Edit(f'{text} {_text(term)} belongs there', right)
 
 
 def quarter_turns(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
@@ -264,20 +279,22 @@ EDITS = (
     Repair('sign of a term', signs),
     Repair('arguments of atan2 and its kin', arguments),
     Repair('sine for cosine', sine_and_cosine),
+    Repair('a factor 2', twos),
     Repair('index of a joint or a length', symbols_exchanged),
     Repair('angle of a function', angles),
     Repair('lost bracket', brackets),
     Repair('lost plus', lost_plus),
     Repair('extra term or factor', extra_terms),
-    Repair('squares and twos', powers),
+    Repair('squares', powers),
     Repair('degrees and millimetres in an entry', units),
 )
 SOLUTION_EDITS = (
     EDITS[1],
     EDITS[0],
     EDITS[2],
+    EDITS[3],
     Repair('lost length', lost_lengths),
-    *EDITS[3:],
+    *EDITS[4:],
     Repair('zero of the angle', quarter_turns),
 )
 
