@@ -185,6 +185,8 @@ def test_a_measure(package):
     text = text.replace('\nsingularity:\n', '\nsingularity:\n  measure: isotropy\n')
     robot.write_text(text)
     assert 'isotropy: WARN below 0.1, ERROR below 0.05' in package.command('check', str(robot))
+    told = package.command('fk', '--robot', str(robot), '--q', '0.1,0.1', '--json')
+    assert json.loads(told)['singularity']['level'] == 'ERROR'
     robot.write_text(text.replace('isotropy\n', 'isotropy\n  warn: 0.04\n'))
     refused = package.python('-m', NAME, 'check', str(robot), code=1)
     assert 'stop must be below warn for isotropy: warn 0.04, stop 0.05 (the default)' in refused

@@ -112,7 +112,7 @@ def singularity_status(
     else:
         head = 'at a singularity' if level == Level.ERROR else 'near a singularity'
         if not singularity.decided:
-            head = 'not decided whether near a singularity, none was found and none is excluded'
+            head = 'it is not decided whether a singularity is near (none was found or excluded)'
         named = _nearest_factor(robot, singularity)
         sentence = f'{head}: {named}{shown}; losing {lost} in {base_frame}'
         if tendency in ('towards', 'away'):

@@ -7,7 +7,7 @@ from ..measures cimport symmetric
 from .residuals cimport Residual
 
 cdef double ROUND_OFF, SLOW, STIFFEST, LEAST_LENGTH
-cdef int PATIENCE
+cdef int SLOW_STEPS
 
 @cython.final
 cdef class Refinement:

@@ -10,7 +10,7 @@ from .residuals import Residual
 # A smaller error is round-off of forward kinematics, as a share of the length.
 ROUND_OFF = 1e-15
 # Where nothing is gained any more: so many steps that shrink the error by less than this share.
-SLOW, PATIENCE = 1e-3, 12
+SLOW, SLOW_STEPS = 1e-3, 12
 STIFFEST = 1e8
 # A length below which lengths are not taken to shrink (m).
 LEAST_LENGTH = 1e-3
@@ -71,7 +71,7 @@ class Refinement:
         nearly = (1e-12 * length) * (1e-12 * length)
         damping, slow, fresh, size = self.damping, 0, True, 0.0
         for _ in range(self.steps):
-            if square <= enough or slow >= PATIENCE:
+            if square <= enough or slow >= SLOW_STEPS:
                 break
             if fresh:
                 size = self._linearise(q)

@@ -38,7 +38,7 @@ class Arm:
     ) -> None:
         if task.joints != chain.dof or tape.joints > chain.dof:
             raise TypeError('the parts of an arm do not go together')
-        if not 0 <= watched <= places.DISTANCE:
+        if not 0 <= watched < places.LOST_AT:
             raise TypeError('the watched measure is none')
         self.chain = chain
         self.task = task
