@@ -395,6 +395,27 @@ def test_c30_crossings_of_the_path_of_document_002():
     )
 
 
+@pytest.mark.parametrize(
+    ('q2', 'met'),
+    [
+        ('(t - 1)*(t - 1)', [(1.0, 1.0, True)]),
+        ('(t - 1)*(t - 1) - 0.000001', [(0.999, 0.999, False), (1.001, 1.001, False)]),
+        ('(t - 1)*(t - 1) - 0.00000001', [(0.9999, 0.9999, False), (1.0001, 1.0001, False)]),
+        ('(t - 1)*(t - 1) + 0.00000001', []),
+        ('1 - cos(pi*t)', [(0.0, 0.0, False), (2.0, 2.0, False)]),
+        ('0*t', [(0.0, 2.0, False)]),
+        ('sin(t - 1)', [(1.0, 1.0, False)]),
+    ],
+)
+def test_a_path_that_touches_is_told_from_one_that_crosses_twice_or_misses(q2, met):
+    derivation = derived('planar_2r')
+    path = along(derivation, parse_path(f'q1=t, q2={q2}', derivation))
+    found = [(c.time, c.until, c.touches) for c in path.crossings(0.0, 2.0)]
+    assert [c[2] for c in found] == [c[2] for c in met]
+    times, expected = ([c[:2] for c in every] for every in (found, met))
+    assert np.allclose(times, expected, rtol=0, atol=1e-7)
+
+
 def test_c30_samples_of_the_path_of_document_002():
     (case,) = [c for c in TRAJECTORY['cases'] if c['name'] == 'generic_m']
     path = trajectory()

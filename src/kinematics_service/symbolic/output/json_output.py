@@ -75,7 +75,7 @@ def json_of(
             'v': _strings(path.v),
             'omega': _strings(path.omega),
             'crossings': [
-                {'time': c.time, 'factor': c.name, 'touches': c.touches}
+                {'time': c.time, 'until': c.until, 'factor': c.name, 'touches': c.touches}
                 for c in path.crossings(*span)
             ],
         }

@@ -264,9 +264,9 @@ def _path(path: Path, span: tuple[float, float]) -> Iterator[Block]:
     yield Equation('v(t)', path.v)
     yield Equation('\\omega(t)', path.omega)
     crossings = path.crossings(*span)
-    yield say(
-        f'Meets the singular set {len(crossings)} times between {span[0]:g} and {span[1]:g} s.'
-    )
+    times = 'once' if len(crossings) == 1 else f'{len(crossings)} times'
+    yield say(f'Meets the singular set {times} between {span[0]:g} and {span[1]:g} s.')
     for crossing in crossings:
         how = ' (touches)' if crossing.touches else ''
-        yield say(f't = {crossing.time:.6f} s: {_short(crossing.name)}{how}')
+        until = f' to {crossing.until:.6f}' if crossing.until > crossing.time else ''
+        yield say(f't = {crossing.time:.6f}{until} s: {_short(crossing.name)}{how}')
