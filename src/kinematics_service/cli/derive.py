@@ -221,7 +221,11 @@ def _why_none(derivation: 'Derivation') -> str:
         return 'there are too many minors to write out'
     if determinant.minors == 1:
         return 'the set is empty'
-    return 'the minors share none' if determinant.split else 'none that the minors share was found'
+    return (
+        'the minors share none'
+        if determinant.split
+        else 'no common factor of the minors was found'
+    )
 
 
 class _Progress:
