@@ -17,7 +17,7 @@ from .derivation import Derivation
 TIME = sympy.Symbol('t', real=True)
 SAMPLES = 4001
 BISECTIONS = 80
-# The bottom of a valley is narrowed so often by 16, to 1e-12 of the path.
+# Steps, each of which narrows the bottom of a valley to a sixteenth.
 NARROWED = 9
 # What is 0 of a function, as a share of its largest value: round-off.
 NOTHING = 1e-12
