@@ -5,6 +5,7 @@ Tables are (a, alpha, d, theta) a row, in m and rad, as their makers or papers p
 """
 
 import functools
+import itertools
 import math
 
 import numpy as np
@@ -58,7 +59,11 @@ MIXED = tuple(f'mixed-{k}' for k in range(4))
 SLIDING = tuple(
     f'{kinds}-{k}' for kinds in ('RRRRPR', 'RPRRRR', 'PRRRRR', 'RRRRRP') for k in (0, 1)
 )
-TWO_SLIDE = ('RPPRRR-0', 'PPRRRR-0', 'RRRRPP-0', 'PRRRRP-0')
+# Two joints that slide, in every order.
+TWO_SLIDE = tuple(
+    ''.join('P' if i in pair else 'R' for i in range(6)) + '-0'
+    for pair in itertools.combinations(range(6), 2)
+)
 THREE_SLIDE = ('PRRRPP-0', 'PRPRPR-0', 'RRRPPP-0', 'RPPPRR-0')
 GENERAL = (*TABLES, *RANDOM, *MIXED, *SLIDING, *TWO_SLIDE)
 

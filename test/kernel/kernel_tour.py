@@ -311,6 +311,15 @@ def details(random: np.random.Generator):
     beside = T.copy()
     beside[:3, 3] += 1e-3
     kernel.followed_solutions(general, beside, found, psi)
+    # Two that slide: apart, next to each other, across the joint between them; three.
+    options = np.array([[4, 0, 1], [1, 1, 0]])
+    for more, bound in (([4], 8), ([2], 8), ([3], 8), ([3, 4], 2)):
+        table = screws.copy()
+        table[more, 6] = 1.0
+        if more == [3]:
+            table[1:4, :3] = np.eye(3)
+        general = kernel.SixJoints(table, np.eye(4), np.eye(6), options, bound)
+        kernel.complex_solutions(general, T, psi, said)
     robot = ks.load_robot('ur5e')
     turning = screws_of(robot.chain)
     table = np.column_stack([turning.axes, turning.points, np.zeros(6)])

@@ -17,6 +17,8 @@ from kinematics_service.kinematics.inverse.six_joints import six_joints_of
 from kinematics_service.rigid_motion import inverse
 from kinematics_service.robot.task import ROW_NAMES
 
+H = general_arms.H
+
 POSES, STARTS = 3, 100
 # The joint positions a pose was made from: its pose is known to 1e-16.
 SAME = 1e-7
@@ -54,39 +56,31 @@ def test_a_general_arm_is_solved_by_elimination(name):
     assert ks.inverse_kinematics(robot, ks.forward_kinematics(robot, q)).method == 'algebraic'
 
 
-def test_fewer_roots_than_there_can_be_are_a_proof_where_each_real_one_has_its_solution():
-    # Axes 3 and 4 of this arm are 0.33 degrees from parallel: four of its eight solutions are tens
-    # of metres away, at angles with imaginary parts near 5, and those of round-off.
-    robot = general_arms.general_arm('PRRRRP-0')
-    for q in general_arms.general_poses('PRRRRP-0', 6):
+@pytest.mark.parametrize('name', general_arms.TWO_SLIDE)
+def test_two_joints_that_slide_wherever_they_are_leave_eight_solutions(name):
+    robot = general_arms.general_arm(name)
+    for q in general_arms.general_poses(name, POSES):
         target = ks.forward_kinematics(robot, q)
         result = ks.inverse_kinematics(robot, target, respect_limits=False)
-        assert (result.method, result.complete) == ('algebraic', 'proved')
-        assert result.roots[0] < result.roots[1] == 8
+        assert (result.method, result.complete, result.roots) == ('algebraic', 'proved', (8, 8))
         given = np.array([one.q for one in result])
         for one in [q, *general_arms.met_by_starts(robot, target, STARTS)]:
             assert np.any(general_arms.apart(robot, given, one) < 1e-5)
 
 
-@pytest.mark.parametrize('name', ['PRRRRP-2', 'PPRRRR-1', 'RPPRRR-0'])
-def test_two_slides_next_to_each_other_have_eight_solutions(name):
-    robot = general_arms.general_arm(name)
-    q = general_arms.general_poses(name, 1)[0]
-    result = ks.inverse_kinematics(robot, ks.forward_kinematics(robot, q), respect_limits=False)
-    assert (result.complete, result.roots) == ('proved', (8, 8))
-
-
-@pytest.mark.parametrize('name', ['RPRPRR-0', 'PRRPRR-0'])
-def test_two_slides_apart_are_searched_and_nothing_is_said_to_be_proved(name):
-    # A way of infinite length solves their equations at every angle: each determinant vanishes.
-    robot = general_arms.general_arm(name)
-    q = general_arms.general_poses(name, 1)[0]
-    target = ks.forward_kinematics(robot, q)
-    result = ks.inverse_kinematics(robot, target, respect_limits=False)
-    assert (result.method, result.complete) == ('search', 'found')
-    given = np.array([one.q for one in result])
-    for one in [q, *general_arms.met_by_starts(robot, target, STARTS)]:
-        assert np.any(general_arms.apart(robot, given, one) < 1e-5)
+def test_slides_across_the_joint_between_them_have_half_as_many_solutions():
+    # Their directions span one plane at every angle but two, where they are parallel: no solution
+    # is there, and nothing is taken from the proof.
+    rows = [(0.3, H, 0.0, 0.2), (0.2, H, 0.1, 0.0), (0.25, 0.7, 0.0, 0.4)]
+    rows += [(0.1, 1.1, 0.2, 0.0), (0.3, -0.8, -0.1, 0.0), (0.2, 0.5, 0.3, 0.0)]
+    robot = ks.robot_from_text(general_arms.text_of('standard', rows, 'PRPRRR'))
+    for q in general_arms.general_poses('PRPRRR-0', 10):
+        target = ks.forward_kinematics(robot, q)
+        result = ks.inverse_kinematics(robot, target, respect_limits=False)
+        assert (result.method, result.complete, result.roots) == ('algebraic', 'proved', (4, 8))
+        given = np.array([one.q for one in result])
+        for one in [q, *general_arms.met_by_starts(robot, target, STARTS)]:
+            assert np.any(general_arms.apart(robot, given, one) < 1e-5)
 
 
 def test_the_published_target_with_sixteen_real_solutions():
@@ -104,15 +98,19 @@ def test_the_published_target_with_sixteen_real_solutions():
     assert result.method == 'algebraic'
 
 
-@pytest.mark.parametrize('name', ['xarm6', 'random-0', 'RPRRRR-0'])
-def test_complex_solutions_are_solutions(name):
+@pytest.mark.parametrize(
+    ('name', 'least'),
+    [('xarm6', 16), ('random-0', 16), ('RPRRRR-0', 10), ('RPRPRR-0', 8), ('PRRPRR-0', 8)]
+    + [('PPRRRR-0', 8), ('PRPRPR-0', 2)],
+)
+def test_complex_solutions_are_solutions(name, least):
     # By matrices of complex numbers, multiplied out.
     robot = general_arms.general_arm(name)
     screws = screws_of(robot.chain)
     target = ks.forward_kinematics(robot, general_arms.general_poses(name, 1)[0])
     found, proved = complex_solutions(robot, target)
     assert proved
-    assert len(found) >= 10
+    assert len(found) >= least
     for psi in found:
         T = np.eye(4, dtype=complex)
         for axis, point, slides, value in zip(screws.axes, screws.points, screws.slides, psi):
@@ -128,22 +126,29 @@ def test_complex_solutions_are_solutions(name):
         np.testing.assert_allclose(T @ screws.home, target, rtol=0, atol=1e-12 * size**2)
 
 
+def zero_of(value, low, high):
+    # Between joint positions at which the value has different signs, by bisection.
+    sign = np.sign(value(low))
+    for _ in range(200):
+        middle = 0.5 * (low + high)
+        if np.sign(value(middle)) == sign:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
 def folded(name):
     """Return joint positions at which two solutions meet, and the motion that is lost there."""
     robot = general_arms.general_arm(name)
     q = general_arms.general_poses(name, 40)
     determinants = np.linalg.det(ks.jacobian(robot, q))
     low, high = q[np.argmin(determinants)], q[np.argmax(determinants)]
-    for _ in range(200):
-        middle = 0.5 * (low + high)
-        if np.linalg.det(ks.jacobian(robot, middle)) < 0.0:
-            low = middle
-        else:
-            high = middle
-    return low, np.linalg.svd(ks.jacobian(robot, low))[2][-1]
+    q = zero_of(lambda q: np.linalg.det(ks.jacobian(robot, q)), low, high)
+    return q, np.linalg.svd(ks.jacobian(robot, q))[2][-1]
 
 
-@pytest.mark.parametrize('name', ['random-0', 'xarm6', 'gen3_lite'])
+@pytest.mark.parametrize('name', ['random-0', 'xarm6', 'gen3_lite', 'RPRPRR-0', 'PRRPRR-0'])
 def test_a_double_solution_is_not_counted_as_two(name):
     # Two copies of it, 1e-8 apart, would make the count complete.
     robot = general_arms.general_arm(name)
@@ -152,12 +157,12 @@ def test_a_double_solution_is_not_counted_as_two(name):
     psi = screws_of(robot.chain).coupling @ q
     away = found - psi
     away = (away.real + math.pi) % (2 * math.pi) - math.pi + 1j * away.imag
-    assert len(found) <= 14
+    assert len(found) <= plan_for(robot, ROW_NAMES).six_joints.bound - 2
     assert np.all(np.max(np.abs(away), axis=1) > 1e-5)
 
 
 @pytest.mark.parametrize('beside', [1e-2, 1e-4, 1e-5])
-@pytest.mark.parametrize('name', ['random-0', 'gen3_lite'])
+@pytest.mark.parametrize('name', ['random-0', 'gen3_lite', 'RPRPRR-0'])
 def test_both_solutions_beside_a_fold_are_found(name, beside):
     robot = general_arms.general_arm(name)
     q, lost = folded(name)
@@ -259,12 +264,18 @@ def test_families_are_no_proof():
     assert result.complete == 'found'
 
 
-@pytest.mark.parametrize('name', ['random-0', 'gen3_lite'])
-def test_a_double_solution_is_one_of_multiplicity_two_and_the_count_is_complete(name):
+@pytest.mark.parametrize(
+    ('name', 'roots'), [('random-0', 16), ('gen3_lite', 16), ('RPRPRR-0', 8), ('PRRPRR-0', 8)]
+)
+def test_a_double_solution_is_one_of_multiplicity_two_and_the_count_is_complete(name, roots):
     robot = general_arms.general_arm(name)
     q, _ = folded(name)
     result = ks.inverse_kinematics(robot, ks.forward_kinematics(robot, q), respect_limits=False)
-    assert (result.complete, result.method, result.roots) == ('proved', 'algebraic', (16, 16))
+    assert (result.complete, result.method, result.roots) == (
+        'proved',
+        'algebraic',
+        (roots, roots),
+    )
     [double] = [one for one in result if one.multiplicity == 2]
     # Refinement alone ends 1e-8 beside it.
     assert general_arms.apart(robot, double.q, q) < 1e-11
@@ -350,7 +361,20 @@ def test_three_joints_that_slide_have_a_closed_form(name):
     for q in general_arms.general_poses(name, 20):
         result = ks.inverse_kinematics(robot, ks.forward_kinematics(robot, q))
         assert (result.method, result.complete, len(result)) == ('closed form', 'proved', 2)
+        assert result.roots == (2, 2)
         assert any(general_arms.apart(robot, one.q, q) < 1e-9 for one in result)
+
+
+def test_a_border_of_the_directions_that_three_sliding_joints_reach_is_one_double_solution():
+    robot = general_arms.general_arm('PRPRPR-0')
+    high = general_arms.general_poses('PRPRPR-0', 1)[0]
+    low = high + [0.0, 0.0, 0.0, math.pi, 0.0, 0.0]
+    # The axes of the joints that turn are in one plane.
+    q = zero_of(lambda q: np.linalg.det(ks.jacobian(robot, q)[3:, 1::2]), low, high)
+    result = ks.inverse_kinematics(robot, ks.forward_kinematics(robot, q))
+    assert (result.complete, result.method, result.roots) == ('proved', 'closed form', (2, 2))
+    assert [one.multiplicity for one in result] == [2]
+    assert general_arms.apart(robot, result[0].q, q) < 1e-11
 
 
 def test_directions_that_three_sliding_joints_cannot_reach_are_unreachable():

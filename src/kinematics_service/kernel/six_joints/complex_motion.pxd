@@ -19,6 +19,16 @@ cdef void add_turned(
     double* row, vectors.Triple v, int part, vectors.Triple axis, double* turn
 ) noexcept nogil
 
+@cython.locals(
+    axis=vectors.Triple, side=vectors.Triple, goal=vectors.Triple, other=vectors.Triple, re=vectors.Triple,
+    im=vectors.Triple, g=double, i=int, j=int,
+)
+cdef Pair angle_left(
+    SixScrews loop, double* t, int k, vectors.Triple v, double* vector, double* turn
+) noexcept nogil
+@cython.locals(re=vectors.Triple, im=vectors.Triple, i=int)
+cdef void _turn_back(double* v, vectors.Triple axis, double* turn) noexcept nogil
+
 @cython.final
 cdef class Motion:
     cdef double* room

@@ -41,6 +41,42 @@ def add_turned(row: Numbers, v: Vector, part: int, axis: Vector, turn: Numbers) 
     _add(row, 2, part, c * u[2] + s * w[2] + along * axis[2], c_im * u[2] + s_im * w[2])
 
 
+def angle_left(
+    loop: SixScrews, t: Numbers, k: int, v: Vector, vector: Numbers, turn: Numbers
+) -> Complex:
+    """
+    Return the angle of joint k that turns a direction to where the goal has it.
+
+    Joints before it are at positions t (6 pairs), those behind it do not turn the direction.
+    `vector` (3 pairs) and `turn` (2 pairs) are room.
+    """
+    axis = vectors.axis_of(loop.screws, k)
+    side = vectors.plus(v, -vectors.dot(axis, v), axis)
+    goal = vectors.times_vector(loop.goal, v)
+    for i in range(3):
+        g = goal[0] if i == 0 else goal[1] if i == 1 else goal[2]
+        pairs.put(vector, i, (g, 0.0))
+    for j in range(k):
+        if not vectors.slides(loop.screws, j):
+            complex_numbers.write_turn(pairs.pair(t, j), turn)
+            _turn_back(vector, vectors.axis_of(loop.screws, j), turn)
+    re, im = (vector[0], vector[2], vector[4]), (vector[1], vector[3], vector[5])
+    other = vectors.cross(axis, side)
+    return complex_numbers.angle(
+        (vectors.dot(side, re), vectors.dot(side, im)),
+        (vectors.dot(other, re), vectors.dot(other, im)),
+    )
+
+
+def _turn_back(v: Numbers, axis: Vector, turn: Numbers) -> None:
+    re, im = (v[0], v[2], v[4]), (v[1], v[3], v[5])
+    for i in range(6):
+        v[i] = 0.0
+    # A row times the turn is the column turned back.
+    add_turned(v, re, 0, axis, turn)
+    add_turned(v, im, 1, axis, turn)
+
+
 class Motion:
     """
     Room for the product of a loop's screws at complex positions, and its derivatives.
@@ -84,6 +120,9 @@ class Motion:
             for j in range(6):
                 for e in range(2):
                     t[2 * j + e] += share * self.J[2 * (WIDTH * j + 6) + e]
+                # Ways have no cosines.
+                if vectors.slides(loop.screws, j):
+                    continue
                 if abs(t[2 * j + 1]) > complex_numbers.FARTHEST:
                     return False
             if step < STANDS:

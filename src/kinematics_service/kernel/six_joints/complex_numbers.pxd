@@ -7,6 +7,7 @@ from .pairs cimport Pair
 
 cdef double FARTHEST
 
+cdef bint is_near(Pair t) noexcept nogil
 @cython.locals(size=double, larger=double, smaller=double)
 cdef Pair root(Pair a) noexcept nogil
 @cython.locals(square=double)

@@ -12,6 +12,11 @@ from .pairs import Complex
 FARTHEST = 25.0
 
 
+def is_near(t: Complex) -> bool:
+    """Return whether a position is a number not too far from the real ones."""
+    return abs(t[0]) < 1e8 and abs(t[1]) <= FARTHEST
+
+
 def root(a: Complex) -> Complex:
     """Return the square root whose real part is not negative."""
     size = math.sqrt(pairs.square_of(a))

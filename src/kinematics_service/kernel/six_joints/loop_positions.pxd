@@ -24,7 +24,6 @@ cdef Pair _multiplied_joint(double* x, bint slides) noexcept nogil
 @cython.locals(terms='double[24]', one=Pair, c=Pair, s=Pair, k=int)
 cdef Pair _last_joint(double* x, bint slides) noexcept nogil
 cdef void _write_parts_of(Pair t, bint slides, double* three) noexcept nogil
-cdef bint _within(Pair t) noexcept nogil
 cdef vectors.Triple _across(vectors.Triple axis, vectors.Triple v) noexcept nogil
 
 @cython.final
@@ -51,7 +50,8 @@ cdef class Positions:
 
     @cython.locals(
         third=Pair, a=Pair, b=Pair, fourth=Pair, fifth=Pair, second=Pair,
-        first=Pair, sixth=Pair, t='double*', slides=cython.bint, many=int, last=int, i=int,
+        first=Pair, sixth=Pair, side=vectors.Triple, t='double*', slides=cython.bint, many=int,
+        last=int, i=int,
     )
     cdef void find(
         self, SixScrews loop, Elimination elimination, Pencil pencil, bint swapped, Pair z
@@ -87,12 +87,3 @@ cdef class Positions:
     cdef Pair _first_joint(
         self, SixScrews loop, Elimination elimination, Pair second
     ) noexcept nogil
-    @cython.locals(
-        axis=vectors.Triple, side=vectors.Triple, goal=vectors.Triple, other=vectors.Triple,
-        re=vectors.Triple, im=vectors.Triple, v='double*', g=double, i=int, k=int,
-    )
-    cdef Pair _sixth_joint(self, SixScrews loop, double* t) noexcept nogil
-    @cython.locals(
-        v='double*', turn='double*', re=vectors.Triple, im=vectors.Triple, i=int
-    )
-    cdef void _turn_back(self, vectors.Triple axis) noexcept nogil

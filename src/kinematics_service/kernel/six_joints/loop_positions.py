@@ -81,10 +81,6 @@ def _write_parts_of(t: Complex, slides: bool, three: Floats) -> None:
     complex_numbers.write_turn(t, arrays.after(three, 2))
 
 
-def _within(t: Complex) -> bool:
-    return abs(t[0]) < 1e8 and abs(t[1]) <= complex_numbers.FARTHEST
-
-
 class Positions:
     """
     Room for the positions that belong to a root of the hidden joint.
@@ -130,7 +126,7 @@ class Positions:
         """Fill in the candidates of a root z = e^(i t) of the hidden joint."""
         self.count = 0
         third = complex_numbers.angle_of(z)
-        if not _within(third):
+        if not complex_numbers.is_near(third):
             return
         pencil.write_null_vector(z, self.x)
         many, last = (4, 3) if swapped else (3, 4)
@@ -140,16 +136,16 @@ class Positions:
         slides = vectors.slides(loop.screws, last)
         b = _last_joint(self.x, slides)
         b = b if slides else complex_numbers.angle_of(b)
-        if not _within(a) or not _within(b):
+        if not complex_numbers.is_near(a) or not complex_numbers.is_near(b):
             return
         fourth, fifth = (b, a) if swapped else (a, b)
         self._write_line(loop, elimination, third, fourth, fifth)
         for i in range(self._second_joints(loop, elimination)):
             second = pairs.pair(self.seconds, i)
-            if not _within(second):
+            if not complex_numbers.is_near(second):
                 continue
             first = self._first_joint(loop, elimination, second)
-            if not _within(first):
+            if not complex_numbers.is_near(first):
                 continue
             t = arrays.after(self.t, 12 * self.count)
             pairs.put(t, 0, first)
@@ -157,8 +153,9 @@ class Positions:
             pairs.put(t, 2, third)
             pairs.put(t, 3, fourth)
             pairs.put(t, 4, fifth)
-            sixth = self._sixth_joint(loop, t)
-            if _within(sixth):
+            side = vectors.across(vectors.axis_of(loop.screws, 5))
+            sixth = complex_motion.angle_left(loop, t, 5, side, self.vector, self.turn)
+            if complex_numbers.is_near(sixth):
                 pairs.put(t, 5, sixth)
                 self.missed[self.count] = self.motion.miss(loop, t)
                 self.count += 1
@@ -308,35 +305,6 @@ class Positions:
                 cosine = (vectors.dot(u, goal), vectors.dot(v, goal))
                 sine = (vectors.dot(u, turned), vectors.dot(v, turned))
         return complex_numbers.angle(cosine, sine)
-
-    def _sixth_joint(self, loop: SixScrews, t: Numbers) -> Complex:
-        # What joints 1 to 5 leave of a direction across axis 6 that the goal has turned.
-        axis = vectors.axis_of(loop.screws, 5)
-        side = vectors.across(axis)
-        goal = vectors.times_vector(loop.goal, side)
-        for i in range(3):
-            g = goal[0] if i == 0 else goal[1] if i == 1 else goal[2]
-            pairs.put(self.vector, i, (g, 0.0))
-        for k in range(5):
-            if not vectors.slides(loop.screws, k):
-                complex_numbers.write_turn(pairs.pair(t, k), self.turn)
-                self._turn_back(vectors.axis_of(loop.screws, k))
-        v = self.vector
-        re, im = (v[0], v[2], v[4]), (v[1], v[3], v[5])
-        other = vectors.cross(axis, side)
-        return complex_numbers.angle(
-            (vectors.dot(side, re), vectors.dot(side, im)),
-            (vectors.dot(other, re), vectors.dot(other, im)),
-        )
-
-    def _turn_back(self, axis: Vector) -> None:
-        v, turn = self.vector, self.turn
-        re, im = (v[0], v[2], v[4]), (v[1], v[3], v[5])
-        for i in range(6):
-            v[i] = 0.0
-        # A row times the turn is the column turned back.
-        complex_motion.add_turned(v, re, 0, axis, turn)
-        complex_motion.add_turned(v, im, 1, axis, turn)
 
 
 def _across(axis: Vector, v: Vector) -> Vector:

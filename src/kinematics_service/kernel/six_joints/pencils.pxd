@@ -3,15 +3,13 @@ from libc cimport math
 
 from ..forward cimport chain_pass
 from ..layout cimport arrays, places
-from . cimport pairs
+from . cimport pairs, trigonometric_samples
 from .pairs cimport Pair
 from .elimination cimport Elimination
 
 cdef int SIZE, SQUARE, DEGREE, FULL_DEGREE, SAMPLES, MOST_SAMPLES
 cdef double TINY
 
-@cython.locals(c=double, s=double, k=int)
-cdef void write_circle(int samples, double* circle) noexcept nogil
 @cython.locals(
     product=double, pivot=double, x=double, share=double, p=int, i=int, j=int, k=int
 )
@@ -47,8 +45,7 @@ cdef class Pencil:
     @cython.locals(M='double*', square=double, x=double, share=double, i=int, j=int, k=int)
     cdef void _balance(self) noexcept nogil
     @cython.locals(
-        largest=double, c=double, s=double, noise=double, re=double, im=double, count=int, m=int,
-        n=int, i=int, k=int,
+        largest=double, c=double, s=double, noise=double, count=int, n=int, i=int,
     )
     cdef void sample(self) noexcept nogil
     @cython.locals(

@@ -12,7 +12,7 @@ import math
 from ..forward import chain_pass
 from ..layout import arrays, places
 from ..layout.arrays import Floats, Numbers
-from . import pairs
+from . import pairs, trigonometric_samples
 from .elimination import Elimination
 from .pairs import Complex
 
@@ -23,13 +23,6 @@ SIZE, SQUARE = 12, 144
 DEGREE, FULL_DEGREE = 8, 12
 SAMPLES, MOST_SAMPLES = 25, 32
 TINY = 1e-300
-
-
-def write_circle(samples: int, circle: Floats) -> None:
-    """Write cosine and sine of so many equal turns."""
-    for k in range(samples):
-        s, c = chain_pass.sincos(places.TAU * k / samples)
-        circle[2 * k], circle[2 * k + 1] = c, s
 
 
 def _determinant(A: Floats) -> float:
@@ -173,7 +166,7 @@ class Pencil:
     def sample(self) -> None:
         """Fill in the coefficients of the determinant, its largest sample 1, and their noise."""
         count = SAMPLES if self.degree == DEGREE else MOST_SAMPLES
-        write_circle(count, self.circle)
+        trigonometric_samples.write_circle(count, self.circle)
         largest = 0.0
         for n in range(count):
             c, s = self.circle[2 * n], self.circle[2 * n + 1]
@@ -184,19 +177,9 @@ class Pencil:
         self.noise = 1.0
         if not TINY < largest < 1.0 / TINY:
             return
-        noise = 0.0
-        # Real samples have as many different coefficients as half of them.
-        for k in range((count + 1) // 2):
-            re, im = 0.0, 0.0
-            for n in range(count):
-                m = (k * n) % count
-                re += self.samples[n] * self.circle[2 * m]
-                im -= self.samples[n] * self.circle[2 * m + 1]
-            re, im = re / (count * largest), im / (count * largest)
-            if k <= FULL_DEGREE:
-                self.coefficients[2 * k], self.coefficients[2 * k + 1] = re, im
-            if k > self.degree:
-                noise = max(noise, math.sqrt(re * re + im * im))
+        noise = trigonometric_samples.write_coefficients(
+            self.samples, count, self.circle, largest, self.degree, self.coefficients
+        )
         # Beyond the full degree there is nothing of any matrix, whatever its errors.
         self.noise = noise if self.degree == DEGREE else max(noise, self.error)
 

@@ -10,10 +10,11 @@ from .pairs cimport Pair
 from .elimination cimport Elimination
 from .loop_positions cimport Positions
 from .six_screws cimport SixScrews
+from .spherical_linkage cimport SphericalLinkage
 from .pencils cimport Pencil
 
 cdef double NOISE, NEAR_CIRCLE, QUIET, SHARP, SAME_ROOT, MARGIN, CAUTION
-cdef int MOST
+cdef int THIRD, MOST
 
 @cython.final
 cdef class SixJoints:
@@ -24,6 +25,7 @@ cdef class SixJoints:
     cdef long long* options
     cdef Py_ssize_t count
     cdef readonly int bound
+    cdef int slides
 
     @cython.locals(i=int, j=int)
     cdef void write_joints(self, double* psi, double* q) noexcept nogil
@@ -44,6 +46,8 @@ cdef class Roots:
     cdef SixScrews loop
     cdef Elimination elimination
     cdef Pencil pencil
+    cdef SphericalLinkage linkage
+    cdef int hidden
     cdef Positions positions
     cdef Motion motion
     cdef int count
@@ -69,11 +73,14 @@ cdef class Roots:
         self, SixJoints arm, Pair z, double away, double bound, bint swapped
     ) noexcept nogil
     @cython.locals(
-        taken=cython.bint, only=cython.bint, best=int, least=double, first=double, j=int, k=int
+        written=cython.bint, taken=cython.bint, only=cython.bint, best=int, least=double, j=int,
+        k=int,
     )
     cdef bint _take_positions(
         self, SixJoints arm, Pair start, Pair z, double bound, bint swapped
     ) noexcept nogil
+    @cython.locals(first=double)
+    cdef bint _take_candidate(self, Pair z, double bound) noexcept nogil
     @cython.locals(here=Pair, re=double, im=double)
     cdef bint _is_of(self, Pair z, double bound) noexcept nogil
     @cython.locals(

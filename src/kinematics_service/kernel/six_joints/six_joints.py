@@ -12,6 +12,7 @@ from .loop_positions import Positions
 from .pairs import Complex
 from .pencils import Pencil
 from .six_screws import SixScrews
+from .spherical_linkage import SphericalLinkage
 
 # An option whose determinant has more noise is singular at this target, at every angle.
 NOISE = 1e-6
@@ -25,6 +26,8 @@ SAME_ROOT = 1e-9
 MARGIN = 1e3
 # Errors of coefficients are taken for so many times what those beyond the degree show.
 CAUTION = 10.0
+# The joint of the loop that elimination hides.
+THIRD = 2
 # Room for solutions: more than there can be.
 MOST = 32
 
@@ -43,6 +46,7 @@ class SixJoints:
         Joint positions from those of the screws.
     options : shape (k, 3)
         Where the loop begins, whether it runs backwards, whether joint 5 of it is multiplied.
+        Where two joints slide, it begins with one, and the second one that turns may be hidden.
     bound
         No target has more isolated complex solutions.
     """
@@ -65,7 +69,9 @@ class SixJoints:
         for k in range(3 * self.count):
             if not 0 <= self.options[k] < (6 if k % 3 == 0 else 2):
                 raise TypeError('an option is none')
-        self.bound = bound
+        self.bound, self.slides = bound, 0
+        for k in range(6):
+            self.slides += 1 if vectors.slides(self.screws, k) else 0
         self._arrays = screws, home_inverse, to_joints, options
 
     def write_joints(self, psi: Numbers, q: Floats) -> None:
@@ -116,6 +122,7 @@ class Roots:
         self.t = arrays.after(self.bounds, 24)
         self.one = arrays.after(self.t, 12)
         self.loop, self.elimination, self.pencil = SixScrews(), Elimination(), Pencil()
+        self.linkage, self.hidden = SphericalLinkage(), THIRD
         self.positions, self.motion = Positions(), Motion()
         self.count, self.proved = 0, False
         self.noise, self.first_step = 1.0, 0.0
@@ -149,18 +156,21 @@ class Roots:
         options = arm.options
         swapped = options[3 * k + 2] == 1
         self.loop.close(arm.screws, T, options[3 * k], options[3 * k + 1] == 1)
-        self.elimination.eliminate(self.loop)
-        slides = vectors.slides(self.loop.screws, 4 if swapped else 3)
-        self.pencil.build(self.elimination, swapped, slides)
         self.noise = 1.0
-        if self.pencil.degree == 0:
-            return
-        self.pencil.sample()
-        self.noise = self.pencil.noise
+        if arm.slides > 1:
+            self.linkage.build(self.loop, swapped)
+            self.hidden, self.noise = self.linkage.hidden, self.linkage.noise
+            c, degree = self.linkage.coefficients, self.linkage.degree
+        else:
+            self.elimination.eliminate(self.loop)
+            slides = vectors.slides(self.loop.screws, 4 if swapped else 3)
+            self.pencil.build(self.elimination, swapped, slides)
+            if self.pencil.degree > 0:
+                self.pencil.sample()
+                self.noise = self.pencil.noise
+            c, degree = self.pencil.coefficients, self.pencil.degree
         if not self.noise < NOISE:
             return
-        c = self.pencil.coefficients
-        degree = self.pencil.degree
         # Where the last coefficients are noise, their roots are far from the circle and nothing.
         while degree > 0 and _size(c, degree) <= self.noise:
             degree -= 1
@@ -197,7 +207,7 @@ class Roots:
 
     def _is_of_none(self, z: Complex, bound: float) -> bool:
         # Whether a root, the only one within its bound, is of combined equations and solves none.
-        if self.pencil.count == pencils.SIZE:
+        if self.pencil.count <= pencils.SIZE:
             return False
         self.pencil.write_null_vector(z, self.positions.x)
         moved = MARGIN * max(bound, SAME_ROOT) / max(self.pencil.gap, 1e-300)
@@ -218,6 +228,10 @@ class Roots:
     def _take_positions(
         self, arm: SixJoints, start: Complex, z: Complex, bound: float, swapped: bool
     ) -> bool:
+        if arm.slides > 1:
+            # The others follow from the hidden joint.
+            written = self.linkage.write_positions(self.loop, self.motion, start, self.t)
+            return written and self._take_candidate(z, bound)
         taken = False
         # Where the right side has its full rank, joints 1 and 2 follow from the others.
         only = bound < SHARP and self.elimination.rank == elimination.RIGHT - 1
@@ -231,22 +245,27 @@ class Roots:
             self.positions.missed[best] = places.INFINITY
             for j in range(12):
                 self.t[j] = self.positions.t[12 * best + j]
-            if not self.motion.improve(self.loop, self.t):
-                continue
-            first = self.motion.first
-            if self.motion.certify(self.loop, self.t):
-                self._take()
-                self.first_step = max(self.first_step, first)
-                if self._is_of(z, bound):
-                    taken = True
-                    if only:
-                        return True
+            if self._take_candidate(z, bound):
+                taken = True
+                if only:
+                    return True
         return taken
+
+    def _take_candidate(self, z: Complex, bound: float) -> bool:
+        # Takes the solution that positions t lead to; whether it is that of a root.
+        if not self.motion.improve(self.loop, self.t):
+            return False
+        first = self.motion.first
+        if not self.motion.certify(self.loop, self.t):
+            return False
+        self._take()
+        self.first_step = max(self.first_step, first)
+        return self._is_of(z, bound)
 
     def _is_of(self, z: Complex, bound: float) -> bool:
         # Whether the hidden joint of solution t is that of a root.
         here = complex_numbers.angle_of(z)
-        re, im = self.t[4] - here[0], self.t[5] - here[1]
+        re, im = self.t[2 * self.hidden] - here[0], self.t[2 * self.hidden + 1] - here[1]
         re -= places.TAU * math.floor(re / places.TAU + 0.5)
         return math.sqrt(re * re + im * im) <= max(bound, SAME_ROOT)
 

@@ -48,8 +48,6 @@ class InversePlan(FrozenArrays):
         Its closed form, if it has one.
     six_joints
         How all solutions of six joints are found otherwise, if they can be.
-    three_slides
-        The screws of an arm of three turning and three sliding joints.
     joints
         The joints for the kernel: their scales, periods and limits.
     scales : shape (n,)
@@ -75,7 +73,6 @@ class InversePlan(FrozenArrays):
 
     closed: kernel.ClosedForm | None
     six_joints: kernel.SixJoints | None
-    three_slides: Screws | None
     joints: kernel.Joints
     scales: Floats
     held: Floats
@@ -104,13 +101,10 @@ def plan_for(robot: Robot, rows: tuple[str, ...], axis: str = '') -> InversePlan
     position = rows == ROW_NAMES[:3] and not axis
     if screws is not None and not redundant and not len(idle) and (whole or position):
         closed = _closed_form(screws, robot, whole)
-    six_joints, three_slides = None, None
+    six_joints = None
     isolated = whole and robot.dof == 6 and not redundant and not len(idle)
     if screws is not None and closed is None and isolated and _one_to_one(screws, robot):
-        if sum(screws.slides) == 3:
-            three_slides = screws
-        else:
-            six_joints = _six_joints(screws, robot)
+        six_joints = _six_joints(screws, robot)
     low, high = robot.limits.T
     bounded = np.isfinite(low) & np.isfinite(high)
     middle = np.where(bounded, (np.where(bounded, low, 0.0) + np.where(bounded, high, 0.0)) / 2, 0)
@@ -120,7 +114,6 @@ def plan_for(robot: Robot, rows: tuple[str, ...], axis: str = '') -> InversePlan
     return InversePlan(
         closed=closed,
         six_joints=six_joints,
-        three_slides=three_slides,
         joints=kernel.Joints(scales, periods, limits),
         scales=scales,
         held=held,

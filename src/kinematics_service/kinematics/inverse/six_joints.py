@@ -9,9 +9,9 @@ from ...kernel import Floats, Integers
 from ...rigid_motion import inverse
 from .screws import Screws
 
-# Isolated complex solutions a target has at most (Raghavan and Roth 1993; with two prismatic
-# joints half of them).
-BOUNDS = {0: 16, 1: 16, 2: 8}
+# Isolated complex solutions a target has at most, by the number of prismatic joints (Raghavan and
+# Roth 1993; with two or three of them kernel/six_joints/spherical_linkage.py has the reason).
+BOUNDS = {0: 16, 1: 16, 2: 8, 3: 2}
 # Poses the options are tried at, and how many options are kept.
 TRIED, KEPT = 4, 4
 
@@ -68,13 +68,18 @@ def _rank_of(
 
 
 def _options(slides: tuple[bool, ...]) -> list[tuple[int, int, int]]:
-    # The joint that is hidden and the one that is eliminated first must turn.
     options = []
     for backwards in (0, 1):
         ordered = slides[::-1] if backwards else slides
         for first in range(6):
             turned = ordered[first:] + ordered[:first]
-            if not turned[2] and not turned[5]:
+            if sum(slides) < 2:
+                # The joint that is hidden and the one that is eliminated first must turn.
+                allowed = not turned[2] and not turned[5]
+            else:
+                # One that slides begins, and at most two that turn are before another.
+                allowed = turned[0] and any(turned[1:4])
+            if allowed:
                 options += [(first, backwards, swapped) for swapped in (0, 1)]
     return options
 

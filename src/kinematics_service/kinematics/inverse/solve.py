@@ -33,7 +33,6 @@ from .result import IkFamily, IkResult, Method
 from .screws import screws_of
 from .search import DistinctSolutions, LeastError, distinct, reached, search
 from .target import ik_target_of
-from .three_slides import three_slides_solutions
 
 # How far off a target is reached (m, rad): what a person types has seven digits.
 TOLERANCE = 1e-6
@@ -135,11 +134,6 @@ def _all(problem: IkProblem, respect_limits: bool) -> IkResult:
         nothing = DistinctSolutions(np.empty((0, robot.dof)), np.empty(0))
         result = result_of(problem, nothing, alone, 'search', best, respect_limits)
         return replace(result, complete='partial') if alone else result
-    if plan.three_slides is not None:
-        found = three_slides_solutions(problem, plan.three_slides)
-        if found is None:
-            return _searched(problem, respect_limits)
-        return answer(problem, found, 'closed form', best, respect_limits)
     method: Method = 'closed form'
     roots: tuple[int, int] | None = None
     if plan.closed is not None:
@@ -150,7 +144,8 @@ def _all(problem: IkProblem, respect_limits: bool) -> IkResult:
         eliminated = eliminated_solutions(problem, plan.six_joints)
         if not eliminated.all_found:
             return _degenerate(problem, plan.six_joints, eliminated, respect_limits)
-        proved, method, roots = eliminated.solutions, 'algebraic', eliminated.roots
+        proved, roots = eliminated.solutions, eliminated.roots
+        method = _method_of(plan.six_joints)
     if proved.count and min(map(proved.share, range(proved.count))) >= SUSPECT:
         solutions = solutions_of(problem, proved)
         inside = tuple(solution for solution in solutions if solution.feasible)
@@ -183,8 +178,13 @@ def _degenerate(
         multiples = found.multiplicities[np.count_nonzero(~singular) :]
         if all(m > 1 for m in multiples) and certified + sum(multiples) == arm.bound:
             best, roots = LeastError(near, np.inf), (arm.bound, arm.bound)
-            return result_of(problem, found, (), 'algebraic', best, respect_limits, roots)
+            return result_of(problem, found, (), _method_of(arm), best, respect_limits, roots)
     return _searched(problem, respect_limits, known)
+
+
+def _method_of(arm: kernel.SixJoints) -> Method:
+    # The two roots of three prismatic joints are those of a quadratic equation.
+    return 'algebraic' if arm.bound > 2 else 'closed form'
 
 
 def _searched(
