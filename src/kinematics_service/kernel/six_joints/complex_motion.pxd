@@ -46,9 +46,11 @@ cdef class Motion:
     @cython.locals(
         turning=double, reaching=double, sizes=double, axis=double, reach=double, arm=Pair,
         size=double, bound=double, step=double, inverse=double, row='double*', beta=double,
-        way=double, i=int, j=int, k=int,
+        way=double, unit=double, i=int, j=int, k=int,
     )
     cdef bint certify(self, SixScrews loop, double* t) noexcept nogil
+    @cython.locals(unit=double, at=int, i=int, k=int)
+    cdef double _measure_by_ways(self, SixScrews loop, double* t) noexcept nogil
     @cython.locals(
         R='double*', p='double*', row='double*', axis=vectors.Triple, point=vectors.Triple,
         re=vectors.Triple, im=vectors.Triple, z=Pair, o=Pair, d=Pair, way=Pair, i=int,

@@ -134,11 +134,12 @@ class Motion:
         Return whether there is one solution at t (6 pairs), and fill in how far there is no other.
 
         By the theorem of Newton and Kantorovich: beta is the norm of the inverse of J, and K
-        bounds the change of J.
+        bounds the change of J. Where a way is long, it is the unit of length.
         """
         if not self.miss(loop, t) < MISSES:
             return False
         self._fill(loop)
+        unit = self._measure_by_ways(loop, t)
         turning, reaching, sizes = 0.0, 0.0, 0.0
         for j in range(6):
             axis, reach = 0.0, 0.0
@@ -150,7 +151,7 @@ class Motion:
                     pairs.pair(self.points, 3 * j + i),
                 )
                 reach += pairs.square_of(arm)
-            size = 1.0 + math.sqrt(reach)
+            size = 1.0 + math.sqrt(reach) / unit
             turning += axis
             reaching += axis * size * size
             sizes += math.sqrt(axis) * size
@@ -167,6 +168,21 @@ class Motion:
         way = math.sqrt(step) + beta * ROUND_OFF * sizes
         self.radius = 1.0 / (beta * bound)
         return way * beta * bound < CERTAIN
+
+    def _measure_by_ways(self, loop: SixScrews, t: Numbers) -> float:
+        # Makes the longest way the unit of length in J, and in what is left, unless it is shorter
+        # than the present one: far away lengths are large and their inverses small.
+        unit = 1.0
+        for k in range(6):
+            if vectors.slides(loop.screws, k):
+                unit = max(unit, math.sqrt(pairs.square_of(pairs.pair(t, k))))
+        for i in range(3):
+            for k in range(7):
+                if k == 6 or not vectors.slides(loop.screws, k):
+                    at = 2 * (WIDTH * i + k)
+                    self.J[at] /= unit
+                    self.J[at + 1] /= unit
+        return unit
 
     def _multiply(self, loop: SixScrews, t: Numbers) -> None:
         # Fills R, p with the product, and each screw's axis and point as those before it move it.
