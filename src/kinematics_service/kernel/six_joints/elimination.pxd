@@ -37,7 +37,7 @@ cdef class Elimination:
     )
     cdef int _pivot(self, int width) noexcept nogil
     @cython.locals(
-        F='double*', longest=double, best=double, square=double, share=double, x=double, rows=int,
+        F='double*', longest=double, shortest=double, best=double, square=double, share=double, x=double, rows=int,
         p=int, i=int, j=int, k=int,
     )
     cdef void _orthonormalise(self, int rank, int width) noexcept nogil

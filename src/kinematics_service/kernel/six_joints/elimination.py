@@ -38,7 +38,7 @@ class Elimination:
         How many columns of the right side are independent; 8 but for special axes.
     error
         How far round-off may move the equations: what was taken for zero, or the share of the
-        last pivot that round-off is.
+        last pivot that round-off is, as a share of what is left of the shortest one.
     """
 
     def __init__(self) -> None:
@@ -147,7 +147,7 @@ class Elimination:
         for i in range(rows):
             for k in range(LEFT):
                 F[LEFT * i + k] = self.table[width * (rank + i) + RIGHT - 1 + k]
-        longest = 0.0
+        longest, shortest = 0.0, 0.0
         self.count = rows
         for i in range(rows):
             best, p = -1.0, i
@@ -161,7 +161,8 @@ class Elimination:
                 longest = best
             if best <= DEPENDENT * DEPENDENT * longest:
                 self.count = i
-                return
+                break
+            shortest = best
             share = 1.0 / math.sqrt(best)
             for k in range(LEFT):
                 x = F[LEFT * i + k]
@@ -169,6 +170,9 @@ class Elimination:
                 if p != i:
                     F[LEFT * p + k] = x
             self._clear_below(i, rows)
+        # What is left of a row has the errors of all that was subtracted.
+        if shortest > 0.0:
+            self.error *= math.sqrt(longest / shortest)
 
     def _clear_below(self, i: int, rows: int) -> None:
         F = self.equations

@@ -8,12 +8,7 @@ from .pairs cimport Pair
 from .elimination cimport Elimination
 
 cdef int SIZE, SQUARE, DEGREE, FULL_DEGREE, SAMPLES, MOST_SAMPLES
-cdef double TINY
-
-@cython.locals(
-    product=double, pivot=double, x=double, share=double, p=int, i=int, j=int, k=int
-)
-cdef double _determinant(double* A) noexcept nogil
+cdef double TINY, ROUND_OFF
 
 @cython.final
 cdef class Pencil:
@@ -30,6 +25,7 @@ cdef class Pencil:
     cdef double noise
     cdef double gap
     cdef double error
+    cdef double pivot
 
     @cython.locals(count=int, h=int, r=int, i=int, k=int)
     cdef void build(self, Elimination elimination, bint swapped, bint slides) noexcept nogil
@@ -45,9 +41,14 @@ cdef class Pencil:
     @cython.locals(M='double*', square=double, x=double, share=double, i=int, j=int, k=int)
     cdef void _balance(self) noexcept nogil
     @cython.locals(
-        largest=double, c=double, s=double, noise=double, count=int, n=int, i=int,
+        largest=double, minor=double, c=double, s=double, noise=double, count=int, n=int, i=int,
     )
     cdef void sample(self) noexcept nogil
+    @cython.locals(
+        A='double*', product=double, pivot=double, x=double, share=double, p=int, i=int, j=int,
+        k=int,
+    )
+    cdef double _determinant(self) noexcept nogil
     @cython.locals(
         order='int[12]', W='double*', best=double, square=double, first=double, last=double,
         p=int, c=int, at=int, i=int, j=int, k=int,

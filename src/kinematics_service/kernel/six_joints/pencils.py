@@ -22,32 +22,7 @@ SIZE, SQUARE = 12, 144
 # degree measure the round-off.
 DEGREE, FULL_DEGREE = 8, 12
 SAMPLES, MOST_SAMPLES = 25, 32
-TINY = 1e-300
-
-
-def _determinant(A: Floats) -> float:
-    # Of a matrix (12, 12), which is overwritten.
-    product = 1.0
-    for k in range(SIZE):
-        p = k
-        for i in range(k + 1, SIZE):
-            if abs(A[SIZE * i + k]) > abs(A[SIZE * p + k]):
-                p = i
-        pivot = A[SIZE * p + k]
-        if pivot == 0.0:
-            return 0.0
-        if p != k:
-            product = -product
-            for j in range(k, SIZE):
-                x = A[SIZE * k + j]
-                A[SIZE * k + j] = A[SIZE * p + j]
-                A[SIZE * p + j] = x
-        product *= pivot
-        for i in range(k + 1, SIZE):
-            share = A[SIZE * i + k] / pivot
-            for j in range(k + 1, SIZE):
-                A[SIZE * i + j] -= share * A[SIZE * k + j]
-    return product
+TINY, ROUND_OFF = 1e-300, 1e-16
 
 
 class Pencil:
@@ -81,7 +56,7 @@ class Pencil:
         self.circle = arrays.after(self.coefficients, 26)
         self.samples = arrays.after(self.circle, 64)
         self.degree, self.count = 0, 0
-        self.noise, self.gap, self.error = 0.0, 0.0, 0.0
+        self.noise, self.gap, self.error, self.pivot = 0.0, 0.0, 0.0, 0.0
 
     def __dealloc__(self) -> None:
         """Give the room back."""
@@ -167,21 +142,49 @@ class Pencil:
         """Fill in the coefficients of the determinant, its largest sample 1, and their noise."""
         count = SAMPLES if self.degree == DEGREE else MOST_SAMPLES
         trigonometric_samples.write_circle(count, self.circle)
-        largest = 0.0
+        largest, minor = 0.0, 0.0
         for n in range(count):
             c, s = self.circle[2 * n], self.circle[2 * n + 1]
             for i in range(SQUARE):
                 self.work[i] = self.M[i] + c * self.M[SQUARE + i] + s * self.M[2 * SQUARE + i]
-            self.samples[n] = _determinant(self.work)
+            self.samples[n] = self._determinant()
             largest = max(largest, abs(self.samples[n]))
+            if self.pivot > 0.0:
+                minor = max(minor, abs(self.samples[n]) / self.pivot)
         self.noise = 1.0
         if not TINY < largest < 1.0 / TINY:
             return
         noise = trigonometric_samples.write_coefficients(
             self.samples, count, self.circle, largest, self.degree, self.coefficients
         )
-        # Beyond the full degree there is nothing of any matrix, whatever its errors.
-        self.noise = noise if self.degree == DEGREE else max(noise, self.error)
+        # Errors of the matrix need not show beyond the degree: they count as minors do.
+        self.noise = max(noise, max(self.error, ROUND_OFF) * minor / largest)
+
+    def _determinant(self) -> float:
+        # Of the matrix (12, 12) in the room for work, which is overwritten; its least pivot stays.
+        A, product = self.work, 1.0
+        self.pivot = places.INFINITY
+        for k in range(SIZE):
+            p = k
+            for i in range(k + 1, SIZE):
+                if abs(A[SIZE * i + k]) > abs(A[SIZE * p + k]):
+                    p = i
+            pivot = A[SIZE * p + k]
+            self.pivot = min(self.pivot, abs(pivot))
+            if pivot == 0.0:
+                return 0.0
+            if p != k:
+                product = -product
+                for j in range(k, SIZE):
+                    x = A[SIZE * k + j]
+                    A[SIZE * k + j] = A[SIZE * p + j]
+                    A[SIZE * p + j] = x
+            product *= pivot
+            for i in range(k + 1, SIZE):
+                share = A[SIZE * i + k] / pivot
+                for j in range(k + 1, SIZE):
+                    A[SIZE * i + j] -= share * A[SIZE * k + j]
+        return product
 
     def write_null_vector(self, z: Complex, x: Numbers) -> None:
         """

@@ -18,8 +18,8 @@ from .spherical_linkage import SphericalLinkage
 NOISE = 1e-6
 # Roots as near to the unit circle may be those of real solutions.
 NEAR_CIRCLE = 0.05
-# Less noise, and roots known as well, account for the real solutions by the roots alone.
-QUIET, SHARP = 1e-9, 1e-6
+# A root known as well leads to its solution from one start.
+SHARP = 1e-6
 # An angle as near to that of a root is the same.
 SAME_ROOT = 1e-9
 # What is so many times as large as what errors make of it is not 0.
@@ -180,19 +180,16 @@ class Roots:
         self._take_roots(arm, roots, swapped)
 
     def _take_roots(self, arm: SixJoints, roots: int, swapped: bool) -> None:
-        # Solutions are conjugate in pairs: their roots are inside the circle and outside.
-        accounted = self.noise < QUIET
+        accounted = True
         for i in range(roots):
             z = pairs.pair(self.z, i)
             away = _log_size(z)
-            if away > NEAR_CIRCLE:
-                accounted = accounted and self.bounds[i] < 0.5 * away
+            # Solutions are conjugate in pairs: their roots are inside the circle and outside.
+            taken = away <= NEAR_CIRCLE
+            taken = taken and self._take_root(arm, z, away, self.bounds[i], swapped)
+            # Those of real solutions are on it.
+            if self.bounds[i] < 0.5 * abs(away):
                 continue
-            taken = self._take_root(arm, z, away, self.bounds[i], swapped)
-            # Pivots taken as zero, too, may have moved a root that is real off the circle.
-            if max(self.bounds[i], SHARP) < 0.5 * abs(away):
-                continue
-            accounted = accounted and self.bounds[i] < SHARP
             accounted = accounted and trigonometric_roots.is_alone(self.z, self.bounds, roots, i)
             accounted = accounted and (taken or self._is_of_none(z, self.bounds[i]))
         self.proved = self.count >= arm.bound or accounted
