@@ -11,7 +11,7 @@ import math
 
 from ..forward import chain_pass
 from ..layout import arrays, places
-from ..layout.arrays import Floats, Numbers
+from ..layout.arrays import Numbers
 from . import pairs, trigonometric_samples
 from .elimination import Elimination
 from .pairs import Complex
