@@ -1,0 +1,81 @@
+"""
+Arms and targets at which one guard alone keeps elimination from a proof that would be none.
+
+Each is of links at right angles or nearly so; the poses were met among thousands.
+"""
+
+import general_arms
+import numpy as np
+import pytest
+
+import kinematics_service as ks
+from kinematics_service import kernel
+from kinematics_service.kinematics.inverse.plan import plan_for
+from kinematics_service.kinematics.inverse.screws import screws_of
+from kinematics_service.rigid_motion import inverse
+from kinematics_service.robot.task import ROW_NAMES
+
+H = general_arms.H
+
+
+def eliminated(robot, target):
+    """Return the real solutions (m, 6) of elimination, and whether it proves that they are all."""
+    screws = screws_of(robot.chain)
+    form = plan_for(robot, ROW_NAMES).six_joints
+    if form is None:
+        return np.empty((0, 6)), False
+    psi, said = np.zeros((kernel.MOST_CANDIDATES, 6, 2)), np.zeros(3)
+    count = kernel.complex_solutions(form, target @ inverse(screws.home), psi, said)
+    real = psi[:count][np.max(np.abs(psi[:count, :, 1]), axis=1) < 1e-8, :, 0]
+    return np.linalg.solve(screws.coupling, real.T).T, bool(said[2])
+
+
+def is_right(robot, q):
+    """Return whether elimination finds the joint positions of a target, or proves nothing."""
+    found, proved = eliminated(robot, ks.forward_kinematics(robot, q))
+    return not proved or bool(np.any(general_arms.apart(robot, found, q) < 1e-6))
+
+
+def arm(kinds, rows):
+    return ks.robot_from_text(general_arms.text_of('standard', rows, kinds))
+
+
+def test_equations_that_nearly_depend_on_each_other_prove_nothing_at_a_singular_pose():
+    # Axes 3 to 5 are 1e-9 rad from parallel: what is left of the shortest equation has lost as
+    # many digits, and the double root of the pose is far off the circle.
+    rows = [(-0.13, -1.5707963242966478, -0.34, H), (0.42, 3.1415926520396478, 0.0, 0.0)]
+    rows += [(0.44, 1.570796327284651, 0.0, H), (0.0, 5.00879186986572e-10, 0.0, 0.0)]
+    rows += [(-0.04, -1.0502767005005464e-09, 0.0, 0.0), (0.0, -1.570796326605106, -0.05, 0.0)]
+    robot = arm('RRRPRR', rows)
+    assert is_right(robot, [-1.5 * H, 0.0, -H, -0.5, -H, -0.5 * H])
+
+
+def test_a_family_is_not_proved_to_be_nothing():
+    # The determinant vanishes at every angle, its round-off is in the low coefficients alone.
+    rows = [(0.0, -9.201755237905402e-05, 0.0, 0.0), (0.0, -0.0004783729496619503, 0.0, 0.0)]
+    rows += [(0.0, 1.5707291153015992, 0.0, H), (0.0, 1.5708631414070664, 0.0, 0.0)]
+    rows += [(-0.08, 1.570540879371156, 0.0, H), (0.45, -1.5701693153597334, 0.0, 0.0)]
+    robot = arm('RRPRRR', rows)
+    q = np.array([-0.25, -1.0, 0.0, 0.5, -1.0, 0.0]) * np.pi
+    assert is_right(robot, q)
+
+
+def test_roots_whose_discs_meet_account_for_no_solution():
+    # Several solutions share the hidden angle, at which Newton's method leads to one of them.
+    robot = general_arms.general_arm('skew_wrist')
+    q = np.array([-0.25, 0.25, -0.75, 1.0, 0.75, 0.75]) * np.pi
+    assert is_right(robot, q)
+
+
+@pytest.mark.parametrize('name', ['random-0', 'RPRPRR-0', 'PRPRPR-0'])
+def test_half_a_turn_away_from_the_goal_is_no_solution_of_it(name):
+    # There the sine of what is left is zero, and so is the step of Newton.
+    robot = general_arms.general_arm(name)
+    form, screws = plan_for(robot, ROW_NAMES).six_joints, screws_of(robot.chain)
+    q = general_arms.general_poses(name, 1)[0]
+    motion = ks.forward_kinematics(robot, q) @ inverse(screws.home)
+    psi = np.zeros((kernel.MOST_CANDIDATES, 6, 2))
+    psi[0, :, 0] = screws.coupling @ q
+    assert kernel.followed_solutions(form, motion, 1, psi) == 1
+    motion[:3, :3] = np.diag([1.0, -1.0, -1.0]) @ motion[:3, :3]
+    assert kernel.followed_solutions(form, motion, 1, psi) == 0
