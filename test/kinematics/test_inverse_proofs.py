@@ -40,14 +40,25 @@ def arm(kinds, rows):
     return ks.robot_from_text(general_arms.text_of('standard', rows, kinds))
 
 
-def test_equations_that_nearly_depend_on_each_other_prove_nothing_at_a_singular_pose():
-    # Axes 3 to 5 are 1e-9 rad from parallel: what is left of the shortest equation has lost as
-    # many digits, and the double root of the pose is far off the circle.
+def test_pivots_near_zero_prove_nothing_at_a_singular_pose():
+    # Axes 3 to 5 are 1e-9 rad from parallel: the equations lose as many digits, and the double
+    # root of the pose is far off the circle.
     rows = [(-0.13, -1.5707963242966478, -0.34, H), (0.42, 3.1415926520396478, 0.0, 0.0)]
     rows += [(0.44, 1.570796327284651, 0.0, H), (0.0, 5.00879186986572e-10, 0.0, 0.0)]
     rows += [(-0.04, -1.0502767005005464e-09, 0.0, 0.0), (0.0, -1.570796326605106, -0.05, 0.0)]
     robot = arm('RRRPRR', rows)
     assert is_right(robot, [-1.5 * H, 0.0, -H, -0.5, -H, -0.5 * H])
+
+
+def test_equations_that_nearly_depend_on_each_other_prove_nothing_at_a_singular_pose():
+    # Axes 1 to 3 are 1e-10 rad from parallel, and no pivot is small: what is left of the shortest
+    # equation has lost the digits.
+    rows = [(0.01, 2.7213381147619173e-10, 0.25, H), (0.36, -1.9922852403924002e-10, 0.0, H)]
+    rows += [(-0.36, 1.5707963268844636, -0.05, H), (0.49, 1.5707963269143719, 0.3, H)]
+    rows += [(0.34, 1.5707963266969136, 0.0, H), (0.03, 1.570796326728981, 0.35, 0.0)]
+    q = [0.7852197673833732, -1.570821499897492, 0.7854469943776689]
+    q += [-6.7383032547110245e-06, -6.57582526093178e-05, -1.5708869178848164]
+    assert is_right(arm('RRRRPR', rows), q)
 
 
 def test_a_family_is_not_proved_to_be_nothing():

@@ -13,7 +13,7 @@ from .six_screws cimport SixScrews
 from .spherical_linkage cimport SphericalLinkage
 from .pencils cimport Pencil
 
-cdef double NOISE, NEAR_CIRCLE, SHARP, SAME_ROOT, MARGIN, CAUTION
+cdef double NOISE, NEAR_CIRCLE, FAR, SHARP, SAME_ROOT, MARGIN, CAUTION
 cdef int THIRD, MOST
 
 @cython.final

@@ -18,6 +18,8 @@ from .spherical_linkage import SphericalLinkage
 NOISE = 1e-6
 # Roots as near to the unit circle may be those of real solutions.
 NEAR_CIRCLE = 0.05
+# A logarithm of a size whose exponential is no overflow.
+FAR = 30.0
 # A root known as well leads to its solution from one start.
 SHARP = 1e-6
 # An angle as near to that of a root is the same.
@@ -187,8 +189,9 @@ class Roots:
             # Solutions are conjugate in pairs: their roots are inside the circle and outside.
             taken = away <= NEAR_CIRCLE
             taken = taken and self._take_root(arm, z, away, self.bounds[i], swapped)
-            # Those of real solutions are on it.
-            if self.bounds[i] < 0.5 * abs(away):
+            # Those of real solutions are on it: where the disc of the inner one is far from it, the
+            # pair is of no real solution.
+            if self.bounds[i] < 0.5 * (math.exp(min(abs(away), FAR)) - 1.0):
                 continue
             accounted = accounted and trigonometric_roots.is_alone(self.z, self.bounds, roots, i)
             accounted = accounted and (taken or self._is_of_none(z, self.bounds[i]))
