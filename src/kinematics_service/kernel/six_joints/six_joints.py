@@ -189,8 +189,8 @@ class Roots:
             # Solutions are conjugate in pairs: their roots are inside the circle and outside.
             taken = away <= NEAR_CIRCLE
             taken = taken and self._take_root(arm, z, away, self.bounds[i], swapped)
-            # Those of real solutions are on it: where the disc of the inner one is far from it, the
-            # pair is of no real solution.
+            # Those of real solutions are on it. Where the disc of the inner one is far from it,
+            # the pair is of none.
             if self.bounds[i] < 0.5 * (math.exp(min(abs(away), FAR)) - 1.0):
                 continue
             accounted = accounted and trigonometric_roots.is_alone(self.z, self.bounds, roots, i)
