@@ -54,6 +54,7 @@ def messages():
         'four_bar_arm': ([0.0, 1.5, 0.2], 1),
         'five_bar': ([2.1, 1.0], 1),
         'excavator': ([0.0, 2.7, 2.9, 2.3], 4),
+        'flexpicker': ([0.2, 0.0, 0.4], 3),
     }
     streams = {name: Stream(ks.load_robot(name), middle) for name, (middle, _) in arms.items()}
     best = dict.fromkeys(streams, math.inf)

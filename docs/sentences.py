@@ -126,7 +126,8 @@ ROBOT_FILE = {
         'A list of closed loops. Each is a second chain that parts from the table and meets it '
         'again; its passive joints have no motor, may stand in rows like joints, and follow from '
         "the joints by Newton's method, on the branch of the known position. A loop may use the "
-        'passive joints of the loops before it. Messages have the joints only.',
+        'passive joints of the loops before it, and of the next ones where these need its own. '
+        'Messages have the joints only.',
         {
             'name': 'what messages call it',
             'passive': 'names of the joints that it moves, as many as `rows`; revolute, or as '

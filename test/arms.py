@@ -14,7 +14,7 @@ from kinematics_service.robot.robot import build_robot
 from kinematics_service.robot.task import seeded_poses
 
 # Those whose loops are closed by the kernel, and all others.
-LOOPED = ('crank_slider', 'excavator', 'five_bar', 'four_bar_arm')
+LOOPED = ('crank_slider', 'excavator', 'five_bar', 'flexpicker', 'four_bar_arm')
 BUNDLED = tuple(name for name in ks.bundled_robots() if name not in LOOPED)
 # Convention, number of joints, seed: `standard-7-0`.
 RANDOM = tuple(f'{convention}-{dof}-0' for convention in CONVENTIONS for dof in range(1, 13))

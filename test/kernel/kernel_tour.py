@@ -39,7 +39,7 @@ SINGLY = 4  # of them so many also one by one
 SOLVED = ('craig_3r', 'puma560', 'ur5e', 'scara_hsr065', 'panda')
 # What describes an arm, a stream or a target is no number that the kernel computes.
 GIVEN = (
-    kernel.Loop,
+    *(kernel.Loop, kernel.LoopGroup),
     *(kernel.Arm, kernel.Chain, kernel.TaskRows, kernel.Tape, kernel.OurJoints),
     *(kernel.ClosedForm, kernel.Joints, kernel.Refinement, kernel.Residual, kernel.Servo),
     kernel.SixJoints,
@@ -51,7 +51,7 @@ SAID_OF_A_STEP = ('qdot', 'damping', 'least_singular_value', 'shortened', 'slowe
 # How it is built; and details, which have tests of their own.
 NOT_PART_OF_IT = {
     *('is_compiled', 'notice', 'prefer_source_where_needed', 'is_stale', 'sine_and_cosine'),
-    *('decompose', 'determinant_of', 'eigenvectors', 'shortest_angle'),
+    *('decompose', 'determinant_of', 'eigenvectors', 'shortest_angle', 'groups_from'),
 }
 
 

@@ -17,6 +17,7 @@ from ..kinematics.tool_state import evaluate
 from ..printing import Output, facts, heading, plain, table
 from ..robot.file.convention_table import CONVENTIONS
 from ..robot.file.description import Placement, PointDescription
+from ..robot.file.loop_groups import group_name, loop_groups, passive_of
 from ..robot.loops import close_at, other_branches
 from ..robot.robot import Robot, load_robot
 from ..robot.task import SEEDED_POSES, seeded_poses
@@ -26,6 +27,9 @@ from .known_poses import PoseError, pose_errors, pose_faults
 from .robots import joint_letters
 from .singularity_report import DEGREES, threshold_words
 from .textbook_table import motion_text, textbook_table
+
+# Of a group of loops; a machine of several arms has many.
+BRANCHES_SHOWN = 4
 
 HELP = """
 Check robot files, and print what they say: the table as in a textbook, the joints, and what is
@@ -216,17 +220,20 @@ def _loops(robot: Robot) -> Iterator[str]:
     closure = evaluate(robot, start).closure
     assert closure is not None  # the arm has loops
     at = 0
-    for k, loop in enumerate(robot.description.loops):
-        values = closure.passive[at : at + len(loop.passive)]
-        at += len(loop.passive)
+    for g, group in enumerate(loop_groups(robot.description.loops)):
+        passive = passive_of(group)
+        values = closure.passive[at : at + len(passive)]
+        at += len(passive)
         positions = ', '.join(
-            f'{joint.name} = {value:.6g}' for joint, value in zip(loop.passive, values)
+            f'{joint.name} = {_rounded(value):.6g}' for joint, value in zip(passive, values)
         )
+        move = 'moves' if len(group) == 1 else 'are closed together and move'
+        rows = sum(len(loop.rows) for loop in group)
         yield (
-            f'{loop.name} moves {positions}: {len(loop.rows)} rows, {len(loop.passive)} passive '
-            f'joints; closed to {closure.residuals[k]:.1g}, det {closure.determinants[k]:.4g}'
+            f'{group_name(group)} {move} {positions}: {rows} rows, {len(passive)} passive '
+            f'joints; closed to {closure.residuals[g]:.1g}, det {closure.determinants[g]:.4g}'
         )
-        yield f'  other branches there: {_branches(robot, k)}'
+        yield f'  other branches there: {_branches(robot, g)}'
     slides = [kind == 'prismatic' for kind in robot.joint_types]
     q = seeded_poses(robot.limits, slides)
     closed = int(np.sum(close_at(robot.chain, q)[1] == 0.0))
@@ -236,14 +243,20 @@ def _loops(robot: Robot) -> Iterator[str]:
     )
 
 
-def _branches(robot: Robot, k: int) -> str:
-    found = other_branches(robot.description, k)
-    names = [joint.name for joint in robot.description.loops[k].passive]
+def _branches(robot: Robot, g: int) -> str:
+    found = other_branches(robot.description, g)
+    names = [joint.name for joint in passive_of(loop_groups(robot.description.loops)[g])]
     texts = [
-        ', '.join(f'{name} = {value:.4g}' for name, value in zip(names, branch))
-        for branch in found
+        ', '.join(f'{name} = {_rounded(value):.4g}' for name, value in zip(names, branch))
+        for branch in found[:BRANCHES_SHOWN]
     ]
+    if len(found) > BRANCHES_SHOWN:
+        texts.append(f'{len(found) - BRANCHES_SHOWN} more')
     return '; '.join(texts) or 'none was found'
+
+
+def _rounded(value: float) -> float:
+    return round(value, 12) + 0.0
 
 
 def _structure(robot: Robot) -> str:

@@ -16,6 +16,8 @@ from .forward.chain import Chain as Chain
 from .forward.chain import ChainTable as ChainTable
 from .forward.chain import Closure as Closure
 from .forward.chain import Loop as Loop
+from .forward.chain import LoopGroup as LoopGroup
+from .forward.chain import groups_from as groups_from
 from .forward.chain import section_width as section_width
 from .forward.pose_errors import PoseErrors as PoseErrors
 from .forward.pose_errors import PoseErrorTable as PoseErrorTable

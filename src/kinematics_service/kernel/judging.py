@@ -34,7 +34,7 @@ def _judge_loops(arm: Arm, row: Floats, judged: Floats, work: Floats) -> None:
     distances = arrays.after(judged, places.JUDGED)
     results = arrays.after(distances, count + arm.tape.factors * (1 + n))
     gradient.write_determinants(arm.chain, row, results, work)
-    for k in range(arm.chain.loops):
+    for k in range(arm.chain.groups):
         squares = 0.0
         for j in range(n):
             slope = results[k * (1 + n) + 1 + j] * arm.task.column_scale[j]
@@ -236,7 +236,7 @@ def _judged_at(arm: Arm) -> int:
 
 def _factors(arm: Arm) -> int:
     # Of the robot file, and the determinants of loops.
-    return arm.tape.factors + arm.chain.loops
+    return arm.tape.factors + arm.chain.groups
 
 
 def _directions(arm: Arm) -> int:

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from .. import kernel
 from ..errors import JointVectorError
-from ..kernel import Chain, Closure, Floats, Integers
+from ..kernel import Chain, Closure, Floats, Integers, groups_from
 from ..robot.chain import first_entries
 from ..robot.points import TOOL, Point
 from ..robot.robot import Robot
@@ -178,12 +178,12 @@ def _by_variable(chain: Chain, six_rows: Floats) -> Floats:
 
 def _coupling_and_rate(closure: Closure, section: Floats, rates: Floats) -> tuple[Floats, Floats]:
     # C and dC/dt, shape (..., P, n), of the rates of all variables.
-    n, P, loop = closure.dof, closure.passive, closure.first
+    n, P = closure.dof, closure.passive
     leading = section.shape[:-1]
     coupling = section[..., closure.coupling_at : closure.told_at].reshape(*leading, P, n)
     slopes, slope_rates = [], []
-    at = closure.told_at + 3 * closure.loops
-    for _ in range(closure.loops):
+    at = closure.screws_at
+    for loop in (loop for group in groups_from(closure.first) for loop in group.members()):
         ends = []
         for chain in (loop.there, loop.back):
             numbers = section[..., at : at + 6 * chain.entries]
@@ -194,7 +194,6 @@ def _coupling_and_rate(closure: Closure, section: Floats, rates: Floats) -> tupl
         there, back = ends
         slopes.append((back[0] - there[0])[..., loop.axes(), :])
         slope_rates.append((back[1] - there[1])[..., loop.axes(), :])
-        loop = loop.following
     by_variable, changing = (np.concatenate(rows, axis=-2) for rows in (slopes, slope_rates))
     following = changing[..., :n] + changing[..., n:] @ coupling
     return coupling, np.asarray(-np.linalg.solve(by_variable[..., n:], following))

@@ -15,7 +15,8 @@ class LoopClosure:
     Attributes
     ----------
     names : L names
-        Of the loops.
+        Of the loops; those that need each other's passive joints are closed together and count as
+        one, 'a + b'.
     passive_joint_names : P names
         Of the joints that they move.
     passive : shape (..., P), rad or m
@@ -45,8 +46,8 @@ def closure_in(robot: Robot, section: Floats) -> LoopClosure:
     n, closure = robot.dof, robot.chain.closure
     P, variables = closure.passive, closure.variables
     leading = section.shape[:-1]
-    told = section[..., closure.told_at : closure.told_at + 3 * closure.loops]
-    told = told.reshape(*leading, closure.loops, 3)
+    told = section[..., closure.told_at : closure.screws_at]
+    told = told.reshape(*leading, closure.groups, 3)
     return LoopClosure(
         names=robot.loop_names,
         passive_joint_names=robot.passive_joint_names,
@@ -66,9 +67,15 @@ def why_not_closed(robot: Robot, q: Floats) -> tuple[str, str]:
     if failed[0] == 0.0:
         return '', ''
     name = robot.loop_names[len(robot.loop_names) - int(failed[0])]
+    loop = (
+        f'the loops {name!r} of {robot.name} do'
+        if ' + ' in name
+        else (f'the loop {name!r} of {robot.name} does')
+    )
+    whose = 'their' if ' + ' in name else 'its'
     return name, (
-        f'the loop {name!r} of {robot.name} does not close at [{_numbers(q)}]: on the way from '
-        f'the assembled position its branch ends at [{_numbers(sections[0, : robot.dof])}]'
+        f'{loop} not close at [{_numbers(q)}]: on the way from the assembled position {whose} '
+        f'branch ends at [{_numbers(sections[0, : robot.dof])}]'
     )
 
 

@@ -48,6 +48,7 @@ GROUPS: Mapping[str, tuple[str, ...]] = {
         'five_bar',
         'crank_slider',
         'excavator',
+        'flexpicker',
     ),
 }
 OTHERS = 'Others'

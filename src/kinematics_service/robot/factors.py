@@ -19,6 +19,7 @@ from ..kernel import Chain, Floats, Integers
 from .chain import FrozenArrays
 from .file.description import RobotDescription
 from .file.expression_syntax import operands_of, postorder, syntax_tree
+from .file.loop_groups import group_name, loop_groups, passive_of
 from .measure_batch import measure_table
 from .task import Task
 
@@ -228,10 +229,11 @@ def with_loops(factors: Factors, description: RobotDescription, chain: Chain) ->
     """Return the factors with the determinants of an arm's closed loops behind them."""
     if chain.loops == 0:
         return factors
-    names = tuple(loop.name for loop in description.loops)
+    groups = loop_groups(description.loops)
+    names = tuple(map(group_name, groups))
     texts = tuple(
-        f'det(d closure / d ({", ".join(joint.name for joint in loop.passive)}))'
-        for loop in description.loops
+        f'det(d closure / d ({", ".join(joint.name for joint in passive_of(group))}))'
+        for group in groups
     )
     return replace(
         factors,

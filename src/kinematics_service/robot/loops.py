@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from .. import kernel
 from ..errors import Fault, KinematicsError, RobotFileError
-from ..kernel import Chain, Closure, Floats, Loop
+from ..kernel import Chain, Closure, Floats, Loop, LoopGroup
 from ..rigid_motion import inverse
 from .chain import fold
 from .conventions import row_of, table_rows
@@ -24,6 +24,7 @@ from .file.description import (
     RobotDescription,
     SingularityDescription,
 )
+from .file.loop_groups import loop_groups, passive_of
 
 ROWS = ('x', 'y', 'z', 'rx', 'ry', 'rz')
 # Components that are not among the rows of a rotation vanish to this, rad.
@@ -31,7 +32,10 @@ PARALLEL = 1e-9
 # Whether a passive joint moves a row is looked at with such steps, rad or m.
 BESIDE = 0.1
 # Poses that close are looked for near the assembly where too few others do.
-GRID, BRANCH_STARTS, SAME_BRANCH = 24, 1000, 1e-6
+GRID, BRANCH_STARTS, SAME_BRANCH = 24, 400, 1e-6
+# Of more than two variables the starts come nearer by so many damped steps, rad or a share of the
+# loops' size each at most.
+SHORT_STEPS, LONGEST_STEP, DAMPING = 60, 0.5, 1e-6
 FEW, AROUND, SEED = 100, (1.0, 0.3, 0.1, 0.03, 0.01), 20240523
 
 
@@ -88,9 +92,10 @@ def variables_of(description: RobotDescription) -> tuple[str, ...]:
 def moving_variables(description: RobotDescription, links: Sequence[Link]) -> frozenset[str]:
     """Return what moves rows of the table: joints and passive joints, these with their loops."""
     moving = _variables(links, description.convention)
-    for loop in reversed(description.loops):
-        if moving & {joint.name for joint in loop.passive}:
-            moving |= _variables((*loop.there, *loop.links), description.convention)
+    for group in reversed(loop_groups(description.loops)):
+        if moving & {joint.name for joint in passive_of(group)}:
+            links = [link for loop in group for link in (*loop.there, *loop.links)]
+            moving |= _variables(links, description.convention)
     return frozenset(moving)
 
 
@@ -131,24 +136,42 @@ def closure_of(description: RobotDescription) -> Closure | None:
     chains = [_chains(description, loop, variables) for loop in description.loops]
     size = max(_size(chain) for pair in chains for chain in pair) or 1.0
     units = _units(description, chains, size)
-    first, following = n + sum(len(loop.passive) for loop in description.loops), None
-    for loop, (there, back) in reversed(list(zip(description.loops, chains))):
-        first -= len(loop.passive)
-        axes = np.array([ROWS.index(row) for row in loop.rows], dtype=np.int64)
-        following = Loop(there, back, axes, first, size, units, following)
-    assert following is not None
-    count = len(description.loops)
-    start = np.zeros(kernel.section_width(n, count, following))
+    groups = loop_groups(description.loops)
+    following = _grouped(groups, chains, n, size, units)
+    start = np.zeros(kernel.section_width(n, following))
     values = [value for loop in description.loops for value in loop.assembled]
     start[: len(variables)] = [*description.loops[0].q, *values]
     given = start[: len(variables)].copy()
-    failed = kernel.assemble(following, count, n, start)
+    failed = kernel.assemble(following, len(groups), n, start)
     if failed:
-        _refuse(description, count - failed, chains, given, start)
-    closure = Closure(n, count, following, _turns(description, chains), start)
+        _refuse(description, len(groups) - failed, chains, given, start)
+    closure = Closure(n, following, _turns(description, chains), start)
     for loop, pair in zip(description.loops, chains):
         _check_rest(description, loop, pair, start[: len(variables)])
     return closure
+
+
+def _grouped(
+    groups: Sequence[Sequence[LoopDescription]],
+    chains: Sequence[tuple[Chain, Chain]],
+    dof: int,
+    size: float,
+    units: Floats,
+) -> LoopGroup:
+    # The groups as the kernel reads them, each with the next one.
+    before = list(chains)
+    first, following = dof + sum(len(passive_of(group)) for group in groups), None
+    for group in reversed(groups):
+        row, loop = sum(len(one.rows) for one in group), None
+        first -= row
+        for one in reversed(group):
+            row -= len(one.rows)
+            axes = np.array([ROWS.index(name) for name in one.rows], dtype=np.int64)
+            loop = Loop(*before.pop(), axes, row, loop)
+        assert loop is not None
+        following = LoopGroup(loop, len(group), first, size, units, following)
+    assert following is not None
+    return following
 
 
 def _chains(
@@ -206,54 +229,81 @@ def _gap(pair: tuple[Chain, Chain], x: Floats) -> Floats:
         row = np.empty((1, chain.widths[kernel.POSE]))
         kernel.evaluate(chain, x[None].copy(), chain.at_rest[None].copy(), kernel.POSE, row)
         poses.append(row[0, :16].reshape(4, 4))
-    there, back = poses
-    turn = back[:3, :3] @ there[:3, :3].T
-    rotation = 0.5 * np.array(
-        [turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]
-    )
-    return np.concatenate([back[:3, 3] - there[:3, 3], rotation])
+    return np.asarray(_apart(*poses))
+
+
+def _apart(there: Floats, back: Floats) -> Floats:
+    # Of two poses (..., 4, 4): the way, and the rotation as axis times sine.
+    turn = back[..., :3, :3] @ np.swapaxes(there[..., :3, :3], -1, -2)
+    sines = turn[..., [2, 0, 1], [1, 2, 0]] - turn[..., [1, 2, 0], [2, 0, 1]]
+    way = back[..., :3, 3] - there[..., :3, 3]
+    return np.concatenate([way, 0.5 * sines], axis=-1)
 
 
 def _refuse(
     description: RobotDescription,
-    k: int,
+    g: int,
     chains: Sequence[tuple[Chain, Chain]],
     given: Floats,
     start: Floats,
 ) -> NoReturn:
-    loop = description.loops[k]
-    gap = _gap(chains[k], given)
+    groups = loop_groups(description.loops)
+    group, first = groups[g], sum(len(one) for one in groups[:g])
     variables, n = len(given), len(description.joints)
-    told = start[2 * variables + (variables - n) * n + 3 * k :]
-    away = [f'{row} {gap[ROWS.index(row)]:.3g}' for row in loop.rows]
-    where = f'loops[{k}].assembled'
-    if idle := _idle_rows(description, k, chains[k], given):
-        where = f'loops[{k}].rows'
+    told = start[2 * variables + (variables - n) * n + 3 * g :]
+    passive = passive_of(group)
+    begin = n + sum(len(passive_of(one)) for one in groups[:g])
+    moved = np.arange(begin, begin + len(passive))
+    for k, loop in enumerate(group, first):
+        if idle := _idle_rows(loop, chains[k], moved, given):
+            whose = 'loop' if len(group) == 1 else 'loops closed together'
+            message = (
+                f'no passive joint of the {whose} moves {" or ".join(idle)}: name the rows of the '
+                'plane in which it moves'
+            )
+            raise RobotFileError(
+                (Fault(description.file, loop.line, f'loops[{k}].rows', message),)
+            )
+    if told[1] <= 1e-9:
+        names = ', '.join(joint.name for joint in passive)
         message = (
-            f'no passive joint of the loop moves {" or ".join(idle)}: name the rows of the plane '
-            'in which it moves'
-        )
-    elif told[1] <= 1e-9:
-        message = (
-            f'the loop is flat at this position: det of its closure by '
-            f'{", ".join(joint.name for joint in loop.passive)} is 0, and two of its branches '
-            'meet; give a position on one branch'
+            f'{_these(group)} flat at this position: det of {_its(group)} closure by {names} is '
+            f'0, and two of {_its(group)} branches meet; give a position on one branch'
         )
     else:
+        apart = []
+        for k, loop in enumerate(group, first):
+            gap = np.round(_gap(chains[k], given), 12) + 0.0
+            away = ', '.join(f'{row} {gap[ROWS.index(row)]:.3g}' for row in loop.rows)
+            apart.append(away if len(group) == 1 else f'{loop.name}: {away}')
+        does = 'loop does' if len(group) == 1 else f'loops {_named(group)} do'
+        together = '' if len(group) == 1 else ' together'
+        whose = 'its' if len(group) == 1 else 'their'
         message = (
-            f'the loop does not close here: its ends are apart by {", ".join(away)} (m, rad), and '
-            "Newton's method finds no closed position nearby"
+            f'the {does} not close{together} here: {whose} ends are apart by {"; ".join(apart)} '
+            "(m, rad), and Newton's method finds no closed position nearby"
         )
-    raise RobotFileError((Fault(description.file, loop.line, where, message),))
+    where = f'loops[{first}].assembled'
+    raise RobotFileError((Fault(description.file, group[0].line, where, message),))
+
+
+def _named(group: Sequence[LoopDescription]) -> str:
+    return ' and '.join(repr(loop.name) for loop in group)
+
+
+def _these(group: Sequence[LoopDescription]) -> str:
+    return 'the loop is' if len(group) == 1 else f'the loops {_named(group)} together are'
+
+
+def _its(group: Sequence[LoopDescription]) -> str:
+    return 'its' if len(group) == 1 else 'their'
 
 
 def _idle_rows(
-    description: RobotDescription, k: int, pair: tuple[Chain, Chain], x: Floats
+    loop: LoopDescription, pair: tuple[Chain, Chain], passive: kernel.Integers, x: Floats
 ) -> list[str]:
-    # The rows that the passive joints move neither here nor beside it: here alone might be flat.
-    loop = description.loops[k]
-    first = len(description.joints) + sum(len(one.passive) for one in description.loops[:k])
-    passive = np.arange(first, first + len(loop.passive))
+    # The rows that the passive joints of its group, by their places, move neither here nor beside
+    # it: here alone might be flat.
     away = np.array(x)
     away[passive] += BESIDE * (1.0 + np.arange(len(passive)))
     moved = np.zeros(len(ROWS))
@@ -284,9 +334,9 @@ def _check_rest(
         raise RobotFileError((Fault(description.file, loop.line, f'loops[{k}].rows', message),))
 
 
-def other_branches(description: RobotDescription, k: int) -> tuple[tuple[float, ...], ...]:
+def other_branches(description: RobotDescription, g: int) -> tuple[tuple[float, ...], ...]:
     """
-    Return other positions of a loop's passive joints at which it closes at the known position.
+    Return other positions of a group's passive joints at which it closes at the known position.
 
     Newton's method looks for them from many positions, with no proof that there are no others;
     turns are left out.
@@ -295,22 +345,22 @@ def other_branches(description: RobotDescription, k: int) -> tuple[tuple[float, 
     ----------
     description
         The arm.
-    k
-        Which loop; those before it stay as they are.
+    g
+        Which group of loops; those before it stay as they are.
     """
-    closure, loop = closure_of(description), description.loops[k]
+    closure, groups = closure_of(description), loop_groups(description.loops)
     assert closure is not None  # it has loops
-    turning = np.array([joint.type == 'revolute' for joint in loop.passive])
-    n = len(description.joints)
-    first = n + sum(len(one.passive) for one in description.loops[:k])
-    places = slice(first, first + len(loop.passive))
+    passive = passive_of(groups[g])
+    turning = np.array([joint.type == 'revolute' for joint in passive])
+    first = len(description.joints) + sum(len(passive_of(one)) for one in groups[:g])
+    places = np.arange(first, first + len(passive))
     known = closure.variables_at_start()
     found = [known[places]]
-    for values in _starts(turning, 2.0 * np.abs(known[places]) + 1.0):
+    for values in _starts(closure, g, places, turning, 2.0 * np.abs(known[places]) + 1.0):
         section = np.zeros(closure.width)
         section[: len(known)] = known
         section[places] = values
-        if kernel.assemble(closure.first, k + 1, n, section):
+        if kernel.assemble(closure.first, g + 1, closure.dof, section):
             continue
         closed = section[places]
         apart = [np.where(turning, np.sin(0.5 * (closed - one)), closed - one) for one in found]
@@ -320,14 +370,47 @@ def other_branches(description: RobotDescription, k: int) -> tuple[tuple[float, 
     return tuple(tuple(values.tolist()) for values in wrapped)
 
 
-def _starts(turning: npt.NDArray[np.bool_], strokes: Floats) -> Floats:
-    # A grid of one or two variables, denser than Newton's method needs it; random ones of more.
+def _starts(
+    closure: Closure,
+    g: int,
+    places: kernel.Integers,
+    turning: npt.NDArray[np.bool_],
+    strokes: Floats,
+) -> Floats:
+    # A grid of one or two variables, denser than Newton's method needs it; of more, where random
+    # ones come to by short steps.
     ends = np.where(turning, np.pi, strokes)
-    if len(turning) > 2:
-        random = np.random.default_rng(SEED)
-        return random.uniform(-ends, ends, (BRANCH_STARTS, len(turning)))
-    grids = np.meshgrid(*(np.linspace(-end, end, GRID) for end in ends))
-    return np.stack([grid.ravel() for grid in grids], axis=1)
+    if len(turning) <= 2:
+        grids = np.meshgrid(*(np.linspace(-end, end, GRID) for end in ends))
+        return np.stack([grid.ravel() for grid in grids], axis=1)
+    group, random = kernel.groups_from(closure.first)[g], np.random.default_rng(SEED)
+    x = np.tile(closure.variables_at_start(), (BRANCH_STARTS, 1))
+    x[:, places] = random.uniform(-ends, ends, (BRANCH_STARTS, len(turning)))
+    longest = LONGEST_STEP * closure.first.arguments[4][places]
+    with np.errstate(all='ignore'):
+        for _ in range(SHORT_STEPS):
+            gap, slopes = _residuals(group, x)
+            slopes = slopes[..., places]
+            squares = np.swapaxes(slopes, 1, 2) @ slopes + DAMPING * np.eye(len(places))
+            steps = np.linalg.solve(squares, np.swapaxes(slopes, 1, 2) @ gap[..., None])[..., 0]
+            x[:, places] -= np.clip(steps, -longest, longest)
+    return x[:, places]
+
+
+def _residuals(group: LoopGroup, x: Floats) -> tuple[Floats, Floats]:
+    # Of a group at many variables (N, v), and its slopes (N, p, v) by all of them.
+    gaps, slopes = [], []
+    for loop in group.members():
+        ends = []
+        for chain in (loop.there, loop.back):
+            rows = np.empty((len(x), chain.widths[kernel.JACOBIAN]))
+            kernel.evaluate(chain, x.copy(), np.zeros_like(x), kernel.JACOBIAN, rows)
+            J = rows[:, kernel.JACOBIAN_AT : kernel.JACOBIAN_AT + 6 * chain.dof]
+            ends.append((rows[:, :16].reshape(-1, 4, 4), J.reshape(-1, 6, chain.dof)))
+        (there, J_there), (back, J_back) = ends
+        gaps.append(_apart(there, back)[:, loop.axes()])
+        slopes.append((J_back - J_there)[:, loop.axes()])
+    return np.concatenate(gaps, axis=1), np.concatenate(slopes, axis=1)
 
 
 def close_at(chain: Chain, q: Floats) -> tuple[Floats, Floats]:
@@ -343,7 +426,7 @@ def close_at(chain: Chain, q: Floats) -> tuple[Floats, Floats]:
 
     Returns
     -------
-    shape (N, width) as `kernel.Closure` says, shape (N,) 0 or the loop counted from the last
+    shape (N, width) as `kernel.Closure` says, shape (N,) 0 or the group counted from the last
     """
     sections = np.empty((len(q), chain.closure.width))
     failed = np.empty(len(q))

@@ -13,6 +13,7 @@ from .bundled import find_robot_file
 from .chain import FrozenArrays
 from .factors import Factors, read_factors, with_loops
 from .file.description import Factor, RobotDescription
+from .file.loop_groups import group_name, loop_groups
 from .file.reader import parse_robot, read_robot_file
 from .loops import chain_of, closed_poses, closure_of, variables_of
 from .measure_places import MeasurePlaces, measure_places
@@ -111,8 +112,9 @@ class Robot(FrozenArrays):
 
     @property
     def loop_names(self) -> tuple[str, ...]:
-        """Return the names of the closed loops that move the tool."""
-        return tuple(loop.name for loop in self.description.loops) if self.chain.loops else ()
+        """Return the names of the closed loops that move the tool; 'a + b' of a group of two."""
+        groups = loop_groups(self.description.loops) if self.chain.loops else ()
+        return tuple(map(group_name, groups))
 
     @property
     def points(self) -> tuple[str, ...]:

@@ -13,6 +13,7 @@ import sympy
 
 from ..errors import DerivationError
 from ..robot.file.description import IDENTITY, LoopDescription, Placement, RobotDescription
+from ..robot.file.loop_groups import loop_groups
 from ..robot.loops import opened
 from ..robot.robot import Robot
 from ..robot.task import ROW_NAMES
@@ -104,6 +105,7 @@ def derive_closed(robot: Robot, progress: Callable[[str], None] | None = None) -
     """
     if not robot.description.loops:
         raise DerivationError(f'{robot.name} has no closed loops')
+    _refuse_groups(robot)
     tell = progress or (lambda _: None)
     tell('frames')
     description = opened(robot.description)
@@ -145,6 +147,17 @@ def derive_closed(robot: Robot, progress: Callable[[str], None] | None = None) -
         coupling=sympy.ImmutableMatrix(coupling),
         determinant=determinant,
     )
+
+
+def _refuse_groups(robot: Robot) -> None:
+    # The inverse of so many equations is no formula that anybody reads.
+    for group in loop_groups(robot.description.loops):
+        if len(group) > 1:
+            names = ', '.join(repr(loop.name) for loop in group)
+            raise DerivationError(
+                f'the derivation takes one loop after another: those of {robot.name} that need '
+                f"each other's passive joints are closed together ({names})"
+            )
 
 
 def _simplest_frame(robot: Robot) -> int:

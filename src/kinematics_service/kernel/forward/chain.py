@@ -102,8 +102,8 @@ class Chain:
         Their number.
     form
         MIXED, PLAIN, TWISTED or CLOSED.
-    variables, loops
-        Number of joints and passive variables, and of loops.
+    variables, loops, groups
+        Number of joints and passive variables, of loops, and of groups of them.
     screws_at, closure_at, frames_at, width
         Where the screws of the entries, (6, entries), the numbers of the closure, and the frames
         of the table start in a row of results, and its length.
@@ -126,7 +126,9 @@ class Chain:
             raise TypeError('the arrays of a chain do not go together')
         n = table.dof
         self.closure = closure
-        self.variables, self.loops = variables, 0 if closure is None else closure.loops
+        self.variables = variables
+        self.loops = 0 if closure is None else closure.loops
+        self.groups = 0 if closure is None else closure.groups
         self.table = table
         self.dof = n
         self.elements = len(table.theta_0)
@@ -172,24 +174,20 @@ class Loop:
     ----------
     there, back
         The chains; the residual is that of the end of `back` from the end of `there`.
-    axes : shape (p,)
+    axes : shape (r,)
         Components that coincide, in the axes of the frame where both begin: 0 to 2 of the
         position, 3 to 5 of the rotation.
-    first
-        Index of the first of its p passive variables.
-    size : m
-        What a metre of the residual is compared with.
-    units : shape (variables,), rad or m
-        What counts as a rad of each variable.
+    row
+        How many components the loops before it in its group have.
     following
-        The next loop, which may move with this one's variables; None behind the last.
+        The next loop of its group; None behind the last.
 
     Attributes
     ----------
     count
-        Number p of its components and of its variables.
-    scale
-        A determinant of the residual's slopes times this has no unit.
+        Number r of its components.
+    entries
+        Of both chains.
     """
 
     def __init__(
@@ -197,53 +195,138 @@ class Loop:
         there: Chain,
         back: Chain,
         axes: Integers,
-        first: int,
-        size: float,
-        units: Floats,
+        row: int,
         following: 'Loop | None' = None,
     ) -> None:
-        count, variables = len(axes), there.variables
+        count = len(axes)
         if (
             not 0 < count <= 6
             or not bool(np.all((axes >= 0) & (axes < 6)))
-            or not 0 <= first <= variables - count
-            or back.dof != variables
-            or len(units) != variables
+            or back.dof != there.dof
             or max(there.entries, back.entries) > places.MOST_LOOP_ENTRIES
-            or not size > 0.0
+            or following is not None
+            and (following.arguments[3] != row + count or following.arguments[0].dof != there.dof)
         ):
             raise TypeError('the parts of a loop do not go together')
-        self.arguments = there, back, axes, first, size, units, following
-        for array in (axes, units):
-            array.setflags(write=False)
+        self.arguments: tuple[Any, ...] = there, back, axes, row, following
+        axes.setflags(write=False)
         self.there = there
         self.back = back
         self.following: Any = following  # nobody asks for one behind the last
-        self.count, self.first, self.size = count, first, size
+        self.count, self.row = count, row
+        self.entries = there.entries + back.entries
         self.axis = arrays.whole(axes, count)
-        self.unit = arrays.numbers(units, variables)
-        self.scale = 1.0
-        for i in range(count):
-            self.scale *= float(units[first + i]) / (size if axes[i] < 3 else 1.0)
 
     def __reduce__(self) -> tuple[type, tuple[Any, ...]]:
         """Rebuild by the constructor."""
         return Loop, self.arguments
 
     def axes(self) -> Integers:
-        """Return the components that coincide, shape (p,)."""
+        """Return the components that coincide, shape (r,)."""
         axes: Integers = self.arguments[2]
         return axes
 
 
-def section_width(dof: int, loops: int, first: Loop) -> int:
+class LoopGroup:
+    """
+    Closed loops that are solved together, frozen: a loop alone, or several of which each needs
+    passive variables of the others.
+
+    Parameters
+    ----------
+    loop
+        The first of them.
+    loops
+        Their number.
+    first
+        Index of the first of the passive variables of the group.
+    size : m
+        What a metre of the residual is compared with.
+    units : shape (variables,), rad or m
+        What counts as a rad of each variable.
+    following
+        The next group, which may move with this one's variables; None behind the last.
+
+    Attributes
+    ----------
+    count
+        Number p of its components, and of its passive variables.
+    entries
+        Of all its chains.
+    variables
+        Joints and passive variables of all groups.
+    spans : shape (p,), m or rad
+        What each component of the residual is compared with: the size, or 1.
+    scale
+        A determinant of the residual's slopes times this has no unit.
+    """
+
+    def __init__(
+        self,
+        loop: Loop,
+        loops: int,
+        first: int,
+        size: float,
+        units: Floats,
+        following: 'LoopGroup | None' = None,
+    ) -> None:
+        self.arguments = loop, loops, first, size, units, following
+        self.loop, self.loops, self.first, self.size = loop, loops, first, size
+        self.following: Any = following
+        self.variables = loop.there.dof
+        members = self.members()
+        self.count = sum(one.count for one in members)
+        self.entries = sum(one.entries for one in members)
+        if (
+            loop.row != 0
+            or members[loops - 1].arguments[4] is not None
+            or self.count > places.MOST_LOOP_ROWS
+            or not 0 <= first <= self.variables - self.count
+            or len(units) != self.variables
+            or not size > 0.0
+            or following is not None
+            and (following.first != first + self.count or following.variables != self.variables)
+        ):
+            raise TypeError('the parts of a group of loops do not go together')
+        axes = np.concatenate([one.axes() for one in members])
+        self.spans = np.where(axes < 3, size, 1.0)
+        for array in (units, self.spans):
+            array.setflags(write=False)
+        self.unit = arrays.numbers(units, self.variables)
+        self.span = arrays.numbers(self.spans, self.count)
+        self.scale = 1.0
+        for i in range(self.count):
+            self.scale *= float(units[first + i]) / float(self.spans[i])
+
+    def __reduce__(self) -> tuple[type, tuple[Any, ...]]:
+        """Rebuild by the constructor."""
+        return LoopGroup, self.arguments
+
+    def members(self) -> list[Loop]:
+        """Return the loops of the group."""
+        members, loop = [self.loop], self.loop
+        while len(members) < self.loops and loop.arguments[4] is not None:
+            loop = loop.following
+            members.append(loop)
+        if len(members) != self.loops:
+            raise TypeError('the parts of a group of loops do not go together')
+        return members
+
+
+def groups_from(first: LoopGroup) -> list[LoopGroup]:
+    """Return a group and all that follow it."""
+    groups, group = [first], first
+    while group.arguments[5] is not None:
+        group = group.following
+        groups.append(group)
+    return groups
+
+
+def section_width(dof: int, first: LoopGroup) -> int:
     """Return how many numbers a `Closure` has of a position."""
-    variables = first.there.variables
-    width, loop = 2 * variables + (variables - dof) * dof + 3 * loops, first
-    for _ in range(loops):
-        width += 6 * (loop.there.entries + loop.back.entries)
-        loop = loop.following
-    return width
+    groups, variables = groups_from(first), first.variables
+    entries = sum(group.entries for group in groups)
+    return 2 * variables + (variables - dof) * dof + 3 * len(groups) + 6 * entries
 
 
 class Closure:
@@ -254,66 +337,72 @@ class Closure:
     ----------
     dof
         Number of joints n.
-    loops
-        Their number.
     first
-        The first of them.
+        The first group of loops that are solved together; most often a loop alone.
     turns : shape (n,)
         1 for each joint that turns without end, and with it the loops: a turn changes nothing.
     start : shape (width,)
         What `closing.assemble` makes of the positions at which the loops are known to close. A row
         of results has the same numbers of its own position: the variables (n + P), their rates
-        (n + P), how passive variables follow the joints (P, n), and for each loop the determinant
+        (n + P), how passive variables follow the joints (P, n), and for each group the determinant
         of the slopes of its residual by its passive variables, the largest component of the
-        residual, as a share of the loop's size or in rad, and the number of Newton's steps;
+        residual, as a share of the loops' size or in rad, and the number of Newton's steps;
         and the screws of each loop's entries.
 
     Attributes
     ----------
     variables, passive
         n + P, and P.
+    loops, groups
+        Number of loops, and of groups.
+    screws_at
+        Where the screws begin.
     """
 
-    def __init__(self, dof: int, loops: int, first: Loop, turns: Integers, start: Floats) -> None:
-        variables = first.there.variables
+    def __init__(self, dof: int, first: LoopGroup, turns: Integers, start: Floats) -> None:
+        variables = first.variables
         passive = variables - dof
-        width = section_width(dof, loops, first)
+        width = section_width(dof, first)
         if (
             not 0 < passive <= places.MOST_PASSIVE
             or not 0 < dof <= places.MOST_JOINTS
+            or first.first != dof
             or len(turns) != dof
             or len(start) != width
         ):
             raise TypeError('the parts of a closure do not go together')
-        self.arguments = dof, loops, first, turns, start
+        self.arguments = dof, first, turns, start
         for array in (turns, start):
             array.setflags(write=False)
-        self.dof, self.loops, self.variables, self.passive = dof, loops, variables, passive
+        self.dof, self.variables, self.passive = dof, variables, passive
         self.first = first
+        self.groups = len(groups_from(first))
+        self.loops = sum(group.loops for group in groups_from(first))
         self.width = width
         self.coupling_at = 2 * variables
         self.told_at = 2 * variables + passive * dof
+        self.screws_at = self.told_at + 3 * self.groups
         self.turns = arrays.whole(turns, dof)
         self.start = arrays.numbers(start, width)
 
     def assembled(self) -> Floats:
         """Return the joint positions at which the loops are known to close, shape (n,)."""
-        start: Floats = self.arguments[4]
+        start: Floats = self.arguments[3]
         return start[: self.dof].copy()
 
     def variables_at_start(self) -> Floats:
         """Return the joint positions and passive variables there, shape (n + P,)."""
-        start: Floats = self.arguments[4]
+        start: Floats = self.arguments[3]
         return start[: self.variables].copy()
 
     def is_periodic(self) -> tuple[bool, ...]:
         """Return for each joint whether a turn of it leaves the loops as they are."""
-        turns = self.arguments[3] != 0
+        turns = self.arguments[2] != 0
         return tuple((turns | np.isinf(self.units())).tolist())
 
     def units(self) -> Floats:
         """Return what counts as a rad of each joint, shape (n,); infinite for one of no loop."""
-        units: Floats = self.first.arguments[5]
+        units: Floats = self.first.arguments[4]
         return units[: self.dof].copy()
 
     def __reduce__(self) -> tuple[type, tuple[Any, ...]]:

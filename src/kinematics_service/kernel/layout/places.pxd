@@ -39,6 +39,7 @@ cdef enum:
 
 cdef enum:
     MOST_LOOP_ENTRIES = 32
+    MOST_LOOP_ROWS = 18
     MOST_PASSIVE = 24
     MOST_JOINTS = 128
 

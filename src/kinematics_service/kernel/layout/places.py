@@ -14,8 +14,10 @@ LANES = 16
 # move with passive variables of closed loops.
 MIXED, PLAIN, TWISTED, CLOSED = range(4)
 
-# Closed loops: entries of each of their two chains, passive variables and joints at most.
+# Closed loops: entries of each of their two chains, components of those that are solved together,
+# passive variables and joints at most.
 MOST_LOOP_ENTRIES = 32
+MOST_LOOP_ROWS = 18
 MOST_PASSIVE = 24
 MOST_JOINTS = 128
 

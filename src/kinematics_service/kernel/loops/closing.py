@@ -2,13 +2,16 @@
 Passive variables from the joints: Newton's method along a line from where the loops are closed.
 
 A branch is kept by small steps. Each predicts the variables by their slopes, corrects them by
-Newton's method, and counts only where the correction is small and contracts, and where no loop's
+Newton's method, and counts only where the correction is small and contracts, and where no
 determinant changes its sign or much of its size: between two such poses it is not zero, and only
 where it is zero do branches meet or end. Other steps are halved, down to where the branch ends.
+
+Loops that need each other's variables are a group with one determinant, and are solved together;
+one group after another, for the later ones may move with the earlier ones' variables.
 """
 
 from ..forward import linear_equations
-from ..forward.chain import Chain, Closure, Loop, section_width
+from ..forward.chain import Chain, Closure, LoopGroup, groups_from, section_width
 from ..layout import arrays, places
 from ..layout.arrays import Floats, Numbers
 from . import residual
@@ -24,8 +27,9 @@ CORRECTION, ROUGH = 0.1, 0.35
 # determinant may lose or gain within one.
 LONGEST, SHORTEST, MOST_STEPS = 0.25, 1e-8, 1000
 SHRUNK, GROWN = 0.4, 2.5
-# Nearer to 0 a determinant without unit has no digits left.
-FLAT = 1e-9
+# A determinant without unit has no digits left where it is smaller than this share of the product
+# of the largest slopes by each variable, each at least a LEVER.
+FLAT, LEVER = 1e-9, 0.01
 # Up to here, rad, the last answer is nearer than the known one.
 TRUSTED = 1.0
 # Joints at most whose turns are tried both ways.
@@ -34,82 +38,114 @@ BOTH_WAYS = 4
 BEND = 0.3
 
 
-def _solve(loop: Loop, x: Numbers, largest: float, screws: Floats, told: Numbers, at: int) -> int:
-    # Newton's method for the passive variables of a loop. Returns the number of steps, -1 where it
-    # does not come to an end; tells the screws, the determinant and what is left of the residual.
-    gap, slopes, order = [0.0] * 6, [0.0] * 36, [0] * 6
+def _solve(
+    group: LoopGroup,
+    x: Numbers,
+    largest: float,
+    screws: Floats,
+    slopes: Numbers,
+    told: Numbers,
+    at: int,
+) -> int:
+    # Newton's method for the passive variables of a group. Returns the number of steps, -1 where
+    # it does not come to an end or is flat there; tells the screws, the determinant and what is
+    # left of the residual.
+    gap, order = [0.0] * 18, [0] * 18
     before = places.INFINITY
     for step in range(NEWTON_STEPS):
-        size = residual.write_residual(loop, x, gap, screws)
-        residual.write_slopes(loop, screws, slopes)
-        told[at] = linear_equations.factorise(slopes, loop.count, order)
+        size = residual.write_residual(group, x, gap, screws)
+        residual.write_slopes(group, screws, slopes)
+        closed = size <= FINE or (size <= CLOSED and not size < 0.25 * before)
+        least = FLAT * _levers(group, slopes) if closed else 0.0
+        told[at] = linear_equations.factorise(slopes, group.count, order)
         told[at + 1] = size
-        if size <= FINE or (size <= CLOSED and not size < 0.25 * before):
-            return step
+        if closed:
+            return step if abs(told[at]) * group.scale > least else -1
         if told[at] == 0.0 or not size < 0.5 * before:
             return -1
-        linear_equations.solve(slopes, loop.count, order, gap)
-        for i in range(loop.count):
-            if not abs(gap[i]) <= largest * loop.unit[loop.first + i]:
+        linear_equations.solve(slopes, group.count, order, gap)
+        for i in range(group.count):
+            if not abs(gap[i]) <= largest * group.unit[group.first + i]:
                 return -1
-            x[loop.first + i] -= gap[i]
+            x[group.first + i] -= gap[i]
         before = size
     return -1
 
 
+def _levers(group: LoopGroup, slopes: Numbers) -> float:
+    # The product of the largest slopes by each variable, without unit.
+    product = 1.0
+    for k in range(group.count):
+        longest = LEVER
+        for i in range(group.count):
+            slope = abs(slopes[i * group.count + k]) * group.unit[group.first + k]
+            longest = max(longest, slope / group.span[i])
+        product *= longest
+    return product
+
+
 def _solve_all(
-    loop: Loop, left: int, x: Numbers, before: Floats, screws: Floats, told: Numbers, at: int
+    group: LoopGroup,
+    left: int,
+    x: Numbers,
+    before: Floats,
+    screws: Floats,
+    slopes: Numbers,
+    told: Numbers,
+    at: int,
 ) -> int:
-    # This loop and those after it. Returns 0, or their number where it failed, counted from the
+    # This group and those after it. Returns 0, or their number where it failed, counted from the
     # last; `before` tells of the pose before. Told of each: determinant, residual, steps.
-    steps = _solve(loop, x, CORRECTION, screws, told, at)
+    steps = _solve(group, x, CORRECTION, screws, slopes, told, at)
     if steps < 0:
         return left
     ratio = told[at] / before[at]
-    if not SHRUNK < ratio < GROWN or not abs(told[at]) * loop.scale > FLAT:
+    if not SHRUNK < ratio < GROWN:
         return left
     told[at + 2] = before[at + 2] + steps
     if left == 1:
         return 0
-    following = arrays.after(screws, 6 * (loop.there.entries + loop.back.entries))
-    return _solve_all(loop.following, left - 1, x, before, following, told, at + 3)
+    following = arrays.after(screws, 6 * group.entries)
+    return _solve_all(group.following, left - 1, x, before, following, slopes, told, at + 3)
 
 
-def _couple(loop: Loop, left: int, n: int, section: Floats, screws: Floats) -> None:
+def _couple(
+    group: LoopGroup, left: int, n: int, section: Floats, screws: Floats, slopes: Numbers
+) -> None:
     # Fills how the passive variables of closed loops follow the joints, of the screws there.
-    count = loop.count
-    gap, slopes, order = [0.0] * 6, [0.0] * 36, [0] * 6
-    residual.write_slopes(loop, screws, slopes)
+    count = group.count
+    gap, order = [0.0] * 18, [0] * 18
+    residual.write_slopes(group, screws, slopes)
     linear_equations.factorise(slopes, count, order)
-    coupling = arrays.after(section, 2 * loop.there.dof + (loop.first - n) * n)
+    coupling = arrays.after(section, 2 * group.variables + (group.first - n) * n)
     for j in range(n):
-        residual.write_by_joint(loop, n, j, screws, section, gap)
+        residual.write_by_joint(group, n, j, screws, section, gap)
         linear_equations.solve(slopes, count, order, gap)
         for i in range(count):
             coupling[i * n + j] = -gap[i]
     if left > 1:
-        following = arrays.after(screws, 6 * (loop.there.entries + loop.back.entries))
-        _couple(loop.following, left - 1, n, section, following)
+        following = arrays.after(screws, 6 * group.entries)
+        _couple(group.following, left - 1, n, section, following, slopes)
 
 
-def _farthest(loop: Loop, dof: int, q: Numbers, section: Floats) -> float:
+def _farthest(group: LoopGroup, dof: int, q: Numbers, section: Floats) -> float:
     # The largest motion of a joint from a section to q, rad.
     farthest = 0.0
     for j in range(dof):
-        moved = abs(q[j] - section[j]) / loop.unit[j]
+        moved = abs(q[j] - section[j]) / group.unit[j]
         if not moved <= farthest:
             farthest = moved
     return farthest
 
 
 def _go(closure: Closure, q: Numbers, section: Floats) -> int:
-    # Brings a section to q. Returns 0, or the number of the loop that does not come along,
+    # Brings a section to q. Returns 0, or the number of the group that does not come along,
     # counted from the last, with the section where it last was closed.
     n, variables = closure.dof, closure.variables
     told_at = closure.told_at
-    screws = arrays.after(section, told_at + 3 * closure.loops)
-    x, told = [0.0] * 152, [0.0] * 72
-    for k in range(closure.loops):
+    screws = arrays.after(section, closure.screws_at)
+    x, told, slopes = [0.0] * 152, [0.0] * 72, [0.0] * 324
+    for k in range(closure.groups):
         section[told_at + 3 * k + 2] = 0.0
     length, steps, arrived = LONGEST, 0, False
     while not arrived:
@@ -122,22 +158,21 @@ def _go(closure: Closure, q: Numbers, section: Floats) -> int:
             x[n + i] = section[n + i]
             for j in range(n):
                 x[n + i] += section[closure.coupling_at + i * n + j] * (x[j] - section[j])
-        failed = _solve_all(
-            closure.first, closure.loops, x, arrays.after(section, told_at), screws, told, 0
-        )
+        before = arrays.after(section, told_at)
+        failed = _solve_all(closure.first, closure.groups, x, before, screws, slopes, told, 0)
         if failed == 0:
             for i in range(variables):
                 section[i] = x[i]
-            for k in range(3 * closure.loops):
+            for k in range(3 * closure.groups):
                 section[told_at + k] = told[k]
-            _couple(closure.first, closure.loops, n, section, screws)
+            _couple(closure.first, closure.groups, n, section, screws, slopes)
             length = min(LONGEST, 2.0 * length)
         else:
             arrived = False
             length = 0.5 * min(length, away)
         steps += 1
         if not length > SHORTEST or steps > MOST_STEPS:
-            return failed if failed > 0 else closure.loops
+            return failed if failed > 0 else closure.groups
     return 0
 
 
@@ -184,8 +219,8 @@ def close(closure: Closure, q: Floats, section: Floats) -> int:
     joints that turn without end are turned the other way, and then the line is bent: one that
     meets a single flat position passes beside it.
 
-    Returns 0, or the number of the loop that does not close there, counted from the last, with the
-    section where the straight line ended.
+    Returns 0, or the number of the group that does not close there, counted from the last, with
+    the section where the straight line ended.
     """
     ways = _begin(closure, closure.start, q, 0, section)
     failed = _go(closure, q, section)
@@ -211,42 +246,53 @@ def close_next(closure: Closure, last: Floats, q: Floats, section: Floats) -> in
 
 
 def _assemble_all(
-    loop: Loop, left: int, section: Floats, screws: Floats, told: Numbers, at: int
+    group: LoopGroup,
+    left: int,
+    section: Floats,
+    screws: Floats,
+    slopes: Numbers,
+    told: Numbers,
+    at: int,
 ) -> int:
-    steps = _solve(loop, section, ROUGH, screws, told, at)
+    steps = _solve(group, section, ROUGH, screws, slopes, told, at)
     told[at + 2] = 0.0
-    if steps < 0 or not abs(told[at]) * loop.scale > FLAT:
+    if steps < 0:
         return left
     if left == 1:
         return 0
-    following = arrays.after(screws, 6 * (loop.there.entries + loop.back.entries))
-    return _assemble_all(loop.following, left - 1, section, following, told, at + 3)
+    following = arrays.after(screws, 6 * group.entries)
+    return _assemble_all(group.following, left - 1, section, following, slopes, told, at + 3)
 
 
-def assemble(loop: Loop, loops: int, dof: int, section: Floats) -> int:
+def assemble(first: LoopGroup, groups: int, dof: int, section: Floats) -> int:
     """
     Complete a section whose variables are nearly those of closed loops.
 
-    Returns 0, or the number of the loop that does not close there, counted from the last; what its
-    determinant and residual came to is told in its place.
+    Returns 0, or the number of the group that does not close there, counted from the last; what
+    its determinant and residual came to is told in its place.
 
     Parameters
     ----------
-    loop, loops, dof
-        The first loop, their number, and that of the joints.
+    first, groups
+        The first group of loops, and how many of them and those that follow it are to close.
+    dof
+        Number of joints.
     section : shape (Closure.width,)
         As `Closure` says.
     """
-    arrays.given(loop)
-    variables, told = loop.there.dof, [0.0] * 72
-    told_at = 2 * variables + (variables - dof) * dof
-    numbers = arrays.results(section, section_width(dof, loops, loop))
-    screws = arrays.after(numbers, told_at + 3 * loops)
-    failed = _assemble_all(loop, loops, numbers, screws, told, 0)
-    for k in range(3 * loops):
+    arrays.given(first)
+    known = len(groups_from(first))
+    told, slopes = [0.0] * 72, [0.0] * 324
+    if not 0 < groups <= known or dof != first.first:
+        raise TypeError('the parts of a closure do not go together')
+    told_at = 2 * first.variables + (first.variables - dof) * dof
+    numbers = arrays.results(section, section_width(dof, first))
+    screws = arrays.after(numbers, told_at + 3 * known)
+    failed = _assemble_all(first, groups, numbers, screws, slopes, told, 0)
+    for k in range(3 * groups):
         numbers[told_at + k] = told[k]
     if failed == 0:
-        _couple(loop, loops, dof, numbers, screws)
+        _couple(first, groups, dof, numbers, screws, slopes)
     return failed
 
 
@@ -263,7 +309,7 @@ def close_at(chain: Chain, q: Floats, sections: Floats, closed: Floats) -> None:
     sections : shape (N, width)
         As `Closure` says; where a loop does not close, where the straight line to it ended.
     closed : shape (N,)
-        0 where the loops close, or the number of the loop that does not, counted from the last.
+        0 where the loops close, or the number of the group that does not, counted from the last.
     """
     arrays.given(chain)
     arrays.given(chain.closure)

@@ -2,7 +2,7 @@ cimport cython
 from libc cimport math
 
 from ..forward cimport chain_pass
-from ..forward.chain cimport Chain, Loop
+from ..forward.chain cimport Chain, Loop, LoopGroup
 from ..layout cimport arrays, places
 
 @cython.locals(
@@ -15,22 +15,30 @@ cdef void _walk(Chain chain, double* x, double* T, double* screws, int at) noexc
     by=double, bz=double, sine=double, angle=double, share=double, i=int,
 )
 cdef void _write_gap(double* there, double* back, double* gap) noexcept nogil
-@cython.locals(
-    there='double[12]', back='double[12]', gap='double[6]', largest=double, amount=double, i=int,
-)
 cdef double write_residual(
-    Loop loop, double* x, double* residual, double* screws
+    LoopGroup group, double* x, double* residual, double* screws
 ) noexcept nogil
-@cython.locals(i=int, e=int, k=int)
-cdef void write_slopes(Loop loop, double* screws, double* slopes) noexcept nogil
-@cython.locals(column=int, i=int)
-cdef void _add_slope(
-    Loop loop, int variable, double* screws, int at, double sign, double* slopes
+@cython.locals(
+    there='double[12]', back='double[12]', gap='double[6]', component=double, amount=double, i=int,
+    following='double*',
+)
+cdef double _write_residuals(
+    Loop loop, int left, double size, double* x, double* residual, double* screws, double largest
 ) noexcept nogil
-@cython.locals(share=double, i=int, e=int, k=int)
+@cython.locals(i=int)
+cdef void write_slopes(LoopGroup group, double* screws, double* slopes) noexcept nogil
+@cython.locals(column=int, back='double*', following='double*', i=int, e=int)
+cdef void _write_slopes(
+    Loop loop, int left, int first, int count, double* screws, double* slopes
+) noexcept nogil
 cdef void write_by_joint(
-    Loop loop, int dof, int joint, double* screws, double* section, double* slopes
+    LoopGroup group, int dof, int joint, double* screws, double* section, double* slopes
+) noexcept nogil
+@cython.locals(share=double, following='double*', i=int, e=int, k=int)
+cdef void _write_by_joint(
+    Loop loop, int left, int first, int dof, int joint, double* screws, double* section,
+    double* slopes,
 ) noexcept nogil
 cdef double _share(
-    Loop loop, int dof, int joint, int variable, double* section
+    Loop loop, int first, int dof, int joint, int variable, double* section
 ) noexcept nogil

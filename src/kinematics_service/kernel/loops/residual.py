@@ -1,14 +1,15 @@
 """
-How far the two chains of a loop are from meeting, and how that changes with their variables.
+How far the two chains of each loop are from meeting, and how that changes with their variables.
 
-Both begin in the same frame, and everything is in its axes. The slopes are those of the ends'
-screws: exact for the position, and for the rotation where the ends are parallel.
+The components of loops that are solved together stand one after another. Both chains of a loop
+begin in the same frame, and everything is in its axes. The slopes are those of the ends' screws:
+exact for the position, and for the rotation where the ends are parallel.
 """
 
 import math
 
 from ..forward import chain_pass
-from ..forward.chain import Chain, Loop
+from ..forward.chain import Chain, Loop, LoopGroup
 from ..layout import arrays
 from ..layout.arrays import Floats, Numbers
 
@@ -62,82 +63,120 @@ def _write_gap(there: Numbers, back: Numbers, gap: Numbers) -> None:
         gap[3], gap[4], gap[5] = angle, angle, angle
 
 
-def write_residual(loop: Loop, x: Numbers, residual: Numbers, screws: Numbers) -> float:
+def write_residual(group: LoopGroup, x: Numbers, residual: Numbers, screws: Floats) -> float:
     """
-    Fill the residual of a loop (p,) and the screws of its entries; return its largest component.
+    Fill the residual of a group of loops (p,) and the screws of its entries; return its largest
+    component.
 
     Parameters
     ----------
-    loop
-        The loop.
+    group
+        The loops.
     x : shape (variables,), rad or m
         Joints and passive variables.
     residual : shape (p,), m or rad
         The components that are to vanish.
-    screws : shape (2 MOST_LOOP_ENTRIES, 6)
-        Of the entries of `there`, then of those of `back`, each of its own end.
+    screws : shape (entries, 6)
+        Of each loop the entries of `there`, then those of `back`, each of its own end.
     """
+    return _write_residuals(group.loop, group.loops, group.size, x, residual, screws, 0.0)
+
+
+def _write_residuals(
+    loop: Loop,
+    left: int,
+    size: float,
+    x: Numbers,
+    residual: Numbers,
+    screws: Floats,
+    largest: float,
+) -> float:
     there, back, gap = [0.0] * 12, [0.0] * 12, [0.0] * 6
     _walk(loop.there, x, there, screws, 0)
     _walk(loop.back, x, back, screws, 6 * loop.there.entries)
     _write_gap(there, back, gap)
-    largest = 0.0
     for i in range(loop.count):
-        residual[i] = gap[loop.axis[i]]
-        amount = abs(residual[i])
+        component = gap[loop.axis[i]]
+        residual[loop.row + i] = component
+        amount = abs(component)
         if loop.axis[i] < 3:
-            amount /= loop.size
-        if not amount <= largest:  # also where it is not a number
+            amount /= size
+        if amount > largest or amount != amount:  # one that is not a number stays
             largest = amount
-    return largest
+    if left == 1:
+        return largest
+    following = arrays.after(screws, 6 * loop.entries)
+    return _write_residuals(loop.following, left - 1, size, x, residual, following, largest)
 
 
-def write_slopes(loop: Loop, screws: Numbers, slopes: Numbers) -> None:
+def write_slopes(group: LoopGroup, screws: Floats, slopes: Numbers) -> None:
     """
-    Fill the slopes (p, p) of the residual by the loop's own passive variables.
+    Fill the slopes (p, p) of the residual by the group's own passive variables.
     """
-    for i in range(loop.count * loop.count):
+    for i in range(group.count * group.count):
         slopes[i] = 0.0
-    for e in range(loop.there.entries):
-        _add_slope(loop, loop.there.joint[e], screws, 6 * e, -1.0, slopes)
-    for e in range(loop.back.entries):
-        k = 6 * (loop.there.entries + e)
-        _add_slope(loop, loop.back.joint[e], screws, k, 1.0, slopes)
+    _write_slopes(group.loop, group.loops, group.first, group.count, screws, slopes)
 
 
-def _add_slope(
-    loop: Loop, variable: int, screws: Numbers, at: int, sign: float, slopes: Numbers
+def _write_slopes(
+    loop: Loop, left: int, first: int, count: int, screws: Floats, slopes: Numbers
 ) -> None:
-    column = variable - loop.first
-    if 0 <= column < loop.count:
-        for i in range(loop.count):
-            slopes[i * loop.count + column] += sign * screws[at + loop.axis[i]]
+    for e in range(loop.there.entries):
+        column = loop.there.joint[e] - first
+        if 0 <= column < count:
+            for i in range(loop.count):
+                slopes[(loop.row + i) * count + column] -= screws[6 * e + loop.axis[i]]
+    back = arrays.after(screws, 6 * loop.there.entries)
+    for e in range(loop.back.entries):
+        column = loop.back.joint[e] - first
+        if 0 <= column < count:
+            for i in range(loop.count):
+                slopes[(loop.row + i) * count + column] += back[6 * e + loop.axis[i]]
+    if left > 1:
+        following = arrays.after(screws, 6 * loop.entries)
+        _write_slopes(loop.following, left - 1, first, count, following, slopes)
 
 
 def write_by_joint(
-    loop: Loop, dof: int, joint: int, screws: Numbers, section: Floats, slopes: Numbers
+    group: LoopGroup, dof: int, joint: int, screws: Floats, section: Floats, slopes: Numbers
 ) -> None:
     """
     Fill the slope (p,) of the residual by a joint of the arm: its own motion, and that of the
-    passive variables of the loops before, which follow it as `section` says.
+    passive variables of the groups before, which follow it as `section` says.
     """
+    _write_by_joint(group.loop, group.loops, group.first, dof, joint, screws, section, slopes)
+
+
+def _write_by_joint(
+    loop: Loop,
+    left: int,
+    first: int,
+    dof: int,
+    joint: int,
+    screws: Floats,
+    section: Floats,
+    slopes: Numbers,
+) -> None:
     for i in range(loop.count):
-        slopes[i] = 0.0
+        slopes[loop.row + i] = 0.0
     for e in range(loop.there.entries):
-        share = _share(loop, dof, joint, loop.there.joint[e], section)
+        share = _share(loop, first, dof, joint, loop.there.joint[e], section)
         for i in range(loop.count):
-            slopes[i] -= share * screws[6 * e + loop.axis[i]]
+            slopes[loop.row + i] -= share * screws[6 * e + loop.axis[i]]
     for e in range(loop.back.entries):
-        share = _share(loop, dof, joint, loop.back.joint[e], section)
+        share = _share(loop, first, dof, joint, loop.back.joint[e], section)
         k = 6 * (loop.there.entries + e)
         for i in range(loop.count):
-            slopes[i] += share * screws[k + loop.axis[i]]
+            slopes[loop.row + i] += share * screws[k + loop.axis[i]]
+    if left > 1:
+        following = arrays.after(screws, 6 * loop.entries)
+        _write_by_joint(loop.following, left - 1, first, dof, joint, following, section, slopes)
 
 
-def _share(loop: Loop, dof: int, joint: int, variable: int, section: Floats) -> float:
-    # How a variable follows a joint; none of the loop's own does yet.
+def _share(loop: Loop, first: int, dof: int, joint: int, variable: int, section: Floats) -> float:
+    # How a variable follows a joint; none of the group's own does yet.
     if variable < dof:
         return 1.0 if variable == joint else 0.0
-    if variable >= loop.first:
+    if variable >= first:
         return 0.0
     return section[2 * loop.there.dof + (variable - dof) * dof + joint]

@@ -1,7 +1,7 @@
 cimport cython
 
-from ..forward.chain cimport Chain, Closure, Loop
-from ..layout cimport arrays
+from ..forward.chain cimport Chain, Closure, Loop, LoopGroup
+from ..layout cimport arrays, places
 from ..forward cimport linear_equations
 from ..loops cimport residual
 
@@ -14,6 +14,7 @@ cdef int LOOP_SCREWS
 cdef void write_of_screws(
     Chain chain, double* screws, double* Y, double* gradient
 ) noexcept nogil
+@cython.locals(slopes=int)
 cdef int room(Chain chain) noexcept nogil
 @cython.locals(screws='double*')
 cdef void write_gradient(
@@ -32,12 +33,20 @@ cdef void _follow(
     int n, int passive, double* coupling, double* total, double* gradient
 ) noexcept nogil
 @cython.locals(
-    n=int, count=int, first=int, gap='double[6]', slopes='double[36]', following='double*',
-    order='long long[6]', own='double*', coupling='double*', axis=int, i=int, j=int, k=int, a=int,
+    n=int, count=int, gap='double[18]', order='long long[18]', slopes='double*',
+    following='double*', own='double*', coupling='double*', i=int, j=int,
+)
+cdef void _add_groups(
+    LoopGroup group, int left, Closure closure, double* section, double* screws, double* mu,
+    double* weights, double* total, double* free,
+) noexcept nogil
+cdef double* _behind_screws(Closure closure, double* free) noexcept nogil
+@cython.locals(
+    n=int, first=int, own='double*', following='double*', axis=int, i=int, j=int, k=int, a=int,
 )
 cdef void _add_loops(
-    Loop loop, int left, Closure closure, double* section, double* screws, double* mu,
-    double* weights, double* total, double* free,
+    Loop loop, int left, LoopGroup group, Closure closure, double* coupling, double* screws,
+    double* mu, double* weights, double* total, double* free,
 ) noexcept nogil
 @cython.locals(variable=int, slope=double, e=int, i=int, j=int)
 cdef void _pass_on(
@@ -55,11 +64,16 @@ cdef void write_determinants(
     Chain chain, double* row, double* results, double* work
 ) noexcept nogil
 @cython.locals(
-    n=int, count=int, variables=int, gap='double[6]', slopes='double[36]', following='double*',
-    others='double*', order='long long[6]', determinant=double, total='double*', weights='double*', free='double*',
-    coupling='double*', i=int, k=int,
+    n=int, count=int, variables=int, following='double*', others='double*', slopes='double*',
+    order='long long[18]', determinant=double, total='double*', weights='double*', free='double*',
+    coupling='double*', k=int,
 )
 cdef void _write_determinant(
-    Loop loop, int left, Closure closure, double* section, double* screws, double* results,
-    double* work
+    LoopGroup group, int left, Closure closure, double* section, double* screws, double* results,
+    double* work,
+) noexcept nogil
+@cython.locals(gap='double[18]', following='double*', i=int, k=int)
+cdef void _add_inverse(
+    Loop loop, int left, LoopGroup group, double determinant, double* slopes, long long* order,
+    double* screws, double* weights, double* total, double* free,
 ) noexcept nogil

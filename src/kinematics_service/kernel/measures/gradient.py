@@ -7,8 +7,8 @@ are, with mu = -Phi_psi^-T J_psi^T Y, weights mu G^T of the residual's slopes: o
 """
 
 from ..forward import linear_equations
-from ..forward.chain import Chain, Closure, Loop
-from ..layout import arrays
+from ..forward.chain import Chain, Closure, Loop, LoopGroup
+from ..layout import arrays, places
 from ..layout.arrays import Floats, Numbers
 from ..loops import residual
 
@@ -57,7 +57,8 @@ def room(chain: Chain) -> int:
     """Return how many numbers `write_gradient` and `write_determinants` need room for."""
     if chain.loops == 0:
         return 0
-    return 14 * chain.variables + 6 * LOOP_SCREWS + chain.closure.passive * chain.dof
+    slopes = places.MOST_LOOP_ROWS * places.MOST_LOOP_ROWS
+    return 8 * chain.variables + 6 * LOOP_SCREWS + chain.closure.passive * chain.dof + slopes
 
 
 def write_gradient(chain: Chain, row: Floats, Y: Floats, gradient: Floats, work: Floats) -> None:
@@ -97,8 +98,8 @@ def _write_closed(
             for j in range(n):
                 for i in range(6):
                     mu[a * n + j] += screws[i * chain.entries + e] * Y[6 * j + i]
-    own = arrays.after(section, closure.told_at + 3 * closure.loops)
-    _add_loops(closure.first, closure.loops, closure, section, own, mu, weights, total, free)
+    own = arrays.after(section, closure.screws_at)
+    _add_groups(closure.first, closure.groups, closure, section, own, mu, weights, total, free)
     _follow(n, passive, coupling, total, gradient)
 
 
@@ -110,8 +111,8 @@ def _follow(n: int, passive: int, coupling: Floats, total: Floats, gradient: Flo
             gradient[j] += coupling[a * n + j] * total[n + a]
 
 
-def _add_loops(
-    loop: Loop,
+def _add_groups(
+    group: LoopGroup,
     left: int,
     closure: Closure,
     section: Floats,
@@ -121,15 +122,18 @@ def _add_loops(
     total: Floats,
     free: Floats,
 ) -> None:
-    # The later loops first: they move with the variables of the earlier ones.
+    # The later groups first: they move with the variables of the earlier ones.
     if left > 1:
-        following = arrays.after(screws, 6 * (loop.there.entries + loop.back.entries))
-        _add_loops(loop.following, left - 1, closure, section, following, mu, weights, total, free)
-    n, count, first = closure.dof, loop.count, loop.first
-    gap, slopes, order = [0.0] * 6, [0.0] * 36, [0] * 6
-    residual.write_slopes(loop, screws, slopes)
+        following = arrays.after(screws, 6 * group.entries)
+        _add_groups(
+            group.following, left - 1, closure, section, following, mu, weights, total, free
+        )
+    n, count = closure.dof, group.count
+    gap, order = [0.0] * 18, [0] * 18
+    slopes = _behind_screws(closure, free)
+    residual.write_slopes(group, screws, slopes)
     linear_equations.factorise(slopes, count, order)
-    own = arrays.after(mu, (first - n) * n)
+    own = arrays.after(mu, (group.first - n) * n)
     for j in range(n):
         for i in range(count):
             gap[i] = -own[i * n + j]
@@ -137,18 +141,55 @@ def _add_loops(
         for i in range(count):
             own[i * n + j] = gap[i]
     coupling = arrays.after(section, closure.coupling_at)
+    _add_loops(group.loop, group.loops, group, closure, coupling, screws, mu, weights, total, free)
+
+
+def _behind_screws(closure: Closure, free: Floats) -> Floats:
+    # Room for the slopes of a group, behind that of `_add_residual`.
+    return arrays.after(free, closure.variables + 6 * LOOP_SCREWS)
+
+
+def _add_loops(
+    loop: Loop,
+    left: int,
+    group: LoopGroup,
+    closure: Closure,
+    coupling: Floats,
+    screws: Floats,
+    mu: Floats,
+    weights: Floats,
+    total: Floats,
+    free: Floats,
+) -> None:
+    # Of a group, each in the axes where its chains begin.
+    n, first = closure.dof, group.first
+    own = arrays.after(mu, (first - n + loop.row) * n)
     for k in range(6 * closure.variables):
         weights[k] = 0.0
-    for i in range(count):
+    for i in range(loop.count):
         axis = loop.axis[i]
         for j in range(n):
             weights[6 * j + axis] += own[i * n + j]
-            for a in range(first + count - n):
+            for a in range(first + group.count - n):
                 weights[6 * (n + a) + axis] += own[i * n + j] * coupling[a * n + j]
     _add_residual(loop, screws, weights, total, free)
-    # The variables of earlier loops move this one's residual.
+    # The variables of earlier groups move this one's residual.
     _pass_on(loop.there, first, n, loop, screws, 0, -1.0, own, mu)
     _pass_on(loop.back, first, n, loop, screws, 6 * loop.there.entries, 1.0, own, mu)
+    if left > 1:
+        following = arrays.after(screws, 6 * loop.entries)
+        _add_loops(
+            loop.following,
+            left - 1,
+            group,
+            closure,
+            coupling,
+            following,
+            mu,
+            weights,
+            total,
+            free,
+        )
 
 
 def _pass_on(
@@ -195,18 +236,18 @@ def _side_by_side(chain: Chain, screws: Numbers, at: int, own: Floats) -> None:
 
 def write_determinants(chain: Chain, row: Floats, results: Floats, work: Floats) -> None:
     """
-    Fill the determinant of the slopes of each loop's residual by its own passive variables, and
-    its gradient by the joints: 1 + n numbers a loop.
+    Fill the determinant of the slopes of each group's residual by its own passive variables, and
+    its gradient by the joints: 1 + n numbers a group.
     """
     arrived = arrays.after(row, chain.closure_at)
-    screws = arrays.after(arrived, chain.closure.told_at + 3 * chain.loops)
+    screws = arrays.after(arrived, chain.closure.screws_at)
     _write_determinant(
-        chain.closure.first, chain.loops, chain.closure, arrived, screws, results, work
+        chain.closure.first, chain.groups, chain.closure, arrived, screws, results, work
     )
 
 
 def _write_determinant(
-    loop: Loop,
+    group: LoopGroup,
     left: int,
     closure: Closure,
     section: Floats,
@@ -215,26 +256,62 @@ def _write_determinant(
     work: Floats,
 ) -> None:
     # d det = det trace(slopes^-1 d slopes).
-    n, count, variables = closure.dof, loop.count, closure.variables
-    gap, slopes, order = [0.0] * 6, [0.0] * 36, [0] * 6
-    residual.write_slopes(loop, screws, slopes)
-    determinant = linear_equations.factorise(slopes, count, order)
+    n, count, variables = closure.dof, group.count, closure.variables
+    order = [0] * 18
     total = work
     weights = arrays.after(total, variables)
     free = arrays.after(weights, 6 * variables)
-    for k in range(7 * variables):
+    slopes = _behind_screws(closure, free)
+    residual.write_slopes(group, screws, slopes)
+    determinant = linear_equations.factorise(slopes, count, order)
+    for k in range(variables):
         total[k] = 0.0
-    for i in range(count):
-        for k in range(count):
-            gap[k] = determinant if k == i else 0.0
-        linear_equations.solve(slopes, count, order, gap)
-        for k in range(count):
-            weights[6 * (loop.first + k) + loop.axis[i]] = gap[k]
-    _add_residual(loop, screws, weights, total, free)
+    _add_inverse(
+        group.loop, group.loops, group, determinant, slopes, order, screws, weights, total, free
+    )
     results[0] = determinant
     coupling = arrays.after(section, closure.coupling_at)
     _follow(n, closure.passive, coupling, total, arrays.after(results, 1))
     if left > 1:
-        following = arrays.after(screws, 6 * (loop.there.entries + loop.back.entries))
+        following = arrays.after(screws, 6 * group.entries)
         others = arrays.after(results, 1 + n)
-        _write_determinant(loop.following, left - 1, closure, section, following, others, work)
+        _write_determinant(group.following, left - 1, closure, section, following, others, work)
+
+
+def _add_inverse(
+    loop: Loop,
+    left: int,
+    group: LoopGroup,
+    determinant: float,
+    slopes: Floats,
+    order: linear_equations.Order,
+    screws: Floats,
+    weights: Floats,
+    total: Floats,
+    free: Floats,
+) -> None:
+    # The slopes of each loop of a group, weighted with the columns of det slopes^-1.
+    gap = [0.0] * 18
+    for k in range(6 * group.variables):
+        weights[k] = 0.0
+    for i in range(loop.count):
+        for k in range(group.count):
+            gap[k] = determinant if k == loop.row + i else 0.0
+        linear_equations.solve(slopes, group.count, order, gap)
+        for k in range(group.count):
+            weights[6 * (group.first + k) + loop.axis[i]] = gap[k]
+    _add_residual(loop, screws, weights, total, free)
+    if left > 1:
+        following = arrays.after(screws, 6 * loop.entries)
+        _add_inverse(
+            loop.following,
+            left - 1,
+            group,
+            determinant,
+            slopes,
+            order,
+            following,
+            weights,
+            total,
+            free,
+        )

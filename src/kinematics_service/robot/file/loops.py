@@ -1,6 +1,6 @@
 """The closed loops of a robot file: second chains that part from the table and meet it again."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from .convention_table import Convention
@@ -17,6 +17,7 @@ from .entries import checked, checked_list, checked_word, did_you_mean, meant_by
 from .expression_syntax import names_in, why_no_name
 from .fault_report import FaultReport, quoted
 from .links import likely_convention, read_links, variables_of
+from .loop_groups import loop_groups, names_in_loop, passive_of
 from .motions import pose_motion
 from .quantities import KIND_OF, Quantities
 from .schema import LoopEndEntry, LoopEntry, PassiveEntry, assembled_entry
@@ -26,7 +27,7 @@ from .yaml_document import Path, ScalarNode, texts_in
 PATH: Path = ('loops',)
 MAX_LOOPS = 12
 MAX_PASSIVE = 24
-MAX_OF_ONE = 6
+MAX_TOGETHER = 18
 
 
 def read_passive(data: Any, taken: Sequence[str], report: FaultReport) -> tuple[PassiveJoint, ...]:
@@ -160,35 +161,79 @@ def _check_names(loops: Sequence[LoopDescription], report: FaultReport) -> None:
 def _check_effect(
     loops: Sequence[LoopDescription], table: Sequence[Link], report: FaultReport
 ) -> None:
-    # Every passive joint stands in its loop, in no earlier one, and every loop moves something.
-    last = {joint.name: k for k, loop in enumerate(loops) for joint in loop.passive}
+    # Every passive joint stands in its loop; no loop needs a later one, but those of one group
+    # each other; and every group moves something.
+    places = {id(loop): k for k, loop in enumerate(loops)}
     used = frozenset().union(*(variables_of(row) for row in table))
-    for k in range(len(loops) - 1, -1, -1):
-        loop = loops[k]
-        own = {joint.name for joint in loop.passive}
-        names = frozenset().union(*(variables_of(row) for row in (*loop.there, *loop.links)))
-        for joint in loop.passive:
-            if joint.name not in names:
-                report.fault(
-                    (*PATH, k, 'passive'),
-                    f'{quoted(joint.name)} moves no row of this loop: neither one of links, nor '
-                    f'one of the table between row {loop.start.row} and row {loop.meets.row}',
-                )
-        for name in sorted(names):
-            if last.get(name, -1) > k:
-                report.fault(
-                    (*PATH, k, 'links'),
-                    f'{quoted(name)} is moved by loops[{last[name]}], which comes later: a loop '
-                    'may use the passive joints of those before it',
-                )
-        if not own & used:
-            listed = ' or '.join(quoted(joint.name) for joint in loop.passive)
+    group_of: dict[str, int] = {}
+    groups = loop_groups(loops)
+    for g, group in enumerate(groups):
+        group_of.update((joint.name, g) for joint in passive_of(group))
+    for g in range(len(groups) - 1, -1, -1):
+        members = [(places[id(loop)], loop) for loop in groups[g]]
+        for k, loop in members:
+            names = names_in_loop(loop)
+            for joint in loop.passive:
+                if joint.name not in names:
+                    report.fault(
+                        (*PATH, k, 'passive'),
+                        f'{quoted(joint.name)} moves no row of this loop: neither one of links, '
+                        f'nor one of the table between row {loop.start.row} and row '
+                        f'{loop.meets.row}',
+                    )
+            _check_order(k, names, group_of, g, loops, report)
+        _check_group(members, used, report)
+        used = used.union(*(names_in_loop(loop) for loop in groups[g]))
+
+
+def _check_order(
+    k: int,
+    names: frozenset[str],
+    group_of: Mapping[str, int],
+    own: int,
+    loops: Sequence[LoopDescription],
+    report: FaultReport,
+) -> None:
+    # A loop needs those of its own group and of earlier ones only.
+    owner = {joint.name: i for i, loop in enumerate(loops) for joint in loop.passive}
+    for name in sorted(names):
+        if owner.get(name, -1) > k and group_of[name] != own:
             report.fault(
-                (*PATH, k, 'passive'),
-                f'no row of the table and no later loop moves with {listed}: the loop would move '
-                'nothing',
+                (*PATH, k, 'links'),
+                f'{quoted(name)} is moved by loops[{owner[name]}], which comes later: a loop may '
+                'use the passive joints of those before it, and of later ones that need its own',
             )
-        used |= names
+
+
+def _check_group(
+    members: Sequence[tuple[int, LoopDescription]], used: frozenset[str], report: FaultReport
+) -> None:
+    first, loop = members[0]
+    places = [k for k, _ in members]
+    passive = passive_of([loop for _, loop in members])
+    if places != list(range(first, first + len(places))):
+        listed = ' and '.join(f'loops[{k}]' for k in places)
+        report.fault(
+            (*PATH, first),
+            f"{listed} need each other's passive joints and are closed together: write them one "
+            'after the other',
+        )
+    rows = sum(len(loop.rows) for _, loop in members)
+    if rows > MAX_TOGETHER:
+        listed = ', '.join(f'loops[{k}]' for k in places)
+        report.fault(
+            (*PATH, first),
+            f"{rows} rows of loops that need each other's passive joints ({listed}): at most "
+            f'{MAX_TOGETHER} are closed together',
+        )
+    if not used & {joint.name for joint in passive}:
+        listed = ' or '.join(quoted(joint.name) for joint in passive)
+        what = 'loop' if len(members) == 1 else 'loops'
+        report.fault(
+            (*PATH, first, 'passive'),
+            f'no row of the table and no later loop moves with {listed}: the {what} would move '
+            'nothing',
+        )
 
 
 class _LoopReader:

@@ -1,0 +1,190 @@
+"""Loops that need each other's passive joints: closed together, as parallel machines have them."""
+
+import math
+import pickle
+import re
+
+import numpy as np
+import parallel_machines as machines
+import pytest
+from tolerances import DIFFERENCE, DIFFERENCE_STEP, ROUND_OFF
+
+import kinematics_service as ks
+from kinematics_service.kinematics.acceleration import jacobian_rate
+from kinematics_service.rigid_motion import rotation_of_roll_pitch_yaw
+from kinematics_service.robot.loops import closes_at
+
+POSES = 60
+
+
+@pytest.fixture(scope='module')
+def planar():
+    return ks.robot_from_text(machines.planar_text())
+
+
+@pytest.fixture(scope='module')
+def hexapod():
+    return ks.robot_from_text(machines.hexapod_text())
+
+
+def planar_poses():
+    random = np.random.default_rng(5)
+    for _ in range(POSES):
+        middle = [0.25, 0.144] + random.uniform(-0.06, 0.06, 2)
+        angle = random.uniform(-0.3, 0.3)
+        yield middle, angle, machines.planar_joints(middle, angle)
+
+
+def test_a_delta_comes_back_from_its_closed_form():
+    robot = ks.load_robot('flexpicker')
+    random = np.random.default_rng(3)
+    for _ in range(POSES):
+        place = random.uniform([-0.5, -0.5, -1.25], [0.5, 0.5, -0.8])
+        q = machines.delta_joints(place)
+        state = ks.evaluate(robot, q)
+        np.testing.assert_allclose(state.position, place, rtol=0, atol=ROUND_OFF)
+        np.testing.assert_array_equal(state.pose[:3, :3], np.eye(3))
+        J = machines.delta_jacobian(place, q)
+        scale = 1.0 + np.max(np.abs(J))
+        np.testing.assert_allclose(state.jacobian[:3], J, rtol=0, atol=ROUND_OFF * scale)
+        assert not np.any(state.jacobian[3:])
+
+
+def test_a_delta_is_that_of_the_report():
+    # Its examples, rounded to a tenth of a degree.
+    robot = ks.load_robot('flexpicker')
+    for degrees, place in (
+        ([-20.5, -20.5, -20.5], [0.0, 0.0, -0.9]),
+        ([47.5, -11.6, 21.4], [0.3, 0.5, -1.1]),
+    ):
+        found = ks.forward_kinematics(robot, np.radians(degrees))[:3, 3]
+        np.testing.assert_allclose(found, place, rtol=0, atol=0.0015)
+
+
+def test_a_planar_platform_comes_back_from_its_closed_form(planar):
+    for middle, angle, q in planar_poses():
+        state = ks.evaluate(planar, q)
+        np.testing.assert_allclose(state.position[:2], middle, rtol=0, atol=ROUND_OFF)
+        turned = [math.cos(angle), math.sin(angle)]
+        np.testing.assert_allclose(state.pose[:2, 0], turned, rtol=0, atol=ROUND_OFF)
+        J = machines.planar_jacobian(middle, angle, q)
+        scale = (1.0 + np.max(np.abs(J))) ** 2
+        np.testing.assert_allclose(state.jacobian[[0, 1, 5]], J, rtol=0, atol=ROUND_OFF * scale)
+
+
+def test_a_platform_on_six_legs_comes_back_from_its_closed_form(hexapod):
+    random = np.random.default_rng(6)
+    for _ in range(POSES):
+        place = [0.0, 0.0, machines.HEXAPOD_HEIGHT] + random.uniform(-0.2, 0.2, 3)
+        R = rotation_of_roll_pitch_yaw(random.uniform(-0.3, 0.3, 3))
+        state = ks.evaluate(hexapod, machines.hexapod_lengths(place, R))
+        np.testing.assert_allclose(state.position, place, rtol=0, atol=ROUND_OFF)
+        np.testing.assert_allclose(state.pose[:3, :3], R, rtol=0, atol=ROUND_OFF)
+        J = machines.hexapod_jacobian(place, R)
+        scale = 1.0 + np.max(np.abs(J))
+        np.testing.assert_allclose(state.jacobian, J, rtol=0, atol=10 * ROUND_OFF * scale)
+
+
+def test_points_of_passive_rows_move_as_differences_say(planar):
+    q = np.array([q for _, _, q in planar_poses()])[:20]
+    for row in range(planar.rows + 1):
+        J = ks.jacobian(planar, q, of=row)
+        for j in range(3):
+            step = DIFFERENCE_STEP * np.eye(3)[j]
+            later, before = (
+                ks.forward_kinematics(planar, q + sign * step, of=row)[:, :3, 3]
+                for sign in (1, -1)
+            )
+            change = (later - before) / (2 * DIFFERENCE_STEP)
+            np.testing.assert_allclose(J[:, :3, j], change, rtol=0, atol=100 * DIFFERENCE)
+    # The elbow of the first arm moves with all motors.
+    assert np.all(np.abs(ks.jacobian(planar, q, of=4)[:, :2, 2]).max(axis=1) > 1e-3)
+
+
+def test_the_jacobian_rate_is_its_derivative(planar):
+    random = np.random.default_rng(8)
+    for _, _, q in list(planar_poses())[:10]:
+        qdot = random.normal(size=3)
+        later, before = (
+            ks.jacobian(planar, q + sign * DIFFERENCE_STEP * qdot) for sign in (1, -1)
+        )
+        change = (later - before) / (2 * DIFFERENCE_STEP)
+        scale = 1.0 + np.max(np.abs(change))
+        found = jacobian_rate(planar, q, qdot)
+        np.testing.assert_allclose(found, change, rtol=0, atol=10 * DIFFERENCE * scale)
+
+
+def test_the_determinant_of_a_group_and_its_gradient(planar):
+    assert planar.loop_names == ('right_arm + top_arm',)
+    for _, _, q in list(planar_poses())[:10]:
+        factors = ks.singularity(planar, q).factors
+        state = ks.evaluate(planar, q)
+        assert factors.names == state.closure.names == planar.loop_names
+        assert factors.results[0, 0] == pytest.approx(state.closure.determinants[0], rel=1e-9)
+        for j in range(3):
+            step = DIFFERENCE_STEP * np.eye(3)[j]
+            later, before = (
+                ks.evaluate(planar, q + sign * step).closure.determinants[0] for sign in (1, -1)
+            )
+            change = (later - before) / (2 * DIFFERENCE_STEP)
+            assert factors.results[0, 1 + j] == pytest.approx(change, abs=DIFFERENCE)
+
+
+def test_where_the_velocity_equation_is_singular_the_determinant_is_zero(planar):
+    # Of the rods alone: det [rods, turning]. Both vanish together, and only there.
+    ratios = []
+    for middle, angle, q in planar_poses():
+        ways = np.array([machines.plane_rotation(angle) @ c for c in machines.PLANAR_CORNERS])
+        arms = machines.PLANAR_RODS[0] * np.stack([np.cos(q), np.sin(q)], axis=1)
+        rods = middle + ways - machines.PLANAR_BASES - arms
+        turning = rods[:, 1] * ways[:, 0] - rods[:, 0] * ways[:, 1]
+        classical = np.linalg.det(np.column_stack([rods, turning]))
+        ratios.append(ks.evaluate(planar, q).closure.determinants[0] / classical)
+    np.testing.assert_allclose(np.abs(ratios), abs(ratios[0]), rtol=1e-9)
+
+
+def test_a_branch_of_a_group_is_kept_or_refused(planar):
+    # From the known position to anywhere: the same sign of the determinant, and closed.
+    random = np.random.default_rng(9)
+    q0 = machines.planar_joints(np.array([0.25, 0.144]), 0.0)
+    sign = np.sign(ks.evaluate(planar, q0).closure.determinants[0])
+    closed = 0
+    for q in q0 + random.uniform(-1.0, 1.0, (200, 3)):
+        if not closes_at(planar.chain, q):
+            with pytest.raises(ks.LoopError) as caught:
+                ks.evaluate(planar, q)
+            assert caught.value.loop == 'right_arm + top_arm'
+            assert re.fullmatch(
+                r"the loops 'right_arm \+ top_arm' of planar_3rrr do not close at \[.*\]: on the "
+                r'way from the assembled position their branch ends at \[.*\]',
+                str(caught.value),
+            )
+            continue
+        state = ks.evaluate(planar, q)
+        closed += 1
+        assert np.sign(state.closure.determinants[0]) == sign
+        assert state.closure.residuals[0] < 1e-13
+        ends = [
+            machines.PLANAR_BASES[k]
+            + machines.PLANAR_RODS[0] * np.array([math.cos(q[k]), math.sin(q[k])])
+            for k in range(3)
+        ]
+        corners = state.position[:2] + machines.PLANAR_CORNERS @ state.pose[:2, :2].T
+        lengths = np.linalg.norm(corners - ends, axis=1)
+        np.testing.assert_allclose(lengths, machines.PLANAR_RODS[1], rtol=0, atol=ROUND_OFF)
+    assert 20 < closed < 180
+
+
+def test_a_machine_with_a_group_is_pickled(planar):
+    again = pickle.loads(pickle.dumps(planar))
+    q = machines.planar_joints(np.array([0.26, 0.15]), 0.1)
+    assert np.array_equal(ks.evaluate(again, q).row, ks.evaluate(planar, q).row)
+
+
+@pytest.mark.slow
+def test_inverse_kinematics_goes_through_a_group():
+    robot = ks.load_robot('flexpicker')
+    place = [0.1, -0.2, -1.05]
+    result = ks.inverse_kinematics(robot, place, rows=('x', 'y', 'z'))
+    away = [np.max(np.abs(one.q - machines.delta_joints(place))) for one in result.solutions]
+    assert min(away) < 1e-6
