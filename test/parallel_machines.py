@@ -41,6 +41,21 @@ def delta_jacobian(position, q, sizes=DELTA):
     return np.linalg.solve(rods, np.diag(np.sum(rods * turning, axis=1)))
 
 
+def delta_position(q, sizes=DELTA):
+    """
+    Return where the platform (3,) is, below the plane of its elbows: where three spheres meet.
+    """
+    outward = np.stack([np.cos(DELTA_DIRECTIONS), np.sin(DELTA_DIRECTIONS)], axis=1)
+    away = sizes['base'] - sizes['platform'] + sizes['arm'] * np.cos(q)
+    centers = np.column_stack([away[:, None] * outward, -sizes['arm'] * np.sin(q)])
+    a, b = centers[1] - centers[0], centers[2] - centers[0]
+    shares = np.linalg.solve([[a @ a, a @ b], [a @ b, b @ b]], [0.5 * a @ a, 0.5 * b @ b])
+    middle = shares[0] * a + shares[1] * b
+    normal = np.cross(a, b)
+    normal /= np.linalg.norm(normal)
+    return centers[0] + middle - math.sqrt(sizes['rod'] ** 2 - middle @ middle) * normal
+
+
 PLANAR_BASES = np.array([[0.0, 0.0], [0.5, 0.0], [0.25, 0.433]])
 PLANAR_CORNERS = np.array([[-0.05, -0.03], [0.05, -0.03], [0.0, 0.06]])
 PLANAR_RODS = (0.2, 0.18)
