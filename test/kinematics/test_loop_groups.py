@@ -106,6 +106,8 @@ def test_points_of_passive_rows_move_as_differences_say(planar):
             )
             change = (later - before) / (2 * DIFFERENCE_STEP)
             np.testing.assert_allclose(J[:, :3, j], change, rtol=0, atol=100 * DIFFERENCE)
+    assert planar.ending_at(1).chain.loops == 0
+    assert planar.ending_at(3).chain.loops == 2
     # The elbow of the first arm moves with all motors.
     assert np.all(np.abs(ks.jacobian(planar, q, of=4)[:, :2, 2]).max(axis=1) > 1e-3)
 

@@ -3,6 +3,7 @@
 import json
 
 import numpy as np
+import parallel_machines as machines
 import pytest
 
 pytest.importorskip('rclpy', reason='needs ROS 2')
@@ -88,6 +89,30 @@ def test_the_warning_names_the_loop_that_is_nearly_flat(arm):
     assert values['decided'] == 'no'
     found = ks.singularity(ks.load_robot('four_bar_arm'), q)
     assert float(values['factor_value']) == pytest.approx(found.factors.values[0], rel=1e-6)
+
+
+def test_a_machine_whose_loops_are_closed_together_through_the_node(arm, tmp_path):
+    file = tmp_path / 'delta.yaml'
+    file.write_text(without_known_poses('flexpicker') + 'singularity: {warn: 0.3}\n')
+    one = arm(str(file))
+    heard = {name: one.hear(name, kind) for name, kind in KINDS.items()}
+    warnings = one.hear('singularity/warning', DiagnosticStatus, LATCHED)
+    places = np.array([[0.0, 0.0, -0.9], [0.3, 0.5, -1.1], [-0.2, 0.1, -1.0]])
+    for k, place in enumerate(places):
+        q = machines.delta_joints(place)
+        qdot = np.array([0.3, -0.2, 0.5])
+        one.send(q.tolist(), qdot.tolist())
+        one.spin_until(lambda n=k + 1: all(len(m) >= n for m in heard.values()), str(place))
+        pose, J, twist, _ = (messages[k] for messages in heard.values())
+        expected = machines.delta_jacobian(place, q)
+        np.testing.assert_allclose(xyz(pose.pose.position), place, rtol=0, atol=ROUND_OFF)
+        found = np.reshape(J.data, (6, 3))[:3]
+        np.testing.assert_allclose(found, expected, rtol=0, atol=10 * ROUND_OFF)
+        found = xyz(twist.twist.linear)
+        np.testing.assert_allclose(found, expected @ qdot, rtol=0, atol=10 * ROUND_OFF)
+    one.send([1.5, 1.5, -1.0])
+    one.spin_until(lambda: warnings and level_of(warnings[-1]) > 0, 'warning')
+    assert values_of(warnings[-1])['factor'] == 'arm1 + arm2 + arm3'
 
 
 def test_positions_at_which_the_loop_does_not_close_are_refused(arm, tmp_path):
