@@ -1,15 +1,22 @@
 """Loops that need each other's passive joints: closed together, as parallel machines have them."""
 
 import math
+import os
 import pickle
 import re
+import subprocess
+import sys
+from pathlib import Path
 
+import loop_numbers
 import numpy as np
 import parallel_machines as machines
 import pytest
 from tolerances import DIFFERENCE, DIFFERENCE_STEP, ROUND_OFF
 
 import kinematics_service as ks
+from kinematics_service import kernel
+from kinematics_service.kernel.compiled import VARIABLE
 from kinematics_service.kinematics.acceleration import jacobian_rate
 from kinematics_service.rigid_motion import rotation_of_roll_pitch_yaw
 from kinematics_service.robot.loops import closes_at
@@ -199,3 +206,40 @@ def test_inverse_kinematics_goes_through_a_group():
         result = ks.inverse_kinematics(robot, place, rows=('x', 'y', 'z'), all_solutions=False)
         (found,) = result.solutions
         np.testing.assert_allclose(found.q, machines.delta_joints(place), rtol=0, atol=1e-6)
+
+
+@pytest.mark.skipif(not kernel.is_compiled(), reason='about the compiled kernel')
+def test_groups_have_the_numbers_of_the_source_to_the_last_bit(planar, hexapod, tmp_path):
+    # Pickled: plain Python takes minutes to look at the poses of a new arm.
+    files = []
+    for robot in (planar, hexapod, ks.load_robot('flexpicker')):
+        files.append(str(tmp_path / f'{robot.name}.pickle'))
+        Path(files[-1]).write_bytes(pickle.dumps(robot))
+    done = subprocess.run(
+        [sys.executable, str(Path(__file__).parent / 'loop_numbers.py'), *files],
+        env={**os.environ, VARIABLE: '1'},
+        capture_output=True,
+        text=True,
+        timeout=280,
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines() == list(loop_numbers.lines(files))
+
+
+def test_loops_that_do_not_go_together_are_refused_by_the_kernel(planar):
+    group = planar.chain.closure.first
+    first, second = group.members()
+    units = np.ones(group.variables)
+    parts = [
+        lambda: kernel.Loop(first.there, first.back, first.axes(), 1, second),
+        lambda: kernel.LoopGroup(first, 1, 3, 1.0, units),
+        lambda: kernel.LoopGroup(first, 3, 3, 1.0, units),
+        lambda: kernel.LoopGroup(second, 1, 3, 1.0, units),
+        lambda: kernel.LoopGroup(first, 2, 4, 1.0, units),
+        lambda: kernel.LoopGroup(first, 2, 3, 1.0, units[:6]),
+        lambda: kernel.assemble(group, 2, 3, np.zeros(500)),
+        lambda: kernel.assemble(group, 1, 2, np.zeros(500)),
+    ]
+    for wrong in parts:
+        with pytest.raises(TypeError, match='do not go together'):
+            wrong()

@@ -347,7 +347,7 @@ def test_loops_cost_no_room_where_there_are_none():
 @pytest.mark.slow
 @pytest.mark.skipif(not kernel.is_compiled(), reason='about the compiled kernel')
 def test_the_compiled_kernel_closes_loops_with_the_numbers_of_its_source():
-    names = ['five_bar', 'flexpicker']
+    names = ['crank_slider', 'five_bar']
     script = Path(__file__).parent / 'loop_numbers.py'
     done = subprocess.run(
         [sys.executable, str(script), *names],

@@ -254,49 +254,39 @@ def _refuse(
     passive = passive_of(group)
     begin = n + sum(len(passive_of(one)) for one in groups[:g])
     moved = np.arange(begin, begin + len(passive))
+    alone = len(group) == 1
+    its = 'its' if alone else 'their'
     for k, loop in enumerate(group, first):
         if idle := _idle_rows(loop, chains[k], moved, given):
-            whose = 'loop' if len(group) == 1 else 'loops closed together'
             message = (
-                f'no passive joint of the {whose} moves {" or ".join(idle)}: name the rows of the '
-                'plane in which it moves'
+                f'no passive joint of the {"loop" if alone else "loops closed together"} moves '
+                f'{" or ".join(idle)}: name the rows of the plane in which it moves'
             )
             raise RobotFileError(
                 (Fault(description.file, loop.line, f'loops[{k}].rows', message),)
             )
+    names = ' and '.join(repr(loop.name) for loop in group)
     if told[1] <= 1e-9:
-        names = ', '.join(joint.name for joint in passive)
         message = (
-            f'{_these(group)} flat at this position: det of {_its(group)} closure by {names} is '
-            f'0, and two of {_its(group)} branches meet; give a position on one branch'
+            f'{"the loop is" if alone else f"the loops {names} together are"} flat at this '
+            f'position: det of {its} closure by {", ".join(joint.name for joint in passive)} is '
+            f'0, and two of {its} branches meet; give a position on one branch'
         )
     else:
-        apart = []
-        for k, loop in enumerate(group, first):
-            gap = np.round(_gap(chains[k], given), 12) + 0.0
-            away = ', '.join(f'{row} {gap[ROWS.index(row)]:.3g}' for row in loop.rows)
-            apart.append(away if len(group) == 1 else f'{loop.name}: {away}')
-        does = 'loop does' if len(group) == 1 else f'loops {_named(group)} do'
-        together = '' if len(group) == 1 else ' together'
-        whose = 'its' if len(group) == 1 else 'their'
+        gaps = [_gap_in_words(loop, chains[k], given) for k, loop in enumerate(group, first)]
+        apart = [gap if alone else f'{loop.name}: {gap}' for loop, gap in zip(group, gaps)]
         message = (
-            f'the {does} not close{together} here: {whose} ends are apart by {"; ".join(apart)} '
-            "(m, rad), and Newton's method finds no closed position nearby"
+            f'{"the loop does not close" if alone else f"the loops {names} do not close together"}'
+            f' here: {its} ends are apart by {"; ".join(apart)} (m, rad), and '
+            "Newton's method finds no closed position nearby"
         )
     where = f'loops[{first}].assembled'
     raise RobotFileError((Fault(description.file, group[0].line, where, message),))
 
 
-def _named(group: Sequence[LoopDescription]) -> str:
-    return ' and '.join(repr(loop.name) for loop in group)
-
-
-def _these(group: Sequence[LoopDescription]) -> str:
-    return 'the loop is' if len(group) == 1 else f'the loops {_named(group)} together are'
-
-
-def _its(group: Sequence[LoopDescription]) -> str:
-    return 'its' if len(group) == 1 else 'their'
+def _gap_in_words(loop: LoopDescription, pair: tuple[Chain, Chain], x: Floats) -> str:
+    gap = np.round(_gap(pair, x), 12) + 0.0
+    return ', '.join(f'{row} {gap[ROWS.index(row)]:.3g}' for row in loop.rows)
 
 
 def _idle_rows(

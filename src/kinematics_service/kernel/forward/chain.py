@@ -362,11 +362,12 @@ class Closure:
     def __init__(self, dof: int, first: LoopGroup, turns: Integers, start: Floats) -> None:
         variables = first.variables
         passive = variables - dof
-        width = section_width(dof, first)
+        width, groups = section_width(dof, first), groups_from(first)
         if (
             not 0 < passive <= places.MOST_PASSIVE
             or not 0 < dof <= places.MOST_JOINTS
             or first.first != dof
+            or groups[len(groups) - 1].first + groups[len(groups) - 1].count != variables
             or len(turns) != dof
             or len(start) != width
         ):
@@ -376,8 +377,8 @@ class Closure:
             array.setflags(write=False)
         self.dof, self.variables, self.passive = dof, variables, passive
         self.first = first
-        self.groups = len(groups_from(first))
-        self.loops = sum(group.loops for group in groups_from(first))
+        self.groups = len(groups)
+        self.loops = sum(group.loops for group in groups)
         self.width = width
         self.coupling_at = 2 * variables
         self.told_at = 2 * variables + passive * dof

@@ -58,7 +58,7 @@ cdef int _assemble_all(
     int at,
 ) noexcept nogil
 @cython.locals(
-    known=int, told='double[72]', slopes='double[324]', told_at=int, numbers='double*',
+    known=int, passive=int, told='double[72]', slopes='double[324]', told_at=int, numbers='double*',
     screws='double*', failed=int, k=int,
 )
 cpdef int assemble(LoopGroup first, int groups, int dof, cnp.ndarray section) except -9

@@ -283,9 +283,10 @@ def assemble(first: LoopGroup, groups: int, dof: int, section: Floats) -> int:
     arrays.given(first)
     known = len(groups_from(first))
     told, slopes = [0.0] * 72, [0.0] * 324
-    if not 0 < groups <= known or dof != first.first:
+    passive = first.variables - dof
+    if not 0 < groups <= known or dof != first.first or passive > places.MOST_PASSIVE:
         raise TypeError('the parts of a closure do not go together')
-    told_at = 2 * first.variables + (first.variables - dof) * dof
+    told_at = 2 * first.variables + passive * dof
     numbers = arrays.results(section, section_width(dof, first))
     screws = arrays.after(numbers, told_at + 3 * known)
     failed = _assemble_all(first, groups, numbers, screws, slopes, told, 0)
