@@ -200,12 +200,20 @@ def test_a_machine_with_a_group_is_pickled(planar):
 
 
 def test_inverse_kinematics_goes_through_a_group():
-    # One solution: the search for all of them takes a minute.
     robot = ks.load_robot('flexpicker')
     for place in ([0.1, -0.2, -1.05], [-0.3, 0.2, -0.95], [0.0, 0.0, -1.2]):
         result = ks.inverse_kinematics(robot, place, rows=('x', 'y', 'z'), all_solutions=False)
         (found,) = result.solutions
         np.testing.assert_allclose(found.q, machines.delta_joints(place), rtol=0, atol=1e-6)
+
+
+@pytest.mark.slow
+def test_a_delta_reaches_a_place_in_one_way_inside_its_limits():
+    # And in others with its arms turned over, which the search need not wait for.
+    place = [0.1, -0.2, -1.05]
+    result = ks.inverse_kinematics(ks.load_robot('flexpicker'), place, rows=('x', 'y', 'z'))
+    (found,) = result.solutions
+    np.testing.assert_allclose(found.q, machines.delta_joints(place), rtol=0, atol=1e-6)
 
 
 @pytest.mark.skipif(not kernel.is_compiled(), reason='about the compiled kernel')

@@ -156,12 +156,14 @@ def search(
     plan: InversePlan,
     near: Floats,
     random: np.random.Generator,
+    limits: Floats,
     known: DistinctSolutions | None = None,
 ) -> tuple[DistinctSolutions, LeastError]:
     """
     Return all solutions met, limits left aside, and the least error.
 
-    Solutions known before are among them, as if each had been met once.
+    Solutions known before are among them, as if each had been met once. Once there is one within
+    `limits` (n, 2), the search does not go on for others that are not.
     """
     everything = known or DistinctSolutions(np.empty((0, robot.dof)), np.empty(0))
     all_met = [1] * len(everything.q)
@@ -188,7 +190,9 @@ def search(
             break
         if len(all_met) > MOST_STARTS // 40:  # not points but a continuum
             break
-        if all_met and min(all_met) >= MET and tried >= 2 * BATCH:
+        inside = np.all((everything.q >= limits[:, 0]) & (everything.q <= limits[:, 1]), axis=1)
+        wanted = np.array(all_met)[inside] if np.any(inside) else all_met
+        if len(wanted) and min(wanted) >= MET and tried >= 2 * BATCH:
             break
     return everything, best
 

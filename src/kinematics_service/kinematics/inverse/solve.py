@@ -191,7 +191,10 @@ def _searched(
     problem: IkProblem, respect_limits: bool, known: DistinctSolutions | None = None
 ) -> IkResult:
     robot, checked, plan, near, _ = problem
-    found, best = search(robot, checked, plan, near, problem.random(), known)
+    # Beyond the limits of a machine with loops these close seldom, and its turns are no periods:
+    # what is there would be met once in many starts, of which each takes long.
+    inside = plan.limits if respect_limits and robot.chain.loops else plan.unlimited
+    found, best = search(robot, checked, plan, near, problem.random(), inside, known)
     return answer(problem, reached(checked, found), 'search', best, respect_limits)
 
 
