@@ -119,7 +119,7 @@ def visits(arm, random):
         kernel.find_nearest(kernel.NearestSearch(arm), rows, q, measures, in_order)
         yield 'find_nearest', measures
     moving, point, radii = np.arange(n), np.array([0.05, 0.0, -0.1]), np.zeros(POSES)
-    kernel.clearances(kernel.Clearance(arm, moving, point, 3.0, 5.0), q, radii)
+    kernel.clearances(kernel.Clearance(arm, moving, point, 3.0, 5.0, 9.0), q, radii)
     yield 'clearances', radii
     turned = np.zeros((POSES * chain.frames, 4))
     kernel.quaternions(rows[:, chain.frames_at :].reshape(-1, 4, 4).copy(), turned)

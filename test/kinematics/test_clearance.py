@@ -68,8 +68,12 @@ def test_near_the_singular_set_the_clearance_is_nearly_the_distance(name, shares
 
 
 def bent(robot, q, motion, order):
-    # The largest singular value of the second or third derivative of J_t along a motion.
-    weights = {2: ((-1, 1), (0, -2), (1, 1)), 3: ((-2, -0.5), (-1, 1), (1, -1), (2, 0.5))}[order]
+    # The largest singular value of a derivative of J_t along a motion.
+    weights = {
+        2: ((-1, 1), (0, -2), (1, 1)),
+        3: ((-2, -0.5), (-1, 1), (1, -1), (2, 0.5)),
+        4: ((-2, 1), (-1, -4), (0, 6), (1, -4), (2, 1)),
+    }[order]
     scales = robot.task.column_scales
     J = sum(
         weight * brute_force.scaled_jacobian(robot, q + k * STEP * motion * scales)
@@ -96,6 +100,7 @@ def test_the_jacobian_bends_no_more_than_its_bounds_say(name):
         robot = with_tool_at(robot, bounds.point)
     assert np.max(bent(robot, q, motion, 2)) < DIFFERENCE * bounds.bend
     assert np.max(bent(robot, q, motion, 3)) < DIFFERENCE * bounds.twist
+    assert np.max(bent(robot, q, motion, 4)) < DIFFERENCE * bounds.fourth
 
 
 def with_tool_at(robot, point):

@@ -9,8 +9,9 @@ from .. import kernel
 from ..kernel import Chain, Floats, Integers
 from .task import Task
 
-# With more entries the third derivative is not bounded: there are entries^4 of its parts.
-MOST_ENTRIES = 16
+# With more entries no derivatives beyond the second are bounded: there are entries^5 parts of the
+# fourth.
+MOST_ENTRIES = 12
 # Axes nearer to parallel (sine of their angle) have no common point.
 PARALLEL = 1e-6
 
@@ -25,14 +26,15 @@ class ClearanceBounds(NamedTuple):
         The joints that can change the rank of J_t.
     point : shape (3,), m
         In the axes of the tool, from its origin.
-    bend, twist
-        Bounds of the second and third derivatives.
+    bend, twist, fourth
+        Bounds of the second, third and fourth derivatives.
     """
 
     moving: Integers
     point: Floats
     bend: float
     twist: float
+    fourth: float
 
 
 class _Elements(NamedTuple):
@@ -173,14 +175,13 @@ def find_bounds(chain: Chain, task: Task, strokes: Floats) -> ClearanceBounds:
     moving = _moving(chain, task, six_rows)
     n, d = chain.dof, len(moving)
     if d == 0:
-        return ClearanceBounds(moving, np.zeros(3), 0.0, 0.0)
-    # The flattenings of a tensor with many indices bound what it does along one direction.
-    second = _largest_parts(chain, task, farthest, 2)[np.ix_(np.arange(n), moving, moving)]
-    bend = min(_norm(second.reshape(n, -1)), _norm(np.moveaxis(second, 0, 1).reshape(d, -1)))
-    twist = np.inf
-    if chain.entries <= MOST_ENTRIES:
-        third = _largest_parts(chain, task, farthest, 3)[
-            np.ix_(np.arange(n), moving, moving, moving)
-        ]
-        twist = min(_norm(third.reshape(n, -1)), _norm(third.reshape(n * d, -1)))
-    return ClearanceBounds(moving, elements.rotation.T @ (point - elements.tool), bend, twist)
+        return ClearanceBounds(moving, np.zeros(3), 0.0, 0.0, 0.0)
+    bounds = [np.inf, np.inf, np.inf]
+    for order in (2, 3, 4) if chain.entries <= MOST_ENTRIES else (2,):
+        parts = _largest_parts(chain, task, farthest, order)
+        parts = parts[np.ix_(np.arange(n), *[moving] * order)]
+        # The flattenings of a tensor with many indices bound what it does along one direction.
+        flat = (parts.reshape(n * d**k, -1) for k in range(order))
+        bounds[order - 2] = min(_norm(one if len(one) < len(one.T) else one.T) for one in flat)
+    point = elements.rotation.T @ (point - elements.tool)
+    return ClearanceBounds(moving, point, bounds[0], bounds[1], bounds[2])

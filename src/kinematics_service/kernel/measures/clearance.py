@@ -3,30 +3,30 @@ A radius around a pose in which no pose is singular, proved.
 
 J_t is brought into the bases of its singular values. Between the directions of the larger ones it
 stays invertible as long as bounds of its change say so; then it has full rank where the Schur
-complement of that block is not zero, whose change is known to second order, and bounded beyond.
-All the changes that enter are those of the pose to second order, and bounded beyond.
+complement of that block is not zero. To first order the bases move along with the block, which
+leaves hardly anything of what couples the two; what is left is known to third order, and bounded
+beyond.
+
+Of a redundant arm the complement has several numbers, of which not all are zero at once: a sum of
+them, with weights that are polynomials too, is shown to be positive.
 """
 
 import math
 
-from ..forward import chain_pass, vectors
+from ..forward import chain_pass
 from ..layout import arrays, places
-from ..layout.arrays import Floats, Integers, Vector
+from ..layout.arrays import Floats, Integers
 from . import singular_equations, singularity, symmetric
 from .arm import Arm
-from .bends import Bends
-from .norms import Norms
+from .cubic import Cubic
+from .expansion import Expansion
 from .singular_equations import SingularEquations
 
-# Halvings of the radius, and of the multiplier of a minimum, which proves with any.
-HALVINGS, MULTIPLIER_HALVINGS = 32, 20
-# Of lines that are lost or idle, so many from that with the least slope for its size to the last.
-LINES, NEXT_LINE = 4, 1.0 / 3.0
+# Halvings of the radius.
+HALVINGS = 32
 # A pose is singular where a singular value is below this share of the largest, as for the search:
 # lengths that are rounded leave one that is not zero.
 SINGULAR = 1e-7
-# No denominator of a minimum is smaller.
-TINY = 1e-14
 
 
 class Clearance:
@@ -42,13 +42,19 @@ class Clearance:
     point : shape (3,), m
         The point whose velocity is taken, in the axes of the tool and from its origin: where all
         rows of J count, the rank is the same for each.
-    bend, twist
-        Bounds of the second and third derivatives of the scaled J_t along a unit motion of
-        the joints that count; infinite where they are not known.
+    bend, twist, fourth
+        Bounds of the second, third and fourth derivatives of the scaled J_t along a unit motion of
+        the joints that count; the last two infinite where they are not known.
     """
 
     def __init__(
-        self, arm: Arm, moving: Integers, point: Floats, bend: float, twist: float
+        self,
+        arm: Arm,
+        moving: Integers,
+        point: Floats,
+        bend: float,
+        twist: float,
+        fourth: float,
     ) -> None:
         arrays.given(arm)
         if arm.chain.loops > 0:
@@ -58,35 +64,28 @@ class Clearance:
         self.arm = arm
         self.equations = SingularEquations(arm.chain, arm.task)
         self._arrays = moving, point
-        self.count = arrays.size(moving)
-        self.moving = arrays.whole(moving, self.count)
+        self.count = d = arrays.size(moving)
         self.point = arrays.numbers(point, 3)
-        self.bend, self.twist, self.singular = bend, twist, 0.0
-        self.bends = Bends(arm.chain, arm.task, moving, twist < places.INFINITY)
-        self.complement, self.gradient, self.second = 0.0, 0.0, 0.0
-        self.by_block, self.by_turns, self.by_lines = 0.0, 0.0, 0.0
-        self.bend_of_block, self.bend_of_turns, self.bend_of_lines = 0.0, 0.0, 0.0
-        n, m, d = arm.chain.dof, arm.task.count, self.count
-        few, many, tensor, lines = min(m, n), max(m, n), d * m * n, self.equations.count
-        self.norms = Norms(max(many, d), max(tensor, few * max(few, 1) * d))
-        room = 3 * n + n * n + 2 * d + 2 * d * d + 2 * few * d + tensor + d * few * few
-        self.room = arrays.scratch(room + lines * (2 * lines + d + many + 3))
-        self.slope = self.room
-        self.b = arrays.after(self.slope, n)
-        self.c = arrays.after(self.b, n)
-        self.H = arrays.after(self.c, n)
-        self.g = arrays.after(self.H, n * n)
-        self.turned = arrays.after(self.g, d)
-        self.Q = arrays.after(self.turned, d)
-        self.Z = arrays.after(self.Q, d * d)
-        self.B = arrays.after(self.Z, d * d)
-        self.C = arrays.after(self.B, few * d)
-        self.D = arrays.after(self.C, few * d)
-        self.P = arrays.after(self.D, tensor)
-        self.lines = arrays.after(self.P, d * few * few)
-        self.best = arrays.after(self.lines, lines * many)
-        self.shares = arrays.after(self.best, lines)
-        self.A = arrays.after(self.shares, lines)
+        self.bend, self.twist, self.fourth, self.singular = bend, twist, fourth, 0.0
+        self.known = twist < places.INFINITY and fourth < places.INFINITY
+        self.expansion = Expansion(arm.chain, arm.task, moving, 3 if self.known else 1)
+        self.by_block, self.bend_of_block, self.second = 0.0, 0.0, 0.0
+        self.by_turns, self.bend_of_turns, self.twist_of_turns = 0.0, 0.0, 0.0
+        self.by_lines, self.bend_of_lines, self.twist_of_lines = 0.0, 0.0, 0.0
+        self.sum, self.steep = Cubic(d), Cubic(d)
+        count, k = self.equations.count, arm.task.generic_rank - 1
+        pairs = self.expansion.sizes[2]
+        room = count * self.expansion.terms + k * (count + 1) * pairs
+        self.room = arrays.scratch(room + count * (2 * count + 4))
+        self.F = self.room
+        self.B = arrays.after(self.F, count * self.expansion.terms)
+        self.C = arrays.after(self.B, k * count * pairs)
+        self.shares = arrays.after(self.C, k * pairs)
+        self.across = arrays.after(self.shares, count)
+        self.steepest = arrays.after(self.across, count)
+        self.first = arrays.after(self.steepest, count)
+        self.gram = arrays.after(self.first, count)
+        self.factor = arrays.after(self.gram, count * count)
 
     def __dealloc__(self) -> None:
         """Give the room back."""
@@ -100,17 +99,33 @@ class Clearance:
         smallest, self.singular = sigma[k - 1], SINGULAR * sigma[0]
         if not smallest > self.singular:
             return 0.0
-        self._write_changes()
-        change = self._tensor_norm(self.D, self.arm.task.count, self.arm.chain.dof)
-        radius = self._by_change(smallest, change)
-        if k == 1 or not self.bend < places.INFINITY:
+        self.expansion.write(self.equations.row)
+        radius = self._by_change(smallest, self.expansion.change())
+        if k == 1 or not self.known:
             return radius
-        self._write_block()
-        self._choose_line()
-        for turn in range(LINES if self.equations.count > 1 else 1):
-            self._take_line(max(0.0, 1.0 - NEXT_LINE * turn))
+        self.second = sigma[k - 2]
+        self.expansion.turn(self.equations)
+        self._write_complement()
+        self._write_norms()
+        for i in range(self.equations.count):
+            self.first[i] = 1.0 if i == 0 else 0.0
+        self._become(self.sum, self.first)
+        radius = self._by_complement(radius)
+        if self.equations.count > 1 and self._choose_shares():
+            self._become(self.sum, self.shares)
+            self._become(self.steep, self.steepest)
+            self.steep.write_sizes()
+            self.sum.take_away(self.steep)
             radius = self._by_complement(radius)
         return radius
+
+    def _become(self, cubic: Cubic, shares: Floats) -> None:
+        # A sum of the complement's numbers.
+        count, smallest = (
+            self.equations.count,
+            self.equations.sigma[self.arm.task.generic_rank - 1],
+        )
+        cubic.become(self.expansion, self.F, shares, count, shares[0] * smallest)
 
     def _stand_at(self, q: Floats) -> None:
         # Evaluates q, takes the velocities of the point, and decomposes J_t.
@@ -138,60 +153,6 @@ class Clearance:
         singularity.write_directions(n, self.arm.task, row, self.equations.W, self.equations.sigma)
         self.equations.complete()
 
-    def _write_changes(self) -> None:
-        # D[j] = dJ_t/du_j, scaled, of each joint that counts: what `write_of_screws` says.
-        n, m, entries = self.arm.chain.dof, self.arm.task.count, self.arm.chain.entries
-        v = arrays.after(self.equations.row, self.arm.chain.screws_at)
-        w = arrays.after(v, 3 * entries)
-        for k in range(self.count * m * n):
-            self.D[k] = 0.0
-        for j in range(self.count):
-            for f in range(entries):
-                if self.arm.chain.joint[f] != self.moving[j]:
-                    continue
-                for e in range(entries):
-                    moved = vectors.cross(
-                        vectors.apart(w, min(e, f), entries), vectors.apart(v, max(e, f), entries)
-                    )
-                    turned = (0.0, 0.0, 0.0)
-                    if f < e:
-                        turned = vectors.cross(
-                            vectors.apart(w, f, entries), vectors.apart(w, e, entries)
-                        )
-                    self._add_change(j, self.arm.chain.joint[e], moved, turned)
-
-    def _add_change(self, j: int, i: int, moved: Vector, turned: Vector) -> None:
-        # A change of column i of J by joint `moving[j]`, in base axes.
-        n, m = self.arm.chain.dof, self.arm.task.count
-        scale = self.arm.task.column_scale[i] * self.arm.task.column_scale[self.moving[j]]
-        for r in range(m):
-            value = singularity.task_component(self.arm.task, r, moved, turned)
-            self.D[(j * m + r) * n + i] += value * scale
-
-    def _matrix_norm(self, M: Floats, count: int, length: int) -> float:
-        few, many = min(count, length), max(count, length)
-        for r in range(count):
-            for i in range(length):
-                self.norms.W[r * length + i if count == few else i * count + r] = M[r * length + i]
-        return self.norms.norm(few, many)
-
-    def _tensor_norm(self, T: Floats, rows: int, columns: int) -> float:
-        # At least the largest |sum d_j T_j| with |d| = 1: the least of its three flattenings.
-        d = self.count
-        if d == 0:
-            return 0.0
-        least = self._matrix_norm(T, d, rows * columns)
-        for j in range(d):
-            for r in range(rows):
-                for i in range(columns):
-                    self.norms.W[(i * d + j) * rows + r] = T[(j * rows + r) * columns + i]
-        least = min(least, self.norms.norm(columns, d * rows))
-        for j in range(d):
-            for r in range(rows):
-                for i in range(columns):
-                    self.norms.W[(r * d + j) * columns + i] = T[(j * rows + r) * columns + i]
-        return min(least, self.norms.norm(rows, d * columns))
-
     def _by_change(self, smallest: float, change: float) -> float:
         # Weyl: no singular value falls faster than J_t changes.
         good, bad = 0.0, places.LARGEST_CLEARANCE
@@ -203,176 +164,143 @@ class Clearance:
                 bad = r
         return good
 
-    def _choose_line(self) -> None:
-        # Keeps the lines that are lost or idle, and the shares of them in the one whose singular
-        # value has the least slope for its size.
-        d, count, k = self.count, self.equations.count, self.arm.task.generic_rank - 1
-        length, width = self.equations.length, self.equations.width
+    def _write_complement(self) -> None:
+        # F, the complement of each line to third order; of what the moving bases leave of the
+        # turns and lines, B and C, the second order.
+        d, k, count = self.count, self.arm.task.generic_rank - 1, self.equations.count
+        terms, pairs = self.expansion.terms, self.expansion.sizes[2]
+        for a in range(k):
+            C = arrays.after(self.C, a * pairs)
+            for p in range(pairs):
+                C[p] = self._cell(k, a)[d + p]
+            for b in range(k):
+                self._subtract(self._cell(k, b), self._cell(b, a), 1, C)
+            for i in range(count):
+                B = arrays.after(self.B, (a * count + i) * pairs)
+                for p in range(pairs):
+                    B[p] = self._cell(a, k + i)[d + p]
+                for b in range(k):
+                    self._subtract(self._cell(a, b), self._cell(b, k + i), 1, B)
         for i in range(count):
-            line = arrays.after(self.equations.W, (k + i) * width)
-            for p in range(length):
-                self.lines[i * length + p] = line[p]
-            self.best[i] = 1.0 if i == 0 else 0.0
-        if count == 1:
-            return
-        gram = arrays.after(self.A, count * d)
-        factor = arrays.after(gram, count * count)
-        for i in range(count):
-            self.equations.write_slope(k, k + i, self.slope)
+            F = arrays.after(self.F, i * terms)
+            for p in range(terms):
+                F[p] = self._cell(k, k + i)[p]
+            squared, cubed = arrays.after(F, d), arrays.after(F, d + pairs)
+            for a in range(k):
+                line, turn = self._cell(k, a), self._cell(a, k + i)
+                self._subtract(line, turn, 1, squared)
+                B = arrays.after(self.B, (a * count + i) * pairs)
+                self._subtract(line, B, 2, cubed)
+                self._subtract(turn, arrays.after(line, d), 2, cubed)
+
+    def _cell(self, turn: int, line: int) -> Floats:
+        # The terms of J_t between a turn and a line.
+        cell = turn * self.equations.length + line
+        return arrays.after(self.expansion.G, cell * self.expansion.terms)
+
+    def _subtract(self, a: Floats, b: Floats, order: int, product: Floats) -> None:
+        # Subtracts the product of a, terms of the first order, and b, of an order.
+        d, pair, triple = self.count, self.expansion.pair, self.expansion.triple
+        for i in range(d):
             for j in range(d):
-                self.A[i * d + j] = self.slope[self.moving[j]]
-            self.shares[i] = self.best[i]
-        trace = 0.0
+                if order == 1:
+                    product[pair[i * d + j]] -= a[i] * b[j]
+                    continue
+                for p in range(j, d):
+                    product[triple[(i * d + j) * d + p]] -= a[i] * b[pair[j * d + p]]
+
+    def _write_norms(self) -> None:
+        # How much block, turns and lines change for motions of length 1, order by order.
+        k, count, d = self.arm.task.generic_rank - 1, self.equations.count, self.count
+        terms, pairs = self.expansion.terms, self.expansion.sizes[2]
+        step, cubed = self.equations.length * terms, d + pairs
+        block, turns, lines = self._cell(0, 0), self._cell(0, k), self._cell(k, 0)
+        self.by_block = self.expansion.norm(block, k, step, k, terms, 1, 1)
+        self.bend_of_block = self.expansion.norm(arrays.after(block, d), k, step, k, terms, 1, 2)
+        self.by_turns = self.expansion.norm(turns, k, step, count, terms, 1, 1)
+        self.bend_of_turns = self.expansion.norm(self.B, k, count * pairs, count, pairs, 1, 2)
+        turns = arrays.after(turns, cubed)
+        self.twist_of_turns = self.expansion.norm(turns, k, step, count, terms, 1, 3)
+        self.by_lines = self.expansion.norm(lines, k, terms, 1, 0, 1, 1)
+        self.bend_of_lines = self.expansion.norm(self.C, k, pairs, 1, 0, 1, 2)
+        lines = arrays.after(lines, cubed)
+        self.twist_of_lines = self.expansion.norm(lines, k, terms, 1, 0, 1, 3)
+
+    def _choose_shares(self) -> bool:
+        # Of the sums of the complement's numbers that which has the least slope for its size, and
+        # of those across it the steepest.
+        d, count, terms = self.count, self.equations.count, self.expansion.terms
+        trace, most = 0.0, 0.0
         for i in range(count):
+            a = arrays.after(self.F, i * terms)
             for p in range(count):
+                b = arrays.after(self.F, p * terms)
                 value = 0.0
                 for j in range(d):
-                    value += self.A[i * d + j] * self.A[p * d + j]
-                gram[i * count + p] = value
-            trace += gram[i * count + i]
+                    value += a[j] * b[j]
+                self.gram[i * count + p] = value
+            trace += self.gram[i * count + i]
         if not symmetric.damped_step(
-            count, gram, self.shares, 1e-9 * trace, factor, self.best
-        ) or not unit(self.best, count):
-            for i in range(count):
-                self.best[i] = 1.0 if i == 0 else 0.0
-
-    def _take_line(self, share: float) -> None:
-        # Makes the line of the least singular value one between the last and the best.
-        count, k = self.equations.count, self.arm.task.generic_rank - 1
-        length = self.equations.length
+            count, self.gram, self.first, 1e-9 * trace, self.factor, self.shares
+        ) or not unit(self.shares, count):
+            return False
         for i in range(count):
-            self.shares[i] = share * self.best[i]
-        self.shares[0] += 1.0 - share
-        unit(self.shares, count)
-        line = arrays.after(self.equations.W, k * self.equations.width)
-        for p in range(length):
-            value = 0.0
-            for i in range(count):
-                value += self.shares[i] * self.lines[i * length + p]
-            line[p] = value
-        self.complement = self.shares[0] * self.equations.sigma[k]
-
-    def _write_complement(self) -> None:
-        # Gradient g and Hessian Q of the Schur complement, and its factors B and C, over the
-        # joints that count.
-        n, d, k = self.arm.chain.dof, self.count, self.arm.task.generic_rank - 1
-        self.equations.write_second_order(self.slope, self.b, self.c, self.H)
-        for i in range(d):
-            self.g[i] = self.slope[self.moving[i]]
-            for j in range(d):
-                self.Q[i * d + j] = self.H[self.moving[i] * n + self.moving[j]]
-        for r in range(k):
-            share = 1.0 / math.sqrt(self.equations.sigma[r])
-            self.equations.write_slope(r, k, self.b)
-            self.equations.write_slope(k, r, self.c)
-            for j in range(d):
-                self.B[r * d + j] = share * self.b[self.moving[j]]
-                self.C[r * d + j] = share * self.c[self.moving[j]]
-
-    def _write_block(self) -> None:
-        # P[j]: the change of the block of the larger singular values, in units of their own.
-        n, m, k = self.arm.chain.dof, self.arm.task.count, self.arm.task.generic_rank - 1
-        width, length = self.equations.width, self.equations.length
-        for a in range(k):
-            for b in range(k):
-                tool = arrays.after(self.equations.W, a * width)
-                joints = arrays.after(self.equations.W, b * width)
-                if self.equations.wide:
-                    tool = arrays.after(tool, length)
-                else:
-                    joints = arrays.after(joints, length)
-                share = 1.0 / math.sqrt(self.equations.sigma[a] * self.equations.sigma[b])
-                for j in range(self.count):
-                    change = arrays.after(self.D, j * m * n)
-                    value = 0.0
-                    for r in range(m):
-                        along = 0.0
-                        for i in range(n):
-                            along += change[r * n + i] * joints[i]
-                        value += tool[r] * along
-                    self.P[(j * k + a) * k + b] = share * value
-        self.second = self.equations.sigma[k - 1]
-        self.by_block = self._tensor_norm(self.P, k, k)
-        if self.twist < places.INFINITY:
-            self.bends.write(self.equations.row)
-            self.bend_of_block = self.bends.of_block(self.equations, k)
+            for p in range(count):
+                self.across[p] = -self.shares[i] * self.shares[p]
+            self.across[i] += 1.0
+            if not unit(self.across, count):
+                continue
+            slope = 0.0
+            for p in range(count):
+                for j in range(count):
+                    slope += self.across[p] * self.across[j] * self.gram[p * count + j]
+            if slope > most:
+                most = slope
+                for p in range(count):
+                    self.steepest[p] = self.across[p]
+        return most > 0.0
 
     def _by_complement(self, best: float) -> float:
-        # The largest radius within which the Schur complement is proved not to be zero, or what
-        # is proved already.
-        d, k = self.count, self.arm.task.generic_rank - 1
-        self._write_complement()
-        self.by_turns = self._matrix_norm(self.B, k, d)
-        self.by_lines = self._matrix_norm(self.C, k, d)
-        if self.twist < places.INFINITY:
-            self.bend_of_turns = self.bends.of_turns(self.equations, k)
-            self.bend_of_lines = self.bends.of_lines(self.equations, k)
-        self.gradient = singular_equations.length_of(self.g, d)
-        symmetric.diagonalise(self.Q, self.Z, d)
-        for i in range(d):
-            along = 0.0
-            for j in range(d):
-                along += self.Z[i * d + j] * self.g[j]
-            self.turned[i] = along
-        for order in range(1, 3):
-            good, bad = best, places.LARGEST_CLEARANCE
-            for _ in range(HALVINGS):
-                r = 0.5 * (good + bad)
-                if self._is_proved(r, order):
-                    good = r
-                else:
-                    bad = r
-            best = good
-        return best
+        # The largest radius within which the sum is proved to be positive, or what is proved
+        # already.
+        self.sum.write_sizes()
+        self.sum.diagonalise()
+        good, bad = best, places.LARGEST_CLEARANCE
+        for _ in range(HALVINGS):
+            r = 0.5 * (good + bad)
+            if self._is_proved(r):
+                good = r
+            else:
+                bad = r
+        return good
 
-    def _is_proved(self, r: float, order: int) -> bool:
-        # s + a(d) - c'(1 + P)^-1 b > 0 for all |d| <= r: a, b, c and P by their derivatives at the
-        # pose, the rest by the bounds that hold at every pose. What a singular value may be counts
-        # as a change: J_t stays regular with any that is as large.
-        bent = 0.5 * self.bend * r * r + self.singular
-        twisted = self.twist * r * r * r / 6.0 + self.singular
-        half, root = 0.5 * r * r, math.sqrt(self.second)
-        inside = self.by_block * r
-        inside += min(bent / self.second, self.bend_of_block * half + twisted / self.second)
+    def _is_proved(self, r: float) -> bool:
+        # Whether the sum is positive for all |d| <= r. With P, B, C the changes of block, turns
+        # and lines and B1, C1 their first order, the moving bases leave of the complement
+        # f - C1 B' - C B1 - C' (1 + P)^-1 B', B' = B - (1 + P) B1, C' = C - C1 (1 + P). What a
+        # singular value may be counts as a change: J_t stays regular with any that is as large.
+        square = r * r
+        third = self.twist * square * r / 6.0 + self.singular
+        fourth = self.fourth * square * square / 24.0 + self.singular
+        root = math.sqrt(self.second)
+        bent = 0.5 * self.bend * square + self.singular
+        bent = min(bent / self.second, self.bend_of_block * square + third / self.second)
+        inside = self.by_block * r + bent
         if not inside < 1.0:
             return False
-        before = self.by_turns * r
-        before += min(bent / root, self.bend_of_turns * half + twisted / root)
-        behind = self.by_lines * r
-        behind += min(bent / root, self.bend_of_lines * half + twisted / root)
-        both = before * behind
-        if order == 1:
-            left = self.complement - self.gradient * r - bent
-            return left - both / (1.0 - inside) > 0.0
-        if not self.twist < places.INFINITY:
-            return False
-        rest = both - self.by_turns * self.by_lines * r * r + both * inside / (1.0 - inside)
-        return self.complement + self._lowest(r) - twisted - rest > 0.0
-
-    def _lowest(self, r: float) -> float:
-        # A lower bound of g.d + d'Qd / 2 over |d| <= r, Q diagonal: its Lagrange dual, which is
-        # one for any multiplier that makes Q + multiplier positive.
-        d = self.count
-        least, size = 0.0, 0.0
-        for i in range(d):
-            least = max(least, -self.Q[i * d + i])
-            size = max(size, abs(self.Q[i * d + i]))
-        low = least
-        high = low + singular_equations.length_of(self.turned, d) / r + 1e-12 + 2.0 * size
-        for _ in range(MULTIPLIER_HALVINGS):
-            multiplier = 0.5 * (low + high)
-            squares = 0.0
-            for i in range(d):
-                away = self.turned[i] / max(self.Q[i * d + i] + multiplier, TINY)
-                squares += away * away
-            if squares > r * r:
-                low = multiplier
-            else:
-                high = multiplier
-        value = -0.5 * high * r * r
-        for i in range(d):
-            value -= 0.5 * self.turned[i] * self.turned[i] / max(self.Q[i * d + i] + high, TINY)
-        return value
+        twisted = min(third / root, self.twist_of_turns * square * r + fourth / root)
+        turns = self.by_turns * r
+        before = self.bend_of_turns * square + twisted + bent * turns
+        rest = fourth + self.by_lines * r * (twisted + bent * turns)
+        twisted = min(third / root, self.twist_of_lines * square * r + fourth / root)
+        behind = self.bend_of_lines * square + twisted + self.by_lines * r * bent
+        rest += twisted * turns + behind * before / (1.0 - inside)
+        # The weight of the steepest number, and its products with it from the fourth order on.
+        slope, bend = self.sum.size_of_l * r, self.sum.size_of_M * square
+        steep = self.steep.size_of_T * square * r
+        rest *= 1.0 + abs(self.sum.weight) + slope + bend
+        rest += slope * steep + bend * (self.steep.size_of_Q * square + steep)
+        return self.sum.lowest(r) - rest > 0.0
 
 
 def unit(v: Floats, count: int) -> bool:

@@ -1,0 +1,209 @@
+"""A polynomial of third order in a joint motion, and what it is at least in a ball."""
+
+from ..layout import arrays
+from ..layout.arrays import Floats
+from . import singular_equations, symmetric
+from .expansion import Expansion
+from .norms import Norms
+
+# Halvings of the multiplier of a minimum, which proves with any.
+MULTIPLIER_HALVINGS = 20
+# Times that what goes with a slope is taken away.
+ROUNDS = 4
+# No denominator of a minimum is smaller.
+TINY = 1e-14
+
+
+class Cubic:
+    """
+    constant + g.d + d'Qd + T(d, d, d), of motions d of so many joints.
+
+    Parameters
+    ----------
+    count
+        Of joints.
+
+    Attributes
+    ----------
+    constant, g, Q, T
+        Its parts: a number, (d,), symmetric (d, d), and (d, d, d) the same in all orders of the
+        indices.
+    weight, l, M
+        The polynomial of second order by which another was multiplied that has been added.
+    size_of_l, size_of_M, size_of_Q, size_of_T
+        Bounds of them for motions of length 1.
+    """
+
+    def __init__(self, count: int) -> None:
+        d = count
+        self.count = d
+        self.norms = Norms(max(d, 1), max(d * d * d, 1))
+        self.constant, self.weight, self.size_of_l, self.size_of_M = 0.0, 0.0, 0.0, 0.0
+        self.size_of_Q, self.size_of_T = 0.0, 0.0
+        self.room = arrays.scratch(6 * d + 5 * d * d + d * d * d)
+        self.g = self.room
+        self.l = arrays.after(self.g, d)
+        self.way = arrays.after(self.l, d)
+        self.along = arrays.after(self.way, d)
+        self.more = arrays.after(self.along, d)
+        self.turned = arrays.after(self.more, d)
+        self.Q = arrays.after(self.turned, d)
+        self.M = arrays.after(self.Q, d * d)
+        self.H = arrays.after(self.M, d * d)
+        self.Z = arrays.after(self.H, d * d)
+        self.half = arrays.after(self.Z, d * d)
+        self.T = arrays.after(self.half, d * d)
+
+    def __dealloc__(self) -> None:
+        """Give the room back."""
+        arrays.give_back(self.room)
+
+    def become(
+        self, expansion: Expansion, F: Floats, shares: Floats, count: int, constant: float
+    ) -> None:
+        """Become a sum of so many rows of terms, as the expansion has them, with shares."""
+        d, begins = self.count, expansion.begins
+        self.constant, self.weight, self.size_of_l, self.size_of_M = constant, 0.0, 0.0, 0.0
+        for a in range(d):
+            self.g[a] = _sum(arrays.after(F, a), shares, count, expansion.terms)
+            self.l[a] = 0.0
+            for b in range(d):
+                self.M[a * d + b] = 0.0
+                at = begins[2] + expansion.pair[a * d + b]
+                value = _sum(arrays.after(F, at), shares, count, expansion.terms)
+                self.Q[a * d + b] = expansion.share[at] * value
+                for c in range(d):
+                    at = begins[3] + expansion.triple[(a * d + b) * d + c]
+                    value = _sum(arrays.after(F, at), shares, count, expansion.terms)
+                    self.T[(a * d + b) * d + c] = expansion.share[at] * value
+
+    def take_away(self, other: 'Cubic') -> None:
+        """
+        Add another one, multiplied by what takes all away that has the direction of its slope.
+
+        Where the other one vanishes, this one stays what it was.
+        """
+        d = self.count
+        slope = singular_equations.length_of(other.g, d)
+        if not slope > 0.0:
+            return
+        for j in range(d):
+            self.way[j] = other.g[j] / slope
+        for _ in range(ROUNDS):
+            self._divide(slope)
+            self._add_product(other)
+        self.size_of_l = singular_equations.length_of(self.l, d)
+        self.size_of_M = self._norm(self.M, d)
+        if self.constant < 0.0:
+            self.constant = -self.constant
+            for j in range(d):
+                self.g[j] = -self.g[j]
+            for p in range(d * d):
+                self.Q[p] = -self.Q[p]
+            for p in range(d * d * d):
+                self.T[p] = -self.T[p]
+
+    def _divide(self, slope: float) -> None:
+        # The weight (along[0], more, half) of a form slope way.d that takes away all of g, Q and T
+        # that has its direction: what they lose where d loses its share of it.
+        d, way, whole = self.count, self.way, 0.0
+        for a in range(d):
+            self.more[a], self.along[a] = 0.0, 0.0
+            for b in range(d):
+                self.more[a] += 2.0 * self.Q[a * d + b] * way[b]
+                value = 0.0
+                for c in range(d):
+                    value += way[c] * self.T[(c * d + a) * d + b]
+                self.half[a * d + b] = value
+                self.along[a] += value * way[b]
+            whole += self.along[a] * way[a]
+        square = 0.0
+        for a in range(d):
+            square += 0.5 * self.more[a] * way[a]
+            for b in range(d):
+                both = way[a] * self.along[b] + self.along[a] * way[b]
+                value = 3.0 * self.half[a * d + b] - 1.5 * both + whole * way[a] * way[b]
+                self.half[a * d + b] = -value / slope
+        value = 0.0
+        for a in range(d):
+            value += self.g[a] * way[a]
+            self.more[a] = -(self.more[a] - square * way[a]) / slope
+        self.along[0] = -value / slope
+
+    def _add_product(self, other: 'Cubic') -> None:
+        # Adds another one times the weight of `_divide`, up to the third order.
+        d, one, more, half = self.count, self.along[0], self.more, self.half
+        self.weight += one
+        self.constant += one * other.constant
+        for a in range(d):
+            self.l[a] += more[a]
+            self.g[a] += one * other.g[a] + other.constant * more[a]
+            for b in range(d):
+                p = a * d + b
+                self.M[p] += half[p]
+                both = more[a] * other.g[b] + other.g[a] * more[b]
+                self.Q[p] += one * other.Q[p] + 0.5 * both + other.constant * half[p]
+                for c in range(d):
+                    value = more[a] * other.Q[b * d + c] + more[b] * other.Q[a * d + c]
+                    value += more[c] * other.Q[p] + half[p] * other.g[c]
+                    value += half[a * d + c] * other.g[b] + half[b * d + c] * other.g[a]
+                    self.T[p * d + c] += one * other.T[p * d + c] + value / 3.0
+
+    def write_sizes(self) -> None:
+        """Fill the bounds of Q and T."""
+        self.size_of_Q = self._norm(self.Q, self.count)
+        self.size_of_T = self._norm(self.T, self.count * self.count)
+
+    def _norm(self, matrix: Floats, length: int) -> float:
+        # At least the largest singular value of a matrix (d, length).
+        for p in range(self.count * length):
+            self.norms.W[p] = matrix[p]
+        return self.norms.norm(self.count, length)
+
+    def diagonalise(self) -> None:
+        """Prepare `lowest`, after `write_sizes`."""
+        d = self.count
+        for p in range(d * d):
+            self.H[p] = 2.0 * self.Q[p]
+        symmetric.diagonalise(self.H, self.Z, d)
+        for i in range(d):
+            along = 0.0
+            for j in range(d):
+                along += self.Z[i * d + j] * self.g[j]
+            self.turned[i] = along
+
+    def lowest(self, r: float) -> float:
+        """
+        Return a lower bound of it over abs(d) <= r.
+
+        Of g.d + d'Qd it is the Lagrange dual, which is one for any multiplier that makes
+        2 Q + multiplier positive.
+        """
+        d = self.count
+        least, size = 0.0, 0.0
+        for i in range(d):
+            least = max(least, -self.H[i * d + i])
+            size = max(size, abs(self.H[i * d + i]))
+        low = least
+        high = low + singular_equations.length_of(self.turned, d) / r + 1e-12 + 2.0 * size
+        for _ in range(MULTIPLIER_HALVINGS):
+            multiplier = 0.5 * (low + high)
+            squares = 0.0
+            for i in range(d):
+                away = self.turned[i] / max(self.H[i * d + i] + multiplier, TINY)
+                squares += away * away
+            if squares > r * r:
+                low = multiplier
+            else:
+                high = multiplier
+        value = self.constant - self.size_of_T * r * r * r - 0.5 * high * r * r
+        for i in range(d):
+            value -= 0.5 * self.turned[i] * self.turned[i] / max(self.H[i * d + i] + high, TINY)
+        return value
+
+
+def _sum(terms: Floats, shares: Floats, count: int, apart: int) -> float:
+    value = 0.0
+    for i in range(count):
+        value += shares[i] * terms[i * apart]
+    return value
