@@ -67,6 +67,24 @@ def test_near_the_singular_set_the_clearance_is_nearly_the_distance(name, shares
         assert np.median(found.clearance[near] / found.distance[near]) > share
 
 
+def test_where_a_redundant_arm_is_nearly_singular_on_a_sheet_it_keeps_a_clearance():
+    # Past the straight elbow of a kinova_gen3, whose offsets leave singular only what has two
+    # dimensions less.
+    robot = robot_of('kinova_gen3')
+    q = random_poses(robot, 200, seed=3)
+    q[:, 3] *= 0.02
+    found = ks.singularity(robot, q)
+    assert np.median(found.smallest_singular_value) < 3e-3
+    assert np.mean(found.clearance > 0.03) > 0.9
+    away = np.linalg.norm(found.nearest_singular - q, axis=1)
+    assert np.sum(np.isfinite(away)) > 20
+    assert np.all(found.clearance[np.isfinite(away)] < away[np.isfinite(away)])
+    nearest = np.argsort(found.distance)[:24]
+    by_force, _ = brute_force.nearest_singular(robot, q[nearest], starts=4)
+    assert np.sum(np.isfinite(by_force)) > 12
+    assert np.all(found.clearance[nearest] < by_force)
+
+
 def bent(robot, q, motion, order):
     # The largest singular value of a derivative of J_t along a motion.
     weights = {

@@ -127,6 +127,25 @@ def test_at_a_saddle_of_a_calibrated_arm_the_gradient_says_nothing(seed, q, dist
     assert share(robot, found.nearest_singular) < SINGULAR
 
 
+@pytest.mark.parametrize(
+    'q',
+    [
+        [-0.91084616, 0.06821454, 2.94704908, -3.56848894, 1.75205972, 1.85331923, -0.72943987],
+        [-1.55958535, -0.05282931, -0.27097269, -3.57349326, -1.327464, 1.6369291, -1.2821958],
+        [-0.79539258, -0.07456522, -0.26166548, -3.56767791, -1.330324, 1.5546962, -2.3620299],
+    ],
+)
+def test_where_two_singular_values_vanish_nearly_together_the_nearest_is_found(q):
+    # Steps along the set keep a search from coming in there; others are found 0.18 rad away.
+    robot, q = robot_of('fr3'), np.array(q)
+    found = ks.singularity(robot, q)
+    by_force, _ = brute_force.nearest_singular(robot, q[None], starts=24)
+    assert by_force[0] < 0.08
+    assert found.distance == pytest.approx(by_force[0], rel=0.01)
+    assert found.decided
+    assert share(robot, found.nearest_singular) < SINGULAR
+
+
 # Poses of a motion, 2 ms apart, and the share of them that may differ by more than SAME from
 # those that are searched alone; by how much any may be farther. A search of its own misses the
 # nearest singular pose now and then, too.

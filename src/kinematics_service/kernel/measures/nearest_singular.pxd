@@ -9,8 +9,8 @@ from .arm cimport Arm
 from .singular_equations cimport SingularEquations
 
 cdef int ENOUGH
-cdef double HORIZON, SINGULAR, NEXT_STEP, NO_STEP, NO_GAIN, FLAT_SADDLE, SIDE_STEP, LITTLE, FOLLOWED, TRUSTED, KEPT, KNOWN, AGREES, CLOSE
-cdef int ANGLES, STEPS, FULL_STEPS, LAST_STEPS, SECOND_ORDER_STARTS, FOLLOWING_STEPS
+cdef double HORIZON, SINGULAR, NEXT_STEP, NO_STEP, NO_GAIN, FLAT_SADDLE, SIDE_STEP, LITTLE, FOLLOWED, TRUSTED, KEPT, KNOWN, AGREES, CLOSE, ON_ITS_WAY, NEARER
+cdef int ANGLES, STEPS, FULL_STEPS, LAST_STEPS, SECOND_ORDER_STARTS, FOLLOWING_STEPS, MORE_STEPS
 
 @cython.final
 cdef class NearestSearch:
@@ -22,7 +22,7 @@ cdef class NearestSearch:
     cdef public double horizon
     cdef readonly double estimate, distance, lasting
     cdef readonly bint ran, complete
-    cdef double by_product, by_least, by_two, smallest, second, slope, free, slid
+    cdef double by_product, by_least, by_two, smallest, second, slope, free, slid, missed
     cdef bint standing
     cdef double* room
     cdef double* origin
@@ -70,6 +70,7 @@ cdef class NearestSearch:
     cdef void _search(self, double* distances) noexcept nogil
     cdef bint found(self) noexcept nogil
     cdef bint is_near(self) noexcept nogil
+    @cython.locals(ended=cython.bint)
     cdef bint is_decided(self) noexcept nogil
     @cython.locals(j=int)
     cdef void write_pose(self, double* pose) noexcept nogil
@@ -88,6 +89,7 @@ cdef class NearestSearch:
         slide=double, length=double,
     )
     cdef void _run(self, int steps, double longest, bint known) noexcept nogil
+    cdef bint _is_late(self, int more, double left, double away) noexcept nogil
     @cython.locals(j=int)
     cdef void _keep(self, double best, bint standing) noexcept nogil
     @cython.locals(

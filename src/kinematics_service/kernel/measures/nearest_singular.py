@@ -29,6 +29,11 @@ NO_GAIN = 1e-5
 # Steps of a run, of these at full length, and at its end onto the set only: along it they may go
 # round between two branches.
 STEPS, FULL_STEPS, LAST_STEPS = 10, 4, 3
+# A run that is on its way to a nearer one than was found, the next step below this share of the
+# way, has so many steps more: where two singular values vanish nearly together it is late.
+ON_ITS_WAY, MORE_STEPS = 0.5, 8
+# What it does not reach then is another one where it is nearer than this share of what was found.
+NEARER = 0.9
 # Directions in which the two least singular values are looked at together: half a turn.
 ANGLES = 16
 # Of the second order, so many starts; and the share of the reach below which a singular value
@@ -93,7 +98,7 @@ class NearestSearch:
         self.by_product, self.by_least, self.by_two = 0.0, 0.0, 0.0
         self.smallest, self.second, self.slope = 0.0, 0.0, 0.0
         self.free, self.lasting = 0.0, -1.0
-        self.standing, self.slid = False, 0.0
+        self.standing, self.slid, self.missed = False, 0.0, places.INFINITY
         n, lines = self.n, self.count + 1
         tape = arm.tape.steps * (n + 1)
         self.room = arrays.scratch(
@@ -149,7 +154,7 @@ class NearestSearch:
         """
         n, k = self.n, self.arm.task.generic_rank
         self.ran, self.complete, self.evaluations = False, True, 0
-        self.estimate = first_order
+        self.estimate, self.missed = first_order, places.INFINITY
         singular = measures[places.RANK] < k
         known = self.lasting >= 0.0 and self.is_near() and not singular
         if known and self._moved_from(self.origin, q) <= KNOWN:
@@ -275,8 +280,13 @@ class NearestSearch:
         return self.distance <= self.horizon
 
     def is_decided(self) -> bool:
-        """Return whether nothing more is to be looked for: false where a search found nothing."""
-        return not self.ran or self.complete and self.distance < places.INFINITY
+        """
+        Return whether nothing more is to be looked for.
+
+        False where a search found nothing, or was on its way to a nearer one when it ended.
+        """
+        ended = self.complete and not self.missed < NEARER * self.distance
+        return not self.ran or ended and self.found()
 
     def write_pose(self, pose: Floats) -> None:
         """Fill the pose (n,) that was found, rad or m."""
@@ -315,7 +325,7 @@ class NearestSearch:
         n = self.n
         best = places.INFINITY
         standing, close, self.standing = self.standing and known, known, False
-        for step in range(steps):
+        for step in range(steps + MORE_STEPS):
             if step > 0 or not standing:
                 if self.evaluations >= self.budget:
                     self.complete = False
@@ -338,6 +348,10 @@ class NearestSearch:
                     break
             elif away - left > self.distance:
                 break  # it is on its way to one that is farther than what was found
+            if step >= steps - 1 and (
+                best < places.INFINITY or not self._is_late(step - steps, left, away)
+            ):
+                break
             share = 1.0
             if step >= steps - LAST_STEPS:
                 share = 0.0
@@ -352,6 +366,15 @@ class NearestSearch:
             for j in range(n):
                 self.d[j] += share * self.onto[j]
         self._keep(best, standing)
+
+    def _is_late(self, more: int, left: float, away: float) -> bool:
+        # Whether a run that should have ended is on its way to a nearer one than was found; what
+        # it has not reached after all its steps is kept in mind.
+        if not left < ON_ITS_WAY * away or not away < min(self.distance, 2.0 * self.horizon):
+            return False
+        if more == MORE_STEPS - 1:
+            self.missed = min(self.missed, away)
+        return True
 
     def _keep(self, best: float, standing: bool) -> None:
         # `standing`: the equations stand there.
