@@ -27,7 +27,7 @@ JSON_KEYS = f"""\
 {textwrap.indent(textwrap.fill(', '.join(NUMBERS), 74), '  ')}
   nearest_singular               joint positions of the singular pose found,
                                  distance away; null where none was near
-  decided                        false: one may be near, and none was found
+  decided                        false: one may be near, or nearer, and was not found
   clearance                      radius without a singular pose, proved, rad
   task, length                   rows of J judged, characteristic length
   lost_direction                 6 numbers, base axes; angular ones * length
@@ -186,8 +186,10 @@ def _value_words(measure: Measure, robot: Robot, singularity: Singularity) -> st
             meaning = 'this pose is singular'
         elif singularity.nearest_singular is not None:
             meaning = f'{in_degrees(value)} of joint motion to a singular pose, see below'
+            if not singularity.decided:
+                meaning += '; not decided: a nearer one is not excluded'
         elif not singularity.decided:
-            meaning = 'not decided: no singular pose was found, none is excluded'
+            meaning = 'not decided: no singular pose was found near, none is excluded'
             if robot.loop_names:
                 about = f'about {in_degrees(value)} of joint motion'
                 meaning = f'{about}; not decided, for loops bend the arm'

@@ -112,7 +112,12 @@ def singularity_status(
     else:
         head = 'at a singularity' if level == Level.ERROR else 'near a singularity'
         if not singularity.decided:
-            head = 'it is not decided whether a singularity is near (none was found or excluded)'
+            if singularity.nearest_singular is None:
+                head = (
+                    'it is not decided whether a singularity is near (none was found or excluded)'
+                )
+            else:
+                head += ', a nearer one is not excluded'
         named = _nearest_factor(robot, singularity)
         sentence = f'{head}: {named}{shown}; losing {lost} in {base_frame}'
         if tendency in ('towards', 'away'):

@@ -48,9 +48,8 @@ class Singularity:
         none was found or looked for; in a batch, NaN. Limits of joints do not count.
     decided
         False where first or second order say that a singular pose may be near, and none was found,
-        or the search ended on its way to one that is nearer than what was found. True is no proof
-        that there is none. False for arms with closed loops, whose singular poses
-        are not looked for: their distance is of first order.
+        or none as near as that. True is no proof that there is none. False for arms with closed
+        loops, whose singular poses are not looked for: their distance is of first order.
     clearance
         Radius around this pose in which no pose is singular, rad, at most 1: proved by bounds of
         the Jacobian's change. Computed when it is first asked for. 0 for arms with closed loops,

@@ -23,7 +23,7 @@ cdef class NearestSearch:
     cdef readonly double estimate, distance, lasting
     cdef readonly bint ran, complete
     cdef double by_product, by_least, by_two, smallest, second, slope, free, slid, missed
-    cdef bint standing
+    cdef bint standing, settled
     cdef double* room
     cdef double* origin
     cdef double* first
@@ -67,10 +67,10 @@ cdef class NearestSearch:
     @cython.locals(k=int, reach=double, falls=double)
     cdef void _estimate(self, double* sigma, double by_product) noexcept nogil
     @cython.locals(by_product=double)
-    cdef void _search(self, double* distances) noexcept nogil
+    cdef bint _search(self, double* distances) noexcept nogil
     cdef bint found(self) noexcept nogil
     cdef bint is_near(self) noexcept nogil
-    @cython.locals(ended=cython.bint)
+    @cython.locals(missed=double, nearer=cython.bint, agrees=cython.bint)
     cdef bint is_decided(self) noexcept nogil
     @cython.locals(j=int)
     cdef void write_pose(self, double* pose) noexcept nogil

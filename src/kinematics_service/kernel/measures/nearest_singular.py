@@ -32,8 +32,9 @@ STEPS, FULL_STEPS, LAST_STEPS = 10, 4, 3
 # A run that is on its way to a nearer one than was found, the next step below this share of the
 # way, has so many steps more: where two singular values vanish nearly together it is late.
 ON_ITS_WAY, MORE_STEPS = 0.5, 8
-# What it does not reach then is another one where it is nearer than this share of what was found.
-NEARER = 0.9
+# What the first order says, or such a run did not reach, is another one where it is nearer than
+# this share of what was found.
+NEARER = 0.6
 # Directions in which the two least singular values are looked at together: half a turn.
 ANGLES = 16
 # Of the second order, so many starts; and the share of the reach below which a singular value
@@ -99,6 +100,7 @@ class NearestSearch:
         self.smallest, self.second, self.slope = 0.0, 0.0, 0.0
         self.free, self.lasting = 0.0, -1.0
         self.standing, self.slid, self.missed = False, 0.0, places.INFINITY
+        self.settled = False
         n, lines = self.n, self.count + 1
         tape = arm.tape.steps * (n + 1)
         self.room = arrays.scratch(
@@ -154,7 +156,7 @@ class NearestSearch:
         """
         n, k = self.n, self.arm.task.generic_rank
         self.ran, self.complete, self.evaluations = False, True, 0
-        self.estimate, self.missed = first_order, places.INFINITY
+        self.estimate, self.missed, self.settled = first_order, places.INFINITY, False
         singular = measures[places.RANK] < k
         known = self.lasting >= 0.0 and self.is_near() and not singular
         if known and self._moved_from(self.origin, q) <= KNOWN:
@@ -178,7 +180,7 @@ class NearestSearch:
         self.ran = True
         for j in range(n):
             self.uphill[j] = way_out[j] / self.arm.task.column_scale[j]
-        self._search(distances)
+        self.settled = self._search(distances)
         self.slid = self.distance
         found = self.distance if self.found() else self.estimate
         self.lasting = max(FOLLOWED * found, TRUSTED * (found - self.horizon))
@@ -253,15 +255,16 @@ class NearestSearch:
         falls = math.sqrt(self.slope * self.slope + 2.0 * reach * self.smallest) - self.slope
         self.free = min(self.estimate, falls / reach)
 
-    def _search(self, distances: Floats) -> None:
-        # From one start after the other, until what is found agrees with the first order.
+    def _search(self, distances: Floats) -> bool:
+        # From one start after the other, until what is found agrees with the first order; returns
+        # whether it does.
         if self.found() and self._is_where_the_first_order_says() and self._is_settled():
-            return
+            return True
         if self._follow_factors(distances):
-            return
+            return True
         self._run_from(self.first, self.by_least, min(1.0, 0.5 / self.by_least), 0.3)
         if self._is_settled():
-            return
+            return True
         by_product = self.by_product
         if by_product < 0.8 * self.distance and by_product < 1.5 * self.horizon:
             self._run_from(self.uphill, 1.0, -by_product, max(0.4 * by_product, 1e-4))
@@ -270,6 +273,7 @@ class NearestSearch:
         self._run_from_second_order()
         if self.distance == places.INFINITY and self.smallest < FLAT_SADDLE * self.arm.reach:
             self._run_to_all_sides()
+        return False
 
     def found(self) -> bool:
         """Return whether a singular pose was found."""
@@ -283,10 +287,13 @@ class NearestSearch:
         """
         Return whether nothing more is to be looked for.
 
-        False where a search found nothing, or was on its way to a nearer one when it ended.
+        False where a search found nothing; or nothing as near as a run was on its way to when it
+        ended, or as the first order says that one may be, within half of the horizon.
         """
-        ended = self.complete and not self.missed < NEARER * self.distance
-        return not self.ran or ended and self.found()
+        missed = min(self.missed, min(self.by_least, self.by_two))
+        nearer = missed < NEARER * self.distance and missed < 0.5 * self.horizon
+        agrees = self.settled or self.found() and not nearer
+        return not self.ran or self.complete and agrees
 
     def write_pose(self, pose: Floats) -> None:
         """Fill the pose (n,) that was found, rad or m."""
