@@ -2,6 +2,29 @@
 
 import math
 
+# A five-bar whose elbows come too far apart for its rods.
+SHORT_FIVE_BAR = """
+robot: short_five_bar
+convention: standard
+constants: {D: 0.3, proximal: 0.25, distal: 0.3}
+joints:
+  - {name: q1, type: revolute}
+  - {name: q2, type: revolute}
+links:
+  - {alpha: 0, a: proximal, d: 0, theta: q1}
+  - {alpha: 0, a: distal,   d: 0, theta: psi1}
+loops:
+  - name: rods
+    passive: [psi1, psi2]
+    from: {row: 0, xyz: [D, 0, 0]}
+    links:
+      - {alpha: 0, a: proximal, d: 0, theta: q2}
+      - {alpha: 0, a: distal,   d: 0, theta: psi2}
+    meets: {row: 2}
+    rows: [x, y]
+    assembled: {q: [pi/2, pi/2], psi1: -pi/6, psi2: pi/6}
+"""
+
 
 def meeting_point(center, radius, other, other_radius, side):
     """

@@ -6,6 +6,7 @@ import re
 import numpy as np
 import pytest
 from arms import LOOPED, robot_of
+from linkages import SHORT_FIVE_BAR
 from tolerances import ROUND_OFF
 
 import kinematics_service as ks
@@ -21,29 +22,6 @@ from kinematics_service.estimation.joint_sample import JointSample
 MILLISECOND = 1_000_000
 # Another start of Newton's method ends in other last digits.
 SAME_BRANCH = 1e-11
-
-# A five-bar whose elbows come too far apart for its rods.
-SHORT = """
-robot: short_five_bar
-convention: standard
-constants: {D: 0.3, proximal: 0.25, distal: 0.3}
-joints:
-  - {name: q1, type: revolute}
-  - {name: q2, type: revolute}
-links:
-  - {alpha: 0, a: proximal, d: 0, theta: q1}
-  - {alpha: 0, a: distal,   d: 0, theta: psi1}
-loops:
-  - name: rods
-    passive: [psi1, psi2]
-    from: {row: 0, xyz: [D, 0, 0]}
-    links:
-      - {alpha: 0, a: proximal, d: 0, theta: q2}
-      - {alpha: 0, a: distal,   d: 0, theta: psi2}
-    meets: {row: 2}
-    rows: [x, y]
-    assembled: {q: [pi/2, pi/2], psi1: -pi/6, psi2: pi/6}
-"""
 
 
 class Stream:
@@ -89,7 +67,7 @@ def test_a_stream_of_messages_is_answered_as_the_library_answers(name):
 
 
 def test_the_end_of_a_branch_is_refused_with_its_reason_and_nothing_jumps():
-    robot = ks.robot_from_text(SHORT)
+    robot = ks.robot_from_text(SHORT_FIVE_BAR)
     stream = Stream(robot)
     # The elbows part: |A - B| = 0.6 m where the rods are straight.
     opening = np.linspace(0.0, 0.9, 200)
@@ -135,7 +113,7 @@ def test_a_joint_that_turns_on_and_on_keeps_its_branch():
 
 
 def test_a_jump_is_answered_from_the_known_position():
-    robot = ks.robot_from_text(SHORT)
+    robot = ks.robot_from_text(SHORT_FIVE_BAR)
     stream = Stream(robot)
     random = np.random.default_rng(1)
     for q in random.uniform(-math.pi, math.pi, (100, 2)):
@@ -149,7 +127,7 @@ def test_a_jump_is_answered_from_the_known_position():
 
 
 def test_a_recording_leaves_out_what_does_not_close():
-    robot = ks.robot_from_text(SHORT)
+    robot = ks.robot_from_text(SHORT_FIVE_BAR)
     estimator = Estimator(robot, EstimatorSettings())
     names, at = robot.joint_names, 10**10
     good = estimator.accept(JointSample(names, (1.5, 1.6), (), at, at, at))

@@ -19,7 +19,9 @@ from tolerances import DIFFERENCE, DIFFERENCE_STEP, QUOTIENT, ROUND_OFF
 
 import kinematics_service as ks
 from kinematics_service import kernel
+from kinematics_service.estimation.status_text import singularity_status
 from kinematics_service.kernel.compiled import VARIABLE
+from kinematics_service.kinematics.singularity import flat_loop
 from kinematics_service.robot.loops import close_at
 
 every_arm = pytest.mark.parametrize('name', LOOPED)
@@ -175,14 +177,18 @@ def test_determinants_of_the_closure_have_the_right_gradient(name):
 
 
 @every_arm
-def test_the_way_out_is_the_gradient_of_the_manipulability(name):
+def test_the_way_out_is_the_gradient_of_the_manipulability_or_of_the_loop_that_is_nearer(name):
     # By differences of the sum of log singular values, which the kernel takes from dJ, dC and all.
     robot = ks.load_robot(name)
     task = robot.task
     for q in away_from_flat(robot, seeded(robot, 40))[:10]:
         found = ks.singularity(robot, q)
+        loop = flat_loop(robot, found)
 
-        def logs(at):
+        def logs(at, loop=loop):
+            if loop:
+                k = robot.loop_names.index(loop)
+                return math.log(abs(ks.evaluate(robot, at).closure.determinants[k]))
             sigma = ks.singularity(robot, at).singular_values
             return float(np.sum(np.log(sigma[: task.generic_rank])))
 
@@ -197,6 +203,45 @@ def test_the_way_out_is_the_gradient_of_the_manipulability(name):
             continue
         expected = slopes / steepest * task.column_scales
         np.testing.assert_allclose(found.way_out, expected, rtol=0, atol=1e-5)
+
+
+def test_the_way_out_near_a_flat_loop_does_not_lead_to_the_end_of_its_branch():
+    # There J grows: the way out of the manipulability leads the other way.
+    robot = ks.robot_from_text(linkages.SHORT_FIVE_BAR)
+    ends = math.asin(0.15 / 0.25)
+    for away in (0.1, 1e-2, 1e-4):
+        q = np.array([math.pi / 2 + ends - away, math.pi / 2 - ends + away / 3])
+        found = ks.singularity(robot, q)
+        assert flat_loop(robot, found) == 'rods'
+        assert found.distance == pytest.approx(0.94 * away, rel=0.2)
+        onto = found.factors.motions[0]
+        assert found.way_out @ onto < -0.99 * np.linalg.norm(onto)
+        with pytest.raises(ks.LoopError):
+            ks.evaluate(robot, q - 2.0 * away * found.way_out)
+        beyond = ks.singularity(robot, q + away * found.way_out)
+        assert beyond.distance > 1.5 * found.distance
+
+
+def test_what_is_near_is_told_as_arm_or_loop():
+    robot = ks.robot_from_text(linkages.SHORT_FIVE_BAR)
+    found = ks.singularity(robot, [2.2, 0.93])
+    status = singularity_status(robot, found, found.level, 'base_link')
+    assert status.sentence == (
+        'at a flat position of the loop rods: rods = -0.0191, distance 0.0122 rad (0.7 deg), '
+        'det(J) = -0.22; there the motors do not hold what the loop rods moves'
+    )
+    values = dict(status.values)
+    assert values['nearest'] == 'loop rods'
+    assert re.fullmatch(r'det -0\.0190\d*, 0\.0121\d* rad from flat', values['loop_rods'])
+    # At a dead centre the slider stands still, and the loop holds it.
+    robot = ks.load_robot('crank_slider')
+    found = ks.singularity(robot, [1e-3])
+    status = singularity_status(robot, found, found.level, 'base_link')
+    assert status.sentence == (
+        'at a singularity of the arm, by first order: distance 0.001 rad (0.1 deg), '
+        'det(J) = -6.67e-05; losing motion along x in base_link'
+    )
+    assert dict(status.values)['nearest'] == 'arm'
 
 
 @pytest.mark.slow

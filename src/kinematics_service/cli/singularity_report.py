@@ -7,9 +7,14 @@ from typing import Any
 
 from rich.text import Text
 
-from ..estimation.status_text import direction_in_words, joints_in_words, structure_in_words
+from ..estimation.status_text import (
+    direction_in_words,
+    joints_in_words,
+    lost_hold,
+    structure_in_words,
+)
 from ..kernel import Floats
-from ..kinematics.singularity import Singularity
+from ..kinematics.singularity import Singularity, flat_loop
 from ..kinematics.tool_state import ToolState
 from ..printing import Output, facts, heading, number, numbers, plain, table
 from ..robot.measures import MEASURES, Level, Measure, Thresholds
@@ -27,6 +32,8 @@ JSON_KEYS = f"""\
 {textwrap.indent(textwrap.fill(', '.join(NUMBERS), 74), '  ')}
   nearest_singular               joint positions of the singular pose found,
                                  distance away; null where none was near
+  flat_loop                      the loop that is flat there; null: the arm
+                                 is singular there
   decided                        false: one may be near, or nearer, and was not found
   clearance                      radius without a singular pose, proved, rad
   task, length                   rows of J judged, characteristic length
@@ -69,6 +76,7 @@ def singularity_json(robot: Robot, singularity: Singularity) -> dict[str, Any]:
         'stop': robot.thresholds.stop,
         **{name: getattr(singularity, name) for name in NUMBERS},
         'nearest_singular': singularity.nearest_singular,
+        'flat_loop': flat_loop(robot, singularity) or None,
         'decided': singularity.decided,
         'clearance': singularity.clearance,
         'task': robot.task.rows,
@@ -150,7 +158,10 @@ def _measure_words(robot: Robot, singularity: Singularity) -> Iterator[tuple[str
         yield 'at every pose', plain(structure_in_words(robot))
     yield 'task', f'{" ".join(task.rows)}, characteristic length {task.length:.4g} m'
     yield 'watched', threshold_words(robot.thresholds)
-    near = at_pose or singularity.level != Level.OK
+    loop = flat_loop(robot, singularity)
+    if loop and singularity.level != Level.OK:
+        yield 'near', plain(f'a flat position of the loop {loop}: {lost_hold(loop)}')
+    near = at_pose or singularity.level != Level.OK and not loop
     direction = singularity.lost_direction
     yield (
         'lost direction' if near else 'weakest direction',
@@ -179,6 +190,14 @@ def _loop_words(robot: Robot, singularity: Singularity) -> Iterator[tuple[str, s
             yield plain(f'loop {name}'), f'det {value:.4g}, {away}'
 
 
+def _about(robot: Robot, singularity: Singularity) -> str:
+    # The distance of an arm with loops by first order, and what it is to.
+    loop = flat_loop(robot, singularity)
+    end = f'a flat position of the loop {loop}' if loop else 'a singular pose of the arm'
+    away = in_degrees(float(singularity.distance))
+    return f'about {away} of joint motion to {end}; not decided, for loops bend the arm'
+
+
 def _value_words(measure: Measure, robot: Robot, singularity: Singularity) -> str:
     value = getattr(singularity, measure.name)
     if measure.name == 'distance':
@@ -191,8 +210,7 @@ def _value_words(measure: Measure, robot: Robot, singularity: Singularity) -> st
         elif not singularity.decided:
             meaning = 'not decided: no singular pose was found near, none is excluded'
             if robot.loop_names:
-                about = f'about {in_degrees(value)} of joint motion'
-                meaning = f'{about}; not decided, for loops bend the arm'
+                meaning = _about(robot, singularity)
         elif value >= math.pi:
             meaning = 'far from singular poses: the first-order estimate ends at pi'
         else:

@@ -1,13 +1,13 @@
 """A singularity warning in words, for a person at the robot."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..kernel import Floats
-from ..kinematics.singularity import Singularity, watched_value
+from ..kinematics.singularity import Singularity, flat_loop, watched_value
 from ..robot.measures import MEASURES, Level
 from ..robot.robot import Robot
 
@@ -104,22 +104,16 @@ def singularity_status(
         shown += f', det(J) = {determinant:.3g}'
     else:
         shown += f', manipulability {singularity.manipulability:.3g}'
+    loop = flat_loop(robot, singularity)
     lost = direction_in_words(singularity.lost_direction)
     fight = joints_in_words(names, singularity.joint_motion)
     tendency = _tendency(singularity, robot)
     if level == Level.OK:
         sentence = f'not near a singularity: {shown}'
     else:
-        head = 'at a singularity' if level == Level.ERROR else 'near a singularity'
-        if not singularity.decided:
-            if singularity.nearest_singular is None:
-                head = (
-                    'it is not decided whether a singularity is near (none was found or excluded)'
-                )
-            else:
-                head += ', a nearer one is not excluded'
         named = _nearest_factor(robot, singularity)
-        sentence = f'{head}: {named}{shown}; losing {lost} in {base_frame}'
+        meaning = lost_hold(loop) if loop else f'losing {lost} in {base_frame}'
+        sentence = f'{_head(robot, singularity, level, loop)}: {named}{shown}; {meaning}'
         if tendency in ('towards', 'away'):
             sentence += f'; moving {tendency}' + (' from it' if tendency == 'away' else ' it')
     out = ' '.join(f'{name}={share:+.3f}' for name, share in zip(names, singularity.way_out))
@@ -132,6 +126,7 @@ def singularity_status(
         *((name, _amount(getattr(singularity, name))) for name in MEASURES),
         ('decided', 'yes' if singularity.decided else 'no'),
         ('nearest_singular', _pose_in_words(names, singularity.nearest_singular)),
+        *_loop_values(robot, singularity, loop),
         ('rank', f'{singularity.rank} of {singularity.generic_rank}'),
         ('lost_direction', ' '.join(f'{x:+.4f}' for x in singularity.lost_direction)),
         ('lost_direction_in_words', lost),
@@ -145,6 +140,36 @@ def singularity_status(
     if robot.task.structurally_deficient:
         values.append(('structural', structure_in_words(robot)))
     return StatusText(level, sentence, tuple(values))
+
+
+def lost_hold(loop: str) -> str:
+    """Return what a flat position of a closed loop means, in words."""
+    return f'there the motors do not hold what the loop {loop} moves'
+
+
+def _head(robot: Robot, singularity: Singularity, level: Level, loop: str) -> str:
+    # What is near: the arm's singular pose, or a loop's flat position.
+    at = 'at' if level == Level.ERROR else 'near'
+    if loop:
+        return f'{at} a flat position of the loop {loop}'
+    if robot.loop_names:
+        return f'{at} a singularity of the arm, by first order'
+    if singularity.decided:
+        return f'{at} a singularity'
+    if singularity.nearest_singular is None:
+        return 'it is not decided whether a singularity is near (none was found or excluded)'
+    return f'{at} a singularity, a nearer one is not excluded'
+
+
+def _loop_values(robot: Robot, singularity: Singularity, loop: str) -> Iterator[tuple[str, str]]:
+    # The determinants of the closure, and which is near.
+    factors, names = singularity.factors, robot.loop_names
+    if factors is None or not names:
+        return
+    first = len(factors.names) - len(names)
+    yield 'nearest', f'loop {loop}' if loop else 'arm'
+    for name, value, distance in zip(names, factors.values[first:], factors.distances[first:]):
+        yield f'loop_{name}', f'det {value:.9g}, {distance:.9g} rad from flat'
 
 
 def _pose_in_words(names: Sequence[str], pose: Floats | None) -> str:

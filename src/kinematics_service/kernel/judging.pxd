@@ -11,10 +11,11 @@ from .measures.nearest_singular cimport NearestSearch
 @cython.locals(n=int, count=int, f=int, j=int, squares=double, slope=double)
 cdef void _judge_factors(Arm arm, double* q, double* judged, double* steps) noexcept nogil
 @cython.locals(
-    n=int, count=int, distances='double*', results='double*', squares=double, slope=double,
-    determinant=double, k=int, j=int,
+    n=int, count=int, distances='double*', results='double*', way_out='double*', squares=double,
+    slope=double, determinant=double, norm=double, away=double, nearest=double, sign=double, k=int,
+    j=int,
 )
-cdef void _judge_loops(Arm arm, double* row, double* judged, double* work) noexcept nogil
+cdef void _judge_loops(Arm arm, double* row, double* measures, double* work) noexcept nogil
 @cython.locals(
     nearest=int, f=int, judged='double*', distances='double*', watched=double, sign=double,
     level=double,
@@ -30,7 +31,7 @@ cdef void _take_over(Arm arm, double* measures, NearestSearch search) noexcept n
 cdef void judge_row(
     Arm arm, double* row, double* q, double* measures, double* work, NearestSearch search
 ) noexcept nogil
-@cython.locals(steps='double*', judged='double*')
+@cython.locals(steps='double*')
 cdef void _judge_one(Arm arm, double* row, double* q, double* measures, double* work) noexcept nogil
 @cython.locals(
     n=Py_ssize_t, columns=Py_ssize_t, length=Py_ssize_t, measured='double*', evaluated='double*',

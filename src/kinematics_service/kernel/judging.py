@@ -27,11 +27,15 @@ def _judge_factors(arm: Arm, q: Floats, judged: Floats, steps: Floats) -> None:
         distances[f] = factors.distance_to_zero(step[n], math.sqrt(squares))
 
 
-def _judge_loops(arm: Arm, row: Floats, judged: Floats, work: Floats) -> None:
+def _judge_loops(arm: Arm, row: Floats, measures: Floats, work: Floats) -> None:
     # The same of the loops' determinants, behind the factors. Where a branch ends, its determinant
-    # falls as a root, and it is half as far as the first order says.
+    # falls as a root, and it is half as far as the first order says. J grows towards there: the
+    # way out of the manipulability would lead to the end of a branch that is nearer than the arm
+    # is to a singular pose.
     n, count = arm.chain.dof, _factors(arm)
-    distances = arrays.after(judged, places.JUDGED)
+    distances = arrays.after(measures, _judged_at(arm) + places.JUDGED)
+    way_out = arrays.after(measures, places.LOST_AT + 6 + n)
+    nearest = measures[places.DISTANCE]
     results = arrays.after(distances, count + arm.tape.factors * (1 + n))
     gradient.write_determinants(arm.chain, row, results, work)
     for k in range(arm.chain.groups):
@@ -39,10 +43,15 @@ def _judge_loops(arm: Arm, row: Floats, judged: Floats, work: Floats) -> None:
         for j in range(n):
             slope = results[k * (1 + n) + 1 + j] * arm.task.column_scale[j]
             squares += slope * slope
-        determinant = results[k * (1 + n)]
-        distances[arm.tape.factors + k] = 0.5 * factors.distance_to_zero(
-            determinant, math.sqrt(squares)
-        )
+        determinant, norm = results[k * (1 + n)], math.sqrt(squares)
+        away = 0.5 * factors.distance_to_zero(determinant, norm)
+        distances[arm.tape.factors + k] = away
+        if away < nearest:
+            nearest = away
+            sign = 1.0 if determinant > 0.0 else -1.0
+            for j in range(n):
+                slope = results[k * (1 + n) + 1 + j] * arm.task.column_scale[j]
+                way_out[j] = sign * slope / norm * arm.task.column_scale[j]
 
 
 def _judge(arm: Arm, measures: Floats) -> None:
@@ -130,8 +139,7 @@ def _judge_one(arm: Arm, row: Floats, q: Floats, measures: Floats, work: Floats)
         steps = arrays.after(work, _directions(arm))
         _judge_factors(arm, q, arrays.after(measures, _judged_at(arm)), steps)
     if arm.chain.loops > 0:
-        judged = arrays.after(measures, _judged_at(arm))
-        _judge_loops(arm, row, judged, arrays.after(work, _directions(arm)))
+        _judge_loops(arm, row, measures, arrays.after(work, _directions(arm)))
     _judge_first_order(arm, measures)
 
 

@@ -61,7 +61,8 @@ class Singularity:
         The joints that work against each other: a motion that moves the tool least, rad or m.
     way_out : shape (..., n)
         Joint motion that leads away fastest, rad or m; at a singular pose its opposite does too;
-        zero where the first order knows none.
+        zero where the first order knows none. Near a flat position of a closed loop (`flat_loop`)
+        it leads away from there.
     rate
         Change of the watched measure along qdot, 1/s; None without qdot.
     time_to_warning
@@ -328,6 +329,22 @@ def watched_value(robot: Robot, singularity: Singularity) -> float:
     return abs(float(getattr(singularity, robot.thresholds.measure)))
 
 
+def flat_loop(robot: Robot, singularity: Singularity) -> str:
+    """
+    Return the closed loop that is flat at the distance of one pose; empty where it is the arm that
+    is singular there.
+
+    At a flat position the branch of a loop ends or meets another, and the motors no longer hold
+    what it moves: no direction of the tool is lost.
+    """
+    factors = singularity.factors
+    if factors is None:
+        return ''
+    k, distances = factors.nearest, factors.distances
+    near = robot.factors.may_name(k, float(distances[k]), float(singularity.distance))
+    return factors.names[k] if near and robot.factors.is_loop(k) else ''
+
+
 def measured(state: ToolState) -> ToolState:
     """Return the state of one pose with its measures there."""
     return state if state.measures is not None else state._replace(measures=_measure(state))
@@ -417,4 +434,4 @@ def singularity(robot: Robot, q: npt.ArrayLike, qdot: npt.ArrayLike | None = Non
     return singularity_of(evaluate(robot, q, qdot, measured=True))
 
 
-__all__ = ['FactorMeasures', 'Level', 'Singularity', 'singularity', 'singularity_of']
+__all__ = ['FactorMeasures', 'Level', 'Singularity', 'flat_loop', 'singularity', 'singularity_of']

@@ -80,10 +80,17 @@ class Factors(FrozenArrays):
         """
         Return whether a factor whose zero is `away` names a singular pose at a distance, rad.
 
-        An incomplete list may lack the factor of that pose.
+        An incomplete list may lack the factor of that pose. A loop is named where it is nearer to
+        flat than the arm is to a singular pose.
         """
+        if self.is_loop(k):
+            return away <= distance
         nearly = NEARLY if self.approximate[k] else 0.0
         return self.complete or away <= 1.5 * distance + nearly
+
+    def is_loop(self, k: int) -> bool:
+        """Return whether a factor is the determinant of a closed loop."""
+        return k >= len(self.ends)
 
     def called(self, k: int) -> str:
         """Return the name of a factor, with a word if it is approximate."""

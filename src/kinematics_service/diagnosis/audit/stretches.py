@@ -1,7 +1,7 @@
 """Stretches of a recording near a singularity, each with its name, duration and worst moment."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -9,7 +9,7 @@ import numpy as np
 from ...estimation.status_text import direction_in_words, joints_in_words
 from ...formats.recordings.columns import spans
 from ...kernel import Floats
-from ...kinematics.singularity import singularity
+from ...kinematics.singularity import Singularity, flat_loop, singularity
 from ...robot.measures import MEASURES, Level
 from ...robot.robot import Robot
 from .timeline import Timeline
@@ -121,7 +121,6 @@ def _stretch(robot: Robot, timeline: Timeline, first: int, last: int) -> Stretch
             worst, worse = rows.start + k, float(bad[k])
         _pass(robot, timeline, rows, passed)
     near = singularity(robot, timeline.q[worst])
-    names = robot.factors.names
     return Stretch(
         first=first,
         last=last,
@@ -131,12 +130,30 @@ def _stretch(robot: Robot, timeline: Timeline, first: int, last: int) -> Stretch
         level=level,
         stopped=stopped,
         value=float(watched_values(robot, timeline, slice(worst, worst + 1))[0]),
-        factor=names[int(np.argmin(timeline.factors[worst]))] if names else '',
-        factors=tuple(sorted(passed.values(), key=lambda one: one.row)),
-        lost=direction_in_words(near.lost_direction),
+        factor=_nearest(robot, near),
+        factors=tuple(sorted(_named(robot, timeline, passed.values()), key=lambda one: one.row)),
+        lost='' if flat_loop(robot, near) else direction_in_words(near.lost_direction),
         fighting=joints_in_words(robot.joint_names, near.joint_motion),
         q=timeline.q[worst],
     )
+
+
+def _nearest(robot: Robot, near: Singularity) -> str:
+    # The nearest factor; a loop only where it is nearer to flat than the arm to a singular pose.
+    if near.factors is None:
+        return ''
+    k = near.factors.nearest
+    return flat_loop(robot, near) if robot.factors.is_loop(k) else near.factors.names[k]
+
+
+def _named(
+    robot: Robot, timeline: Timeline, passages: Iterable[FactorPassage]
+) -> Iterator[FactorPassage]:
+    for one in passages:
+        if one.name not in robot.loop_names or one.name == _nearest(
+            robot, singularity(robot, timeline.q[one.row])
+        ):
+            yield one
 
 
 def _pass(robot: Robot, timeline: Timeline, rows: slice, passed: dict[int, FactorPassage]) -> None:

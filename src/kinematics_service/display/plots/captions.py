@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...kernel import Floats
-from ...kinematics.singularity import Singularity
+from ...kinematics.singularity import Singularity, flat_loop
 from ...robot.measures import Level
 from ...robot.robot import Robot
 from .picture import with_unit, words
@@ -55,7 +55,10 @@ def nearness(robot: Robot, singularity: Singularity) -> str:
         text = f'distance to singularity {distance:.3g} rad ({math.degrees(distance):.3g}°)'
     factors = singularity.factors
     if factors is not None and np.min(factors.distances) <= 1.5 * distance < 1.5 * math.pi:
-        text += f': {words(factors.names[factors.nearest])}'
+        if not robot.factors.is_loop(factors.nearest):
+            text += f': {words(factors.names[factors.nearest])}'
+        elif loop := flat_loop(robot, singularity):
+            text += f': {words(loop)} flat'
     if singularity.level not in (Level.OK, Level.STALE):
         text += f' [{singularity.level.name}]'
     return text

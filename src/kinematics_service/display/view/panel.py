@@ -11,6 +11,7 @@ import numpy as np
 
 from ...estimation.status_text import direction_in_words, joints_in_words, structure_in_words
 from ...kernel import Floats
+from ...kinematics.singularity import flat_loop
 from ...rigid_motion import roll_pitch_yaw
 from ...robot.measures import MEASURES, Level
 from .gauges import Gauge, JointReading, gauges_of, headline, joint_readings
@@ -109,10 +110,13 @@ def facts_html(seen: Observation, scene: Scene) -> str:
         ('ellipsoid radii w', _numbers(scene.angular.radii), 'radii-w'),
     ]
     if seen.level in (Level.WARN, Level.ERROR):
-        rows += [
-            ('lost', direction_in_words(s.lost_direction), 'lost'),
-            ('joints opposed', joints_in_words(robot.joint_names, s.joint_motion), 'opposed'),
-        ]
+        if loop := flat_loop(robot, s):
+            rows.append(('near', f'a flat position of the loop {loop}', 'lost'))
+        else:
+            rows += [
+                ('lost', direction_in_words(s.lost_direction), 'lost'),
+                ('joints opposed', joints_in_words(robot.joint_names, s.joint_motion), 'opposed'),
+            ]
     if robot.task.structurally_deficient:
         rows.append(('always', structure_in_words(robot), 'always'))
     body = ''.join(

@@ -14,6 +14,7 @@ import numpy as np
 
 from ...estimation.status_text import NEGLIGIBLE, direction_in_words
 from ...kernel import Floats
+from ...kinematics.singularity import flat_loop
 from ...robot.measures import Level
 from ...robot.robot import Robot
 from .axes import RowAxis
@@ -168,6 +169,8 @@ def _arrow(start: Floats, motion: Floats, size: float) -> Floats | None:
 
 
 def _lost(seen: Observation, size: float) -> LostDirection:
+    if loop := flat_loop(seen.robot, seen.singularity):
+        return LostDirection(None, None, '', f'near a flat position of the loop {loop}')
     direction = seen.singularity.lost_direction
     tool = seen.pose[:3, 3]
 
