@@ -8,6 +8,7 @@ import subprocess
 import sys
 import xml.etree.ElementTree as ElementTree
 
+import linkages
 import numpy as np
 import pytest
 from arms import BUNDLED, LOOPED, robot_of, without_known_poses
@@ -327,7 +328,10 @@ def test_the_velocity_of_document_002_is_drawn():
     motion = sine_trajectory(robot).at(times)
     assert motion.q == pytest.approx(q, abs=ROUND_OFF)
     assert motion.qdot == pytest.approx(qdot, abs=ROUND_OFF)
-    figure = drawn(velocity_picture(robot, PlottedMotion(times, q, qdot, 'document 002', False)))
+    no_rows = np.array([], dtype=np.int64)
+    figure = drawn(
+        velocity_picture(robot, PlottedMotion(times, q, qdot, 'document 002', False, no_rows))
+    )
     linear, angular, *joints = figure.axes
     v = np.array([sample['v'] for sample in samples])
     drawn_curves = curves(linear)
@@ -423,6 +427,36 @@ def test_a_recording_without_velocities_and_with_a_gap(tmp_path):
 
 
 # Maps and workspaces.
+
+
+def test_a_recording_that_does_not_close_everywhere_is_drawn_where_it_does(tmp_path):
+    robot = ks.robot_from_text(linkages.SHORT_FIVE_BAR)
+    opening = np.sin(np.linspace(0.0, 2.0 * math.pi, 200))
+    half = 0.15 + 0.25 * np.sin(opening)  # half the way between the elbows; a rod is 0.3
+    file = tmp_path / 'opening.csv'
+    rows = [f'{0.01 * k},{math.pi / 2 + x},{math.pi / 2 - x}' for k, x in enumerate(opening)]
+    file.write_text('\n'.join(['stamp,position.q1,position.q2', *rows]))
+    motion = motion_of(robot, str(file))
+    closes = np.abs(half) < 0.3
+    assert 20 < np.sum(~closes) < 180
+    assert len(motion.times) == np.sum(closes)
+    assert motion.described.endswith(
+        f'opening.csv; loops do not close at {np.sum(~closes)} of its 200 positions'
+    )
+    figure = drawn(measures_picture(robot, motion))
+    times, shown = figure.axes[0].lines[0].get_data()
+    assert np.sum(np.isnan(shown)) == 1  # one line ends where the branch does, another begins
+    inside = times[np.isnan(shown)][0]
+    first, last = 0.01 * np.flatnonzero(~closes)[[0, -1]]
+    assert first - 0.01 < inside < last + 0.01
+    assert len(drawn(velocity_picture(robot, motion)).axes) >= 3
+    file.write_text('\n'.join(['stamp,position.q1,position.q2', '0,3.1,0', '0.1,3.1,0.01']))
+    with pytest.raises(PlotError) as caught:
+        motion_of(robot, str(file))
+    assert str(caught.value) == (
+        'opening.csv: the loops of short_five_bar close at 0 of its 2 joint positions, so there '
+        'is nothing to draw over time'
+    )
 
 
 def test_a_map_is_the_distance_and_its_curves_are_singular_poses():

@@ -38,7 +38,7 @@ def measures_picture(robot: Robot, motion: PlottedMotion) -> Draw:
 
     def draw(figure: Any) -> None:
         title = (
-            f'{words(robot.name)}: singularity along {words(motion.name)}\n'
+            f'{words(robot.name)}: singularity along {words(motion.described)}\n'
             f'task {" ".join(robot.task.rows)}, length {robot.task.length:.3g} m; '
             f'watched: {robot.thresholds.measure.replace("_", " ")}'
         )
@@ -56,7 +56,7 @@ def measures_picture(robot: Robot, motion: PlottedMotion) -> Draw:
             if measure.name == robot.thresholds.measure:
                 _draw_thresholds(axes, robot)
             axes.margins(x=0.0)
-        _name_factors(rows[0], motion, near)
+        _name_factors(robot, rows[0], motion, near)
         entries = shade(rows, motion, near.level)
         if entries:
             figure.legend(
@@ -106,7 +106,7 @@ def _scale_without_end(axes: Any, values: Floats, least: float) -> None:
     axes.yaxis.set_minor_formatter(lambda value, _: '')
 
 
-def _name_factors(axes: Any, motion: PlottedMotion, near: Singularity) -> None:
+def _name_factors(robot: Robot, axes: Any, motion: PlottedMotion, near: Singularity) -> None:
     # Writes the nearest factor's name above each minimum of the distance, the lowest first, as far
     # as there is room.
     factors = near.factors
@@ -118,7 +118,10 @@ def _name_factors(axes: Any, motion: PlottedMotion, near: Singularity) -> None:
     span = float(motion.times[-1] - motion.times[0])
     taken: list[tuple[float, float]] = []
     for k in low[np.argsort(distance[low], kind='stable')]:
-        t, name = float(motion.times[k]), factors.names[int(np.argmin(factors.distances[k]))]
+        nearest = int(np.argmin(factors.distances[k]))
+        if robot.factors.is_loop(nearest) and factors.distances[k, nearest] > distance[k]:
+            continue  # it is the arm that is near
+        t, name = float(motion.times[k]), factors.names[nearest]
         half = 0.5 * LETTER * span * (len(name) + 1)
         if len(taken) == NAMED or any(t - half < b and t + half > a for a, b in taken):
             continue

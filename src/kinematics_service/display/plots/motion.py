@@ -9,6 +9,7 @@ from ...errors import PlotError
 from ...formats.recordings.joint_csv import read_recording
 from ...kernel import Floats, Integers
 from ...kinematics.trajectory import TRAJECTORIES
+from ...robot.loops import closes_at
 from ...robot.measures import Level
 from ...robot.robot import Robot
 
@@ -32,6 +33,9 @@ class PlottedMotion:
         Its source, in words.
     differentiated
         Whether qdot is a difference of positions, since there are no velocities.
+    open_rows : shape (k,)
+        For each row that is left out because loops of the arm do not close there, the index of the
+        row after it.
     """
 
     times: Floats
@@ -39,11 +43,23 @@ class PlottedMotion:
     qdot: Floats
     name: str
     differentiated: bool
+    open_rows: Integers
 
     @property
     def gaps(self) -> Integers:
         """Return the indices of rows after a gap: no line is drawn to them."""
-        return _gaps(self.times)
+        opened = self.open_rows[(self.open_rows > 0) & (self.open_rows < len(self.times))]
+        return np.union1d(_gaps(self.times), opened)
+
+    @property
+    def described(self) -> str:
+        """Return the name, and at how many rows loops do not close."""
+        if not len(self.open_rows):
+            return self.name
+        left = len(self.open_rows)
+        return (
+            f'{self.name}; loops do not close at {left} of its {left + len(self.times)} positions'
+        )
 
     def broken(self, values: Floats) -> tuple[Floats, Floats]:
         """Return times and values (N, ...) with a row of nan in every gap."""
@@ -61,13 +77,14 @@ def motion_of(robot: Robot, path: str) -> PlottedMotion:
     RecordingError
         The file is not a recording of this arm.
     PlotError
-        Neither a file nor a name, or a recording without two different times.
+        Neither a file nor a name, or a recording without two different times at which the loops of
+        the arm close.
     """
     if path in TRAJECTORIES:
         trajectory = TRAJECTORIES[path](robot)
         times = np.linspace(0.0, trajectory.period, SAMPLES)
         q, qdot = trajectory.at(times)
-        return PlottedMotion(times, q, qdot, f'trajectory {path}', False)
+        return _closed(robot, times, q, qdot, f'trajectory {path}', False)
     file = Path(path)
     if not file.exists():
         raise PlotError(
@@ -85,8 +102,22 @@ def motion_of(robot: Robot, path: str) -> PlottedMotion:
         )
     q[:, robot.continuous] = np.unwrap(q[:, robot.continuous], axis=0)
     if recording.velocities is not None:
-        return PlottedMotion(times, q, recording.velocities[first], file.name, False)
-    return _differentiated(times, q, file.name)
+        return _closed(robot, times, q, recording.velocities[first], file.name, False)
+    return _differentiated(robot, times, q, file.name)
+
+
+def _closed(
+    robot: Robot, times: Floats, q: Floats, qdot: Floats, name: str, differentiated: bool
+) -> PlottedMotion:
+    # Without the rows at which loops of the arm do not close.
+    closed = closes_at(robot.chain, q)
+    if np.sum(closed) < 2:
+        raise PlotError(
+            f'{name}: the loops of {robot.name} close at {np.sum(closed)} of its {len(q)} joint '
+            'positions, so there is nothing to draw over time'
+        )
+    open_rows = np.cumsum(closed, dtype=np.int64)[~closed]
+    return PlottedMotion(times[closed], q[closed], qdot[closed], name, differentiated, open_rows)
 
 
 def _gaps(times: Floats) -> Integers:
@@ -95,7 +126,7 @@ def _gaps(times: Floats) -> Integers:
     return np.asarray(np.flatnonzero(steps > longest) + 1, dtype=np.int64)
 
 
-def _differentiated(times: Floats, q: Floats, name: str) -> PlottedMotion:
+def _differentiated(robot: Robot, times: Floats, q: Floats, name: str) -> PlottedMotion:
     # Not across a gap; a row between two of them has no velocity and is left out.
     parts = [
         (t, positions)
@@ -106,7 +137,7 @@ def _differentiated(times: Floats, q: Floats, name: str) -> PlottedMotion:
         raise PlotError(f'{name}: has no velocities, and no two rows within {GAP:g} s')
     qdot = [np.gradient(positions, t, axis=0) for t, positions in parts]
     kept, positions = (np.concatenate(column) for column in zip(*parts))
-    return PlottedMotion(kept, positions, np.concatenate(qdot), name, True)
+    return _closed(robot, kept, positions, np.concatenate(qdot), name, True)
 
 
 @dataclass(frozen=True)

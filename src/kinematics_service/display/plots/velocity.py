@@ -29,7 +29,7 @@ def velocity_picture(robot: Robot, motion: PlottedMotion) -> Draw:
         heights = [2.2, 2.2] + [1.7] * len(joints)
         title = (
             f'{words(robot.name)}: velocity of {words(robot.tool_frame)} in the axes of '
-            f'{words(robot.base_frame)}\nalong {words(motion.name)}{how}'
+            f'{words(robot.base_frame)}\nalong {words(motion.described)}{how}'
         )
         linear, angular, *rates = rows = panels(figure, heights, title)
         for axes, part, letter, unit in (
