@@ -1,6 +1,9 @@
 """A recording of an arm with closed loops is judged; what does not close is counted."""
 
+import json
 import math
+
+import linkages
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
@@ -24,3 +27,33 @@ def test_positions_at_which_a_loop_does_not_close_are_counted_and_left_out(tmp_p
     said = capsys.readouterr().out
     assert f'{opened} messages made no new state: loop does not close ({opened}).' in said
     assert 'The arm comes too close to a singularity (rods)' in said
+
+
+PLAN = """joint_names: [q1, q2]
+points:
+  - {positions: [1.57, 1.57], time_from_start: {sec: 0}}
+  - {positions: [2.47, 0.67], time_from_start: {sec: 1}}
+"""
+
+
+def test_a_plan_is_refuted_where_a_loop_does_not_close(tmp_path, capsys):
+    robot, plan = tmp_path / 'short.yaml', tmp_path / 'plan.yaml'
+    robot.write_text(linkages.SHORT_FIVE_BAR)
+    plan.write_text(PLAN)
+    page, document = tmp_path / 'plan.html', tmp_path / 'plan.json'
+    arguments = ['audit', str(plan), '--robot', str(robot), '--speed-limit', '1']
+    arguments += ['--html', str(page), '--json', str(document)]
+    assert main(arguments) == 1
+    said = ' '.join(capsys.readouterr().out.split())
+    assert "Refuted: at 0.715 s, after points[0], the loop 'rods' of short_five_bar does" in said
+    assert 'Proved, between its points too: joints keep their limits and speeds.' in said
+    assert 'Refuted: the tool moves at' in said
+    assert 'the loop rods closes' in page.read_text()
+    found = json.loads(document.read_text())['plans'][0]
+    assert found['closure']['verdict'] == found['verdict'] == 'refuted'
+    assert found['closure']['loop'] == 'rods'
+    plan.write_text(PLAN.replace('2.47, 0.67', '1.6, 1.55'))
+    assert main(['audit', str(plan), '--robot', str(robot), '--speed-limit', '2']) == 1
+    said = ' '.join(capsys.readouterr().out.split())
+    assert 'Not decided: all loops close at 3 sampled positions; between them nothing is' in said
+    assert 'Not decided: the largest sampled speed of the tool is' in said

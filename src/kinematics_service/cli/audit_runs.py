@@ -124,7 +124,7 @@ def _failed(finished: 'Audit', wanted: tuple[str, ...] | None) -> bool:
     wanted = wanted or _usual_failures(finished)
     worst = max((stretch.level for stretch in finished.stretches), default=Level.OK)
     frames = finished.frames
-    near = any(plan.singularity.verdict == 'refuted' for plan in finished.plans)
+    near = any('refuted' in _closed_and_regular(plan) for plan in finished.plans)
     beyond = joints_refuted(finished, 'limits')
     fast = bool(joints_refuted(finished, 'speed')) or any(
         speed.verdict == 'refuted' for plan in finished.plans for speed in plan.speeds
@@ -151,7 +151,13 @@ def _usual_failures(finished: 'Audit') -> tuple[str, ...]:
 
 
 def _verdicts(plan: 'PlanCheck') -> list[str | None]:
-    return [plan.singularity.verdict, *(speed.verdict for speed in plan.speeds)]
+    return [*_closed_and_regular(plan), *(speed.verdict for speed in plan.speeds)]
+
+
+def _closed_and_regular(plan: 'PlanCheck') -> list[str | None]:
+    # A loop that does not close is as bad as a singular pose: the motion ends there.
+    closure = plan.closure
+    return [plan.singularity.verdict, *([] if closure is None else [closure.verdict])]
 
 
 def _no_frames(finished: 'Audit', run: Run) -> str:

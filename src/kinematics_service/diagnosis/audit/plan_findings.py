@@ -45,7 +45,27 @@ def plan_findings(audit: Audit) -> list[Finding]:
     """Return the findings on the plans of a file; none for a recording."""
     if not audit.plans:
         return []
-    return [*_singular(audit), *_joints(audit), *_speeds(audit)]
+    return [*_closures(audit), *_singular(audit), *_joints(audit), *_speeds(audit)]
+
+
+def _closures(audit: Audit) -> Iterator[Finding]:
+    # Of arms with closed loops: those that do not close.
+    for number, plan in enumerate(audit.plans, 1):
+        closure = plan.closure
+        if closure is None:
+            continue
+        if closure.moment is not None:
+            yield Finding(
+                Level.ERROR,
+                f'{_where(audit, number)}Refuted: at {closure.moment.time:.3f} s, after '
+                f'points[{closure.moment.point}], {closure.sentence}.',
+            )
+        else:
+            yield Finding(
+                Level.WARN,
+                f'{_where(audit, number)}Not decided: all loops close at {closure.samples:,} '
+                'sampled positions; between them nothing is proved.',
+            )
 
 
 def _where(audit: Audit, number: int) -> str:
@@ -96,6 +116,12 @@ def _not_proved(robot: Robot, where: str, found: PlanSingularity) -> Finding:
             f'is {rounded_up(found.upper)} rad from a singular pose{_named(robot, found)} '
             f'({found.threshold:g} asked).',
         )
+    if robot.loop_names:
+        return Finding(
+            Level.WARN,
+            f'{where}Not decided: no singular pose was found within {found.threshold:g} rad of '
+            f'{found.evaluations:,} sampled positions; for loops bend the arm none is excluded.',
+        )
     begin, end = found.undecided[0]
     span = sum(end - begin for begin, end in found.undecided)
     stretches = count(len(found.undecided), 'stretch').replace('stretchs', 'stretches')
@@ -141,6 +167,14 @@ def _speed(where: str, speed: PlanSpeed) -> Finding:
             f'{where}Refuted: {who} moves at {rounded_down(speed.lower)} m/s at {at}, after '
             f'points[{speed.moment.point}] ({speed.limit:g} allowed).',
         )
+    if math.isinf(speed.upper):  # sampled
+        found = f'{rounded_down(speed.lower)} m/s, at {at}'
+        if speed.limit is None:
+            text = f'The largest sampled speed of {who} is {found}; nothing bounds it.'
+            return Finding(Level.OK, f'{where}{text}')
+        allowed = f'({speed.limit:g} allowed); between the samples nothing is proved'
+        text = f'Not decided: the largest sampled speed of {who} is {found} {allowed}.'
+        return Finding(Level.WARN, f'{where}{text}')
     if speed.verdict == 'not decided':
         return Finding(
             Level.WARN,

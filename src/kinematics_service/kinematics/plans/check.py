@@ -9,9 +9,9 @@ import numpy.typing as npt
 from ... import kernel
 from ...errors import JointVectorError, PlanError
 from ...kernel import Floats
-from ...robot.loops import refuse_loops
 from ...robot.measures import MEASURES
 from ...robot.robot import Robot
+from .closed_plan import ClosedPlan
 from .extremes import largest
 from .moments import moment_at
 from .point_speed import TOOL, speed_over_plan
@@ -46,7 +46,8 @@ def check_plan(
 
     Between two points the motion is that of joint_trajectory_controller: straight with positions
     alone, cubic with velocities, quintic with accelerations. It is no safety function: what a
-    robot does is not looked at.
+    robot does is not looked at. Of an arm with closed loops limits and speeds of the joints are
+    decided; all else is looked at where the plan is sampled, and refuted or not decided.
 
     Parameters
     ----------
@@ -85,7 +86,6 @@ def check_plan(
     >>> ks.check_plan(robot, [0.0, 2.0], [[0.1, 0.5], [0.6, -0.5]]).singularity.verdict
     'refuted'
     """
-    refuse_loops(robot.description, 'the check of a plan')
     at = _times(times)
     given = [
         _table(robot, table, name, len(at))
@@ -106,6 +106,10 @@ def check_plan(
     points = dict.fromkeys([TOOL, *map(str, speed_of)])
     with np.errstate(over='ignore', invalid='ignore'):  # what is too large is refused
         joints = tuple(_joint(robot, motion, j) for j in range(robot.dof))
+        if robot.chain.loops:
+            plan = ClosedPlan(robot, motion)
+            speeds = tuple(plan.speed(of, limit) for of in points)
+            return PlanCheck(plan.singularity(asked), joints, speeds, plan.closure())
         return PlanCheck(
             singularity_of_plan(robot, motion, asked),
             joints,

@@ -120,6 +120,8 @@ def chain_to(robot: Robot, of: str) -> Chain | None:
     table = robot.chain.table
     if of == TOOL:
         return robot.chain
+    if robot.chain.loops:
+        return _behind_loops(robot, of)
     if of.isdecimal() and int(of) <= robot.rows:
         return _shortened(robot, int(table.frame_parent[int(of)]), table.frame_offset[int(of)])
     if of in robot.joint_names:
@@ -130,6 +132,20 @@ def chain_to(robot: Robot, of: str) -> Chain | None:
     raise PlanError(
         f'{robot.name} has no point {of!r}: give {TOOL}, the number of a frame (0 to '
         f'{robot.rows}), or a joint ({", ".join(robot.joint_names)})',
+        'speed_of',
+        expected,
+        of,
+    )
+
+
+def _behind_loops(robot: Robot, of: str) -> Chain:
+    # A joint that stands in a loop's own chain has no axis in the table.
+    if of.isdecimal() and int(of) <= robot.rows:
+        return robot.point(int(of)).chain
+    expected = (TOOL, f'a frame from 0 to {robot.rows}')
+    raise PlanError(
+        f'{robot.name} has no point {of!r}: with closed loops give {TOOL} or the number of a '
+        f'frame (0 to {robot.rows})',
         'speed_of',
         expected,
         of,

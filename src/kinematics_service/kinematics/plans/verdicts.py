@@ -133,6 +133,31 @@ class PlanSpeed:
 
 
 @dataclass(frozen=True, eq=False)
+class PlanClosure:
+    """
+    Whether the closed loops of an arm close along a plan.
+
+    Attributes
+    ----------
+    verdict
+        `refuted`: at `moment` a loop does not close. `not decided`: they close at all samples,
+        each by itself on the branch of the known positions; nothing is proved between them.
+    loop, sentence
+        The loop that does not close, and why; empty where all do.
+    samples
+        Number of poses that were looked at.
+    moment
+        The first sample that does not close, brought to where the branch ends; None where all do.
+    """
+
+    verdict: PlanVerdict
+    loop: str
+    sentence: str
+    samples: int
+    moment: PlanMoment | None
+
+
+@dataclass(frozen=True, eq=False)
 class PlanCheck:
     """
     What is known of a plan between its points too.
@@ -148,16 +173,22 @@ class PlanCheck:
         Range and speed of each joint.
     speeds
         The largest speeds of the tool and of the other points asked for.
+    closure
+        Of an arm with closed loops; None for others. Singular poses and speeds of such a plan are
+        looked at where it was sampled, and proved nowhere.
     """
 
     singularity: PlanSingularity
     joints: tuple[PlanJoint, ...]
     speeds: tuple[PlanSpeed, ...]
+    closure: PlanClosure | None = None
 
     @property
     def verdict(self) -> PlanVerdict:
         """Return the worst verdict of all."""
         verdicts = [self.singularity.verdict]
+        if self.closure is not None:
+            verdicts.append(self.closure.verdict)
         for joint in self.joints:
             verdicts += [joint.limits, joint.speed]
         verdicts += [speed.verdict for speed in self.speeds if speed.verdict is not None]

@@ -8,7 +8,7 @@ import numpy as np
 
 from ....formats.recordings.block import Times
 from ....kernel import Floats
-from ....kinematics.plans.verdicts import PlanCheck, PlanMoment
+from ....kinematics.plans.verdicts import PlanCheck, PlanClosure, PlanMoment
 from ....kinematics.singularity import measured_before, singularity_of
 from ....kinematics.tool_state import evaluate
 from ....rigid_motion import roll_pitch_yaw
@@ -143,6 +143,7 @@ def _plan(check: PlanCheck) -> dict[str, Any]:
             'undecided': singularity.undecided,
             'clearances': singularity.evaluations,
         },
+        'closure': None if check.closure is None else _closure(check.closure),
         'joints': [
             {
                 'name': joint.name,
@@ -170,6 +171,16 @@ def _plan(check: PlanCheck) -> dict[str, Any]:
             }
             for speed in check.speeds
         ],
+    }
+
+
+def _closure(closure: PlanClosure) -> dict[str, Any]:
+    moment = {} if closure.moment is None else _moment(closure.moment)
+    return {
+        'verdict': closure.verdict,
+        'loop': closure.loop or None,
+        'samples': closure.samples,
+        **moment,
     }
 
 

@@ -44,6 +44,13 @@ def _rows(audit: Audit, k: int, plan: PlanCheck) -> list[list[str]]:
             pose,
         ]
     ]
+    if plan.closure is not None:
+        moment = plan.closure.moment
+        where = ['', '', ''] if moment is None else _moment(moment)
+        name = f'{which}loops close at {plan.closure.samples:,} samples'
+        if plan.closure.loop:
+            name = f'{which}the loop {escape(plan.closure.loop)} closes'
+        rows.append([name, TAGS[plan.closure.verdict], '', '', *where, ''])
     for joint in plan.joints:
         for verdict, what, extremes in (
             (joint.limits, 'inside its limits', (joint.least, joint.greatest)),
@@ -58,7 +65,7 @@ def _rows(audit: Audit, k: int, plan: PlanCheck) -> list[list[str]]:
             [
                 f'{which}{escape(point_in_words(speed.of))}{limit}',
                 '' if speed.verdict is None else TAGS[speed.verdict],
-                f'{rounded_up(speed.upper)} m/s',
+                f'{rounded_up(speed.upper)} m/s' if math.isfinite(speed.upper) else '&ndash;',
                 f'{rounded_down(speed.lower)} m/s',
                 *_moment(speed.moment),
                 '',
