@@ -71,6 +71,8 @@ if TYPE_CHECKING:
     from .robot.robot import Robot as Robot
     from .robot.robot import load_robot as load_robot
     from .robot.robot import robot_from_text as robot_from_text
+    from .symbolic.closed_arm import ClosedDerivation as ClosedDerivation
+    from .symbolic.closed_arm import derive_closed as derive_closed
     from .symbolic.derivation import Derivation as Derivation
     from .symbolic.derivation import derive as derive
     from .version import __version__ as __version__
@@ -123,6 +125,8 @@ _HOME = {
     'PlanCheck': 'kinematics.plans.verdicts',
     'PlanError': 'errors',
     'check_plan': 'kinematics.plans.check',
+    'ClosedDerivation': 'symbolic.closed_arm',
+    'derive_closed': 'symbolic.closed_arm',
     'Derivation': 'symbolic.derivation',
     'derive': 'symbolic.derivation',
     'ToolState': 'kinematics.tool_state',

@@ -54,6 +54,7 @@ Formulas:
   lhs = rhs                 an equation, such as tan(q1) = y/x
   singular: q3 = k*pi       a family of singular poses; all such lines together: all of them
 Recipes work too: J_w = [z_0, z_1, z_2], J_1 = [cross(z_0, o_3 - o_0); z_0].
+With closed loops formulas are of joints and passive joints, also psi1 = ...
 Settings, for what follows them:
   rows: linear first        or: angular first
   frame: base               or: tool; the axes of J

@@ -102,6 +102,13 @@ def derive_closed(robot: Robot, progress: Callable[[str], None] | None = None) -
     ------
     DerivationError
         The arm has no loops, an angle is no fraction of a joint's, or the pose is too long.
+
+    Examples
+    --------
+    >>> import kinematics_service as ks
+    >>> found = ks.derive_closed(ks.load_robot('crank_slider'))
+    >>> found.loops[0].determinant
+    rod*cos(psi + q)
     """
     if not robot.description.loops:
         raise DerivationError(f'{robot.name} has no closed loops')

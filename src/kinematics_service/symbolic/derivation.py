@@ -9,7 +9,6 @@ from typing import Any
 import sympy
 
 from ..errors import DerivationError
-from ..robot.loops import refuse_loops
 from ..robot.robot import Robot
 from . import jacobian as ways
 from .algebra.arithmetic import Arithmetic, arithmetic_of
@@ -187,9 +186,11 @@ def derive(
     Raises
     ------
     DerivationError
-        A name to lock is unknown, an angle is no fraction of a joint's, or the pose is too long.
+        The arm has closed loops, a name to lock is unknown, an angle is no fraction of a joint's,
+        or the pose is too long.
     """
-    refuse_loops(robot.description, 'this derivation')
+    if robot.description.loops:
+        raise DerivationError(f'{robot.name} has closed loops: derive_closed derives it')
     tell = progress or (lambda _: None)
     tell('frames')
     names = names_of(robot.description, locked)

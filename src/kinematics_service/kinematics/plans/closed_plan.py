@@ -78,7 +78,7 @@ class ClosedPlan:
         """Return whether a singular pose within a threshold (rad) of a sample is found."""
         motion = self._motion
         x = self.x[self.closed]
-        found = _Nearest(np.inf, float(x[0]) if len(x) else 0.0, None)
+        found = _NearestSample(np.inf, float(x[0]) if len(x) else 0.0, None)
         if len(x):
             near = singularity(self._robot, self._positions(x))
             found = self._nearest(x, near.nearest_singular, found)
@@ -97,16 +97,16 @@ class ClosedPlan:
             len(x),
         )
 
-    def _nearest(self, x: Floats, poses: Floats, found: '_Nearest') -> '_Nearest':
+    def _nearest(self, x: Floats, poses: Floats, found: '_NearestSample') -> '_NearestSample':
         # Of the singular poses that the search has found from the samples.
         away = (poses - self._positions(x)) / self._robot.task.column_scales
         distances = np.linalg.norm(np.where(np.isfinite(away), away, np.inf), axis=1)
         k = int(np.argmin(distances))
         if not np.isfinite(distances[k]):
             return found
-        return _Nearest(float(distances[k]), float(x[k]), _read_only(poses[k].copy()))
+        return _NearestSample(float(distances[k]), float(x[k]), _read_only(poses[k].copy()))
 
-    def _crossing(self, determinants: Floats, found: '_Nearest') -> '_Nearest':
+    def _crossing(self, determinants: Floats, found: '_NearestSample') -> '_NearestSample':
         # Where det(J_t) changes its sign between two samples there is a singular pose, if the
         # branch is the same all the way: the pose itself is looked at.
         at, signs = np.flatnonzero(self.closed), np.sign(determinants)
@@ -124,7 +124,7 @@ class ClosedPlan:
                     after = middle
             q = self._positions(np.array([after]))
             if singularity(self._robot, q).distance[0] < ARRIVED:
-                return _Nearest(0.0, after, _read_only(q[0]))
+                return _NearestSample(0.0, after, _read_only(q[0]))
         return found
 
     def speed(self, of: str, limit: float | None) -> PlanSpeed:
@@ -163,7 +163,7 @@ class ClosedPlan:
         return np.asarray(taylor[:, 1] / np.where(durations > 0.0, durations, 1.0))
 
 
-class _Nearest(NamedTuple):
+class _NearestSample(NamedTuple):
     """The singular pose nearest to a sample: its distance in rad, the sample's place, the pose."""
 
     distance: float

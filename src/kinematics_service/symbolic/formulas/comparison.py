@@ -6,18 +6,22 @@ from typing import Any
 import numpy as np
 
 from ...errors import FormulaError
-from ...robot.loops import refuse_loops
 from ...robot.robot import Robot
 from .arm.numbers import Floats
 from .arm.symbols import shown
 from .arm.table import table_of
-from .causes.explanation import Explanation, explain, right_entry
+from .causes.explanation import Explained, Explanation, explain, right_entry
 from .causes.slips import another_quantity
 from .statements.checks import ROUND_OFF, Check, QuantityCheck
 from .statements.claims import Claim, judge_claims
 from .statements.names import FormulaNames
 from .statements.poses import Poses, poses_for
-from .statements.solutions import BRANCH, EquationCheck, SolutionCheck
+from .statements.solutions import (
+    BRANCH,
+    EquationCheck,
+    PassiveJointCheck,
+    SolutionCheck,
+)
 from .statements.statements import Statement, Understood, understand
 from .text.file import read_formulas
 
@@ -116,9 +120,9 @@ def compare(robot: Robot, text: str) -> Comparison:
     robot
         The arm.
     text
-        Formulas in plain, sympy, MATLAB or LaTeX syntax.
+        Formulas in plain, sympy, MATLAB or LaTeX syntax. Of an arm with closed loops they are of
+        joints and of passive joints, and compared where the loops close.
     """
-    refuse_loops(robot.description, 'the comparison')
     names = FormulaNames(table_of(robot.description))
     understood = understand(read_formulas(text), names)
     verdicts: list[Verdict] = []
@@ -136,6 +140,9 @@ def compare(robot: Robot, text: str) -> Comparison:
         except FormulaError as fault:
             faults.append(_located(fault, statement))
     claims = [statement for statement in understood.statements if statement.kind == 'claim']
+    if claims and names.table.passive:
+        message = 'families of singular poses are not compared where loops bend the arm'
+        faults.append(FormulaError(message, claims[0].line, 1))
     if claims and not faults:
         verdicts += [_claimed(claim) for claim in judge_claims(robot, names, claims)]
     if not understood.statements and not faults:
@@ -168,6 +175,15 @@ def _check(
         return QuantityCheck(robot, names, statement, poses(8))
     if statement.kind == 'equation':
         return EquationCheck(robot, names, statement, poses(8))
+    if names.table.passive:
+        if statement.joint < names.table.joints:
+            raise FormulaError(
+                f'{statement.name}: an inverse is not compared where loops bend the arm; of '
+                'passive joints formulas are',
+                statement.line,
+                1,
+            )
+        return PassiveJointCheck(robot, names, statement, poses(8))
     others = tuple(s for s in understood.statements if s.kind == 'solution')
     last = {other.joint: other for other in others}
     last[statement.joint] = statement
@@ -184,7 +200,7 @@ def _verdict(check: Check) -> Verdict:
             task = ' '.join(check.robot.task.rows)
             raise FormulaError(
                 f'{statement.name}: the Jacobian of the task ({task}) has '
-                f'{len(check.names.table.variables)} columns: it has no determinant',
+                f'{check.names.table.joints} columns: it has no determinant',
                 statement.line,
                 1,
             )
@@ -195,7 +211,8 @@ def _verdict(check: Check) -> Verdict:
         base = replace(base, remarks=tuple(_branch(check)))
     if not check.wrong.any():
         return replace(base, remarks=base.remarks + _rounded(check))
-    explained = explain(check)
+    # Causes are tested on the table alone, which loops do not leave as it is.
+    explained = Explained((), ()) if check.names.table.passive else explain(check)
     entries = tuple(_wrong_entry(check, int(i), int(j)) for i, j in np.argwhere(check.wrong))
     found = {entry for cause in explained.explanations for entry in cause.entries}
     return replace(
@@ -240,7 +257,7 @@ def _misshapen(check: QuantityCheck, base: Verdict) -> Verdict:
             for j in range(wide)
             if check.agrees(check.person[:, :, j], check.right[:, :, 0]).all()
         ]
-    for variant in another_quantity(check):
+    for variant in () if table.passive else another_quantity(check):
         if check.agrees(check.person, variant.values).all():
             remarks.append(variant.sentence)
             break
@@ -256,7 +273,8 @@ def _wrong_entry(check: Check, i: int, j: int) -> WrongEntry:
     text = shown(expression) or f'{yours[0]:.6g} at pose 1'
     proper = ''
     fixed = check.is_one_configuration or not np.ptp(right)
-    if isinstance(check, QuantityCheck) and not check.is_one_configuration:
+    whole = not check.names.table.passive and not check.is_one_configuration
+    if isinstance(check, QuantityCheck) and whole:
         entry = right_entry(check, i, j)
         proper = '' if entry is None else shown(entry)
     if not proper and not isinstance(check, SolutionCheck):

@@ -40,6 +40,10 @@ def _count(formulas: int, wrong: int) -> str:
 
 
 def _how(comparison: Comparison) -> str:
+    if comparison.robot.chain.loops:
+        return (
+            'Compared as numbers at random poses at which the loops close; no causes are tested.'
+        )
     lengths = ', '.join(comparison.randomised)
     randomly = f' and with random {lengths}' if lengths else ''
     return f'Compared as numbers at random poses{randomly}; each cause below was tested there.'
@@ -69,7 +73,7 @@ def _verdict(verdict: Verdict, verbose: bool) -> Iterator[str]:
         yield f'  and {len(verdict.entries) - MOST_ENTRIES} more'
     for cause in verdict.causes:
         yield from _cause(cause, verdict)
-    if verdict.unexplained:
+    if verdict.unexplained and (verdict.tried or verdict.causes):
         left = 'it' if verdict.unexplained == size == 1 else f'{verdict.unexplained} of them'
         left = 'them' if verdict.unexplained == len(verdict.entries) > 1 else left
         hint = '' if verbose or not verdict.tried else ' (--verbose: which were tested)'

@@ -24,6 +24,7 @@ from ....robot.file.description import (
 )
 from ....robot.file.expression_syntax import names_in
 from ....robot.file.expressions import Expression
+from ....robot.loops import opened
 from ...algebra.expression import exact
 
 ZERO = sp.Integer(0)
@@ -85,7 +86,8 @@ class Table:
     Parameters
     ----------
     variables
-        Symbols of the joint variables.
+        Symbols of the joint variables, and behind them of the joints that closed loops move, of
+        which there are `passive`.
     constants
         Symbols of the named constants; `given` has those that are plain numbers in the file,
         `derived` the expressions of the others.
@@ -100,6 +102,12 @@ class Table:
     constants: tuple[Any, ...]
     given: Mapping[Any, float] = field(hash=False)
     derived: Mapping[Any, Any] = field(hash=False)
+    passive: int = 0
+
+    @property
+    def joints(self) -> int:
+        """Return the number of joints: variables that no loop moves."""
+        return len(self.variables) - self.passive
 
     def with_row(self, index: int, row: TableRow) -> 'Table':
         """Return the table with another row in one place."""
@@ -170,7 +178,7 @@ class _FileUnits:
         self.angle_unit = description.angle_unit
         self.si = description.angle_unit == 'rad' and description.length_unit == 'm'
         self.variables = {
-            joint.variable: sp.Symbol(joint.variable) for joint in description.joints
+            joint.variable: sp.Symbol(joint.variable) for joint in opened(description).joints
         }
         self.constants = {c.name: sp.Symbol(c.name) for c in description.constants}
         self.factors = self._factors(description)
@@ -230,14 +238,16 @@ class _FileUnits:
 
 def _texts(description: RobotDescription) -> list[tuple[str, str]]:
     texts = []
-    for row in description.links:
+    loops = description.loops
+    for row in (*description.links, *(link for loop in loops for link in loop.links)):
         if isinstance(row, ShapeRow):
             for rigid in (row.inner, row.outer):
                 lengths = rigid.texts[:3] if len(rigid.texts) == 6 else rigid.texts[3:12:4]
                 texts += [('length', text) for text in lengths]
         else:
             texts += [(_kind(one), one.argument.text) for one in row.motions]
-    for rigid in (description.base.motion, description.tool.motion):
+    ends = [end.motion for loop in loops for end in (loop.start, loop.meets)]
+    for rigid in (description.base.motion, description.tool.motion, *ends):
         texts += [('length', text) for text in rigid.texts[:3]]
     return texts
 
@@ -289,8 +299,9 @@ def table_of(description: RobotDescription) -> Table:
         base=units.pose(description.base.motion),
         tool=units.pose(description.tool.motion),
         variables=tuple(units.variables.values()),
-        joint_types=tuple(joint.type for joint in description.joints),
+        joint_types=tuple(joint.type for joint in opened(description).joints),
         constants=tuple(units.constants.values()),
         given=given,
         derived=derived,
+        passive=len(units.variables) - len(description.joints),
     )

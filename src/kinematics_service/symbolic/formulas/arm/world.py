@@ -26,10 +26,19 @@ class World:
         N numbers for each symbol of the table.
     poses
         N.
+    coupling : shape (N, P, n)
+        How the joints that closed loops move follow the others; None without loops.
     """
 
-    def __init__(self, table: Table, values: Mapping[Any, Floats], poses: int) -> None:
+    def __init__(
+        self,
+        table: Table,
+        values: Mapping[Any, Floats],
+        poses: int,
+        coupling: Floats | None = None,
+    ) -> None:
         self.table = table
+        self.coupling = coupling
         self.evaluation = Evaluation(values, poses)
         self.poses = poses
 
@@ -79,7 +88,10 @@ class World:
         J = np.zeros((self.poses, 6, len(self.table.variables)))
         for (_, k), column in self.row_columns.items():
             J[:, :, k] += column
-        return J
+        if self.coupling is None:
+            return J
+        n = self.table.joints
+        return np.asarray(J[:, :, :n] + J[:, :, n:] @ self.coupling)
 
 
 def twist_of(derivative: Floats, pose: Floats) -> Floats:

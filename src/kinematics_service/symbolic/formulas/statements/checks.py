@@ -51,7 +51,8 @@ class Check(ABC):
     @cached_property
     def world(self) -> World:
         """Return the robot as it is, at the poses."""
-        return World(self.names.table, self.poses.values, self.poses.count)
+        poses = self.poses
+        return World(self.names.table, poses.values, poses.count, poses.coupling)
 
     @cached_property
     def evaluation(self) -> Evaluation:

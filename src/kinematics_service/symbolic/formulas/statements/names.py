@@ -106,7 +106,10 @@ class FormulaNames:
 
     def _matrix(self, quantity: Quantity, token: FormulaToken, settings: Settings) -> Any:
         reading = reading_of(settings)
-        joints = len(self.table.variables)
+        joints = self.table.joints
+        if self.table.passive and quantity.kind == 'jacobian':
+            message = f'{token.written!r}: with closed loops J stands on the left side only'
+            raise FormulaError(message, token.line, token.column)
         if reason := why_out_of_range(quantity, len(self.table.rows), joints, reading):
             raise FormulaError(reason, token.line, token.column)
         return symbolic(quantity, self.arm, reading)

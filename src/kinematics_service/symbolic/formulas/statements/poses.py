@@ -8,7 +8,9 @@ import numpy as np
 import sympy as sp  # type: ignore[import-untyped]
 
 from ....errors import FormulaError
+from ....kinematics.tool_state import evaluate
 from ....robot.file.convention_table import QUANTITIES
+from ....robot.loops import closes_at
 from ....robot.robot import Robot
 from ..arm.numbers import DEGREE, Evaluation, Floats
 from ..arm.quantities import numeric, quantity_of, why_out_of_range
@@ -22,6 +24,7 @@ SEED = 20240523
 POSES = 8
 LENGTHS = (0.3, 1.3)  # m, and rad for named angles
 SLIDE = 1.0  # m of an unlimited prismatic joint
+TRIED = 2000  # positions at which closed loops may close
 
 
 @dataclass(frozen=True)
@@ -37,12 +40,15 @@ class Poses:
         Names of the constants that got random values.
     chosen
         Names of the joints that `at` gives values.
+    coupling : shape (N, P, n)
+        How the joints that closed loops move follow the others there; None without loops.
     """
 
     count: int
     values: Mapping[Any, Floats]
     randomised: tuple[str, ...]
     chosen: tuple[str, ...]
+    coupling: Floats | None = None
 
 
 def poses_for(
@@ -59,14 +65,16 @@ def poses_for(
     Parameters
     ----------
     symbols
-        Constants among them get random values, unless `fixed` or the `at` line gives them one.
+        Constants among them get random values, unless `fixed` or the `at` line gives them one, or
+        the arm has closed loops: these close for its own.
     fixed
         Constants and their values.
 
     Raises
     ------
     FormulaError
-        The `at` or `point` line names what is not there.
+        The `at` or `point` line names what is not there; closed loops do not close with what is
+        given.
     """
     table, rng = names.table, np.random.default_rng(SEED)
     given: dict[Any, Floats] = {}
@@ -84,17 +92,57 @@ def poses_for(
             values[symbol] = given[symbol]
         elif symbol in table.derived:
             values[symbol] = Evaluation(values, count).of(table.derived[symbol])
-        elif symbol in symbols:
+        elif symbol in symbols and not table.passive:
             values[symbol] = np.full(count, rng.uniform(*LENGTHS))
             randomised.append(symbol.name)
         else:
             values[symbol] = np.full(count, table.given[symbol])
-    for k, symbol in enumerate(table.variables):
+    for k, symbol in enumerate(table.variables[: table.joints]):
         drawn = _drawn(robot, k, rng, count)
         values[symbol] = given.get(symbol, drawn)
+    coupling = _close(robot, names, values, given, count) if table.passive else None
     located = _with_coordinates(values, names, settings, count)
     chosen = tuple(s.name for s in table.variables if s in given)
-    return Poses(count, located, tuple(randomised), chosen)
+    return Poses(count, located, tuple(randomised), chosen, coupling)
+
+
+def _close(
+    robot: Robot,
+    names: FormulaNames,
+    values: dict[Any, Floats],
+    given: Mapping[Any, Floats],
+    count: int,
+) -> Floats:
+    # Brings the joints to positions at which the loops close, and completes them there.
+    table, rng = names.table, np.random.default_rng(SEED)
+    joints = table.variables[: table.joints]
+    for symbol in given:
+        if symbol not in joints:
+            why = 'follows from the joints' if symbol in table.variables else 'is a constant'
+            raise FormulaError(
+                f'{symbol} {why}: an arm with closed loops is compared with the numbers of its '
+                'robot file'
+            )
+    drawn = [_drawn(robot, k, rng, TRIED) for k in range(table.joints)]
+    q = np.stack([values[joint] for joint in joints], axis=1)
+    for k, joint in enumerate(joints):
+        drawn[k] = np.full(TRIED, given[joint][0]) if joint in given else drawn[k]
+    tried = np.concatenate([q, np.stack(drawn, axis=1)])
+    good = tried[closes_at(robot.chain, tried)]
+    if len(good) < count:
+        raise FormulaError(
+            f'the loops of {robot.name} close at {len(good)} of {len(tried)} random positions: '
+            "say with an 'at' line where to compare"
+            if not given
+            else f'the loops of {robot.name} do not close with what the at line gives'
+        )
+    closure = evaluate(robot, good[:count]).closure
+    assert closure is not None  # it has passive joints
+    for k, joint in enumerate(joints):
+        values[joint] = good[:count, k]
+    for k, symbol in enumerate(table.variables[table.joints :]):
+        values[symbol] = closure.passive[:, k]
+    return closure.coupling
 
 
 def _drawn(robot: Robot, k: int, rng: np.random.Generator, count: int) -> Floats:

@@ -33,6 +33,25 @@ class EquationCheck(Check):
         return self.evaluation.of(self.statement.left)[:, None, None]
 
 
+class PassiveJointCheck(Check):
+    """
+    A formula of a joint that closed loops move: equal at every pose, whole turns left out.
+    """
+
+    @cached_property
+    def right(self) -> Floats:
+        """Return the joint's position, with the turns of the formula, shape (N, 1, 1)."""
+        table, joint = self.names.table, self.statement.joint
+        position = self.poses.values[table.variables[joint]]
+        if table.joint_types[joint] == 'prismatic':
+            return position[:, None, None]
+        turn = 2.0 * np.pi
+        if self.statement.settings.degrees:
+            position, turn = position / DEGREE, turn / DEGREE
+        turns = np.round((self.person[:, 0, 0] - position) / turn)
+        return np.asarray((position + turn * turns)[:, None, None])
+
+
 @dataclass(frozen=True, eq=False)
 class SolutionCheck(Check):
     """

@@ -150,7 +150,7 @@ class _Reader:
             reason = why_out_of_range(
                 quantity,
                 len(self.names.table.rows),
-                len(self.names.table.variables),
+                self.names.table.joints,
                 reading_of(raw.settings),
             )
             if reason:
