@@ -24,6 +24,7 @@ Those with (V) are ValueErrors as well; behind a colon stands what an error carr
     +-- AuditError (V)
     +-- FramesError (V)
     +-- CalibrationError (V)
+    |   +-- ParameterNotFoundError: name, known
     +-- PlotError (V)
     +-- ServerAddressError (V)
     +-- ViewerMissingError
@@ -232,6 +233,21 @@ class FramesError(KinematicsError, ValueError):
 
 class CalibrationError(KinematicsError, ValueError):
     """Measured poses that no robot can be identified from; one sentence says why."""
+
+
+class ParameterNotFoundError(CalibrationError):
+    """
+    A name that is no parameter of an arm, nor a group of them.
+
+    Attributes
+    ----------
+    name, known
+        The name, and those of the groups and parameters.
+    """
+
+    def __init__(self, message: str, name: str = '', known: Sequence[str] = ()) -> None:
+        self.name, self.known = name, tuple(known)
+        super().__init__(message)
 
 
 class PlotError(KinematicsError, ValueError):

@@ -387,6 +387,11 @@ def test_between_points_runs_the_polynomial_of_its_conditions():
             'points[1] must have one velocity for each joint: 0 of 2, and other points have some',
         ),
         (plan([BENT[0], BENT[0]]), 'points[1] is not later'),
+        (
+            plan(BENT).replace('positions', 'position'),
+            "points[0]: unknown key 'position', did you mean 'positions'? (accepted: positions, "
+            'velocities, accelerations, effort, time_from_start)',
+        ),
         (plan([(0.0, ('.nan', 1), ())]), 'positions holds a number that is not finite'),
         ('joint_names: [a\n', 'plan.yaml:2: not valid YAML: while parsing a flow sequence'),
         ('a: 1\nb: &b 1\n', "plan.yaml:2: anchors are not accepted: '&b'"),

@@ -389,6 +389,17 @@ def test_proposed_poses_tell_more_than_random_ones():
     assert errors_with(proposed.q) < 0.8 * errors_with(positions_within(robot, 8, 5))
 
 
+def test_no_pose_is_proposed_twice():
+    # One sliding joint: all poses tell of the same few numbers.
+    robot = ks.robot_from_text(
+        'robot: rail\nconvention: standard\n'
+        'joints: [{name: s, type: prismatic, limits: [0, 1]}]\n'
+        'links: [{theta: 0, d: s, a: 0, alpha: 0}]\n'
+    )
+    q = ks.propose_poses(robot, 6).q
+    assert len(np.unique(np.round(q, 6), axis=0)) == 6
+
+
 def test_proposed_poses_go_on_from_what_is_known():
     arm = measured_arm('ur5e', 8, NOISE)
     found = ks.calibrate(arm.robot, arm.q[:, :6], arm.poses)

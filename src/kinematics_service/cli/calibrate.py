@@ -123,8 +123,9 @@ def calibrate(
         Optional[Path], typer.Option(metavar='FILE', help='Write a page with pictures.')
     ] = None,
     fit: Annotated[
-        str, typer.Option(metavar='NAMES', help='Fit these alone.', show_default='all but gears')
-    ] = '',
+        Optional[str],
+        typer.Option(metavar='NAMES', help='Fit these alone.', show_default='all but gears'),
+    ] = None,
     fix: Annotated[
         str, typer.Option(metavar='NAMES', help='Leave these as in the robot file.')
     ] = '',
@@ -202,16 +203,17 @@ def calibrate(
     from ..formats.recordings.source import Selection
 
     reading = Selection(arm, topic, pose_topic, columns, joint_prefix, form)
-    words = (_words(fit), _words(fix), _words(own))
+    words = (_fitted(fit), _words(fix), _words(own))
     report = sys.stderr if str(json) == '-' else sys.stdout
     heard = None
     if live is not None:
         topics = LiveOptions(
             topic or STATES, pose_topic or POSES, joint_prefix, live, propose or 1
         )
-        heard = _heard(arm, topics, words, limit, report, context.obj)
+        with _parameters_known():
+            heard = _heard(arm, topics, words, limit, report, context.obj)
     kept = nullcontext() if heard is None else kept_when_refused(arm, heard.poses)
-    with kept:
+    with _parameters_known(), kept:
         with _status() as tell:
             tell('reading')
             if heard is not None:
@@ -231,6 +233,17 @@ def calibrate(
         print(f'wrote {output}; next: python -m kinematics_service check {output}', file=report)
     if propose is not None:
         _propose(arm, propose, data.found, plans, data.found.positions, report)
+
+
+@contextmanager
+def _parameters_known() -> Iterator[None]:
+    # A name that is no parameter is wrong usage here.
+    from ..errors import ParameterNotFoundError
+
+    try:
+        yield
+    except ParameterNotFoundError as error:
+        raise WrongUsage(f'--fit, --fix: {error}') from None
 
 
 def _check_live(
@@ -284,6 +297,11 @@ def _distances(given: Sequence[str] | None) -> dict[tuple[str, str], float]:
 
 
 def _plans(plan: list[Path] | None, propose: int | None) -> list[Path]:
+    if propose is not None:
+        from ..diagnosis.calibration.proposal import MOST
+
+        if not 1 <= propose <= MOST:
+            raise WrongUsage(f'--propose: {propose} is not within 1 and {MOST} poses')
     if plan and propose is None:
         raise WrongUsage('--plan writes proposed poses: give --propose N too')
     for file in plan or []:
@@ -333,6 +351,13 @@ def _propose(
 
 def _words(text: str) -> tuple[str, ...]:
     return tuple(word.strip() for word in text.split(',') if word.strip())
+
+
+def _fitted(fit: str | None) -> tuple[str, ...]:
+    words = _words(fit or '')
+    if fit is not None and not words:
+        raise WrongUsage('--fit names nothing; without it all but gears are fitted')
+    return words
 
 
 def _touched(

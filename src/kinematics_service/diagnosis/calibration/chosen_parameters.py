@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...errors import CalibrationError
+from ...errors import CalibrationError, ParameterNotFoundError
 from ...formats.recordings.block import Flags
 from ...kernel import Floats
 from ...kinematics.forward import forward_kinematics
@@ -123,11 +123,13 @@ class ChosenParameters:
         return chosen
 
     def _check(self, word: str) -> None:
-        if word not in (*self.words, EVERYTHING) and word not in [one.name for one in self.every]:
-            raise CalibrationError(
+        groups, names = (*self.words, EVERYTHING), [one.name for one in self.every]
+        if word not in groups and word not in names:
+            raise ParameterNotFoundError(
                 f'{word!r} is no parameter of {self.robot.name}; accepted are the groups '
-                f'{", ".join((*self.words, EVERYTHING))}, and '
-                f'{", ".join(one.name for one in self.every)}'
+                f'{", ".join(groups)}, and {", ".join(names)}',
+                word,
+                (*groups, *names),
             )
 
     def groups(self, chosen: Sequence[int]) -> set[str]:

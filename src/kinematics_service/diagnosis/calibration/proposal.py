@@ -6,6 +6,7 @@ of what is uncertain shrinks most, one after the other; then each is exchanged f
 long as there is one (Fedorov 1972).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -79,8 +80,8 @@ def propose_poses(
     Raises
     ------
     CalibrationError
-        The number is not between 1 and 200, no pose is away from singular ones, or `after` is of
-        touched points.
+        The number is not between 1 and 200, no pose is away from singular ones, or fewer than
+        asked, or `after` is of touched points.
 
     Examples
     --------
@@ -95,6 +96,8 @@ def propose_poses(
     if not 1 <= count <= MOST:
         raise CalibrationError(f'{count} poses: propose between 1 and {MOST}')
     q = _candidates(robot)
+    if len(q) < count:
+        raise CalibrationError(f'only {len(q)} poses of {robot.name} can be proposed')
     names, J, scales = _equations(robot, q, after, positions)
     known = np.eye(len(names)) if after is None else _covariance(after, names, scales)
     chosen = _chosen(J, np.asarray(np.linalg.inv(known), dtype=np.float64), count)
@@ -170,7 +173,7 @@ def _chosen(J: Floats, information: Floats, count: int) -> list[int]:
     chosen: list[int] = []
     M = information
     for _ in range(count):
-        best = int(np.argmax(_gains(J, M)))
+        best = _best(_gains(J, M), chosen)
         chosen.append(best)
         M = M + J[best].T @ J[best]
     for _ in range(PASSES):
@@ -179,7 +182,7 @@ def _chosen(J: Floats, information: Floats, count: int) -> list[int]:
             old = chosen[place]
             without = M - J[old].T @ J[old]
             gains = _gains(J, without)
-            best = int(np.argmax(gains))
+            best = _best(gains, chosen[:place] + chosen[place + 1 :])
             if gains[best] > gains[old] + GAIN:
                 chosen[place] = best
                 M = without + J[best].T @ J[best]
@@ -187,6 +190,13 @@ def _chosen(J: Floats, information: Floats, count: int) -> list[int]:
         if not exchanged:
             break
     return chosen
+
+
+def _best(gains: Floats, others: Sequence[int]) -> int:
+    # A pose that is measured once more tells nothing of what others would.
+    left = gains.copy()
+    left[np.array(others, dtype=np.int64)] = -np.inf
+    return int(np.argmax(left))
 
 
 def _gains(J: Floats, M: Floats) -> Floats:

@@ -9,6 +9,7 @@ import numpy as np
 
 from ...errors import AuditError
 from ...kernel import Floats
+from ...robot.file.entries import choice, did_you_mean, meant_by
 from ...robot.measures import Level
 from .between_points import PlannedTrajectory, sampled
 from .block import LARGEST_BLOCK, Block, Times
@@ -20,6 +21,8 @@ PAUSE = 3_600 * SECOND
 # A stamp of zero would mean that there is none.
 BEGIN = SECOND
 LARGEST = 64 * 1024 * 1024
+# What a JointTrajectoryPoint has.
+OF_POINT = ('positions', 'velocities', 'accelerations', 'effort', 'time_from_start')
 SINGULAR = {
     'positions': 'position',
     'velocities': 'velocity',
@@ -118,6 +121,9 @@ def _planned(data: Mapping[str, Any], where: str) -> PlannedTrajectory:
     if not isinstance(names, list):
         raise AuditError(f'{where}: joint_names must be a list of names')
 
+    for k, point in enumerate(points):
+        _check_keys(point, f'{where}: points[{k}]')
+
     def column(key: str) -> Floats | None:
         rows = [point.get(key) or [] for point in points]
         return _table(rows, tuple(map(str, names)), key, where)
@@ -134,6 +140,14 @@ def _planned(data: Mapping[str, Any], where: str) -> PlannedTrajectory:
         ),
         where,
     )
+
+
+def _check_keys(point: Mapping[str, Any], where: str) -> None:
+    # A misspelt key would be left out, and the plan be another one.
+    for key in map(str, point):
+        if key not in OF_POINT:
+            hint = did_you_mean(meant_by(key, OF_POINT))
+            raise AuditError(f'{where}: unknown key {key[:60]!r}{hint}{choice(OF_POINT)}')
 
 
 def trajectory_of_message(message: Any) -> PlannedTrajectory:
