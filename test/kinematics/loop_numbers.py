@@ -30,7 +30,8 @@ def lines(names):
         q = assembled + np.minimum(robot.chain.closure.units(), 1.0) * share / robot.dof
         state = ks.evaluate(robot, q, np.ones_like(q), kernel.ALL_FRAMES)
         digest = hashlib.sha256(state.numbers.tobytes())
-        digest.update(singularity_rates.measures_of(state).tobytes())
+        measures = singularity_rates.measures_of(state)
+        digest.update(singularity_rates.searched(state, measures).tobytes())
         yield f'{name} {digest.hexdigest()}'
 
 

@@ -227,18 +227,18 @@ def test_what_is_near_is_told_as_arm_or_loop():
     found = ks.singularity(robot, [2.2, 0.93])
     status = singularity_status(robot, found, found.level, 'base_link')
     assert status.sentence == (
-        'at a flat position of the loop rods: rods = -0.0191, distance 0.0122 rad (0.7 deg), '
+        'at a flat position of the loop rods: rods = -0.0191, distance 0.012 rad (0.7 deg), '
         'det(J) = -0.22; there the motors do not hold what the loop rods moves'
     )
     values = dict(status.values)
     assert values['nearest'] == 'loop rods'
-    assert re.fullmatch(r'det -0\.0190\d*, 0\.0121\d* rad from flat', values['loop_rods'])
+    assert re.fullmatch(r'det -0\.0190\d*, 0\.0120\d* rad from flat', values['loop_rods'])
     # At a dead centre the slider stands still, and the loop holds it.
     robot = ks.load_robot('crank_slider')
     found = ks.singularity(robot, [1e-3])
     status = singularity_status(robot, found, found.level, 'base_link')
     assert status.sentence == (
-        'at a singularity of the arm, by first order: distance 0.001 rad (0.1 deg), '
+        'at a singularity of the arm: distance 0.001 rad (0.1 deg), '
         'det(J) = -6.67e-05; losing motion along x in base_link'
     )
     assert dict(status.values)['nearest'] == 'arm'
@@ -319,8 +319,70 @@ def test_nothing_is_called_decided_that_is_not():
     assert found.nearest_singular is None
     assert found.clearance == 0.0
     many = ks.singularity(robot, seeded(robot, 40))
-    assert not np.any(many.decided)
-    assert np.all(np.isnan(many.nearest_singular))
+    found = np.isfinite(many.nearest_singular[:, 0])
+    assert 0 < np.sum(found) < 40
+    assert np.array_equal(many.decided, found)
+    assert not np.any(many.clearance)
+
+
+def test_the_nearest_flat_position_is_found():
+    # Elbows whose way is two rods long: a curve of q, which is sampled.
+    robot = ks.robot_from_text(linkages.SHORT_FIVE_BAR)
+    q1, way = np.linspace(1.2, 3.2, 20_001), np.array([[0.3, 0.0]])
+    left = 0.25 * np.stack([np.cos(q1), np.sin(q1)], axis=1)
+    apart = left - way
+    reach = np.linalg.norm(apart, axis=1)
+    cosine = (0.25**2 + reach**2 - 0.6**2) / (2 * 0.25 * reach)
+    real = np.abs(cosine) <= 1.0
+    towards = np.arctan2(apart[real, 1], apart[real, 0])
+    turn = np.arccos(cosine[real])
+    curve = np.concatenate(
+        [np.stack([q1[real], towards + sign * turn], axis=1) for sign in (1, -1)]
+    )
+    for q in ([2.15, 0.95], [2.0, 0.8], [2.3, 1.2], [1.9, 0.7]):
+        found = ks.singularity(robot, q)
+        assert flat_loop(robot, found) == 'rods'
+        assert found.decided
+        distances = np.linalg.norm(curve - q, axis=1)
+        assert found.distance == pytest.approx(np.min(distances), abs=1e-4)
+        nearest = curve[np.argmin(distances)]
+        np.testing.assert_allclose(found.nearest_singular, nearest, rtol=0, atol=5e-3)
+        with pytest.raises(ks.LoopError):
+            ks.evaluate(robot, found.nearest_singular + 0.01 * (found.nearest_singular - q))
+
+
+def test_the_nearest_singular_pose_of_the_closed_arm_is_found():
+    # A crank's dead centres are at whole half turns.
+    robot = ks.load_robot('crank_slider')
+    for q in (0.12, -0.17, 3.0, 3.3, 6.4):
+        found = ks.singularity(robot, [q])
+        assert flat_loop(robot, found) == ''
+        expected = math.pi * round(q / math.pi)
+        assert found.nearest_singular[0] == pytest.approx(expected, abs=1e-7)
+        assert found.distance == pytest.approx(abs(q - expected), abs=1e-7)
+    # The distal rod and the proximal one of a side are in line; no circle of less way is singular.
+    robot = ks.load_robot('five_bar')
+    around = np.linspace(0.0, 2.0 * math.pi, 200)
+    ring = np.stack([np.cos(around), np.sin(around)], axis=1)
+    for q in ([1.7, 1.8], [1.2, 1.75], [1.5, 1.9]):
+        found = ks.singularity(robot, q)
+        assert flat_loop(robot, found) == ''
+        assert found.decided
+        there = ks.singularity(robot, found.nearest_singular)
+        assert there.smallest_singular_value < 1e-6
+        sign = np.sign(found.determinant)
+        nearer = ks.singularity(robot, q + 0.98 * found.distance * ring).determinant
+        farther = ks.singularity(robot, q + 1.02 * found.distance * ring).determinant
+        assert np.all(np.sign(nearer) == sign)
+        assert np.any(np.sign(farther) != sign)
+
+
+@pytest.mark.parametrize('share', [0.0, 1e-8])
+def test_a_singular_pose_of_a_closed_arm_is_its_own_nearest(share):
+    robot = ks.load_robot('crank_slider')
+    found = ks.singularity(robot, [share])
+    assert found.distance == pytest.approx(share, abs=1e-7)
+    assert found.level == ks.Level.ERROR
 
 
 def test_the_nearer_of_loop_and_arm_is_told():

@@ -129,7 +129,9 @@ def _print_joints(out: Output, state: ToolState, singularity: Singularity) -> No
         joints,
         '',
         *(
-            ['  singular: where the nearest singular pose was found']
+            [f'  singular: where {_end_words(robot, singularity)} was found nearest']
+            if robot.loop_names and nearest is not None
+            else ['  singular: where the nearest singular pose was found']
             if nearest is not None
             else []
         ),
@@ -192,10 +194,15 @@ def _loop_words(robot: Robot, singularity: Singularity) -> Iterator[tuple[str, s
 
 def _about(robot: Robot, singularity: Singularity) -> str:
     # The distance of an arm with loops by first order, and what it is to.
-    loop = flat_loop(robot, singularity)
-    end = f'a flat position of the loop {loop}' if loop else 'a singular pose of the arm'
-    away = in_degrees(float(singularity.distance))
+    away, end = in_degrees(float(singularity.distance)), _end_words(robot, singularity)
     return f'about {away} of joint motion to {end}; not decided, for loops bend the arm'
+
+
+def _end_words(robot: Robot, singularity: Singularity) -> str:
+    if not robot.loop_names:
+        return 'a singular pose'
+    loop = flat_loop(robot, singularity)
+    return f'a flat position of the loop {loop}' if loop else 'a singular pose of the arm'
 
 
 def _value_words(measure: Measure, robot: Robot, singularity: Singularity) -> str:
@@ -204,7 +211,8 @@ def _value_words(measure: Measure, robot: Robot, singularity: Singularity) -> st
         if singularity.rank < singularity.generic_rank:
             meaning = 'this pose is singular'
         elif singularity.nearest_singular is not None:
-            meaning = f'{in_degrees(value)} of joint motion to a singular pose, see below'
+            end = _end_words(robot, singularity)
+            meaning = f'{in_degrees(value)} of joint motion to {end}, see below'
             if not singularity.decided:
                 meaning += '; not decided: a nearer one is not excluded'
         elif not singularity.decided:

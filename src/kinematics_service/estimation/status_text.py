@@ -150,10 +150,9 @@ def lost_hold(loop: str) -> str:
 def _head(robot: Robot, singularity: Singularity, level: Level, loop: str) -> str:
     # What is near: the arm's singular pose, or a loop's flat position.
     at = 'at' if level == Level.ERROR else 'near'
-    if loop:
-        return f'{at} a flat position of the loop {loop}'
     if robot.loop_names:
-        return f'{at} a singularity of the arm, by first order'
+        what = f'a flat position of the loop {loop}' if loop else 'a singularity of the arm'
+        return f'{at} {what}' + ('' if singularity.decided else ', by first order')
     if singularity.decided:
         return f'{at} a singularity'
     if singularity.nearest_singular is None:

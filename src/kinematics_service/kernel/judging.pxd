@@ -4,7 +4,9 @@ from libc cimport math
 
 from . cimport evaluation
 from .layout cimport arrays, lanes, places
-from .measures cimport factor_lanes, factors, gradient, measure_lanes, singularity
+from .measures cimport (
+    factor_lanes, factors, gradient, measure_lanes, nearest_closed, singularity,
+)
 from .measures.arm cimport Arm
 from .measures.nearest_singular cimport NearestSearch
 
@@ -27,6 +29,10 @@ cdef double _first_order(Arm arm, double* measures) noexcept nogil
 cdef void _judge_first_order(Arm arm, double* measures) noexcept nogil
 @cython.locals(judged='double*')
 cdef void _take_over(Arm arm, double* measures, NearestSearch search) noexcept nogil
+@cython.locals(judged='double*', distances='double*', pose='double*', estimate=double, away=double)
+cdef void _look_behind_loops(
+    Arm arm, double* row, double* q, double* measures, double* work
+) noexcept nogil
 @cython.locals(judged='double*', estimate=double)
 cdef void judge_row(
     Arm arm, double* row, double* q, double* measures, double* work, NearestSearch search
@@ -60,7 +66,7 @@ cdef Py_ssize_t _judged_at(Arm arm) noexcept nogil
 cdef int _factors(Arm arm) noexcept nogil
 @cython.locals(n=Py_ssize_t, m=Py_ssize_t)
 cdef Py_ssize_t _directions(Arm arm) noexcept nogil
-@cython.locals(n=Py_ssize_t, spare=Py_ssize_t)
+@cython.locals(n=Py_ssize_t, spare=Py_ssize_t, own=Py_ssize_t)
 cdef Py_ssize_t room(Arm arm) noexcept nogil
 cdef Py_ssize_t width(Arm arm) noexcept nogil
 @cython.locals(n=Py_ssize_t, m=Py_ssize_t, free=Py_ssize_t)

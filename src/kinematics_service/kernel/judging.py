@@ -5,7 +5,14 @@ import math
 from . import evaluation
 from .layout import arrays, lanes, places
 from .layout.arrays import Floats
-from .measures import factor_lanes, factors, gradient, measure_lanes, singularity
+from .measures import (
+    factor_lanes,
+    factors,
+    gradient,
+    measure_lanes,
+    nearest_closed,
+    singularity,
+)
 from .measures.arm import Arm
 from .measures.nearest_singular import NearestSearch
 
@@ -114,6 +121,21 @@ def _take_over(arm: Arm, measures: Floats, search: NearestSearch) -> None:
     _judge(arm, measures)
 
 
+def _look_behind_loops(arm: Arm, row: Floats, q: Floats, measures: Floats, work: Floats) -> None:
+    # What is found nearest, into measures of first order.
+    judged = arrays.after(measures, _judged_at(arm))
+    if not judged[places.FIRST_ORDER] <= nearest_closed.HORIZON:
+        return
+    distances = arrays.after(judged, places.JUDGED + arm.tape.factors)
+    pose = arrays.after(measures, width(arm) - arm.chain.dof)
+    estimate = judged[places.FIRST_ORDER]
+    away = nearest_closed.look(arm, q, row, estimate, distances, pose, work)
+    if away < places.INFINITY:
+        judged[places.DECIDED] = 1.0
+        measures[places.DISTANCE] = away
+        _judge(arm, measures)
+
+
 def judge_row(
     arm: Arm, row: Floats, q: Floats, measures: Floats, work: Floats, search: NearestSearch
 ) -> None:
@@ -124,7 +146,8 @@ def judge_row(
     """
     _judge_one(arm, row, q, measures, work)
     if arm.chain.loops > 0:
-        return  # the search does not know how the loops bend
+        _look_behind_loops(arm, row, q, measures, work)
+        return
     judged = arrays.after(measures, _judged_at(arm))
     estimate = judged[places.FIRST_ORDER]
     if not search.follow(q, estimate):
@@ -221,10 +244,11 @@ def _find_all(
     in_order: bool,
 ) -> None:
     n, columns = arm.chain.dof, width(arm)
-    if arm.chain.loops > 0:
-        return  # the search does not know how the loops bend
     for k in range(count):
         position, one = arrays.after(q, k * n), arrays.after(measures, k * columns)
+        if arm.chain.loops > 0:
+            _look_behind_loops(arm, arrays.after(rows, k * row_width), position, one, work)
+            continue
         judged = arrays.after(one, _judged_at(arm))
         estimate = judged[places.FIRST_ORDER]
         if not in_order:
@@ -257,7 +281,8 @@ def room(arm: Arm) -> int:
     """Return how many numbers `judge_row` needs room for."""
     n = arm.chain.dof
     spare = max(n * n, gradient.room(arm.chain))
-    return _directions(arm) + max(6 * n + spare, arm.tape.steps * (n + 1))
+    own = _directions(arm) + max(6 * n + spare, arm.tape.steps * (n + 1))
+    return max(own, nearest_closed.room(arm))
 
 
 def width(arm: Arm) -> int:

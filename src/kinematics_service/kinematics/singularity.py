@@ -45,11 +45,12 @@ class Singularity:
         estimate, of the named factors where the robot file lists them.
     nearest_singular : shape (..., n), rad or m
         The singular pose nearest to this one, found by Newton's method and evaluated: None where
-        none was found or looked for; in a batch, NaN. Limits of joints do not count.
+        none was found or looked for; in a batch, NaN. Limits of joints do not count. Of an arm
+        with closed loops it may be where a loop is flat (`flat_loop`).
     decided
         False where first or second order say that a singular pose may be near, and none was found,
-        or none as near as that. True is no proof that there is none. False for arms with closed
-        loops, whose singular poses are not looked for: their distance is of first order.
+        or none as near as that. True is no proof that there is none. Of arms with closed loops it
+        is true only where a pose was found; otherwise their distance is of first order.
     clearance
         Radius around this pose in which no pose is singular, rad, at most 1: proved by bounds of
         the Jacobian's change. Computed when it is first asked for. 0 for arms with closed loops,

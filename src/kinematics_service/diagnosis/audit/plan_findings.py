@@ -6,7 +6,7 @@ from typing import Literal
 
 from ...kinematics.plans.point_speed import TOOL
 from ...kinematics.plans.verdicts import PlanSingularity, PlanSpeed
-from ...kinematics.singularity import singularity
+from ...kinematics.singularity import flat_loop, singularity
 from ...robot.measures import Level
 from ...robot.robot import Robot
 from .auditing import Audit
@@ -101,6 +101,9 @@ def _named(robot: Robot, found: PlanSingularity) -> str:
     # The named factors that vanish at the singular pose found.
     if found.nearest_singular is None or not robot.factors.names:
         return ''
+    if robot.loop_names:  # at a flat position nothing closes
+        loop = flat_loop(robot, singularity(robot, found.moment.q))
+        return f' (the loop {loop} is flat there)' if loop else ''
     factors = singularity(robot, found.nearest_singular).factors
     assert factors is not None
     names = [name for name, away in zip(factors.names, factors.distances) if away < VANISHES]

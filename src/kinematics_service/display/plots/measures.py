@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ...kernel import Floats
-from ...kinematics.singularity import Singularity, singularity
+from ...kinematics.singularity import Singularity, flat_loop, singularity
 from ...robot.measure_units import measure_units
 from ...robot.measures import MEASURES, Measure
 from ...robot.robot import Robot
@@ -119,7 +119,9 @@ def _name_factors(robot: Robot, axes: Any, motion: PlottedMotion, near: Singular
     taken: list[tuple[float, float]] = []
     for k in low[np.argsort(distance[low], kind='stable')]:
         nearest = int(np.argmin(factors.distances[k]))
-        if robot.factors.is_loop(nearest) and factors.distances[k, nearest] > distance[k]:
+        if robot.factors.is_loop(nearest) and not flat_loop(
+            robot, singularity(robot, motion.q[k])
+        ):
             continue  # it is the arm that is near
         t, name = float(motion.times[k]), factors.names[nearest]
         half = 0.5 * LETTER * span * (len(name) + 1)

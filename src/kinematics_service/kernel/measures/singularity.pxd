@@ -48,6 +48,10 @@ cdef int _rank(double* sigma, int count) noexcept nogil
 cdef void _fill_slopes(
     int n, int first, int last, bint lost, TaskRows task, double* W, double* sigma, double* Y
 ) noexcept nogil
+@cython.locals(last=int)
+cdef void write_slopes_of_least(
+    int n, TaskRows task, double* W, double* sigma, double* Y
+) noexcept nogil
 @cython.locals(m=int, wide=cython.bint, length=int, axis=int, i=int, j=int, along=double)
 cdef void _write_direction(
     int n, TaskRows task, double* direction, double* lost, double* motion

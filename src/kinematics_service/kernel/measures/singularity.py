@@ -155,6 +155,15 @@ def _fill_slopes(
         to_base_axes(task, arrays.after(Y, 6 * j))
 
 
+def write_slopes_of_least(n: int, task: TaskRows, W: Floats, sigma: Floats, Y: Floats) -> None:
+    """
+    Fill Y (n, 6) with what a change of each column of J does to the least singular value, of
+    directions as `write_directions` leaves them.
+    """
+    last = task.generic_rank - 1
+    _fill_slopes(n, last, last, True, task, W, sigma, Y)
+
+
 def _write_direction(
     n: int,
     task: TaskRows,

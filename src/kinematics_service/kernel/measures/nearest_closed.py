@@ -1,0 +1,255 @@
+"""
+The singular pose nearest to a pose of an arm with closed loops, and the nearest flat positions.
+
+Newton's method on the least singular value of J_t, and on the square of each loop's determinant,
+whose slope stays finite where a branch ends. One step goes onto the set and along it to its
+nearest point at once. Loops are closed from each pose to the next, so that the branch stays.
+"""
+
+import math
+
+from ..layout import arrays, places
+from ..layout.arrays import Floats
+from ..loops import closed_pass, closing
+from . import gradient, singularity
+from .arm import Arm
+
+# Beyond so many rad (a prismatic joint's divided by the length) nothing is looked for.
+HORIZON = 0.2
+# A pose is singular where the singular value is below this share of the reach, and the next step
+# below this share of the way or of a rad.
+SINGULAR, NEXT_STEP, NO_STEP = 1e-7, 1e-3, 1e-9
+# A least singular value that stays above this share of itself for more steps than so many is not
+# on its way to zero.
+LESS, IDLE = 0.8, 2
+# Nearer than this, rad, the first order says where a loop is flat, to about its square: at the
+# flat position itself no pose closes.
+FLAT = 1e-4
+# What was found is farther than the first order says of the arm by this factor at most.
+TRUSTED = 2.0
+# Longest step, rad; steps of a run, at its end onto the set only; and how often one is halved
+# where the loops do not close.
+LONGEST, STEPS, LAST_STEPS, HALVINGS = 0.1, 30, 6, 3
+# Of the way to a flat position one step goes so far: beyond it nothing closes, and much nearer to
+# it loops are closed in many steps. Farther than the last number, rad, the first order may be
+# wrong by much, and to find that nothing closes costs more than all steps.
+SHARE, HALF, STRAIGHT = 0.8, 0.5, 0.02
+
+
+def room(arm: Arm) -> int:
+    """Return how many numbers `look` needs room for."""
+    if arm.chain.loops == 0:
+        return 0
+    n, m, loops = arm.chain.dof, arm.task.count, arm.chain.loops
+    own = arm.chain.frames_at + arm.chain.closure.width + 14 * n + loops
+    return own + min(m, n) * (m + n + 1) + loops * (1 + n) + gradient.room(arm.chain)
+
+
+def look(
+    arm: Arm,
+    q: Floats,
+    row: Floats,
+    estimate: float,
+    distances: Floats,
+    pose: Floats,
+    work: Floats,
+) -> float:
+    """
+    Look for the singular pose of the arm and the flat position of each loop that are nearest.
+
+    Returns the least distance, rad, and fills the pose (n,) it is to, where nothing that the first
+    order sees is nearer than what was found; endless otherwise.
+
+    Parameters
+    ----------
+    arm
+        The arm.
+    q, row
+        The pose (n,), and what evaluates it.
+    estimate
+        The distance by first order, of arm and loops, rad.
+    distances : shape (loops,)
+        To the flat positions by first order, rad; brought to what was found.
+    """
+    n, loops = arm.chain.dof, arm.chain.loops
+    least = arrays.after(work, 2 * n)
+    found = arrays.after(work, 3 * n)
+    free = arrays.after(found, loops)
+    free = arrays.after(free, n)
+    best, seen = places.INFINITY, places.INFINITY
+    first = 0
+    for k in range(loops):
+        found[k] = places.INFINITY
+        if distances[k] < distances[first]:
+            first = k
+    # The loop that is nearest by first order, the arm, and the other loops that may be nearer.
+    for turn in range(loops + 1):
+        k = first
+        if turn > 0:
+            k = turn - 2 if turn <= first + 1 else turn - 1
+        away, expected = places.INFINITY, 0.0 if k < 0 else distances[k]
+        if expected <= HORIZON and expected < best:
+            if k < 0:
+                away = _run_to_arm(arm, q, row, min(best, HORIZON), work, free)
+            else:
+                away = _run_to_flat(arm, q, row, k, work, free)
+        if k < 0:
+            expected = work[n]  # of the arm, by its least singular value
+        else:
+            found[k] = away
+        if not away < places.INFINITY:
+            seen = min(seen, expected)
+        elif away < best:
+            best = away
+            for j in range(n):
+                least[j] = work[j]
+    # Where two singular values are small their product may see what the least one does not.
+    of_arm = estimate < distances[first]
+    if not best <= HORIZON or seen < best or of_arm and best > TRUSTED * estimate:
+        return places.INFINITY
+    for j in range(n):
+        pose[j] = q[j] + arm.task.column_scale[j] * least[j]
+    for k in range(loops):
+        if found[k] < places.INFINITY:
+            distances[k] = found[k]
+    return best
+
+
+def _start(arm: Arm, begin: Floats, d: Floats, row: Floats) -> None:
+    for i in range(arm.chain.frames_at):
+        row[i] = begin[i]
+    for j in range(arm.chain.dof):
+        d[j] = 0.0
+
+
+def _length(d: Floats, n: int) -> float:
+    squares = 0.0
+    for j in range(n):
+        squares += d[j] * d[j]
+    return math.sqrt(squares)
+
+
+def _write_step(
+    n: int, value: float, slope: Floats, d: Floats, slides: bool, step: Floats
+) -> float:
+    # The step from d to where the value is zero by its slope, and along there to the place nearest
+    # to the beginning; returns its length, endless where there is no slope.
+    squares, along = 0.0, 0.0
+    for j in range(n):
+        squares += slope[j] * slope[j]
+        along += slope[j] * d[j]
+    if not squares > 0.0:
+        return places.INFINITY
+    for j in range(n):
+        target = d[j] - slope[j] * value / squares
+        if slides:
+            target = slope[j] * (along - value) / squares
+        step[j] = target - d[j]
+    return _length(step, n)
+
+
+def _run_to_arm(arm: Arm, q: Floats, begin: Floats, best: float, d: Floats, work: Floats) -> float:
+    # From q to where the arm is singular: fills the motion d in rad and returns its length,
+    # endless where nothing was found. Behind d stands what the first order says of it, which is
+    # not followed where it is twice the best.
+    n = arm.chain.dof
+    slope = work
+    step = arrays.after(slope, n)
+    row = arrays.after(step, 2 * n)
+    last = arrays.after(row, arm.chain.frames_at)
+    free = arrays.after(last, arm.chain.closure.width)
+    _start(arm, begin, d, row)
+    before, idle = places.INFINITY, 0
+    for turn in range(STEPS):
+        value = _write_least(arm, row, slope, free)
+        arrived = value <= SINGULAR * arm.reach
+        length = _length(d, n)
+        moved = _write_step(n, value, slope, d, turn < STEPS - LAST_STEPS, step)
+        if turn == 0:
+            d[n] = moved
+        if arrived and (moved <= NEXT_STEP * length + NO_STEP or not moved < places.INFINITY):
+            return length
+        idle = idle + 1 if value > LESS * before else 0
+        before = value
+        lost = moved > 2.0 * best if turn == 0 else idle > IDLE
+        if lost or not moved < places.INFINITY or length > 2.0 * HORIZON:
+            return places.INFINITY
+        if not _move(arm, q, d, min(1.0, LONGEST / moved), row, last, step):
+            return places.INFINITY
+    return places.INFINITY
+
+
+def _run_to_flat(arm: Arm, q: Floats, begin: Floats, k: int, d: Floats, work: Floats) -> float:
+    # The same to where loop k is flat.
+    n = arm.chain.dof
+    slope = work
+    step = arrays.after(slope, n)
+    row = arrays.after(step, 2 * n)
+    last = arrays.after(row, arm.chain.frames_at)
+    free = arrays.after(last, arm.chain.closure.width)
+    _start(arm, begin, d, row)
+    for turn in range(STEPS):
+        value = _write_half(arm, row, k, slope, free)
+        length = _length(d, n)
+        moved = _write_step(n, value, slope, d, turn < STEPS - LAST_STEPS, step)
+        if not moved < places.INFINITY or length > 2.0 * HORIZON:
+            return places.INFINITY
+        onto = abs(value) / _length(slope, n)
+        if onto <= FLAT and (moved <= NEXT_STEP * length + 2.0 * onto or turn == STEPS - 1):
+            for j in range(n):
+                d[j] += step[j]
+            return _length(d, n)
+        share = SHARE if onto <= STRAIGHT else HALF
+        if not _move(arm, q, d, min(share, LONGEST / moved), row, last, step):
+            return places.INFINITY
+    return places.INFINITY
+
+
+def _move(
+    arm: Arm, q: Floats, d: Floats, share: float, row: Floats, last: Floats, step: Floats
+) -> bool:
+    # Goes a share of a step, or less where the loops do not close, and evaluates the arm there.
+    n = arm.chain.dof
+    section = arrays.after(row, arm.chain.closure_at)
+    there = arrays.after(step, n)
+    for i in range(arm.chain.closure.width):
+        last[i] = section[i]
+    for _ in range(HALVINGS):
+        for j in range(n):
+            there[j] = q[j] + arm.task.column_scale[j] * (d[j] + share * step[j])
+        if closing.close_next(arm.chain.closure, last, there, section) == 0:
+            for j in range(n):
+                d[j] += share * step[j]
+                there[j] = 0.0
+            return closed_pass.evaluate_closed(arm.chain, there, places.JACOBIAN, row) < (
+                places.INFINITY
+            )
+        share *= 0.5
+    return False
+
+
+def _write_half(arm: Arm, row: Floats, k: int, slope: Floats, work: Floats) -> float:
+    # Half the determinant of a loop, which by its slope, by the joints in rad, is as far from zero
+    # as its square is by that of its own.
+    n = arm.chain.dof
+    results = work
+    gradient.write_determinants(
+        arm.chain, row, results, arrays.after(work, arm.chain.loops * (1 + n))
+    )
+    for j in range(n):
+        slope[j] = results[k * (1 + n) + 1 + j] * arm.task.column_scale[j]
+    return 0.5 * results[k * (1 + n)]
+
+
+def _write_least(arm: Arm, row: Floats, slope: Floats, work: Floats) -> float:
+    # The least singular value of J_t, and its slope by the joints in rad.
+    n, m = arm.chain.dof, arm.task.count
+    W = work
+    sigma = arrays.after(W, min(m, n) * (m + n))
+    Y = arrays.after(sigma, min(m, n))
+    singularity.write_directions(n, arm.task, row, W, sigma)
+    singularity.write_slopes_of_least(n, arm.task, W, sigma, Y)
+    gradient.write_gradient(arm.chain, row, Y, slope, arrays.after(Y, 6 * n))
+    for j in range(n):
+        slope[j] *= arm.task.column_scale[j]
+    return sigma[arm.task.generic_rank - 1]
