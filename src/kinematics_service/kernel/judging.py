@@ -124,11 +124,13 @@ def _take_over(arm: Arm, measures: Floats, search: NearestSearch) -> None:
 def _look_behind_loops(arm: Arm, row: Floats, q: Floats, measures: Floats, work: Floats) -> None:
     # What is found nearest, into measures of first order.
     judged = arrays.after(measures, _judged_at(arm))
-    if not judged[places.FIRST_ORDER] <= nearest_closed.HORIZON:
+    estimate = judged[places.FIRST_ORDER]
+    if not estimate <= nearest_closed.HORIZON:
         return
+    if arm.watched == places.DISTANCE and not estimate <= 2.0 * arm.warn:
+        return  # far from any warning
     distances = arrays.after(judged, places.JUDGED + arm.tape.factors)
     pose = arrays.after(measures, width(arm) - arm.chain.dof)
-    estimate = judged[places.FIRST_ORDER]
     away = nearest_closed.look(arm, q, row, estimate, distances, pose, work)
     if away < places.INFINITY:
         judged[places.DECIDED] = 1.0

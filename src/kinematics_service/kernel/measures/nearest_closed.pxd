@@ -6,8 +6,8 @@ from ..loops cimport closed_pass, closing
 from . cimport gradient, singularity
 from .arm cimport Arm
 
-cdef double HORIZON, SINGULAR, NEXT_STEP, NO_STEP, FLAT, LONGEST, SHARE, HALF, STRAIGHT, LESS, TRUSTED
-cdef int STEPS, LAST_STEPS, HALVINGS, IDLE
+cdef double HORIZON, SINGULAR, NEXT_STEP, NO_STEP, FLAT, LONGEST, SHARE, THIRD, STRAIGHT, LESS, TRUSTED
+cdef int STEPS, LAST_STEPS, IDLE
 
 @cython.locals(n=int, m=int, loops=int, own=int)
 cdef int room(Arm arm) noexcept nogil
@@ -43,7 +43,7 @@ cdef double _run_to_flat(
     Arm arm, double* q, double* begin, int k, double* d, double* work
 ) noexcept nogil
 @cython.locals(
-    n=int, section='double*', there='double*', i=int, j=int, _=int,
+    n=int, section='double*', there='double*', total=double, i=int, j=int,
 )
 cdef bint _move(
     Arm arm, double* q, double* d, double share, double* row, double* last, double* step

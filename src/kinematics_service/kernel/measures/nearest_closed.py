@@ -27,13 +27,12 @@ LESS, IDLE = 0.8, 2
 FLAT = 1e-4
 # What was found is farther than the first order says of the arm by this factor at most.
 TRUSTED = 2.0
-# Longest step, rad; steps of a run, at its end onto the set only; and how often one is halved
-# where the loops do not close.
-LONGEST, STEPS, LAST_STEPS, HALVINGS = 0.1, 30, 6, 3
+# Longest step, rad; steps of a run, and those at its end that go onto the set only.
+LONGEST, STEPS, LAST_STEPS = 0.1, 30, 6
 # Of the way to a flat position one step goes so far: beyond it nothing closes, and much nearer to
 # it loops are closed in many steps. Farther than the last number, rad, the first order may be
 # wrong by much, and to find that nothing closes costs more than all steps.
-SHARE, HALF, STRAIGHT = 0.8, 0.5, 0.02
+SHARE, THIRD, STRAIGHT = 0.8, 0.35, 0.02
 
 
 def room(arm: Arm) -> int:
@@ -199,7 +198,7 @@ def _run_to_flat(arm: Arm, q: Floats, begin: Floats, k: int, d: Floats, work: Fl
             for j in range(n):
                 d[j] += step[j]
             return _length(d, n)
-        share = SHARE if onto <= STRAIGHT else HALF
+        share = SHARE if onto <= STRAIGHT else THIRD
         if not _move(arm, q, d, min(share, LONGEST / moved), row, last, step):
             return places.INFINITY
     return places.INFINITY
@@ -208,24 +207,21 @@ def _run_to_flat(arm: Arm, q: Floats, begin: Floats, k: int, d: Floats, work: Fl
 def _move(
     arm: Arm, q: Floats, d: Floats, share: float, row: Floats, last: Floats, step: Floats
 ) -> bool:
-    # Goes a share of a step, or less where the loops do not close, and evaluates the arm there.
+    # Goes a share of a step, and evaluates the arm there; whether the loops close.
     n = arm.chain.dof
     section = arrays.after(row, arm.chain.closure_at)
     there = arrays.after(step, n)
     for i in range(arm.chain.closure.width):
         last[i] = section[i]
-    for _ in range(HALVINGS):
-        for j in range(n):
-            there[j] = q[j] + arm.task.column_scale[j] * (d[j] + share * step[j])
-        if closing.close_next(arm.chain.closure, last, there, section) == 0:
-            for j in range(n):
-                d[j] += share * step[j]
-                there[j] = 0.0
-            return closed_pass.evaluate_closed(arm.chain, there, places.JACOBIAN, row) < (
-                places.INFINITY
-            )
-        share *= 0.5
-    return False
+    for j in range(n):
+        d[j] += share * step[j]
+        there[j] = q[j] + arm.task.column_scale[j] * d[j]
+    if closing.close_next(arm.chain.closure, last, there, section) != 0:
+        return False
+    for j in range(n):
+        there[j] = 0.0
+    total = closed_pass.evaluate_closed(arm.chain, there, places.JACOBIAN, row)
+    return total < places.INFINITY
 
 
 def _write_half(arm: Arm, row: Floats, k: int, slope: Floats, work: Floats) -> float:
