@@ -34,7 +34,7 @@ JSON_KEYS = f"""\
                                  distance away; null where none was near
   flat_loop                      the loop that is flat there; null: the arm
                                  is singular there
-  decided                        false: one may be near, or nearer, and was not found
+  decided                        false: one may be near that was not found
   clearance                      radius without a singular pose, proved, rad
   task, length                   rows of J judged, characteristic length
   lost_direction                 6 numbers, base axes; angular ones * length
