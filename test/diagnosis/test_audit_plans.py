@@ -76,7 +76,7 @@ def test_an_ordinary_plan_is_proved(tmp_path, capsys):
 
 
 def test_what_is_not_decided_fails_unless_it_is_allowed(tmp_path, capsys):
-    plan = write(tmp_path, trajectory((0.0, {4: 0.03003}), (3.0, {0: 0.4, 4: 0.03003})))
+    plan = write(tmp_path, trajectory((0.0, {4: 0.0300001}), (3.0, {0: 0.4, 4: 0.0300001})))
     code, out, found = audited(capsys, plan)
     assert code == 1
     assert 'note  Not decided in 1 stretch (3 s), the first from 0.000 to 3.000 s' in out

@@ -11,7 +11,7 @@ from .cubic cimport Cubic
 from .expansion cimport Expansion
 from .singular_equations cimport SingularEquations
 
-cdef int HALVINGS
+cdef int HALVINGS, SUMS
 cdef double SINGULAR
 
 @cython.final
@@ -40,8 +40,10 @@ cdef class Clearance:
     cdef double* gram
     cdef double* factor
 
-    @cython.locals(k=int, sigma='double*', smallest=double, radius=double, i=int)
+    @cython.locals(k=int, sigma='double*', smallest=double, radius=double, i=int, turn=int)
     cdef double radius(self, double* q) noexcept nogil
+    @cython.locals(i=int)
+    cdef void _mix(self, double share) noexcept nogil
     @cython.locals(count=int, smallest=double)
     cdef void _become(self, Cubic cubic, double* shares) noexcept nogil
     @cython.locals(

@@ -22,8 +22,8 @@ from .cubic import Cubic
 from .expansion import Expansion
 from .singular_equations import SingularEquations
 
-# Halvings of the radius.
-HALVINGS = 32
+# Halvings of the radius; sums of the complement's numbers that are tried as they are.
+HALVINGS, SUMS = 32, 4
 # A pose is singular where a singular value is below this share of the largest, as for the search:
 # lengths that are rounded leave one that is not zero.
 SINGULAR = 1e-7
@@ -112,12 +112,22 @@ class Clearance:
         self._become(self.sum, self.first)
         radius = self._by_complement(radius)
         if self.equations.count > 1 and self._choose_shares():
+            for turn in range(1, SUMS):
+                self._mix(turn / (SUMS - 1.0))
+                self._become(self.sum, self.across)
+                radius = self._by_complement(radius)
             self._become(self.sum, self.shares)
             self._become(self.steep, self.steepest)
             self.steep.write_sizes()
             self.sum.take_away(self.steep)
             radius = self._by_complement(radius)
         return radius
+
+    def _mix(self, share: float) -> None:
+        # The sum between the first number alone and that with the least slope.
+        for i in range(self.equations.count):
+            self.across[i] = share * self.shares[i] + (1.0 - share) * self.first[i]
+        unit(self.across, self.equations.count)
 
     def _become(self, cubic: Cubic, shares: Floats) -> None:
         # A sum of the complement's numbers.
