@@ -90,3 +90,14 @@ def test_half_a_turn_away_from_the_goal_is_no_solution_of_it(name):
     assert kernel.followed_solutions(form, motion, 1, psi) == 1
     motion[:3, :3] = np.diag([1.0, -1.0, -1.0]) @ motion[:3, :3]
     assert kernel.followed_solutions(form, motion, 1, psi) == 0
+
+
+def test_the_round_off_of_a_polynomial_that_vanishes_accounts_for_nothing():
+    # A family with two slides; a double root with three, whose two axes are nearly parallel.
+    rows = [(0.0, -H, 0.32, 0.0), (0.0, H, -0.17, 0.0), (0.0, H, 0.0, 0.0)]
+    rows += [(0.0, -H, -0.02, H), (0.0, H, -0.43, 0.0), (0.0, 0.0, 0.0, H)]
+    assert is_right(arm('RPRRRP', rows), [-1.5 * H, 0.5, 0.5 * H, -1.5 * H, 0.0, 0.5])
+    rows = [(0.21, -1.5716173575842032, 0.0, 0.0), (0.0, -0.00010044345263037201, 0.28, 0.0)]
+    rows += [(0.0, 3.1418110000331825, 0.0, 0.0), (0.31, 0.0010112567600447221, -0.03, 0.0)]
+    rows += [(0.15, -1.5687453341282194, 0.0, 0.0), (0.27, -1.569718319657269, -0.15, 0.0)]
+    assert is_right(arm('PRRRPP', rows), [-0.5, 0.0, 0.0, 1.5 * H, 0.5, 0.0])

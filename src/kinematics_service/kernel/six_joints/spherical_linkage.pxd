@@ -11,6 +11,7 @@ from .six_screws cimport SixScrews
 cdef int SAMPLES
 cdef double TINY, ROUND_OFF, ROOT_THIRD, ACROSS
 
+cdef void _put(double* V, Py_ssize_t at, vectors.Triple v) noexcept nogil
 cdef double _mean(int p, int turn) noexcept nogil
 @cython.locals(value=Pair, other=Pair, i=int, j=int, k=int)
 cdef void _cross(double* a, double* b, double* to) noexcept nogil
@@ -52,7 +53,7 @@ cdef class SphericalLinkage:
         axis=vectors.Triple, foot=vectors.Triple, end=vectors.Triple, normal=vectors.Triple,
         between=vectors.Triple, a=vectors.Triple, b=vectors.Triple, carried=vectors.Triple,
         twice=vectors.Triple, tool=vectors.Triple, left=vectors.Triple, slide=vectors.Triple,
-        other=vectors.Triple, square=double, share=double, i=int,
+        other=vectors.Triple, square=double, share=double,
     )
     cdef bint _write_way(self, SixScrews loop) noexcept nogil
     @cython.locals(share=double, at=int, i=int, j=int, k=int, p=int, q=int)

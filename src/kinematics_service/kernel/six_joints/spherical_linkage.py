@@ -33,6 +33,10 @@ ROUND_OFF, ROOT_THIRD = 1e-15, math.sqrt(1.0 / 3.0)
 ACROSS = 1e-12
 
 
+def _put(V: Numbers, at: int, v: Vector) -> None:
+    V[at], V[at + 1], V[at + 2] = v[0], v[1], v[2]
+
+
 def _mean(p: int, turn: int) -> float:
     # What a value at so many thirds of a turn counts in the coefficient of 1, cos, or sin.
     if p == 0:
@@ -81,17 +85,17 @@ class SphericalLinkage:
     """
 
     def __init__(self) -> None:
-        self.room = arrays.scratch(6 + 12 + 9 + 9 + 2 * SAMPLES + SAMPLES + 10 + 6 + 8 + 42)
+        self.room = arrays.scratch(6 + 9 + 9 + 9 + 2 * SAMPLES + SAMPLES + 10 + 6 + 4 + 24)
         self.order = arrays.as_whole(self.room)
         self.way = arrays.after(self.room, 6)
-        self.E = arrays.after(self.way, 12)
+        self.E = arrays.after(self.way, 9)
         self.F = arrays.after(self.E, 9)
         self.circle = arrays.after(self.F, 9)
         self.values = arrays.after(self.circle, 2 * SAMPLES)
         self.coefficients = arrays.after(self.values, SAMPLES)
         self.vector = arrays.after(self.coefficients, 10)
         self.turn = arrays.after(self.vector, 6)
-        self.columns = arrays.after(self.turn, 8)
+        self.columns = arrays.after(self.turn, 4)
         self.turning, self.second, self.before = 0, 0, 0
         self.hidden, self.other, self.degree = 0, 0, 0
         self.across, self.bent, self.reach, self.noise = False, 0.0, 0.0, 1.0
@@ -155,10 +159,9 @@ class SphericalLinkage:
         tool = (loop.goal[3], loop.goal[7], loop.goal[11])
         left = vectors.plus(tool, -1.0, a)
         left = vectors.plus(left, 1.0, vectors.times_vector(loop.goal, end))
-        for i in range(3):
-            self.way[i] = left[0] if i == 0 else left[1] if i == 1 else left[2]
-            self.way[3 + i] = carried[0] if i == 0 else carried[1] if i == 1 else carried[2]
-            self.way[6 + i] = twice[0] if i == 0 else twice[1] if i == 1 else twice[2]
+        _put(self.way, 0, left)
+        _put(self.way, 3, carried)
+        _put(self.way, 6, twice)
         self.reach = math.sqrt(vectors.dot(left, left)) + math.sqrt(vectors.dot(end, end))
         self.reach += math.sqrt(vectors.dot(carried, carried))
         self.reach += math.sqrt(vectors.dot(twice, twice)) + 3.0 * abs(self.bent)
