@@ -28,7 +28,8 @@ def named(name):
 @pytest.mark.parametrize('name', ['calibrated UR5', *BUNDLED, *RANDOM])
 def test_no_singular_pose_is_nearer_than_the_clearance(name):
     robot = named(name)
-    q = judged_poses(robot, 300)
+    # Milliseconds each where many joints are redundant.
+    q = judged_poses(robot, 300 if robot.dof < 8 else 40)
     found = ks.singularity(robot, q)
     distance = np.linalg.norm((found.nearest_singular - q) / robot.task.column_scales, axis=1)
     there = np.isfinite(distance)
