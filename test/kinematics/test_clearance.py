@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from arms import BUNDLED, RANDOM, robot_of, without_factors
 from calibrated import calibrated_ur5
+from test_measures import arm
 from test_nearest_singular import judged_poses, random_poses
 
 import kinematics_service as ks
@@ -128,6 +129,31 @@ def with_tool_at(robot, point):
     before = np.array(table.before)
     before[-1, :, 3] += before[-1, :, :3] @ point
     return dataclasses.replace(robot, chain=kernel.Chain(table._replace(before=before)))
+
+
+def test_what_a_search_takes_for_singular_is_not_nearer_behind_a_long_tool():
+    # Nearly straight elbows: of what J says of the tool, 2 m away, less is left than of what it
+    # says of the wrist.
+    robot = with_tool_at(without_factors('kuka_iiwa14'), np.array([0.0, 0.0, 2.0]))
+    q = np.random.default_rng(0).uniform(-2.0, 2.0, (400, 7))
+    q[:, 3] *= 0.03
+    found = ks.singularity(robot, q)
+    distance = np.linalg.norm(found.nearest_singular - q, axis=1)
+    assert np.all(found.clearance <= distance * (1.0 + 1e-6))
+
+
+def test_a_last_axis_nearly_parallel_to_the_one_before_it_costs_no_clearance():
+    # They meet 300 m away.
+    shares = []
+    for tilt in (0.0, 1e-3):
+        robot = arm(
+            'Rz(q1), Tz(0.3), Rx(1.57), Rz(q2), Tx(0.4), Rx(0.3), Rz(q3), Tx(0.05), Rx(1.3), '
+            f'Tz(0.2), Rz(q4), Tx(0.2), Rx(1.2), Rz(q5), Tx(0.3), Ry({tilt}), Rz(q6), Tx(0.1)',
+            'rrrrrr',
+        )
+        found = ks.singularity(robot, random_poses(robot, 100))
+        shares.append(np.median(found.clearance / found.distance))
+    assert shares[1] > 0.9 * shares[0] > 0.5
 
 
 def test_a_sliding_joint_without_limits_has_bounds_where_it_is():

@@ -68,9 +68,10 @@ def _elements(chain: Chain) -> _Elements:
     return _Elements(turns, axis, point, pose[:3, 3], pose[:3, :3])
 
 
-def _point(elements: _Elements, six_rows: bool) -> Floats:
+def _point(elements: _Elements, six_rows: bool, farthest: float) -> Floats:
     # Where all six rows count, the point of the last axis that is nearest to the axis before it:
-    # the centre of a spherical wrist. The rank of J is the same for each point of the tool.
+    # the centre of a spherical wrist. The rank of J is the same for each point of the tool. Of
+    # axes that are nearly parallel it may be anywhere: where it is far away it is of no use.
     if not six_rows or len(elements.turns) < 2 or not elements.turns[-2:].all():
         return elements.tool
     a, b = elements.axis[-1], elements.axis[-2]
@@ -78,7 +79,8 @@ def _point(elements: _Elements, six_rows: bool) -> Floats:
     across = np.cross(a, b)
     square = float(across @ across)
     along = np.linalg.det(np.array([o - p, b, across])) / square if square > PARALLEL**2 else 0.0
-    return np.asarray(p + a * along)
+    point = np.asarray(p + a * along)
+    return point if np.linalg.norm(point - elements.tool) <= farthest else elements.tool
 
 
 def _farthest(chain: Chain, elements: _Elements, point: Floats, strokes: Floats) -> Floats:
@@ -169,7 +171,7 @@ def find_bounds(chain: Chain, task: Task, strokes: Floats) -> ClearanceBounds:
     """
     six_rows = len(task.rows) == 6
     elements = _elements(chain)
-    point = _point(elements, six_rows)
+    point = _point(elements, six_rows, max(task.reach, task.length))
     around = strokes + kernel.LARGEST_CLEARANCE * task.column_scales
     farthest = _farthest(chain, elements, point, around)
     moving = _moving(chain, task, six_rows)

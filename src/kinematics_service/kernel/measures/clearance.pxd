@@ -23,7 +23,7 @@ cdef class Clearance:
     cdef int count
     cdef bint known
     cdef double* point
-    cdef double bend, twist, fourth, singular
+    cdef double bend, twist, fourth, share, largest, change
     cdef double by_block, bend_of_block, second
     cdef double by_turns, bend_of_turns, twist_of_turns
     cdef double by_lines, bend_of_lines, twist_of_lines
@@ -51,8 +51,11 @@ cdef class Clearance:
         x=double, y=double, z=double, v='double*', w='double*', wx=double, wy=double, wz=double,
     )
     cdef void _stand_at(self, double* q) noexcept nogil
-    @cython.locals(good=double, bad=double, r=double)
-    cdef double _by_change(self, double smallest, double change) noexcept nogil
+    @cython.locals(away=double, i=int, length=double, root=double)
+    cdef double _condition(self) noexcept nogil
+    cdef double _changed(self, double r) noexcept nogil
+    @cython.locals(good=double, bad=double, r=double, moved=double)
+    cdef double _by_change(self, double smallest) noexcept nogil
     @cython.locals(
         d=int, k=int, count=int, terms=int, pairs=int, a=int, b=int, i=int, p=int, B='double*',
         C='double*', F='double*', squared='double*', cubed='double*', line='double*',
@@ -76,9 +79,9 @@ cdef class Clearance:
     @cython.locals(good=double, bad=double, r=double)
     cdef double _by_complement(self, double best) noexcept nogil
     @cython.locals(
-        square=double, third=double, fourth=double, root=double, bent=double, inside=double,
-        twisted=double, turns=double, before=double, rest=double, behind=double, slope=double,
-        bend=double, steep=double,
+        square=double, singular=double, third=double, fourth=double, root=double, bent=double,
+        inside=double, twisted=double, turns=double, before=double, rest=double, behind=double,
+        slope=double, bend=double, steep=double,
     )
     cdef bint _is_proved(self, double r) noexcept nogil
 

@@ -66,7 +66,8 @@ class Clearance:
         self._arrays = moving, point
         self.count = d = arrays.size(moving)
         self.point = arrays.numbers(point, 3)
-        self.bend, self.twist, self.fourth, self.singular = bend, twist, fourth, 0.0
+        self.bend, self.twist, self.fourth = bend, twist, fourth
+        self.share, self.largest, self.change = SINGULAR * self._condition(), 0.0, 0.0
         self.known = twist < places.INFINITY and fourth < places.INFINITY
         self.expansion = Expansion(arm.chain, arm.task, moving, 3 if self.known else 1)
         self.by_block, self.bend_of_block, self.second = 0.0, 0.0, 0.0
@@ -96,11 +97,12 @@ class Clearance:
         k = self.arm.task.generic_rank
         self._stand_at(q)
         sigma = self.equations.sigma
-        smallest, self.singular = sigma[k - 1], SINGULAR * sigma[0]
-        if not smallest > self.singular:
+        smallest, self.largest = sigma[k - 1], sigma[0]
+        if not smallest > self.share * self.largest:
             return 0.0
         self.expansion.write(self.equations.row)
-        radius = self._by_change(smallest, self.expansion.change())
+        self.change = self.expansion.change()
+        radius = self._by_change(smallest)
         if k == 1 or not self.known:
             return radius
         self.second = sigma[k - 2]
@@ -163,12 +165,29 @@ class Clearance:
         singularity.write_directions(n, self.arm.task, row, self.equations.W, self.equations.sigma)
         self.equations.complete()
 
-    def _by_change(self, smallest: float, change: float) -> float:
+    def _condition(self) -> float:
+        # Which share of the largest singular value another one has counts at the tool's origin,
+        # where a search judges it. On the way there from the point p, J_t is multiplied by
+        # [1, p x / length; 0, 1]: by so much, its condition number, the share may fall.
+        away = 0.0
+        for i in range(self.arm.task.count):
+            if self.arm.task.axis[i] >= 3:
+                length = self.arm.task.row_scale[i]
+                away = max(away, singular_equations.length_of(self.point, 3) / length)
+        root = 0.5 * away + math.sqrt(1.0 + 0.25 * away * away)
+        return root * root
+
+    def _changed(self, r: float) -> float:
+        # How much J_t and its singular values change within r at most.
+        return self.change * r + 0.5 * self.bend * r * r
+
+    def _by_change(self, smallest: float) -> float:
         # Weyl: no singular value falls faster than J_t changes.
         good, bad = 0.0, places.LARGEST_CLEARANCE
         for _ in range(HALVINGS):
             r = 0.5 * (good + bad)
-            if smallest - change * r - 0.5 * self.bend * r * r > self.singular:
+            moved = self._changed(r)
+            if smallest - moved > self.share * (self.largest + moved):
                 good = r
             else:
                 bad = r
@@ -289,11 +308,11 @@ class Clearance:
         # and lines and B1, C1 their first order, the moving bases leave of the complement
         # f - C1 B' - C B1 - C' (1 + P)^-1 B', B' = B - (1 + P) B1, C' = C - C1 (1 + P). What a
         # singular value may be counts as a change: J_t stays regular with any that is as large.
-        square = r * r
-        third = self.twist * square * r / 6.0 + self.singular
-        fourth = self.fourth * square * square / 24.0 + self.singular
+        square, singular = r * r, self.share * (self.largest + self._changed(r))
+        third = self.twist * square * r / 6.0 + singular
+        fourth = self.fourth * square * square / 24.0 + singular
         root = math.sqrt(self.second)
-        bent = 0.5 * self.bend * square + self.singular
+        bent = 0.5 * self.bend * square + singular
         bent = min(bent / self.second, self.bend_of_block * square + third / self.second)
         inside = self.by_block * r + bent
         if not inside < 1.0:
