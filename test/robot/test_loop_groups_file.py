@@ -157,4 +157,4 @@ def test_a_urdf_of_a_group_names_its_loops(capsys, tmp_path):
 
 def test_fk_names_the_group_that_is_near_flat(capsys):
     assert main(['fk', '--robot', 'flexpicker', '--q', '0.2,0.1,0.3']) == 0
-    assert 'loop arm1 + arm2 + arm3' in capsys.readouterr().out
+    assert 'loops arm1, arm2 and arm3 together  ' in capsys.readouterr().out

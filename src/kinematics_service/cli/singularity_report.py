@@ -9,6 +9,7 @@ from rich.text import Text
 
 from ..estimation.status_text import (
     direction_in_words,
+    flat_position,
     joints_in_words,
     lost_hold,
     structure_in_words,
@@ -17,6 +18,7 @@ from ..kernel import Floats
 from ..kinematics.singularity import Singularity, flat_loop
 from ..kinematics.tool_state import ToolState
 from ..printing import Output, facts, heading, number, numbers, plain, table
+from ..robot.file.loop_groups import group_in_words
 from ..robot.measures import MEASURES, Level, Measure, Thresholds
 from ..robot.robot import Robot
 
@@ -162,7 +164,7 @@ def _measure_words(robot: Robot, singularity: Singularity) -> Iterator[tuple[str
     yield 'watched', threshold_words(robot.thresholds)
     loop = flat_loop(robot, singularity)
     if loop and singularity.level != Level.OK:
-        yield 'near', plain(f'a flat position of the loop {loop}: {lost_hold(loop)}')
+        yield 'near', plain(f'{flat_position(loop)}: {lost_hold(loop)}')
     near = at_pose or singularity.level != Level.OK and not loop
     direction = singularity.lost_direction
     yield (
@@ -189,7 +191,7 @@ def _loop_words(robot: Robot, singularity: Singularity) -> Iterator[tuple[str, s
     ):
         if name in loops:
             away = f'about {in_degrees(distance)} of joint motion from flat'
-            yield plain(f'loop {name}'), f'det {value:.4g}, {away}'
+            yield plain(group_in_words(name)), f'det {value:.4g}, {away}'
 
 
 def _about(robot: Robot, singularity: Singularity) -> str:
@@ -202,7 +204,7 @@ def _end_words(robot: Robot, singularity: Singularity) -> str:
     if not robot.loop_names:
         return 'a singular pose'
     loop = flat_loop(robot, singularity)
-    return f'a flat position of the loop {loop}' if loop else 'a singular pose of the arm'
+    return flat_position(loop) if loop else 'a singular pose of the arm'
 
 
 def _value_words(measure: Measure, robot: Robot, singularity: Singularity) -> str:

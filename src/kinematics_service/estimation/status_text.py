@@ -8,6 +8,7 @@ import numpy as np
 
 from ..kernel import Floats
 from ..kinematics.singularity import Singularity, flat_loop, watched_value
+from ..robot.file.loop_groups import closed_together, group_in_words, group_key
 from ..robot.measures import MEASURES, Level
 from ..robot.robot import Robot
 
@@ -142,16 +143,22 @@ def singularity_status(
     return StatusText(level, sentence, tuple(values))
 
 
+def flat_position(loop: str) -> str:
+    """Return where a closed loop, or loops closed together, are flat, in words."""
+    return f'a flat position of the {group_in_words(loop)}'
+
+
 def lost_hold(loop: str) -> str:
     """Return what a flat position of a closed loop means, in words."""
-    return f'there the motors do not hold what the loop {loop} moves'
+    moves = 'move' if closed_together(loop) else 'moves'
+    return f'there the motors do not hold what the {group_in_words(loop)} {moves}'
 
 
 def _head(robot: Robot, singularity: Singularity, level: Level, loop: str) -> str:
     # What is near: the arm's singular pose, or a loop's flat position.
     at = 'at' if level == Level.ERROR else 'near'
     if robot.loop_names:
-        what = f'a flat position of the loop {loop}' if loop else 'a singularity of the arm'
+        what = flat_position(loop) if loop else 'a singularity of the arm'
         return f'{at} {what}' + ('' if singularity.decided else ', by first order')
     if singularity.decided:
         return f'{at} a singularity'
@@ -166,9 +173,9 @@ def _loop_values(robot: Robot, singularity: Singularity, loop: str) -> Iterator[
     if factors is None or not names:
         return
     first = len(factors.names) - len(names)
-    yield 'nearest', f'loop {loop}' if loop else 'arm'
+    yield 'nearest', group_in_words(loop) if loop else 'arm'
     for name, value, distance in zip(names, factors.values[first:], factors.distances[first:]):
-        yield f'loop_{name}', f'det {value:.9g}, {distance:.9g} rad from flat'
+        yield f'loop_{group_key(name)}', f'det {value:.9g}, {distance:.9g} rad from flat'
 
 
 def _pose_in_words(names: Sequence[str], pose: Floats | None) -> str:

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from ..kernel import Floats
+from ..robot.file.loop_groups import closed_together, group_in_words
 from ..robot.loops import close_at
 from ..robot.robot import Robot
 
@@ -67,14 +68,12 @@ def why_not_closed(robot: Robot, q: Floats) -> tuple[str, str]:
     if failed[0] == 0.0:
         return '', ''
     name = robot.loop_names[len(robot.loop_names) - int(failed[0])]
-    loop = (
-        f'the loops {name!r} of {robot.name} do'
-        if ' + ' in name
-        else (f'the loop {name!r} of {robot.name} does')
-    )
-    whose = 'their' if ' + ' in name else 'its'
+    if closed_together(name):
+        fails, whose = f'the {group_in_words(name)} of {robot.name} do', 'their'
+    else:
+        fails, whose = f'the loop {name!r} of {robot.name} does', 'its'
     return name, (
-        f'{loop} not close at [{_numbers(q)}]: on the way from the assembled position {whose} '
+        f'{fails} not close at [{_numbers(q)}]: on the way from the assembled position {whose} '
         f'branch ends at [{_numbers(sections[0, : robot.dof])}]'
     )
 

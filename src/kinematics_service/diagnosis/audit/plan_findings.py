@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable, Iterator
 from typing import Literal
 
+from ...estimation.status_text import flat_position
 from ...kinematics.plans.point_speed import TOOL
 from ...kinematics.plans.verdicts import PlanSingularity, PlanSpeed
 from ...kinematics.singularity import flat_loop, singularity
@@ -103,7 +104,7 @@ def _named(robot: Robot, found: PlanSingularity) -> str:
         return ''
     if robot.loop_names:  # at a flat position nothing closes
         loop = flat_loop(robot, singularity(robot, found.moment.q))
-        return f' (the loop {loop} is flat there)' if loop else ''
+        return f' ({flat_position(loop)})' if loop else ''
     factors = singularity(robot, found.nearest_singular).factors
     assert factors is not None
     names = [name for name, away in zip(factors.names, factors.distances) if away < VANISHES]

@@ -8,6 +8,7 @@ import numpy as np
 
 from ...kernel import Floats
 from ...kinematics.singularity import Singularity, flat_loop
+from ...robot.file.loop_groups import group_in_words
 from ...robot.measures import Level
 from ...robot.robot import Robot
 from .picture import with_unit, words
@@ -58,7 +59,7 @@ def nearness(robot: Robot, singularity: Singularity) -> str:
         if not robot.factors.is_loop(factors.nearest):
             text += f': {words(factors.names[factors.nearest])}'
         elif loop := flat_loop(robot, singularity):
-            text += f': {words(loop)} flat'
+            text += f': {words(group_in_words(loop))} flat'
     if singularity.level not in (Level.OK, Level.STALE):
         text += f' [{singularity.level.name}]'
     return text

@@ -9,6 +9,7 @@ from ...errors import PlotError
 from ...kernel import Floats
 from ...kinematics.singularity import singularity
 from ...kinematics.sweep import map_batches
+from ...robot.file.loop_groups import all_in_words
 from ...robot.loops import closed_poses, closes_at
 from ...robot.robot import Robot
 from ...robot.task import SEED
@@ -99,7 +100,8 @@ def distance_map(
     grids = table.reshape(size, size, -1)
     if np.all(np.isnan(grids[..., 0])):
         raise PlotError(
-            f'{robot.name}: no position of the map closes {" and ".join(robot.loop_names)}; hold '
+            f'{robot.name}: no position of the map closes the '
+            f'{all_in_words(robot.loop_names)}; hold '
             'the other joints elsewhere with --q'
         )
     functions = {name: grids[..., 2 + k] for k, name in enumerate(robot.factors.names)}

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from ...kernel import Floats
+from ...robot.file.loop_groups import not_all_closed
 from ...robot.robot import Robot
 from .captions import joint_label, positions
 from .distance_map import DistanceMap
@@ -140,8 +141,7 @@ def _draw_open(axes: Any, robot: Robot, numbers: DistanceMap) -> list[Any]:
             hatch='//', linewidth=0.0, zorder=-1.0,
         )
     )  # fmt: skip
-    names = words(', '.join(robot.loop_names))
-    label = f'{names} does not close: {100.0 * numbers.open_share:.3g} %'
+    label = f'{words(not_all_closed(robot.loop_names))}: {100.0 * numbers.open_share:.3g} %'
     return [Patch(facecolor=OPEN, edgecolor='white', hatch='//', linewidth=0.0, label=label)]
 
 

@@ -14,6 +14,7 @@ from ...kernel import Floats, Integers
 from ...kinematics.singularity import singularity_of
 from ...kinematics.sweep import map_batches
 from ...kinematics.tool_state import evaluate
+from ...robot.file.loop_groups import not_all_closed
 from ...robot.loops import closes_at
 from ...robot.robot import Robot
 from ...robot.task import SEED
@@ -137,7 +138,9 @@ def workspace(robot: Robot, plane: Plane, points: int, workers: str | None = Non
     tried = tried[closes_at(robot.chain, tried)]
     open_poses = count - len(tried)
     if not len(tried):
-        raise PlotError(f'{robot.name}: {" and ".join(robot.loop_names)} closed at none of them')
+        raise PlotError(
+            f'{robot.name}: {not_all_closed(robot.loop_names)} at any of {count} positions'
+        )
     found = map_batches(function, robot, tried, workers)
     found = found[np.isfinite(found[:, 0])]
     if not len(found):

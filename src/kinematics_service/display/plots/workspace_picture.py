@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from ...kernel import Floats
+from ...robot.file.loop_groups import not_all_closed
 from ...robot.robot import Robot
 from .critical import CriticalPoints
 from .picture import BLACK, Draw, with_unit, words
@@ -71,8 +72,8 @@ def workspace_picture(robot: Robot, space: Workspace, critical: CriticalPoints) 
 def _poses(robot: Robot, space: Workspace) -> str:
     if not space.open_poses:
         return f'{space.poses:,} poses'
-    names = words(', '.join(robot.loop_names))
-    return f'{space.poses:,} poses; {names} does not close at {space.open_poses:,} of them'
+    names = words(not_all_closed(robot.loop_names))
+    return f'{space.poses:,} poses; {names} at {space.open_poses:,} of them'
 
 
 def scale_of(values: Floats) -> tuple[float, float]:

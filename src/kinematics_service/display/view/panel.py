@@ -9,7 +9,12 @@ from html import escape
 
 import numpy as np
 
-from ...estimation.status_text import direction_in_words, joints_in_words, structure_in_words
+from ...estimation.status_text import (
+    direction_in_words,
+    flat_position,
+    joints_in_words,
+    structure_in_words,
+)
 from ...kernel import Floats
 from ...kinematics.singularity import flat_loop
 from ...rigid_motion import roll_pitch_yaw
@@ -111,7 +116,7 @@ def facts_html(seen: Observation, scene: Scene) -> str:
     ]
     if seen.level in (Level.WARN, Level.ERROR):
         if loop := flat_loop(robot, s):
-            rows.append(('near', f'a flat position of the loop {loop}', 'lost'))
+            rows.append(('near', flat_position(loop), 'lost'))
         else:
             rows += [
                 ('lost', direction_in_words(s.lost_direction), 'lost'),

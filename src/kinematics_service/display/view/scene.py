@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...estimation.status_text import NEGLIGIBLE, direction_in_words
+from ...estimation.status_text import NEGLIGIBLE, direction_in_words, flat_position
 from ...kernel import Floats
 from ...kinematics.singularity import flat_loop
 from ...robot.measures import Level
@@ -170,7 +170,7 @@ def _arrow(start: Floats, motion: Floats, size: float) -> Floats | None:
 
 def _lost(seen: Observation, size: float) -> LostDirection:
     if loop := flat_loop(seen.robot, seen.singularity):
-        return LostDirection(None, None, '', f'near a flat position of the loop {loop}')
+        return LostDirection(None, None, '', f'near {flat_position(loop)}')
     direction = seen.singularity.lost_direction
     tool = seen.pose[:3, 3]
 

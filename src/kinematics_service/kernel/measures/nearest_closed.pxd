@@ -9,10 +9,10 @@ from .arm cimport Arm
 cdef double HORIZON, SINGULAR, NEXT_STEP, NO_STEP, FLAT, LONGEST, SHARE, THIRD, STRAIGHT, LESS, TRUSTED
 cdef int STEPS, LAST_STEPS, IDLE
 
-@cython.locals(n=int, m=int, loops=int, own=int)
+@cython.locals(n=int, m=int, groups=int, own=int)
 cdef int room(Arm arm) noexcept nogil
 @cython.locals(
-    n=int, loops=int, least='double*', found='double*', free='double*', best=double, seen=double,
+    n=int, groups=int, least='double*', found='double*', free='double*', best=double, seen=double,
     expected=double, away=double, of_arm=cython.bint, first=int, turn=int, k=int, j=int,
 )
 cdef double look(

@@ -1,7 +1,7 @@
 """
 The singular pose nearest to a pose of an arm with closed loops, and the nearest flat positions.
 
-Newton's method on the least singular value of J_t, and on the square of each loop's determinant,
+Newton's method on the least singular value of J_t, and on the square of each group's determinant,
 whose slope stays finite where a branch ends. One step goes onto the set and along it to its
 nearest point at once. Loops are closed from each pose to the next, so that the branch stays.
 """
@@ -39,9 +39,9 @@ def room(arm: Arm) -> int:
     """Return how many numbers `look` needs room for."""
     if arm.chain.loops == 0:
         return 0
-    n, m, loops = arm.chain.dof, arm.task.count, arm.chain.loops
-    own = arm.chain.frames_at + arm.chain.closure.width + 14 * n + loops
-    return own + min(m, n) * (m + n + 1) + loops * (1 + n) + gradient.room(arm.chain)
+    n, m, groups = arm.chain.dof, arm.task.count, arm.chain.groups
+    own = arm.chain.frames_at + arm.chain.closure.width + 14 * n + groups
+    return own + min(m, n) * (m + n + 1) + groups * (1 + n) + gradient.room(arm.chain)
 
 
 def look(
@@ -54,7 +54,7 @@ def look(
     work: Floats,
 ) -> float:
     """
-    Look for the singular pose of the arm and the flat position of each loop that are nearest.
+    Look for the nearest singular pose of the arm, and flat position of each group of loops.
 
     Returns the least distance, rad, and fills the pose (n,) it is to, where nothing that the first
     order sees is nearer than what was found; endless otherwise.
@@ -67,22 +67,22 @@ def look(
         The pose (n,), and what evaluates it.
     estimate
         The distance by first order, of arm and loops, rad.
-    distances : shape (loops,)
+    distances : shape (groups,)
         To the flat positions by first order, rad; brought to what was found.
     """
-    n, loops = arm.chain.dof, arm.chain.loops
+    n, groups = arm.chain.dof, arm.chain.groups
     least = arrays.after(work, 2 * n)
     found = arrays.after(work, 3 * n)
-    free = arrays.after(found, loops)
+    free = arrays.after(found, groups)
     free = arrays.after(free, n)
     best, seen = places.INFINITY, places.INFINITY
     first = 0
-    for k in range(loops):
+    for k in range(groups):
         found[k] = places.INFINITY
         if distances[k] < distances[first]:
             first = k
-    # The loop that is nearest by first order, the arm, and the other loops that may be nearer.
-    for turn in range(loops + 1):
+    # The group that is nearest by first order, the arm, and the other groups that may be nearer.
+    for turn in range(groups + 1):
         k = first
         if turn > 0:
             k = turn - 2 if turn <= first + 1 else turn - 1
@@ -108,7 +108,7 @@ def look(
         return places.INFINITY
     for j in range(n):
         pose[j] = q[j] + arm.task.column_scale[j] * least[j]
-    for k in range(loops):
+    for k in range(groups):
         if found[k] < places.INFINITY:
             distances[k] = found[k]
     return best
@@ -179,7 +179,7 @@ def _run_to_arm(arm: Arm, q: Floats, begin: Floats, best: float, d: Floats, work
 
 
 def _run_to_flat(arm: Arm, q: Floats, begin: Floats, k: int, d: Floats, work: Floats) -> float:
-    # The same to where loop k is flat.
+    # The same to where group k of the loops is flat.
     n = arm.chain.dof
     slope = work
     step = arrays.after(slope, n)
@@ -225,12 +225,12 @@ def _move(
 
 
 def _write_half(arm: Arm, row: Floats, k: int, slope: Floats, work: Floats) -> float:
-    # Half the determinant of a loop, which by its slope, by the joints in rad, is as far from zero
-    # as its square is by that of its own.
+    # Half the determinant of a group of loops, which by its slope, by the joints in rad, is as far
+    # from zero as its square is by that of its own.
     n = arm.chain.dof
     results = work
     gradient.write_determinants(
-        arm.chain, row, results, arrays.after(work, arm.chain.loops * (1 + n))
+        arm.chain, row, results, arrays.after(work, arm.chain.groups * (1 + n))
     )
     for j in range(n):
         slope[j] = results[k * (1 + n) + 1 + j] * arm.task.column_scale[j]

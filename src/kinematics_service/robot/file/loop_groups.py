@@ -5,6 +5,8 @@ from collections.abc import Sequence
 from .description import LoopDescription, PassiveJoint
 from .links import variables_of
 
+BETWEEN = ' + '  # the names of loops that are closed together
+
 
 def names_in_loop(loop: LoopDescription) -> frozenset[str]:
     """Return the joints and passive joints that move the chains of a loop."""
@@ -49,4 +51,31 @@ def passive_of(group: Sequence[LoopDescription]) -> tuple[PassiveJoint, ...]:
 
 def group_name(group: Sequence[LoopDescription]) -> str:
     """Return the name of a group of loops: that of a loop alone, or all with + between them."""
-    return ' + '.join(loop.name for loop in group)
+    return BETWEEN.join(loop.name for loop in group)
+
+
+def group_key(name: str) -> str:
+    """Return the name of a group as the part of a key, without spaces: `a_b`."""
+    return name.replace(BETWEEN, '_')
+
+
+def closed_together(name: str) -> bool:
+    """Return whether the name of a group is that of several loops."""
+    return BETWEEN in name
+
+
+def group_in_words(name: str) -> str:
+    """Return the name of a group in words: `loop a`, or `loops a, b and c together`."""
+    return all_in_words((name,)) + (' together' if closed_together(name) else '')
+
+
+def all_in_words(names: Sequence[str]) -> str:
+    """Return all loops of groups by their names, in words: `loop a`, or `loops a, b and c`."""
+    *others, last = (name for group in names for name in group.split(BETWEEN))
+    return f'loops {", ".join(others)} and {last}' if others else f'loop {last}'
+
+
+def not_all_closed(names: Sequence[str]) -> str:
+    """Return that the loops of groups do not close, in words: `loop a does not close`."""
+    words = all_in_words(names)
+    return f'{words} do not all close' if ' and ' in words else f'{words} does not close'

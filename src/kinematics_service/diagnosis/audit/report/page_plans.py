@@ -4,6 +4,7 @@ import math
 from html import escape
 
 from ....kinematics.plans.verdicts import PlanCheck, PlanMoment, PlanVerdict
+from ....robot.file.loop_groups import closed_together, group_in_words
 from ..auditing import Audit
 from ..plan_findings import point_in_words, rounded_down, rounded_up
 from .page_table import MOST, more_of, table
@@ -49,7 +50,8 @@ def _rows(audit: Audit, k: int, plan: PlanCheck) -> list[list[str]]:
         where = ['', '', ''] if moment is None else _moment(moment)
         name = f'{which}loops close at {plan.closure.samples:,} samples'
         if plan.closure.loop:
-            name = f'{which}the loop {escape(plan.closure.loop)} closes'
+            closes = 'close' if closed_together(plan.closure.loop) else 'closes'
+            name = f'{which}the {escape(group_in_words(plan.closure.loop))} {closes}'
         rows.append([name, TAGS[plan.closure.verdict], '', '', *where, ''])
     for joint in plan.joints:
         for verdict, what, extremes in (
