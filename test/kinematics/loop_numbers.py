@@ -25,7 +25,7 @@ def lines(names):
         pickled = Path(name).suffix == '.pickle'
         robot = pickle.loads(Path(name).read_bytes()) if pickled else ks.load_robot(name)
         assembled = robot.chain.closure.assembled()
-        far = 0.03 if pickled else 0.3  # small machines
+        far = 0.03 if robot.chain.groups < robot.chain.loops else 0.3  # small machines
         share = np.linspace(-far, far, POSES)[:, None] * np.arange(1, robot.dof + 1)
         q = assembled + np.minimum(robot.chain.closure.units(), 1.0) * share / robot.dof
         state = ks.evaluate(robot, q, np.ones_like(q), kernel.ALL_FRAMES)

@@ -16,8 +16,10 @@ from tolerances import DIFFERENCE, DIFFERENCE_STEP, ROUND_OFF
 
 import kinematics_service as ks
 from kinematics_service import kernel
+from kinematics_service.estimation.status_text import singularity_status
 from kinematics_service.kernel.compiled import VARIABLE
 from kinematics_service.kinematics.acceleration import jacobian_rate
+from kinematics_service.kinematics.singularity import flat_loop
 from kinematics_service.rigid_motion import rotation_of_roll_pitch_yaw
 from kinematics_service.robot.loops import closes_at
 
@@ -191,6 +193,59 @@ def test_a_branch_of_a_group_is_kept_or_refused(planar):
         lengths = np.linalg.norm(corners - ends, axis=1)
         np.testing.assert_allclose(lengths, machines.PLANAR_RODS[1], rtol=0, atol=ROUND_OFF)
     assert 20 < closed < 180
+
+
+def test_the_nearest_flat_position_of_a_group_ends_its_branch(planar):
+    # And value and gradient of its determinant stay those of the pose itself.
+    random, looked_at = np.random.default_rng(3), 0
+    for q in random.uniform(planar.limits[:, 0], planar.limits[:, 1], (120, 3)):
+        if not closes_at(planar.chain, q):
+            continue
+        found = ks.singularity(planar, q)
+        if not found.decided or found.distance < 1e-3:
+            continue
+        looked_at += 1
+        assert flat_loop(planar, found) == 'right_arm + top_arm'
+        assert found.factors.distances[0] == found.distance
+        way = found.nearest_singular - q
+        assert np.linalg.norm(way) == pytest.approx(found.distance, rel=1e-12)
+        closure = ks.evaluate(planar, q).closure
+        assert found.factors.values[0] == pytest.approx(closure.determinants[0], rel=1e-9)
+        # A determinant falls as the root of what is left of the way.
+        near = ks.evaluate(planar, q + (1.0 - 1e-3) * way).closure.determinants[0]
+        assert abs(near / found.factors.values[0]) < 0.1
+        with pytest.raises(ks.LoopError):
+            ks.evaluate(planar, q + 1.02 * way)
+    assert looked_at > 10
+
+
+def test_the_nearest_singular_pose_of_a_machine_with_a_group_is_singular():
+    robot = ks.load_robot('flexpicker')
+    ring = np.random.default_rng(4).normal(size=(60, 3))
+    ring /= np.linalg.norm(ring, axis=1)[:, None]
+    for q in ([1.55, 1.72, 1.2], [1.5, 1.2, 1.7], [1.7, 1.4, 1.5]):
+        found = ks.singularity(robot, q)
+        assert found.decided
+        assert flat_loop(robot, found) == ''
+        closure = ks.evaluate(robot, q).closure
+        assert found.factors.values[0] == pytest.approx(closure.determinants[0], rel=1e-9)
+        assert ks.singularity(robot, found.nearest_singular).smallest_singular_value < 1e-6
+        sign = np.sign(found.determinant)
+        nearer = ks.singularity(robot, q + 0.98 * found.distance * ring).determinant
+        assert np.all(np.sign(nearer) == sign)
+
+
+def test_a_warning_names_all_loops_of_a_group(planar):
+    q = [1.564698, -2.570612, -0.920432]
+    found = ks.singularity(planar, q)
+    status = singularity_status(planar, found, found.level, 'base_link')
+    both = 'loops right_arm and top_arm together'
+    assert status.sentence.startswith(f'at a flat position of the {both}: right_arm + top_arm = ')
+    assert status.sentence.endswith(f'; there the motors do not hold what the {both} move')
+    values = dict(status.values)
+    assert values['nearest'] == both
+    assert re.fullmatch(r'det \S+, 0\.0027\d* rad from flat', values['loop_right_arm_top_arm'])
+    assert all(re.fullmatch('[a-z0-9_]+', key) for key, _ in status.values)
 
 
 def test_a_machine_with_a_group_is_pickled(planar):

@@ -18,7 +18,7 @@ from ..printing import Output, facts, heading, plain, table
 from ..robot.file.convention_table import CONVENTIONS
 from ..robot.file.description import Placement, PointDescription
 from ..robot.file.loop_groups import group_name, loop_groups, passive_of
-from ..robot.loops import close_at, other_branches
+from ..robot.loops import other_branches, tried_poses
 from ..robot.robot import Robot, load_robot
 from ..robot.task import SEEDED_POSES, seeded_poses
 from .accuracy_report import tolerances_in_words, uncertainty_in_words
@@ -236,10 +236,10 @@ def _loops(robot: Robot) -> Iterator[str]:
         yield f'  other branches there: {_branches(robot, g)}'
     slides = [kind == 'prismatic' for kind in robot.joint_types]
     q = seeded_poses(robot.limits, slides)
-    closed = int(np.sum(close_at(robot.chain, q)[1] == 0.0))
+    closed, tried = tried_poses(robot.chain, q)
     yield (
-        f'{robot.dof} degrees of freedom, those of the joints; the loops close at {closed} of '
-        f'{len(q)} poses inside the limits'
+        f'{robot.dof} degrees of freedom, those of the joints; the loops close at '
+        f'{len(closed)} of {tried} poses inside the limits'
     )
 
 

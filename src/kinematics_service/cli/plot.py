@@ -1,5 +1,6 @@
 """The command `plot`: pictures of an arm, its paths, its singular sets and its workspace."""
 
+import math
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -148,7 +149,7 @@ def plot(
     )
     if kind == 'ik' and xyz is None:
         raise WrongUsage('plot ik: say where the tool should be: --xyz 0.3,0.1,0.4')
-    count = _points(kind, points)
+    most = _points(kind, points)
     if rpy is not None and quaternion is not None:
         raise WrongUsage('--rpy and --quaternion both say how the tool is turned: give one')
     from ..display.plots.picture import (
@@ -163,6 +164,7 @@ def plot(
             suffix_of(save)
     refuse_without_matplotlib()
     arm = ending_at(given_robot(robot, ''), of)
+    count = most if points is not None else _fewer(arm, kind, most)
     pose = None if q is None else given_positions(arm, q, deg)
     if kind == 'ik':
         start = None if near is None else joint_values(arm, near, '--near', deg)
@@ -210,6 +212,17 @@ def _points(kind: str, points: int | None) -> int:
     low, high = POINTS[kind]
     if not low <= points <= high:
         raise WrongUsage(f'--points of {kind}: {low} to {high}, not {points}')
+    return points
+
+
+def _fewer(robot: 'Robot', kind: str, points: int) -> int:
+    # Of arms with closed loops so many that nobody waits long.
+    from ..display.plots.affordable import affordable
+
+    if kind == 'map':
+        return max(math.isqrt(affordable(robot, points**2)), POINTS[kind][0])
+    if kind == 'workspace':
+        return max(affordable(robot, 3 * points) // 3, POINTS[kind][0])
     return points
 
 

@@ -37,6 +37,9 @@ GRID, BRANCH_STARTS, SAME_BRANCH = 24, 400, 1e-6
 # loops' size each at most.
 SHORT_STEPS, LONGEST_STEP, DAMPING = 60, 0.5, 1e-6
 FEW, AROUND, SEED = 100, (1.0, 0.3, 0.1, 0.03, 0.01), 20240523
+# A pose that does not close costs as much as many that do: of poses tried so many at a time no
+# more are tried where fewer than one of so many closes.
+AT_A_TIME = 20
 
 
 def refuse_loops(description: RobotDescription, what: str) -> None:
@@ -431,15 +434,31 @@ def closes_at(chain: Chain, q: Floats) -> npt.NDArray[np.bool_]:
     return np.reshape(close_at(chain, q.reshape(-1, chain.dof))[1] == 0.0, q.shape[:-1])
 
 
+def tried_poses(chain: Chain, q: Floats) -> tuple[Floats, int]:
+    """
+    Return those of many poses at which the loops of a chain close, and how many were tried.
+
+    Not all are where fewer than one of 20 closes.
+    """
+    found: list[Floats] = []
+    closed, tried = 0, 0
+    while tried < len(q) and AT_A_TIME * closed >= tried:
+        some = q[tried : tried + AT_A_TIME]
+        found.append(some[closes_at(chain, some)])
+        closed, tried = closed + len(found[-1]), tried + len(some)
+    return np.concatenate([q[:0], *found]), tried
+
+
 def closed_poses(chain: Chain, q: Floats) -> Floats:
     """
     Return those of many poses at which the loops of a chain close, all of them without loops.
 
-    Where they are few, others around the known position are put behind them.
+    As `tried_poses` finds them. Where they are few, others around the known position are put
+    behind them.
     """
     if chain.loops == 0:
         return q
-    found: Floats = q[closes_at(chain, q)]
+    found, _ = tried_poses(chain, q)
     if len(found) >= FEW:
         return found
     random = np.random.default_rng(SEED)
@@ -447,7 +466,7 @@ def closed_poses(chain: Chain, q: Floats) -> Floats:
     for share in AROUND:
         units = np.minimum(chain.closure.units(), 1.0)
         near = assembled + share * units * random.uniform(-1.0, 1.0, (10 * FEW, chain.dof))
-        found = np.concatenate([found, near[closes_at(chain, near)]])
+        found = np.concatenate([found, tried_poses(chain, near)[0]])
         if len(found) >= FEW:
             break
     return np.asarray(np.concatenate([found, assembled[None]]))
