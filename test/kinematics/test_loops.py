@@ -22,7 +22,7 @@ from kinematics_service import kernel
 from kinematics_service.estimation.status_text import singularity_status
 from kinematics_service.kernel.compiled import VARIABLE
 from kinematics_service.kinematics.singularity import flat_loop
-from kinematics_service.robot.loops import close_at
+from kinematics_service.robot.loops import close_at, closes_at, tried_poses
 
 every_arm = pytest.mark.parametrize('name', LOOPED)
 # Angles of pins are quotients of lengths that carry round-off.
@@ -220,6 +220,18 @@ def test_the_way_out_near_a_flat_loop_does_not_lead_to_the_end_of_its_branch():
             ks.evaluate(robot, q - 2.0 * away * found.way_out)
         beyond = ks.singularity(robot, q + away * found.way_out)
         assert beyond.distance > 1.5 * found.distance
+
+
+def test_where_loops_hardly_ever_close_few_poses_are_tried():
+    robot = ks.robot_from_text(linkages.SHORT_FIVE_BAR)
+    closed, opened = np.array([2.2, 0.93]), np.array([math.pi, 0.0])
+    assert closes_at(robot.chain, np.stack([closed, opened])).tolist() == [True, False]
+    found, tried = tried_poses(robot.chain, np.tile(opened, (100, 1)))
+    assert (len(found), tried) == (0, 20)
+    half = np.tile(np.stack([opened, closed]), (50, 1))
+    found, tried = tried_poses(robot.chain, half)
+    assert tried == 100
+    np.testing.assert_array_equal(found, half[1::2])
 
 
 def test_what_is_near_is_told_as_arm_or_loop():

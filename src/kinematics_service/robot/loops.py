@@ -39,7 +39,7 @@ SHORT_STEPS, LONGEST_STEP, DAMPING = 60, 0.5, 1e-6
 FEW, AROUND, SEED = 100, (1.0, 0.3, 0.1, 0.03, 0.01), 20240523
 # A pose that does not close costs as much as many that do: of poses tried so many at a time no
 # more are tried where fewer than one of so many closes.
-AT_A_TIME = 20
+AT_A_TIME, ONE_OF = 20, 5
 
 
 def refuse_loops(description: RobotDescription, what: str) -> None:
@@ -438,11 +438,11 @@ def tried_poses(chain: Chain, q: Floats) -> tuple[Floats, int]:
     """
     Return those of many poses at which the loops of a chain close, and how many were tried.
 
-    Not all are where fewer than one of 20 closes.
+    Not all are where fewer than one of five closes.
     """
     found: list[Floats] = []
     closed, tried = 0, 0
-    while tried < len(q) and AT_A_TIME * closed >= tried:
+    while tried < len(q) and ONE_OF * closed >= tried:
         some = q[tried : tried + AT_A_TIME]
         found.append(some[closes_at(chain, some)])
         closed, tried = closed + len(found[-1]), tried + len(some)
