@@ -4,6 +4,8 @@ import json
 import math
 
 import linkages
+import numpy as np
+import parallel_machines as machines
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
@@ -57,3 +59,38 @@ def test_a_plan_is_refuted_where_a_loop_does_not_close(tmp_path, capsys):
     said = ' '.join(capsys.readouterr().out.split())
     assert 'Not decided: all loops close at 3 sampled positions; between them nothing is' in said
     assert 'Not decided: the largest sampled speed of the tool is' in said
+
+
+def test_an_audit_names_loops_that_are_closed_together(tmp_path, capsys):
+    robot, plan = tmp_path / 'planar.yaml', tmp_path / 'plan.yaml'
+    robot.write_text(machines.planar_text())
+    middle = machines.planar_joints(np.array([0.25, 0.144]), 0.0)
+    ends = [middle, [1.5664, -2.5686, -0.9196], [1.6, -2.55, -0.9]]
+    points = [
+        f'  - {{positions: {list(map(float, q))}, time_from_start: {{sec: {k}}}}}\n'
+        for k, q in enumerate(ends)
+    ]
+    plan.write_text('joint_names: [left, right, top]\npoints:\n' + ''.join(points))
+    page, document = tmp_path / 'plan.html', tmp_path / 'plan.json'
+    arguments = ['audit', str(plan), '--robot', str(robot)]
+    assert main([*arguments, '--html', str(page), '--json', str(document)]) == 1
+    said = ' '.join(capsys.readouterr().out.split())
+    both = 'loops right_arm and top_arm together'
+    assert f'the {both} of planar_3rrr do not close at' in said
+    assert f'rad from a singular pose (a flat position of the {both})' in said
+    assert f'the {both} close' in page.read_text()
+    found = json.loads(document.read_text())['plans'][0]['closure']
+    assert found['loop'] == 'right_arm + top_arm'
+    # Of a recording what does not close is counted.
+    recording = tmp_path / 'recording.csv'
+    rows = np.concatenate([np.linspace(a, b, 50) for a, b in zip(ends, ends[1:])])
+    lines = [
+        ','.join([f'{100 + 0.01 * k:.3f}', *map(str, q)]) for k, q in enumerate(rows.tolist())
+    ]
+    recording.write_text(
+        'stamp,position.left,position.right,position.top\n' + '\n'.join(lines) + '\n'
+    )
+    main(['audit', str(recording), '--robot', str(robot)])
+    said = ' '.join(capsys.readouterr().out.split())
+    assert '52 messages made no new state: loop does not close (52).' in said
+    assert 'The arm comes too close to a singularity (right_arm + top_arm): distance' in said

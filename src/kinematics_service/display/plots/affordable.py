@@ -1,5 +1,6 @@
 """How many positions a picture of an arm with closed loops tries, so that nobody waits long."""
 
+import math
 import time
 
 import numpy as np
@@ -27,5 +28,5 @@ def affordable(robot: Robot, most: int) -> int:
     begin = time.process_time()
     singularity(robot, q[closes_at(robot.chain, q)])
     count = BUDGET * MEASURED / (time.process_time() - begin)
-    power = 10 ** int(np.log10(count))
-    return min(most, next(share for share in (5, 2, 1) if share * power <= count) * power)
+    power = 10.0 ** math.floor(math.log10(count))
+    return min(most, int(power * max(share for share in (1, 2, 5) if share * power <= count)))
