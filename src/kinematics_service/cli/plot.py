@@ -117,7 +117,7 @@ def plot(
         typer.Option(
             metavar='N',
             help='Points on each side of the map, or random poses of the workspace.',
-            show_default=f'{MAP_POINTS}; {WORKSPACE_POINTS}',
+            show_default=f'{MAP_POINTS}; {WORKSPACE_POINTS}; fewer with closed loops',
         ),
     ] = None,
     workers: Annotated[
