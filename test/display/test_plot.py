@@ -16,12 +16,12 @@ from folders import GOLDEN
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
+from kinematics_service.cli.plot import WORKSPACE_POINTS
 from kinematics_service.robot.measures import MEASURES
 
 pytest.importorskip('matplotlib', reason='needs matplotlib')
 
 from kinematics_service.display.plots import picture
-from kinematics_service.display.plots.affordable import affordable
 from kinematics_service.display.plots.arm import arm_picture
 from kinematics_service.display.plots.critical import critical_points
 from kinematics_service.display.plots.distance_map import distance_map, joint_pair
@@ -757,9 +757,15 @@ def test_a_recording_along_which_nothing_moves_in_time(suffix, tmp_path, capsys)
     assert 'all rows have the same time' in capsys.readouterr().err
 
 
-def test_pictures_of_arms_with_loops_try_as_many_positions_as_nobody_waits_long_for():
-    assert affordable(robot_of('puma560'), 160_000) == 160_000
-    for most in (300, 10**9):
-        count = affordable(robot_of('flexpicker'), most)
-        assert 100 < count <= min(most, 10**7)
-        assert count == most or str(count).rstrip('0') in ('1', '2', '5')
+@pytest.mark.parametrize(('name', 'share'), [('puma560', 1), ('five_bar', 2), ('excavator', 8)])
+def test_pictures_of_arms_with_loops_try_fewer_positions(name, share, monkeypatch):
+    tried = []
+
+    def workspace(robot, where, points, workers):
+        tried.append(points)
+        raise PlotError('enough')
+
+    monkeypatch.setattr('kinematics_service.display.plots.workspace.workspace', workspace)
+    for points in ((), ('--points', '5000')):
+        assert main(['plot', name, 'workspace', *points]) != 0
+    assert tried == [WORKSPACE_POINTS // share, 5000]

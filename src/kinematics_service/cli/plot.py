@@ -216,13 +216,13 @@ def _points(kind: str, points: int | None) -> int:
 
 
 def _fewer(robot: 'Robot', kind: str, points: int) -> int:
-    # Of arms with closed loops so many that nobody waits long.
-    from ..display.plots.affordable import affordable
-
+    # A position takes the longer the more has to be closed. Not by the clock: the same command
+    # gives the same picture.
+    passive = max(1, len(robot.passive_joint_names))
     if kind == 'map':
-        return max(math.isqrt(affordable(robot, points**2)), POINTS[kind][0])
+        return max(points // math.isqrt(passive), POINTS[kind][0])
     if kind == 'workspace':
-        return max(affordable(robot, 3 * points) // 3, POINTS[kind][0])
+        return max(points // passive, POINTS[kind][0])
     return points
 
 
