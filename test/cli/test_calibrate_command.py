@@ -243,6 +243,7 @@ def test_points_of_the_arm_stay_where_they_are(tmp_path):
     assert np.abs(frames[6] - nominal[4]).max() < 0.02
 
 
+@pytest.mark.slow
 def test_positions_alone_are_read_where_they_are_asked_for(tmp_path, capsys):
     arm = measured_arm('ur5e', 60, NOISE)
     file = table(tmp_path / 'points.csv', arm.robot, arm.q, arm.poses, ends='x y z')
@@ -528,6 +529,7 @@ def test_what_no_poses_would_help_is_refused_before_they_are_heard(
     assert sentence in ' '.join(err.split())
 
 
+@pytest.mark.slow
 def test_poses_heard_are_kept_where_their_calibration_is_refused(tmp_path, capsys, monkeypatch):
     arm = measured_arm('ur5e', 40, NOISE)
     stamps = tuple(1_700_000_000_000_000_000 + 1_000_000_001 * k for k in range(40))

@@ -196,6 +196,7 @@ def test_a_bag_without_messages_is_refused(tmp_path, capsys, store):
 # Tables
 
 
+@pytest.mark.slow
 def test_a_table_of_the_controller_and_a_bag_of_it_are_the_same(capsys):
     pytest.importorskip('rosbags', reason='needs rosbags')
     table = recorded('ur3e_rad/rad_ur3e_25hz.csv')

@@ -6,6 +6,7 @@ import math
 import linkages
 import numpy as np
 import parallel_machines as machines
+import pytest
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
@@ -38,6 +39,7 @@ points:
 """
 
 
+@pytest.mark.slow
 def test_a_plan_is_refuted_where_a_loop_does_not_close(tmp_path, capsys):
     robot, plan = tmp_path / 'short.yaml', tmp_path / 'plan.yaml'
     robot.write_text(linkages.SHORT_FIVE_BAR)
@@ -61,6 +63,7 @@ def test_a_plan_is_refuted_where_a_loop_does_not_close(tmp_path, capsys):
     assert 'Not decided: the largest sampled speed of the tool is' in said
 
 
+@pytest.mark.slow
 def test_an_audit_names_loops_that_are_closed_together(tmp_path, capsys):
     robot, plan = tmp_path / 'planar.yaml', tmp_path / 'plan.yaml'
     robot.write_text(machines.planar_text())

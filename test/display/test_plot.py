@@ -430,6 +430,7 @@ def test_a_recording_without_velocities_and_with_a_gap(tmp_path):
 # Maps and workspaces.
 
 
+@pytest.mark.slow
 def test_a_recording_that_does_not_close_everywhere_is_drawn_where_it_does(tmp_path):
     robot = ks.robot_from_text(linkages.SHORT_FIVE_BAR)
     opening = np.sin(np.linspace(0.0, 2.0 * math.pi, 200))
@@ -757,6 +758,7 @@ def test_a_recording_along_which_nothing_moves_in_time(suffix, tmp_path, capsys)
     assert 'all rows have the same time' in capsys.readouterr().err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(('name', 'share'), [('puma560', 1), ('five_bar', 2), ('excavator', 8)])
 def test_pictures_of_arms_with_loops_try_fewer_positions(name, share, monkeypatch):
     tried = []

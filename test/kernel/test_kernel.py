@@ -319,6 +319,7 @@ def test_a_tape_whose_steps_need_later_ones_is_refused():
         kernel.evaluate_factors(factors.tape, np.zeros((1, 2)), np.zeros((1, 9, 9)))
 
 
+@pytest.mark.slow
 def test_what_the_kernel_reads_of_an_arm_is_kept():
     task = robot_of('ur5e').task
     axes = task.axes.copy()

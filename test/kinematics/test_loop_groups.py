@@ -79,6 +79,7 @@ def test_a_delta_is_that_of_the_report():
         np.testing.assert_allclose(found, place, rtol=0, atol=0.0015)
 
 
+@pytest.mark.slow
 def test_a_planar_platform_comes_back_from_its_closed_form(planar):
     for middle, angle, q in planar_poses():
         state = ks.evaluate(planar, q)
@@ -103,6 +104,7 @@ def test_a_platform_on_six_legs_comes_back_from_its_closed_form(hexapod):
         np.testing.assert_allclose(state.jacobian, J, rtol=0, atol=10 * ROUND_OFF * scale)
 
 
+@pytest.mark.slow
 def test_points_of_passive_rows_move_as_differences_say(planar):
     q = np.array([q for _, _, q in planar_poses()])[:20]
     for row in range(planar.rows + 1):
@@ -271,6 +273,7 @@ def test_a_delta_reaches_a_place_in_one_way_inside_its_limits():
     np.testing.assert_allclose(found.q, machines.delta_joints(place), rtol=0, atol=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not kernel.is_compiled(), reason='about the compiled kernel')
 def test_groups_have_the_numbers_of_the_source_to_the_last_bit(planar, hexapod, tmp_path):
     # Pickled: plain Python takes minutes to look at the poses of a new arm.

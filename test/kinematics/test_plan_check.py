@@ -128,6 +128,7 @@ def test_a_passage_at_a_set_distance_from_the_wrist(distance, verdict):
         assert found.lower == 0.0
 
 
+@pytest.mark.slow
 def test_past_a_straight_elbow_most_plans_of_seven_joints_are_proved():
     # The least singular value falls to 1e-4 there, and singular poses are tenths of a rad away.
     robot, random = robot_of('kinova_gen3'), np.random.default_rng(2)

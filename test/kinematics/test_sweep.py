@@ -103,6 +103,7 @@ def test_a_map_by_workers_is_the_same_picture(cluster, tmp_path, capsys):
     assert files[0].read_bytes() == files[1].read_bytes()
 
 
+@pytest.mark.slow
 def test_a_scheduler_that_is_not_there_is_an_error_within_seconds(monkeypatch):
     assert sweep.CONNECT_TIMEOUT <= 5
     monkeypatch.setattr(sweep, 'CONNECT_TIMEOUT', 1)
@@ -113,6 +114,7 @@ def test_a_scheduler_that_is_not_there_is_an_error_within_seconds(monkeypatch):
     assert time.monotonic() - begin < 6.0
 
 
+@pytest.mark.slow
 def test_a_scheduler_without_workers_is_an_error_within_seconds(monkeypatch):
     monkeypatch.setattr(sweep, 'CONNECT_TIMEOUT', 1)
     distributed = pytest.importorskip('distributed', reason='needs dask[distributed]')

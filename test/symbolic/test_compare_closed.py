@@ -70,6 +70,7 @@ def test_what_is_not_compared_is_said(text, message):
     assert fault.message.startswith(message)
 
 
+@pytest.mark.slow
 def test_a_position_at_which_the_loops_do_not_close_is_not_compared():
     robot = ks.robot_from_text(linkages.SHORT_FIVE_BAR)
     (fault,) = compare(robot, 'at: q1=3, q2=0\np = [1;2;3]').faults

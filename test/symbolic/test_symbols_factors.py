@@ -248,6 +248,7 @@ def sliding():
     return ks.derive(ks.robot_from_text(SLIDING))
 
 
+@pytest.mark.slow
 def test_a_length_that_divides_a_long_determinant_is_a_factor_of_it():
     whole, length = sliding().singular_set.factors
     assert str(length.expression) == 'q3'
@@ -256,6 +257,7 @@ def test_a_length_that_divides_a_long_determinant_is_a_factor_of_it():
     assert not whole.expression.subs(length.expression, 0).free_symbols & set(sliding().variables)
 
 
+@pytest.mark.slow
 def test_a_length_that_divides_one_minor_only_is_no_common_factor():
     # With a fourth joint q3 = 0 is no longer singular.
     text = SLIDING.replace('\nlinks:', '\n  - {name: q4, type: revolute}\nlinks:')
