@@ -97,3 +97,16 @@ def test_an_audit_names_loops_that_are_closed_together(tmp_path, capsys):
     said = ' '.join(capsys.readouterr().out.split())
     assert '52 messages made no new state: loop does not close (52).' in said
     assert 'The arm comes too close to a singularity (right_arm + top_arm): distance' in said
+
+
+def test_of_a_plan_with_loops_no_more_is_said_than_of_its_samples(tmp_path, capsys):
+    plan = tmp_path / 'plan.yaml'
+    lines = ['joint_names: [theta1, theta2, theta3]', 'points:']
+    for seconds, positions in ((0, [0, 0, 0]), (2, [0.04, 0.02, 0.01])):
+        time = f'time_from_start: {{sec: {seconds}, nanosec: 0}}'
+        lines.append(f'  - {{positions: {positions}, {time}}}')
+    plan.write_text('\n'.join(lines) + '\n')
+    assert main(['audit', str(plan), '--robot', 'flexpicker']) == 1
+    out = capsys.readouterr().out
+    assert 'is near no singular pose at its samples, as far as it was looked for' in out
+    assert 'keeps away' not in out

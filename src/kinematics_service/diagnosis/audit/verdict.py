@@ -100,10 +100,12 @@ def _singular_poses(audit: Audit) -> Finding:
     unit = f' {measure.unit}' if measure.unit else ''
     value = f'{measure.name.replace("_", " ")} {worst.value}{unit}'
     if not audit.stretches:
+        away = 'keeps away from singular poses'
+        if audit.robot.loop_names:  # how loops bend the arm between samples is not known
+            away = 'is near no singular pose at its samples, as far as it was looked for'
         return Finding(
             Level.OK,
-            f'{who} keeps away from singular poses: the nearest is {value} '
-            f'(warning at {thresholds.warn:g}).',
+            f'{who} {away}: the nearest is {value} (warning at {thresholds.warn:g}).',
         )
     level = max(stretch.level for stretch in audit.stretches)
     stretch = max(audit.stretches, key=lambda one: (one.level, -_goodness(audit, one.value)))
