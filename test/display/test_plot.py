@@ -15,6 +15,7 @@ from arms import BUNDLED, LOOPED, robot_of, without_known_poses
 from folders import GOLDEN
 
 import kinematics_service as ks
+from kinematics_service import output_file
 from kinematics_service.__main__ import main
 from kinematics_service.cli.plot import WORKSPACE_POINTS
 from kinematics_service.robot.measures import MEASURES
@@ -648,7 +649,7 @@ def test_a_failure_leaves_the_old_file_whole(simple, tmp_path, monkeypatch):
     def fail(*_):
         raise OSError(28, 'No space left on device')
 
-    monkeypatch.setattr(picture.os, 'replace', fail)
+    monkeypatch.setattr(output_file.os, 'replace', fail)
     with pytest.raises(PlotError, match='cannot be written: No space left on device'):
         save_picture(simple, file)
     assert file.read_text() == 'old'

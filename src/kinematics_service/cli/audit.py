@@ -163,7 +163,7 @@ def audit(
     }
     for option, own in paths.items():
         for path in own:
-            if path is not None and path.resolve() in [file.resolve() for file in files]:
+            if path is not None and any(_belongs_to(path, file) for file in files):
                 raise WrongUsage(f'--{option}: {path} is the recording itself')
     arm = _judged(ending_at(given_robot(robot), of), warn, stop)
     frames = given_frames(pose_gap, pose_warn, pose_stop)
@@ -255,17 +255,25 @@ def _paths(option: str, given: Path | None, files: list[Path], suffix: str) -> l
     return [given / name for name in names]
 
 
+def _belongs_to(path: Path, recording: Path) -> bool:
+    # Whether an output would take the place of a recording, or of a file of a bag's folder.
+    if not path.exists() or not recording.exists():
+        return False
+    parts = [recording, *(recording.iterdir() if recording.is_dir() else ())]
+    return any(part.exists() and path.samefile(part) for part in parts)
+
+
 def _report(outcome: 'Outcome', html: Path | None, json: Path | None) -> None:
     from ..diagnosis.audit.report.summary import print_summary
-    from ..robot.file.writer import replace_file
+    from ..output_file import write_file
 
     if outcome.summary is None:
         print(f'{outcome.error}', file=sys.stderr)
         return
     if html is not None:
-        replace_file(html, outcome.html)
+        write_file(html, outcome.html)
     if json is not None and str(json) != '-':
-        replace_file(json, outcome.json + '\n')
+        write_file(json, outcome.json + '\n')
     if json is not None and str(json) == '-':
         print(outcome.json)
     else:

@@ -223,9 +223,9 @@ def calibrate(
             else:
                 data = _measured(files or [], reading, pose_gap, words, limit, tell)
             if output is not None:
-                from ..robot.file.writer import replace_file
+                from ..output_file import write_file
 
-                replace_file(output, _text(data, robot, frames))
+                write_file(output, _text(data, robot, frames))
         if html is not None:
             _write_page(data, html, robot)
         _report(data, json)
@@ -324,7 +324,7 @@ def _check_outputs(
         refuse_unwritable(option, file)
         if file.exists() and any(one.exists() and file.samefile(one) for one in inputs or []):
             raise WrongUsage(f'{option}: {file} is the recording itself')
-        if option in OVERWRITTEN_BY_FORCE and file.exists() and not force:
+        if option in OVERWRITTEN_BY_FORCE and file.is_file() and not force:
             raise WrongUsage(f'{file} exists already: give another name, or --force')
 
 
@@ -338,12 +338,12 @@ def _propose(
 ) -> None:
     from ..diagnosis.calibration.plan_text import table_text, trajectory_text
     from ..diagnosis.calibration.proposal import propose_poses
-    from ..robot.file.writer import replace_file
+    from ..output_file import write_file
 
     proposed = propose_poses(arm, count, after, positions)
     for file in plans:
         text = table_text if file.suffix.lower() == '.csv' else trajectory_text
-        replace_file(file, text(proposed))
+        write_file(file, text(proposed))
         print(f'wrote {file}: {count} poses', file=stream)
     if not plans:
         print(table_text(proposed), end='', file=stream)
@@ -536,17 +536,17 @@ def _text(data: _Calibrated, robot: str, frames: FramesChoice) -> str:
 
 def _write_page(data: _Calibrated, html: Path, robot: str) -> None:
     from ..diagnosis.calibration.page.page import PageOrigin, page_of
-    from ..robot.file.writer import replace_file
+    from ..output_file import write_file
 
     date = datetime.now().astimezone().isoformat(' ', 'seconds')
     origin = PageOrigin(tuple(data.files), str(find_robot_file(robot)), date, tuple(data.remarks))
-    replace_file(html, page_of(data.found, origin))
+    write_file(html, page_of(data.found, origin))
 
 
 def _report(data: _Calibrated, json: Path | None) -> None:
     from ..diagnosis.calibration.report import cells_of, document_of, kind_of, sentences_of
+    from ..output_file import write_file
     from ..printing import Output, heading, json_text, plain, table
-    from ..robot.file.writer import replace_file
 
     found = data.found
     if json is not None:
@@ -556,7 +556,7 @@ def _report(data: _Calibrated, json: Path | None) -> None:
         if str(json) == '-':
             print(text)
             return
-        replace_file(json, text + '\n')
+        write_file(json, text + '\n')
     out = Output()
     names = ', '.join(data.files)
     out.print(heading(f'{found.robot.name}: {found.count} {kind_of(found)} of {names}'), '')

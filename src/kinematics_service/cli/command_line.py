@@ -5,7 +5,7 @@ import os
 import sys
 import traceback
 from collections.abc import Sequence
-from contextlib import nullcontext
+from contextlib import nullcontext, suppress
 
 from ..errors import KinematicsError
 from ..stop_signals import interruptible
@@ -13,6 +13,7 @@ from .arguments import join_numbers, split_ros_arguments
 from .missing_ros import RosMissingError
 from .node import plain_options, start_node
 from .ros_variables import RosVariableError
+from .standard_output import checked_output
 
 
 def run(argv: Sequence[str] | None = None) -> int:
@@ -27,6 +28,21 @@ def run(argv: Sequence[str] | None = None) -> int:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors='replace')  # a '?' is better than no answer
+    if argv is not None:
+        return _code_of(argv)
+    with suppress(OSError, AttributeError):  # closed
+        sys.stdout = checked_output(sys.stdout)
+    code = _code_of(None)
+    try:
+        sys.stdout.flush()
+    except KinematicsError as error:
+        return _failed(str(error))
+    except BrokenPipeError:
+        return 1
+    return code
+
+
+def _code_of(argv: Sequence[str] | None) -> int:
     ours, ros = split_ros_arguments(sys.argv[1:] if argv is None else argv)
     try:
         options = plain_options(ours)

@@ -141,9 +141,9 @@ def _write_document(document: str, out: Path | None) -> None:
     if out is None:
         sys.stdout.write(document)
         return
-    from ..robot.file.writer import replace_file
+    from ..output_file import write_file
 
-    replace_file(out, document)
+    write_file(out, document)
 
 
 def _locks(given: list[str]) -> list[tuple[str, str]]:

@@ -59,6 +59,6 @@ def write_document(file: str, text: str) -> None:
     if file == '-':
         sys.stdout.write(text)
         return
-    from ..robot.file.writer import replace_file
+    from ..output_file import write_file
 
-    replace_file(Path(file), text)
+    write_file(Path(file), text)

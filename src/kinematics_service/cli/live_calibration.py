@@ -73,11 +73,11 @@ def kept_when_refused(robot: 'Robot', poses: 'CollectedPoses') -> Iterator[None]
         yield
     except BaseException:
         from ..diagnosis.calibration.collecting import table_of
-        from ..robot.file.writer import replace_file
+        from ..output_file import write_file
 
         file = Path(f'heard_poses_{datetime.now().astimezone():%Y%m%d_%H%M%S}.csv')
         with suppress(KinematicsError):  # what failed comes first
-            replace_file(file, table_of(poses, robot.joint_names))
+            write_file(file, table_of(poses, robot.joint_names))
             told = f'the {len(poses.q)} poses heard are kept in {file}, which calibrate reads'
             print(told, file=sys.stderr)
         raise

@@ -122,5 +122,5 @@ def _units(text: str) -> Units:
 
 def _refuse_path(path: Path, force: bool) -> None:
     refuse_unwritable('--out', path)
-    if path.exists() and not force:
+    if path.is_file() and not force:
         raise WrongUsage(f'{path} exists already: give another name, --out, or --force')

@@ -1,6 +1,5 @@
 """The options several commands share, and what their values mean."""
 
-import os
 import re
 import sys
 from pathlib import Path
@@ -11,6 +10,7 @@ import typer
 
 from ..errors import PointError, RobotNotFoundError
 from ..kernel import Floats
+from ..output_file import unwritable
 from ..robot.bundled import find_robot_file
 from ..robot.points import TOOL
 from ..robot.robot import Robot, load_robot
@@ -68,8 +68,8 @@ def refuse_unwritable(option: str, file: Path) -> None:
         raise WrongUsage(f'{option}: {file} is a folder: give the file itself')
     if not folder.is_dir():
         raise WrongUsage(f'{option}: there is no folder {folder}')
-    if not os.access(folder, os.W_OK):
-        raise WrongUsage(f'{option}: the folder {folder} cannot be written to')
+    if reason := unwritable(file):
+        raise WrongUsage(f'{option}: {reason}')
 
 
 def refuse_robot_file(option: str, file: Path, robot: str) -> None:

@@ -1,14 +1,13 @@
 """The style of pictures, and their output to a file or a window."""
 
 import io
-import os
-import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from ...errors import PlotError
+from ...errors import KinematicsError, PlotError
+from ...output_file import write_file
 from ...printing import plain
 
 # Colours that people with any colour vision can tell apart: M. Okabe, K. Ito, Color Universal
@@ -131,25 +130,9 @@ def save_picture(draw: Draw, file: Path) -> None:
     with drawing():
         figure.savefig(content, format=suffix[1:], metadata=METADATA[suffix])
     try:
-        _replace(file, content.getvalue())
-    except OSError as error:
-        raise PlotError(f'{file}: cannot be written: {error.strerror}') from None
-
-
-def _replace(file: Path, content: bytes) -> None:
-    # An interruption leaves the old file whole; a link stays a link.
-    target = file.resolve()
-    handle, name = tempfile.mkstemp(dir=target.parent, prefix=f'.{target.name}.')
-    try:
-        with os.fdopen(handle, 'wb') as stream:
-            stream.write(content)
-        mask = os.umask(0)
-        os.umask(mask)
-        os.chmod(name, 0o666 & ~mask)
-        os.replace(name, target)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise
+        write_file(file, content.getvalue())
+    except KinematicsError as error:
+        raise PlotError(str(error)) from None
 
 
 def show_picture(draw: Draw, title: str) -> None:

@@ -40,6 +40,21 @@ def checked(path: Path) -> Iterator[Remark]:
             yield Remark(Level.OK, f'{file.name} {UNNOTICED} (ROS 1 bags have none)')
 
 
+def add_checksums(file: Path) -> None:
+    """Write the checksums of data and index into an MCAP file that is complete without them."""
+    with file.open('r+b') as stream:
+        end = stream.seek(-(FOOTER_LENGTH + MAGIC_LENGTH), 2)
+        footer = stream.read(FOOTER_LENGTH)
+        (begin,) = struct.unpack_from('<Q', footer, HEAD.size)
+        data_end = begin - DATA_END_LENGTH
+        for at, total in (
+            (data_end + HEAD.size, _sum_until(stream, data_end)),
+            (end + FOOTER_LENGTH - 4, zlib.crc32(_between(stream, begin, end) + footer[:-4])),
+        ):
+            stream.seek(at)
+            stream.write(struct.pack('<I', total))
+
+
 def missing(where: str, topic: str, promised: int, read: int) -> Iterator[Remark]:
     """Yield a remark if an index promises other counts than what was read."""
     if promised != read:
@@ -53,8 +68,7 @@ def _mcap(name: str, stream: BinaryIO) -> Iterator[Remark]:
     footer = stream.read(FOOTER_LENGTH)
     begin, _, summary_sum = struct.unpack_from('<QQI', footer, HEAD.size)
     begin = begin or end
-    stream.seek(begin)
-    summary = stream.read(end - begin)
+    summary = _between(stream, begin, end)
     if summary_sum and zlib.crc32(summary + footer[:-4]) != summary_sum:
         yield Remark(Level.ERROR, f'The index of {name} does not have its checksum: {CHANGED}')
     whole = _data_sum(stream, begin - DATA_END_LENGTH)
@@ -63,6 +77,11 @@ def _mcap(name: str, stream: BinaryIO) -> Iterator[Remark]:
     sums = list(_chunk_sums(stream, summary))
     if not whole and not (sums and all(sums)):
         yield Remark(Level.OK, f'{name} {UNNOTICED}')
+
+
+def _between(stream: BinaryIO, begin: int, end: int) -> bytes:
+    stream.seek(begin)
+    return stream.read(end - begin)
 
 
 def _data_sum(stream: BinaryIO, at: int) -> int:

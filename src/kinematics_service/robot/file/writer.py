@@ -5,9 +5,7 @@ Nothing of the file is rebuilt: its YAML is parsed only for where the singularit
 lines are put in there, and the result is read again and judged before it takes the file's place.
 """
 
-import os
 import re
-import tempfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -15,7 +13,8 @@ from typing import Any
 import yaml
 from yaml import MappingNode, Node
 
-from ...errors import KinematicsError, RobotFileWriteError
+from ...errors import RobotFileWriteError
+from ...output_file import write_file
 from .yaml_reader import LOADER
 
 BOM = '\ufeff'
@@ -127,40 +126,6 @@ def scalar(text: str) -> str:
     return text if plain else '"' + text.replace('\\', '\\\\').replace('"', '\\"') + '"'
 
 
-def replace_file(path: Path, text: str) -> None:
-    """
-    Put a text in the place of a file, all or nothing: an interruption leaves the old one whole.
-
-    Raises
-    ------
-    KinematicsError
-        The file cannot be written.
-    """
-    try:
-        _replace(path, text)
-    except OSError as error:
-        raise KinematicsError(f'{path}: cannot be written: {error.strerror}') from None
-
-
-def _replace(path: Path, text: str) -> None:
-    handle, name = tempfile.mkstemp(dir=path.resolve().parent, prefix=f'.{path.name}.')
-    try:
-        with os.fdopen(handle, 'w', encoding='utf-8', newline='') as file:
-            file.write(text)
-            file.flush()
-            os.fsync(file.fileno())
-        if path.exists():
-            os.chmod(name, path.stat().st_mode & 0o777)
-        else:
-            mask = os.umask(0)
-            os.umask(mask)
-            os.chmod(name, 0o666 & ~mask)
-        os.replace(name, path.resolve())
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise
-
-
 def write_factors(path: Path, factors: Mapping[str, str], check: Check) -> None:
     """
     Set the factors in a robot file after `check` has accepted the new text.
@@ -177,4 +142,4 @@ def write_factors(path: Path, factors: Mapping[str, str], check: Check) -> None:
     text = path.read_bytes().decode('utf-8')
     changed = with_factors(text, factors)
     check(changed)
-    replace_file(path, changed)
+    write_file(path, changed)

@@ -1,10 +1,12 @@
 """Curves of the tool's velocity along a path; the only place that knows matplotlib."""
 
+import io
 from pathlib import Path as File
 
 import numpy as np
 
 from ...errors import DerivationError
+from ...output_file import write_file
 from ..path import Path
 
 SAMPLES = 1001
@@ -18,6 +20,8 @@ def plot_velocity(path: Path, span: tuple[float, float], file: File) -> None:
     ------
     DerivationError
         matplotlib is not installed.
+    KinematicsError
+        The file cannot be written.
     """
     try:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -40,4 +44,6 @@ def plot_velocity(path: Path, span: tuple[float, float], file: File) -> None:
         axes.set_ylabel(label)
         axes.legend(loc='upper right')
     lower.set_xlabel('time (s)')
-    figure.savefig(file, dpi=120, format='png')
+    content = io.BytesIO()
+    figure.savefig(content, dpi=120, format='png')
+    write_file(file, content.getvalue())

@@ -4,9 +4,6 @@ The topics a node would have published, as an MCAP file, written without ROS.
 The messages of a topic are copies of the same bytes with their own stamps and numbers.
 """
 
-import os
-import shutil
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -17,8 +14,10 @@ import numpy as np
 from ....errors import AuditError
 from ....estimation.cdr import DOUBLE, STAMP_AT, WHOLE, CdrWriter
 from ....estimation.status_text import StatusText
+from ....formats.recordings.bag_checks import add_checksums
 from ....formats.recordings.block import Times
 from ....kernel import Floats
+from ....output_file import new_file
 from ....robot.measures import MEASURES
 from ....robot.robot import Robot
 from ..timeline import TimelineBatch
@@ -59,7 +58,9 @@ def open_writer(file: Path, robot: Robot, joint_prefix: str) -> Iterator['BagWri
     Raises
     ------
     AuditError
-        rosbags is missing, or the file cannot be written.
+        rosbags is missing.
+    KinematicsError
+        The file cannot be written.
     """
     try:
         from rosbags.rosbag2 import StoragePlugin, Writer
@@ -67,18 +68,12 @@ def open_writer(file: Path, robot: Robot, joint_prefix: str) -> Iterator['BagWri
         raise AuditError(
             "--out needs rosbags: pip install '.[bag]' in its checkout, or pip install rosbags"
         ) from None
-    try:
-        folder = Path(tempfile.mkdtemp(prefix=f'.{file.name}.', dir=file.parent))
-    except OSError as error:
-        raise AuditError(f'{file}: cannot be written: {error.strerror}') from None
-    try:
-        with Writer(folder / 'bag', version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+    with new_file(file) as made:
+        bag = made.parent / 'bag'
+        with Writer(bag, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
             yield BagWriter(writer, robot, joint_prefix)
-        os.replace(folder / 'bag' / 'bag.mcap', file)
-    except OSError as error:
-        raise AuditError(f'{file}: cannot be written: {error.strerror}') from None
-    finally:
-        shutil.rmtree(folder, ignore_errors=True)
+        (bag / 'bag.mcap').rename(made)
+        add_checksums(made)
 
 
 class BagWriter:

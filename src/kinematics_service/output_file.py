@@ -1,0 +1,157 @@
+"""
+Files that are written whole or not at all, and keep what they are.
+
+A regular file gives way to the new one when that is complete, with its permissions and its owner.
+What else a name stands for (a device, a named pipe, the standard output) is written to and never
+replaced. Links stay, and are followed.
+"""
+
+import errno
+import os
+import shutil
+import stat
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import BinaryIO
+
+from .errors import KinematicsError
+
+# Why a file may have to stay where it is: its owner is another, or it is a mount of its own, as
+# single files in containers are; EXDEV where only a folder elsewhere can hold the new one.
+KEPT_IN_PLACE = (errno.EPERM, errno.EACCES, errno.EBUSY, errno.EXDEV, errno.EROFS)
+# Standard output and standard error.
+STREAMS = (1, 2)
+
+
+def write_file(path: Path, content: str | bytes) -> None:
+    """
+    Write a file, all or nothing; text as UTF-8.
+
+    Raises
+    ------
+    KinematicsError
+        The file cannot be written.
+    """
+    with new_file(path) as made:
+        made.write_bytes(content.encode('utf-8') if isinstance(content, str) else content)
+
+
+@contextmanager
+def new_file(path: Path) -> Iterator[Path]:
+    """
+    Yield the path of a file to make, in a folder of its own; at the end it becomes `path`.
+
+    Raises
+    ------
+    KinematicsError
+        The file cannot be written.
+    """
+    try:
+        with tempfile.TemporaryDirectory(prefix='.kinematics_service.', dir=_folder(path)) as own:
+            made = Path(own) / 'made'
+            yield made
+            with made.open('rb') as stream:
+                os.fsync(stream.fileno())
+            _put(made, path)
+    except OSError as error:
+        raise KinematicsError(f'{path}: cannot be written: {error.strerror or error}') from None
+
+
+def unwritable(path: Path) -> str | None:
+    """Return why a file cannot be written, as far as is known before it is tried; else None."""
+    try:
+        found = _found(path)
+        folder = _target(path).parent
+        if found is None and not os.access(folder, os.W_OK):
+            return f'the folder {folder} cannot be written to'
+        if found is not None and not os.access(path, os.W_OK):
+            return f'{path} cannot be written to'
+    except OSError as error:
+        return f'{path}: {error.strerror}'
+    return None
+
+
+def _found(path: Path) -> os.stat_result | None:
+    # What a path leads to, or None if nothing is there yet, perhaps behind a link.
+    try:
+        return path.stat()
+    except FileNotFoundError:
+        return None
+
+
+def _target(path: Path) -> Path:
+    return Path(os.path.realpath(path))
+
+
+def _folder(path: Path) -> Path | None:
+    # Beside the old file, whose place can then be taken at once; elsewhere if nothing is replaced.
+    found, folder = _found(path), _target(path).parent
+    beside = found is None or (_may_be_replaced(path, found) and os.access(folder, os.W_OK))
+    return folder if beside else None
+
+
+def _may_be_replaced(path: Path, found: os.stat_result) -> bool:
+    if not stat.S_ISREG(found.st_mode) or found.st_nlink > 1 or _stream(found) is not None:
+        return False
+    # A link of /proc leads to files that have no name any more.
+    there = _found(_target(path))
+    return there is not None and os.path.samestat(found, there)
+
+
+def _stream(found: os.stat_result) -> int | None:
+    for number in STREAMS:
+        with suppress(OSError):  # closed
+            if os.path.samestat(found, os.fstat(number)):
+                return number
+    return None
+
+
+def _put(made: Path, path: Path) -> None:
+    found = _found(path)
+    if found is None:
+        os.replace(made, _target(path))
+    elif not _may_be_replaced(path, found):
+        _pour(made, path, found)
+    elif not os.access(path, os.W_OK):
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+    else:
+        try:
+            os.chown(made, found.st_uid, found.st_gid)
+            made.chmod(stat.S_IMODE(found.st_mode) & 0o777)
+            os.replace(made, _target(path))
+        except OSError as error:
+            if error.errno not in KEPT_IN_PLACE:
+                raise
+            _pour(made, path, found)
+
+
+def _pour(made: Path, path: Path, found: os.stat_result) -> None:
+    number = _stream(found)
+    if number is not None:
+        sys.stdout.flush()  # what was printed before comes first
+    # Without O_TRUNC, and without O_CREAT, which systems refuse for pipes of others.
+    handle = os.open(path, os.O_WRONLY | os.O_NOCTTY) if number is None else os.dup(number)
+    with made.open('rb') as content, os.fdopen(handle, 'wb') as stream:
+        whole = number is None and stat.S_ISREG(found.st_mode)
+        size = made.stat().st_size
+        if whole:
+            _reserve(stream, size, found.st_size)
+        shutil.copyfileobj(content, stream)
+        if whole:
+            stream.truncate(size)
+            stream.flush()
+            os.fsync(handle)
+
+
+def _reserve(stream: BinaryIO, size: int, before: int) -> None:
+    # If there is no room the old content is left.
+    if not size or not hasattr(os, 'posix_fallocate'):
+        return
+    try:
+        os.posix_fallocate(stream.fileno(), 0, size)
+    except OSError:
+        stream.truncate(before)
+        raise
