@@ -373,7 +373,7 @@ REFUSED = {
     ),
     'a circle': (
         small(('j', 'revolute', 'c', 'b', LIMIT), ('k', 'revolute', 'b', 'c', LIMIT)),
-        "<text>:4: <joint name='k'>: a loop: its parent link is below its own child",
+        "<text>:4: <joint name='k'>: a loop: link 'b' is below itself (b, c, b)",
     ),
     'floating': (
         small(('j', 'floating', 'a', 'b', '')),

@@ -103,7 +103,8 @@ class Audit:
 
 class AuditProgress(NamedTuple):
     """
-    Callbacks of the work in progress: with the number of messages; with each batch and its block.
+    Callbacks of the work in progress: with the number of messages, and then of plans that are
+    checked; with each batch and its block.
     """
 
     progress: Callable[[int], None] = lambda messages: None
@@ -161,7 +162,7 @@ def audit(
     track, frames = source.poses(), None
     if track is not None:
         frames = frames_of(robot, track, timeline, frame_settings or FrameSettings())
-    plans = checks_of(robot, source, settings.joint_prefix, asked)
+    plans = checks_of(robot, source, settings.joint_prefix, asked, listener.progress)
     phases['findings'] = time.perf_counter() - begin
     return Audit(
         robot=robot,

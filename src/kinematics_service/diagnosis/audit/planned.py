@@ -1,5 +1,6 @@
 """Planned trajectories checked between their points too."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 from ...errors import PlanError
@@ -50,7 +51,11 @@ def refuse_unknown_point(robot: Robot, of: str) -> None:
 
 
 def checks_of(
-    robot: Robot, source: RecordingSource, joint_prefix: str, asked: PlanSettings
+    robot: Robot,
+    source: RecordingSource,
+    joint_prefix: str,
+    asked: PlanSettings,
+    progress: Callable[[int], None] = lambda plans: None,
 ) -> tuple[PlanCheck, ...]:
     """Return what is proved of each trajectory; why one cannot be checked becomes a remark."""
     checks = []
@@ -59,6 +64,7 @@ def checks_of(
             checks.append(_check(robot, plan, joint_prefix, asked))
         except PlanError as error:
             source.remarks.append(Remark(Level.ERROR, f'The plan is not checked: {error}'))
+        progress(1)
     return tuple(checks)
 
 

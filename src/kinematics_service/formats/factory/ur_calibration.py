@@ -95,11 +95,13 @@ def _deltas(path: Path, text: str) -> dict[str, Floats]:
 
 def _six(path: Path, key: str, text: str) -> Floats:
     try:
-        numbers = ast.literal_eval(text)
-        six = np.array([float(number) for number in numbers])
-    except (ValueError, TypeError, SyntaxError, MemoryError, RecursionError):
-        six = np.zeros(0)
-    if six.shape != (JOINTS,) or not np.all(np.isfinite(six)):
+        given = ast.literal_eval(text)
+        # Bytes, texts, sets and the keys of mappings give numbers too, in some order.
+        numbers = given if type(given) in (list, tuple) else []
+        six = np.array([float(one) for one in numbers if type(one) in (int, float)])
+    except (ValueError, OverflowError, SyntaxError, MemoryError, RecursionError):
+        numbers, six = [], np.zeros(0)
+    if not len(numbers) == len(six) == JOINTS or not np.all(np.isfinite(six)):
         raise CalibrationError(f'{path}: {key}: expected six numbers in brackets, not {text[:40]}')
     return six
 

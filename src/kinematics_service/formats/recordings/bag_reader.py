@@ -140,7 +140,7 @@ class _Bag:
                     yield self.plans[-1]
 
             blocks: Iterator[Block | UnreadableMessage] = blocks_of_trajectories(
-                read(), self.wanted, f'{self.path}: {topic}'
+                read(), self.wanted, f'{self.path}: {topic}', self.remarks
             )
             what, total = f'planned trajectory in a {what}', None
         else:

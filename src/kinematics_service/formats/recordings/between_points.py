@@ -1,11 +1,11 @@
 """The motion a controller makes of a planned trajectory: what happens between its points."""
 
-import math
+import sys
 from typing import NamedTuple
 
 import numpy as np
 
-from ...kernel import Floats
+from ...kernel import Floats, Integers
 from ...kinematics.plans.polynomials import polynomial_motion
 
 # Between two points no joint moves more than this from sample to sample (rad, m).
@@ -44,34 +44,45 @@ class SampledSteps(NamedTuple):
     velocities: Floats
 
 
-def sampled(planned: PlannedTrajectory) -> SampledSteps:
-    """Return the motion along a trajectory, its points included."""
+def sampled(planned: PlannedTrajectory, most: int = sys.maxsize) -> SampledSteps:
+    """
+    Return the motion along a trajectory, its points included.
+
+    In at most so many steps, and a few for each segment: more coarsely if that takes more.
+    """
     times, q = planned.times, planned.positions
     if len(times) == 1:
         return SampledSteps(times, q, np.zeros_like(q))
     polynomials = polynomial_motion(times, q, planned.velocities, planned.accelerations)
-    parts = [_segment(planned, k, c) for k, c in enumerate(polynomials.coefficients)]
+    counts = _counts(planned, most)
+    parts = [
+        _segment(planned, k, c, np.arange(count) / count)
+        for k, (c, count) in enumerate(zip(polynomials.coefficients, counts.tolist()))
+    ]
     last = len(times) - 2
-    end = _segment(planned, last, polynomials.coefficients[last], at_its_end=True)
+    end = _segment(planned, last, polynomials.coefficients[last], np.ones(1))
+    end = end._replace(positions=q[-1:])
     return SampledSteps(*(np.concatenate(columns) for columns in zip(*parts, end)))
 
 
-def _segment(
-    planned: PlannedTrajectory, k: int, c: Floats, at_its_end: bool = False
-) -> SampledSteps:
-    duration = float(planned.times[k + 1] - planned.times[k])
-    step = planned.positions[k + 1] - planned.positions[k]
-    reach = float(np.max(np.abs(step)))
+def _counts(planned: PlannedTrajectory, most: int) -> Integers:
+    # The number of samples of each segment, at its begin and after it.
+    reach = np.max(np.abs(np.diff(planned.positions, axis=0)), axis=1)
     if planned.velocities is not None:
         # A cubic may swing out; its speeds bound how far.
-        speeds = np.abs(planned.velocities[k : k + 2])
-        reach = max(reach, 0.5 * duration * float(np.max(speeds)))
-    count = min(max(math.ceil(reach / FINEST), FEWEST), MOST)
-    s = np.ones(1) if at_its_end else np.arange(count) / count
+        speeds = np.max(np.abs(planned.velocities), axis=1)
+        fastest = np.maximum(speeds[:-1], speeds[1:])
+        reach = np.maximum(reach, 0.5 * np.diff(planned.times) * fastest)
+    counts = np.clip(np.ceil(reach / FINEST), FEWEST, MOST)
+    share = min(most / float(np.sum(counts)), 1.0)
+    return np.asarray(np.maximum(np.floor(share * counts), FEWEST), dtype=np.int64)
+
+
+def _segment(planned: PlannedTrajectory, k: int, c: Floats, s: Floats) -> SampledSteps:
+    # At shares of the segment, 0 to 1.
+    duration = float(planned.times[k + 1] - planned.times[k])
     powers = np.arange(len(c))
     q = s[:, None] ** powers @ c
     slope = (powers[1:, None] * c[1:]) / duration
     qdot = s[:, None] ** powers[:-1] @ slope
-    if at_its_end:
-        q = planned.positions[k + 1 : k + 2]
     return SampledSteps(planned.times[k] + s * duration, q, qdot)

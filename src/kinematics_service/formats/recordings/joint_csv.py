@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 from pathlib import Path
+from typing import TextIO
 
 import numpy as np
 import numpy.typing as npt
@@ -19,6 +20,7 @@ STAMP = 'stamp'
 POSITION, VELOCITY = 'position.', 'velocity.'
 # Largest seconds of a header's stamp.
 LATEST = Decimal(2**31)
+LONGEST_LINE = 2**20
 # Most names in an error message.
 LISTED = 20
 # Only numbers that other programs read, too: `1_0` and digits of other scripts are numbers in
@@ -69,7 +71,7 @@ def read_recording(file: Path, robot: Robot) -> Recording:
     """
     try:
         with file.open(encoding='utf-8-sig', newline='') as text:
-            return _CsvReader(file, robot, csv.reader(text)).read()
+            return _CsvReader(file, robot, csv.reader(lines_of(text))).read()
     except OSError as error:
         raise RecordingError(f'{file}: cannot be read: {error.strerror}') from None
     except UnicodeDecodeError:
@@ -160,6 +162,21 @@ class _CsvReader:
 
     def _fault(self, sentence: str) -> RecordingError:
         return RecordingError(f'{self.file}:{self.line}: {sentence}')
+
+
+def lines_of(stream: TextIO) -> Iterator[str]:
+    """
+    Yield the lines of a table.
+
+    Raises
+    ------
+    csv.Error
+        One is so long that it is none: files without an end of line may be larger than memory.
+    """
+    while line := stream.readline(LONGEST_LINE + 1):
+        if len(line) > LONGEST_LINE:
+            raise csv.Error(f'a line has more than {LONGEST_LINE >> 20} MiB')
+        yield line
 
 
 def number_of(text: str) -> float:

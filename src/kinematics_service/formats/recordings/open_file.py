@@ -34,6 +34,9 @@ def open_source(file: Path, wanted: Selection) -> Iterator[RecordingSource]:
     """
     if not file.exists():
         raise AuditError(f'{file}: there is no such file')
+    if not (file.is_file() or file.is_dir()):
+        # What is read more than once, and to its end, is not read from these.
+        raise AuditError(f'{file}: is a device or a named pipe: give a file')
     suffix = file.suffix.lower()
     if file.is_dir() or suffix in BAGS or _looks_like_a_bag(file):
         if wanted.columns is not None:

@@ -1,6 +1,7 @@
 """Planned joint trajectories, read from text or messages."""
 
 import json
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,7 @@ from ...errors import AuditError
 from ...kernel import Floats
 from ...robot.file.entries import choice, did_you_mean, meant_by
 from ...robot.measures import Level
-from .between_points import PlannedTrajectory, sampled
+from .between_points import FINEST, PlannedTrajectory, sampled
 from .block import LARGEST_BLOCK, Block, Times
 from .source import RecordingSource, Remark, Selection
 
@@ -21,6 +22,10 @@ PAUSE = 3_600 * SECOND
 # A stamp of zero would mean that there is none.
 BEGIN = SECOND
 LARGEST = 64 * 1024 * 1024
+# Samples of all trajectories of a file, besides the fewest of each segment: a minute's work.
+MOST_SAMPLES = 500_000
+# rad or m from one sample to the next: ten times what is usual is remarked.
+MOST_COARSE = 10 * FINEST
 # What a JointTrajectoryPoint has.
 OF_POINT = ('positions', 'velocities', 'accelerations', 'effort', 'time_from_start')
 SINGULAR = {
@@ -40,7 +45,8 @@ def open_planned(file: Path, wanted: Selection) -> RecordingSource:
         It is no trajectory; the message is one sentence.
     """
     try:
-        data = file.read_bytes()
+        with file.open('rb') as stream:
+            data = stream.read(LARGEST + 1)
     except OSError as error:
         raise AuditError(f'{file}: cannot be read: {error.strerror}') from None
     if len(data) > LARGEST:
@@ -59,16 +65,16 @@ def open_planned(file: Path, wanted: Selection) -> RecordingSource:
             'time_from_start, and perhaps velocities and accelerations)'
         )
     planned = [_planned(one, str(file)) for one in found]
+    several = f'{len(planned)} trajectories in a row'
+    remarks = [Remark(Level.OK, several)] if len(planned) > 1 else []
     return RecordingSource(
         'planned trajectory',
         'points',
         True,
         None,
-        blocks_of_trajectories(planned, wanted, str(file)),
+        blocks_of_trajectories(planned, wanted, str(file), remarks),
         plans=planned,
-        remarks=[Remark(Level.OK, f'{len(planned)} trajectories in a row')]
-        if len(planned) > 1
-        else [],
+        remarks=remarks,
     )
 
 
@@ -91,8 +97,7 @@ def _mapping(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     # json.loads would silently take the last value of a key that occurs twice.
     mapping = dict(pairs)
     if len(mapping) < len(pairs):
-        keys = [key for key, _ in pairs]
-        twice = next(key for key in mapping if keys.count(key) > 1)
+        twice, _ = Counter(key for key, _ in pairs).most_common(1)[0]
         raise ValueError(f'the key {twice[:40]!a} occurs twice')
     return mapping
 
@@ -228,21 +233,23 @@ def _checked(planned: PlannedTrajectory, where: str) -> PlannedTrajectory:
 
 
 def blocks_of_trajectories(
-    trajectories: Iterable[PlannedTrajectory], wanted: Selection, where: str
+    trajectories: Iterable[PlannedTrajectory], wanted: Selection, where: str, remarks: list[Remark]
 ) -> Iterator[Block]:
     """
     Yield the joint states of the motions that controllers make of trajectories.
 
     The motion between points is that of joint_trajectory_controller: straight with positions
     alone, cubic with velocities, quintic with accelerations; a trajectory of one point stays
-    there.
+    there. A remark says how coarsely the motion is sampled where it goes so far that it would take
+    too many samples.
 
     Raises
     ------
     AuditError
         A joint of the arm is not among those of a trajectory.
     """
-    begin = BEGIN
+    begin, left = BEGIN, MOST_SAMPLES
+    coarsest = FINEST
     ours = [wanted.joint_prefix + name for name in wanted.robot.joint_names]
     for planned in trajectories:
         missing = [name for name in ours if name not in planned.names]
@@ -251,7 +258,10 @@ def blocks_of_trajectories(
                 f'{where}: the trajectory does not move {", ".join(missing)} of '
                 f'{wanted.robot.name}; its joints are {", ".join(planned.names) or "none"}'
             )
-        times, positions, velocities = sampled(planned)
+        times, positions, velocities = sampled(planned, left)
+        left = max(left - len(times), 0)
+        if len(times) > 1:
+            coarsest = max(coarsest, float(np.max(np.abs(np.diff(positions, axis=0)))))
         stamps: Times = begin + np.rint(times * 1e9).astype(np.int64)
         for at in range(0, len(stamps), LARGEST_BLOCK):
             span = slice(at, at + LARGEST_BLOCK)
@@ -259,3 +269,11 @@ def blocks_of_trajectories(
                 planned.names, stamps[span], stamps[span], positions[span], velocities[span]
             )
         begin = int(stamps[-1]) + PAUSE
+    if coarsest > MOST_COARSE:
+        remarks.append(
+            Remark(
+                Level.WARN,
+                f'The motion is sampled coarsely: joints move up to {coarsest:.2g} rad or m from '
+                'one sample to the next, and what is said of samples is not said of all of it',
+            )
+        )

@@ -1,6 +1,7 @@
 """Joint states in a table: a CSV file with a header, of any of the known layouts."""
 
 import csv
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
@@ -9,13 +10,14 @@ import numpy as np
 
 from ...errors import AuditError
 from .block import Block
-from .joint_csv import POSITION, STAMP, VELOCITY
+from .joint_csv import POSITION, STAMP, VELOCITY, lines_of
 from .pose_format import ACCEPTED_POSES, PoseFormat, pose_columns
 from .source import MOST_POSES, PoseTrack, RecordingSource, Selection
 from .table_rows import NO_TEXT, RowReader
 from .tool_poses import PoseRows
 
-SHOWN = 12
+# Most columns in an error message, and most letters of each.
+SHOWN, LONGEST_NAME = 12, 60
 # Bytes read at once to count lines.
 AT_ONCE = 2**20
 HOW = '--columns stamp=...,position=...,velocity=...,pose=... says how column names begin'
@@ -57,22 +59,21 @@ class _CsvTable:
         self.joints = [wanted.joint_prefix + name for name in robot.joint_names]
         try:
             with file.open(encoding='utf-8-sig', newline='') as stream:
-                first = stream.readline()
-                while first and not first.strip():
-                    first = stream.readline()
+                first = next((line for line in lines_of(stream) if line.strip()), '')
+            self.delimiter = next((c for c in ',;\t' if c in first), ' ')
+            cells = next(csv.reader([first], delimiter=self.delimiter))
         except UnicodeDecodeError:
             raise AuditError(f'{file}: {NO_TEXT}') from None
         except OSError as error:
             raise AuditError(f'{file}: cannot be read: {error.strerror}') from None
+        except csv.Error as error:
+            raise AuditError(f'{file}: cannot be read as a table: {error}') from None
         if not first:
             raise AuditError(f'{file}: is empty')
-        self.delimiter = next((c for c in ',;\t' if c in first), ' ')
-        self.header = [
-            cell.strip() for cell in next(csv.reader([first], delimiter=self.delimiter))
-        ]
-        if len(set(self.header)) < len(self.header):
-            twice = next(name for name in self.header if self.header.count(name) > 1)
-            raise AuditError(f'{file}: column {ascii(twice)} occurs twice')
+        self.header = [cell.strip() for cell in cells]
+        name, times = Counter(self.header).most_common(1)[0]
+        if times > 1:
+            raise AuditError(f'{file}: column {_cut(name)} occurs twice')
         self.names = self._layout()
 
     def source(self) -> RecordingSource:
@@ -109,7 +110,7 @@ class _CsvTable:
         def track() -> PoseTrack | None:
             return poses.track(f'{self.names.pose}*', '', MOST_POSES) if poses.count else None
 
-        topic, total = f'{self.names.position}*', _lines_of(self.file) - 1
+        topic, total = f'{self.names.position}*', _count_lines(self.file) - 1
         return RecordingSource('table', topic, False, total, blocks(), track, reader.remarks)
 
     def _layout(self) -> ColumnNames:
@@ -181,10 +182,14 @@ class _CsvTable:
 
     def _shown(self) -> str:
         more = len(self.header) - SHOWN
-        listed = ', '.join(ascii(name) for name in self.header[:SHOWN])
+        listed = ', '.join(_cut(name) for name in self.header[:SHOWN])
         return listed + (f' and {more} more' if more > 0 else '')
 
 
-def _lines_of(file: Path) -> int:
+def _cut(name: str) -> str:
+    return ascii(name if len(name) <= LONGEST_NAME else f'{name[:LONGEST_NAME]}...')
+
+
+def _count_lines(file: Path) -> int:
     with file.open('rb') as stream:
         return sum(data.count(b'\n') for data in iter(lambda: stream.read(AT_ONCE), b''))

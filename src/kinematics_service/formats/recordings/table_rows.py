@@ -12,7 +12,7 @@ from ...errors import AuditError
 from ...kernel import Floats
 from ...robot.measures import Level
 from .block import LARGEST_BLOCK, Times
-from .joint_csv import nanoseconds_of, number_of
+from .joint_csv import lines_of, nanoseconds_of, number_of
 from .source import Remark
 
 # Most lines of one piece, empty ones included. More would be a quote that is never closed.
@@ -64,7 +64,7 @@ class RowReader:
             for rows in self._quickly():
                 count += len(rows.stamps)
                 yield rows
-        except ValueError:
+        except (ValueError, csv.Error):
             pass
         else:
             if count:
@@ -78,11 +78,11 @@ class RowReader:
 
     def _quickly(self) -> Iterator[TableRows]:
         with self._file.open(encoding='utf-8-sig') as stream:
-            while not stream.readline().strip():
-                pass
+            lines = lines_of(stream)
+            next((line for line in lines if line.strip()), '')
             length = LARGEST_BLOCK
             while length == LARGEST_BLOCK:
-                table = self._table(_few(stream))
+                table = self._table(_few(lines))
                 length = len(table)
                 if length:
                     stamps = np.ascontiguousarray(table[:, 0]).view(np.int64)
@@ -126,7 +126,7 @@ class RowReader:
     def _lines(self) -> Iterator[tuple[int, list[str]]]:
         # Yields rows with their line; the last one may be cut off.
         with self._file.open(encoding='utf-8-sig', newline='') as stream:
-            rows = csv.reader(stream, delimiter=self._delimiter)
+            rows = csv.reader(lines_of(stream), delimiter=self._delimiter)
             filled = (
                 (rows.line_num, cells) for cells in rows if any(cell.strip() for cell in cells)
             )

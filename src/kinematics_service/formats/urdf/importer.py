@@ -9,7 +9,8 @@ from typing import Literal
 
 import numpy as np
 
-from ...errors import UrdfError
+from ...errors import RobotFileError, UrdfError
+from ...robot.file.yaml_reader import MAX_BYTES
 from ...robot.robot import Robot, robot_from_text
 from ...version import __version__
 from .certificate import Certificate, certify, configurations
@@ -142,12 +143,22 @@ def _imported(
         )
         return head + robot_file_text(chain, table, convention, name, source, known)
 
-    robot = robot_from_text(text('not yet measured'))
+    robot = _robot(root, text('not yet measured'))
     certificate = certify(chain, robot)
     _judge(certificate, chain, round_angles)
     section = points_text(robot, meant, points, way_to, ACCEPTED * _size(chain))
     written = text(str(certificate)) + section
-    return UrdfImport(written, robot_from_text(written), certificate)
+    return UrdfImport(written, _robot(root, written), certificate)
+
+
+def _robot(root: XmlElement, text: str) -> Robot:
+    file = f'{root.file}, as a robot file'
+    if len(text.encode('utf-8')) > MAX_BYTES:
+        raise UrdfError(f'{file}: larger than the {MAX_BYTES // 1024} KiB that one may have')
+    try:
+        return robot_from_text(text, file)
+    except RobotFileError as error:
+        raise UrdfError(str(error)) from None
 
 
 def _size(chain: UrdfChain) -> float:

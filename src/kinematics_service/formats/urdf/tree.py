@@ -35,7 +35,7 @@ class UrdfTree:
         Raises
         ------
         UrdfError
-            A link does not exist, the tip is not below the base, or the way is a loop.
+            A link does not exist, the tip is not below the base, or a link has two parents.
         """
         for link, option in ((base, 'base'), (tip, 'tip')):
             if link not in self.links:
@@ -60,8 +60,6 @@ class UrdfTree:
                 )
             way.append(above[0])
             links.append(end_of(above[0], 'parent'))
-            if links[-1] in links[:-1]:
-                above[0].refuse('a loop: its parent link is below its own child')
         return tuple(reversed(way))
 
 
@@ -88,7 +86,8 @@ def read_tree(root: XmlElement) -> UrdfTree:
     Raises
     ------
     UrdfError
-        One has no name, has the name of another, or refers to a link that does not exist.
+        One has no name, has the name of another, or refers to a link that does not exist; a link
+        is below itself.
     """
     links, joints = _named(root, 'link'), _named(root, 'joint')
     if not links:
@@ -100,7 +99,37 @@ def read_tree(root: XmlElement) -> UrdfTree:
                 names = listed(tuple(links))
                 joint.refuse(f'its {end} {shown(end_of(joint, end))} is no link (links: {names})')
         above.setdefault(end_of(joint, 'child'), []).append(joint)
-    return UrdfTree(root, links, joints, above)
+    tree = UrdfTree(root, links, joints, above)
+    _refuse_circle(tree)
+    return tree
+
+
+def _refuse_circle(tree: UrdfTree) -> None:
+    # Links are taken off from above; those of a circle, and what is below it, are left.
+    below: dict[str, list[str]] = {}
+    waiting = {link: len(tree.above.get(link, ())) for link in tree.links}
+    for child, joints in tree.above.items():
+        for joint in joints:
+            below.setdefault(end_of(joint, 'parent'), []).append(child)
+    free = [link for link, count in waiting.items() if not count]
+    while free:
+        link = free.pop()
+        del waiting[link]
+        for child in below.get(link, ()):
+            waiting[child] -= 1
+            if not waiting[child]:
+                free.append(child)
+    if not waiting:
+        return
+    way = [next(iter(waiting))]
+    while way[-1] not in way[:-1]:
+        # The last joint of the file closes it.
+        joint = next(
+            one for one in reversed(tree.above[way[-1]]) if end_of(one, 'parent') in waiting
+        )
+        way.append(end_of(joint, 'parent'))
+    circle = way[way.index(way[-1]) :]
+    joint.refuse(f'a loop: link {shown(circle[0])} is below itself ({listed(tuple(circle))})')
 
 
 def _named(root: XmlElement, tag: str) -> dict[str, XmlElement]:
