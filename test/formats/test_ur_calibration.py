@@ -124,7 +124,26 @@ def test_the_yaml_of_ur_calibration_is_read_as_origins_of_joints(tmp_path, capsy
         ('nothing\n', 'is no calibration of Universal Robots; accepted are'),
         ('[mounting]\ndelta_theta = [0, 0]\n', 'delta_theta: expected six numbers in brackets'),
         ('[mounting]\ndelta_theta = __import__("os")\n', 'expected six numbers in brackets'),
+        *(
+            (f'[mounting]\ndelta_theta = {six}\n', 'delta_theta: expected six numbers in brackets')
+            for six in (
+                f'[{"9" * 400}, 0, 0, 0, 0, 0]',
+                f'[0x{"f" * 20_000}, 0, 0, 0, 0, 0]',
+                '[1e999, 0, 0, 0, 0, 0]',
+                '{1: 0, 2: 0, 3: 0, 4: 0, 5: 0, 6: 0}',
+                '{1, 2, 3, 4, 5, 6}',
+                'b"123456"',
+                '"123456"',
+                '["1", "2", "3", "4", "5", "6"]',
+                '[True, False, True, False, True, False]',
+                '[0, 0, 0, 0, 0, 0, "x"]',
+                '[1j, 0, 0, 0, 0, 0]',
+                '123456',
+                f'{"[" * 5000}',
+            )
+        ),
         ('[mounting]\ndelta_theta = [0, 0, 0, 0, 0, 0]\n', 'there is no delta_a'),
+        ('[mounting]\ndelta_theta = (0, 0, 0, 0, 0, 0)\n', 'there is no delta_a'),
         ('delta_theta = [0]\n', 'cannot be read'),
         ('kinematics: 3\n', 'there is no mapping kinematics'),
         ('kinematics: {shoulder: {x: 1}}\n', 'kinematics.shoulder: expected the numbers x, y'),

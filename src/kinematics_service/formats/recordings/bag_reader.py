@@ -113,6 +113,15 @@ def _check(path: Path) -> None:
             raise AuditError(f'{path}: looks like {what}: rename it to *{suffix}')
 
 
+def _types_of(fields: Any) -> Iterator[str]:
+    # The names of the types of which fields are made, arrays of them included.
+    for _, (node, what) in fields:
+        while node.name in ('ARRAY', 'SEQUENCE'):
+            node, what = what[0]
+        if node.name == 'NAME':
+            yield what
+
+
 class _Bag:
     def __init__(self, path: Path, reader: Any, wanted: Selection) -> None:
         self.path, self.reader, self.wanted = path, reader, wanted
@@ -123,6 +132,7 @@ class _Bag:
 
     def source(self) -> RecordingSource:
         topic, kind = self._topic()
+        self._refuse_other_fields(topic, kind)
         connections = self._connections(topic)
         total = sum(connection.msgcount for connection in connections)
         if not total:
@@ -188,6 +198,21 @@ class _Bag:
             if topics:
                 return topics[0], kind
         raise AuditError(f'{self.path}: no topic has JointState or JointTrajectory; {self._all()}')
+
+    def _refuse_other_fields(self, topic: str, kind: str) -> None:
+        # The bytes are read as the type of this name is everywhere, whatever the file calls so.
+        from rosbags.typesys import Stores, get_typestore
+
+        usual = get_typestore(Stores.ROS2_JAZZY if self.reader.is2 else Stores.ROS1_NOETIC)
+        own, names = self.reader.typestore.fielddefs, [kind]
+        for name in names:
+            fields = usual.fielddefs[name][1]
+            if name in own and own[name][1] != fields:
+                listed = ', '.join(field for field, _ in own[name][1]) or 'nothing'
+                raise AuditError(
+                    f'{self.path}: {topic} is another {name} than that of ROS, with {listed[:200]}'
+                )
+            names += [part for part in _types_of(fields) if part not in names]
 
     def _listed(self) -> str:
         kinds = (JOINT_STATE, TRAJECTORY)
@@ -294,6 +319,7 @@ class _Bag:
             with_pose = sorted(name for name, own in self.types.items() if own in POSES)
             listed = ', '.join(with_pose) or 'no topic'
             raise AuditError(f'{self.path}: pose topic {topic} {known}; PoseStamped: {listed}')
+        self._refuse_other_fields(topic, kind)
         messages = self._raw(self._connections(topic))
         track = track_of_messages(
             topic, kind, messages, lambda raw: self.reader.deserialize(raw, kind)

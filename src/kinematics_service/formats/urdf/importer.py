@@ -10,12 +10,14 @@ from typing import Literal
 import numpy as np
 
 from ...errors import RobotFileError, UrdfError
+from ...robot.file.joints import MAX_JOINTS
+from ...robot.file.links import MAX_ROWS
 from ...robot.file.yaml_reader import MAX_BYTES
 from ...robot.robot import Robot, robot_from_text
 from ...version import __version__
 from .certificate import Certificate, certify, configurations
 from .chain import UrdfChain, read_chain
-from .document import XmlElement, parse_urdf, read_urdf
+from .document import XmlElement, parse_urdf, read_urdf, shown
 from .points import points_text
 from .quantity import as_rounded_part_of_pi
 from .robot_text import robot_file_text
@@ -121,6 +123,15 @@ def _imported(
 ) -> UrdfImport:
     tree = read_tree(root)
     chain = read_chain(tree, base, tip)
+    for count, most, what in (
+        (len(chain.variables), MAX_JOINTS, 'joints'),
+        (len(chain.motions), MAX_ROWS, 'rows'),
+    ):
+        if count > most:
+            raise UrdfError(
+                f'{root.file}: the way from {shown(base)} to {shown(tip)} has {count} {what}, '
+                f'and a robot file at most {most}'
+            )
 
     def way_to(link: str) -> UrdfChain:
         if round_angles:

@@ -1,0 +1,287 @@
+"""Files that are made to cost time or memory, or to be taken for something else, are refused."""
+
+import json
+import os
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from arms import robot_of
+from recordings import motion, samples_of
+from test_audit_files import document, joint_states, refusal, run, store, write_bag  # noqa: F401
+
+import kinematics_service as ks
+from kinematics_service.errors import RecordingError, UrdfError
+from kinematics_service.formats.recordings.between_points import (
+    FEWEST,
+    FINEST,
+    MOST,
+    PlannedTrajectory,
+    sampled,
+)
+from kinematics_service.formats.recordings.joint_csv import LONGEST_LINE, read_recording
+from kinematics_service.formats.recordings.plan_reader import LARGEST, MOST_SAMPLES
+from kinematics_service.formats.urdf.importer import import_file
+
+# More than any memory; a file of holes takes no room on a disk.
+HUGE = 2**36
+# So many names that a search through all of them for each takes an hour.
+MANY = 200_000
+ROW = 'stamp,position.q1,position.q2\n'
+
+
+def planar(capsys, file):
+    return refusal(capsys, file, '--robot', 'planar_2r')
+
+
+def plan_of(positions, names=('q1', 'q2')):
+    points = [
+        {'positions': list(q), 'time_from_start': {'sec': k}} for k, q in enumerate(positions)
+    ]
+    return {'joint_names': list(names), 'points': points}
+
+
+@pytest.mark.timeout(60)
+def test_many_names_take_no_longer_than_they_are_many(tmp_path, capsys):
+    keys = ','.join(f'"k{k}": 1' for k in range(MANY))
+    (tmp_path / 'plan.json').write_text(f'{{{keys}, "k7": 2}}')
+    assert "the key 'k7' occurs twice" in planar(capsys, tmp_path / 'plan.json')
+    columns = ','.join(f'c{k}' for k in range(80_000))
+    (tmp_path / 'table.csv').write_text(f'stamp,{columns},c7\n1\n')
+    assert "column 'c7' occurs twice" in planar(capsys, tmp_path / 'table.csv')
+
+
+@pytest.mark.parametrize(
+    ('name', 'head', 'sentence'),
+    [
+        ('plan.json', '{', f'is larger than {LARGEST >> 20} MiB'),
+        ('plan.yaml', 'a: 1\n', f'is larger than {LARGEST >> 20} MiB'),
+        ('table.csv', '', 'cannot be read as a table: a line has more than 1 MiB'),
+        ('table.csv', ROW, 'cannot be read as a table: a line has more than 1 MiB'),
+        ('table.csv', ROW + '1,0.1,0.5\n', 'cannot be read as a table: a line has more than 1'),
+    ],
+)
+def test_a_file_larger_than_memory_is_refused_by_its_beginning(
+    tmp_path, capsys, monkeypatch, name, head, sentence
+):
+    # Lines are not counted to the end of the holes.
+    from kinematics_service.formats.recordings import table_reader
+
+    monkeypatch.setattr(table_reader, '_count_lines', lambda file: 1)
+    file = tmp_path / name
+    file.write_text(head)
+    os.truncate(file, HUGE)
+    assert sentence in planar(capsys, file)
+
+
+def test_a_recording_for_the_demo_larger_than_memory_is_refused(tmp_path):
+    file = tmp_path / 'recording.csv'
+    file.write_text(ROW)
+    os.truncate(file, HUGE)
+    with pytest.raises(RecordingError, match='a line has more than 1 MiB'):
+        read_recording(file, robot_of('planar_2r'))
+
+
+def test_a_long_line_of_a_table_is_read_up_to_the_longest(tmp_path, capsys):
+    file = tmp_path / 'table.csv'
+    blanks = ' ' * (LONGEST_LINE - len('1,0.1,0.5\n'))
+    file.write_text(f'{ROW}1,0.1,0.5{blanks}\n2,0.1,0.6\n')
+    assert document(capsys, file, '--robot', 'planar_2r')['messages']['total'] == 2
+    file.write_text(f'{ROW}1,0.1,0.5{blanks} \n2,0.1,0.6\n')
+    assert 'a line has more than 1 MiB' in planar(capsys, file)
+
+
+def test_a_cell_longer_than_csv_takes_is_a_sentence(tmp_path, capsys):
+    file = tmp_path / 'table.csv'
+    cell = 'x' * 140_000
+    for text in (f'stamp,{cell}\n1,2\n', f'{ROW}1,"{cell}",2\n'):
+        file.write_text(text)
+        assert f'{file}: cannot be read as a table: field larger than' in planar(capsys, file)
+    file.write_text(f'stamp,{cell[:100_000]}\n1,2\n')
+    assert len(planar(capsys, file)) < 1000
+
+
+@pytest.mark.parametrize('suffix', ['.json', '.yaml', '.csv', '.mcap', '.bag', ''])
+def test_what_is_no_file_is_refused_and_not_waited_for(tmp_path, capsys, suffix):
+    pipe, link = tmp_path / f'pipe{suffix}', tmp_path / f'zero{suffix}'
+    os.mkfifo(pipe)
+    link.symlink_to('/dev/zero')
+    for file in (pipe, link):
+        assert planar(capsys, file) == f'{file}: is a device or a named pipe: give a file'
+
+
+def test_a_plan_that_goes_far_is_sampled_within_bounds_and_says_how_coarsely(tmp_path, capsys):
+    count = 400
+    q = np.column_stack([6280.0 * (np.arange(count) % 2), np.full(count, 1.0)])
+    (tmp_path / 'plan.json').write_text(json.dumps(plan_of(q)))
+    code, out, err = run(
+        capsys, tmp_path / 'plan.json', '--robot', 'planar_2r', '--fail-on', 'undecided'
+    )
+    assert (code, err) == (1, '')
+    assert 'Not decided' in out
+    found = document(capsys, tmp_path / 'plan.json', '--robot', 'planar_2r')
+    assert found['messages']['total'] <= MOST_SAMPLES + FEWEST * count
+    coarse = [one for one in found['verdict'] if 'sampled coarsely' in one['sentence']]
+    assert [one['level'] for one in coarse] == ['WARN']
+    assert 'joints move up to 5 rad or m from one sample to the next' in coarse[0]['sentence']
+    (tmp_path / 'plan.json').write_text(json.dumps(plan_of(q[:5] / 6280.0)))
+    found = document(capsys, tmp_path / 'plan.json', '--robot', 'planar_2r')
+    assert not [one for one in found['verdict'] if 'sampled coarsely' in one['sentence']]
+
+
+def test_plans_of_a_file_share_the_samples(tmp_path, capsys):
+    q = np.column_stack([np.zeros(300), 3000.0 * (np.arange(300) % 2) + 0.5])
+    (tmp_path / 'plan.json').write_text(json.dumps({'all': [plan_of(q[k:]) for k in range(4)]}))
+    code, out, err = run(capsys, tmp_path / 'plan.json', '--robot', 'planar_2r')
+    assert code == 1
+    assert 'Trajectory 1 of 4: Refuted' in out
+    found = document(capsys, tmp_path / 'plan.json', '--robot', 'planar_2r')
+    assert found['messages']['total'] <= MOST_SAMPLES + 4 * FEWEST * 300
+
+
+@pytest.mark.parametrize('most', [10, 1000, 5000, 10**9])
+@pytest.mark.parametrize('moving', [False, True])
+def test_samples_are_shared_by_the_segments_that_need_them(most, moving):
+    q = np.array([[0.0], [0.001], [20.0], [20.5], [1e300], [-1e300]])
+    velocities = np.array([[0.0], [1.0], [0.0], [200.0], [0.0], [0.0]]) if moving else None
+    times = np.arange(6.0)
+    steps = sampled(PlannedTrajectory(('q',), times, q, velocities, None), most)
+    counts = np.diff(np.searchsorted(steps.times, times))
+    assert np.all(counts >= FEWEST)
+    assert np.sum(counts) <= max(most, 0) + FEWEST * 5
+    assert steps.times[-1] == 5.0
+    assert steps.positions[-1] == q[-1]
+    at = np.searchsorted(steps.times, times)
+    assert np.array_equal(steps.positions[at[:4]], q[:4])
+    if most == 10**9:
+        assert counts.tolist()[1:] == [2000, 2000 if moving else 50, MOST, MOST]
+        for k in (0, 2) if not moving else ():
+            moves = np.abs(np.diff(steps.positions[at[k] : at[k + 1] + 1], axis=0))
+            assert np.max(moves) <= 1.0001 * FINEST
+
+
+def test_the_work_of_an_audit_of_many_plans_is_told_while_it_goes_on():
+    from kinematics_service.diagnosis.audit.planned import PlanSettings, checks_of
+    from kinematics_service.formats.recordings.source import RecordingSource
+
+    q = np.array([[0.1, 0.5], [0.2, 0.6]])
+    plans = [PlannedTrajectory(('q1', 'q2'), np.arange(2.0), q, None, None)] * 5
+    source = RecordingSource('plan', '', True, None, iter(()), plans=plans)
+    told = []
+    checks = checks_of(robot_of('planar_2r'), source, '', PlanSettings(), told.append)
+    assert (len(checks), told) == (5, [1] * 5)
+
+
+OTHERS = {
+    'its own': 'int32 X=3',
+    'a field less': 'std_msgs/Header header\nstring[] name\nfloat64[] position\n'
+    'float64[] velocity',
+    'an array of a length': 'std_msgs/Header header\nstring[] name\nfloat64[2] position\n'
+    'float64[] velocity\nint8[] effort',
+    'single precision': 'std_msgs/Header header\nstring[] name\nfloat32[] position\n'
+    'float64[] velocity\nfloat64[] effort',
+    'another header': None,
+}
+
+
+@pytest.mark.parametrize('other', OTHERS)
+def test_a_type_of_the_name_of_another_is_refused(tmp_path, capsys, store, other):  # noqa: F811
+    # The bytes are those of the usual message: the definition in the file says something else.
+    robot = robot_of('planar_2r')
+    samples = samples_of(robot, *motion(robot, 30))
+    bag = write_bag(tmp_path / 'bag', store, joint_states(store, samples))
+    (file,) = bag.glob('*.mcap')
+    code, out, err = run(capsys, file, '--robot', 'planar_2r')
+    assert (code, err) == (0, '')
+    content = file.read_bytes()
+    begin = content.index(b'std_msgs/Header header')
+    end = content.index(b'\n====', begin)
+    written = content[begin:end]
+    name, seen = 'sensor_msgs/msg/JointState', 'header'
+    if other == 'another header':
+        name, seen = 'std_msgs/msg/Header', 'stamp, frame_xy'
+        assert content.count(b'string frame_id') > 1
+        changed = content.replace(b'string frame_id', b'string frame_xy')
+    else:
+        text = OTHERS[other].encode()
+        changed = content.replace(written, text + b'\n' * (len(written) - len(text)))
+        seen = 'header' if 'header' in OTHERS[other] else ''
+    file.write_bytes(changed)
+    text = planar(capsys, file)
+    assert f'/joint_states is another {name} than that of ROS, with {seen}' in text
+
+
+def urdf_of(count, mimic=''):
+    links = ''.join(f'<link name="l{k}"/>' for k in range(count + 1))
+    joints = ''.join(
+        f'<joint name="j{k}" type="continuous"><parent link="l{k}"/>'
+        f'<child link="l{k + 1}"/><origin xyz="0.1 0 0"/>{mimic if k else ""}</joint>'
+        for k in range(count)
+    )
+    return f'<robot name="r">{links}{joints}</robot>'
+
+
+@pytest.mark.parametrize(
+    ('count', 'text', 'reason'),
+    [
+        (
+            200,
+            urdf_of(200),
+            ": the way from 'l0' to 'l200' has 200 joints, and a robot file at most",
+        ),
+        (3000, urdf_of(3000), ": the way from 'l0' to 'l3000' has 3000 joints, and a robot file"),
+        (
+            600,
+            urdf_of(600, mimic='<mimic joint="j0"/>'),
+            ' has 600 rows, and a robot file at most',
+        ),
+        (
+            2,
+            urdf_of(2).replace('"r"', f'"{"r" * 300_000}"'),
+            ', as a robot file: larger than the 256 KiB that one may have',
+        ),
+    ],
+)
+def test_a_urdf_too_large_for_a_robot_file_is_refused_by_its_own_name(
+    tmp_path, count, text, reason
+):
+    file = tmp_path / 'long.urdf'
+    file.write_text(text)
+    with pytest.raises(UrdfError) as refused:
+        import_file(file, 'l0', f'l{count}')
+    assert str(refused.value).startswith(str(file))
+    assert reason in str(refused.value)
+    assert 'not a robot file' not in str(refused.value)
+
+
+LOOPS = {
+    'ab ba': "link 'a' is below itself (a, b, a)",
+    'ab bc ca': "link 'a' is below itself (a, c, b, a)",
+    'ab cd dc': "link 'c' is below itself (c, d, c)",
+    'ab bb': "link 'b' is below itself (b, b)",
+    'ab ac bd ce ed dc': "link 'c' is below itself (c, d, e, c)",
+}
+
+
+@pytest.mark.parametrize('joints', LOOPS)
+def test_a_urdf_with_a_loop_anywhere_is_refused_with_its_links(joints):
+    pairs = joints.split()
+    text = ''.join(
+        f'<joint name="{pair}{k}" type="continuous"><parent link="{pair[0]}"/>'
+        f'<child link="{pair[1]}"/></joint>'
+        for k, pair in enumerate(pairs)
+    )
+    links = ''.join(f'<link name="{name}"/>' for name in sorted(set(''.join(pairs))))
+    with pytest.raises(UrdfError) as refused:
+        ks.import_urdf(f'<robot name="r">{links}{text}</robot>', 'a', 'b')
+    assert str(refused.value).endswith(f'a loop: {LOOPS[joints]}')
+
+
+def test_the_robot_of_an_accepted_urdf_is_as_it_was():
+    text = (
+        '<robot name="r"><link name="a"/><link name="b"/><joint name="j" type="continuous">'
+        '<parent link="a"/><child link="b"/></joint></robot>'
+    )
+    found = ks.import_urdf(text, 'a', 'b')
+    again = ks.robot_from_text(found.text)
+    assert replace(found.robot.description, file='') == replace(again.description, file='')
