@@ -41,14 +41,15 @@ def plan_of(positions, names=('q1', 'q2')):
     return {'joint_names': list(names), 'points': points}
 
 
+@pytest.mark.slow
 @pytest.mark.timeout(60)
 def test_many_names_take_no_longer_than_they_are_many(tmp_path, capsys):
     keys = ','.join(f'"k{k}": 1' for k in range(MANY))
-    (tmp_path / 'plan.json').write_text(f'{{{keys}, "k7": 2}}')
-    assert "the key 'k7' occurs twice" in planar(capsys, tmp_path / 'plan.json')
+    (tmp_path / 'plan.json').write_text(f'{{{keys}, "k{MANY - 1}": 2}}')
+    assert f"the key 'k{MANY - 1}' occurs twice" in planar(capsys, tmp_path / 'plan.json')
     columns = ','.join(f'c{k}' for k in range(80_000))
-    (tmp_path / 'table.csv').write_text(f'stamp,{columns},c7\n1\n')
-    assert "column 'c7' occurs twice" in planar(capsys, tmp_path / 'table.csv')
+    (tmp_path / 'table.csv').write_text(f'stamp,{columns},c79999\n1\n')
+    assert "column 'c79999' occurs twice" in planar(capsys, tmp_path / 'table.csv')
 
 
 @pytest.mark.parametrize(
@@ -110,6 +111,7 @@ def test_what_is_no_file_is_refused_and_not_waited_for(tmp_path, capsys, suffix)
         assert planar(capsys, file) == f'{file}: is a device or a named pipe: give a file'
 
 
+@pytest.mark.slow
 def test_a_plan_that_goes_far_is_sampled_within_bounds_and_says_how_coarsely(tmp_path, capsys):
     count = 400
     q = np.column_stack([6280.0 * (np.arange(count) % 2), np.full(count, 1.0)])
@@ -129,6 +131,7 @@ def test_a_plan_that_goes_far_is_sampled_within_bounds_and_says_how_coarsely(tmp
     assert not [one for one in found['verdict'] if 'sampled coarsely' in one['sentence']]
 
 
+@pytest.mark.slow
 def test_plans_of_a_file_share_the_samples(tmp_path, capsys):
     q = np.column_stack([np.zeros(300), 3000.0 * (np.arange(300) % 2) + 0.5])
     (tmp_path / 'plan.json').write_text(json.dumps({'all': [plan_of(q[k:]) for k in range(4)]}))
@@ -184,6 +187,7 @@ OTHERS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('other', OTHERS)
 def test_a_type_of_the_name_of_another_is_refused(tmp_path, capsys, store, other):  # noqa: F811
     # The bytes are those of the usual message: the definition in the file says something else.
