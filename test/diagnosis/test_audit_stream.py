@@ -285,3 +285,48 @@ def test_a_joint_beyond_its_limit_does_not_touch_it():
     result, _ = audited(samples_of(robot, t, q, qdot), robot)
     assert (result.joints[0].beyond, result.joints[0].touching) == (4, 7)
     assert BEGIN > 0
+
+
+def test_a_stretch_ends_with_its_last_message_where_nothing_comes_after_it():
+    robot = robot_of('planar_2r')
+    # Near the elbow's singular pose: alone after a silence, and until a silence begins.
+    t = np.array([0.0, 0.1, 0.2, 0.3, 5.0, 5.1, 9.0, 9.1, 9.2])
+    near = np.array([0, 1, 1, 1, 1, 0, 1, 1, 1])
+    q = np.column_stack([np.zeros(9), np.where(near, 0.001, 1.2)])
+    result, _ = audited(samples_of(robot, t, q, np.zeros((9, 2))), robot)
+    found = [(one.first, one.last, one.begin, one.end) for one in result.stretches]
+    begin = result.timeline.t[0]
+    # It lasts until the next message, if that comes in time; else to its own last one.
+    expected = [(1, 3, 0.1, 0.3), (4, 4, 5.0, 5.1), (6, 8, 9.0, 9.2)]
+    assert [one[:2] for one in found] == [one[:2] for one in expected]
+    np.testing.assert_allclose(
+        [one[2:] for one in found], np.array([one[2:] for one in expected]) + begin, atol=1e-9
+    )
+
+
+def test_a_stretch_of_a_message_after_a_silence_lasts_until_the_next():
+    robot = robot_of('planar_2r')
+    t = np.array([0.0, 0.1, 5.0, 5.1, 5.3])
+    q = np.column_stack([np.zeros(5), [1.2, 1.2, 0.001, 0.001, 1.2]])
+    result, _ = audited(samples_of(robot, t, q, np.zeros((5, 2))), robot)
+    (stretch,) = result.stretches
+    assert stretch.seconds == pytest.approx(0.3, abs=1e-9)
+
+
+def test_delays_are_those_between_stamp_and_receipt_of_the_stamped():
+    robot = robot_of('planar_2r')
+    samples = samples_of(robot, *motion(robot, 40))
+    delays = [20_000_000 + 1_000_000 * (k % 3) for k in range(40)]
+    delays[7] = 350_000_000
+    samples = [
+        one._replace(received=one.stamp + delay, arrival=one.stamp + delay)
+        for one, delay in zip(samples, delays)
+    ]
+    samples[11] = samples[11]._replace(stamp=0)
+    watch = StreamWatch(robot.joint_names)
+    for block in blocks_of(samples):
+        watch.take(block)
+    stream = watch.stream()
+    assert stream.delay_median == pytest.approx(0.021, abs=1e-12)
+    assert stream.delay_longest == pytest.approx(0.35, abs=1e-12)
+    assert stream.unstamped == 1

@@ -419,3 +419,13 @@ def test_positions_at_which_a_loop_does_not_close_have_no_frames_to_check():
             np.tile([0, 9.0, 2.9, 2.3], (4, 1)),
             np.tile(np.eye(4), (4, 1, 1)),
         )
+
+
+def test_an_arm_that_goes_round_four_poses_has_its_offsets_found():
+    # After a third and a seventh of the recording it is at the same pose again.
+    robot = robot_of('ur5e')
+    stations = np.random.default_rng(5).uniform(-1.5, 1.5, (4, robot.dof))
+    q = np.tile(stations, (21, 1))
+    diagnosis = diagnose_frames(robot, q, X @ ks.forward_kinematics(robot, q) @ Y)
+    np.testing.assert_allclose(diagnosis.base_offset, X, atol=1e-6)
+    np.testing.assert_allclose(diagnosis.tool_offset, Y, atol=1e-6)

@@ -17,9 +17,11 @@ from kinematics_service.estimation.estimator import (
     RefusedMessage,
 )
 from kinematics_service.estimation.joint_sample import JointSample
+from kinematics_service.kinematics.singularity import singularity_of
 from kinematics_service.robot.chain import fold
 from kinematics_service.robot.conventions import Row
 from kinematics_service.robot.file.expressions import Affine
+from kinematics_service.robot.robot import build_robot
 
 ROUND_OFF = 1e-12
 # A difference of two numbers near 1 over 10 ms carries the round-off of both.
@@ -451,3 +453,29 @@ def test_nothing_grows_with_the_number_of_layouts(one):
     one.take(sample([0.0] * 100_000, names=[f'j{k}' for k in range(100_000)], at=START + 1000))
     assert len(one._table._layouts) <= 16
     assert max(len(names) for names in one._table._layouts) < 1000
+
+
+def test_messages_without_a_stamp_are_counted_and_no_others(one):
+    one.take(sample())
+    one.take(sample((0.1, math.nan, 0.2), at=START + MILLISECOND))
+    assert one.counts[reasons.NOT_STAMPED] == 0
+    for k, positions in enumerate([Q, (0.1, math.nan, 0.2), Q]):
+        heard = START + (2 + k) * MILLISECOND
+        one.take(JointSample(NAMES, positions, (), 0, heard, heard))
+    assert one.counts[reasons.NOT_STAMPED] == 2
+
+
+def test_another_arm_says_its_state_at_once_and_other_settings_do_not(craig):
+    one = Estimator(craig, EstimatorSettings())
+
+    def said(at, q=(0.3, 0.001, 0.2)):
+        answer = one.take(sample(q, at=at))
+        return one.judge(singularity_of(answer.state), at)[1]
+
+    assert [said(START + k * MILLISECOND) for k in range(3)] == [True, False, False]
+    one.configure(craig, EstimatorSettings(timeout=2 * SECOND))
+    assert not said(START + 3 * MILLISECOND)
+    longer = dataclasses.replace(craig.description, known_poses=())
+    one.configure(build_robot(longer), EstimatorSettings(timeout=2 * SECOND))
+    assert said(START + 4 * MILLISECOND)
+    assert not said(START + 5 * MILLISECOND)

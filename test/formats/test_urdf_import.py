@@ -195,6 +195,14 @@ def test_nearly_parallel_axes_make_no_huge_lengths(angle):
     same_motion(found.robot, again(found.robot, 'modified'), poses(found.robot, 5))
 
 
+def test_axes_that_are_nearly_parallel_are_joined_by_two_rows():
+    found = ks.import_urdf(nearly_parallel(1e-5), 'l0', 'l4')
+    assert found.certificate.position_error < ROUND_OFF
+    assert len(links(found.robot)) > len(
+        links(ks.import_urdf(nearly_parallel(0.5), 'l0', 'l4').robot)
+    )
+
+
 def test_rounded_angles_are_read_as_what_they_stand_for():
     text = nearly_parallel(1.5708)
     as_written = ks.import_urdf(text, 'l0', 'l4')

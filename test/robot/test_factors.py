@@ -1,16 +1,18 @@
 """Named singular factors: evaluated live, checked against the arm, and told in the warning."""
 
+import dataclasses
 import math
 
 import numpy as np
 import pytest
-from arms import BUNDLED, robot_of
+from arms import BUNDLED, LOOPED, robot_of
 from tolerances import DIFFERENCE, DIFFERENCE_STEP
 
 import kinematics_service as ks
 from kinematics_service.estimation.estimator import Estimator, EstimatorSettings
 from kinematics_service.estimation.joint_sample import JointSample
 from kinematics_service.estimation.status_text import singularity_status
+from kinematics_service.robot.factors import _product_is_the_determinant
 from kinematics_service.robot.task import seeded_poses
 
 FACTORED = [name for name in BUNDLED if robot_of(name).factors]
@@ -200,3 +202,40 @@ def test_another_nearest_factor_is_said_at_once():
     assert said[0] == 'elbow'
     assert said[-1] == 'wrist'
     assert len(said) <= 4
+
+
+def test_a_complete_list_names_what_is_near_and_another_only_what_is_as_near():
+    whole = robot_of('ur5e').factors
+    assert whole.complete
+    lacking = dataclasses.replace(whole, complete=False)
+    for k in range(len(whole.names)):
+        # Away from the factor's zero, and from the nearest singular pose, rad.
+        for away, distance, named in ((0.1, 0.1, True), (0.14, 0.1, True), (0.4, 0.1, False)):
+            assert whole.may_name(k, away, distance)
+            assert lacking.may_name(k, away, distance) == named
+
+
+def test_too_few_poses_do_not_show_that_a_list_is_complete():
+    robot = robot_of('ur5e')
+    q = np.random.default_rng(3).uniform(0.4, 1.0, (40, robot.dof))
+    enough = 2 * len(robot.factors.names) + 1
+    complete = [
+        _product_is_the_determinant(robot.factors, robot.chain, robot.task, q[:count])
+        for count in (enough - 1, enough, 40)
+    ]
+    assert complete == [False, True, True]
+
+
+@pytest.mark.parametrize('name', LOOPED)
+def test_the_warning_has_the_determinant_of_each_closed_loop(name):
+    robot = robot_of(name)
+    found = ks.singularity(robot, robot.chain.closure.assembled())
+    values = dict(singularity_status(robot, found, ks.Level.WARN, 'base').values)
+    told = {key: text for key, text in values.items() if key.startswith('loop_')}
+    count = len(robot.loop_names)
+    assert len(told) == count
+    for text, det, away in zip(
+        told.values(), found.factors.values[-count:], found.factors.distances[-count:]
+    ):
+        assert text == f'det {det:.9g}, {away:.9g} rad from flat'
+        assert np.isfinite(det)

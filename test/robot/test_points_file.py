@@ -8,6 +8,9 @@ import pytest
 import kinematics_service as ks
 from kinematics_service.__main__ import main
 
+# Of millimetres and metres.
+ROUND_OFF = 1e-12
+
 ARM = """\
 robot: seen
 source: made up to have points
@@ -187,3 +190,27 @@ def test_the_command_import_takes_links_for_points(tmp_path, capsys):
     points = ['--point', 'elbow', '--point', 'camera']
     assert main(['import', '--urdf', str(urdf), *ends, *points]) == 0
     assert ks.load_robot(out).points == ('tool', 'elbow', 'camera')
+
+
+@pytest.mark.parametrize(
+    ('of', 'place', 'texts'),
+    [
+        ('camera', [0.1, -0.02, 0.003], ('-3.0', '30.0', '200.0', '0', '-90', '0')),
+        ('tool', [0.1, -0.02, 0.003], ('100.0', '-20.0', '103.0', '0', '0', '0')),
+    ],
+)
+def test_an_arm_that_ends_at_a_place_has_it_in_the_units_of_its_file(of, place, texts):
+    # The exact derivation reads the texts, the kernel the matrix.
+    robot = ks.robot_from_text(ARM)
+    moved = robot.ending_at(of, place)
+    assert [float(one) for one in moved.description.tool.motion.texts] == pytest.approx(
+        [float(one) for one in texts], abs=ROUND_OFF
+    )
+    before = robot.ending_at(of)
+    q = [0.3, -0.4, 1.2]
+    expected = ks.forward_kinematics(before, q) @ [*place, 1.0]
+    found = ks.forward_kinematics(moved, q)
+    np.testing.assert_allclose(found[:3, 3], expected[:3], rtol=0, atol=ROUND_OFF)
+    np.testing.assert_allclose(
+        found[:3, :3], ks.forward_kinematics(before, q)[:3, :3], rtol=0, atol=ROUND_OFF
+    )

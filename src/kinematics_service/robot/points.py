@@ -176,14 +176,12 @@ def _texts(numbers: npt.ArrayLike, unit: float) -> tuple[str, ...]:
 
 
 def _moved(motion: RigidMotion, place: Floats, unit: float) -> RigidMotion:
-    # With the origin at a place in its own frame; its rotation keeps its texts.
+    # With the origin at a place in its own frame; its rotation keeps its texts. Tools and points
+    # are given as xyz and rpy.
     matrix = motion.matrix.copy()
     matrix[:3, 3] += matrix[:3, :3] @ place
     origin = [repr(float(value / unit)) for value in matrix[:3, 3]]
-    if len(motion.texts) == 6:
-        return RigidMotion(matrix, (*origin, *motion.texts[3:]))
-    rows = [(*motion.texts[4 * i : 4 * i + 3], origin[i]) for i in range(3)]
-    return RigidMotion(matrix, (*rows[0], *rows[1], *rows[2], *motion.texts[12:]))
+    return RigidMotion(matrix, (*origin, *motion.texts[3:]))
 
 
 def ending_at(
