@@ -421,11 +421,15 @@ def test_positions_at_which_a_loop_does_not_close_have_no_frames_to_check():
         )
 
 
-def test_an_arm_that_goes_round_four_poses_has_its_offsets_found():
+@pytest.mark.slow
+@pytest.mark.parametrize('seed', range(6))
+def test_an_arm_that_goes_round_four_poses_has_its_offsets_found(seed):
     # After a third and a seventh of the recording it is at the same pose again.
-    robot = robot_of('ur5e')
-    stations = np.random.default_rng(5).uniform(-1.5, 1.5, (4, robot.dof))
-    q = np.tile(stations, (21, 1))
-    diagnosis = diagnose_frames(robot, q, X @ ks.forward_kinematics(robot, q) @ Y)
-    np.testing.assert_allclose(diagnosis.base_offset, X, atol=1e-6)
-    np.testing.assert_allclose(diagnosis.tool_offset, Y, atol=1e-6)
+    random = np.random.default_rng(seed)
+    base = placed(3.0 * random.normal(size=3), 2.0 * random.normal(size=3))
+    tool = placed(3.0 * random.normal(size=3), 2.0 * random.normal(size=3))
+    robot = robot_of(('ur5e', 'puma560', 'panda')[seed % 3])
+    q = np.tile(random.uniform(-1.5, 1.5, (4, robot.dof)), (21, 1))
+    diagnosis = diagnose_frames(robot, q, base @ ks.forward_kinematics(robot, q) @ tool)
+    np.testing.assert_allclose(diagnosis.base_offset, base, atol=1e-6)
+    np.testing.assert_allclose(diagnosis.tool_offset, tool, atol=1e-6)

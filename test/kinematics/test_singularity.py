@@ -475,3 +475,15 @@ def test_a_pickled_result_is_no_larger_than_its_numbers(name):
     numbers = 8 * robot.measure_places.width
     assert len(pickle.dumps(found)) < 2 * numbers + 1000
     assert name.encode() not in pickle.dumps(found)
+
+
+@pytest.mark.parametrize('name', ['ur5e', 'puma560', 'kinova_gen3'])
+def test_a_pose_of_a_batch_does_not_depend_on_those_before_it(name):
+    robot = ks.load_robot(name)
+    random = np.random.default_rng(1)
+    ways = random.uniform(-2.0, 2.0, (6, 1, robot.dof))
+    q = ways + np.linspace(0.0, 0.8, 40)[:, None] * random.normal(size=ways.shape)
+    q = q.reshape(-1, robot.dof)
+    order = random.permutation(len(q))
+    along, mixed = ks.singularity(robot, q), ks.singularity(robot, q[order])
+    assert np.array_equal(along.distance[order], mixed.distance)
