@@ -1,19 +1,16 @@
 """Standard output whose every byte is written, or the command fails."""
 
 import io
-from typing import TYPE_CHECKING, TextIO
+from typing import Any, TextIO
 
 from ..errors import KinematicsError
-
-if TYPE_CHECKING:
-    from _typeshed import ReadableBuffer
 
 
 class _CheckedFile(io.FileIO):
     # The first failure is told; what is left over must not raise again when the interpreter ends.
     failed = False
 
-    def write(self, data: 'ReadableBuffer', /) -> int | None:  # type: ignore[override]
+    def write(self, data: Any, /) -> int:
         if self.failed:
             return len(memoryview(data).cast('B'))
         try:
