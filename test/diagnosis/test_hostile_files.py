@@ -12,6 +12,7 @@ from test_audit_files import document, joint_states, refusal, run, store, write_
 
 import kinematics_service as ks
 from kinematics_service.errors import RecordingError, UrdfError
+from kinematics_service.formats.recordings import plan_reader, table_reader
 from kinematics_service.formats.recordings.between_points import (
     FEWEST,
     FINEST,
@@ -20,8 +21,10 @@ from kinematics_service.formats.recordings.between_points import (
     sampled,
 )
 from kinematics_service.formats.recordings.joint_csv import LONGEST_LINE, read_recording
-from kinematics_service.formats.recordings.plan_reader import LARGEST, MOST_SAMPLES
+from kinematics_service.formats.recordings.plan_reader import LARGEST
+from kinematics_service.formats.recordings.source import Selection
 from kinematics_service.formats.urdf.importer import import_file
+from kinematics_service.robot.measures import Level
 
 # More than any memory; a file of holes takes no room on a disk.
 HUGE = 2**36
@@ -52,6 +55,7 @@ def test_many_names_take_no_longer_than_they_are_many(tmp_path, capsys):
     assert "column 'c79999' occurs twice" in planar(capsys, tmp_path / 'table.csv')
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ('name', 'head', 'sentence'),
     [
@@ -66,8 +70,6 @@ def test_a_file_larger_than_memory_is_refused_by_its_beginning(
     tmp_path, capsys, monkeypatch, name, head, sentence
 ):
     # Lines are not counted to the end of the holes.
-    from kinematics_service.formats.recordings import table_reader
-
     monkeypatch.setattr(table_reader, '_count_lines', lambda file: 1)
     file = tmp_path / name
     file.write_text(head)
@@ -112,34 +114,37 @@ def test_what_is_no_file_is_refused_and_not_waited_for(tmp_path, capsys, suffix)
 
 
 @pytest.mark.slow
-def test_a_plan_that_goes_far_is_sampled_within_bounds_and_says_how_coarsely(tmp_path, capsys):
-    count = 400
+def test_a_plan_that_goes_far_is_sampled_within_bounds_and_says_how_coarsely(
+    tmp_path, capsys, monkeypatch
+):
+    monkeypatch.setattr(plan_reader, 'MOST_SAMPLES', 20_000)
+    count = 40
     q = np.column_stack([6280.0 * (np.arange(count) % 2), np.full(count, 1.0)])
-    (tmp_path / 'plan.json').write_text(json.dumps(plan_of(q)))
-    code, out, err = run(
-        capsys, tmp_path / 'plan.json', '--robot', 'planar_2r', '--fail-on', 'undecided'
-    )
+    file = tmp_path / 'plan.json'
+    file.write_text(json.dumps(plan_of(q)))
+    code, out, err = run(capsys, file, '--robot', 'planar_2r')
     assert (code, err) == (1, '')
     assert 'Not decided' in out
-    found = document(capsys, tmp_path / 'plan.json', '--robot', 'planar_2r')
-    assert found['messages']['total'] <= MOST_SAMPLES + FEWEST * count
+    found = document(capsys, file, '--robot', 'planar_2r')
+    assert 19_000 < found['messages']['total'] <= 20_000
     coarse = [one for one in found['verdict'] if 'sampled coarsely' in one['sentence']]
     assert [one['level'] for one in coarse] == ['WARN']
-    assert 'joints move up to 5 rad or m from one sample to the next' in coarse[0]['sentence']
-    (tmp_path / 'plan.json').write_text(json.dumps(plan_of(q[:5] / 6280.0)))
-    found = document(capsys, tmp_path / 'plan.json', '--robot', 'planar_2r')
+    # 6280 rad in 512 samples.
+    assert 'joints move up to 12 rad or m from one sample to the next' in coarse[0]['sentence']
+    file.write_text(json.dumps(plan_of(q[:5] / 6280.0)))
+    found = document(capsys, file, '--robot', 'planar_2r')
     assert not [one for one in found['verdict'] if 'sampled coarsely' in one['sentence']]
 
 
-@pytest.mark.slow
-def test_plans_of_a_file_share_the_samples(tmp_path, capsys):
-    q = np.column_stack([np.zeros(300), 3000.0 * (np.arange(300) % 2) + 0.5])
-    (tmp_path / 'plan.json').write_text(json.dumps({'all': [plan_of(q[k:]) for k in range(4)]}))
-    code, out, err = run(capsys, tmp_path / 'plan.json', '--robot', 'planar_2r')
-    assert code == 1
-    assert 'Trajectory 1 of 4: Refuted' in out
-    found = document(capsys, tmp_path / 'plan.json', '--robot', 'planar_2r')
-    assert found['messages']['total'] <= MOST_SAMPLES + 4 * FEWEST * 300
+def test_trajectories_of_a_file_share_the_samples(tmp_path, monkeypatch):
+    monkeypatch.setattr(plan_reader, 'MOST_SAMPLES', 3000)
+    q = np.column_stack([np.zeros(11), 100.0 * (np.arange(11) % 2)])
+    file = tmp_path / 'plan.json'
+    file.write_text(json.dumps({'all': [plan_of(q)] * 4}))
+    source = plan_reader.open_planned(file, Selection(robot_of('planar_2r')))
+    blocks = list(source.blocks)
+    assert sum(map(len, blocks)) == 3001 + 3 * (10 * FEWEST + 1)
+    assert [remark.level for remark in source.remarks] == [Level.OK, Level.WARN]
 
 
 @pytest.mark.parametrize('most', [10, 1000, 5000, 10**9])
@@ -225,6 +230,7 @@ def urdf_of(count, mimic=''):
     return f'<robot name="r">{links}{joints}</robot>'
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ('count', 'text', 'reason'),
     [
