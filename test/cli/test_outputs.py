@@ -1,10 +1,12 @@
 """What commands write: files that keep what they are, devices, pipes, and disks that fill."""
 
+import io
 import os
 import resource
 import stat
 import subprocess
 import sys
+import tempfile
 import threading
 from contextlib import contextmanager
 from pathlib import Path
@@ -13,6 +15,7 @@ import pytest
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
+from kinematics_service.cli.standard_output import checked_output
 from kinematics_service.errors import KinematicsError
 from kinematics_service.output_file import new_file, write_file
 
@@ -218,6 +221,58 @@ def test_a_mount_or_the_file_of_another_is_written_in_its_place(folder, monkeypa
         assert file.read_text() == 'new'
         assert file.stat().st_ino == number
         assert left_over(folder) == []
+
+
+def test_a_file_that_stays_in_its_place_is_left_where_there_is_no_room(folder, monkeypatch):
+    file = folder / 'file'
+    file.write_text('old')
+    os.link(file, folder / 'pair')
+
+    def fill(descriptor, begin, length):
+        os.ftruncate(descriptor, begin + length)
+        raise OSError(28, os.strerror(28))
+
+    monkeypatch.setattr(os, 'posix_fallocate', fill)
+    with pytest.raises(KinematicsError, match='No space left on device'):
+        write_file(file, 'new content')
+    assert file.read_text() == 'old'
+
+
+def test_a_file_is_made_beside_the_one_it_becomes(folder, monkeypatch):
+    # On a disk of its own nothing else could take its place at once.
+    monkeypatch.setattr(tempfile, 'tempdir', str(folder / 'none'))
+    for content in ('new', 'newer'):
+        write_file(folder / 'file', content)
+        assert (folder / 'file').read_text() == content
+
+
+def test_a_file_without_a_name_is_written_to(folder):
+    with open('file', 'w+') as stream:
+        os.unlink('file')
+        write_file(Path(f'/proc/self/fd/{stream.fileno()}'), 'new')
+        assert stream.read() == 'new'
+    assert [path.name for path in folder.iterdir() if 'file' in path.name] == []
+
+
+def test_what_was_printed_before_comes_first(folder):
+    text = (
+        'from pathlib import Path; from kinematics_service.output_file import write_file; '
+        'print("first"); write_file(Path("/dev/stdout"), "second")'
+    )
+    with open('out', 'wb') as stream:
+        subprocess.run(
+            [sys.executable, '-c', text],
+            stdout=stream, env={**os.environ, 'PYTHONUNBUFFERED': ''}, check=True,
+        )  # fmt: skip
+    assert Path('out').read_text() == 'first\nsecond'
+
+
+def test_lines_of_an_unbuffered_output_are_there_at_once(folder):
+    with open('out', 'wb', buffering=0) as file:
+        unbuffered = io.TextIOWrapper(file, 'utf-8', write_through=True)
+        stream = checked_output(unbuffered)
+        stream.write('line\n')
+        assert Path('out').read_text() == 'line\n'
 
 
 def test_what_cannot_be_written_is_refused_in_a_sentence(folder):
