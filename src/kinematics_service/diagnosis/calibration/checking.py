@@ -151,7 +151,7 @@ def check_different(q: Floats, whose: str, least: int = LEAST) -> None:
 
 
 def checked_offsets(
-    robot: Robot, given: Measured, free: Free, own: Free, check: bool
+    robot: Robot, given: Measured, free: Free, own: Free, check: bool, read: str = ''
 ) -> tuple[list[Offsets], FrameDiagnosis | None]:
     """
     Return the offsets of each set to begin with, and what the frame check says of the first.
@@ -164,6 +164,8 @@ def checked_offsets(
         What each set has of its own.
     check
         Whether the frame check is made.
+    read
+        How the orientations were read, as `diagnose_frames` takes it.
 
     Raises
     ------
@@ -179,13 +181,13 @@ def checked_offsets(
         found = offsets_of(A[k], B[k], given.positions, free)
         offsets.append(found)
         if check:
-            one = _checked(robot, q[k], B[k], given.positions, found, free)
+            one = _checked(robot, q[k], B[k], given.positions, found, free, read)
             diagnosis = diagnosis or one
     return shared_offsets(A, B, offsets, given.positions, free, own), diagnosis
 
 
 def _checked(
-    robot: Robot, q: Floats, poses: Floats, positions: bool, found: Offsets, free: Free
+    robot: Robot, q: Floats, poses: Floats, positions: bool, found: Offsets, free: Free, read: str
 ) -> FrameDiagnosis | None:
     middle = float(np.median(found.remainder))
     if positions:
@@ -194,7 +196,7 @@ def _checked(
     near = near[np.unique(np.linspace(0, len(near) - 1, MOST_POSES).astype(int))]
     diagnosis = None
     if not positions and len(near) >= LEAST_FOR_CAUSE:
-        diagnosis = diagnose_frames(robot, q[near], poses[near])
+        diagnosis = diagnose_frames(robot, q[near], poses[near], read=read)
         cause = diagnosis.cause
         left = middle if cause is None else cause.errors.position_rms
         if min(left, middle) > NO_CALIBRATION:
