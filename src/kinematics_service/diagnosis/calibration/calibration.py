@@ -401,8 +401,13 @@ def _with_explanations(
     cause = found.frames.cause if found.frames else None
     if cause is not None:
         # A number of the table that a calibration finds, if it is not beyond its prior.
-        return replace(found, explained=Explained((cause.sentence,), True))
-    return replace(found, explained=explained(changes, score, outcome_of, found.positions))
+        return replace(found, explained=Explained((cause.sentence,), True, True))
+    return replace(
+        found,
+        explained=explained(
+            changes, score, outcome_of, found.with_outliers.after, found.positions
+        ),
+    )
 
 
 def _fitted(

@@ -1,5 +1,6 @@
 """Measured poses looked at before anything is fitted: what is wrong with them, in a sentence."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +14,7 @@ from ...rigid_motion import rotation_vector
 from ...robot.robot import Robot
 from ..frame_check.diagnosis import FrameDiagnosis, check_rotations, diagnose_frames
 from ..frame_check.errors import angle_in_words, length_in_words
+from ..frame_check.hypotheses import joint_hypotheses_of
 from .placing import Free, Offsets, offsets_of, shared_offsets
 
 # Poses of a set, and poses by which a cause is tested.
@@ -24,6 +26,8 @@ NO_CALIBRATION = 0.02
 # Rows this many medians off are left out of the frame check; a mistake is named where it leaves
 # this many times more than its opposite.
 FAR_OFF, DECISIVE = 5.0, 3.0
+# A rival leaves nearly as little: within this factor.
+AS_WELL = 2.0
 # What a calibration finds by itself.
 FOUND_HERE = ('joint_offset', 'link_length')
 
@@ -206,8 +210,45 @@ def _checked(
         if cause is not None and cause.key not in FOUND_HERE:
             raise CalibrationError(f'the frame check comes first: {diagnosis.sentence}')
     if middle > NO_CALIBRATION:
-        raise CalibrationError(_too_far_off(robot, middle, free))
+        explained = ''
+        if positions:
+            explained = explained_by_joints(
+                robot,
+                q,
+                middle,
+                lambda joints: (
+                    offsets_of(forward_kinematics(robot, joints), poses, True, free).remainder
+                ),
+            )
+        raise CalibrationError(_too_far_off(robot, middle, free) + explained)
     return diagnosis
+
+
+def explained_by_joints(
+    robot: Robot, q: Floats, middle: float, left: Callable[[Floats], Floats]
+) -> str:
+    """
+    Return in words which mistakes of joint positions (N, n) would explain rows too far off.
+
+    Parameters
+    ----------
+    middle
+        The median of what remains, m.
+    left
+        Returns what remains (N,), m, by other joint positions.
+    """
+    tried = []
+    for change in joint_hypotheses_of(robot, q):
+        assert change.q is not None  # they are of the joint positions
+        tried.append((float(np.median(left(change.q))), change.sentence))
+    best = min(tried)[0]
+    if best * DECISIVE > middle or best > NO_CALIBRATION:
+        return ''
+    near = sorted(one for one in tried if one[0] <= AS_WELL * best)
+    words = '; '.join(
+        f'{sentence}: with that undone {length_in_words(size)} remain' for size, sentence in near
+    )
+    return f'. What explains it: {words}' if len(near) == 1 else f'. Tried, not decided: {words}'
 
 
 def _too_far_off(robot: Robot, middle: float, free: Free) -> str:

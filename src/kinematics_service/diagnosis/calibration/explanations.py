@@ -11,17 +11,15 @@ from ...kernel import Floats
 from ...kinematics.forward import forward_kinematics
 from ...robot.robot import Robot
 from ..frame_check.angle_orders import order_hypotheses_of
-from ..frame_check.errors import MOST, Errors
+from ..frame_check.errors import MOST, NOMINAL, Errors
 from ..frame_check.hypotheses import ComparedData, Hypothesis, hypotheses_of, joint_hypotheses_of
 from ..frame_check.offsets import fit_offsets
-from .checking import Measured, apart, in_words
+from .checking import AS_WELL, DECISIVE, Measured, apart, in_words
 from .placing import Free, offsets_of
 
 # Rows by which mistakes are compared, besides as many that were left out, and mistakes that are
 # then tried in a calibration.
 SIFTED, TRIED = 40, 3
-# A rival leaves nearly as little: within this factor.
-AS_WELL = 2.0
 
 
 class Outcome(NamedTuple):
@@ -44,16 +42,29 @@ class Outcome(NamedTuple):
 
 
 class Explained(NamedTuple):
-    """Mistakes that would explain the rows, the likeliest first; whether it decidedly does."""
+    """
+    Mistakes that would explain what is refused.
+
+    Attributes
+    ----------
+    sentences
+        The likeliest first.
+    decided
+        Whether the first one explains it, and no other does nearly as well.
+    tried
+        Whether mistakes were tried at all.
+    """
 
     sentences: tuple[str, ...] = ()
     decided: bool = False
+    tried: bool = False
 
 
 def explained(
     changes: Sequence[Hypothesis],
     score: Callable[[Hypothesis], float],
     outcome_of: Callable[[Hypothesis], Outcome],
+    left: Errors,
     positions: bool,
 ) -> Explained:
     """
@@ -67,6 +78,8 @@ def explained(
         Returns how badly the rows fit with one undone, before anything of the table is fitted.
     outcome_of
         Returns what a calibration leaves with one undone.
+    left
+        What remains as it is.
     positions
         Whether there are no orientations.
     """
@@ -83,8 +96,14 @@ def explained(
     decided = bool(good) and all(
         one.left.position_rms > AS_WELL * good[0][1].left.position_rms for _, one in good[1:]
     )
-    chosen = good[:1] if decided else good or found
-    return Explained(tuple(_sentence(*one, positions) for one in chosen), decided)
+    better = [one for one in found if _far_better(one[1].left, left)]
+    chosen = good[:1] if decided else good or better
+    return Explained(tuple(_sentence(*one, positions) for one in chosen), decided, True)
+
+
+def _far_better(one: Errors, other: Errors) -> bool:
+    turned = max(other.rotation_rms, NOMINAL.angle)
+    return DECISIVE * one.position_rms < other.position_rms and one.rotation_rms <= turned
 
 
 def _sentence(mistake: str, outcome: Outcome, positions: bool) -> str:

@@ -79,6 +79,8 @@ def _verdict(found: Calibration) -> Iterator[str]:
         yield f'What explains it: {found.explained.sentences[0]}'
     elif found.explained.sentences:
         yield f'Tried, not decided: {"; ".join(found.explained.sentences)}'
+    elif found.explained.tried:
+        yield 'No single mistake that was tried explains it'
 
 
 def _starts(found: Calibration) -> Iterator[str]:

@@ -22,7 +22,15 @@ from ...robot.robot import Robot
 from ...robot.task import seeded_poses
 from ..frame_check.errors import MOST, length_in_words
 from ..frame_check.hypotheses import Hypothesis
-from .checking import ALIKE, DECISIVE, LEAST, NO_CALIBRATION, Measured, check_different
+from .checking import (
+    ALIKE,
+    DECISIVE,
+    LEAST,
+    NO_CALIBRATION,
+    Measured,
+    check_different,
+    explained_by_joints,
+)
 from .chosen_parameters import ANYWHERE, ChosenParameters, TouchedPoint
 from .corrected_chain import CorrectedChain, CorrectingMotion, Part
 from .explanations import truncated
@@ -419,6 +427,12 @@ def _check_touches(robot: Robot, touches: Touches, start: _Start) -> None:
             f'half of the touches are more than {length_in_words(middle)} from their points: no '
             f'robot {robot.name} is off by as much; it is another robot, or the rows are marked '
             'with wrong points'
+            + explained_by_joints(
+                robot,
+                touches.q,
+                middle,
+                lambda joints: _started(robot, joints, touches.point, free=True).distances,
+            )
         )
 
 
