@@ -9,9 +9,15 @@ import numpy as np
 from ...formats.recordings.block import Flags
 from ...kernel import Floats
 from ...robot.robot import Robot
-from ..frame_check.errors import Errors, PoseLimit, angle_in_words, length_in_words
+from ..frame_check.errors import (
+    EXPLAINED,
+    Errors,
+    PoseLimit,
+    angle_in_words,
+    length_in_words,
+)
 from ..frame_check.judgement import FrameLimits
-from .fitting import Noise
+from .fitting import OUTLIER, USUAL_NOISE, Noise
 
 # A larger share of the rows are no outliers: they contradict the arm.
 FEW_OUTLIERS = 0.1
@@ -29,35 +35,45 @@ class JudgedFit(NamedTuple):
     Attributes
     ----------
     q : shape (N, n), rad or m
-    used : shape (N,)
-        Rows that were not left out.
+    out : shape (N,)
+        Rows that were left out.
+    after : shape (N, 2, 3), m and rad
+        What remains of position and rotation.
     row
         What a row is, in a word.
     without, with_outliers
         What remains of the rows that were used, and of all.
     positions
         Whether these are positions alone.
+    whole
+        Whether all numbers of the table were fitted.
     instrument
         Its noise, if it is known.
     """
 
     robot: Robot
     q: Floats
-    used: Flags
+    out: Flags
+    after: Floats
     row: str
     without: Errors
     with_outliers: Errors
     positions: bool
+    whole: bool
     instrument: Noise | None
 
+    @property
+    def limit(self) -> PoseLimit:
+        """Return what remains of no calibration: what `audit` warns of, unless more is meant."""
+        limit = FrameLimits().warn if self.whole else EXPLAINED
+        left = (BEYOND * math.sqrt(3.0) * one for one in self.instrument or (0.0, 0.0))
+        return PoseLimit(*map(max, zip(limit, left)))
 
-def limit_of(instrument: Noise | None) -> PoseLimit:
-    """Return what may remain of a calibration: less than `audit` warns of, or by the noise."""
-    warn = FrameLimits().warn
-    if instrument is None:
-        return warn
-    left = (BEYOND * math.sqrt(3.0) * one for one in instrument)
-    return PoseLimit(*map(max, zip(warn, left)))
+    @property
+    def contradicting(self) -> Flags:
+        """Return which of the rows left out are farther off (N,) than encoders explain."""
+        far = np.max(np.linalg.norm(self.after, axis=2), axis=1) > OUTLIER * USUAL_NOISE
+        return np.asarray(self.out & far)
 
 
 def refusals_of(fit: JudgedFit) -> tuple[str, ...]:
@@ -68,7 +84,7 @@ def refusals_of(fit: JudgedFit) -> tuple[str, ...]:
 
 
 def _contradicted(fit: JudgedFit) -> Iterator[str]:
-    left, count = int(np.sum(~fit.used)), len(fit.used)
+    left, count = int(np.sum(fit.contradicting)), len(fit.out)
     if left > FEW_OUTLIERS * count:
         yield (
             f'{left} of {count} {fit.row}s contradict the arm: more than a tenth are no outliers'
@@ -78,7 +94,7 @@ def _contradicted(fit: JudgedFit) -> Iterator[str]:
 
 
 def _remaining(fit: JudgedFit, errors: Errors) -> Iterator[str]:
-    limit = limit_of(fit.instrument)
+    limit = fit.limit
     if errors.position_rms >= limit.position:
         yield (
             f'{length_in_words(errors.position_rms)} remain (rms), and less than '
@@ -94,7 +110,7 @@ def _remaining(fit: JudgedFit, errors: Errors) -> Iterator[str]:
 def _by_joint(fit: JudgedFit) -> str:
     # The rows that are highest, lowest or farthest from the middle in a joint, up to each one that
     # was left out: how many of them were left out, and how likely as many are by chance.
-    out = ~fit.used
+    out = fit.contradicting
     left, count = int(np.sum(out)), len(out)
     if left < FEWEST or left == count:
         return ''

@@ -458,11 +458,13 @@ def _result(
     judged = JudgedFit(
         robot,
         given.q,
-        used,
+        ~used,
+        after,
         'touch' if points else 'pose',
         without.after,
         with_outliers.after,
         given.positions,
+        {one.name for one in names.table if one.group != GEARS} <= set(problem.names),
         instrument,
     )
     return Calibration(

@@ -90,6 +90,11 @@ class FitProblem:
     rates: Floats | None = None
     known_distances: tuple[KnownDistance, ...] = ()
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Return the names of the parameters."""
+        return tuple(one.name for one in self.parameters)
+
     def every(self, values: Floats) -> Floats:
         """Return all corrections, those that are not fitted being zero."""
         found = np.zeros(self.count)
