@@ -258,7 +258,7 @@ def identify(
         found = _at_least(noise, evident)
         distances = _distances(problem, remainders, found)
         moved = np.max(np.abs(solved.step) / np.linalg.norm(inverse, axis=1), initial=0.0)
-        sorted_ = distances < limit
+        sorted_ = _known_distances(distances, freedom) < limit
         same = bool(np.array_equal(sorted_, used)) or k >= SORTING_ROUNDS
         used = used if same else sorted_
         changed = max(abs(b / a - 1.0) if a else 0.0 for a, b in zip(before, found))
@@ -269,6 +269,13 @@ def identify(
         _solve(problem, values, widened(found, freedom), used.astype(np.float64)).triangle
     )
     return Identified(values, inverse @ inverse.T, found, used, distances, freedom)
+
+
+def _known_distances(distances: Floats, freedom: Noise) -> Floats:
+    # As far as by a noise that is known: by one that few numbers tell, large distances are less
+    # rare, and f log(1 + d^2 / f) has about the distribution of the d^2 of a known one.
+    f = min(freedom)
+    return np.asarray(np.sqrt(f * np.log1p(distances**2 / f)))
 
 
 def _at_least(least: Noise | None, found: Noise) -> Noise:
