@@ -21,7 +21,7 @@ from .acceptance import JudgedFit, refusals_of
 from .checking import Measured, checked_offsets, measured
 from .chosen_parameters import ChosenParameters, TouchedPoint, asks_for_gears
 from .corrections import corrected_robot
-from .explanations import Explained, Outcome, explained, mistakes_of, score_of_poses
+from .explanations import RefusalCauses, TriedCalibration, explained, mistakes_of, score_of_poses
 from .fitting import FitProblem, Identified, Noise, identify, refined, weighted_jacobian
 from .knowledge import KNOWN, ParameterCombination
 from .parameters import (
@@ -120,6 +120,9 @@ class Calibration(FrozenArrays):
         Of their corrections.
     noise
         Standard deviation of one number of a measured position (m), and rotation vector (rad).
+    freedom
+        By how many numbers it is known, beyond those that parameters take up; infinite where it
+        is that of the instrument.
     instrument
         The same of the instrument, where it was given.
     count, positions
@@ -181,6 +184,7 @@ class Calibration(FrozenArrays):
     parameters: tuple[CalibratedParameter, ...]
     covariance: Floats
     noise: Noise
+    freedom: Noise
     instrument: Noise | None
     count: int
     positions: bool
@@ -205,7 +209,7 @@ class Calibration(FrozenArrays):
     remainders_before: Floats
     remainders: Floats
     points: tuple[TouchedPoint, ...] = ()
-    explained: Explained = Explained()
+    explained: RefusalCauses = RefusalCauses()
 
     @property
     def accepted(self) -> bool:
@@ -393,15 +397,15 @@ def _with_explanations(
     score: Callable[[Hypothesis], float],
     undone: Callable[[Hypothesis], Calibration],
 ) -> Calibration:
-    def outcome_of(change: Hypothesis) -> Outcome:
+    def outcome_of(change: Hypothesis) -> TriedCalibration:
         one = undone(change)
         left = (one.without if one.accepted else one.with_outliers).after
-        return Outcome(one.accepted, left, len(one.outliers))
+        return TriedCalibration(one.accepted, left, len(one.outliers))
 
     cause = found.frames.cause if found.frames else None
     if cause is not None:
         # A number of the table that a calibration finds, if it is not beyond its prior.
-        return replace(found, explained=Explained((cause.sentence,), True, True))
+        return replace(found, explained=RefusalCauses((cause.sentence,), True, True))
     return replace(
         found,
         explained=explained(
@@ -473,6 +477,7 @@ def _result(
         parameters=parameters,
         covariance=found.covariance,
         noise=found.noise,
+        freedom=found.freedom,
         instrument=instrument,
         count=len(given.q),
         positions=given.positions,

@@ -22,7 +22,7 @@ from .placing import Free, offsets_of
 SIFTED, TRIED = 40, 3
 
 
-class Outcome(NamedTuple):
+class TriedCalibration(NamedTuple):
     """
     What a calibration with a mistake undone left.
 
@@ -41,7 +41,7 @@ class Outcome(NamedTuple):
     out: int
 
 
-class Explained(NamedTuple):
+class RefusalCauses(NamedTuple):
     """
     Mistakes that would explain what is refused.
 
@@ -63,10 +63,10 @@ class Explained(NamedTuple):
 def explained(
     changes: Sequence[Hypothesis],
     score: Callable[[Hypothesis], float],
-    outcome_of: Callable[[Hypothesis], Outcome],
+    outcome_of: Callable[[Hypothesis], TriedCalibration],
     left: Errors,
     positions: bool,
-) -> Explained:
+) -> RefusalCauses:
     """
     Return the mistakes that would explain what is no calibration.
 
@@ -98,7 +98,7 @@ def explained(
     )
     better = [one for one in found if _far_better(one[1].left, left)]
     chosen = good[:1] if decided else good or better
-    return Explained(tuple(_sentence(*one, positions) for one in chosen), decided, True)
+    return RefusalCauses(tuple(_sentence(*one, positions) for one in chosen), decided, True)
 
 
 def _far_better(one: Errors, other: Errors) -> bool:
@@ -106,7 +106,7 @@ def _far_better(one: Errors, other: Errors) -> bool:
     return DECISIVE * one.position_rms < other.position_rms and one.rotation_rms <= turned
 
 
-def _sentence(mistake: str, outcome: Outcome, positions: bool) -> str:
+def _sentence(mistake: str, outcome: TriedCalibration, positions: bool) -> str:
     left = in_words(outcome.left.position_rms, outcome.left.rotation_rms, positions)
     return f'{mistake}: with that undone {left} remain (rms), and {outcome.out or "none"} left out'
 
