@@ -120,7 +120,7 @@ def test_angles_in_another_order_are_no_calibration(written):
     assert made.startswith('# NO CALIBRATION, written anyway: ')
     # The file does not agree with itself: no instrument is off by as much.
     known = ks.robot_from_text(made).description.known_poses
-    assert max(one.tolerance_rpy for one in known) <= np.radians(2.0)
+    assert max(one.tolerance_rpy for one in known) < np.radians(2.01)  # two digits
 
 
 @pytest.mark.parametrize('seed', range(3))

@@ -140,7 +140,7 @@ def test_with_noise_errors_are_within_their_deviations(name):
 @pytest.mark.parametrize('count', [10, 16])
 def test_few_poses_are_as_sure_as_they_say(count):
     # Chi-square of the errors of the table's numbers, each of which is 1 on average: over 200
-    # arms 1.04 at ten poses. It was 1.3 by the noise as it is estimated.
+    # of them 1.04 at ten poses. It was 1.32 by the noise as it is estimated.
     squares = []
     for name in ('puma560', 'ur5e', 'panda', 'kuka_iiwa14', 'offset_stanford_dh'):
         for seed in range(100, 112):
