@@ -81,6 +81,78 @@ def test_a_table_of_poses_makes_a_robot_file_that_goes_on(tmp_path, capsys):
     assert 'exists already' in again[2]
 
 
+def angles_table(file, robot, q, poses, order):
+    """Return the file of a table whose orientations are three angles, rad."""
+    from scipy.spatial.transform import Rotation
+
+    angles = Rotation.from_matrix(poses[:, :3, :3]).as_euler(order)
+    names = [*(f'position.{name}' for name in robot.joint_names)]
+    names += [f'pose.{end}' for end in ('x', 'y', 'z', 'roll', 'pitch', 'yaw')]
+    rows = np.column_stack([1.7e9 + np.arange(len(q)), q, poses[:, :3, 3], angles])
+    lines = [','.join(['stamp', *names])]
+    file.write_text('\n'.join([*lines, *(','.join(map(repr, row)) for row in rows.tolist())]))
+    return file
+
+
+@pytest.mark.slow
+def test_what_is_no_calibration_is_not_written(tmp_path, capsys):
+    arm = measured_arm('ur5e', 40, NOISE, seed=3)
+    file = angles_table(tmp_path / 'tracker.csv', arm.robot, arm.q, arm.poses, 'XYZ')
+    output, html = tmp_path / 'mine.yaml', tmp_path / 'mine.html'
+    options = ['--robot', 'ur5e', '--output', output]
+    code, out, err = run(capsys, 'calibrate', file, *options)
+    assert code == 1
+    assert not output.exists()
+    assert '--pose-format XYZ' in err
+    # As it says.
+    code, out, err = run(capsys, 'calibrate', file, *options, '--pose-format', 'XYZ')
+    assert (code, err) == (0, '')
+    output.unlink()
+    # Whoever wants it anyway is told, and the file does not agree with itself.
+    code, out, err = run(capsys, 'calibrate', file, *options, '--anyway', '--html', html)
+    assert (code, err) == (0, '')
+    first = out.partition('\n')[0]
+    assert first.startswith('This is no calibration: ')
+    assert first.endswith('deg would be left; written anyway.')
+    assert output.read_text().startswith('# NO CALIBRATION, written anyway: ')
+    page = html.read_text()
+    assert '<section class="verdict ERROR"><p class="first">This is no calibration: ' in page
+    code, out, err = run(capsys, 'check', '--strict', output)
+    assert code == 1
+    assert 'the table puts the tool elsewhere' in err
+
+
+@pytest.mark.slow
+def test_rows_that_contradict_the_arm_lead_the_report(tmp_path, capsys):
+    arm = measured_arm('puma560', 60, NOISE, seed=1, size=0.3)
+    q = arm.q.copy()
+    q[:54, 1] = 0.0
+    poses = ks.forward_kinematics(arm.true, q)
+    poses[:, :3, 3] += NOISE * np.random.default_rng(1).normal(size=(60, 3))
+    q[:, 2] -= q[:, 1]
+    file = table(tmp_path / 'tracker.csv', arm.robot, q, poses)
+    output, found = tmp_path / 'mine.yaml', tmp_path / 'found.json'
+    options = ['--robot', 'puma560', '--output', output, '--json', found]
+    code, out, err = run(capsys, 'calibrate', file, *options)
+    assert (code, err) == (1, '')
+    assert out.startswith('This is no calibration: poses contradict the arm where joint j2 is ')
+    assert 'no robot file is written without --anyway.' in out.partition('\n')[0]
+    assert 'What explains it: joint j3 turns with joint j2' in out
+    assert not output.exists()
+    document = json.loads(found.read_text())
+    assert document['accepted'] is False
+    assert document['explained']['decided'] is True
+    code, out, err = run(capsys, 'calibrate', file, *options, '--anyway')
+    assert code == 0
+    assert run(capsys, 'check', '--strict', output)[0] == 1  # known poses are those of all rows
+
+
+def test_the_noise_of_an_instrument_has_both_units(capsys, tmp_path):
+    code, _, err = run(capsys, 'calibrate', 'a.csv', '--robot', 'ur5e', '--noise', '2mm')
+    assert code == 2
+    assert "'2mm' lacks one of both; write for instance 2mm,0.3deg" in ' '.join(err.split())
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     'name', ['ur5e', 'panda', 'scara_hsr065', 'rrp_elementary', 'offset_stanford_shape']

@@ -344,6 +344,8 @@ def test_every_kind_and_unit_of_pose_columns_is_read(tmp_path, capsys):
         ),
         (np.column_stack([1e3 * p, angles]), rxyz, 'mm,deg,rpy'),
         (np.column_stack([p, np.radians(angles)]), ('x', 'y', 'z', 'roll', 'pitch', 'yaw'), ''),
+        (np.column_stack([p, angles[:, ::-1]]), count(6), 'deg,ZYX'),
+        (np.column_stack([p, angles]), ('x', 'y', 'z', 'rx', 'ry', 'rz'), 'deg,xyz'),
         (rows, count(16), ''),
         (columns, count(16), 'matrix'),
         (rows[:, :12], count(12), 'matrix'),
@@ -355,6 +357,24 @@ def test_every_kind_and_unit_of_pose_columns_is_read(tmp_path, capsys):
         assert found['matched'] == 60, (k, found)
         assert found['as_given']['position_max'] < 1e-6, (k, form)
         assert found['as_given']['rotation_max'] < 1e-6, (k, form)
+
+
+def test_angles_about_moving_axes_read_as_roll_pitch_yaw_are_named(tmp_path, capsys):
+    from scipy.spatial.transform import Rotation
+
+    from kinematics_service.rigid_motion import pose_of
+
+    robot = robot_of('ur5e')
+    t, q, _ = motion(robot, 60, 20.0, 8)
+    poses = pose_of([1, 2, 0.5], (0.1, 1.0, -2.0)) @ ks.forward_kinematics(robot, q)
+    angles = Rotation.from_matrix(poses[:, :3, :3]).as_euler('XYZ')
+    numbers = np.column_stack([poses[:, :3, 3], angles])
+    file = table(tmp_path / 'tracker.csv', t, q, numbers, ('x', 'y', 'z', 'roll', 'pitch', 'yaw'))
+    found = frames(capsys, file, '--robot', 'ur5e', *AS_NUMBERS)
+    assert found['cause'] == 'angle_order'
+    assert '(--pose-format XYZ)' in found['sentence']
+    right = frames(capsys, file, '--robot', 'ur5e', *AS_NUMBERS, '--pose-format', 'XYZ')
+    assert right['errors']['position_max'] < 1e-6
 
 
 def ks_vectors(poses):

@@ -6,6 +6,7 @@ from arms import robot_of
 from calibrated_arms import TIP, touching_arm, touching_positions
 
 import kinematics_service as ks
+from kinematics_service.diagnosis.calibration import same_point
 from kinematics_service.diagnosis.calibration.parameters import parameters_of
 
 # Without noise touches are as exact (m).
@@ -138,6 +139,14 @@ def test_a_tip_of_unknown_height_over_parallel_axes_is_said_to_bend_the_deviatio
     assert not ks.calibrate(spike, arm.q, same_point=arm.marks, fix=['tool']).remarks
     arm = touching_arm('ur5e', TWO, 40, NOISE, seed=1)
     assert not ks.calibrate(arm.robot, arm.q, same_point=arm.marks).remarks
+
+
+def test_an_angle_that_is_hardly_known_is_no_length(monkeypatch):
+    arm = touching_arm('ur5e', TWO, 25, NOISE)
+    monkeypatch.setattr(same_point, 'excesses', lambda problem, found: np.array([9.0]))
+    found = ks.calibrate(arm.robot, arm.q, same_point=arm.marks, tolerances={'theta6': 0.5})
+    said = next(one for one in found.remarks if 'of first order' in one)
+    assert 'theta6 is known to 28.6 deg alone' in said
 
 
 @pytest.mark.slow

@@ -8,7 +8,7 @@ from contextlib import contextmanager, nullcontext
 from datetime import datetime
 from enum import Enum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, NamedTuple, Optional, TextIO
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, Optional, TextIO
 
 import typer
 
@@ -84,8 +84,15 @@ poses, but nothing is known of the cell around: look at the motion first.
 one and its correction, and known_poses are the measured ones.
 
 \b
-Exit code 0: calibrated. 1: FILE cannot be read, or the frame check names a
-mistake that is no matter of calibration. 2: wrong usage.
+A result is refused where more remains than audit lets pass (4 mm, 0.5 deg;
+--noise says that the instrument leaves more), more than a tenth of the poses
+do not fit, or those of one joint's positions do not; what would explain it is
+tried and named. No robot file is written then, unless --anyway asks for it.
+
+
+Exit code 0: calibrated. 1: FILE cannot be read, the frame check names a
+mistake that is no matter of calibration, or the result is refused. 2: wrong
+usage.
 """
 
 
@@ -174,14 +181,32 @@ def calibrate(
             metavar='FILE', help='Write them: a table (.csv) or a JointTrajectory (.yaml).'
         ),
     ] = None,
+    noise: Annotated[
+        Optional[str],
+        typer.Option(
+            metavar='LIMIT',
+            help='Standard deviation of each number of a pose by the instrument, if it is known: '
+            'for instance 2mm,0.3deg.',
+        ),
+    ] = None,
+    anyway: Annotated[
+        bool, typer.Option('--anyway', help='Write the robot file of what is no calibration, too.')
+    ] = False,
     force: Annotated[bool, typer.Option('--force', help='Overwrite the output.')] = False,
 ) -> None:
     """Run the command; `HELP` is what its user reads."""
     plans = _plans(plan, propose)
     _check_outputs({'--output': output, '--html': html, '--json': json}, plans, files, force)
     arm = given_robot(robot)
-    limit = None if tolerance is None else given_limit('--tolerance', tolerance)
     form = given_format(pose_format)
+    wanted = _Wanted(
+        _fitted(fit),
+        _words(fix),
+        _words(own),
+        None if tolerance is None else given_limit('--tolerance', tolerance),
+        _instrument(noise, form.kind == 'position' or same_point is not None),
+        not anyway,
+    )
     if pose_gap is not None and not 0.0 < pose_gap <= LONGEST_GAP:
         raise WrongUsage(f'--pose-gap: {pose_gap:g} is not within 0 and {LONGEST_GAP:g} s')
     if distance and same_point is None:
@@ -203,7 +228,6 @@ def calibrate(
     from ..formats.recordings.source import Selection
 
     reading = Selection(arm, topic, pose_topic, columns, joint_prefix, form)
-    words = (_fitted(fit), _words(fix), _words(own))
     report = sys.stderr if str(json) == '-' else sys.stdout
     heard = None
     if live is not None:
@@ -211,7 +235,7 @@ def calibrate(
             topic or STATES, pose_topic or POSES, joint_prefix, live, propose or 1
         )
         with _parameters_known():
-            heard = _heard(arm, topics, words, limit, report, context.obj)
+            heard = _heard(arm, topics, wanted, report, context.obj)
     kept = nullcontext() if heard is None else kept_when_refused(arm, heard.poses)
     with _parameters_known(), kept:
         with _status() as tell:
@@ -219,18 +243,16 @@ def calibrate(
             if heard is not None:
                 data = heard.fit(tell)
             elif same_point is not None:
-                data = _touched(files or [], reading, same_point, words, apart, limit, tell)
+                data = _touched(files or [], reading, same_point, wanted, apart, tell)
             else:
-                data = _measured(files or [], reading, pose_gap, words, limit, tell)
-            if output is not None:
-                from ..output_file import write_file
-
-                write_file(output, _text(data, robot, frames))
+                data = _measured(files or [], reading, pose_gap, wanted, tell)
+            written = _written(data, robot, frames, output, anyway)
         if html is not None:
             _write_page(data, html, robot)
-        _report(data, json)
-    if output is not None:
-        print(f'wrote {output}; next: python -m kinematics_service check {output}', file=report)
+        _report(data, json, anyway)
+        if not (data.found.accepted or anyway):
+            raise typer.Exit(1)
+    print(written, end='', file=report)
     if propose is not None:
         _propose(arm, propose, data.found, plans, data.found.positions, report)
 
@@ -269,6 +291,36 @@ class _Calibrated(NamedTuple):
     remarks: list[str]
     q: 'Floats'
     poses: 'Floats'
+
+
+class _Wanted(NamedTuple):
+    # What is fitted, what is not, what each set has of its own; usual errors, noise; whether
+    # mistakes are looked for.
+    fit: tuple[str, ...]
+    fix: tuple[str, ...]
+    own: tuple[str, ...]
+    limit: 'PoseLimit | None'
+    instrument: tuple[float, float] | None
+    check: bool
+
+    def fitting(self, arm: 'Robot') -> dict[str, Any]:
+        """Return the arguments of the library that say so."""
+        return {
+            'fit': self.fit,
+            'fix': self.fix,
+            'tolerances': _tolerances(arm, self.limit),
+            'noise': self.instrument,
+            'check': self.check,
+        }
+
+
+def _instrument(noise: str | None, positions: bool) -> tuple[float, float] | None:
+    if noise is None:
+        return None
+    given = given_limit('--noise', noise)
+    if math.isinf(given.position) or (math.isinf(given.angle) and not positions):
+        raise WrongUsage(f'--noise: {noise!r} lacks one of both; write for instance 2mm,0.3deg')
+    return given.position, given.angle if math.isfinite(given.angle) else 0.0
 
 
 class _LivePoses(NamedTuple):
@@ -364,9 +416,8 @@ def _touched(
     files: Sequence[Path],
     reading: 'Selection',
     column: str,
-    names: tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]],
+    wanted: _Wanted,
     distances: dict[tuple[str, str], float],
-    limit: 'PoseLimit | None',
     tell: Callable[[str], None],
 ) -> _Calibrated:
     import numpy as np
@@ -375,7 +426,6 @@ def _touched(
     from ..diagnosis.calibration.touches_reading import read_touches
 
     given = [read_touches(file, reading, column) for file in files]
-    fit, fix, _ = names
     q = np.concatenate([one.q for one in given])
     marks = [mark for one in given for mark in one.points]
     found = calibrated(
@@ -383,10 +433,8 @@ def _touched(
         q,
         same_point=marks,
         apart=distances,
-        fit=fit,
-        fix=fix,
-        tolerances=_tolerances(reading.robot, limit),
         progress=tell,
+        **wanted.fitting(reading.robot),
     )
     points = {one.name: one.position for one in found.points}
     poses = np.tile(np.eye(4), (len(q), 1, 1))
@@ -398,8 +446,7 @@ def _touched(
 def _heard(
     arm: 'Robot',
     topics: LiveOptions,
-    names: tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]],
-    limit: 'PoseLimit | None',
+    wanted: _Wanted,
     stream: TextIO,
     ros_args: Sequence[str],
 ) -> _LivePoses:
@@ -408,9 +455,8 @@ def _heard(
     from ..diagnosis.calibration.calibration import calibrate as calibrated
     from ..errors import CalibrationError
 
-    _check_names(arm, names)
-    tolerances = _tolerances(arm, limit)
-    fit, fix, own = names
+    _check_names(arm, wanted)
+    fitting = wanted.fitting(arm)
 
     def fitted(
         poses: 'CollectedPoses', tell: Callable[[str], None] = lambda phase: None
@@ -421,11 +467,9 @@ def _heard(
             poses.q,
             poses.poses,
             rates=poses.rates if moves else None,
-            own=own,
-            fit=fit,
-            fix=fix,
-            tolerances=tolerances,
+            own=wanted.own,
             progress=tell,
+            **fitting,
         )
 
     poses = collected(arm, topics, fitted, stream, ros_args)
@@ -444,9 +488,7 @@ def _heard(
     return _LivePoses(poses, fit_all)
 
 
-def _check_names(
-    arm: 'Robot', names: tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]
-) -> None:
+def _check_names(arm: 'Robot', wanted: _Wanted) -> None:
     # What a calibration would refuse when all poses are there, before any of them.
     import numpy as np
 
@@ -456,22 +498,20 @@ def _check_names(
     from ..robot.loops import refuse_loops
 
     refuse_loops(arm.description, 'the calibration')
-    fit, fix, own = names
-    for end in own:
+    for end in wanted.own:
         if end not in ENDS:
             raise WrongUsage(f'--own: {end!r} is not one of {", ".join(ENDS)}')
     q = np.zeros((1, arm.dof))
     given = Measured(q, np.eye(4)[None], False, np.zeros(1, dtype=np.int64), q)
-    table = parameters_of(arm, asks_for_gears(fit)).table
-    ChosenParameters(arm, given, own, table).fitted(fit, fix)
+    table = parameters_of(arm, asks_for_gears(wanted.fit)).table
+    ChosenParameters(arm, given, wanted.own, table).fitted(wanted.fit, wanted.fix)
 
 
 def _measured(
     files: Sequence[Path],
     reading: 'Selection',
     gap: float | None,
-    names: tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]],
-    limit: 'PoseLimit | None',
+    wanted: _Wanted,
     tell: Callable[[str], None],
 ) -> _Calibrated:
     import numpy as np
@@ -487,7 +527,6 @@ def _measured(
     ]
     if len({one.positions for one in given}) > 1:
         raise CalibrationError('some files have poses and others positions alone')
-    fit, fix, own = names
     rates = np.concatenate([one.rates for one in given])
     found = calibrated(
         reading.robot,
@@ -495,11 +534,10 @@ def _measured(
         np.concatenate([one.measured for one in given]),
         sets=np.repeat(np.arange(len(given)), [len(one.q) for one in given]),
         rates=rates if np.max(np.abs(rates)) > MOVING else None,
-        own=own,
-        fit=fit,
-        fix=fix,
-        tolerances=_tolerances(reading.robot, limit),
+        own=wanted.own,
+        read=given[0].kind,
         progress=tell,
+        **wanted.fitting(reading.robot),
     )
     remarks = [remark for one in given for remark in one.remarks]
     return _Calibrated(found, [one.file for one in given], remarks, given[0].q, given[0].poses)
@@ -519,7 +557,19 @@ def _tolerances(arm: 'Robot', limit: 'PoseLimit | None') -> dict[str, float]:
     }
 
 
-def _text(data: _Calibrated, robot: str, frames: FramesChoice) -> str:
+def _written(
+    data: _Calibrated, robot: str, frames: FramesChoice, output: Path | None, anyway: bool
+) -> str:
+    # Writes the robot file, if it is one, and returns the line that says so.
+    if output is None or not (data.found.accepted or anyway):
+        return ''
+    from ..output_file import write_file
+
+    write_file(output, _text(data, robot, frames, anyway))
+    return f'wrote {output}; next: python -m kinematics_service check {output}\n'
+
+
+def _text(data: _Calibrated, robot: str, frames: FramesChoice, anyway: bool) -> str:
     from ..diagnosis.calibration.robot_text import CalibrationOrigin, calibrated_text
 
     date = datetime.now().astimezone().date().isoformat()
@@ -531,6 +581,7 @@ def _text(data: _Calibrated, robot: str, frames: FramesChoice) -> str:
         data.poses,
         CalibrationOrigin(names, date),
         frames.value,
+        anyway,
     )
 
 
@@ -543,7 +594,7 @@ def _write_page(data: _Calibrated, html: Path, robot: str) -> None:
     write_file(html, page_of(data.found, origin))
 
 
-def _report(data: _Calibrated, json: Path | None) -> None:
+def _report(data: _Calibrated, json: Path | None, anyway: bool) -> None:
     from ..diagnosis.calibration.report import cells_of, document_of, kind_of, sentences_of
     from ..output_file import write_file
     from ..printing import Output, heading, json_text, plain, table
@@ -559,8 +610,12 @@ def _report(data: _Calibrated, json: Path | None) -> None:
         write_file(json, text + '\n')
     out = Output()
     names = ', '.join(data.files)
+    first, *others = sentences_of(found)
+    sentences = [first, *data.remarks, *others]
+    if not found.accepted:
+        file = 'written anyway' if anyway else 'no robot file is written without --anyway'
+        out.print(plain(f'{sentences.pop(0)}; {file}.'), '')
     out.print(heading(f'{found.robot.name}: {found.count} {kind_of(found)} of {names}'), '')
-    sentences = (*data.remarks, *sentences_of(found))
     out.print(*(plain(f'  {sentence}.') for sentence in sentences), '')
     rows = table('  parameter', 'correction', 'deviation', '')
     for one in found.parameters:

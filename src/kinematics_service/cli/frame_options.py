@@ -22,8 +22,8 @@ FormatOption = Annotated[
     typer.Option(
         '--pose-format',
         metavar='WORDS',
-        help='Pose columns: m or mm, rad or deg, xyzw, wxyz, rotvec, rpy, matrix or position; '
-        'for instance mm,deg,rpy.',
+        help='Pose columns: m or mm, rad or deg, xyzw, wxyz, rotvec, rpy, matrix, position, or '
+        'angles by their axes (xyz: that stand still; ZYX: that move); for instance mm,deg,ZYX.',
     ),
 ]
 GapOption = Annotated[

@@ -92,6 +92,8 @@ def _lines(robot: 'Robot', found: 'Calibration', complete: bool, propose: int) -
     for words, told in (('known', True), ('not by itself, or not yet', False)):
         names = ', '.join(one.name for one in table if one.told == told)
         yield f'  {words}: {names or "none"}'
+    if not found.accepted:
+        yield f'  no calibration so far: {"; ".join(found.refusals)}'
     if complete:
         yield '  all is known that such poses tell; more make it better; Ctrl-C ends it'
         return

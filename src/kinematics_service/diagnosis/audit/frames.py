@@ -127,7 +127,15 @@ def frames_of(
         motion = (found.states_at - zero) * 1e-9, found.states
     stamps = (found.stamps[chosen] - zero) * 1e-9
     try:
-        diagnosis = diagnose_frames(robot, q, poses, stamps, motion=motion)
+        diagnosis = diagnose_frames(
+            robot,
+            q,
+            poses,
+            stamps,
+            motion=motion,
+            limit=settings.limits.explained,
+            read=track.kind,
+        )
     except KinematicsError as error:
         return none._replace(reason=str(error))
     M = diagnosis.base_offset @ evaluate(robot, q).pose @ diagnosis.tool_offset

@@ -1,8 +1,9 @@
 """The calibration of an arm: its numbers identified from measured poses, with what is known."""
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -15,21 +16,32 @@ from ...robot.loops import refuse_loops
 from ...robot.robot import Robot
 from ..frame_check.diagnosis import FrameDiagnosis
 from ..frame_check.errors import Errors, errors_of
+from ..frame_check.hypotheses import Hypothesis, joint_hypotheses_of
+from .acceptance import JudgedFit, refusals_of
 from .checking import Measured, checked_offsets, measured
 from .chosen_parameters import ChosenParameters, TouchedPoint, asks_for_gears
 from .corrections import corrected_robot
+from .explanations import RefusalCauses, TriedCalibration, explained, mistakes_of, score_of_poses
 from .fitting import FitProblem, Identified, Noise, identify, refined, weighted_jacobian
 from .knowledge import KNOWN, ParameterCombination
-from .parameters import ENDS, TABLE_GROUPS, ArmParameter, parameters_of
+from .parameters import (
+    ENDS,
+    GEARS,
+    LAG,
+    TABLE_GROUPS,
+    ArmParameter,
+    parameters_of,
+    value_in_words,
+)
 from .placing import Free
-from .same_point import SamePointParameters, touches_of
+from .same_point import SamePointParameters, score_of_touches, touches_of
 
 # Blocks of time for the cross-validation.
 BLOCKS = 5
 # Below this share of its prior a parameter's deviation says that the poses tell it.
 TOLD = 1.0 / 3.0
-# A larger share of outliers is remarked on.
-MANY_OUTLIERS = 0.15
+# Corrections of so many standard deviations of their priors are remarked on.
+FAR = 4.0
 # Decimals (m, rad) of the corrections of the calibrated robot: far below what any noise leaves.
 DECIMALS = 13
 
@@ -60,16 +72,43 @@ class CalibratedParameter:
     prior: float
 
     @property
+    def unit(self) -> str:
+        """Return the SI unit of its numbers, empty of a share."""
+        return {LAG.group: 's', GEARS: ''}.get(self.group, 'rad' if self.angle else 'm')
+
+    def in_words(self, value: float) -> str:
+        """Return a correction or a deviation of it in words, with the unit of its kind."""
+        return value_in_words(self.group, self.angle, value)
+
+    @property
     def told(self) -> bool:
         """Return whether the poses tell it; otherwise it mostly stays where its prior has it."""
         usual = min(self.prior, ArmParameter(self.name, self.group, self.angle).scale)
         return self.deviation < TOLD * usual
 
 
+class FitErrors(NamedTuple):
+    """
+    What remains of rows.
+
+    Attributes
+    ----------
+    before, after
+        With base and tool fitted alone, and with the corrections.
+    held_out_before, held_out
+        The same of rows that nothing was fitted to: by cross-validation over blocks of rows.
+    """
+
+    before: Errors
+    after: Errors
+    held_out_before: Errors
+    held_out: Errors
+
+
 @dataclass(frozen=True, eq=False)
 class Calibration(FrozenArrays):
     """
-    A robot identified from measured poses.
+    A robot identified from measured poses, if it is `accepted`.
 
     Attributes
     ----------
@@ -81,6 +120,11 @@ class Calibration(FrozenArrays):
         Of their corrections.
     noise
         Standard deviation of one number of a measured position (m), and rotation vector (rad).
+    freedom
+        By how many numbers it is known, beyond those that parameters take up; infinite where it
+        is that of the instrument.
+    instrument
+        The same of the instrument, where it was given.
     count, positions
         Number of poses, and whether they are positions alone.
     outliers
@@ -89,10 +133,8 @@ class Calibration(FrozenArrays):
         What remains of each row, in standard deviations of the noise.
     as_given
         What was between the poses of the file and the measured ones.
-    before, after
-        What remains with base and tool fitted alone, and with the corrections. Without outliers.
-    held_out_before, held_out
-        The same of poses that nothing was fitted to: by cross-validation over blocks of rows.
+    without, with_outliers
+        What remains of the rows that were used, and of all.
     known, possible
         Number of directions of the parameters that these poses tell better than the priors; and
         that any poses of this kind could tell.
@@ -102,6 +144,12 @@ class Calibration(FrozenArrays):
         Parameters that no pose tells apart, or not these.
     base_offsets, tool_offsets : shape (sets, 4, 4)
         X and Y of measured = X calibrated Y.
+    base_starts, tool_starts : shape (sets, 4, 4)
+        Base and tool that their corrections, along and about their own axes, begin at.
+    refusals
+        Why it is no calibration, sentences; empty if it is accepted.
+    explained
+        Mistakes that would explain a refusal.
     frames
         What the frame check said; None of positions.
     remarks
@@ -123,6 +171,8 @@ class Calibration(FrozenArrays):
         'singular_values',
         'base_offsets',
         'tool_offsets',
+        'base_starts',
+        'tool_starts',
         'q',
         'sets',
         'remainders_before',
@@ -134,21 +184,24 @@ class Calibration(FrozenArrays):
     parameters: tuple[CalibratedParameter, ...]
     covariance: Floats
     noise: Noise
+    freedom: Noise
+    instrument: Noise | None
     count: int
     positions: bool
     outliers: tuple[int, ...]
     distances: Floats
     as_given: Errors
-    before: Errors
-    after: Errors
-    held_out_before: Errors
-    held_out: Errors
+    without: FitErrors
+    with_outliers: FitErrors
     known: int
     possible: int
     singular_values: Floats
     combinations: tuple[ParameterCombination, ...]
     base_offsets: Floats
     tool_offsets: Floats
+    base_starts: Floats
+    tool_starts: Floats
+    refusals: tuple[str, ...]
     frames: FrameDiagnosis | None
     remarks: tuple[str, ...]
     q: Floats
@@ -156,6 +209,32 @@ class Calibration(FrozenArrays):
     remainders_before: Floats
     remainders: Floats
     points: tuple[TouchedPoint, ...] = ()
+    explained: RefusalCauses = RefusalCauses()
+
+    @property
+    def accepted(self) -> bool:
+        """Return whether it is a calibration: its rows agree, and no more remains than may."""
+        return not self.refusals
+
+    @property
+    def before(self) -> Errors:
+        """Return what remains with base and tool fitted alone, without outliers."""
+        return self.without.before
+
+    @property
+    def after(self) -> Errors:
+        """Return what remains with the corrections, without outliers."""
+        return self.without.after
+
+    @property
+    def held_out_before(self) -> Errors:
+        """Return `before` of rows that nothing was fitted to."""
+        return self.without.held_out_before
+
+    @property
+    def held_out(self) -> Errors:
+        """Return `after` of rows that nothing was fitted to."""
+        return self.without.held_out
 
     @cached_property
     def corrections(self) -> dict[str, float]:
@@ -185,10 +264,14 @@ def calibrate(
     tolerances: Mapping[str, float] | None = None,
     noise: tuple[float, float] | None = None,
     check: bool = True,
+    read: str = '',
     progress: Callable[[str], None] = lambda phase: None,
 ) -> Calibration:
     """
     Return the numbers of an arm that bring its poses nearest to measured ones.
+
+    Whether this is a calibration `accepted` says: where much remains, or rows contradict the arm,
+    `refusals` say why, and `explained` what would explain it.
 
     Parameters
     ----------
@@ -222,10 +305,13 @@ def calibrate(
         default: `tolerance` of the robot file, and where it says nothing 1 mm, 0.2 degrees and a
         thousandth.
     noise
-        Standard deviations of one number of a position (m) and of a rotation vector (rad);
-        default: found along with the corrections.
+        Standard deviations of one number of a position (m) and of a rotation vector (rad) by the
+        instrument: what is found along with the corrections is no less.
     check
-        Whether the frame check comes first, and refuses what is no matter of calibration.
+        Whether the frame check comes first, and refuses what is no matter of calibration, and
+        whether what would explain a refusal is tried.
+    read
+        How the orientations were read, as `diagnose_frames` takes it.
     progress
         Is called with words as the work goes on.
 
@@ -246,6 +332,10 @@ def calibrate(
     >>> round(found.corrections['theta2'], 6), found.known, found.possible
     (0.001, 30, 30)
     """
+    known = None if noise is None else Noise(*noise)
+    again = partial(
+        calibrate, apart=apart, own=own, fit=fit, fix=fix, tolerances=tolerances, noise=noise
+    )
     refuse_loops(robot.description, 'the calibration')
     if same_point is not None:
         if not (poses is None and sets is None and rates is None):
@@ -255,7 +345,21 @@ def calibrate(
         arm = parameters_of(robot, asks_for_gears(fit))
         points = SamePointParameters(robot, touched, arm, apart or {})
         problem = points.touch_problem(fit, fix, tolerances, check)
-        return _fitted(robot, points.given, points, problem, None, noise, progress)
+        found = _fitted(robot, points.given, points, problem, None, known, progress)
+        if found.accepted or not check:
+            return found
+        progress('explanations')
+        return _with_explanations(
+            found,
+            list(joint_hypotheses_of(robot, touched.q)),
+            score_of_touches(robot, touched),
+            lambda change: again(
+                robot,
+                touched.q if change.q is None else change.q,
+                same_point=same_point,
+                check=False,
+            ),
+        )
     if poses is None or apart:
         raise CalibrationError('give poses; or same_point, which alone takes distances')
     given = measured(robot, q, poses, sets, rates)
@@ -268,9 +372,46 @@ def calibrate(
     free = Free('base' in names.groups(fitted), 'tool' in names.groups(fitted))
     progress('frame check')
     each = Free('base' in own, 'tool' in own)
-    offsets, frames = checked_offsets(robot, given, free, each, check)
+    offsets, frames = checked_offsets(robot, given, free, each, check, read)
     problem = names.problem(arm.chain, offsets, fitted, tolerances)
-    return _fitted(robot, given, names, problem, frames, noise, progress)
+    found = _fitted(robot, given, names, problem, frames, known, progress)
+    if found.accepted or not check:
+        return found
+    progress('explanations')
+
+    def undone(change: Hypothesis) -> Calibration:
+        T = given.poses if change.poses is None else change.poses
+        B = T[:, :3, 3] if given.positions else T
+        return again(
+            robot, given.q if change.q is None else change.q, B, sets=given.sets, check=False
+        )
+
+    used = ~np.isin(np.arange(found.count), found.outliers)
+    changes = mistakes_of(robot, given, read)
+    return _with_explanations(found, changes, score_of_poses(robot, given, used), undone)
+
+
+def _with_explanations(
+    found: Calibration,
+    changes: Sequence[Hypothesis],
+    score: Callable[[Hypothesis], float],
+    undone: Callable[[Hypothesis], Calibration],
+) -> Calibration:
+    def outcome_of(change: Hypothesis) -> TriedCalibration:
+        one = undone(change)
+        left = (one.without if one.accepted else one.with_outliers).after
+        return TriedCalibration(one.accepted, left, len(one.outliers))
+
+    cause = found.frames.cause if found.frames else None
+    if cause is not None:
+        # A number of the table that a calibration finds, if it is not beyond its prior.
+        return replace(found, explained=RefusalCauses((cause.sentence,), True, True))
+    return replace(
+        found,
+        explained=explained(
+            changes, score, outcome_of, found.with_outliers.after, found.positions
+        ),
+    )
 
 
 def _fitted(
@@ -279,13 +420,12 @@ def _fitted(
     names: ChosenParameters,
     problem: FitProblem,
     frames: FrameDiagnosis | None,
-    noise: tuple[float, float] | None,
+    instrument: Noise | None,
     progress: Callable[[str], None],
 ) -> Calibration:
-    known_noise = None if noise is None else Noise(*noise)
-    found = identify(problem, known_noise, lambda k: progress(f'round {k + 1}'))
+    found = identify(problem, instrument, lambda k: progress(f'round {k + 1}'))
     progress('cross-validation')
-    return _result(robot, given, names, problem, found, frames)
+    return _result(robot, given, names, problem, found, frames, instrument)
 
 
 def _result(
@@ -295,6 +435,7 @@ def _result(
     problem: FitProblem,
     found: Identified,
     frames: FrameDiagnosis | None,
+    instrument: Noise | None,
 ) -> Calibration:
     used = found.used
     ends = problem.only(names.placed_groups)
@@ -303,42 +444,68 @@ def _result(
     told = weighted_jacobian(problem, found.values, found.noise, used)
     values = np.linalg.svd(told, compute_uv=False)
     base, tool = names.ends_of(problem, found.values)
+    base_starts, tool_starts = names.starts_of(problem)
     before, after = ends.remainders(begin), problem.remainders(found.values)
+    left = (before, after, _held_out(ends, begin, found), _held_out(problem, found.values, found))
+    without, with_outliers = (
+        FitErrors(*(_errors(one, rows) for one in left)) for rows in (used, np.ones_like(used))
+    )
+    parameters = tuple(
+        CalibratedParameter(
+            one.name, one.group, one.angle, float(value), float(deviation), float(prior)
+        )
+        for one, value, deviation, prior in zip(
+            problem.parameters, found.values, deviations, problem.prior
+        )
+    )
+    points = names.points(problem, found)
+    judged = JudgedFit(
+        robot,
+        given.q,
+        ~used,
+        after,
+        'touch' if points else 'pose',
+        without.after,
+        with_outliers.after,
+        given.positions,
+        {one.name for one in names.table if one.group != GEARS} <= set(problem.names),
+        instrument,
+    )
     return Calibration(
         robot=robot,
         calibrated=corrected_robot(robot, problem.parameters, np.round(found.values, DECIMALS)),
-        parameters=tuple(
-            CalibratedParameter(
-                one.name, one.group, one.angle, float(value), float(deviation), float(prior)
-            )
-            for one, value, deviation, prior in zip(
-                problem.parameters, found.values, deviations, problem.prior
-            )
-        ),
+        parameters=parameters,
         covariance=found.covariance,
         noise=found.noise,
+        freedom=found.freedom,
+        instrument=instrument,
         count=len(given.q),
         positions=given.positions,
         outliers=_outliers(found),
         distances=found.distances,
         as_given=_errors(names.as_given(), used),
-        before=_errors(before, used),
-        after=_errors(after, used),
-        held_out_before=_errors(_held_out(ends, begin, found), used),
-        held_out=_errors(_held_out(problem, found.values, found), used),
+        without=without,
+        with_outliers=with_outliers,
         known=int(np.sum(values > KNOWN)),
         possible=names.possible(problem),
         singular_values=np.asarray(values, dtype=np.float64),
         combinations=names.combinations(problem, found.noise, used),
         base_offsets=base,
         tool_offsets=tool,
+        base_starts=base_starts,
+        tool_starts=tool_starts,
+        refusals=refusals_of(judged),
         frames=frames,
-        remarks=(*_remarks(given, found), *names.remarks(problem, found)),
+        remarks=(
+            *_remarks(given, found),
+            *_far_corrections(parameters),
+            *names.remarks(problem, found),
+        ),
         q=given.q.copy(),
         sets=given.sets.copy(),
         remainders_before=before,
         remainders=after,
-        points=names.points(problem, found),
+        points=points,
     )
 
 
@@ -377,10 +544,15 @@ def _remarks(given: Measured, found: Identified) -> tuple[str, ...]:
             f'{int(np.sum(found.used))} poses give {rows} numbers for {len(found.values)} '
             'parameters: the priors decide much of the result; measure more poses'
         )
-    left = int(np.sum(~found.used))
-    if left > MANY_OUTLIERS * len(found.used):
-        remarks.append(
-            f'{left} of {len(found.used)} rows are outliers: the poses are not those of this arm '
-            'within one noise; look at their times and at loads'
-        )
     return tuple(remarks)
+
+
+def _far_corrections(parameters: Sequence[CalibratedParameter]) -> Iterator[str]:
+    for one in parameters:
+        beyond = abs(one.correction) / one.prior
+        if one.group in TABLE_GROUPS and beyond > FAR:
+            yield (
+                f'{one.name} is corrected by {one.in_words(one.correction)}, {beyond:.2g} times '
+                f'its usual error of {one.in_words(one.prior)}: look at the table of the robot '
+                'file, or give its tolerance'
+            )

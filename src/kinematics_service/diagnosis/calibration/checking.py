@@ -1,5 +1,6 @@
 """Measured poses looked at before anything is fitted: what is wrong with them, in a sentence."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +14,7 @@ from ...rigid_motion import rotation_vector
 from ...robot.robot import Robot
 from ..frame_check.diagnosis import FrameDiagnosis, check_rotations, diagnose_frames
 from ..frame_check.errors import angle_in_words, length_in_words
+from ..frame_check.hypotheses import joint_hypotheses_of
 from .placing import Free, Offsets, offsets_of, shared_offsets
 
 # Poses of a set, and poses by which a cause is tested.
@@ -24,6 +26,8 @@ NO_CALIBRATION = 0.02
 # Rows this many medians off are left out of the frame check; a mistake is named where it leaves
 # this many times more than its opposite.
 FAR_OFF, DECISIVE = 5.0, 3.0
+# A rival leaves nearly as little: within this factor.
+AS_WELL = 2.0
 # What a calibration finds by itself.
 FOUND_HERE = ('joint_offset', 'link_length')
 
@@ -151,7 +155,7 @@ def check_different(q: Floats, whose: str, least: int = LEAST) -> None:
 
 
 def checked_offsets(
-    robot: Robot, given: Measured, free: Free, own: Free, check: bool
+    robot: Robot, given: Measured, free: Free, own: Free, check: bool, read: str = ''
 ) -> tuple[list[Offsets], FrameDiagnosis | None]:
     """
     Return the offsets of each set to begin with, and what the frame check says of the first.
@@ -164,6 +168,8 @@ def checked_offsets(
         What each set has of its own.
     check
         Whether the frame check is made.
+    read
+        How the orientations were read, as `diagnose_frames` takes it.
 
     Raises
     ------
@@ -179,13 +185,13 @@ def checked_offsets(
         found = offsets_of(A[k], B[k], given.positions, free)
         offsets.append(found)
         if check:
-            one = _checked(robot, q[k], B[k], given.positions, found, free)
+            one = _checked(robot, q[k], B[k], given.positions, found, free, read)
             diagnosis = diagnosis or one
     return shared_offsets(A, B, offsets, given.positions, free, own), diagnosis
 
 
 def _checked(
-    robot: Robot, q: Floats, poses: Floats, positions: bool, found: Offsets, free: Free
+    robot: Robot, q: Floats, poses: Floats, positions: bool, found: Offsets, free: Free, read: str
 ) -> FrameDiagnosis | None:
     middle = float(np.median(found.remainder))
     if positions:
@@ -194,7 +200,7 @@ def _checked(
     near = near[np.unique(np.linspace(0, len(near) - 1, MOST_POSES).astype(int))]
     diagnosis = None
     if not positions and len(near) >= LEAST_FOR_CAUSE:
-        diagnosis = diagnose_frames(robot, q[near], poses[near])
+        diagnosis = diagnose_frames(robot, q[near], poses[near], read=read)
         cause = diagnosis.cause
         left = middle if cause is None else cause.errors.position_rms
         if min(left, middle) > NO_CALIBRATION:
@@ -204,8 +210,45 @@ def _checked(
         if cause is not None and cause.key not in FOUND_HERE:
             raise CalibrationError(f'the frame check comes first: {diagnosis.sentence}')
     if middle > NO_CALIBRATION:
-        raise CalibrationError(_too_far_off(robot, middle, free))
+        explained = ''
+        if positions:
+            explained = explained_by_joints(
+                robot,
+                q,
+                middle,
+                lambda joints: (
+                    offsets_of(forward_kinematics(robot, joints), poses, True, free).remainder
+                ),
+            )
+        raise CalibrationError(_too_far_off(robot, middle, free) + explained)
     return diagnosis
+
+
+def explained_by_joints(
+    robot: Robot, q: Floats, middle: float, left: Callable[[Floats], Floats]
+) -> str:
+    """
+    Return in words which mistakes of joint positions (N, n) would explain rows too far off.
+
+    Parameters
+    ----------
+    middle
+        The median of what remains, m.
+    left
+        Returns what remains (N,), m, by other joint positions.
+    """
+    tried = []
+    for change in joint_hypotheses_of(robot, q):
+        assert change.q is not None  # they are of the joint positions
+        tried.append((float(np.median(left(change.q))), change.sentence))
+    best = min(tried)[0]
+    if best * DECISIVE > middle or best > NO_CALIBRATION:
+        return ''
+    near = sorted(one for one in tried if one[0] <= AS_WELL * best)
+    words = '; '.join(
+        f'{sentence}: with that undone {length_in_words(size)} remain' for size, sentence in near
+    )
+    return f'. What explains it: {words}' if len(near) == 1 else f'. Tried, not decided: {words}'
 
 
 def _too_far_off(robot: Robot, middle: float, free: Free) -> str:

@@ -213,6 +213,14 @@ class ChosenParameters:
             tool.append(np.linalg.inv(T) @ moved[1] @ last)
         return np.array(base), np.array(tool)
 
+    def starts_of(self, problem: FitProblem) -> tuple[Floats, Floats]:
+        """Return bases and tools (sets, 4, 4) that the corrections of the sets begin at."""
+        base, tool = [], []
+        for chain in problem.chains:
+            base.append(chain.still[0][0])
+            tool.append(chain.still[-1][-1])
+        return np.array(base), np.array(tool)
+
     def as_given(self) -> Floats:
         """Return position (m) and rotation (rad) between file and measurement, (N, 2, 3)."""
         poses, given = forward_kinematics(self.robot, self.given.q), self.given.poses

@@ -30,6 +30,8 @@ MEDIAN, HUBER, OUTLIER, OUTLIER_OF_THREE = 1.538, 3.0, 6.0, 5.3
 ROBUST_ROUNDS, ROUNDS, SORTING_ROUNDS, KNOWN_STEPS = 12, 25, 8, 4
 # A step within this share of the standard deviations, and a change of the noise, ends it.
 ENOUGH = 1e-3
+# Degrees of freedom beyond two that the noise is taken to have at least.
+LEAST_FREEDOM = 1.0
 HALVINGS = 5
 # Standard deviation (m) of a distance between points that is known.
 DISTANCE = 1e-5
@@ -87,6 +89,11 @@ class FitProblem:
     positions: bool
     rates: Floats | None = None
     known_distances: tuple[KnownDistance, ...] = ()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Return the names of the parameters."""
+        return tuple(one.name for one in self.parameters)
 
     def every(self, values: Floats) -> Floats:
         """Return all corrections, those that are not fitted being zero."""
@@ -188,6 +195,9 @@ class Identified:
         Rows that are no outliers.
     distances : shape (N,)
         The remainder of each row in standard deviations.
+    freedom
+        Numbers of the rows beyond those of the parameters, of positions and of rotations, by which
+        the noise is known. Infinite where it is that of the instrument.
     """
 
     values: Floats
@@ -195,6 +205,7 @@ class Identified:
     noise: Noise
     used: Flags
     distances: Floats
+    freedom: Noise
 
 
 class _Step(NamedTuple):
@@ -216,7 +227,7 @@ def identify(
     Parameters
     ----------
     noise
-        Of the poses; None: found with the corrections.
+        Of the instrument: what is found with the corrections is no less.
     progress
         Is called with the number of each round.
     """
@@ -226,7 +237,7 @@ def identify(
     for k in range(ROBUST_ROUNDS):
         progress(k)
         remainders = problem.remainders(values)
-        found = noise or _median_noise(remainders)
+        found = _at_least(noise, _median_noise(remainders))
         distances = _distances(problem, remainders, found)
         weights = np.minimum(1.0, HUBER / np.maximum(distances, 1e-300))
         step = _stepped(problem, values, found, weights)
@@ -234,7 +245,7 @@ def identify(
         if np.all(np.abs(step) < ENOUGH * problem.prior):
             break
     remainders = problem.remainders(values)
-    found = noise or _median_noise(remainders)
+    found = _at_least(noise, _median_noise(remainders))
     used = _distances(problem, remainders, found) < limit
     for k in range(ROUNDS):
         progress(ROBUST_ROUNDS + k)
@@ -243,19 +254,44 @@ def identify(
         inverse = np.asarray(np.linalg.inv(solved.triangle), dtype=np.float64)
         remainders = problem.remainders(values)
         before = found
-        found = noise or _evident_noise(problem, remainders, solved.rows, inverse, used)
+        evident, freedom = _evident_noise(problem, remainders, solved.rows, inverse, used)
+        found = _at_least(noise, evident)
         distances = _distances(problem, remainders, found)
         moved = np.max(np.abs(solved.step) / np.linalg.norm(inverse, axis=1), initial=0.0)
-        sorted_ = distances < limit
+        sorted_ = _known_distances(distances, freedom) < limit
         same = bool(np.array_equal(sorted_, used)) or k >= SORTING_ROUNDS
         used = used if same else sorted_
         changed = max(abs(b / a - 1.0) if a else 0.0 for a, b in zip(before, found))
         if same and moved < ENOUGH and changed < ENOUGH:
             break
+    freedom = Noise(*(f if own <= e else np.inf for own, e, f in zip(found, evident, freedom)))
     inverse = problem.prior[:, None] * np.linalg.inv(
-        _solve(problem, values, found, used.astype(np.float64)).triangle
+        _solve(problem, values, widened(found, freedom), used.astype(np.float64)).triangle
     )
-    return Identified(values, inverse @ inverse.T, found, used, distances)
+    return Identified(values, inverse @ inverse.T, found, used, distances, freedom)
+
+
+def _known_distances(distances: Floats, freedom: Noise) -> Floats:
+    # As far as by a noise that is known: by one that few numbers tell, large distances are less
+    # rare, and f log(1 + d^2 / f) has about the distribution of the d^2 of a known one.
+    f = min(freedom)
+    return np.asarray(np.sqrt(f * np.log1p(distances**2 / f)))
+
+
+def _at_least(least: Noise | None, found: Noise) -> Noise:
+    return found if least is None else Noise(*map(max, zip(least, found)))
+
+
+def widened(noise: Noise, freedom: Noise) -> Noise:
+    """
+    Return the standard deviations of errors whose noise is known by few numbers.
+
+    They have a Student distribution: its variance is f / (f - 2) of the estimate (Gelman et al.,
+    Bayesian Data Analysis, section 3.2).
+    """
+    return Noise(
+        *(own * np.sqrt(1.0 + 2.0 / max(f - 2.0, LEAST_FREEDOM)) for own, f in zip(noise, freedom))
+    )
 
 
 def refined(problem: FitProblem, values: Floats, noise: Noise, used: Flags) -> Floats:
@@ -352,16 +388,17 @@ def _median_noise(remainders: Floats) -> Noise:
 
 def _evident_noise(
     problem: FitProblem, remainders: Floats, rows: Floats, inverse: Floats, used: Flags
-) -> Noise:
-    # The remainder over the number of rows that no parameter was fitted to.
+) -> tuple[Noise, Noise]:
+    # The remainder over the number of rows that no parameter was fitted to, and that number.
     kinds = 1 if problem.positions else 2
     count = len(problem.q)
     basis = rows[: 3 * kinds * count].reshape(count, 3 * kinds, -1) @ inverse
     leverage = np.sum(basis**2, axis=2).reshape(count, kinds, 3)
-    found = []
+    found, freedom = [], []
     for kind in range(kinds):
         free = 3.0 * np.sum(used) - np.sum(leverage[:, kind])
         squares = float(np.sum(remainders[used, kind] ** 2))
         least = USUAL_NOISE if free < FEW_ROWS else LEAST_NOISE
         found.append(max(float(np.sqrt(squares / max(free, 1.0))), least))
-    return Noise(found[0], found[-1])
+        freedom.append(max(float(free), 1.0))
+    return Noise(found[0], found[-1]), Noise(freedom[0], freedom[-1])

@@ -36,8 +36,8 @@ class MeasuredRecording:
         The file; topic or columns of the poses.
     q : shape (N, n), rad or m
     poses : shape (N, 4, 4)
-    positions
-        Whether they are positions alone.
+    kind
+        Of their orientations, as `PoseTrack` has it.
     stamps : shape (N,), s
         Since the first pose.
     motion
@@ -52,11 +52,16 @@ class MeasuredRecording:
     name: str
     q: Floats
     poses: Floats
-    positions: bool
+    kind: str
     stamps: Floats
     motion: tuple[Floats, Floats] | None
     rates: Floats
     remarks: tuple[str, ...]
+
+    @property
+    def positions(self) -> bool:
+        """Return whether they are positions alone."""
+        return self.kind == 'position'
 
     @property
     def measured(self) -> Floats:
@@ -150,7 +155,7 @@ def _joined(
         track.name,
         found.q[chosen],
         track.poses[found.poses[chosen]],
-        track.positions,
+        track.kind,
         stamps_of_poses,
         motion,
         _rates(robot, motion, stamps_of_poses),
@@ -175,7 +180,9 @@ def without_lag(robot: Robot, given: MeasuredRecording) -> MeasuredRecording:
     if given.motion is None or given.positions or len(given.q) < LEAST_FOR_LAG:
         return given
     try:
-        found = diagnose_frames(robot, given.q, given.poses, given.stamps, motion=given.motion)
+        found = diagnose_frames(
+            robot, given.q, given.poses, given.stamps, motion=given.motion, read=given.kind
+        )
     except KinematicsError:
         return given  # the calibration says what is wrong
     cause = found.cause
@@ -189,7 +196,7 @@ def without_lag(robot: Robot, given: MeasuredRecording) -> MeasuredRecording:
         given.name,
         joints.q[joints.known],
         given.poses[joints.known],
-        given.positions,
+        given.kind,
         given.stamps[joints.known],
         given.motion,
         joints.rates[joints.known],

@@ -1,12 +1,15 @@
 """A calibration in plain sentences, in rows of a table, and as a document for programs."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
-from ..frame_check.errors import Errors, angle_in_words, length_in_words, time_in_words
-from .calibration import BLOCKS, CalibratedParameter, Calibration
+import numpy as np
+
+from ...rigid_motion import roll_pitch_yaw
+from ..frame_check.errors import Errors, length_in_words
+from .calibration import BLOCKS, CalibratedParameter, Calibration, FitErrors
 from .checking import in_words
-from .parameters import GEARS, LAG, TABLE_GROUPS
+from .parameters import ENDS, TABLE_GROUPS, end_parameters
 
 # Outliers named in a sentence.
 MOST_NAMED = 8
@@ -25,6 +28,7 @@ def sentences_of(found: Calibration) -> Iterator[str]:
     def rms(errors: Errors) -> str:
         return in_words(errors.position_rms, errors.rotation_rms, found.positions)
 
+    yield from _verdict(found)
     fitted = 'tip and points' if found.points else 'base and tool'
     yield (
         f'With {fitted} fitted alone {rms(found.before)} remain (rms); with the calibrated '
@@ -34,6 +38,13 @@ def sentences_of(found: Calibration) -> Iterator[str]:
         f'Of {kind_of(found)} held out, over {BLOCKS} blocks of rows: '
         f'{rms(found.held_out_before)} before, {rms(found.held_out)} after'
     )
+    if found.outliers:
+        every = found.with_outliers
+        yield (
+            f'With the {len(found.outliers)} left out as well: {rms(every.before)} before, '
+            f'{rms(every.after)} after; held out {rms(every.held_out_before)} before, '
+            f'{rms(every.held_out)} after'
+        )
     row = 'touch' if found.points else 'pose'
     noise = in_words(found.noise.position, found.noise.rotation, found.positions)
     yield f'What the arm cannot explain is {noise} for each number of a {row}'
@@ -56,7 +67,38 @@ def sentences_of(found: Calibration) -> Iterator[str]:
         yield f'Too little is told of {", ".join(untold)}: they mostly stay as they were'
     if found.outliers:
         yield _outliers(found)
+    yield from _starts(found)
     yield from found.remarks
+
+
+def _verdict(found: Calibration) -> Iterator[str]:
+    if found.accepted:
+        return
+    yield f'This is no calibration: {"; ".join(found.refusals)}'
+    if found.explained.decided:
+        yield f'What explains it: {found.explained.sentences[0]}'
+    elif found.explained.sentences:
+        yield f'Tried, not decided: {"; ".join(found.explained.sentences)}'
+    elif found.explained.tried:
+        yield 'No single mistake that was tried explains it'
+
+
+def _starts(found: Calibration) -> Iterator[str]:
+    named = {one.name for one in found.parameters}
+    frames = (
+        'frame 0 of the table, in the frame of the poses',
+        "the tool in the last row's frame",
+    )
+    for end, starts, frame in zip(ENDS, (found.base_starts, found.tool_starts), frames):
+        for k, T in enumerate(starts):
+            own = {one.name for one in end_parameters(end, k)} & named
+            if own:
+                xyz = ' '.join(f'{x:.5f}' for x in T[:3, 3])
+                rpy = ' '.join(f'{x:.3f}' for x in np.degrees(roll_pitch_yaw(T[:3, :3])))
+                yield (
+                    f'Corrections of the {min(own).partition(".")[0]} are along its axes, and '
+                    f'begin at {xyz} m, roll pitch yaw {rpy} deg: {frame}'
+                )
 
 
 def _outliers(found: Calibration) -> str:
@@ -71,11 +113,7 @@ def _outliers(found: Calibration) -> str:
 
 def cells_of(one: CalibratedParameter) -> tuple[str, str, str, str]:
     """Return name, correction, deviation and whether the poses tell it, as cells of a table."""
-    words: Callable[[float], str] = angle_in_words if one.angle else length_in_words
-    if one.group == LAG.group:
-        words = time_in_words
-    elif one.group == GEARS:
-        words = _share
+    words = one.in_words
     sign = '+' if one.correction > 0.0 else ''
     told = 'told' if one.told else 'by its prior' if one.group in TABLE_GROUPS else 'together'
     return one.name, f'{sign}{words(one.correction)}', not_nothing(words(one.deviation)), told
@@ -86,14 +124,6 @@ def not_nothing(words: str) -> str:
     return f'below 1e-6 {words[2:]}' if words.startswith('0 ') else words
 
 
-def _share(value: float) -> str:
-    return f'{100.0 * value:.3g} %'
-
-
-def _unit(one: CalibratedParameter) -> str:
-    return {LAG.group: 's', GEARS: ''}.get(one.group, 'rad' if one.angle else 'm')
-
-
 def document_of(found: Calibration, files: Sequence[str]) -> dict[str, Any]:
     """Return everything as a document, in SI units."""
     return {
@@ -101,11 +131,15 @@ def document_of(found: Calibration, files: Sequence[str]) -> dict[str, Any]:
         'files': list(files),
         'poses': found.count,
         'positions_only': found.positions,
-        'outliers': list(found.outliers),
-        'errors': {
-            name: dict(getattr(found, name)._asdict())
-            for name in ('as_given', 'before', 'after', 'held_out_before', 'held_out')
+        'accepted': found.accepted,
+        'refusals': list(found.refusals),
+        'explained': {
+            'decided': found.explained.decided,
+            'sentences': list(found.explained.sentences),
         },
+        'outliers': list(found.outliers),
+        'errors': {'as_given': found.as_given._asdict(), **_errors(found.without)},
+        'errors_with_outliers': _errors(found.with_outliers),
         'noise': dict(found.noise._asdict()),
         'known': found.known,
         'possible': found.possible,
@@ -114,7 +148,7 @@ def document_of(found: Calibration, files: Sequence[str]) -> dict[str, Any]:
             {
                 'name': one.name,
                 'group': one.group,
-                'unit': _unit(one),
+                'unit': one.unit,
                 'correction': one.correction,
                 'deviation': one.deviation,
                 'prior': one.prior,
@@ -143,7 +177,13 @@ def document_of(found: Calibration, files: Sequence[str]) -> dict[str, Any]:
         ],
         'base_offsets': found.base_offsets,
         'tool_offsets': found.tool_offsets,
+        'base_starts': found.base_starts,
+        'tool_starts': found.tool_starts,
         'frame_check': None if found.frames is None else found.frames.sentence,
         'remarks': list(found.remarks),
         'sentences': list(sentences_of(found)),
     }
+
+
+def _errors(errors: FitErrors) -> dict[str, Any]:
+    return {name: one._asdict() for name, one in errors._asdict().items()}

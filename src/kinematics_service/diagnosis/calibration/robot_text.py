@@ -24,15 +24,17 @@ from ...robot.file.sections import (
 )
 from ...robot.robot import Robot, build_robot, robot_from_text
 from ...version import __version__
+from ..frame_check.errors import MOST
 from .calibration import BLOCKS, Calibration
-from .checking import apart, in_words
+from .checking import in_words
 from .corrections import built_nearly, in_file_units, number_text, rigid_motion
+from .fitting import OUTLIER
 from .parameters import ENDS
 from .report import kind_of
 from .uncertainty_text import uncertainty_section
 
-# Known poses written, and how far beyond the largest remainder of them their tolerance is.
-KNOWN_POSES, BEYOND = 5, 1.5
+# Known poses written.
+KNOWN_POSES = 5
 # No less than this (m, rad): printed digits.
 LEAST = 1e-9
 # The text must say what was found to round-off (m).
@@ -57,6 +59,7 @@ def calibrated_text(
     poses: Floats,
     origin: CalibrationOrigin,
     frames: Frames = 'robot',
+    anyway: bool = False,
 ) -> str:
     """
     Return the robot file of a calibration.
@@ -78,12 +81,18 @@ def calibrated_text(
     frames
         `robot`: base and tool stay as in the file. `measured`: they are those of the poses, of
         the first set.
+    anyway
+        Whether it is written where it is no calibration, as its first line then says.
 
     Raises
     ------
+    CalibrationError
+        What was found is refused.
     RobotFileWriteError
         The text cannot be changed without touching what is not ours.
     """
+    if not (found.accepted or anyway):
+        raise CalibrationError(f'this is no calibration: {"; ".join(found.refusals)}')
     description = found.robot.description
     robot = placed_robot(found, frames)
     links = links_section(robot.description.links)
@@ -171,7 +180,8 @@ def certificate(
         of_points = f' of {", ".join(one.name for one in found.points)}'
         fitted = 'tip and points'
     ends = 'those of the nominal file' if frames == 'robot' else 'as measured'
-    facts = [
+    facts = [f'NO CALIBRATION, written anyway: {one}' for one in found.refusals]
+    facts += [
         f'Calibrated by kinematics_service {__version__} on {origin.date}.',
         f'data: {origin.data}, {found.count} {kind_of(found)}{of_points}{left_out}',
         f'error before ({fitted} fitted): {errors("before")} rms; after: {errors("after")}',
@@ -216,7 +226,8 @@ def _known_poses(
 ) -> list[str]:
     # Measured poses as those of this file's tool in its base frame, evenly spread.
     X, Y = found.base_offsets[0], found.tool_offsets[0]
-    outliers = set(found.outliers)
+    # Of what is refused rows count that contradict it.
+    outliers = set(found.outliers) if found.accepted else set()
     rows = np.array([k for k in range(len(q)) if k not in outliers])
     rows = rows[np.unique(np.linspace(0, len(rows) - 1, KNOWN_POSES).astype(int))]
     expected = forward_kinematics(robot, q[rows])
@@ -228,11 +239,10 @@ def _known_poses(
         T[:, :3, 3] = point - T[:, :3, :3] @ Y[:3, 3]
     elif frames == 'robot':
         T = np.linalg.inv(X) @ T @ np.linalg.inv(Y)
-    lengths, angles = apart(T, expected)
     description = robot.description
     tolerance = [
-        _rounded(in_file_units(max(BEYOND * float(np.max(size)), LEAST), angle, description))
-        for size, angle in ((lengths, False), (angles, True))
+        _rounded(in_file_units(max(size, LEAST), angle, description))
+        for size, angle in zip(_tolerances(found), (False, True))
     ]
     what = 'the tip touched a point' if found.points else 'measured'
     lines = [f'known_poses:  # {what}']
@@ -251,6 +261,17 @@ def _known_poses(
         bounds = f'{{xyz: {tolerance[0]}, rpy: {tolerance[1]}}}'
         lines.append(f'  - {{{entry}, rpy: [{", ".join(rpy)}], tolerance: {bounds}}}')
     return lines
+
+
+def _tolerances(found: Calibration) -> tuple[float, float]:
+    # What the noise of the measurement makes of a pose, so that none of those used is beyond. It
+    # is estimated by what remains: no more than a calibration leaves is noise.
+    known = found.instrument or (0.0, 0.0)
+    length, angle = (
+        OUTLIER * min(noise, max(most / OUTLIER, of_instrument))
+        for noise, most, of_instrument in zip(found.noise, MOST, known)
+    )
+    return length, angle
 
 
 def _rounded(value: float) -> str:

@@ -7,7 +7,7 @@ factor, arm, tip and points would touch as well: lengths are known by their rati
 the distance between two points is known.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -20,10 +20,20 @@ from ...kernel import Floats, Integers
 from ...kinematics.forward import forward_kinematics, jacobian
 from ...robot.robot import Robot
 from ...robot.task import seeded_poses
-from ..frame_check.errors import length_in_words
-from .checking import ALIKE, DECISIVE, LEAST, NO_CALIBRATION, Measured, check_different
+from ..frame_check.errors import MOST, length_in_words
+from ..frame_check.hypotheses import Hypothesis
+from .checking import (
+    ALIKE,
+    DECISIVE,
+    LEAST,
+    NO_CALIBRATION,
+    Measured,
+    check_different,
+    explained_by_joints,
+)
 from .chosen_parameters import ANYWHERE, ChosenParameters, TouchedPoint
 from .corrected_chain import CorrectedChain, CorrectingMotion, Part
+from .explanations import truncated
 from .fitting import (
     OUTLIER_OF_THREE,
     FitProblem,
@@ -43,6 +53,7 @@ from .parameters import (
     ArmParameters,
     end_parameters,
     structural_rank,
+    value_in_words,
 )
 
 # The group of the positions of points.
@@ -298,6 +309,11 @@ class SamePointParameters(ChosenParameters):
         Y[:3, 3] = self.start.tip
         return np.eye(4)[None], (np.linalg.inv(T) @ moved @ T @ Y)[None]
 
+    def starts_of(self, problem: FitProblem) -> tuple[Floats, Floats]:
+        """Return base and tool (1, 4, 4) that the corrections begin at; the base has none."""
+        base, tool = self.robot.description.base.motion.matrix, problem.chains[0].still[-1][-1]
+        return np.array([base]), np.array([tool])
+
     def as_given(self) -> Floats:
         """Return how far the tip of the file is from the points, (N, 2, 3), m."""
         q, point, _ = self.touches
@@ -344,9 +360,10 @@ def _on_deviations(problem: FitProblem, found: Identified) -> list[str]:
         return []
     deviations = np.sqrt(np.diag(found.covariance))
     widest = np.argmax(deviations / [one.scale for one in problem.parameters])
-    far = length_in_words(float(deviations[widest]))
+    one = problem.parameters[widest]
+    far = value_in_words(one.group, one.angle, float(deviations[widest]))
     return [
-        f'The deviations are of first order, and {problem.parameters[widest].name} is known to '
+        f'The deviations are of first order, and {one.name} is known to '
         f'{far} alone: as far from there the others are not where they say, and combinations of '
         'them may be off by many of their deviations; a tip that the robot file has (--fix tool) '
         'tells more'
@@ -410,6 +427,12 @@ def _check_touches(robot: Robot, touches: Touches, start: _Start) -> None:
             f'half of the touches are more than {length_in_words(middle)} from their points: no '
             f'robot {robot.name} is off by as much; it is another robot, or the rows are marked '
             'with wrong points'
+            + explained_by_joints(
+                robot,
+                touches.q,
+                middle,
+                lambda joints: _started(robot, joints, touches.point, free=True).distances,
+            )
         )
 
 
@@ -426,6 +449,16 @@ def _check_distances(
                 f'points {names[i]} and {names[j]} are {length_in_words(found)} apart by the '
                 f'touches, not {length_in_words(given)}: no table is off by as much{unit}'
             )
+
+
+def score_of_touches(robot: Robot, touches: Touches) -> Callable[[Hypothesis], float]:
+    """Return how badly touches fit with a mistake of the joint positions undone."""
+
+    def score(change: Hypothesis) -> float:
+        q = touches.q if change.q is None else change.q
+        return truncated((_started(robot, q, touches.point, True).distances / MOST.position) ** 2)
+
+    return score
 
 
 def _touching(robot: Robot, q: Floats, targets: Floats, tip: Floats) -> tuple[Floats, Flags]:

@@ -11,6 +11,7 @@ from ...robot.robot import Robot
 from .arm_errors import calibrated_errors, named_errors
 from .calibration import Calibration
 from .corrections import number_text, of_joints_alone
+from .fitting import widened
 
 # Screws (m, rad) that differ by less are one.
 SAME = 1e-9
@@ -43,9 +44,10 @@ def uncertainty_section(found: Calibration, robot: Robot, ends: bool) -> list[st
     joints = of_joints_alone(found.robot.description.uncertainty)
     if joints is not None:
         lines += _of_joints(joints, robot)
-    floor = [f'xyz: {_scaled(_left(found, found.after.position_rms), False, description)}']
+    noise = widened(found.noise, found.freedom)
+    floor = [f'xyz: {_scaled(noise.position, False, description)}']
     if not found.positions:
-        floor.append(f'rpy: {_scaled(_left(found, found.after.rotation_rms), True, description)}')
+        floor.append(f'rpy: {_scaled(noise.rotation, True, description)}')
     lines.append(f'  floor: {{{", ".join(floor)}}}  # what the fit leaves of each number')
     parameters, factor = named_factor(found, robot, ends)
     if parameters:
@@ -90,13 +92,6 @@ def named_factor(
     triangle = np.linalg.qr(factor[rows].T, mode='r')
     signs = np.where(np.diag(triangle) < 0.0, -1.0, 1.0)
     return tuple(known.parameters[known.of[k]] for k in rows), (signs[:, None] * triangle).T
-
-
-def _left(found: Calibration, rms: float) -> float:
-    # One number of what remains, of as many as no parameter was fitted to.
-    numbers = (3 if found.positions else 6) * (found.count - len(found.outliers))
-    free = max(numbers - found.known, 1)
-    return rms * math.sqrt(numbers / free / 3.0)
 
 
 def _scaled(value: float, angle: bool, description: RobotDescription) -> str:

@@ -7,5 +7,5 @@ from ...errors import FramesError as FramesError
 from .causes import TestedCause as TestedCause
 from .diagnosis import FrameDiagnosis as FrameDiagnosis
 from .diagnosis import diagnose_frames as diagnose_frames
+from .errors import PoseLimit as PoseLimit
 from .judgement import FrameLimits as FrameLimits
-from .judgement import PoseLimit as PoseLimit

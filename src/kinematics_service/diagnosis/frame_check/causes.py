@@ -12,7 +12,18 @@ from ...errors import LoopError
 from ...kernel import Floats
 from ...kinematics.tool_state import evaluate
 from ...robot.loops import closes_at
-from .errors import Errors, angle_in_words, errors_of, length_in_words, time_in_words
+from .angle_orders import order_hypotheses_of
+from .errors import (
+    EXPLAINED,
+    MOST,
+    NOMINAL,
+    Errors,
+    PoseLimit,
+    angle_in_words,
+    errors_of,
+    length_in_words,
+    time_in_words,
+)
 from .hypotheses import (
     ComparedData,
     Hypothesis,
@@ -57,8 +68,8 @@ class TestedCause:
     Attributes
     ----------
     key
-        joint_sign, joint_signs, joint_order, degrees, millimetres, convention, tool_axes,
-        quaternion_order, joint_offset, link_length or time_lag.
+        joint_sign, joint_signs, joint_order, joint_coupling, degrees, millimetres, convention,
+        tool_axes, quaternion_order, angle_order, joint_offset, link_length or time_lag.
     sentence
         What is wrong.
     value
@@ -90,15 +101,30 @@ class Causes(NamedTuple):
         Those that explain at least two thirds.
     likely
         Those that explain most of it, but not two thirds; empty if some are named.
+    decisive
+        Whether the only one that is named leaves what instrument and nominal table can leave.
     """
 
     named: tuple[TestedCause, ...] = ()
     likely: tuple[TestedCause, ...] = ()
+    decisive: bool = False
 
 
-def causes_of(given: ComparedData, A: Floats, fit: Fit) -> Causes:
-    """Return the causes that explain the remainder of `fit` between A (N, 4, 4) and the poses."""
-    tried = [*_whole(given, fit), *_numbers(given, A, fit), *_lag(given, A, fit)]
+def causes_of(given: ComparedData, A: Floats, fit: Fit, limit: PoseLimit = EXPLAINED) -> Causes:
+    """
+    Return the causes that explain the remainder of `fit` between A (N, 4, 4) and the poses.
+
+    Parameters
+    ----------
+    limit
+        What instrument and nominal table can leave.
+    """
+    tried = [
+        *_whole(given, fit),
+        *_orders(given, A, fit),
+        *_numbers(given, A, fit),
+        *_lag(given, A, fit),
+    ]
     best = max((cause.ratio for cause in tried), default=0.0)
 
     def about(factor: float) -> tuple[TestedCause, ...]:
@@ -108,11 +134,19 @@ def causes_of(given: ComparedData, A: Floats, fit: Fit) -> Causes:
         return tuple(sorted(kept, key=lambda cause: (cause.value is not None, -cause.ratio)))
 
     if best >= DECISIVE:
-        return Causes(named=tuple(one for one in about(AS_WELL) if one.ratio >= DECISIVE))
+        named = tuple(one for one in about(AS_WELL) if one.ratio >= DECISIVE)
+        return Causes(named, decisive=len(named) == 1 and _explained(named[0], limit))
     if best >= MOST_OF_IT:
         likely = (one for one in about(MENTIONED_AS_WELL) if one.ratio >= MOST_OF_IT)
         return Causes(likely=tuple(likely))
     return Causes()
+
+
+def _explained(cause: TestedCause, limit: PoseLimit) -> bool:
+    # Between few samples, and by stamps that are not those of the measurement, a moving arm
+    # leaves more where its lag is undone.
+    most = MOST if cause.key == 'time_lag' else limit
+    return cause.errors.within(PoseLimit(*map(max, zip(most, limit))))
 
 
 def _whole(given: ComparedData, fit: Fit) -> list[TestedCause]:
@@ -134,6 +168,21 @@ def _whole(given: ComparedData, fit: Fit) -> list[TestedCause]:
     wanted.sort()
     begin = Fit(*(values[wanted] for values in sifted))
     fits = fit_offsets(*_undone(given, changes), begin=begin)
+    return [
+        _cause(change.key, change.sentence, None, fit, fits.one(k), change.unit)
+        for k, change in enumerate(changes)
+    ]
+
+
+def _orders(given: ComparedData, A: Floats, fit: Fit) -> list[TestedCause]:
+    if errors_of(fit.position, fit.rotation).rotation_rms < NOMINAL.angle:
+        return []  # angles so small hardly depend on their order
+    changes = list(order_hypotheses_of(given.poses, A, given.read))
+    few = np.unique(np.linspace(0, len(A) - 1, SIFTED).astype(int))
+    of_file, undone = _undone(given, changes)
+    sifted = fit_offsets(of_file[:, few], undone[:, few], steps=SIFT_STEPS)
+    changes = [changes[k] for k in np.argsort(sifted.score, kind='stable')[:KEPT].tolist()]
+    fits = fit_offsets(*_undone(given, changes))
     return [
         _cause(change.key, change.sentence, None, fit, fits.one(k))
         for k, change in enumerate(changes)
@@ -222,7 +271,9 @@ def _lag(given: ComparedData, A: Floats, fit: Fit) -> list[TestedCause]:
     return [_cause('time_lag', sentence, found.value, found.before, found.fit)]
 
 
-def _cause(key: str, sentence: str, value: float | None, before: Fit, fit: Fit) -> TestedCause:
+def _cause(
+    key: str, sentence: str, value: float | None, before: Fit, fit: Fit, unit: float = 1.0
+) -> TestedCause:
     ratio = float(before.score) / max(float(fit.score), ROUND_OFF)
-    errors = errors_of(fit.position, fit.rotation)
+    errors = errors_of(unit * fit.position, fit.rotation)
     return TestedCause(key, sentence, value, ratio, errors, fit.X, fit.Y)

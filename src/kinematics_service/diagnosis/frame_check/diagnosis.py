@@ -12,7 +12,7 @@ from ...kinematics.tool_state import evaluate
 from ...rigid_motion import rotation_vector
 from ...robot.robot import Robot
 from .causes import Causes, TestedCause, causes_of
-from .errors import Errors, errors_of
+from .errors import EXPLAINED, Errors, PoseLimit, errors_of
 from .hypotheses import ComparedData
 from .joint_motion import SampledMotion
 from .lag import Extrapolated, Later, LookedUp
@@ -55,11 +55,12 @@ class FrameDiagnosis:
     undetermined
         Directions of the offsets these poses do not determine, in words.
     cause
-        The likely cause of the remainder; None if none is decisive.
+        The cause of the remainder: the only one that leaves as little, and no more than instrument
+        and nominal table can leave; None if none is decisive.
     causes
-        All that explain about as much, the likely one first.
+        All that explain at least two thirds and about as much, the likely one first.
     likely
-        If no cause is decisive: those that explain most of it, though not two thirds.
+        If there is none: those that explain most of it, though not two thirds.
     """
 
     sentence: str
@@ -81,6 +82,9 @@ def diagnose_frames(
     stamps: npt.ArrayLike | None = None,
     rates: npt.ArrayLike | None = None,
     motion: tuple[npt.ArrayLike, npt.ArrayLike] | None = None,
+    *,
+    limit: PoseLimit = EXPLAINED,
+    read: str = '',
 ) -> FrameDiagnosis:
     """
     Return how poses of a second source differ from those of the robot file, and the likely cause.
@@ -100,6 +104,12 @@ def diagnose_frames(
     motion : shapes (K,), s, and (K, n), rad or m
         Rising times and joint positions around the stamps, to find a lag; default: those of the
         poses themselves.
+    limit
+        What instrument and nominal table can leave (rms): a cause that leaves more is not
+        decisive.
+    read
+        How the orientations were read: `rpy`, `ZYX` and the other orders of three angles, or
+        `rotvec`; otherwise any of these may have been before.
 
     Raises
     ------
@@ -109,7 +119,7 @@ def diagnose_frames(
         Shapes do not fit, a number is not finite, an orientation is no rotation, or there are
         fewer than three poses.
     """
-    given = _given(robot, q, poses, stamps, rates, motion)
+    given = _given(robot, q, poses, stamps, rates, motion)._replace(read=read)
     A = evaluate(robot, given.q).pose
     as_given = errors_of(
         given.poses[:, :3, 3] - A[:, :3, 3],
@@ -120,7 +130,7 @@ def diagnose_frames(
     causes = Causes()
     small = errors.position_rms < FINE and errors.rotation_rms < FINE_ANGLE
     if not small and len(A) >= LEAST_FOR_CAUSE:
-        causes = causes_of(given, A, fit)
+        causes = causes_of(given, A, fit, limit)
     free = free_directions(equations_of(A, fit, scale_of(given.poses))[0])
     undetermined = tuple(_in_words(direction) for direction in free)
     return FrameDiagnosis(
@@ -132,7 +142,7 @@ def diagnose_frames(
         tool_offset=fit.Y,
         errors=errors,
         undetermined=undetermined,
-        cause=causes.named[0] if causes.named else None,
+        cause=causes.named[0] if causes.decisive else None,
         causes=causes.named,
         likely=causes.likely,
     )
@@ -236,13 +246,12 @@ def _sentence(
     undetermined: tuple[str, ...],
     causes: Causes,
 ) -> str:
-    if causes.named:
-        cause = causes.named[0]
-        as_well = _others(causes.named)
+    if causes.decisive:
+        (cause,) = causes.named
         less = f', {cause.ratio:.3g} times less' if cause.ratio < MANY else ''
         text = (
-            f'{cause.sentence}{as_well}: with that undone the remainder falls from '
-            f'{errors.in_words()} to {cause.errors.in_words()} (rms{less})'
+            f'{cause.sentence}: with that undone the remainder falls from {errors.in_words()} to '
+            f'{cause.errors.in_words()} (rms{less})'
         )
         return text[0].upper() + text[1:]
     text = (
@@ -251,7 +260,7 @@ def _sentence(
     )
     if errors.position_rms > FINE or errors.rotation_rms > FINE_ANGLE:
         text += (
-            f', and no single cause explains them{_mention(causes.likely)}'
+            f', and no single cause explains them{_mention(causes)}'
             if count >= LEAST_FOR_CAUSE
             else f'; fewer than {LEAST_FOR_CAUSE} poses are too few to name a cause'
         )
@@ -262,13 +271,16 @@ def _sentence(
     return text
 
 
-def _others(causes: tuple[TestedCause, ...]) -> str:
-    others = '; '.join(other.sentence for other in causes[1:])
-    return f' (also possible:  {others})' if others else ''
-
-
-def _mention(likely: tuple[TestedCause, ...]) -> str:
-    if not likely:
-        return ''
-    sentence = f'{likely[0].sentence}{_others(likely)}'
-    return f'; most likely, not decisive: {sentence}, {likely[0].ratio:.2g} times less'
+def _mention(causes: Causes) -> str:
+    if causes.named:
+        tried = '; '.join(
+            f'{one.sentence}, which leaves {one.errors.in_words()}' for one in causes.named
+        )
+        return f' for certain; tried, not decided: {tried}'
+    if causes.likely:
+        first, *rest = causes.likely
+        others = f' (also possible: {"; ".join(one.sentence for one in rest)})' if rest else ''
+        return (
+            f'; most likely, not decisive: {first.sentence}{others}, {first.ratio:.2g} times less'
+        )
+    return ''

@@ -40,6 +40,27 @@ def time_in_words(time: float) -> str:
     return f'{_number(time)} s' if abs(ms) >= LONG else f'{_number(ms)} ms'
 
 
+class PoseLimit(NamedTuple):
+    """Largest remainder (RMS, with constant offsets of base and tool): m and rad."""
+
+    position: float
+    angle: float
+
+    def in_words(self) -> str:
+        """Return both."""
+        return f'{length_in_words(self.position)} or {angle_in_words(self.angle)}'
+
+
+# An arm with the nominal table of its type, not the calibrated one of the unit, is off by 1 to 3
+# mm and up to 0.4 deg: no more is left by it and an instrument that is worth the name.
+NOMINAL = PoseLimit(4e-3, math.radians(0.5))
+# Where each number of a table is off by 1 mm and 0.2 deg, 4 to 10 mm and 0.5 to 1 deg are left;
+# what leaves more than this is not all that is wrong.
+EXPLAINED = PoseLimit(12e-3, math.radians(1.25))
+# No calibration leaves as much.
+MOST = PoseLimit(20e-3, math.radians(2.0))
+
+
 class Errors(NamedTuple):
     """Differences of poses: RMS and largest, position in m, orientation in rad."""
 
@@ -47,6 +68,10 @@ class Errors(NamedTuple):
     position_max: float
     rotation_rms: float
     rotation_max: float
+
+    def within(self, limit: PoseLimit) -> bool:
+        """Return whether both RMS values are below a limit."""
+        return self.position_rms < limit.position and self.rotation_rms < limit.angle
 
     def in_words(self) -> str:
         """Return both RMS values, in mm or m and in deg."""

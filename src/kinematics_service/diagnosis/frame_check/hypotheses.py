@@ -19,7 +19,8 @@ from ...robot.robot import Robot
 from .lag import Later
 from .offsets import PoseDerivative
 
-# Arms with more joints than this are not searched for two joints that are swapped.
+# Arms with more joints than this are not searched for two joints that are swapped, or that turn
+# together.
 MOST_SWAPPED = 12
 
 
@@ -40,6 +41,8 @@ class Hypothesis:
         The robot with the mistake undone; None: as given.
     poses : shape (N, 4, 4)
         Poses with the mistake undone; None: as given.
+    unit
+        The length (m) that is 1 in them.
     """
 
     key: str
@@ -47,6 +50,7 @@ class Hypothesis:
     q: Floats | None = None
     robot: Robot | None = None
     poses: Floats | None = None
+    unit: float = 1.0
 
 
 class NumberHypothesis(NamedTuple):
@@ -74,23 +78,27 @@ class ComparedData(NamedTuple):
         Of the second source.
     later
         The joints at another time; None if times are unknown.
+    read
+        The kind of the orientations as they were read, one of `pose_format.KINDS`; empty if it is
+        unknown.
     """
 
     robot: Robot
     q: Floats
     poses: Floats
     later: Later | None
+    read: str = ''
 
 
 def hypotheses_of(given: ComparedData) -> Iterator[Hypothesis]:
-    """Yield every discrete mistake that is possible."""
-    yield from _of_joints(given)
+    """Yield every discrete mistake that is possible, but for the order of three angles."""
+    yield from joint_hypotheses_of(given.robot, given.q)
     yield from _of_table(given)
     yield from _of_poses(given.poses)
 
 
-def _of_joints(given: ComparedData) -> Iterator[Hypothesis]:
-    robot, q = given.robot, given.q
+def joint_hypotheses_of(robot: Robot, q: Floats) -> Iterator[Hypothesis]:
+    """Yield every discrete mistake of the joint positions (N, n), rad or m, that is possible."""
     names, n = robot.joint_names, robot.dof
     for j in range(n):
         signs = np.ones(n)
@@ -120,6 +128,26 @@ def _of_joints(given: ComparedData) -> Iterator[Hypothesis]:
             'millimetres',
             'the positions of the sliding joints are in millimetres, not metres',
             np.where(turning, q, 1e-3 * q),
+        )
+
+    yield from _coupled(robot, q)
+
+
+def _coupled(robot: Robot, q: Floats) -> Iterator[Hypothesis]:
+    # A joint behind a parallelogram or a belt turns with the one that carries its motor: joint 3
+    # with joint 2, as FANUC and palletizers count.
+    turning = [k for k, kind in enumerate(robot.joint_types) if kind != 'prismatic']
+    if len(turning) > MOST_SWAPPED:
+        return
+    for (i, j), sign in itertools.product(itertools.permutations(turning, 2), (1.0, -1.0)):
+        moved = np.array(q)
+        moved[:, j] += sign * q[:, i]
+        yield Hypothesis(
+            'joint_coupling',
+            f'joint {robot.joint_names[j]} turns with joint {robot.joint_names[i]}: its row of '
+            f'the table needs {robot.variables[j]} {"+" if sign > 0.0 else "-"} '
+            f'{robot.variables[i]}',
+            moved,
         )
 
 
@@ -177,6 +205,7 @@ def _of_poses(poses: Floats) -> Iterator[Hypothesis]:
         'millimetres',
         'the lengths of the table are in millimetres, not metres',
         poses=with_(R, 1e3 * p),
+        unit=1e-3,
     )
     yield Hypothesis(
         'tool_axes',

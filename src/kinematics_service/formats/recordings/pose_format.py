@@ -3,8 +3,11 @@
 from typing import NamedTuple
 
 from ...errors import AuditError
+from ...rigid_motion import EULER_ORDERS
 
-KINDS = ('xyzw', 'wxyz', 'rotvec', 'rpy', 'matrix', 'position')
+# Three angles of an orientation; rpy is xyz.
+EULER = ('rpy', *EULER_ORDERS)
+KINDS = ('xyzw', 'wxyz', 'rotvec', 'rpy', 'matrix', 'position', *EULER_ORDERS)
 LENGTHS = ('m', 'mm')
 ANGLES = ('rad', 'deg')
 XYZ = ('x', 'y', 'z')
@@ -34,7 +37,7 @@ ENDS = (
 ACCEPTED_POSES = (
     'accepted are x y z with qx qy qz qw, with rx ry rz (rotation vector) or with roll pitch yaw; '
     'or numbers from 0 on: 7 (x y z and a quaternion x y z w), 6 (x y z and a rotation vector), '
-    '12 or 16 (a matrix); --pose-format says kind and units, for instance mm,deg,rpy'
+    '12 or 16 (a matrix); --pose-format says kind and units, for instance mm,deg,rpy or deg,ZYX'
 )
 
 
@@ -46,8 +49,9 @@ class PoseFormat(NamedTuple):
     ----------
     kind
         One of `KINDS`, empty if the names of the columns tell it: a quaternion by the order of
-        its numbers, a rotation vector, roll pitch yaw (R = Rz(yaw) Ry(pitch) Rx(roll)), a
-        matrix (rows of four), or none: a position alone.
+        its numbers, a rotation vector, roll pitch yaw (R = Rz(yaw) Ry(pitch) Rx(roll)), three
+        angles in another of the 24 orders, by their axes (small letters: that stand still;
+        capitals: that move along), a matrix (rows of four), or none: a position alone.
     length, angle
         m or mm; rad or deg.
     """
@@ -71,8 +75,11 @@ def pose_format(text: str) -> PoseFormat:
     for word in (part.strip() for part in text.split(',')):
         field = next((name for name, words in fields.items() if word in words), None)
         if field is None:
-            known = ', '.join(one for words in fields.values() for one in words)
-            raise AuditError(f'{word!r} is not one of {known}')
+            named = (*(one for one in KINDS if one not in EULER_ORDERS), *LENGTHS, *ANGLES)
+            raise AuditError(
+                f'{word!r} is not one of {", ".join(named)}, nor three angles by their axes such '
+                'as xyz (axes that stand still) or ZYX (axes that move along)'
+            )
         if found.get(field, word) != word:
             raise AuditError(f'{found[field]} and {word} exclude each other')
         found[field] = word
@@ -86,9 +93,10 @@ def pose_columns(
     Return the columns of a pose that begin with `prefix`, and their format; None if there are
     none.
     """
+    wanted_kind = 'rpy' if wanted.kind in EULER else wanted.kind
     for ends, kind in ENDS:
         columns = [prefix + end for end in ends]
-        asked = wanted.kind in ('', kind) and (kind != 'position' or wanted.kind == kind)
+        asked = wanted_kind in ('', kind) and (kind != 'position' or wanted.kind == kind)
         if asked and all(column in header for column in columns):
-            return columns, wanted._replace(kind=kind)
+            return columns, wanted._replace(kind=wanted.kind or kind)
     return None

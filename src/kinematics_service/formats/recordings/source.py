@@ -36,8 +36,8 @@ class PoseTrack(NamedTuple):
         Numbers beyond what a pose can have, each a sentence.
     total
         Number of poses of the source; these may be some of them, evenly spread. 0: just these.
-    positions
-        Whether they are positions alone, their orientation being the identity.
+    kind
+        Of their orientations, one of `pose_format.KINDS`; empty if they are matrices already.
     """
 
     name: str
@@ -48,7 +48,12 @@ class PoseTrack(NamedTuple):
     refused: str = ''
     doubts: tuple[str, ...] = ()
     total: int = 0
-    positions: bool = False
+    kind: str = ''
+
+    @property
+    def positions(self) -> bool:
+        """Return whether they are positions alone, their orientation being the identity."""
+        return self.kind == 'position'
 
 
 class Selection(NamedTuple):

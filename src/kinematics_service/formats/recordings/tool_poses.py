@@ -6,10 +6,10 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from ...kernel import Floats
-from ...rigid_motion import exponential, rotation_of_quaternion, rotation_of_roll_pitch_yaw
+from ...rigid_motion import EULER_ORDERS, exponential, rotation_of_euler, rotation_of_quaternion
 from .block import Flags, Times
 from .columns import Column, StateTable, spans
-from .pose_format import PoseFormat
+from .pose_format import EULER, PoseFormat
 from .source import PoseTrack
 
 # Deviation of a quaternion from unit length that float32 and printed digits explain.
@@ -20,7 +20,7 @@ FEW = 0.05
 FARTHEST = 20.0
 # A rotation vector or an angle is at most a turn (rad); printed digits may be a little above.
 TURN = 1.001 * math.tau
-TURNS = {'rotvec': 'a rotation vector has the length', 'rpy': 'an angle is'}
+TURNS = {'rotvec': 'a rotation vector has the length', **dict.fromkeys(EULER, 'an angle is')}
 # The right length of a quaternion.
 USUAL = {'xyzw': 1.0, 'wxyz': 1.0}
 LENGTHS = {'m': 1.0, 'mm': 1e-3}
@@ -82,7 +82,7 @@ class PoseRows:
                 self._upright &= _is_last_row(rows[:, 12:])
                 self._turned &= _is_last_row(rows[:, 3::4])
             return np.ones(len(rows), dtype=bool)
-        if form.kind == 'rpy':
+        if form.kind in EULER:
             sizes = np.max(np.abs(_angles(rows[:, 3:], form)), axis=1)
         else:
             numbers = rows[:, 3:] if form.kind in USUAL else _angles(rows[:, 3:], form)
@@ -115,7 +115,7 @@ class PoseRows:
             '',
             tuple(self._doubts(total)),
             total,
-            self._form.kind == 'position',
+            self._form.kind,
         )
 
     def _refusal(self, many: bool) -> str:
@@ -175,10 +175,12 @@ ROTATIONS: dict[str, Callable[[Floats, PoseFormat], Floats]] = {
     'xyzw': lambda numbers, form: rotation_of_quaternion(numbers),
     'wxyz': lambda numbers, form: rotation_of_quaternion(np.roll(numbers, -1, axis=1)),
     'rotvec': lambda numbers, form: exponential(_angles(numbers, form)),
-    'rpy': lambda numbers, form: np.array(
-        [rotation_of_roll_pitch_yaw(one) for one in _angles(numbers, form)]
-    ).reshape(-1, 3, 3),
+    'rpy': lambda numbers, form: rotation_of_euler('xyz', _angles(numbers, form)),
     'position': lambda numbers, form: np.tile(np.eye(3), (len(numbers), 1, 1)),
+    **dict.fromkeys(
+        EULER_ORDERS,
+        lambda numbers, form: rotation_of_euler(form.kind, _angles(numbers, form)),
+    ),
 }
 
 
@@ -189,5 +191,5 @@ def _angles(numbers: Floats, form: PoseFormat) -> Floats:
 def _more_than_a_turn(what: str, angle: float, form: PoseFormat) -> str:
     if form.angle == 'deg':
         return f'{what} {math.degrees(angle):.4g} deg, more than a turn'
-    other = 'deg' if form.kind == 'rpy' else 'deg, or deg,rpy if they are roll pitch yaw'
+    other = 'deg' if form.kind in EULER else 'deg, or deg,rpy if they are roll pitch yaw'
     return f'{what} {angle:.4g} rad, more than a turn: are these degrees? (--pose-format {other})'

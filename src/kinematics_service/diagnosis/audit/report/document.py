@@ -226,6 +226,7 @@ def _frames(audit: Audit) -> dict[str, Any] | None:
         'base_offset': offset_of(diagnosis.base_offset),
         'tool_offset': offset_of(diagnosis.tool_offset),
         'undetermined': diagnosis.undetermined,
+        'cause': diagnosis.cause.key if diagnosis.cause else None,
         'causes': [_cause(cause) for cause in diagnosis.causes],
         'likely': [_cause(cause) for cause in diagnosis.likely],
     }

@@ -84,9 +84,10 @@ def _header(found: Calibration, origin: PageOrigin) -> str:
 def _verdict(found: Calibration, origin: PageOrigin) -> str:
     first, *others = (*sentences_of(found), *origin.remarks)
     better = found.held_out.position_rms < found.held_out_before.position_rms
+    level = 'ERROR' if not found.accepted else 'OK' if better else 'WARN'
     items = ''.join(f'<li>{escape(one)}.</li>' for one in others)
     return (
-        f'<section class="verdict {"OK" if better else "WARN"}"><p class="first">{escape(first)}.'
+        f'<section class="verdict {level}"><p class="first">{escape(first)}.'
         f'</p><ul>{items}</ul></section>\n'
     )
 
@@ -100,6 +101,13 @@ def _errors(found: Calibration) -> str:
         (f'held out, {fitted} fitted alone', found.held_out_before),
         ('held out, calibrated', found.held_out),
     )
+    if found.outliers:
+        every = found.with_outliers
+        named = (
+            *named,
+            ('calibrated, those left out as well', every.after),
+            ('held out, calibrated, those left out as well', every.held_out),
+        )
     rows = []
     for name, one in named:
         cells = [length_in_words(one.position_rms), length_in_words(one.position_max)]
