@@ -13,6 +13,7 @@ cdef double MAYBE_SAME, AS_GOOD
 cdef class Solutions:
     cdef readonly object q
     cdef readonly int count
+    cdef readonly bint sure
     cdef double* room
     cdef double* rows
     cdef double* misses

@@ -27,10 +27,13 @@ class Solutions:
     ----------
     count
         Their number.
+    sure
+        Whether there are no others, by the errors of what led to them.
     """
 
     def __init__(self, q: Floats) -> None:
         self.most, self.n, self.count = arrays.extent(q, 0), arrays.extent(q, 1), 0
+        self.sure = False
         self.q = q
         self.rows = arrays.results(q, self.most * self.n)
         self.room = arrays.scratch(self.most * (self.n + 6))

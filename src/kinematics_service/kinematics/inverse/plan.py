@@ -19,9 +19,11 @@ from ...robot.task import ROW_NAMES, seeded_poses
 from ..forward import forward_kinematics
 from .chain_geometry import (
     all_parallel,
+    in_one_direction,
     meeting_point,
     parallel,
     reversed_screws,
+    through,
     with_feet,
     with_links_merged,
 )
@@ -33,6 +35,8 @@ from .target import IDENTITY, residual_of
 POSES = 50
 RANK = 1e-9
 WHOLE = 1e-12
+# What products of some ten matrices, and the steps of a closed form, are off by as a share.
+ROUND_OFF = 2e-15
 # Screws that a joint moves by ratios of no such whole numbers never come back together.
 MOST_TURNS = 1000
 
@@ -225,16 +229,18 @@ def _closed_form(screws: Screws, robot: Robot, whole: bool) -> kernel.ClosedForm
     if robot.dof == 3:
         for form in (screws, with_links_merged(screws)):
             if _one_to_one(form, robot) and _solvable(form):
-                return _closed(kernel.POSITION_3, form, form.tool, False)
+                return _closed(kernel.POSITION_3, with_feet(form), form.tool, False)
     if robot.dof != 6 or not whole or not _one_to_one(screws, robot):
         return None
     for backwards in (False, True):
         form = reversed_screws(screws) if backwards else screws
         wrist = meeting_point(form, (3, 4, 5))
         if wrist is not None and _solvable(form):
+            form = with_feet(through(form, (3, 4, 5), wrist))
             return _closed(kernel.SPHERICAL_WRIST, form, wrist, backwards)
         crossing = meeting_point(form, (4, 5))
         if crossing is not None and _turns_in_a_plane(form):
+            form = in_one_direction(through(form, (4, 5), crossing), (1, 2, 3))
             return _closed(kernel.PARALLEL_AXES, form, crossing, backwards)
     return None
 
@@ -265,8 +271,7 @@ def _solvable(screws: Screws) -> bool:
     return not (parallel(z1, z2) and parallel(z2, z3))
 
 
-def _closed(way: int, screws: Screws, point: Floats, backwards: bool) -> kernel.ClosedForm:
-    form = with_feet(screws) if way != kernel.PARALLEL_AXES else _same_directions(screws)
+def _closed(way: int, form: Screws, point: Floats, backwards: bool) -> kernel.ClosedForm:
     slides = np.array(form.slides, dtype=np.float64)
     return kernel.ClosedForm(
         way,
@@ -276,14 +281,5 @@ def _closed(way: int, screws: Screws, point: Floats, backwards: bool) -> kernel.
         backwards=backwards,
         to_joints=np.ascontiguousarray(np.linalg.inv(form.coupling)),
         to_screws=np.ascontiguousarray(form.coupling),
+        error=form.off + ROUND_OFF,
     )
-
-
-def _same_directions(screws: Screws) -> Screws:
-    # The closed form of parallel axes needs them in one direction: the others are turned over.
-    axes, coupling = screws.axes.copy(), screws.coupling.copy()
-    for k in (2, 3):
-        sign = np.sign(axes[k] @ axes[1])
-        axes[k] = axes[1]
-        coupling[k] = coupling[k] * sign
-    return Screws(axes, screws.points.copy(), screws.slides, coupling, screws.home.copy())

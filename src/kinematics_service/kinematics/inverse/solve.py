@@ -138,6 +138,8 @@ def _all(problem: IkProblem, respect_limits: bool) -> IkResult:
     roots: tuple[int, int] | None = None
     if plan.closed is not None:
         proved = closed_solutions(problem, plan.closed, False)
+        if not proved.sure:
+            return _unsure(problem, proved, respect_limits)
     else:
         if plan.six_joints is None:
             return _searched(problem, respect_limits)
@@ -154,6 +156,14 @@ def _all(problem: IkProblem, respect_limits: bool) -> IkResult:
             reason = inside_limits(len(inside), 0)
             return IkResult(wanted, (), 'solved', reason, method, None, 'proved', roots)
     return answer(problem, _found(proved), method, best, respect_limits, roots)
+
+
+def _unsure(problem: IkProblem, closed: kernel.Solutions, respect_limits: bool) -> IkResult:
+    # Where a step of the closed form is singular but for its errors.
+    result = answer(problem, _found(closed), 'closed form', LeastError(problem.near, np.inf), respect_limits)
+    if result.families:
+        return result
+    return _searched(problem, respect_limits, _found(closed))
 
 
 def _degenerate(
