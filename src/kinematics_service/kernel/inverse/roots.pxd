@@ -35,7 +35,7 @@ cdef void polynomial_roots(double* c, int degree, double* z) noexcept nogil
 )
 cdef Pair _correction(double* c, int degree, double* z, int k) noexcept nogil
 @cython.locals(
-    x=double, y=double, size=double, value=double, value_i=double, terms=double, product=double,
+    x=double, y=double, value=double, value_i=double, product=double,
     away=double, i=int,
 )
 cdef double root_bound(double* c, int degree, double error, double* z, int k) noexcept nogil

@@ -144,24 +144,22 @@ def root_bound(c: Numbers, degree: int, error: float, z: Numbers, k: int) -> flo
     """
     Return the radius of the disc about root k that holds one of the exact polynomial.
 
-    The coefficients of that differ by up to `error`. Discs that meet hold as many roots as there
-    are discs (Smith 1970); infinite where the last coefficient may be 0.
+    That differs by up to `error` there. Discs that meet hold as many roots as there are discs
+    (Smith 1970).
     """
     x, y = z[2 * k], z[2 * k + 1]
-    size = absolute(x, y)
-    value, value_i, terms = 0.0, 0.0, 1.0
+    value, value_i = 0.0, 0.0
     for i in range(degree, -1, -1):
         product = value * x - value_i * y + c[2 * i]
         value_i = value * y + value_i * x + c[2 * i + 1]
         value = product
-        terms = terms * max(size, 1.0)
-    away = absolute(c[2 * degree], c[2 * degree + 1]) - error
+    away = absolute(c[2 * degree], c[2 * degree + 1])
     for i in range(degree):
         if i != k:
             away *= absolute(x - z[2 * i], y - z[2 * i + 1])
     if not away > 0.0:
         return places.INFINITY
-    return degree * (absolute(value, value_i) + (degree + 1) * MARGIN * error * terms) / away
+    return degree * (absolute(value, value_i) + error) / away
 
 
 def is_apart(z: Numbers, bounds: Numbers, count: int, k: int) -> bool:

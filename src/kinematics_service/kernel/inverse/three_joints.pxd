@@ -36,7 +36,7 @@ cdef Pair _eliminated(
 cdef void _write_coefficients(bint slides, double* g, double* c) noexcept nogil
 @cython.locals(
     slides_2=cython.bint, slides_3=cython.bint, g='double[5]', c='double[10]', z='double[8]',
-    bounds='double[4]', error=double, off=double, x=double, y=double, away=double, beside=double,
+    bounds='double[4]', error=double, largest=double, unit=double, off=double, x=double, y=double, away=double, beside=double,
     z2=vectors.Triple, o2=vectors.Triple, w=vectors.Triple, degree=int, count=int, j=int, k=int,
 )
 cdef int _third_joint(

@@ -53,8 +53,9 @@ def _write_guide(f: Numbers, z2: Vector, o2: Vector, error: float) -> None:
     guide = vectors.plus(guide, -vectors.dot(guide, z2), z2)
     square = vectors.dot(guide, guide)
     f[5], f[6], f[7] = guide[0], guide[1], guide[2]
-    f[8] = square if square > roots.MARGIN * roots.MARGIN * error * error else 0.0
-    f[9] = error
+    f[8], f[9] = square, error
+    if square <= roots.MARGIN * roots.MARGIN * error * error:
+        f[8], f[9] = 0.0, error + math.sqrt(square)
 
 
 def _left_over(f: Numbers, u: Vector) -> float:
@@ -68,8 +69,8 @@ def _wanted(f: Numbers, b: Vector, across: float) -> float:
 def _error_of(f: Numbers, b: Vector, across: float, way: float) -> float:
     # The error of `_wanted` where that of points is `way`.
     if f[0] == 0.0:
-        return 2.0 * way
-    return 4.0 * way * math.sqrt(vectors.dot(b, b) + across + abs(f[4]))
+        return way
+    return 2.0 * way * math.sqrt(vectors.dot(b, b) + across + abs(f[4]))
 
 
 def _eliminated(
@@ -93,11 +94,11 @@ def _eliminated(
     across = vectors.dot(v, v)
     first, second = _wanted(F, b, across), _wanted(G, b, across)
     off_1, off_2 = _error_of(F, b, across, way), _error_of(G, b, across, way)
-    # A guide that is zero is no more than its error.
+    # What a guide that is zero adds is error.
     if F[8] == 0.0:
-        return first, off_1 + roots.MARGIN * F[9] * math.sqrt(across)
+        return first, off_1 + F[9] * math.sqrt(across)
     if G[8] == 0.0:
-        return second, off_2 + roots.MARGIN * G[9] * math.sqrt(across)
+        return second, off_2 + G[9] * math.sqrt(across)
     value = first * first * G[8] + second * second * F[8] - across * F[8] * G[8]
     off = 2.0 * (abs(first) * off_1 * G[8] + abs(second) * off_2 * F[8])
     off += 2.0 * math.sqrt(across) * way * F[8] * G[8]
@@ -145,12 +146,13 @@ def _third_joint(
     z2, o2 = vectors.axis_of(screws, 1), vectors.point_of(screws, 1)
     slides_2, slides_3 = vectors.slides(screws, 1), vectors.slides(screws, 2)
     g, c, z, bounds = [0.0] * 5, [0.0] * 10, [0.0] * 8, [0.0] * 4
-    error = 0.0
+    # No way is longer than twice the unit that roots are in.
+    error, largest, unit = 0.0, 0.0, 0.5 * scale if slides_3 else 1.0
     for j in range(5):
-        x = scale * (j - 2.0) if slides_3 else 2.0 * places.PI * j / 5.0
+        x = unit * (j - 2.0) if slides_3 else 2.0 * places.PI * j / 5.0
         w = vectors.moved(screws, 2, x, point)
         g[j], off = _eliminated(F, G, z2, o2, slides_2, w, turn, way)
-        error = max(error, off)
+        error, largest = max(error, off), max(largest, abs(g[j]))
     # A coefficient is no more than three times as large as the values it is made of.
     error *= 3.0
     _write_coefficients(slides_3, g, c)
@@ -161,12 +163,19 @@ def _third_joint(
     if degree < 0:
         return -1
     if not slides_3 and degree < 4:
-        count = roots.circle_roots(2.0 * c[6], -2.0 * c[7], -c[4], 10.0 * error, found)
+        error = 2.0 * (error + _size(c, 4))
+        count = roots.circle_roots(2.0 * c[6], -2.0 * c[7], -c[4], error, found)
         found[4] = found[2]
         return count
     roots.polynomial_roots(c, degree, z)
     for k in range(degree):
-        bounds[k] = roots.root_bound(c, degree, error, z, k)
+        away = _size(z, k)
+        off = error * max(1.0, away * away * away * away)
+        if slides_3:
+            # The way of the root, or one as long, tells more than the longest.
+            w = vectors.moved(screws, 2, unit * math.copysign(away, z[2 * k]), point)
+            off = _eliminated(F, G, z2, o2, slides_2, w, turn, way)[1] + ROUND_OFF * largest
+        bounds[k] = roots.root_bound(c, degree, off, z, k)
     # Two roots that round-off has merged lie beside the line, or the circle, by their distance on
     # it: they are moved back by that distance to either side.
     count = 0
@@ -179,12 +188,12 @@ def _third_joint(
             continue
         # A root that is alone is real: its mirror image, another root or itself, is next to it.
         if roots.is_apart(z, bounds, degree, k):
-            found[4] = max(found[4], 2.0 * bounds[k] * (scale if slides_3 else 1.0))
+            found[4] = max(found[4], 2.0 * bounds[k] * unit)
         else:
             found[4] = places.INFINITY
         if slides_3:
             if beside <= OFF_CIRCLE * (1.0 + away):
-                found[count] = scale * (x + y)
+                found[count] = unit * (x + y)
                 count += 1
         elif beside <= OFF_CIRCLE:
             found[count] = math.atan2(y, x) + math.log(away)
