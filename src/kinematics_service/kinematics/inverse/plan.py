@@ -107,8 +107,8 @@ def plan_for(robot: Robot, rows: tuple[str, ...], axis: str = '') -> InversePlan
         closed = _closed_form(screws, robot, whole)
     six_joints = None
     isolated = whole and robot.dof == 6 and not redundant and not len(idle)
-    if screws is not None and closed is None and isolated and _one_to_one(screws, robot):
-        six_joints = _six_joints(screws, robot)
+    if closed is None and isolated:
+        six_joints = elimination_of(robot)
     low, high = robot.limits.T
     bounded = np.isfinite(low) & np.isfinite(high)
     middle = np.where(bounded, (np.where(bounded, low, 0.0) + np.where(bounded, high, 0.0)) / 2, 0)
@@ -245,7 +245,14 @@ def _closed_form(screws: Screws, robot: Robot, whole: bool) -> kernel.ClosedForm
     return None
 
 
-def _six_joints(screws: Screws, robot: Robot) -> kernel.SixJoints | None:
+@functools.lru_cache(maxsize=128)
+def elimination_of(robot: Robot) -> kernel.SixJoints | None:
+    """Return how all solutions of six joints are found by elimination, if they can be."""
+    if robot.chain.loops or robot.dof != 6:
+        return None
+    screws = screws_of(robot.chain)
+    if not _one_to_one(screws, robot):
+        return None
     slides = [kind == 'prismatic' for kind in robot.joint_types]
     q = np.ascontiguousarray(seeded_poses(robot.limits, slides)[:POSES])
     return six_joints_of(screws, forward_kinematics(robot, q))

@@ -26,7 +26,7 @@ from .closed import NO_POSTURE, closed_solutions, solutions_of
 from .families import SUSPECT, isolated_or_not, tangent
 from .first import first_solution
 from .multiple import with_multiplicities
-from .plan import plan_for
+from .plan import elimination_of, plan_for
 from .problem import IkProblem, near_or_middle
 from .redundant import dimension, redundant_family
 from .result import IkFamily, IkResult, Method
@@ -127,43 +127,72 @@ def _exact_or_near(problem: IkProblem, respect_limits: bool) -> IkResult:
 
 def _all(problem: IkProblem, respect_limits: bool) -> IkResult:
     robot, target, plan, near, _ = problem
-    best = LeastError(near, np.inf)
     if plan.redundant:
         family, best = redundant_family(robot, target, plan, near, problem.random())
         alone = () if family is None else (family,)
         nothing = DistinctSolutions(np.empty((0, robot.dof)), np.empty(0))
         result = result_of(problem, nothing, alone, 'search', best, respect_limits)
         return replace(result, complete='partial') if alone else result
-    method: Method = 'closed form'
-    roots: tuple[int, int] | None = None
     if plan.closed is not None:
-        proved = closed_solutions(problem, plan.closed, False)
-        if not proved.sure:
-            return _unsure(problem, proved, respect_limits)
-    else:
-        if plan.six_joints is None:
-            return _searched(problem, respect_limits)
-        eliminated = eliminated_solutions(problem, plan.six_joints)
-        if not eliminated.all_found:
-            return _degenerate(problem, plan.six_joints, eliminated, respect_limits)
-        proved, roots = eliminated.solutions, eliminated.roots
-        method = _method_of(plan.six_joints)
-    if proved.count and min(map(proved.share, range(proved.count))) >= SUSPECT:
+        closed = closed_solutions(problem, plan.closed, False)
+        if closed.sure:
+            return _proved(problem, closed, 'closed form', respect_limits)
+        return _unsure(problem, closed, respect_limits)
+    if plan.six_joints is None:
+        return _searched(problem, respect_limits)
+    eliminated = eliminated_solutions(problem, plan.six_joints)
+    if not eliminated.all_found:
+        return _degenerate(problem, plan.six_joints, eliminated, respect_limits)
+    return _all_eliminated(problem, plan.six_joints, eliminated, respect_limits)
+
+
+def _all_eliminated(
+    problem: IkProblem, arm: kernel.SixJoints, eliminated: Eliminated, respect_limits: bool
+) -> IkResult:
+    method = _method_of(arm)
+    return _proved(problem, eliminated.solutions, method, respect_limits, eliminated.roots)
+
+
+def _proved(
+    problem: IkProblem,
+    proved: kernel.Solutions,
+    method: Method,
+    respect_limits: bool,
+    roots: tuple[int, int] | None = None,
+) -> IkResult:
+    # All there are, unless some that are nearly singular turn out to be families.
+    simple = proved.sure or all(proved.share(k) >= SUSPECT for k in range(proved.count))
+    if proved.count and simple:
         solutions = solutions_of(problem, proved)
         inside = tuple(solution for solution in solutions if solution.feasible)
         if inside:
             wanted = inside if respect_limits else solutions
             reason = inside_limits(len(inside), 0)
             return IkResult(wanted, (), 'solved', reason, method, None, 'proved', roots)
+    best = LeastError(problem.near, np.inf)
     return answer(problem, _found(proved), method, best, respect_limits, roots)
 
 
 def _unsure(problem: IkProblem, closed: kernel.Solutions, respect_limits: bool) -> IkResult:
-    # Where a step of the closed form is singular but for its errors.
-    result = answer(problem, _found(closed), 'closed form', LeastError(problem.near, np.inf), respect_limits)
-    if result.families:
-        return result
-    return _searched(problem, respect_limits, _found(closed))
+    # A step of the closed form is singular but for its errors: solutions may be missing.
+    known, best = _found(closed), LeastError(problem.near, np.inf)
+    if closed.count:
+        result = answer(problem, known, 'closed form', best, respect_limits)
+        if result.families:
+            return result
+    arm = elimination_of(problem.robot)
+    if arm is not None:
+        eliminated = eliminated_solutions(problem, arm)
+        if eliminated.all_found:
+            return _all_eliminated(problem, arm, eliminated, respect_limits)
+        known = _joined(known, _found(eliminated.solutions))
+    return _searched(problem, respect_limits, known)
+
+
+def _joined(some: DistinctSolutions, others: DistinctSolutions) -> DistinctSolutions:
+    return DistinctSolutions(
+        np.concatenate([some.q, others.q]), np.concatenate([some.errors, others.errors])
+    )
 
 
 def _degenerate(
@@ -174,13 +203,7 @@ def _degenerate(
     home = inverse(screws_of(robot.chain).home)
     beside, certified = solutions_beside(problem, arm, home)
     simple, certified = _found(eliminated.solutions), max(certified, eliminated.roots[0])
-    known, _ = distinct(
-        checked,
-        plan,
-        DistinctSolutions(
-            np.concatenate([simple.q, beside.q]), np.concatenate([simple.errors, beside.errors])
-        ),
-    )
+    known, _ = distinct(checked, plan, _joined(simple, beside))
     isolated, singular, families = isolated_or_not(robot, checked, plan, known)
     if not families:
         found = with_multiplicities(robot, checked, plan, isolated, singular)
