@@ -130,8 +130,9 @@ def _rank(J: Floats) -> int:
     return rank
 
 
-def _least_motion(chain: Chain) -> float:
-    # What is shorter is none, against the lengths that joints move and those before them, m.
+def least_motion(chain: Chain) -> float:
+    """Return the length, in m, below which a way of the tool is round-off or next to none."""
+    # Against the lengths that joints move, and those before them.
     table = chain.table
     steps = np.linalg.norm(table.before[:, :, 3], axis=1)
     moved = float(np.sum(steps[1:]) + np.sum(np.abs(table.d_0[1:])))
@@ -199,7 +200,7 @@ def find_task(
     J = np.concatenate([rotation.T @ J[:, :3], rotation.T @ J[:, 3:]], axis=1)
     tool = results[:, [3, 7, 11]] - frame_0[:, 3]
     distances = np.linalg.norm(tool, axis=1)
-    least = _least_motion(chain)
+    least = least_motion(chain)
     if length is None:
         length = float(np.sqrt(np.mean(distances**2)))
         if length <= least:

@@ -139,7 +139,8 @@ def closed_solutions(
         kept.shares[i] = dependence.share_of_last_pivot(refinement.residual, joints.scales, q)
         posture.write_posture(form, q, arrays.whole_after(kept.postures, 3 * i))
     kept.count = count
-    # Each candidate next to a solution, and none has become two.
+    # Where no candidate is missing, and none has led to the solution of another.
+    kept.regular = said[0] < places.INFINITY and count == candidates
     kept.sure = said[0] < SURE and count == candidates
 
 

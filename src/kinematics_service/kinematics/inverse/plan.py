@@ -13,9 +13,10 @@ from ... import kernel
 from ...kernel import Floats
 from ...rigid_motion import inverse
 from ...robot.chain import FrozenArrays
+from ...robot.clearance_bounds import Reach, reach_of
 from ...robot.loops import closed_poses
 from ...robot.robot import Robot
-from ...robot.task import ROW_NAMES, seeded_poses
+from ...robot.task import ROW_NAMES, least_motion, seeded_poses
 from ..forward import forward_kinematics
 from .chain_geometry import (
     all_parallel,
@@ -71,6 +72,8 @@ class InversePlan(FrozenArrays):
         The middle of the limits, 0 if there are none.
     limits, unlimited : shape (n, 2), rad or m
         The limits, and none.
+    reach, reach_inside
+        What the tool never leaves, whatever the joint positions, and inside the limits.
     """
 
     READ_ONLY: ClassVar = ('scales', 'held', 'idle', 'periods', 'middle', 'limits', 'unlimited')
@@ -87,6 +90,8 @@ class InversePlan(FrozenArrays):
     middle: Floats
     limits: Floats
     unlimited: Floats
+    reach: Reach
+    reach_inside: Reach
 
 
 @functools.lru_cache(maxsize=128)
@@ -115,6 +120,7 @@ def plan_for(robot: Robot, rows: tuple[str, ...], axis: str = '') -> InversePlan
     middle = np.clip(middle, low, high)
     periods = _periods(screws, robot) if screws is not None else _periods_of_loops(robot)
     limits = np.array(robot.limits)
+    unlimited = np.repeat([[-np.inf, np.inf]], robot.dof, axis=0)
     return InversePlan(
         closed=closed,
         six_joints=six_joints,
@@ -127,7 +133,9 @@ def plan_for(robot: Robot, rows: tuple[str, ...], axis: str = '') -> InversePlan
         periods=periods,
         middle=middle,
         limits=limits,
-        unlimited=np.repeat([[-np.inf, np.inf]], robot.dof, axis=0),
+        unlimited=unlimited,
+        reach=reach_of(robot.chain, unlimited),
+        reach_inside=reach_of(robot.chain, limits),
     )
 
 
@@ -143,11 +151,13 @@ def _idle_motions(
     # Of any pose: only what counts of it matters.
     residual = residual_of(robot, IDENTITY, rows, axis)
     kernel.free_motions(residual, scales, q, sigma, motions)
-    rank = int(np.max(np.sum(sigma > RANK * sigma[:, :1], axis=1)))
+    # Where the joints do not move the rows at all, all of it is round-off.
+    least = least_motion(robot.chain)
+    rank = int(np.max(np.sum(sigma > np.maximum(RANK * sigma[:, :1], least), axis=1)))
     # sigma V are the rows of J^T J's root: their common null space is that of all of them.
     moving = (sigma[:, :, None] * motions).reshape(-1, n)
     _, size, right = np.linalg.svd(moving, full_matrices=False)
-    return signed(right[size <= RANK * size[0]]), rank
+    return signed(right[size <= max(RANK * size[0], least)]), rank
 
 
 def signed(motions: Floats) -> Floats:

@@ -16,6 +16,7 @@ from .algebraic import Eliminated, eliminated_solutions, solutions_beside
 from .answer import (
     LEFT_FREE,
     answer,
+    beyond,
     inside_limits,
     moving_joints,
     nearest_pose,
@@ -86,7 +87,7 @@ def inverse_kinematics(
         can be exact, one that is not is looked for only if no exact one is inside the limits. Arms
         that move the tool in fewer ways than count meet no rounded target exactly; of those all
         solutions within the tolerance are returned. Each is where its residual is least. 0: only
-        exact ones (to 1e-10 m).
+        exact ones (to 1e-10 m; of arms smaller than 1 mm, to 1e-7 of their reach).
 
     Raises
     ------
@@ -116,6 +117,17 @@ def inverse_kinematics(
 
 
 def _exact_or_near(problem: IkProblem, respect_limits: bool) -> IkResult:
+    result = _within_tolerance(problem, respect_limits)
+    if result.status != 'unreachable':
+        return result
+    # Joints that slide reach less far inside their limits.
+    plan = problem.plan
+    reach = plan.reach_inside if respect_limits else plan.reach
+    said = beyond(problem.target, problem.robot, reach)
+    return replace(result, reason=said, complete='proved') if said else result
+
+
+def _within_tolerance(problem: IkProblem, respect_limits: bool) -> IkResult:
     result = _all(problem, respect_limits)
     nearest, target = result.nearest, problem.target
     if nearest is None or result.status == 'family' or not target.is_near_at(nearest.q):
@@ -128,6 +140,9 @@ def _exact_or_near(problem: IkProblem, respect_limits: bool) -> IkResult:
 def _all(problem: IkProblem, respect_limits: bool) -> IkResult:
     robot, target, plan, near, _ = problem
     if plan.redundant:
+        out = _beyond_reach(problem)
+        if out is not None:
+            return out
         family, best = redundant_family(robot, target, plan, near, problem.random())
         alone = () if family is None else (family,)
         nothing = DistinctSolutions(np.empty((0, robot.dof)), np.empty(0))
@@ -174,13 +189,14 @@ def _proved(
 
 
 def _unsure(problem: IkProblem, closed: kernel.Solutions, respect_limits: bool) -> IkResult:
-    # A step of the closed form is singular but for its errors: solutions may be missing.
+    # Solutions may be missing: a step of the closed form is singular but for its errors, or these
+    # are large, which elimination need not mind.
     known, best = _found(closed), LeastError(problem.near, np.inf)
     if closed.count:
         result = answer(problem, known, 'closed form', best, respect_limits)
         if result.families:
             return result
-    arm = elimination_of(problem.robot)
+    arm = elimination_of(problem.robot) if closed.regular else None
     if arm is not None:
         eliminated = eliminated_solutions(problem, arm)
         if eliminated.all_found:
@@ -224,11 +240,23 @@ def _searched(
     problem: IkProblem, respect_limits: bool, known: DistinctSolutions | None = None
 ) -> IkResult:
     robot, checked, plan, near, _ = problem
+    out = _beyond_reach(problem)
+    if out is not None:
+        return out
     # Beyond the limits of a machine with loops these close seldom, and its turns are no periods:
     # what is there would be met once in many starts, of which each takes long.
     inside = plan.limits if respect_limits and robot.chain.loops else plan.unlimited
     found, best = search(robot, checked, plan, near, problem.random(), inside, known)
     return answer(problem, reached(checked, found), 'search', best, respect_limits)
+
+
+def _beyond_reach(problem: IkProblem) -> IkResult | None:
+    # The answer to a target farther away than the lengths of the arm let the tool be; None if not.
+    if not beyond(problem.target, problem.robot, problem.plan.reach):
+        return None
+    nothing = DistinctSolutions(np.empty((0, problem.robot.dof)), np.empty(0))
+    best = LeastError(problem.near, np.inf)
+    return result_of(problem, nothing, (), 'closed form', best, True)
 
 
 def _found(proved: kernel.Solutions) -> DistinctSolutions:
@@ -259,11 +287,11 @@ def _one(problem: IkProblem, proved: kernel.Solutions) -> IkResult:
         )
         nearest = nearest_pose(problem, continuum.q, error)
         joints = ', '.join(continuum.joints)
-        reason = LEFT_FREE + joints + not_exact(error)
+        reason = LEFT_FREE + joints + not_exact(target, error)
         return IkResult((), (continuum,), 'family', reason, method, nearest, 'partial')
     if proved.share(0) < SUSPECT:
         # Perhaps not isolated.
         result = answer(problem, _found(proved), method, LeastError(near, np.inf), True)
         return replace(result, complete='partial')
-    reason = f'a solution inside the limits{not_exact(error)}; others were not looked for'
+    reason = f'a solution inside the limits{not_exact(target, error)}; others were not looked for'
     return IkResult(solutions_of(problem, proved), (), 'solved', reason, method, None, 'partial')
