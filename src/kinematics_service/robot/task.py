@@ -19,8 +19,8 @@ ROW_NAMES = ('x', 'y', 'z', 'rx', 'ry', 'rz')
 SEEDED_POSES = 1000
 SEED = 20240523
 
-# A row counts as moved when some pose moves it by more than this share of the largest entry of J of
-# its kind, and of the arm's lengths; less than the second share of where the arm stands is
+# A row counts as moved when some pose moves it by more than this share of the largest entry of J
+# among its kind, and of the arm's lengths; less than the second share of where the arm stands is
 # round-off.
 MOVED, ROUND_OFF = 1e-9, 1e-14
 

@@ -110,9 +110,7 @@ def _first_joint(
     )
 
 
-def _fifth_joint(
-    screws: Numbers, seen: Vector, turn: float, free: float, found: Numbers
-) -> int:
+def _fifth_joint(screws: Numbers, seen: Vector, turn: float, free: float, found: Numbers) -> int:
     # The direction of axis 2 as the tool sees it gives joints 5 and 6, which turn it into z.
     z, z5, z6 = vectors.axis_of(screws, 1), vectors.axis_of(screws, 4), vectors.axis_of(screws, 5)
     still = vectors.dot(z6, z5) * vectors.dot(z5, z)

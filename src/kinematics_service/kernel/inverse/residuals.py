@@ -8,7 +8,6 @@ from ..layout import arrays, places
 from ..layout.arrays import Floats, Numbers, Vector
 from ..loops import closed_pass
 
-
 # Where no angles count errors are compared with this share of the arm's reach.
 LEAST = 1e-3
 

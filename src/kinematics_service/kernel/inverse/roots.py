@@ -67,7 +67,7 @@ def square_roots(middle: float, square: float, size: float, error: float, roots:
 
 
 def turn_error(axis: Vector, v: Vector, error: float) -> float:
-    """Return how far the angle of v about an axis may be off if v is by `error`; infinite if any."""
+    """Return how far v's angle about an axis is off if v is by `error`; infinite if all may be."""
     across = vectors.plus(v, -vectors.dot(axis, v), axis)
     length = math.sqrt(vectors.dot(across, across))
     return error / length if length > MARGIN * error else places.INFINITY

@@ -74,7 +74,14 @@ def _error_of(f: Numbers, b: Vector, across: float, way: float) -> float:
 
 
 def _eliminated(
-    F: Numbers, G: Numbers, z2: Vector, o2: Vector, slides: bool, w: Vector, turn: float, way: float
+    F: Numbers,
+    G: Numbers,
+    z2: Vector,
+    o2: Vector,
+    slides: bool,
+    w: Vector,
+    turn: float,
+    way: float,
 ) -> tuple[float, float]:
     # A number that is zero where joints 1 and 2 can bring w to the target, and its error. It is of
     # second degree in w, whose square is linear in the cosine and sine of joint 3.
@@ -280,7 +287,13 @@ def _second_joint(
 
 
 def first_three(
-    screws: Numbers, point: Vector, p: Vector, turn: float, way: float, free: Numbers, found: Numbers
+    screws: Numbers,
+    point: Vector,
+    p: Vector,
+    turn: float,
+    way: float,
+    free: Numbers,
+    found: Numbers,
 ) -> int:
     """
     Fill `found` (8, 3) with positions of three joints that bring a point to p; return their

@@ -93,7 +93,8 @@ def beyond(target: IkTarget, robot: Robot, reach: Reach) -> str:
     way = robot.task.rotation.T @ (target.pose[:3, 3] - reach.centre)
     counted = [way[k] for k in range(3) if ROW_NAMES[k] in target.rows]
     away = math.hypot(*counted)
-    if not away > reach.radius:
+    # What is off by less is a solution.
+    if not away > reach.radius + target.proved:
         return ''
     return (
         f'no joint positions bring the tool there ({target.words}): the target is {away:.4g} m '
@@ -142,9 +143,7 @@ def _status(
     if beyond:
         names = ', '.join(dict.fromkeys(name for one in beyond for name in one.beyond))
         return 'outside_limits', f'reached only beyond the limits of {names}{searched}'
-    return 'unreachable', (
-        f'no joint positions bring the tool there ({target.words}){searched}'
-    )
+    return 'unreachable', (f'no joint positions bring the tool there ({target.words}){searched}')
 
 
 def _solutions(problem: IkProblem, found: DistinctSolutions) -> tuple[IkSolution, ...]:

@@ -24,7 +24,7 @@ def size_of(screws: Screws) -> float:
 
 
 def made_exact(screws: Screws, axes: Floats, points: Floats, coupling: Floats) -> Screws:
-    """Return the screws with axes, points and coupling so little changed, which counts as error."""
+    """Return the screws with axes, points and coupling a little changed, which counts as error."""
     turns = np.linalg.norm(np.cross(axes, screws.axes), axis=1)
     ways = np.linalg.norm(np.cross(points - screws.points, screws.axes), axis=1)
     ways[np.array(screws.slides)] = 0.0
