@@ -234,13 +234,13 @@ def test_no_numbers_of_a_table_or_a_target_raise_what_is_not_said(joints):
                 assert result.reason
 
 
-def test_a_position_has_more_joints_than_rows_and_no_multiplicity():
-    # A family that is no family but for the tolerance: J has fewer rows than joints.
-    rows = [(0.0, -H, 0.0, 0.0), (0.0, H, 0.0, 0.0), (5.8e-11, -H, 0.0, 0.0)]
-    rows += [(0.0, 0.0, 0.0, 0.0), (0.0, -H, 0.0, 0.0), (5.8e-11, 3.3e-6, 0.0, 0.0)]
-    robot = written('elementary', rows, 'PRRRRR')
-    for way in (1.4e-10, 3.9e-10, 0.0):
-        assert ks.inverse_kinematics(robot, [-way, way, -way]).status
+def test_solutions_of_more_joints_than_rows_have_no_multiplicity():
+    rows = [(1.5521452659205367e-16, -1.5707967925343298, 1.0597013710023509e-11, 0.0)]
+    rows += [(1.5895520565035263e-11, 3.1415926535912155, 0.0, -4.2895512721216966e-16)]
+    rows += [(-1.9819653664229508e-22, 3.141592653590406, 1.0597013710023523e-11, -8.715e-07)]
+    rows += [(1.585913138839139e-11, 1.4498220293e-15, 1.5093702231593738e-15, 671.2033370970939)]
+    point = [-1.0392239331510708e-11, 7.0216822378318045e-12, 2.99745000251939e-11]
+    assert ks.inverse_kinematics(written('elementary', rows, 'RRRR'), point).status
 
 
 @pytest.mark.parametrize('height', [0.0, 0.25, 800.0])
