@@ -196,14 +196,14 @@ class IkResult(Sequence[IkSolution]):
         The same in a sentence.
     method
         `closed form` and `algebraic`: all there are (the latter counts the complex solutions of
-        six joints, too, until none is missing, and elimination proves those of an arm with a closed
-        form where this is in doubt). `search`: all that many starts found.
+        six joints, too, until none is missing; an arm with a closed form has them so where that is
+        in doubt). `search`: all that many starts found.
     nearest
         The nearest pose, where no solution is inside the limits; of a family its representative.
     complete
         Whether there are others of what was asked for (with or without those outside the limits).
-        `proved`: there are none: each step that led to the solutions was farther from singular than
-        it may be off by. `found`: none was found. `partial`:
+        `proved`: there are none, each step that led to the solutions having been farther from
+        singular than it may be off by. `found`: none was found. `partial`:
         others were not looked for, as with `all_solutions=False` and for redundant arms.
     roots
         How many complex solutions were found and certified, and how many there can be, each

@@ -171,19 +171,16 @@ def ik_target_of(
         pose[:3, :3] = left @ right
     residual = residual_of(robot, pose, ordered, axis or '')
     bound = math.hypot(1.0, robot.task.length) * tolerance
-    exact = exactness(robot)
+    _, exact = _sizes(robot)
     return IkTarget(ordered, axis or '', pose, residual, tolerance, bound, exact, exact)
 
 
-def exactness(robot: Robot) -> float:
-    """Return how far off an exact solution is at most, m."""
-    size = _size(robot)
-    return min(max(PROVED, OF_LARGE * size), OF_SMALL * size)
-
-
-def _size(robot: Robot) -> float:
-    # Where the tool never leaves frame 0 the length is that of a unit.
-    return max(robot.task.reach, robot.task.length)
+@functools.lru_cache(maxsize=128)
+def _sizes(robot: Robot) -> tuple[float, float]:
+    # The arm's reach, and how far off an exact solution is at most, m. Where the tool never leaves
+    # frame 0 the length is that of a unit.
+    reach = max(robot.task.reach, robot.task.length)
+    return reach, min(max(PROVED, OF_LARGE * reach), OF_SMALL * reach)
 
 
 def residual_of(
@@ -192,9 +189,8 @@ def residual_of(
     """Return the residual of the tool against a pose (4, 4), in what counts of it."""
     weights = _weights(robot.task.length, rows + ROW_NAMES[3:] if axis else rows)
     tool_axis = TOOL_AXES.index(axis) if axis else -1
-    return kernel.Residual(
-        robot.chain, pose, robot.task.rotation, weights, tool_axis, _size(robot)
-    )
+    reach, _ = _sizes(robot)
+    return kernel.Residual(robot.chain, pose, robot.task.rotation, weights, tool_axis, reach)
 
 
 @functools.lru_cache(maxsize=128)
