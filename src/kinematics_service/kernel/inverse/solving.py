@@ -10,7 +10,7 @@ from .refinement import Refinement
 from .solutions import SolutionCandidates, Solutions
 
 # Candidates as near to solutions (rad) lead each to its own.
-SURE = 1e-4
+SURE = 1e-2
 # Penalty on the squared distance of a candidate outside the limits, which sorts it behind the
 # others.
 LAST = 1e200
