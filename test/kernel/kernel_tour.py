@@ -298,10 +298,10 @@ def details(random: np.random.Generator):
                 table[2, 6] = slides
             k = 3 if way == kernel.POSITION_3 else 6
             form = kernel.ClosedForm(
-                way, table[:k].copy(), table[5, 3:6].copy(), T, False, np.eye(k), np.eye(k)
+                way, table[:k].copy(), table[5, 3:6].copy(), T, False, np.eye(k), np.eye(k), 2e-15
             )
             found = np.zeros((kernel.MOST_CANDIDATES, k))
-            kernel.inverse_candidates(form, T, np.zeros(k), found)
+            kernel.inverse_candidates(form, T, np.zeros(k), found, np.zeros(1))
     # Six joints, one of which slides, by two eliminations; then those of an arm.
     screws[1, 6] = 1.0
     options = np.array([[0, 0, 0], [4, 1, 1]])

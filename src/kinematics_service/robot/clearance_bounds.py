@@ -14,6 +14,8 @@ from .task import Task
 MOST_ENTRIES = 12
 # Axes nearer to parallel (sine of their angle) have no common point.
 PARALLEL = 1e-6
+# Of sums of lengths, as a share.
+ROUND_OFF = 1e-12
 
 
 class ClearanceBounds(NamedTuple):
@@ -38,7 +40,7 @@ class ClearanceBounds(NamedTuple):
 
 
 class _Elements(NamedTuple):
-    """The elements of a chain where all joints are zero, in the base frame."""
+    """The elements of a chain at some joint positions, in the base frame."""
 
     turns: npt.NDArray[np.bool_]
     axis: Floats
@@ -47,10 +49,9 @@ class _Elements(NamedTuple):
     rotation: Floats
 
 
-def _elements(chain: Chain) -> _Elements:
+def _elements(chain: Chain, q: Floats) -> _Elements:
     row = np.zeros(chain.widths[kernel.JACOBIAN])
-    zero = np.zeros((1, chain.dof))
-    kernel.evaluate(chain, zero, zero, kernel.JACOBIAN, row[None])
+    kernel.evaluate(chain, q[None], np.zeros((1, chain.dof)), kernel.JACOBIAN, row[None])
     pose = row[:16].reshape(4, 4)
     screws = row[chain.screws_at : chain.screws_at + 6 * chain.entries].reshape(6, -1).T
     first = chain.table.first_entry
@@ -83,9 +84,16 @@ def _point(elements: _Elements, six_rows: bool, farthest: float) -> Floats:
     return point if np.linalg.norm(point - elements.tool) <= farthest else elements.tool
 
 
-def _farthest(chain: Chain, elements: _Elements, point: Floats, strokes: Floats) -> Floats:
-    # How far the point can come from the axis of each element: the sum of the ways from foot to
-    # foot along the axes, which never change, and of the ways that elements slide.
+class _Feet(NamedTuple):
+    """How far a point can come from the axis of each element, shape (d,), and from which point."""
+
+    farthest: Floats
+    first: Floats
+
+
+def _feet(chain: Chain, elements: _Elements, point: Floats, strokes: Floats) -> _Feet:
+    # The sum of the ways from foot to foot along the axes, which never change, and of the ways
+    # that elements slide.
     count = len(elements.turns)
     first = chain.table.first_entry
     hops, foot = np.zeros(count), point
@@ -96,8 +104,33 @@ def _farthest(chain: Chain, elements: _Elements, point: Floats, strokes: Floats)
             hops[k] = float(np.linalg.norm(foot - below))
             foot = below
         for e in range(first[k], first[k + 1]):
-            hops[k] += abs(chain.table.by_d[e]) * strokes[chain.table.joint[e]]
-    return np.cumsum(hops[::-1])[::-1]
+            if chain.table.by_d[e] != 0.0:
+                hops[k] += abs(chain.table.by_d[e]) * strokes[chain.table.joint[e]]
+    return _Feet(np.cumsum(hops[::-1])[::-1], foot)
+
+
+class Reach(NamedTuple):
+    """A sphere in the base frame that the tool never leaves: its centre (3,) and radius, m."""
+
+    centre: Floats
+    radius: float
+
+
+def reach_of(chain: Chain, limits: Floats) -> Reach:
+    """
+    Return what the tool never leaves while sliding joints are inside limits (n, 2), rad or m.
+
+    What passive variables of loops slide is not bounded: then it is infinite.
+    """
+    elements = _elements(
+        chain, np.zeros(chain.dof) if chain.closure is None else chain.closure.assembled()
+    )
+    strokes = np.full(max(chain.dof, int(np.max(chain.table.joint)) + 1), np.inf)
+    strokes[: chain.dof] = np.max(np.abs(limits), axis=1)
+    feet = _feet(chain, elements, elements.tool, strokes)
+    # With what the sum is off by.
+    still = float(np.max(np.abs(elements.point)))
+    return Reach(feet.first, (1.0 + ROUND_OFF) * float(feet.farthest[0]) + ROUND_OFF * still)
 
 
 def _moving(chain: Chain, task: Task, six_rows: bool) -> Integers:
@@ -170,10 +203,10 @@ def find_bounds(chain: Chain, task: Task, strokes: Floats) -> ClearanceBounds:
         How far from zero each joint is; only those of sliding ones count.
     """
     six_rows = len(task.rows) == 6
-    elements = _elements(chain)
+    elements = _elements(chain, np.zeros(chain.dof))
     point = _point(elements, six_rows, max(task.reach, task.length))
     around = strokes + kernel.LARGEST_CLEARANCE * task.column_scales
-    farthest = _farthest(chain, elements, point, around)
+    farthest = _feet(chain, elements, point, around).farthest
     moving = _moving(chain, task, six_rows)
     n, d = chain.dof, len(moving)
     if d == 0:

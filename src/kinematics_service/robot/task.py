@@ -19,8 +19,10 @@ ROW_NAMES = ('x', 'y', 'z', 'rx', 'ry', 'rz')
 SEEDED_POSES = 1000
 SEED = 20240523
 
-# A row counts as moved when some pose moves it by more than this share of the largest entry of J.
-MOVED = 1e-9
+# A row counts as moved when some pose moves it by more than this share of the largest entry of J
+# among its kind, and of the arm's lengths; less than the second share of where the arm stands is
+# round-off.
+MOVED, ROUND_OFF = 1e-9, 1e-14
 
 # Poses at which joints are found that cancel, each pose in a way of its own.
 CLEAREST = 20
@@ -128,6 +130,24 @@ def _rank(J: Floats) -> int:
     return rank
 
 
+def least_motion(chain: Chain) -> float:
+    """Return the length, in m, below which a way of the tool is round-off or next to none."""
+    # Against the lengths that joints move, and those before them.
+    table = chain.table
+    steps = np.linalg.norm(table.before[:, :, 3], axis=1)
+    moved = float(np.sum(steps[1:]) + np.sum(np.abs(table.d_0[1:])))
+    still = float(steps[0] + np.sum(np.abs(table.d_0[:1])))
+    return max(MOVED * moved, ROUND_OFF * still)
+
+
+def _moved(J: Floats, least: float) -> list[bool]:
+    # Which rows of J some pose moves; `least` is none of a linear one.
+    largest = np.max(np.abs(J), axis=(0, 2))
+    linear, angular = np.max(largest[:3]), np.max(largest[3:])
+    none = [max(MOVED * linear, least)] * 3 + [MOVED * angular] * 3
+    return [bool(size > limit) for size, limit in zip(largest, none)]
+
+
 def _default_rows(J: Floats, moved: Sequence[bool]) -> tuple[str, ...]:
     n = J.shape[2]
     names = tuple(name for name, moves in zip(ROW_NAMES, moved) if moves)
@@ -178,25 +198,26 @@ def find_task(
     n = chain.dof
     J = results[:, kernel.JACOBIAN_AT : kernel.JACOBIAN_AT + 6 * n].reshape(-1, 6, n)
     J = np.concatenate([rotation.T @ J[:, :3], rotation.T @ J[:, 3:]], axis=1)
-    largest = float(np.max(np.abs(J)))
-    moved = [bool(np.max(np.abs(J[:, i])) > MOVED * largest) for i in range(6)]
+    tool = results[:, [3, 7, 11]] - frame_0[:, 3]
+    distances = np.linalg.norm(tool, axis=1)
+    least = least_motion(chain)
+    if length is None:
+        length = float(np.sqrt(np.mean(distances**2)))
+        if length <= least:
+            length = 1.0  # the tool never leaves frame 0: nothing to compare, so unit scale
+    column_scales = np.array([length if slides else 1.0 for slides in prismatic])
+    # Scaled as the kernel scales it, so that ranks do not depend on the size of the arm.
+    J = J * np.repeat([1.0, length], 3)[:, None] * column_scales
+    moved = _moved(J, least)
     if rows is None:
         rows = _default_rows(J, moved)
     indices = [ROW_NAMES.index(name) for name in rows]
-    if largest == 0.0 or not any(moved[i] for i in indices):
+    if not any(moved[i] for i in indices):
         asked = ' '.join(rows) or 'tool'
         raise KinematicsError(f'no joint moves the tool (task {asked}): nothing to judge')
 
-    tool = results[:, [3, 7, 11]] - frame_0[:, 3]
-    distances = np.linalg.norm(tool, axis=1)
-    if length is None:
-        length = float(np.sqrt(np.mean(distances**2)))
-        if length < MOVED:
-            length = 1.0  # the tool never leaves frame 0: nothing to compare, so unit scale
     row_scales = np.array([length if i >= 3 else 1.0 for i in indices])
-    column_scales = np.array([length if slides else 1.0 for slides in prismatic])
-    # Scaled as the kernel scales it, so that ranks do not depend on the size of the arm.
-    J_t = J[:, indices] * row_scales[:, None] * column_scales
+    J_t = J[:, indices]
     generic_rank = _rank(J_t)
     return Task(
         rows=rows,

@@ -1,5 +1,6 @@
 cimport cython
 cimport numpy as cnp
+from libc cimport math
 
 from ..forward cimport vectors
 from ..layout cimport arrays, places
@@ -11,38 +12,42 @@ cdef vectors.Triple _back(
 ) noexcept nogil
 @cython.locals(count=int)
 cdef int _circle_roots_or(
-    double A, double B, double C, double free, double* found
+    double A, double B, double C, double error, double free, double* found
 ) noexcept nogil
-@cython.locals(fifths='double[2]', fourth=double, ab=double, bc=double, count=int, i=int)
+@cython.locals(fifths='double[3]', fourth=double, ab=double, bc=double, count=int, i=int)
 cdef int _wrist(
-    double* screws, double* T, double* arm, double* free, double* found
+    double* screws, double* T, double* arm, double turn, double* free, double* found
 ) noexcept nogil
 @cython.locals(
-    arms='double[24]', wrists='double[6]', arm='double[3]', count=int, i=int, j=int, k=int
+    arms='double[25]', wrists='double[7]', arm='double[3]', count=int, known=int, doubled=int,
+    i=int, j=int, k=int
 )
 cdef int _with_wrist(
-    double* screws, double* T, vectors.Triple point, double* free, double* found
+    double* screws, double* T, vectors.Triple point, double turn, double way, double* free,
+    double* found, double* said
 ) noexcept nogil
 cdef int _first_joint(
-    double* screws, double* T, vectors.Triple point, double free, double* found
+    double* screws, double* T, vectors.Triple point, double way, double free, double* found
 ) noexcept nogil
 cdef int _fifth_joint(
-    double* screws, vectors.Triple seen, double free, double* found
+    double* screws, vectors.Triple seen, double turn, double free, double* found
 ) noexcept nogil
 @cython.locals(
-    thirds='double[2]', total=double, height=double, reach=double, second=double, count=int,
-    k=int,
+    thirds='double[3]', total=double, height=double, reach=double, size=double, second=double,
+    count=int, k=int,
 )
 cdef int _plane_arm(
-    double* screws, double* T, double first, double fifth, double sixth, double* free,
-    double* found,
+    double* screws, double* T, double first, double fifth, double sixth, double way,
+    double* free, double* found, double* said
 ) noexcept nogil
 @cython.locals(
-    firsts='double[2]', fifths='double[2]', seen=vectors.Triple, sixth=double, count=int,
-    i=int, j=int,
+    firsts='double[3]', fifths='double[3]', seen=vectors.Triple, to_goal=vectors.Triple,
+    to_wrist=vectors.Triple, lever=double, sixth=double, off=double, count=int, known=int,
+    doubled=int, i=int, j=int,
 )
 cdef int _with_parallel_axes(
-    double* screws, double* T, vectors.Triple point, double* free, double* found
+    double* screws, double* T, vectors.Triple point, double turn, double way, double* free,
+    double* found, double* said
 ) noexcept nogil
 @cython.locals(i=int, j=int)
 cdef void _times(int rows, int columns, double* A, double* x, double* y) noexcept nogil
@@ -52,6 +57,8 @@ cdef class ClosedForm:
     cdef tuple _arrays
     cdef int way
     cdef bint backwards
+    cdef double error
+    cdef double size
     cdef Py_ssize_t n
     cdef Py_ssize_t k
     cdef double* screws
@@ -64,9 +71,14 @@ cdef class ClosedForm:
     cdef void write_joints(self, double* psi, double* q) noexcept nogil
     @cython.locals(M='double[12]', i=int, j=int, k=int)
     cdef void write_motion(self, double* pose, double* T) noexcept nogil
-    @cython.locals(start=vectors.Triple, goal=vectors.Triple)
-    cdef int candidates(self, double* T, double* free, double* found) noexcept nogil
+    @cython.locals(
+        arm='double[25]', start=vectors.Triple, to=vectors.Triple, goal=vectors.Triple,
+        turn=double, way=double, count=int, k=int,
+    )
+    cdef int candidates(
+        self, double* T, double off, double* free, double* found, double* said
+    ) noexcept nogil
 
 cpdef int inverse_candidates(
-    ClosedForm form, cnp.ndarray T, cnp.ndarray free, cnp.ndarray found
+    ClosedForm form, cnp.ndarray T, cnp.ndarray free, cnp.ndarray found, cnp.ndarray said
 ) except -9

@@ -1,4 +1,10 @@
-"""Arms whose joint positions have a closed form: candidates for a target."""
+"""
+Arms whose joint positions have a closed form: candidates for a target, and how far off they are.
+
+Errors are followed from joint to joint: `turn` is that of directions (rad), `way` that of points.
+"""
+
+import math
 
 from ..forward import vectors
 from ..layout import arrays, places
@@ -14,49 +20,70 @@ def _back(screws: Numbers, values: Numbers, count: int, v: Vector) -> Vector:
     return v
 
 
-def _circle_roots_or(A: float, B: float, C: float, free: float, found: Numbers) -> int:
+def _circle_roots_or(
+    A: float, B: float, C: float, error: float, free: float, found: Numbers
+) -> int:
     # If every angle is a root, the free angle of the joint.
-    count = roots.circle_roots(A, B, C, found)
+    count = roots.circle_roots(A, B, C, error, found)
     if count >= 0:
         return count
     found[0] = free
     return 1
 
 
-def _wrist(screws: Numbers, T: Numbers, arm: Numbers, free: Numbers, found: Numbers) -> int:
-    # The last three joints make the rest of the rotation after the first three (positions `arm`).
+def _wrist(
+    screws: Numbers, T: Numbers, arm: Numbers, turn: float, free: Numbers, found: Numbers
+) -> int:
+    # The last three joints make the rest of the rotation after the first three (positions `arm`);
+    # behind two of their positions stands the error of both.
     a, b = vectors.axis_of(screws, 3), vectors.axis_of(screws, 4)
     c = vectors.axis_of(screws, 5)
     goal = _back(screws, arm, 3, vectors.times_vector(T, c))
     ab, bc = vectors.dot(a, b), vectors.dot(b, c)
-    fifths = [0.0] * 2
+    fifths = [0.0] * 3
     count = _circle_roots_or(
         vectors.dot(a, c) - ab * bc,
         vectors.dot(a, vectors.cross(b, c)),
         vectors.dot(a, goal) - ab * bc,
+        4.0 * turn,
         free[4],
         fifths,
     )
     side = vectors.across(c)
     goal_side = _back(screws, arm, 3, vectors.times_vector(T, side))
+    found[6] = fifths[2]
     for i in range(count):
         fourth = vectors.angle(a, vectors.turned(b, fifths[i], c), goal, free[3])
         rest = vectors.turned(b, -fifths[i], vectors.turned(a, -fourth, goal_side))
         found[3 * i] = fourth
         found[3 * i + 1] = fifths[i]
         found[3 * i + 2] = vectors.angle(c, side, rest, free[5])
+        found[6] = max(found[6], roots.turn_error(a, goal, 2.0 * turn + fifths[2]))
     return count
 
 
-def _with_wrist(screws: Numbers, T: Numbers, point: Vector, free: Numbers, found: Numbers) -> int:
+def _with_wrist(
+    screws: Numbers,
+    T: Numbers,
+    point: Vector,
+    turn: float,
+    way: float,
+    free: Numbers,
+    found: Numbers,
+    said: Numbers,
+) -> int:
     # Axes 4 to 6 meet in `point`, so joints 1 to 3 alone bring it to its place.
-    arms, wrists, arm = [0.0] * 24, [0.0] * 6, [0.0] * 3
+    arms, wrists, arm = [0.0] * 25, [0.0] * 7, [0.0] * 3
     count = 0
     goal = vectors.times_point(T, point)
-    for i in range(three_joints.first_three(screws, point, goal, free, arms)):
+    known = three_joints.first_three(screws, point, goal, turn, way, free, arms)
+    said[0] = arms[24]
+    for i in range(known):
         for k in range(3):
             arm[k] = arms[3 * i + k]
-        for j in range(_wrist(screws, T, arm, free, wrists)):
+        doubled = _wrist(screws, T, arm, turn + 3.0 * arms[24], free, wrists)
+        said[0] = max(said[0], wrists[6])
+        for j in range(doubled):
             for k in range(3):
                 found[6 * count + k] = arm[k]
                 found[6 * count + 3 + k] = wrists[3 * j + k]
@@ -64,7 +91,9 @@ def _with_wrist(screws: Numbers, T: Numbers, point: Vector, free: Numbers, found
     return count
 
 
-def _first_joint(screws: Numbers, T: Numbers, point: Vector, free: float, found: Numbers) -> int:
+def _first_joint(
+    screws: Numbers, T: Numbers, point: Vector, way: float, free: float, found: Numbers
+) -> int:
     # The height of `point` along axis 2, which joints 2 to 4 do not change, gives joint 1:
     # z . (turned(z1, x, ...)) of the goal taken back by joint 1 is the height at rest.
     z1, z = vectors.axis_of(screws, 0), vectors.axis_of(screws, 1)
@@ -75,12 +104,13 @@ def _first_joint(screws: Numbers, T: Numbers, point: Vector, free: float, found:
         vectors.dot(z, goal) - still,
         -vectors.dot(z, vectors.cross(z1, goal)),
         vectors.dot(z, vectors.plus(point, -1.0, o1)) - still,
+        4.0 * way,
         free,
         found,
     )
 
 
-def _fifth_joint(screws: Numbers, seen: Vector, free: float, found: Numbers) -> int:
+def _fifth_joint(screws: Numbers, seen: Vector, turn: float, free: float, found: Numbers) -> int:
     # The direction of axis 2 as the tool sees it gives joints 5 and 6, which turn it into z.
     z, z5, z6 = vectors.axis_of(screws, 1), vectors.axis_of(screws, 4), vectors.axis_of(screws, 5)
     still = vectors.dot(z6, z5) * vectors.dot(z5, z)
@@ -88,6 +118,7 @@ def _fifth_joint(screws: Numbers, seen: Vector, free: float, found: Numbers) -> 
         vectors.dot(z6, z) - still,
         -vectors.dot(z6, vectors.cross(z5, z)),
         vectors.dot(z6, seen) - still,
+        4.0 * turn,
         free,
         found,
     )
@@ -99,8 +130,10 @@ def _plane_arm(
     first: float,
     fifth: float,
     sixth: float,
+    way: float,
     free: Numbers,
     found: Numbers,
+    said: Numbers,
 ) -> int:
     # G = E1^-1 T E6^-1 E5^-1 moves within the plane across z: its turn, and where it brings the
     # point of axis 4. Joints 2, 3 and 4 are an arm in that plane.
@@ -111,7 +144,7 @@ def _plane_arm(
         vectors.point_of(screws, 2),
         vectors.point_of(screws, 3),
     )
-    thirds = [0.0] * 2
+    thirds = [0.0] * 3
     start = vectors.moved(screws, 5, -sixth, vectors.moved(screws, 4, -fifth, o4))
     goal = vectors.moved(screws, 0, -first, vectors.times_point(T, start))
     side = vectors.across(z)
@@ -124,13 +157,19 @@ def _plane_arm(
     lower = vectors.plus(lower, -vectors.dot(lower, z), z)
     height = vectors.dot(to_goal, z)
     reach = vectors.dot(to_goal, to_goal) - height * height
+    size = math.sqrt(vectors.dot(upper, upper)) + math.sqrt(vectors.dot(lower, lower))
+    size += math.sqrt(max(reach, 0.0))
     count = _circle_roots_or(
         2.0 * vectors.dot(upper, lower),
         2.0 * vectors.dot(upper, vectors.cross(z, lower)),
         reach - vectors.dot(upper, upper) - vectors.dot(lower, lower),
+        4.0 * size * way,
         free[2],
         thirds,
     )
+    said[0] = max(said[0], thirds[2])
+    if count > 0:
+        said[0] = max(said[0], roots.turn_error(z, to_goal, 2.0 * way + size * thirds[2]))
     for k in range(count):
         bent = vectors.plus(upper, 1.0, vectors.turned(z, thirds[k], lower))
         second = vectors.angle(z, bent, to_goal, free[1])
@@ -144,14 +183,26 @@ def _plane_arm(
 
 
 def _with_parallel_axes(
-    screws: Numbers, T: Numbers, point: Vector, free: Numbers, found: Floats
+    screws: Numbers,
+    T: Numbers,
+    point: Vector,
+    turn: float,
+    way: float,
+    free: Numbers,
+    found: Floats,
+    said: Numbers,
 ) -> int:
     # Axes 2, 3, 4 are parallel, 5 and 6 meet in `point`.
     z1, z = vectors.axis_of(screws, 0), vectors.axis_of(screws, 1)
     z5, z6 = vectors.axis_of(screws, 4), vectors.axis_of(screws, 5)
-    firsts, fifths = [0.0] * 2, [0.0] * 2
+    firsts, fifths = [0.0] * 3, [0.0] * 3
     count = 0
-    for i in range(_first_joint(screws, T, point, free[0], firsts)):
+    to_goal = vectors.plus(vectors.times_point(T, point), -1.0, vectors.point_of(screws, 0))
+    to_wrist = vectors.plus(vectors.point_of(screws, 3), -1.0, point)
+    lever = math.sqrt(vectors.dot(to_goal, to_goal)) + math.sqrt(vectors.dot(to_wrist, to_wrist))
+    known = _first_joint(screws, T, point, way, free[0], firsts)
+    said[0] = firsts[2]
+    for i in range(known):
         # R^T (z as joint 1 turns it), which joints 6 and 5 must turn into z.
         z_now = vectors.turned(z1, firsts[i], z)
         seen = (
@@ -159,10 +210,23 @@ def _with_parallel_axes(
             T[1] * z_now[0] + T[5] * z_now[1] + T[9] * z_now[2],
             T[2] * z_now[0] + T[6] * z_now[1] + T[10] * z_now[2],
         )
-        for j in range(_fifth_joint(screws, seen, free[4], fifths)):
+        doubled = _fifth_joint(screws, seen, turn + firsts[2], free[4], fifths)
+        said[0] = max(said[0], fifths[2])
+        for j in range(doubled):
             sixth = vectors.angle(z6, seen, vectors.turned(z5, -fifths[j], z), free[5])
+            off = roots.turn_error(z6, seen, 2.0 * turn + firsts[2] + fifths[2])
+            said[0] = max(said[0], off)
+            off = way + lever * (firsts[2] + fifths[2] + off)
             count += _plane_arm(
-                screws, T, firsts[i], fifths[j], sixth, free, arrays.after(found, 6 * count)
+                screws,
+                T,
+                firsts[i],
+                fifths[j],
+                sixth,
+                off,
+                free,
+                arrays.after(found, 6 * count),
+                said,
             )
     return count
 
@@ -193,6 +257,9 @@ class ClosedForm:
         Whether the screws are ordered from tool to base.
     to_joints, to_screws : shape (n, k), (k, n)
         Joint positions from those of the screws, and back.
+    error
+        How far the arm's own axes are from those of the screws: rad, and as a share of its size.
+        It includes round-off.
     """
 
     def __init__(
@@ -204,8 +271,9 @@ class ClosedForm:
         backwards: bool,
         to_joints: Floats,
         to_screws: Floats,
+        error: float,
     ) -> None:
-        self.way = way
+        self.way, self.error, self.size = way, error, 0.0
         self.backwards = backwards
         self.n, self.k = arrays.extent(to_joints, 0), arrays.extent(to_joints, 1)
         if self.k != (3 if self.way == places.POSITION_3 else 6):
@@ -216,6 +284,11 @@ class ClosedForm:
         self.to_joints = arrays.numbers(to_joints, self.n * self.k)
         self.to_screws = arrays.numbers(to_screws, self.n * self.k)
         self._arrays = screws, point, home_inverse, to_joints, to_screws
+        for k in range(self.k):
+            at = vectors.point_of(self.screws, k)
+            self.size = max(self.size, math.sqrt(vectors.dot(at, at)))
+        for at in (vectors.three(self.point, 0), vectors.apart(self.home_inverse, 3, 4)):
+            self.size = max(self.size, math.sqrt(vectors.dot(at, at)))
 
     def write_screws(self, q: Floats, psi: Numbers) -> None:
         """Write the screws' positions for positions of the joints."""
@@ -244,18 +317,29 @@ class ClosedForm:
                 if self.backwards:
                     T[4 * i + 3] -= M[4 * j + i] * M[4 * j + 3]
 
-    def candidates(self, T: Numbers, free: Numbers, found: Floats) -> int:
-        """Do what `inverse_candidates` does."""
-        start = vectors.three(self.point, 0)
+    def candidates(
+        self, T: Numbers, off: float, free: Numbers, found: Floats, said: Numbers
+    ) -> int:
+        """Do what `inverse_candidates` does, for a motion whose rotation is off by so much."""
+        start, to = vectors.three(self.point, 0), vectors.apart(T, 3, 4)
+        turn = self.error + off
+        way = turn * (self.size + math.sqrt(vectors.dot(to, to)))
         if self.way == places.POSITION_3:
+            arm = [0.0] * 25
             goal = vectors.times_point(T, start)
-            return three_joints.first_three(self.screws, start, goal, free, found)
+            count = three_joints.first_three(self.screws, start, goal, turn, way, free, arm)
+            for k in range(3 * count):
+                found[k] = arm[k]
+            said[0] = arm[24]
+            return count
         if self.way == places.SPHERICAL_WRIST:
-            return _with_wrist(self.screws, T, start, free, found)
-        return _with_parallel_axes(self.screws, T, start, free, found)
+            return _with_wrist(self.screws, T, start, turn, way, free, found, said)
+        return _with_parallel_axes(self.screws, T, start, turn, way, free, found, said)
 
 
-def inverse_candidates(form: ClosedForm, T: Floats, free: Floats, found: Floats) -> int:
+def inverse_candidates(
+    form: ClosedForm, T: Floats, free: Floats, found: Floats, said: Floats
+) -> int:
     """
     Fill `found` with positions of screws that may bring about a motion; return their number.
 
@@ -271,10 +355,14 @@ def inverse_candidates(form: ClosedForm, T: Floats, free: Floats, found: Floats)
         Positions of screws that are free.
     found : shape (MOST_CANDIDATES, k), rad or m
         The candidates.
+    said : shape (1,)
+        How far they are from solutions, rad; infinite where one may be missing.
     """
     arrays.given(form)
     return form.candidates(
         arrays.numbers(T, 16),
+        0.0,
         arrays.numbers(free, form.k),
         arrays.results(found, places.MOST_CANDIDATES * form.k),
+        arrays.results(said, 1),
     )

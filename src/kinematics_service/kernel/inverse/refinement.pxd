@@ -6,7 +6,7 @@ from ..layout cimport arrays, places
 from ..measures cimport symmetric
 from .residuals cimport Residual
 
-cdef double ROUND_OFF, SLOW, STIFFEST, LEAST_LENGTH
+cdef double ROUND_OFF, SLOW, STIFFEST
 cdef int SLOW_STEPS
 
 @cython.final

@@ -12,8 +12,6 @@ ROUND_OFF = 1e-15
 # Where nothing is gained any more: so many steps that shrink the error by less than this share.
 SLOW, SLOW_STEPS = 1e-3, 12
 STIFFEST = 1e8
-# A length below which lengths are not taken to shrink (m).
-LEAST_LENGTH = 1e-3
 
 
 class Refinement:
@@ -66,7 +64,7 @@ class Refinement:
         square = self.residual.square(q, places.JACOBIAN)
         if square == places.INFINITY:
             return places.INFINITY
-        length = max(self.residual.length(), LEAST_LENGTH)
+        length = self.residual.size()
         enough = (ROUND_OFF * length) * (ROUND_OFF * length)
         nearly = (1e-12 * length) * (1e-12 * length)
         damping, slow, fresh, size = self.damping, 0, True, 0.0

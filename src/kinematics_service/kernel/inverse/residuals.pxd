@@ -9,6 +9,8 @@ from ..forward.chain cimport Chain
 
 ctypedef (double, double) Pair
 
+cdef double LEAST
+
 @cython.locals(
     x=double, y=double, z=double, a=double, b=double, c=double, sine=double, cosine=double,
     angle=double, share=double,
@@ -35,6 +37,7 @@ cdef class Residual:
     cdef double* row
     cdef int n
     cdef int tool_axis
+    cdef double reach
 
     @cython.locals(total=double)
     cdef bint evaluate(self, double* q, int depth) noexcept nogil
@@ -49,6 +52,7 @@ cdef class Residual:
     )
     cdef void write_columns(self, double* scales) noexcept nogil
     cdef double length(self) noexcept nogil
+    cdef double size(self) noexcept nogil
 
 @cython.locals(error='double*', length=double, angular=double, linear=double)
 cpdef tuple parts_of_error(Residual residual, cnp.ndarray q)

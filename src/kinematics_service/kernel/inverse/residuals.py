@@ -8,6 +8,9 @@ from ..layout import arrays, places
 from ..layout.arrays import Floats, Numbers, Vector
 from ..loops import closed_pass
 
+# Where no angles count errors are compared with this share of the arm's reach.
+LEAST = 1e-3
+
 
 def _rotation_vector(R: Numbers) -> Vector:
     # Writes axis times angle of the nine numbers of a rotation matrix.
@@ -84,6 +87,8 @@ class Residual:
     tool_axis
         0, 1, 2: of the rotation only the direction of this axis of the tool counts, in all three
         angular rows: the tool may turn about it. -1: the rotation itself.
+    reach
+        How large the arm is, m.
     """
 
     def __init__(
@@ -93,11 +98,12 @@ class Residual:
         axes: Floats,
         weights: Floats,
         tool_axis: int,
+        reach: float,
     ) -> None:
         arrays.given(chain)
         if not -1 <= tool_axis <= 2:
             raise TypeError('a tool has three axes')
-        self.tool_axis = tool_axis
+        self.tool_axis, self.reach = tool_axis, reach
         self.chain = chain
         self.pose = arrays.numbers(pose, 16)
         self.axes = arrays.numbers(axes, 9)
@@ -179,6 +185,10 @@ class Residual:
     def length(self) -> float:
         """Return the length by which angles count; 0 if none does."""
         return max(self.weights[3], self.weights[4], self.weights[5])
+
+    def size(self) -> float:
+        """Return the length that errors are compared with, m."""
+        return max(self.length(), LEAST * self.reach)
 
 
 def parts_of_error(residual: Residual, q: Floats) -> tuple[float, float]:

@@ -3,7 +3,6 @@ cimport numpy as cnp
 from libc cimport math
 
 from ..layout cimport arrays, places
-from . cimport refinement
 from .joints cimport Joints
 from .residuals cimport Residual
 
@@ -13,6 +12,8 @@ cdef double MAYBE_SAME, AS_GOOD
 cdef class Solutions:
     cdef readonly object q
     cdef readonly int count
+    cdef readonly bint regular
+    cdef readonly bint sure
     cdef double* room
     cdef double* rows
     cdef double* misses

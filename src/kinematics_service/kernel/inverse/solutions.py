@@ -4,7 +4,6 @@ import math
 
 from ..layout import arrays, places
 from ..layout.arrays import Floats, Integers
-from . import refinement
 from .joints import Joints
 from .residuals import Residual
 
@@ -27,10 +26,15 @@ class Solutions:
     ----------
     count
         Their number.
+    regular
+        Whether what led to them is nowhere singular but for its errors.
+    sure
+        Whether those are small, too, so that there are no other solutions.
     """
 
     def __init__(self, q: Floats) -> None:
         self.most, self.n, self.count = arrays.extent(q, 0), arrays.extent(q, 1), 0
+        self.regular, self.sure = False, False
         self.q = q
         self.rows = arrays.results(q, self.most * self.n)
         self.room = arrays.scratch(self.most * (self.n + 6))
@@ -159,7 +163,7 @@ class SolutionCandidates:
         if distance < places.SAME_SOLUTION:
             return True
         left = math.sqrt(residual.square(self.halfway, places.POSE))
-        length = max(residual.length(), refinement.LEAST_LENGTH)
+        length = residual.size()
         return left < max(AS_GOOD * length, 4.0 * self.errors[one])
 
 

@@ -2,18 +2,19 @@ cimport cython
 cimport numpy as cnp
 
 from ..layout cimport arrays, places
-from . cimport dependence, posture, solutions
+from . cimport dependence, posture, solutions, targets
 from .closed_forms cimport ClosedForm
 from .refinement cimport Refinement
 from .joints cimport Joints
 from ..six_joints.six_joints cimport Roots, SixJoints
 from .solutions cimport SolutionCandidates, Solutions
 
-cdef double LAST
+cdef double SURE, LAST
 
 @cython.locals(T='double[12]', free='double[6]', count=int, i=Py_ssize_t)
 cdef int _find(
-    ClosedForm form, double* pose, double* near, double* psi, SolutionCandidates found
+    ClosedForm form, double* pose, double* near, double* psi, SolutionCandidates found,
+    double* said
 ) noexcept nogil
 @cython.locals(q='double*', misses=double, i=int)
 cdef int _keep_nearest(
@@ -27,7 +28,7 @@ cdef int _keep_all(
 ) noexcept nogil
 @cython.locals(
     most=Py_ssize_t, middle='double*', found=SolutionCandidates, psi='double*', count=int,
-    q='double*', i=Py_ssize_t,
+    said='double[1]', candidates=int, q='double*', i=Py_ssize_t,
 )
 cpdef closed_solutions(
     ClosedForm form, Refinement refinement, Joints joints,

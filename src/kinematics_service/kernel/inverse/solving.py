@@ -1,14 +1,16 @@
 """All solutions of an arm without a search, or the nearest of them, in one call."""
 
 from ..layout import arrays, places
-from ..layout.arrays import Floats, Integers
+from ..layout.arrays import Floats, Integers, Numbers
 from ..six_joints.six_joints import Roots, SixJoints
-from . import dependence, posture, solutions
+from . import dependence, posture, solutions, targets
 from .closed_forms import ClosedForm
 from .joints import Joints
 from .refinement import Refinement
 from .solutions import SolutionCandidates, Solutions
 
+# Candidates as near to solutions (rad) lead each to its own.
+SURE = 1e-2
 # Penalty on the squared distance of a candidate outside the limits, which sorts it behind the
 # others.
 LAST = 1e200
@@ -20,12 +22,13 @@ def _find(
     near: Floats,
     psi: Floats,
     found: SolutionCandidates,
+    said: Numbers,
 ) -> int:
     # Fills in the candidates for a pose, with room psi for their screws; returns their number.
     T, free = [0.0] * 12, [0.0] * 6
     form.write_motion(pose, T)
     form.write_screws(near, free)
-    count = form.candidates(T, free, psi)
+    count = form.candidates(T, targets.off(pose), free, psi, said)
     for i in range(count):
         form.write_joints(arrays.after(psi, i * form.k), arrays.after(found.q, i * form.n))
     return count
@@ -123,8 +126,10 @@ def closed_solutions(
         raise TypeError('an arm and its closed form do not go together')
     middle = arrays.numbers(near, joints.n)
     found, psi = SolutionCandidates(most, joints.n), arrays.scratch(most * form.k)
-    count = _find(form, refinement.residual.pose, middle, psi, found)
+    said = [0.0]
+    candidates = _find(form, refinement.residual.pose, middle, psi, found, said)
     arrays.give_back(psi)
+    count = candidates
     if only_one:
         count = _keep_nearest(refinement, joints, middle, proved, count, found, kept)
     else:
@@ -134,6 +139,9 @@ def closed_solutions(
         kept.shares[i] = dependence.share_of_last_pivot(refinement.residual, joints.scales, q)
         posture.write_posture(form, q, arrays.whole_after(kept.postures, 3 * i))
     kept.count = count
+    # Where no candidate is missing, and none has led to the solution of another.
+    kept.regular = said[0] < places.INFINITY and count == candidates
+    kept.sure = said[0] < SURE and count == candidates
 
 
 def eliminated_solutions(

@@ -7,8 +7,8 @@ from ..layout cimport arrays, places
 
 cdef double NEARLY_ROTATION, ROTATION
 
-@cython.locals(off=double, a=vectors.Triple, b=vectors.Triple, i=int, j=int)
-cdef double _off(double* T) noexcept nogil
+@cython.locals(most=double, a=vectors.Triple, b=vectors.Triple, i=int, j=int)
+cdef double off(double* T) noexcept nogil
 cpdef double off_rotation(cnp.ndarray T) except? -9.0
-@cython.locals(size=Py_ssize_t, off=double, i=Py_ssize_t, k=Py_ssize_t)
+@cython.locals(size=Py_ssize_t, from_rotation=double, i=Py_ssize_t, k=Py_ssize_t)
 cpdef int take_target(cnp.ndarray target, cnp.ndarray pose) except -9

@@ -10,21 +10,22 @@ from ..layout.arrays import Floats
 NEARLY_ROTATION, ROTATION = 1e-3, 1e-13
 
 
-def _off(T: Floats) -> float:
-    off = 0.0
+def off(T: Floats) -> float:
+    """Do what `off_rotation` does."""
+    most = 0.0
     for i in range(3):
         for j in range(i + 1):
             a, b = vectors.three(T, 4 * i), vectors.three(T, 4 * j)
-            off = max(off, abs(vectors.dot(a, b) - (1.0 if i == j else 0.0)))
+            most = max(most, abs(vectors.dot(a, b) - (1.0 if i == j else 0.0)))
     a, b = vectors.three(T, 0), vectors.three(T, 4)
     if vectors.dot(vectors.cross(a, b), vectors.three(T, 8)) < 0.0:
         return places.INFINITY
-    return off
+    return most
 
 
 def off_rotation(T: Floats) -> float:
     """Return how far the rotation of a pose (4, 4) is from orthogonal; infinite for a mirror."""
-    return _off(arrays.numbers(T, 12))
+    return off(arrays.numbers(T, 12))
 
 
 def take_target(target: Floats, pose: Floats) -> int:
@@ -50,9 +51,9 @@ def take_target(target: Floats, pose: Floats) -> int:
         return places.FINE
     for k in range(16):
         written[k] = wanted[k]
-    off = _off(wanted)
-    if off > NEARLY_ROTATION or wanted[15] != 1.0:
+    from_rotation = off(wanted)
+    if from_rotation > NEARLY_ROTATION or wanted[15] != 1.0:
         return places.NOT_RIGID
     if wanted[12] != 0.0 or wanted[13] != 0.0 or wanted[14] != 0.0:
         return places.NOT_RIGID
-    return places.FINE if off <= ROTATION else places.ROUGH
+    return places.FINE if from_rotation <= ROTATION else places.ROUGH

@@ -1,11 +1,15 @@
 """The result for the user: solutions and families, or the nearest pose if there are none."""
 
+import math
+
 import numpy as np
 import numpy.typing as npt
 
 from ... import kernel
 from ...kernel import Floats
+from ...robot.clearance_bounds import Reach
 from ...robot.robot import Robot
+from ...robot.task import ROW_NAMES
 from .closed import NO_POSTURE, POSTURES
 from .families import SolutionFamily, isolated_or_not, nearer
 from .multiple import with_multiplicities
@@ -13,7 +17,7 @@ from .problem import IkProblem
 from .representatives import representatives
 from .result import Complete, IkFamily, IkResult, IkSolution, Method, NearestPose, Posture, Status
 from .search import DistinctSolutions, LeastError, refined, starts
-from .target import PROVED
+from .target import IkTarget
 
 # Starts, inside the limits, for the nearest pose.
 NEAREST_STARTS = 64
@@ -84,17 +88,35 @@ def result_of(
     return IkResult(wanted, continua, status, reason, method, nearest, complete, roots)
 
 
-def inside_limits(solutions: int, families: int, worst: float = 0.0) -> str:
-    """Return the sentence of a result that has solutions; `worst`: their largest residual, m."""
+def beyond(target: IkTarget, robot: Robot, reach: Reach) -> str:
+    """Return the sentence of a target that is out of reach, empty if it may be within."""
+    way = robot.task.rotation.T @ (target.pose[:3, 3] - reach.centre)
+    counted = [way[k] for k in range(3) if ROW_NAMES[k] in target.rows]
+    away = math.hypot(*counted)
+    # What is off by less is a solution.
+    if not away > reach.radius + target.proved:
+        return ''
+    return (
+        f'no joint positions bring the tool there ({target.words}): the target is {away:.4g} m '
+        f'from the first joint, and the arm is {reach.radius:.4g} m long'
+    )
+
+
+def inside_limits(solutions: int, families: int) -> str:
+    """Return the sentence of a result that has solutions."""
     sentence = f'{solutions} {"solution" if solutions == 1 else "solutions"} inside the limits'
     if families:
         sentence += f', and {families} continuous {"family" if families == 1 else "families"}'
-    return sentence + not_exact(worst)
+    return sentence
 
 
-def not_exact(worst: float) -> str:
-    """Return what is said of solutions within the tolerance; nothing of exact ones."""
-    if worst < PROVED:
+def not_exact(target: IkTarget, worst: float) -> str:
+    """
+    Return what is said of solutions within the tolerance, nothing of exact ones.
+
+    `worst` is their largest residual, m.
+    """
+    if worst < target.exact:
         return ''
     return f'; the target is met to {worst:.1e} m, within the tolerance'
 
@@ -108,20 +130,20 @@ def _status(
 ) -> tuple[Status, str]:
     # A search that found nothing is no proof that there is nothing.
     searched = ' (by search, which proves nothing)' if method == 'search' else ''
+    target = problem.target
     if inside:
         feasible = sum(family.feasible for family in families)
         worst = max(one.residual for one in inside)
-        return 'solved', inside_limits(len(inside), feasible, worst)
+        return 'solved', inside_limits(len(inside), feasible) + not_exact(target, worst)
     if any(family.feasible for family in families):
         joints = ', '.join(dict.fromkeys(name for f in families for name in f.joints))
-        return 'family', LEFT_FREE + joints + not_exact(max(f.residual for f in families))
+        worst = max(f.residual for f in families)
+        return 'family', LEFT_FREE + joints + not_exact(target, worst)
     beyond: list[IkSolution | IkFamily] = [*solutions, *families]
     if beyond:
         names = ', '.join(dict.fromkeys(name for one in beyond for name in one.beyond))
         return 'outside_limits', f'reached only beyond the limits of {names}{searched}'
-    return 'unreachable', (
-        f'no joint positions bring the tool there ({problem.target.words}){searched}'
-    )
+    return 'unreachable', (f'no joint positions bring the tool there ({target.words}){searched}')
 
 
 def _solutions(problem: IkProblem, found: DistinctSolutions) -> tuple[IkSolution, ...]:
@@ -141,6 +163,7 @@ def _solutions(problem: IkProblem, found: DistinctSolutions) -> tuple[IkSolution
             margin=margins[k],
             posture=postures[k],
             multiplicity=found.multiplicities[k] if found.multiplicities else 1,
+            exact=errors[k] < problem.target.exact,
         )
         for k in away.argsort(kind='stable').tolist()
     )

@@ -11,12 +11,25 @@ from .screws import Screws
 # Axes are parallel, or meet, within this share of the arm's size: the round-off of ten digits in a
 # table, and far more than that of a product of matrices.
 SAME = 1e-9
+# A size that stands for none at all, m.
+SMALLEST = 1e-300
+# Sums of ratios that are equal but for round-off.
+EQUAL = 1e-14
 
 
 def size_of(screws: Screws) -> float:
     """Return the largest distance between the points of the arm, in m."""
     points = np.vstack([screws.points, screws.tool])
-    return max(float(np.max(np.linalg.norm(points - points[0], axis=1))), 1e-12)
+    return max(float(np.max(np.linalg.norm(points - points[0], axis=1))), SMALLEST)
+
+
+def made_exact(screws: Screws, axes: Floats, points: Floats, coupling: Floats) -> Screws:
+    """Return the screws with axes, points and coupling a little changed, which counts as error."""
+    turns = np.linalg.norm(np.cross(axes, screws.axes), axis=1)
+    ways = np.linalg.norm(np.cross(points - screws.points, screws.axes), axis=1)
+    ways[np.array(screws.slides)] = 0.0
+    off = screws.off + 2.0 * float(np.sum(turns) + np.sum(ways) / size_of(screws))
+    return replace(screws, axes=axes, points=points, coupling=coupling, off=off)
 
 
 def parallel(a: Floats, b: Floats) -> bool:
@@ -49,30 +62,45 @@ def all_parallel(screws: Screws, which: Sequence[int]) -> bool:
     return all(not screws.slides[k] and parallel(first, screws.axes[k]) for k in which)
 
 
+def through(screws: Screws, which: Sequence[int], point: Floats) -> Screws:
+    """Return the screws with some axes through the point in which they meet."""
+    points = screws.points.copy()
+    points[list(which)] = point
+    return made_exact(screws, screws.axes, points, screws.coupling)
+
+
+def in_one_direction(screws: Screws, which: Sequence[int]) -> Screws:
+    """Return the screws with some parallel axes in the direction of the first of them."""
+    axes, coupling = screws.axes.copy(), screws.coupling.copy()
+    first = axes[which[0]]
+    for k in which[1:]:
+        coupling[k] = coupling[k] * np.sign(axes[k] @ first)
+        axes[k] = first
+    return made_exact(screws, axes, screws.points, coupling)
+
+
 def with_feet(screws: Screws) -> Screws:
     """
     Return the screws with the points of axes 1 and 2 at the feet of their common perpendicular.
 
     Axes that are parallel, or meet, up to the last digits do so exactly then.
     """
-    axes, points = screws.axes.copy(), screws.points.copy()
-    coupling = screws.coupling.copy()
-    z1, z2 = axes[0], axes[1]
-    between = points[1] - points[0]
-    if parallel(z1, z2):
-        coupling[1] = coupling[1] * np.sign(z1 @ z2)
-        axes[1] = z1
-        points[1] = points[1] - z1 * (between @ z1)
-        if np.linalg.norm(points[1] - points[0]) < SAME * size_of(screws):
-            points[1] = points[0]
+    if parallel(*screws.axes[:2]):
+        screws = in_one_direction(screws, (0, 1))
+        z = screws.axes[0]
+        points = screws.points.copy()
+        points[1] = points[1] - z * ((points[1] - points[0]) @ z)
     else:
-        cosine = float(z1 @ z2)
-        along = np.linalg.solve([[1.0, -cosine], [cosine, -1.0]], [between @ z1, between @ z2])
-        points[0] = points[0] + along[0] * z1
-        points[1] = points[1] + along[1] * z2
-        if np.linalg.norm(points[1] - points[0]) < SAME * size_of(screws):
-            points[1] = points[0]
-    return replace(screws, axes=axes, points=points, coupling=coupling)
+        z1, z2 = screws.axes[:2]
+        normal = np.cross(z1, z2)
+        normal = normal / (normal @ normal)
+        points = screws.points.copy()
+        between = points[1] - points[0]
+        points[0] = points[0] + (np.cross(between, z2) @ normal) * z1
+        points[1] = points[1] + (np.cross(between, z1) @ normal) * z2
+    if np.linalg.norm(points[1] - points[0]) < SAME * size_of(screws):
+        points[1] = points[0]
+    return made_exact(screws, screws.axes, points, screws.coupling)
 
 
 def reversed_screws(screws: Screws) -> Screws:
@@ -100,6 +128,7 @@ def with_links_merged(screws: Screws) -> Screws:
         start -= 1
     if k - start < 2:
         return screws
+    given, screws = screws, in_one_direction(screws, range(start, k))
     z = screws.axes[start]
     turns: list[Floats] = []
     links: list[Floats] = []
@@ -107,20 +136,20 @@ def with_links_merged(screws: Screws) -> Screws:
     ends = [*screws.points[start + 1 :], screws.tool]
     still = screws.points[start]
     for j in range(start, k):
-        total = total + screws.coupling[j] * np.sign(screws.axes[j] @ z)
+        total = total + screws.coupling[j]
         link = ends[j - start] - screws.points[j]
-        if not np.any(np.abs(total) > SAME):
+        if not np.any(np.abs(total) > EQUAL):
             still = still + link
             continue
         for i, turn in enumerate(turns):
-            if np.allclose(turn, total, rtol=0.0, atol=SAME):
+            if np.allclose(turn, total, rtol=0.0, atol=EQUAL):
                 links[i] = links[i] + link
                 break
         else:
             turns.append(total)
             links.append(link)
     if len(turns) != 2:
-        return screws
+        return given
     points = [still, still + links[0]]
     coupling = [turns[0], turns[1] - turns[0]]
     home = screws.home.copy()
@@ -131,4 +160,5 @@ def with_links_merged(screws: Screws) -> Screws:
         slides=(*screws.slides[:start], False, False),
         coupling=np.vstack([screws.coupling[:start], *coupling]),
         home=home,
+        off=screws.off,
     )

@@ -50,5 +50,7 @@ def solutions_of(problem: IkProblem, proved: kernel.Solutions) -> tuple[IkSoluti
         if not feasible:
             beyond = tuple(name for j, name in enumerate(names) if proved.is_beyond(k, j))
         posture = POSTURES[proved.posture(k)]
-        solutions.append(IkSolution(q, proved.miss(k), feasible, beyond, margin, posture))
+        error = proved.miss(k)
+        exact = error < problem.target.exact
+        solutions.append(IkSolution(q, error, feasible, beyond, margin, posture, 1, exact))
     return tuple(solutions)

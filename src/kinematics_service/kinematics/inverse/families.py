@@ -8,7 +8,9 @@ import numpy.typing as npt
 from ... import kernel
 from ...kernel import Floats
 from ...robot.robot import Robot
+from ...robot.task import least_motion
 from .plan import InversePlan, signed
+from .result import off_motions
 from .search import DistinctSolutions, apart, errors_at, refined
 from .target import IkTarget
 
@@ -76,19 +78,20 @@ def isolated_or_not(
     none = np.zeros(len(found.q), dtype=np.bool_)
     shares = np.empty(len(found.q))
     kernel.pivots(target.residual, plan.scales, found.q, shares)
-    suspect = shares < SUSPECT
-    if not suspect.any():
+    # Joints that never move the rows leave a family at every solution.
+    if not len(plan.idle) and not np.any(shares < SUSPECT):
         return Sorted(found, none, ())
     m = len(found.q)
     sigma, motions = np.zeros((m, n)), np.zeros((m, n, n))
     kernel.free_motions(target.residual, plan.scales, found.q, sigma, motions)
-    singular = sigma[:, -1] < MAYBE_FREE * sigma[:, 0]
+    free = sigma <= np.maximum(MAYBE_FREE * sigma[:, :1], least_motion(robot.chain))
+    singular = free[:, -1]
     if not singular.any():
         return Sorted(found, none, ())
     families: list[SolutionFamily] = []
     isolated = np.ones(m, dtype=bool)
     for k in np.flatnonzero(singular):
-        null = motions[k][sigma[k] < MAYBE_FREE * sigma[k, 0]]
+        null = motions[k][free[k]]
         along = _along(robot, target, plan, found.q[k], null, float(found.errors[k]))
         if len(along):
             isolated[k] = False
@@ -130,20 +133,15 @@ def _merged(plan: InversePlan, families: list[SolutionFamily]) -> list[SolutionF
         for one in kept:
             away = apart(plan, one.q, family.q) / plan.scales
             if one.straight and family.straight and len(one.motions) == len(family.motions):
-                away = away_from_line(plan, away, one.motions)
+                away = apart(
+                    plan, np.zeros_like(away), off_motions(away, one.motions) * plan.scales
+                )
+                away = away / plan.scales
             if np.max(np.abs(away)) < 1e-4:
                 break
         else:
             kept.append(family)
     return kept
-
-
-def away_from_line(plan: InversePlan, away: Floats, motions: Floats) -> Floats:
-    """Return the part of a scaled way (n,) across straight motions, without full turns."""
-    for motion in motions:
-        j = int(np.argmax(np.abs(motion)))
-        away = away - motion * (away[j] / motion[j])
-    return apart(plan, np.zeros_like(away), away * plan.scales) / plan.scales
 
 
 def nearer(

@@ -92,6 +92,8 @@ def _multiples(
     unknown = [Multiple(q, error, 0)]
     n = robot.dof
     J = _weighted_jacobian(robot, target, plan, q)
+    if n > len(J):
+        return unknown
     left, sizes, right = np.linalg.svd(J)
     if n > 1 and sizes[n - 2] < 1e-3 * sizes[0]:
         return unknown

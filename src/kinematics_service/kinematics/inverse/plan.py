@@ -13,15 +13,18 @@ from ... import kernel
 from ...kernel import Floats
 from ...rigid_motion import inverse
 from ...robot.chain import FrozenArrays
+from ...robot.clearance_bounds import Reach, reach_of
 from ...robot.loops import closed_poses
 from ...robot.robot import Robot
-from ...robot.task import ROW_NAMES, seeded_poses
+from ...robot.task import ROW_NAMES, least_motion, seeded_poses
 from ..forward import forward_kinematics
 from .chain_geometry import (
     all_parallel,
+    in_one_direction,
     meeting_point,
     parallel,
     reversed_screws,
+    through,
     with_feet,
     with_links_merged,
 )
@@ -33,6 +36,8 @@ from .target import IDENTITY, residual_of
 POSES = 50
 RANK = 1e-9
 WHOLE = 1e-12
+# What products of some ten matrices, and the steps of a closed form, are off by as a share.
+ROUND_OFF = 2e-15
 # Screws that a joint moves by ratios of no such whole numbers never come back together.
 MOST_TURNS = 1000
 
@@ -67,6 +72,8 @@ class InversePlan(FrozenArrays):
         The middle of the limits, 0 if there are none.
     limits, unlimited : shape (n, 2), rad or m
         The limits, and none.
+    reach, reach_inside
+        What the tool never leaves, whatever the joint positions, and inside the limits.
     """
 
     READ_ONLY: ClassVar = ('scales', 'held', 'idle', 'periods', 'middle', 'limits', 'unlimited')
@@ -83,6 +90,8 @@ class InversePlan(FrozenArrays):
     middle: Floats
     limits: Floats
     unlimited: Floats
+    reach: Reach
+    reach_inside: Reach
 
 
 @functools.lru_cache(maxsize=128)
@@ -103,14 +112,15 @@ def plan_for(robot: Robot, rows: tuple[str, ...], axis: str = '') -> InversePlan
         closed = _closed_form(screws, robot, whole)
     six_joints = None
     isolated = whole and robot.dof == 6 and not redundant and not len(idle)
-    if screws is not None and closed is None and isolated and _one_to_one(screws, robot):
-        six_joints = _six_joints(screws, robot)
+    if closed is None and isolated:
+        six_joints = elimination_of(robot)
     low, high = robot.limits.T
     bounded = np.isfinite(low) & np.isfinite(high)
     middle = np.where(bounded, (np.where(bounded, low, 0.0) + np.where(bounded, high, 0.0)) / 2, 0)
     middle = np.clip(middle, low, high)
     periods = _periods(screws, robot) if screws is not None else _periods_of_loops(robot)
     limits = np.array(robot.limits)
+    unlimited = np.repeat([[-np.inf, np.inf]], robot.dof, axis=0)
     return InversePlan(
         closed=closed,
         six_joints=six_joints,
@@ -123,7 +133,9 @@ def plan_for(robot: Robot, rows: tuple[str, ...], axis: str = '') -> InversePlan
         periods=periods,
         middle=middle,
         limits=limits,
-        unlimited=np.repeat([[-np.inf, np.inf]], robot.dof, axis=0),
+        unlimited=unlimited,
+        reach=reach_of(robot.chain, unlimited),
+        reach_inside=reach_of(robot.chain, limits),
     )
 
 
@@ -139,11 +151,13 @@ def _idle_motions(
     # Of any pose: only what counts of it matters.
     residual = residual_of(robot, IDENTITY, rows, axis)
     kernel.free_motions(residual, scales, q, sigma, motions)
-    rank = int(np.max(np.sum(sigma > RANK * sigma[:, :1], axis=1)))
+    # Where the joints do not move the rows at all, all of it is round-off.
+    least = least_motion(robot.chain)
+    rank = int(np.max(np.sum(sigma > np.maximum(RANK * sigma[:, :1], least), axis=1)))
     # sigma V are the rows of J^T J's root: their common null space is that of all of them.
     moving = (sigma[:, :, None] * motions).reshape(-1, n)
     _, size, right = np.linalg.svd(moving, full_matrices=False)
-    return signed(right[size <= RANK * size[0]]), rank
+    return signed(right[size <= max(RANK * size[0], least)]), rank
 
 
 def signed(motions: Floats) -> Floats:
@@ -225,21 +239,30 @@ def _closed_form(screws: Screws, robot: Robot, whole: bool) -> kernel.ClosedForm
     if robot.dof == 3:
         for form in (screws, with_links_merged(screws)):
             if _one_to_one(form, robot) and _solvable(form):
-                return _closed(kernel.POSITION_3, form, form.tool, False)
+                return _closed(kernel.POSITION_3, with_feet(form), form.tool, False)
     if robot.dof != 6 or not whole or not _one_to_one(screws, robot):
         return None
     for backwards in (False, True):
         form = reversed_screws(screws) if backwards else screws
         wrist = meeting_point(form, (3, 4, 5))
         if wrist is not None and _solvable(form):
+            form = with_feet(through(form, (3, 4, 5), wrist))
             return _closed(kernel.SPHERICAL_WRIST, form, wrist, backwards)
         crossing = meeting_point(form, (4, 5))
         if crossing is not None and _turns_in_a_plane(form):
+            form = in_one_direction(through(form, (4, 5), crossing), (1, 2, 3))
             return _closed(kernel.PARALLEL_AXES, form, crossing, backwards)
     return None
 
 
-def _six_joints(screws: Screws, robot: Robot) -> kernel.SixJoints | None:
+@functools.lru_cache(maxsize=128)
+def elimination_of(robot: Robot) -> kernel.SixJoints | None:
+    """Return how all solutions of six joints are found by elimination, if they can be."""
+    if robot.chain.loops or robot.dof != 6:
+        return None
+    screws = screws_of(robot.chain)
+    if not _one_to_one(screws, robot):
+        return None
     slides = [kind == 'prismatic' for kind in robot.joint_types]
     q = np.ascontiguousarray(seeded_poses(robot.limits, slides)[:POSES])
     return six_joints_of(screws, forward_kinematics(robot, q))
@@ -265,8 +288,7 @@ def _solvable(screws: Screws) -> bool:
     return not (parallel(z1, z2) and parallel(z2, z3))
 
 
-def _closed(way: int, screws: Screws, point: Floats, backwards: bool) -> kernel.ClosedForm:
-    form = with_feet(screws) if way != kernel.PARALLEL_AXES else _same_directions(screws)
+def _closed(way: int, form: Screws, point: Floats, backwards: bool) -> kernel.ClosedForm:
     slides = np.array(form.slides, dtype=np.float64)
     return kernel.ClosedForm(
         way,
@@ -276,14 +298,5 @@ def _closed(way: int, screws: Screws, point: Floats, backwards: bool) -> kernel.
         backwards=backwards,
         to_joints=np.ascontiguousarray(np.linalg.inv(form.coupling)),
         to_screws=np.ascontiguousarray(form.coupling),
+        error=form.off + ROUND_OFF,
     )
-
-
-def _same_directions(screws: Screws) -> Screws:
-    # The closed form of parallel axes needs them in one direction: the others are turned over.
-    axes, coupling = screws.axes.copy(), screws.coupling.copy()
-    for k in (2, 3):
-        sign = np.sign(axes[k] @ axes[1])
-        axes[k] = axes[1]
-        coupling[k] = coupling[k] * sign
-    return Screws(axes, screws.points.copy(), screws.slides, coupling, screws.home.copy())

@@ -8,7 +8,6 @@ import numpy as np
 
 from ...kernel import Floats
 from ...robot.chain import FrozenArrays
-from .target import PROVED
 
 Status = Literal['solved', 'family', 'outside_limits', 'unreachable']
 Method = Literal['closed form', 'algebraic', 'search']
@@ -54,8 +53,8 @@ class IkSolution(FrozenArrays):
         Read-only.
     residual
         The remaining error by forward kinematics: norm of the position error (m) and of the
-        rotation vector times the arm's length, over the wanted rows. Above 1e-10 the target is
-        met to within the tolerance only: see `exact`.
+        rotation vector times the arm's length, over the wanted rows. Where it is not
+        `exact`, the target is met to within the tolerance only.
     feasible
         Whether every joint is inside its limits.
     beyond
@@ -67,6 +66,8 @@ class IkSolution(FrozenArrays):
     multiplicity
         How many solutions have become this one: 1 but at singular positions; 0 where that is not
         known.
+    exact
+        Whether the target is met to round-off, rather than to within the tolerance.
     """
 
     READ_ONLY: ClassVar = ('q',)
@@ -78,11 +79,7 @@ class IkSolution(FrozenArrays):
     margin: float
     posture: Posture
     multiplicity: int = 1
-
-    @property
-    def exact(self) -> bool:
-        """Return whether the target is met to round-off, rather than to within the tolerance."""
-        return self.residual < PROVED
+    exact: bool = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,11 +129,24 @@ class IkFamily(FrozenArrays):
         """Return how far joint positions (n,) are from the family, in rad; see `contains`."""
         away = np.asarray(q) - self.q
         if self.straight:
-            # A turn of a joint that moves changes nothing; the others are compared after it.
-            for motion in self.motions * self.scales:
-                j = int(np.argmax(np.abs(motion)))
-                away = away - motion * (away[j] / motion[j])
+            away = off_motions(away, self.motions * self.scales)
         return float(np.max(np.abs(_wrapped(away, self.periods) / self.scales)))
+
+
+def off_motions(away: Floats, motions: Floats) -> Floats:
+    """
+    Return a way (n,) without some multiples of motions (k, n), so that k joints are not on it.
+
+    A full turn of one of those changes nothing; the others are compared after it.
+    """
+    left = motions.copy()
+    for i in range(len(left)):
+        j = int(np.argmax(np.abs(left[i])))
+        away = away - left[i] * (away[j] / left[i, j])
+        for k in range(len(left)):
+            if k != i:
+                left[k] = left[k] - left[i] * (left[k, j] / left[i, j])
+    return np.asarray(away)
 
 
 def _wrapped(away: Floats, periods: Floats) -> Floats:
@@ -186,12 +196,14 @@ class IkResult(Sequence[IkSolution]):
         The same in a sentence.
     method
         `closed form` and `algebraic`: all there are (the latter counts the complex solutions of
-        six joints, too, until none is missing). `search`: all that many starts found.
+        six joints, too, until none is missing; an arm with a closed form has them so where that is
+        in doubt). `search`: all that many starts found.
     nearest
         The nearest pose, where no solution is inside the limits; of a family its representative.
     complete
         Whether there are others of what was asked for (with or without those outside the limits).
-        `proved`: there are none, but for what round-off hides. `found`: none was found. `partial`:
+        `proved`: there are none, each step that led to the solutions having been farther from
+        singular than it may be off by. `found`: none was found. `partial`:
         others were not looked for, as with `all_solutions=False` and for redundant arms.
     roots
         How many complex solutions were found and certified, and how many there can be, each

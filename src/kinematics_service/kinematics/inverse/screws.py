@@ -30,6 +30,9 @@ class Screws(FrozenArrays):
         Motion of each screw per joint.
     home : shape (4, 4)
         The tool's pose with every joint at zero.
+    off
+        How far they are from those of the arm at most: rad, and as a share of its size. More than
+        round-off where what was nearly so was made exactly so.
     """
 
     READ_ONLY: ClassVar = ('axes', 'points', 'coupling', 'home')
@@ -39,6 +42,7 @@ class Screws(FrozenArrays):
     slides: tuple[bool, ...]
     coupling: Floats
     home: Floats
+    off: float = 0.0
 
     @property
     def tool(self) -> Floats:

@@ -16,6 +16,7 @@ from .algebraic import Eliminated, eliminated_solutions, solutions_beside
 from .answer import (
     LEFT_FREE,
     answer,
+    beyond,
     inside_limits,
     moving_joints,
     nearest_pose,
@@ -26,7 +27,7 @@ from .closed import NO_POSTURE, closed_solutions, solutions_of
 from .families import SUSPECT, isolated_or_not, tangent
 from .first import first_solution
 from .multiple import with_multiplicities
-from .plan import plan_for
+from .plan import elimination_of, plan_for
 from .problem import IkProblem, near_or_middle
 from .redundant import dimension, redundant_family
 from .result import IkFamily, IkResult, Method
@@ -86,7 +87,7 @@ def inverse_kinematics(
         can be exact, one that is not is looked for only if no exact one is inside the limits. Arms
         that move the tool in fewer ways than count meet no rounded target exactly; of those all
         solutions within the tolerance are returned. Each is where its residual is least. 0: only
-        exact ones (to 1e-10 m).
+        exact ones (to 1e-10 m; of arms smaller than 1 mm, to 1e-7 of their reach).
 
     Raises
     ------
@@ -116,6 +117,17 @@ def inverse_kinematics(
 
 
 def _exact_or_near(problem: IkProblem, respect_limits: bool) -> IkResult:
+    result = _within_tolerance(problem, respect_limits)
+    if result.status != 'unreachable':
+        return result
+    # Joints that slide reach less far inside their limits.
+    plan = problem.plan
+    reach = plan.reach_inside if respect_limits else plan.reach
+    said = beyond(problem.target, problem.robot, reach)
+    return replace(result, reason=said, complete='proved') if said else result
+
+
+def _within_tolerance(problem: IkProblem, respect_limits: bool) -> IkResult:
     result = _all(problem, respect_limits)
     nearest, target = result.nearest, problem.target
     if nearest is None or result.status == 'family' or not target.is_near_at(nearest.q):
@@ -127,33 +139,76 @@ def _exact_or_near(problem: IkProblem, respect_limits: bool) -> IkResult:
 
 def _all(problem: IkProblem, respect_limits: bool) -> IkResult:
     robot, target, plan, near, _ = problem
-    best = LeastError(near, np.inf)
     if plan.redundant:
+        out = _beyond_reach(problem)
+        if out is not None:
+            return out
         family, best = redundant_family(robot, target, plan, near, problem.random())
         alone = () if family is None else (family,)
         nothing = DistinctSolutions(np.empty((0, robot.dof)), np.empty(0))
         result = result_of(problem, nothing, alone, 'search', best, respect_limits)
         return replace(result, complete='partial') if alone else result
-    method: Method = 'closed form'
-    roots: tuple[int, int] | None = None
     if plan.closed is not None:
-        proved = closed_solutions(problem, plan.closed, False)
-    else:
-        if plan.six_joints is None:
-            return _searched(problem, respect_limits)
-        eliminated = eliminated_solutions(problem, plan.six_joints)
-        if not eliminated.all_found:
-            return _degenerate(problem, plan.six_joints, eliminated, respect_limits)
-        proved, roots = eliminated.solutions, eliminated.roots
-        method = _method_of(plan.six_joints)
-    if proved.count and min(map(proved.share, range(proved.count))) >= SUSPECT:
+        closed = closed_solutions(problem, plan.closed, False)
+        if closed.sure:
+            return _proved(problem, closed, 'closed form', respect_limits)
+        return _unsure(problem, closed, respect_limits)
+    if plan.six_joints is None:
+        return _searched(problem, respect_limits)
+    eliminated = eliminated_solutions(problem, plan.six_joints)
+    if not eliminated.all_found:
+        return _degenerate(problem, plan.six_joints, eliminated, respect_limits)
+    return _all_eliminated(problem, plan.six_joints, eliminated, respect_limits)
+
+
+def _all_eliminated(
+    problem: IkProblem, arm: kernel.SixJoints, eliminated: Eliminated, respect_limits: bool
+) -> IkResult:
+    method = _method_of(arm)
+    return _proved(problem, eliminated.solutions, method, respect_limits, eliminated.roots)
+
+
+def _proved(
+    problem: IkProblem,
+    proved: kernel.Solutions,
+    method: Method,
+    respect_limits: bool,
+    roots: tuple[int, int] | None = None,
+) -> IkResult:
+    # All there are, unless some that are nearly singular turn out to be families.
+    simple = proved.sure or all(proved.share(k) >= SUSPECT for k in range(proved.count))
+    if proved.count and simple:
         solutions = solutions_of(problem, proved)
         inside = tuple(solution for solution in solutions if solution.feasible)
         if inside:
             wanted = inside if respect_limits else solutions
             reason = inside_limits(len(inside), 0)
             return IkResult(wanted, (), 'solved', reason, method, None, 'proved', roots)
+    best = LeastError(problem.near, np.inf)
     return answer(problem, _found(proved), method, best, respect_limits, roots)
+
+
+def _unsure(problem: IkProblem, closed: kernel.Solutions, respect_limits: bool) -> IkResult:
+    # Solutions may be missing: a step of the closed form is singular but for its errors, or these
+    # are large, which elimination need not mind.
+    known, best = _found(closed), LeastError(problem.near, np.inf)
+    if closed.count:
+        result = answer(problem, known, 'closed form', best, respect_limits)
+        if result.families:
+            return result
+    arm = elimination_of(problem.robot) if closed.regular else None
+    if arm is not None:
+        eliminated = eliminated_solutions(problem, arm)
+        if eliminated.all_found:
+            return _all_eliminated(problem, arm, eliminated, respect_limits)
+        known = _joined(known, _found(eliminated.solutions))
+    return _searched(problem, respect_limits, known)
+
+
+def _joined(some: DistinctSolutions, others: DistinctSolutions) -> DistinctSolutions:
+    return DistinctSolutions(
+        np.concatenate([some.q, others.q]), np.concatenate([some.errors, others.errors])
+    )
 
 
 def _degenerate(
@@ -164,13 +219,7 @@ def _degenerate(
     home = inverse(screws_of(robot.chain).home)
     beside, certified = solutions_beside(problem, arm, home)
     simple, certified = _found(eliminated.solutions), max(certified, eliminated.roots[0])
-    known, _ = distinct(
-        checked,
-        plan,
-        DistinctSolutions(
-            np.concatenate([simple.q, beside.q]), np.concatenate([simple.errors, beside.errors])
-        ),
-    )
+    known, _ = distinct(checked, plan, _joined(simple, beside))
     isolated, singular, families = isolated_or_not(robot, checked, plan, known)
     if not families:
         found = with_multiplicities(robot, checked, plan, isolated, singular)
@@ -191,11 +240,23 @@ def _searched(
     problem: IkProblem, respect_limits: bool, known: DistinctSolutions | None = None
 ) -> IkResult:
     robot, checked, plan, near, _ = problem
+    out = _beyond_reach(problem)
+    if out is not None:
+        return out
     # Beyond the limits of a machine with loops these close seldom, and its turns are no periods:
     # what is there would be met once in many starts, of which each takes long.
     inside = plan.limits if respect_limits and robot.chain.loops else plan.unlimited
     found, best = search(robot, checked, plan, near, problem.random(), inside, known)
     return answer(problem, reached(checked, found), 'search', best, respect_limits)
+
+
+def _beyond_reach(problem: IkProblem) -> IkResult | None:
+    # The answer to a target farther away than the lengths of the arm let the tool be; None if not.
+    if not beyond(problem.target, problem.robot, problem.plan.reach):
+        return None
+    nothing = DistinctSolutions(np.empty((0, problem.robot.dof)), np.empty(0))
+    best = LeastError(problem.near, np.inf)
+    return result_of(problem, nothing, (), 'closed form', best, True)
 
 
 def _found(proved: kernel.Solutions) -> DistinctSolutions:
@@ -226,11 +287,11 @@ def _one(problem: IkProblem, proved: kernel.Solutions) -> IkResult:
         )
         nearest = nearest_pose(problem, continuum.q, error)
         joints = ', '.join(continuum.joints)
-        reason = LEFT_FREE + joints + not_exact(error)
+        reason = LEFT_FREE + joints + not_exact(target, error)
         return IkResult((), (continuum,), 'family', reason, method, nearest, 'partial')
     if proved.share(0) < SUSPECT:
         # Perhaps not isolated.
         result = answer(problem, _found(proved), method, LeastError(near, np.inf), True)
         return replace(result, complete='partial')
-    reason = f'a solution inside the limits{not_exact(error)}; others were not looked for'
+    reason = f'a solution inside the limits{not_exact(target, error)}; others were not looked for'
     return IkResult(solutions_of(problem, proved), (), 'solved', reason, method, None, 'partial')

@@ -20,8 +20,9 @@ IDENTITY = np.eye(4)
 # Of a pose and of a position.
 SHAPES = ((4, 4), (3,))
 TOOL_AXES = ('x', 'y', 'z')
-# Largest error of a solution that is exact: forward kinematics meets the target to round-off (m).
-PROVED = 1e-10
+# Largest error of a solution that is exact: forward kinematics meets the target to round-off (m);
+# of very small and very large arms so much of their reach at most, and at least.
+PROVED, OF_SMALL, OF_LARGE = 1e-10, 1e-7, 1e-13
 
 
 class IkTarget(NamedTuple):
@@ -42,6 +43,8 @@ class IkTarget(NamedTuple):
         How far off the tool may be, m and rad.
     bound
         The residual of a tool so far off in both, m.
+    exact
+        Largest residual of a solution that is exact, m.
     proved
         Largest residual of a solution, m.
     """
@@ -52,7 +55,8 @@ class IkTarget(NamedTuple):
     residual: kernel.Residual
     tolerance: float
     bound: float
-    proved: float = PROVED
+    exact: float
+    proved: float
 
     @property
     def equations(self) -> int:
@@ -66,7 +70,7 @@ class IkTarget(NamedTuple):
 
     def is_reached_at(self, q: Floats, residual: float) -> bool:
         """Return whether joint positions (n,) with a residual (m) are a solution."""
-        if residual < PROVED:
+        if residual < self.exact:
             return True
         return residual < self.proved and self.is_near_at(q)
 
@@ -76,7 +80,7 @@ class IkTarget(NamedTuple):
 
     def within_tolerance(self) -> 'IkTarget':
         """Return the target with solutions that meet it to within the tolerance."""
-        return self._replace(proved=max(self.bound, PROVED))
+        return self._replace(proved=max(self.bound, self.exact))
 
 
 def ik_target_of(
@@ -167,7 +171,16 @@ def ik_target_of(
         pose[:3, :3] = left @ right
     residual = residual_of(robot, pose, ordered, axis or '')
     bound = math.hypot(1.0, robot.task.length) * tolerance
-    return IkTarget(ordered, axis or '', pose, residual, tolerance, bound)
+    _, exact = _sizes(robot)
+    return IkTarget(ordered, axis or '', pose, residual, tolerance, bound, exact, exact)
+
+
+@functools.lru_cache(maxsize=128)
+def _sizes(robot: Robot) -> tuple[float, float]:
+    # The arm's reach, and how far off an exact solution is at most, m. Where the tool never leaves
+    # frame 0 the length is that of a unit.
+    reach = max(robot.task.reach, robot.task.length)
+    return reach, min(max(PROVED, OF_LARGE * reach), OF_SMALL * reach)
 
 
 def residual_of(
@@ -176,7 +189,8 @@ def residual_of(
     """Return the residual of the tool against a pose (4, 4), in what counts of it."""
     weights = _weights(robot.task.length, rows + ROW_NAMES[3:] if axis else rows)
     tool_axis = TOOL_AXES.index(axis) if axis else -1
-    return kernel.Residual(robot.chain, pose, robot.task.rotation, weights, tool_axis)
+    reach, _ = _sizes(robot)
+    return kernel.Residual(robot.chain, pose, robot.task.rotation, weights, tool_axis, reach)
 
 
 @functools.lru_cache(maxsize=128)
