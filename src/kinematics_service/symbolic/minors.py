@@ -1,6 +1,7 @@
 """The common factors of all minors of the task rows, and the rest of each minor."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -35,16 +36,33 @@ def product_of(minors: Minors, arithmetic: Arithmetic) -> tuple[Factored, list[L
         return first, []
     common: list[RealFactor] = []
     for factor in first.factors:
-        power = 0
-        while power < factor.power:
-            quotients = [divided(value, factor.value) for value in values]
-            left = [quotient for quotient in quotients if quotient is not None]
-            if len(left) < len(values):
-                break
-            values, power = left, power + 1
+        if factor.alone:
+            common.append(factor)
+            continue
+        power, values = _often_divided(values, factor.value, factor.power)
         if power:
-            common.append(RealFactor(factor.value, power))
+            common.append(replace(factor, power=power))
+        # A product of two halves that does not divide all of them: one of the two may.
+        for half in factor.halves:
+            more, rests = _often_divided(values, half, factor.power - power)
+            if more:
+                common.append(RealFactor(half, more, alone=arithmetic.ring.parts == 1))
+                values = rests
     return Factored(arithmetic.ring.number(1), tuple(common), first.complete), values
+
+
+def _often_divided(
+    values: list[Laurent], factor: Laurent, most: int
+) -> tuple[int, list[Laurent]]:
+    # How often all are divided by a factor, and what is left of them.
+    power = 0
+    while power < most:
+        quotients = [divided(value, factor) for value in values]
+        left = [quotient for quotient in quotients if quotient is not None]
+        if len(left) < len(values):
+            break
+        values, power = left, power + 1
+    return power, values
 
 
 def remainder_of(rests: Sequence[Laurent], writer: Writer, arithmetic: Arithmetic) -> Any:

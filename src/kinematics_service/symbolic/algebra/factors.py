@@ -6,6 +6,7 @@ coefficients are complex. So: turn the generators by quarter turns until every c
 factor over the integers, turn back, and multiply the halves that belong together.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -16,7 +17,7 @@ from sympy.polys.domains import ZZ, ZZ_I
 from sympy.polys.rings import ring as polynomial_ring
 
 from .arithmetic import Arithmetic
-from .half_factors import Terms, paired, upright
+from .half_factors import Terms, paired, upright, upright_half
 from .laurent import Laurent, from_terms
 from .quotient import quotient_constant
 
@@ -31,10 +32,22 @@ MOST_ALONE = 100
 
 @dataclass(frozen=True)
 class RealFactor:
-    """A factor and how often it stands in the product."""
+    """
+    A factor and how often it stands in the product.
+
+    Attributes
+    ----------
+    halves
+        Of a product of two factors of half angles these; empty for others. They are real in a
+        ring with half angles.
+    alone
+        As `half_factors.Whole` has it.
+    """
 
     value: Laurent
     power: int
+    halves: tuple[Laurent, ...] = ()
+    alone: bool = False
 
 
 @dataclass(frozen=True)
@@ -67,8 +80,15 @@ def factored(value: Laurent, arithmetic: Arithmetic) -> Factored:
     if pieces is None:
         return _whole(value, arithmetic, complete)
     halves = [(_turned_back(piece, polynomial, value), power) for piece, power in pieces]
-    real = paired(halves, arithmetic)
-    factors = [RealFactor(upright(factor, arithmetic), power) for factor, power in real]
+    factors = [
+        RealFactor(
+            upright(whole.terms, arithmetic),
+            whole.power,
+            tuple(upright_half(half, arithmetic) for half in whole.halves),
+            whole.alone,
+        )
+        for whole in paired(halves, arithmetic)
+    ]
     moving = [f for f in factors if _moves(f.value, arithmetic)]
     moving += _sliding_monomials(value, arithmetic)
     constant = quotient_constant(value, _product(moving, arithmetic), arithmetic)
@@ -117,18 +137,29 @@ def _whole(value: Laurent, arithmetic: Arithmetic, complete: bool) -> Factored:
 
 @dataclass(frozen=True)
 class _Polynomial:
-    # A sympy polynomial over the integers, the exponents taken off, and the quarter turns.
+    # A sympy polynomial over the integers, the exponents taken off and divided by those of whole
+    # angles, and the quarter turns.
     element: Any
     turns: tuple[int, ...]
+    steps: tuple[int, ...]
 
     @classmethod
     def of(cls, value: Laurent) -> '_Polynomial | None':
         terms = value.terms()
+        generators = value.ring.generators
+        n = len(generators)
+        lowest = [min(e[k] for e in terms) for k in range(n)]
+        steps = [
+            1 if g.kind == 'number' else math.gcd(value.ring.parts, *(e[k] - low for e in terms))
+            for k, (g, low) in enumerate(zip(generators, lowest))
+        ]
+        terms = {
+            tuple((x - low) // step for x, low, step in zip(e, lowest, steps)): c
+            for e, c in terms.items()
+        }
         turns = _quarter_turns(terms)
         if turns is None:
             return None
-        n = len(value.ring.generators)
-        lowest = [min(e[k] for e in terms) for k in range(n)]
         names = [f'x{k}' for k in range(n)]
         R, *_ = polynomial_ring(names, ZZ)
         whole, phase = {}, None
@@ -136,8 +167,8 @@ class _Polynomial:
             turned = sum(t * e for t, e in zip(turns, exponents)) + (1 if b else 0)
             phase = turned % 2 if phase is None else phase
             sign = 1 if (turned - phase) % 4 == 0 else -1
-            whole[tuple(e - low for e, low in zip(exponents, lowest))] = ZZ(sign * (a or b))
-        return cls(R.from_dict(whole), turns)
+            whole[exponents] = ZZ(sign * (a or b))
+        return cls(R.from_dict(whole), turns, tuple(steps))
 
 
 def _quarter_turns(terms: Terms) -> tuple[int, ...] | None:
@@ -229,7 +260,8 @@ def _turned_back(piece: Any, polynomial: _Polynomial, value: Laurent) -> Terms:
     for exponents, c in piece.terms():
         quarter = -sum(t * e for t, e in zip(polynomial.turns, exponents)) % 4
         c = int(c)
-        terms[tuple(exponents)] = ((c, 0), (0, c), (-c, 0), (0, -c))[quarter]
+        inflated = tuple(e * step for e, step in zip(exponents, polynomial.steps))
+        terms[inflated] = ((c, 0), (0, c), (-c, 0), (0, -c))[quarter]
     assert len(value.ring.generators) >= len(next(iter(terms)))
     return terms
 
