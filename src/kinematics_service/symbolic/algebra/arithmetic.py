@@ -40,6 +40,9 @@ class Arithmetic:
     units
         exp(i theta / unit) is the generator of a joint variable: the ring's parts, times what
         gear ratios ask for.
+    steps
+        The exponents of that generator are multiples of this: of the parts, times what the rows
+        that turn by a multiple of the joint's angle have in common.
     offsets
         theta = q + offset of each joint variable, rad: 0 but where the rows' offset is no number
         of quarter turns. In theta such an arm is as short as one without offsets.
@@ -50,6 +53,7 @@ class Arithmetic:
     ring: Ring
     names: Names
     units: Mapping[Any, int]
+    steps: Mapping[Any, int]
     offsets: Mapping[Any, Any]
     angles: Mapping[Any, Any]
 
@@ -172,12 +176,18 @@ def arithmetic_of(description: RobotDescription, names: Names, parts: int = 1) -
                     )
     offsets = _offsets(turns, names)
     units = {variable: parts * unit for variable, unit in units.items()}
-    arithmetic = Arithmetic(Ring(parts), names, units, offsets, _angles(offsets, names))
+    steps = {v: _step(v, unit, turns) for v, unit in units.items()}
+    arithmetic = Arithmetic(Ring(parts), names, units, steps, offsets, _angles(offsets, names))
     for variable in names.variables:
         arithmetic.angle_index(variable)
     for variable in names.variables:
         arithmetic.ring.index('number', variable)
     return arithmetic
+
+
+def _step(variable: Any, unit: int, turns: Sequence[Affine]) -> int:
+    exponents = [int(factors[variable] * unit) for _, factors in turns if variable in factors]
+    return math.gcd(*exponents) or unit
 
 
 def _offsets(turns: Sequence[Affine], names: Names) -> dict[Any, Any]:

@@ -1,7 +1,7 @@
 """Factors of half angles put together to whole ones, and made real."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from .arithmetic import Arithmetic
@@ -28,27 +28,26 @@ class Whole:
     halves
         The two factors it is a product of where half a turn of an angle makes one of the other, as
         sin q is one of sin q/2 and cos q/2.
-    alone
-        Whether it holds a factor of half angles whose partner by half a turn is not there as
-        often: put together they are no single family.
+    splits
+        Whether the halves are real without half angles, as those of cos 2q are: where a row turns
+        by twice a joint's angle.
     """
 
     terms: Terms
     power: int
     halves: tuple[Terms, ...] = ()
-    alone: bool = False
+    splits: bool = False
 
 
-def paired(halves: list[tuple[Terms, int]], arithmetic: Arithmetic) -> list[Whole]:
+def paired(halves: list[tuple[Terms, int]], arithmetic: Arithmetic) -> list[Whole] | None:
     """
-    Return whole factors of the irreducible ones.
+    Return whole factors of the irreducible ones; None where one is of half angles and stays alone.
 
     Those of even degree in every angle are whole. The others come in pairs: with the factor that
-    half a turn of an odd angle makes of them, or with their conjugate. What is left over is put
-    together somehow: in a ring with half angles nothing is.
+    half a turn of an odd angle makes of them, or with their conjugate, each as often as the other.
     """
     indices, parts = _angle_indices(arithmetic), arithmetic.ring.parts
-    joints = [arithmetic.angle_index(v) for v in arithmetic.names.variables]
+    joints = {arithmetic.angle_index(v): arithmetic.steps[v] for v in arithmetic.names.variables}
     open_ = dict(enumerate(halves))
     singles: list[Whole] = []
     result: list[Whole] = []
@@ -56,20 +55,20 @@ def paired(halves: list[tuple[Terms, int]], arithmetic: Arithmetic) -> list[Whol
         k, (terms, power) = next(iter(open_.items()))
         del open_[k]
         whole = _is_whole(terms, indices)
-        turned = _half_turned(terms, joints, parts)
+        turned = _half_turned(terms, joints)
         wanted = [] if whole else [_conjugate(terms, indices)]
         wanted += [] if turned is None else [turned]
         partner = next((j for j, o in open_.items() if _fits(o, wanted, terms, power, indices)), -1)
         if partner >= 0:
             other, _ = open_.pop(partner)
             is_turned = turned is not None and _proportional(turned, other)
-            result.append(
-                Whole(_times(terms, other), power, (terms, other) if is_turned else ())
-            )
+            halves = (terms, other) if is_turned else ()
+            splits = is_turned and not any(_turns(terms, k) // parts % 2 for k in indices)
+            result.append(Whole(_times(terms, other), power, halves, splits=splits))
         elif whole:
             singles.append(Whole(terms, power))
         else:
-            result += _put_together(terms, power, open_, indices)
+            return None
     return singles + result
 
 
@@ -87,44 +86,27 @@ def _fits(
     )
 
 
-def _put_together(
-    terms: Terms, power: int, open_: dict[int, tuple[Terms, int]], indices: Sequence[int]
-) -> list[Whole]:
-    # With another one, as often as both are there, or with itself.
-    partner = next(
-        (j for j, (o, _) in open_.items() if _is_whole(_times(terms, o), indices)), None
-    )
-    if partner is None:
-        square = _times(terms, terms)
-        return [Whole(*((square, power // 2) if power % 2 == 0 else (terms, power)), alone=True)]
-    other, other_power = open_.pop(partner)
-    shared = min(power, other_power)
-    if power > shared:
-        open_[len(open_) + max(open_, default=0) + 1] = (terms, power - shared)
-    if other_power > shared:
-        open_[partner] = (other, other_power - shared)
-    return [Whole(_times(terms, other), shared, alone=True)]
-
-
 def _is_whole(terms: Terms, indices: Sequence[int]) -> bool:
     return not any(d % 2 for d in _degrees(terms, indices)) and _proportional(
         _conjugate(terms, indices), terms
     )
 
 
-def _half_turned(terms: Terms, indices: Sequence[int], parts: int) -> Terms | None:
-    # One of the joint angles of odd degree is turned by half a turn (two of a sum would be a full one);
-    # None where there is none.
-    for k in indices:
-        lowest, highest = min(e[k] for e in terms), max(e[k] for e in terms)
-        if (highest - lowest) % (2 * parts) == parts and all(
-            (e[k] - lowest) % parts == 0 for e in terms
-        ):
+def _half_turned(terms: Terms, joints: Mapping[int, int]) -> Terms | None:
+    # One of the joint angles of odd degree is turned by half a turn (two of a sum would be a full
+    # one); None where there is none.
+    for k, step in joints.items():
+        lowest = min(e[k] for e in terms)
+        if _turns(terms, k) % (2 * step) == step and all((e[k] - lowest) % step == 0 for e in terms):
             return {
-                e: (a, b) if (e[k] - lowest) % (2 * parts) == 0 else (-a, -b)
+                e: (a, b) if (e[k] - lowest) % (2 * step) == 0 else (-a, -b)
                 for e, (a, b) in terms.items()
             }
     return None
+
+
+def _turns(terms: Terms, k: int) -> int:
+    return max(e[k] for e in terms) - min(e[k] for e in terms)
 
 
 def _conjugate(terms: Terms, indices: Sequence[int]) -> Terms:
@@ -187,9 +169,9 @@ def upright(terms: Terms, arithmetic: Arithmetic) -> Laurent:
 
     e = next(iter(moved))
     (a, b), (c, d) = moved[e], moved[mirrored(e)]
-    # g = u f with u c(e) conjugate to u c(-e): u^2 = conj(c(-e)) / c(e), a unit; all of ours are
-    # powers of i times 1 + i at most.
-    for p, q in ((1, 0), (0, 1), (1, 1), (1, -1)):
+    # g = u f with u c(e) conjugate to u c(-e): u^2 = conj(c(-e)) / c(e), a unit; most of ours are
+    # powers of i times 1 + i. conj(c(e) + c(-e)) always does where it is not 0, when i does.
+    for p, q in ((1, 0), (0, 1), (1, 1), (1, -1), (a + c, -b - d)):
         one = (p * a - q * b, p * b + q * a)
         two = (p * c - q * d, p * d + q * c)
         if one == (two[0], -two[1]):
