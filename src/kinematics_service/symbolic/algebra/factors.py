@@ -24,7 +24,7 @@ from .laurent import Laurent, from_terms
 from .quotient import quotient_constant
 
 # Random lines a polynomial is cut with; one on which it does not factor shows that it does not.
-LINES = 3
+LINES = 8
 SEED = 1955
 # Above this many terms the full factoring, whose time grows steeply, is not tried.
 MOST_TERMS = 6000
