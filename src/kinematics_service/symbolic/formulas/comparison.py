@@ -145,6 +145,9 @@ def compare(robot: Robot, text: str) -> Comparison:
                 solutions.append(check)
         except FormulaError as fault:
             faults.append(_located(fault, statement))
+        except RecursionError:
+            message = f'{statement.name}: the formula is nested too deep'
+            faults.append(FormulaError(message, statement.line, 1))
     verdicts = _with_the_others(verdicts, solutions)
     claims = [statement for statement in understood.statements if statement.kind == 'claim']
     if claims and names.table.passive:
@@ -235,12 +238,14 @@ def _verdict(check: Check) -> Verdict:
 
 def _rounded(check: Check) -> tuple[str, ...]:
     # Printed numbers are compared to their last digit, and that is said.
-    if not check.statement.decimals:
+    if not check.statement.decimals and not check.statement.rounded:
         return ()
     worst = float(np.max(check.gap(check.person, check.right)))
     if worst <= ROUND_OFF:
         return ()
     places = check.statement.decimals
+    if not places:
+        return (f'to the decimals given; the largest difference is {worst:.2g}',)
     return (f'to the {places} decimals given; the largest difference is {worst:.2g}',)
 
 
@@ -332,7 +337,12 @@ def _rotation_facts(R: Floats) -> list[str]:
 
 def _branch(check: SolutionCheck) -> list[str]:
     share = check.share
-    if share >= 1.0 or bool(check.wrong.any()):
+    if share >= 1.0:
+        return []
+    if bool(check.wrong.any()):
+        slides = 'prismatic' in check.names.table.joint_types
+        if slides and check.is_other_branch(None):
+            return ['gives another branch, with a length outside its limits']
         return []
     if share < BRANCH:
         return [

@@ -9,7 +9,6 @@ from itertools import product
 from typing import Any, TypeAlias
 
 import numpy as np
-import sympy as sp  # type: ignore[import-untyped]
 
 from ....kernel import Integers
 from ..arm.numbers import DEGREE, Floats
@@ -29,8 +28,8 @@ HIT = 1e-7
 # Another branch is one at nearly every pose; starts and steps that find it where there is one.
 MOST_POSES = 0.9
 STARTS = 24
-FIRST_STARTS = 6  # none at any pose: there is none
-STEPS = 40
+FIRST_STARTS = 4  # none at any pose: there is none
+STEPS = 20
 SEED = 1955
 # Poses at which another branch is looked for, and choices among several formulas of each joint.
 ASKED = 40
@@ -298,40 +297,26 @@ class SolutionCheck(Check):
     @cached_property
     def wrong(self) -> Mask:
         """Return whether the formula is wrong, shape (1, 1)."""
-        alone = self.share < BRANCH if self.is_branch is None else not self.is_branch
-        return np.array([[self.share < 1.0 and alone]])
+        return np.array([[self.share < BRANCH and not self.is_other_branch(self.robot.limits)]])
 
-    @cached_property
-    def is_branch(self) -> bool | None:
+    def is_other_branch(self, limits: Limits | None) -> bool:
         """
-        Return whether the formula, where it is not the joint's value, is that of another solution.
+        Return whether the other joints can bring the tool to its place with this joint so.
 
-        With the joint so, the others can bring the tool to its place: the joints that stand in
-        the formula keep their values, and lengths stay inside their limits. None where that says
-        nothing, as the other joints always can.
+        The joints that stand in the formula keep their values, and lengths stay inside the limits
+        where such are given. Asked only where that is more than the other joints can always do.
         """
-        joint = self.statement.joint
+        joint, table = self.statement.joint, self.names.table
         here = self.in_radians(self.person[:, 0, 0])
-        away = np.isfinite(here) & ~self.hits(self.person[:, 0, 0])
-        if self.share < BRANCH and np.mean(np.isfinite(here)) < MOST_POSES:
-            return False
-        table = self.names.table
+        good = np.isfinite(here)
         held = self.expressions.free_symbols
         free = [k for k, v in enumerate(table.variables) if k != joint and v not in held]
         search = PoseSearch(table, self.poses, self.is_about_the_pose, free)
-        if search.is_redundant:
-            return None
-        limits = None if self.share >= BRANCH else self.robot.limits
-        asked = np.flatnonzero(away)[:ASKED]
-        if not len(asked):
-            return None
-        wanted = np.isin(np.arange(self.poses.count), asked)
-        reached = search.reached({self.variable: here}, wanted, limits)
-        is_branch = bool(np.mean(reached[asked]) >= MOST_POSES)
-        # An arctangent without quadrants is right up to half a turn, and that is said.
-        if not is_branch and self.share >= BRANCH and self.expressions.has(sp.atan):
-            return None
-        return is_branch
+        if np.mean(good) < MOST_POSES or search.is_redundant:
+            return False
+        asked = np.isin(np.arange(self.poses.count), np.flatnonzero(good)[:ASKED])
+        reached = search.reached({self.variable: here}, asked, limits)
+        return bool(np.mean(reached[asked]) >= MOST_POSES)
 
     def passes(self, i: int, j: int, expression: Any) -> bool:
         """Return whether another formula gives the joint back at enough poses."""
