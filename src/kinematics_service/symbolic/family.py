@@ -169,8 +169,8 @@ def _roots(solved: _Solved, writer: Writer) -> tuple[tuple[Any, ...], Any]:
     if exists == sympy.false:
         return (), exists
     # acos of 1 and of -1 are one solution, not two.
-    roots = (phase + inner + turns, phase - inner + turns)
-    roots = roots[:1] if inner in (0, sympy.pi) else roots
+    signs = (1,) if inner in (0, sympy.pi) else (1, -1)
+    roots = tuple(phase + sign * inner + turns for sign in signs)
     return roots, None if exists == sympy.true else exists
 
 

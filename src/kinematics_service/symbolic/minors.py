@@ -51,9 +51,7 @@ def product_of(minors: Minors, arithmetic: Arithmetic) -> tuple[Factored, list[L
     return Factored(arithmetic.ring.number(1), tuple(common), first.complete), values
 
 
-def _often_divided(
-    values: list[Laurent], factor: Laurent, most: int
-) -> tuple[int, list[Laurent]]:
+def _often_divided(values: list[Laurent], factor: Laurent, most: int) -> tuple[int, list[Laurent]]:
     # How often all are divided by a factor, and what is left of them.
     power = 0
     while power < most:

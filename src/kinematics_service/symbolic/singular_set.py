@@ -291,8 +291,7 @@ def singular_factors(
                 name,
                 expression,
                 factor.power,
-                not factor.splits
-                and (product.complete or stays_whole(factor.value, arithmetic)),
+                not factor.splits and (product.complete or stays_whole(factor.value, arithmetic)),
                 family,
                 seen.rank,
                 seen.lost.text if seen.lost else None,

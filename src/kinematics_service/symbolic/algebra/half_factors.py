@@ -1,7 +1,7 @@
 """Factors of half angles put together to whole ones, and made real."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from .arithmetic import Arithmetic
@@ -47,7 +47,11 @@ def paired(halves: list[tuple[Terms, int]], arithmetic: Arithmetic) -> list[Whol
     half a turn of an odd angle makes of them, or with their conjugate, each as often as the other.
     """
     indices, parts = _angle_indices(arithmetic), arithmetic.ring.parts
-    joints = {arithmetic.angle_index(v): arithmetic.steps[v] for v in arithmetic.names.variables}
+    joints = [
+        (arithmetic.angle_index(v), step)
+        for v in arithmetic.names.variables
+        for step in dict.fromkeys((parts, arithmetic.steps[v]))
+    ]
     open_ = dict(enumerate(halves))
     singles: list[Whole] = []
     result: list[Whole] = []
@@ -58,13 +62,15 @@ def paired(halves: list[tuple[Terms, int]], arithmetic: Arithmetic) -> list[Whol
         turned = _half_turned(terms, joints)
         wanted = [] if whole else [_conjugate(terms, indices)]
         wanted += [] if turned is None else [turned]
-        partner = next((j for j, o in open_.items() if _fits(o, wanted, terms, power, indices)), -1)
+        partner = next(
+            (j for j, o in open_.items() if _fits(o, wanted, terms, power, indices)), -1
+        )
         if partner >= 0:
             other, _ = open_.pop(partner)
             is_turned = turned is not None and _proportional(turned, other)
-            halves = (terms, other) if is_turned else ()
+            pair = (terms, other) if is_turned else ()
             splits = is_turned and not any(_turns(terms, k) // parts % 2 for k in indices)
-            result.append(Whole(_times(terms, other), power, halves, splits=splits))
+            result.append(Whole(_times(terms, other), power, pair, splits))
         elif whole:
             singles.append(Whole(terms, power))
         else:
@@ -92,12 +98,14 @@ def _is_whole(terms: Terms, indices: Sequence[int]) -> bool:
     )
 
 
-def _half_turned(terms: Terms, joints: Mapping[int, int]) -> Terms | None:
-    # One of the joint angles of odd degree is turned by half a turn (two of a sum would be a full
-    # one); None where there is none.
-    for k, step in joints.items():
+def _half_turned(terms: Terms, joints: Sequence[tuple[int, int]]) -> Terms | None:
+    # One of the angles of odd degree, a joint's or that of its row, is turned by half a turn (two
+    # of a sum would be a full one); None where there is none.
+    for k, step in joints:
         lowest = min(e[k] for e in terms)
-        if _turns(terms, k) % (2 * step) == step and all((e[k] - lowest) % step == 0 for e in terms):
+        if _turns(terms, k) % (2 * step) == step and all(
+            (e[k] - lowest) % step == 0 for e in terms
+        ):
             return {
                 e: (a, b) if (e[k] - lowest) % (2 * step) == 0 else (-a, -b)
                 for e, (a, b) in terms.items()

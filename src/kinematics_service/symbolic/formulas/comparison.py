@@ -355,11 +355,11 @@ def _branch(check: SolutionCheck) -> list[str]:
     return [hit + ('; atan cannot tell the quadrants apart, atan2 can' if arctangent else '')]
 
 
-def _with_the_others(verdicts: Sequence[Verdict], checks: Sequence[SolutionCheck]) -> list[Verdict]:
+def _with_the_others(
+    verdicts: Sequence[Verdict], checks: Sequence[SolutionCheck]
+) -> list[Verdict]:
     # Formulas that are right one by one may belong to different solutions.
-    right = {
-        verdict.line for verdict in verdicts if verdict.status == AGREES
-    }
+    right = {verdict.line for verdict in verdicts if verdict.status == AGREES}
     groups: dict[Settings, list[SolutionCheck]] = {}
     for check in checks:
         if check.statement.line in right:

@@ -2,7 +2,7 @@
 Whether an equation holds, and whether a formula of the inverse kinematics gives the joint back.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
@@ -19,7 +19,7 @@ from .names import rotation_entries
 from .poses import Poses
 from .statements import Statement
 
-Limits: TypeAlias = Sequence[tuple[float, float]]
+Limits: TypeAlias = Floats  # (n, 2), rad or m
 
 # Share of the poses at which one branch of an inverse must hit: fewer are coincidences.
 BRANCH = 0.1
@@ -100,7 +100,9 @@ class PoseSearch:
         for start in range(STARTS if self.moving else 1):
             if not left.any() or (start == FIRST_STARTS and np.array_equal(left, wanted & finite)):
                 break
-            found = np.flatnonzero(left)[self._stepped(given, np.flatnonzero(left), random, limits)]
+            found = np.flatnonzero(left)[
+                self._stepped(given, np.flatnonzero(left), random, limits)
+            ]
             left[found] = False
         result: Mask = wanted & finite & ~left
         return result
@@ -235,7 +237,7 @@ class SolutionCheck(Check):
 
     @cached_property
     def is_about_the_pose(self) -> bool:
-        """Return whether the whole pose decides: the point alone does not say what the joint is."""
+        """Return whether the whole pose decides, as the point says nothing about the joint."""
         column = self.world.jacobian[:, :3, self.statement.joint]
         turned = self.statement.value.free_symbols & set(rotation_entries().values())
         return bool(turned) or float(np.max(np.abs(column))) < STILL
