@@ -28,7 +28,7 @@ REFUSED = {
     'squares of numbers': (numbered('9^24', 'a{0} = a{1}*a{1}', 30), '7:8: the number is too lar'),
     'squares of sums': (
         numbered('9^24 + L1', 'a{0} = a{1}*a{1}', 30),
-        '11:9: a power higher than',
+        '11:9: a power higher',
     ),
     'matrices of matrices': (
         numbered('[1, 2; 3, 4]', 'a{0} = [a{1}, a{1}; a{1}, a{1}]', 15),

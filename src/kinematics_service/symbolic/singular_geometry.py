@@ -323,7 +323,7 @@ class Idle:
 
 
 def idle_motion(arm: ArmAtPoses, rank: int) -> Idle | None:
-    """Return the joint motion that does not move the task, if its joints are the same everywhere."""
+    """Return the joint motion that does not move the task, if it is of the same joints always."""
     n = arm.J_t.shape[2]
     sigma, right = np.linalg.svd(arm.J_t)[1:]
     good = np.sum(sigma > ZERO * np.max(sigma), axis=1) == rank

@@ -9,7 +9,7 @@ integers are factored over.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -85,7 +85,17 @@ def factored(value: Laurent, arithmetic: Arithmetic) -> Factored:
     pieces, complete = _pieces(polynomial)
     if pieces is None:
         return _whole(value, arithmetic, complete)
-    halves = [(_turned_back(piece, polynomial), power) for piece, power in pieces]
+    steps = polynomial.steps
+    halves = [
+        (
+            {
+                tuple(x * step for x, step in zip(e, steps)): c
+                for e, c in _turned_back(piece, polynomial.turns).items()
+            },
+            power,
+        )
+        for piece, power in pieces
+    ]
     wholes = paired([h for h in halves if _any_moves(h[0], arithmetic)], arithmetic)
     if wholes is None:
         return _whole(value, arithmetic, complete=False, alone=True)
@@ -168,19 +178,27 @@ class _Polynomial:
             for e, c in terms.items()
         }
         names = [f'x{k}' for k in range(n)]
-        turns = _quarter_turns(terms)
-        if turns is None:
+        turned = _turned_real(terms)
+        if turned is None:
             R, *_ = polynomial_ring(names, ZZ_I)
             whole = {e: ZZ_I(a, b) for e, (a, b) in terms.items()}
             return cls(R.from_dict(whole), (0,) * n, steps)
         R, *_ = polynomial_ring(names, ZZ)
-        real, phase = {}, None
-        for exponents, (a, b) in terms.items():
-            turned = sum(t * e for t, e in zip(turns, exponents)) + (1 if b else 0)
-            phase = turned % 2 if phase is None else phase
-            sign = 1 if (turned - phase) % 4 == 0 else -1
-            real[exponents] = ZZ(sign * (a or b))
-        return cls(R.from_dict(real), turns, steps)
+        return cls(R.from_dict(turned[1]), turned[0], steps)
+
+
+def _turned_real(terms: Terms) -> tuple[tuple[int, ...], dict[tuple[int, ...], Any]] | None:
+    # Quarter turns of the generators, and the real coefficients they make.
+    turns = _quarter_turns(terms)
+    if turns is None:
+        return None
+    real, phase = {}, None
+    for exponents, (a, b) in terms.items():
+        turned = sum(t * e for t, e in zip(turns, exponents)) + (1 if b else 0)
+        phase = turned % 2 if phase is None else phase
+        sign = 1 if (turned - phase) % 4 == 0 else -1
+        real[exponents] = ZZ(sign * (a or b))
+    return turns, real
 
 
 def _quarter_turns(terms: Terms) -> tuple[int, ...] | None:
@@ -228,15 +246,14 @@ def _pieces(polynomial: _Polynomial) -> tuple[list[tuple[Any, int]] | None, bool
 
 
 def _gaussian_pieces(element: Any) -> tuple[list[tuple[Any, int]], bool]:
-    # Sines and cosines of half a single angle are taken off first, as most factors are such.
+    # Factors that are found without the factoring of Gaussian polynomials are taken off first:
+    # most are sines and cosines of half an angle, or have a generator less.
     found: list[tuple[Any, int]] = []
-    degrees = _degrees(element)
-    for generator, degree in zip(element.ring.gens, degrees):
-        for unit in (1, -1, ZZ_I(0, 1), ZZ_I(0, -1)) if degree else ():
-            linear, power = generator - unit, 0
-            while not element.rem(linear):
-                element, power = element.exquo(linear), power + 1
-            found += [(linear, power)] if power else []
+    for candidate in _candidates(element):
+        power = 0
+        while not element.rem(candidate):
+            element, power = element.exquo(candidate), power + 1
+        found += [(candidate, power)] if power else []
     if element.is_ground:
         return found, True
     if _irreducible_on_a_line(element, ZZ_I):
@@ -245,6 +262,29 @@ def _gaussian_pieces(element: Any) -> tuple[list[tuple[Any, int]], bool]:
     if letters > MOST_LETTERS or len(element) > MOST_GAUSSIAN:
         return [*found, (element, 1)], False
     return found + _factor_list(element), True
+
+
+def _candidates(element: Any) -> Iterator[Any]:
+    # Irreducible polynomials that may divide it: the first are linear.
+    ring, degrees = element.ring, _degrees(element)
+    for generator, degree in zip(ring.gens, degrees):
+        for unit in (1, -1, ZZ_I(0, 1), ZZ_I(0, -1)) if degree else ():
+            yield generator - unit
+    # What has one of the generators not divides every coefficient of its powers.
+    for k, degree in enumerate(degrees):
+        parts: dict[int, Terms] = {}
+        for e, c in element.terms():
+            parts.setdefault(e[k], {})[(*e[:k], 0, *e[k + 1 :])] = (int(c.x), int(c.y))
+        shortest = min(parts.values(), key=len)
+        turned = _turned_real(shortest) if degree and 1 < len(shortest) <= MOST_ALONE else None
+        if turned is None:
+            continue
+        turns, real = turned
+        R, *_ = polynomial_ring([f'x{j}' for j in range(len(degrees))], ZZ)
+        for factor, _ in _factor_list(R.from_dict(real)):
+            back = _turned_back(factor, turns)
+            if len(back) > 1 and _stays_whole(factor):
+                yield ring.from_dict({e: ZZ_I(a, b) for e, (a, b) in back.items()})
 
 
 def _degrees(element: Any) -> list[int]:
@@ -302,14 +342,13 @@ class _Sequence:
         return self._state % 23 + 1
 
 
-def _turned_back(piece: Any, polynomial: _Polynomial) -> Terms:
+def _turned_back(piece: Any, turns: Sequence[int]) -> Terms:
     terms: Terms = {}
     for exponents, c in piece.terms():
         c = ZZ_I.convert(c)
         a, b = int(c.x), int(c.y)
-        quarter = -sum(t * e for t, e in zip(polynomial.turns, exponents)) % 4
-        inflated = tuple(e * step for e, step in zip(exponents, polynomial.steps))
-        terms[inflated] = ((a, b), (-b, a), (-a, -b), (b, -a))[quarter]
+        quarter = -sum(t * e for t, e in zip(turns, exponents)) % 4
+        terms[tuple(exponents)] = ((a, b), (-b, a), (-a, -b), (b, -a))[quarter]
     return terms
 
 
