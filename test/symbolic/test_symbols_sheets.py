@@ -276,3 +276,31 @@ def test_a_joint_behind_a_gear_has_its_zeros_listed(theta, solutions):
     k = sp.Symbol('k', integer=True)
     for q3 in (float(s.subs(k, turn)) for s in listed for turn in range(-3, 4)):
         assert ks.singularity(derivation.robot, [0.3, q3]).smallest_singular_value < 1e-12
+
+
+FINGER = """\
+robot: finger
+convention: standard
+constants: {L1: 0.05, L2: 0.04, L3: 0.03}
+joints:
+  - {name: q1, type: revolute}
+  - {name: q2, type: revolute}
+  - {name: q3, type: revolute}
+  - {name: q4, type: revolute}
+links:
+  - {a: L1, alpha: 0, d: 0, theta: q1}
+  - {a: 0, alpha: pi/2, d: 0, theta: q2}
+  - {a: L2, alpha: 0, d: 0, theta: q3}
+  - {a: L3, alpha: 0, d: 0, theta: q4}
+singularity: {task: [x, y, z]}
+"""
+
+
+def test_minors_of_a_redundant_arm_are_written_as_products():
+    derivation = derived_from(FINGER)
+    written = derivation.determinant
+    assert derivation.variables[0] not in written.free_symbols  # q2 stands for itself
+    q = np.random.default_rng(3).uniform(-3.0, 3.0, (50, 4))
+    J = ks.jacobian(derivation.robot, q)[:, :3]
+    right = np.prod(np.linalg.svd(J, compute_uv=False), axis=1)
+    np.testing.assert_allclose(function_of(written, derivation)(q), right, rtol=1e-10)

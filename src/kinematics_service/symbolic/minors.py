@@ -19,6 +19,8 @@ from .trigonometry import Writer
 
 # Minors of more terms are not multiplied out to see whether the sum of squares is shorter.
 MOST_SQUARED = 200
+# Minors of more terms together are written as they are, not as products.
+MOST_WRITTEN = 600
 
 
 def product_of(minors: Minors, arithmetic: Arithmetic) -> tuple[Factored, list[Laurent]]:
@@ -69,7 +71,11 @@ def remainder_of(rests: Sequence[Laurent], writer: Writer, arithmetic: Arithmeti
     """
     if not rests:
         return sympy.Integer(1)
-    squares = sympy.factor_terms(sympy.Add(*(writer.expression(rest) ** 2 for rest in rests)))
+    few = sum(map(len, rests)) <= MOST_WRITTEN
+    written = [
+        _as_product(rest, writer, arithmetic) if few else writer.expression(rest) for rest in rests
+    ]
+    squares = sympy.factor_terms(sympy.Add(*_without_pythagoras([e**2 for e in written])))
     if sum(map(len, rests)) > MOST_SQUARED:
         return sympy.sqrt(squares)
     total = arithmetic.ring.number(0)
@@ -81,6 +87,31 @@ def remainder_of(rests: Sequence[Laurent], writer: Writer, arithmetic: Arithmeti
         inside *= writer.expression(factor.value) ** factor.power
     shortest = min((inside, squares), key=sympy.count_ops)
     return sympy.sqrt(shortest)
+
+
+def _as_product(rest: Laurent, writer: Writer, arithmetic: Arithmetic) -> Any:
+    product = factored(rest, arithmetic)
+    whole = writer.expression(product.constant)
+    for factor in product.factors:
+        whole *= writer.expression(factor.value) ** factor.power
+    return min((whole, writer.expression(rest)), key=sympy.count_ops)
+
+
+def _without_pythagoras(terms: Sequence[Any]) -> list[Any]:
+    # g sin^2 + g cos^2 = g: two minors that differ in the axes they are seen in only.
+    left = list(terms)
+    for term in terms:
+        for sine in (a for a in sympy.Mul.make_args(term) if _is_square_of(a, sympy.sin)):
+            partner = term / sine * sympy.cos(sine.base.args[0]) ** 2
+            if term in left and partner in left:
+                left.remove(term)
+                left.remove(partner)
+                left.append(term / sine)
+    return left
+
+
+def _is_square_of(expression: Any, function: Any) -> bool:
+    return bool(expression.is_Pow and expression.exp == 2 and expression.base.func == function)
 
 
 def independent_columns(sampler: PoseSampler) -> tuple[int, ...]:
