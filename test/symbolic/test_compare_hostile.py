@@ -73,3 +73,8 @@ def test_a_formula_without_bounds_is_refused_with_its_line(name):
 def test_what_is_no_real_number_is_no_traceback(formula):
     found = compare(ks.load_robot('planar_2r'), formula)
     assert found.faults or not found.agrees
+
+
+def test_a_name_in_other_letters_is_suggested():
+    (fault,) = compare(ks.load_robot('planar_2r'), 'x = l_1*cos(q1)').faults
+    assert "did you mean 'L1'?" in fault.message
