@@ -354,8 +354,13 @@ def test_wrist_angles_from_the_rotation():
       - {a: 0, alpha: 0, d: 0.1, theta: a3}
     """
     arm = ks.robot_from_text('\n'.join(line[4:] for line in text.splitlines()))
-    found = compare(arm, 'a2 = acos(r33)\na1 = atan2(r23, r13)').verdicts
+    found = compare(arm, 'a2 = acos(r33)\na1 = atan2(-r23, -r13)').verdicts
     assert [v.status for v in found] == ['agrees', 'agrees']
+    # With a2 in [0, pi] the other a1 leads to the rotation at no pose.
+    apart = compare(arm, 'a2 = acos(r33)\na1 = atan2(r23, r13)').verdicts
+    assert [v.status for v in apart] == ['differs', 'differs']
+    (alone,) = compare(arm, 'a1 = atan2(r23, r13)').verdicts
+    assert alone.status == 'agrees'
     (wrong,) = compare(arm, 'a1 = atan2(r13, r23)').verdicts
     assert wrong.causes[0].sentence.startswith('the arguments of atan2 are exchanged')
 

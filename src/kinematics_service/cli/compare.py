@@ -50,7 +50,7 @@ Formulas:
   J, J_v, J_w, J_2, J_v2    Jacobian: linear rows first, base axes, point: the tool's origin
   det or det(J)             of the task's rows of J
   s_o1, D_1                 o_0 - o_n; dT/dq1 with the rotation taken out
-  q2 = ...                  inverse kinematics
+  q2 = ...                  inverse kinematics; those of one file: of one solution
   lhs = rhs                 an equation, such as tan(q1) = y/x
   singular: q3 = k*pi       a family of singular poses; all such lines together: all of them
 Recipes work too: J_w = [z_0, z_1, z_2], J_1 = [cross(z_0, o_3 - o_0); z_0].

@@ -18,7 +18,15 @@ from .determinant import Minors, View, minors_of, simplest_view
 from .frames import Frames, frames_of
 from .minors import generic_rank, independent_columns, product_of, remainder_of
 from .sampled_poses import PoseSampler, row_indices, sampler_of
-from .singular_set import Determinant, SingularSet, crossings_of, row_names, singular_factors
+from .singular_set import (
+    Determinant,
+    FamilySearch,
+    SingularSet,
+    crossings_of,
+    families_of,
+    row_names,
+    singular_factors,
+)
 from .trigonometry import Writer, writer_of
 
 # Minors of a strongly redundant arm grow like binomials; beyond this they are not written out.
@@ -211,6 +219,8 @@ def derive(
     J = found['geometric']
     sampler = sampler_of(robot, arithmetic, row_indices(robot))
     exact = Exact(arithmetic, frames, writer, sampler, J)
+    found_set = _singular_set(exact, tell) or _singular_set(_in_half_angles(exact), tell)
+    assert found_set is not None  # with half angles every family is one
     C = ways.coupling(frames, arithmetic)
     plain = C.shape[0] == C.shape[1] and all(sum(map(bool, row)) == 1 for row in C.tolist())
     written = writer.matrix(J)
@@ -225,12 +235,21 @@ def derive(
         jacobian=written,
         methods={name: ways.differences(J, other) for name, other in found.items()},
         coupling=None if plain else C,
-        singular_set=_singular_set(exact, tell),
+        singular_set=found_set,
         exact=exact,
     )
 
 
-def _singular_set(exact: Exact, tell: Progress) -> SingularSet:
+def _in_half_angles(exact: Exact) -> Exact:
+    robot = exact.sampler.robot
+    arithmetic = arithmetic_of(robot.description, exact.arithmetic.names, parts=2)
+    frames = frames_of(robot.description, arithmetic)
+    writer = writer_of(frames, arithmetic)
+    return Exact(arithmetic, frames, writer, exact.sampler, ways.geometric(frames, arithmetic))
+
+
+def _singular_set(exact: Exact, tell: Progress) -> SingularSet | None:
+    # None where a factor is no single family unless half angles are looked at.
     sampler, arithmetic, writer = exact.sampler, exact.arithmetic, exact.writer
     n = len(sampler.moving)
     rank = generic_rank(sampler)
@@ -253,8 +272,13 @@ def _singular_set(exact: Exact, tell: Progress) -> SingularSet:
     tell('factors')
     product, rests = product_of(minors, arithmetic)
     tell('singular set')
+    search = FamilySearch(sampler, arithmetic, sampler.arm(sampler.random(200)))
+    families = families_of(product, search)
+    if families is None:
+        return None
+    product = families
     J_t = tuple(minors.view.J[i] for i in sampler.rows)
-    factors = singular_factors(product, sampler, arithmetic, writer, exact.frames, J_t)
+    factors = singular_factors(product, search, writer, exact.frames, J_t)
     constant = writer.expression(product.constant)
     remainder = remainder_of(rests, writer, arithmetic)
     bases = [f.expression if minors.square else sympy.Abs(f.expression) for f in factors]

@@ -49,8 +49,8 @@ class _Solved:
     sine: Laurent
     rest: Laurent
     slides: bool
-    multiple: int
-    simplicity: tuple[int, ...]
+    multiple: Any
+    simplicity: tuple[Any, ...]
 
 
 def family_of(value: Laurent, arithmetic: Arithmetic, writer: Writer) -> Family:
@@ -94,8 +94,6 @@ def _candidates(
     multiple = max(by_angle)
     if by_length != {0} or multiple < 1 or not by_angle <= {-multiple, 0, multiple}:
         return []
-    if arithmetic.units[variable] != 1:
-        return []
     above = _part(value, turning, multiple)
     rest = _part(value, turning, 0)
     common = _common_turn(above, arithmetic)
@@ -115,8 +113,9 @@ def _candidates(
     cosine, sine = pure + conjugate, (pure - conjugate).times_i()
     moves = int(_moves(cosine, arithmetic) or _moves(sine, arithmetic))
     parts = int(bool(cosine)) + int(bool(sine))
-    simplicity = (moves, multiple - 1, int(bool(rest)), parts, len(pure), -index)
-    return [_Solved(variable, shift, cosine, sine, rest, False, multiple, simplicity)]
+    times = sympy.Rational(multiple, arithmetic.units[variable])
+    simplicity = (moves, abs(times - 1), int(bool(rest)), parts, len(pure), -index)
+    return [_Solved(variable, shift, cosine, sine, rest, False, times, simplicity)]
 
 
 def _part(value: Laurent, index: int, exponent: int) -> Laurent:
@@ -159,17 +158,20 @@ def _roots(solved: _Solved, writer: Writer) -> tuple[tuple[Any, ...], Any]:
     turns = 2 * K * sympy.pi
     if rest == 0:
         return (_zero_of_phase(a, b, writer) + K * sympy.pi,), None
-    if b == 0:
-        inner = sympy.acos(sympy.factor_terms(-rest / a))
-        return (inner + turns, -inner + turns), sympy.Le(rest**2, a**2)
-    if a == 0:
-        inner = sympy.acos(sympy.factor_terms(-rest / b))
-        quarter = sympy.pi / 2
-        return (quarter + inner + turns, quarter - inner + turns), sympy.Le(rest**2, b**2)
-    size = a**2 + b**2
-    phase = sympy.atan2(b, a)
-    inner = sympy.acos(-rest / sympy.sqrt(size))
-    return (phase + inner + turns, phase - inner + turns), sympy.Le(rest**2, size)
+    size = sympy.Add(*(part**2 for part in (a, b) if part != 0))
+    if a == 0 or b == 0:
+        phase = sympy.pi / 2 if a == 0 else sympy.Integer(0)
+        inner = sympy.acos(sympy.factor_terms(-rest / (a + b)))
+    else:
+        phase = sympy.atan2(b, a)
+        inner = sympy.acos(-rest / sympy.sqrt(size))
+    exists = sympy.Le(rest**2, size)
+    if exists == sympy.false:
+        return (), exists
+    # acos of 1 and of -1 are one solution, not two.
+    signs = (1,) if inner in (0, sympy.pi) else (1, -1)
+    roots = tuple(phase + sign * inner + turns for sign in signs)
+    return roots, None if exists == sympy.true else exists
 
 
 def _zero_of_phase(a: Any, b: Any, writer: Writer) -> Any:

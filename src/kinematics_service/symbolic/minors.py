@@ -1,6 +1,7 @@
 """The common factors of all minors of the task rows, and the rest of each minor."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,8 @@ from .trigonometry import Writer
 
 # Minors of more terms are not multiplied out to see whether the sum of squares is shorter.
 MOST_SQUARED = 200
+# Minors of more terms together are written as they are, not as products.
+MOST_WRITTEN = 600
 
 
 def product_of(minors: Minors, arithmetic: Arithmetic) -> tuple[Factored, list[Laurent]]:
@@ -35,16 +38,31 @@ def product_of(minors: Minors, arithmetic: Arithmetic) -> tuple[Factored, list[L
         return first, []
     common: list[RealFactor] = []
     for factor in first.factors:
-        power = 0
-        while power < factor.power:
-            quotients = [divided(value, factor.value) for value in values]
-            left = [quotient for quotient in quotients if quotient is not None]
-            if len(left) < len(values):
-                break
-            values, power = left, power + 1
+        if factor.alone:
+            common.append(factor)
+            continue
+        power, values = _often_divided(values, factor.value, factor.power)
         if power:
-            common.append(RealFactor(factor.value, power))
+            common.append(replace(factor, power=power))
+        # A product of two halves that does not divide all of them: one of the two may.
+        for half in factor.halves:
+            more, rests = _often_divided(values, half, factor.power - power)
+            if more:
+                common.append(RealFactor(half, more, alone=arithmetic.ring.parts == 1))
+                values = rests
     return Factored(arithmetic.ring.number(1), tuple(common), first.complete), values
+
+
+def _often_divided(values: list[Laurent], factor: Laurent, most: int) -> tuple[int, list[Laurent]]:
+    # How often all are divided by a factor, and what is left of them.
+    power = 0
+    while power < most:
+        quotients = [divided(value, factor) for value in values]
+        left = [quotient for quotient in quotients if quotient is not None]
+        if len(left) < len(values):
+            break
+        values, power = left, power + 1
+    return power, values
 
 
 def remainder_of(rests: Sequence[Laurent], writer: Writer, arithmetic: Arithmetic) -> Any:
@@ -53,7 +71,11 @@ def remainder_of(rests: Sequence[Laurent], writer: Writer, arithmetic: Arithmeti
     """
     if not rests:
         return sympy.Integer(1)
-    squares = sympy.factor_terms(sympy.Add(*(writer.expression(rest) ** 2 for rest in rests)))
+    few = sum(map(len, rests)) <= MOST_WRITTEN
+    written = [
+        _as_product(rest, writer, arithmetic) if few else writer.expression(rest) for rest in rests
+    ]
+    squares = sympy.factor_terms(sympy.Add(*_without_pythagoras([e**2 for e in written])))
     if sum(map(len, rests)) > MOST_SQUARED:
         return sympy.sqrt(squares)
     total = arithmetic.ring.number(0)
@@ -65,6 +87,31 @@ def remainder_of(rests: Sequence[Laurent], writer: Writer, arithmetic: Arithmeti
         inside *= writer.expression(factor.value) ** factor.power
     shortest = min((inside, squares), key=sympy.count_ops)
     return sympy.sqrt(shortest)
+
+
+def _as_product(rest: Laurent, writer: Writer, arithmetic: Arithmetic) -> Any:
+    product = factored(rest, arithmetic)
+    whole = writer.expression(product.constant)
+    for factor in product.factors:
+        whole *= writer.expression(factor.value) ** factor.power
+    return min((whole, writer.expression(rest)), key=sympy.count_ops)
+
+
+def _without_pythagoras(terms: Sequence[Any]) -> list[Any]:
+    # g sin^2 + g cos^2 = g: two minors that differ in the axes they are seen in only.
+    left = list(terms)
+    for term in terms:
+        for sine in (a for a in sympy.Mul.make_args(term) if _is_square_of(a, sympy.sin)):
+            partner = term / sine * sympy.cos(sine.base.args[0]) ** 2
+            if term in left and partner in left:
+                left.remove(term)
+                left.remove(partner)
+                left.append(term / sine)
+    return left
+
+
+def _is_square_of(expression: Any, function: Any) -> bool:
+    return bool(expression.is_Pow and expression.exp == 2 and expression.base.func == function)
 
 
 def independent_columns(sampler: PoseSampler) -> tuple[int, ...]:

@@ -212,6 +212,12 @@ def rank_at(J_t: Floats) -> int:
     return int(np.bincount(ranks).argmax())
 
 
+def has_one_rank(J_t: Floats) -> bool:
+    """Return whether all poses have the same rank."""
+    sigma = np.linalg.svd(J_t, compute_uv=False)
+    return not np.ptp(np.sum(sigma > ZERO * np.max(sigma), axis=1))
+
+
 def lost_motion(
     arm: ArmAtPoses, task_rows: Sequence[int], rank: int, generic: int, scales: Floats
 ) -> Lost | None:
@@ -317,7 +323,7 @@ class Idle:
 
 
 def idle_motion(arm: ArmAtPoses, rank: int) -> Idle | None:
-    """Return the joint motion that does not move the task, if it is the same everywhere."""
+    """Return the joint motion that does not move the task, if it is of the same joints always."""
     n = arm.J_t.shape[2]
     sigma, right = np.linalg.svd(arm.J_t)[1:]
     good = np.sum(sigma > ZERO * np.max(sigma), axis=1) == rank
@@ -326,7 +332,10 @@ def idle_motion(arm: ArmAtPoses, rank: int) -> Idle | None:
     idle = right[good][:, -1]
     idle = idle / np.max(np.abs(idle), axis=1, keepdims=True)
     idle = idle * np.sign(idle[:, np.argmax(np.abs(idle[0]))])[:, None]
-    moving = np.any(np.abs(idle) > 1e-6, axis=0)
+    move = np.abs(idle) > 1e-6
+    moving = np.any(move, axis=0)
+    if not np.all(move == moving):
+        return None
     joints = tuple(np.flatnonzero(moving).tolist())
     names = [arm.names[j] for j in joints]
     if len(joints) == 1:

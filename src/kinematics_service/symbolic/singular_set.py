@@ -2,9 +2,10 @@
 The singular set of an arm: factors with names, families, ranks, what is lost, crossings.
 """
 
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from dataclasses import dataclass
-from itertools import combinations
+from functools import reduce
+from itertools import combinations, count
 from typing import Any
 
 import numpy as np
@@ -14,16 +15,27 @@ from ..kernel import Floats
 from ..robot.robot import Robot
 from ..robot.task import ROW_NAMES
 from .algebra.arithmetic import Arithmetic
-from .algebra.factors import Factored, stays_whole
+from .algebra.factors import Factored, RealFactor, stays_whole
+from .algebra.laurent import Laurent
 from .algebra.matrices import Matrix
 from .algebra.names import Names
 from .algebra.numeric import Numbers, poses_on
+from .algebra.quotient import quotient_constant
 from .algebra.zeros import Box, Zero, common_zero
 from .family import Family, family_of
 from .family_proofs import CommonZeros, proves_lost
 from .frames import Frames
 from .sampled_poses import PoseSampler
-from .singular_geometry import Idle, Lost, idle_motion, lost_motion, name_of, rank_at
+from .singular_geometry import (
+    ArmAtPoses,
+    Idle,
+    Lost,
+    has_one_rank,
+    idle_motion,
+    lost_motion,
+    name_of,
+    rank_at,
+)
 from .trigonometry import Writer
 
 
@@ -166,63 +178,138 @@ class SingularSet:
     complete: bool
 
 
-def singular_factors(
-    product: Factored,
-    sampler: PoseSampler,
-    arithmetic: Arithmetic,
-    writer: Writer,
-    frames: Frames,
-    J_t: Matrix,
-) -> tuple[SingularFactor, ...]:
-    """Return the factors with their names and what their families mean."""
-    robot, names = sampler.robot, arithmetic.names
-    listed = file_factors(robot, names)
-    elsewhere = sampler.arm(sampler.random(200))
-    generic = rank_at(elsewhere.J_t)
-    starts = sampler.random()
-    found, taken = [], set()
-    for factor in product.factors:
-        numbers = Numbers(factor.value, arithmetic).scaled_to(starts)
-        family = family_of(factor.value, arithmetic, writer)
+@dataclass(frozen=True)
+class _Meaning:
+    # What a factor means at poses of its family.
+    poses: Floats
+    within: Zero
+    geometric: str | None = None
+    rank: int | None = None
+    lost: Lost | None = None
+    idle: Idle | None = None
+
+
+@dataclass(frozen=True)
+class FamilySearch:
+    """
+    An arm in numbers, and what its factors mean.
+
+    Attributes
+    ----------
+    sampler, arithmetic
+        The arm.
+    elsewhere
+        It at other poses.
+    """
+
+    sampler: PoseSampler
+    arithmetic: Arithmetic
+    elsewhere: ArmAtPoses
+
+    @property
+    def generic_rank(self) -> int:
+        """Return the rank of the task rows at most poses."""
+        return rank_at(self.elsewhere.J_t)
+
+    def numbers(self, value: Laurent) -> Numbers:
+        """Return a factor as a function of size 1."""
+        return Numbers(value, self.arithmetic).scaled_to(self.sampler.random())
+
+    def meaning(self, value: Laurent) -> _Meaning:
+        """Return what a factor means where it is 0."""
+        sampler, arithmetic = self.sampler, self.arithmetic
+        numbers = self.numbers(value)
         poses = family_poses(sampler, [numbers])
         within = zero_within_limits(sampler, [numbers])
         if not len(poses) and within.pose is not None:
             poses = within.pose[None]
-        joints = [
-            k for k, v in enumerate(names.variables) if arithmetic.derivative(factor.value, v)
-        ]
-        rank = lost = idle = geometric = None
+        if not len(poses):
+            return _Meaning(poses, within)
+        arm = sampler.arm(poses)
+        variables = arithmetic.names.variables
+        joints = [k for k, v in enumerate(variables) if arithmetic.derivative(value, v)]
+        rank, angular = rank_at(arm.J_t), any(i >= 3 for i in sampler.rows)
+        lost = lost_motion(arm, sampler.rows, rank, self.generic_rank, sampler.row_scales)
+        name = name_of(arm, self.elsewhere, joints, angular)
+        return _Meaning(poses, within, name, rank, lost, idle_motion(arm, rank))
+
+    def is_one_family(self, factor: RealFactor) -> bool:
+        """Return whether both its halves, if it has any, have the same rank."""
+        if not factor.halves:
+            return True
+        poses = family_poses(self.sampler, [self.numbers(factor.value)])
+        return not len(poses) or has_one_rank(self.sampler.arm(poses).J_t)
+
+
+def families_of(product: Factored, search: FamilySearch) -> Factored | None:
+    """
+    Return a product whose factors are one family each; None where that takes half angles.
+
+    The halves of a factor are one family where they have the same rank, as those of sin q in most
+    arms: stretched and folded.
+    """
+    found: list[RealFactor] = []
+    constant = product.constant
+    for factor in product.factors:
+        whole = not factor.alone and search.is_one_family(factor)
+        if not whole and search.arithmetic.ring.parts == 1:
+            return None
+        if whole or not factor.halves:
+            found.append(factor)
+            continue
+        found += [RealFactor(half, factor.power) for half in factor.halves]
+        # sin q = 2 sin q/2 cos q/2.
+        split = reduce(Laurent.__mul__, factor.halves)
+        ratio = quotient_constant(factor.value, split, search.arithmetic)
+        assert ratio is not None
+        constant = reduce(Laurent.__mul__, [ratio] * factor.power, constant)
+    return Factored(constant.reduced(), tuple(found), product.complete)
+
+
+def singular_factors(
+    product: Factored, search: FamilySearch, writer: Writer, frames: Frames, J_t: Matrix
+) -> tuple[SingularFactor, ...]:
+    """Return the factors with their names and what their families mean."""
+    sampler, arithmetic = search.sampler, search.arithmetic
+    names, generic = arithmetic.names, search.generic_rank
+    listed = file_factors(sampler.robot, names)
+    found: list[SingularFactor] = []
+    taken: set[str] = set()
+    for factor in product.factors:
+        family = family_of(factor.value, arithmetic, writer)
+        seen = search.meaning(factor.value)
         sampled: tuple[str, ...] = ()
-        if len(poses):
-            arm = sampler.arm(poses)
-            rank = rank_at(arm.J_t)
-            lost = lost_motion(arm, sampler.rows, rank, generic, sampler.row_scales)
-            idle = idle_motion(arm, rank)
+        if seen.rank is not None:
             zeros = CommonZeros(J_t, generic, (factor.value,), arithmetic)
-            sampled = _sampled(zeros, frames, rank, lost, idle)
-            angular = any(i >= 3 for i in sampler.rows)
-            geometric = name_of(arm, elsewhere, joints, angular)
+            sampled = _sampled(zeros, frames, seen.rank, seen.lost, seen.idle)
         expression = writer.expression(factor.value)
-        name = _listed_name(listed, numbers, sampler, names) or geometric or str(expression)
-        if name in taken:
-            name = str(expression)
+        own = _listed_name(listed, search.numbers(factor.value), sampler, names)
+        name = _free_name(own or seen.geometric, taken) or str(expression)
         taken.add(name)
         found.append(
             SingularFactor(
                 name,
                 expression,
                 factor.power,
-                product.complete or stays_whole(factor.value, arithmetic),
+                not factor.splits and (product.complete or stays_whole(factor.value, arithmetic)),
                 family,
-                rank,
-                lost.text if lost else None,
-                idle.text if idle else None,
+                seen.rank,
+                seen.lost.text if seen.lost else None,
+                seen.idle.text if seen.idle else None,
                 sampled,
-                within.exists,
-                _as_tuple(within.pose),
+                seen.within.exists,
+                _as_tuple(seen.within.pose),
             )
         )
     return tuple(found)
+
+
+def _free_name(name: str | None, taken: Container[str]) -> str | None:
+    # Two sheets of one kind are told apart by numbers: elbow, elbow_2.
+    if name is None:
+        return None
+    numbered = (f'{name}_{k}' for k in count(2))
+    return name if name not in taken else next(n for n in numbered if n not in taken)
 
 
 def _sampled(

@@ -256,7 +256,8 @@ def _parallel_sums(frames: Frames, arithmetic: Arithmetic) -> list[tuple[int, ..
                     factor = row.theta[1].get(variable, 0) * arithmetic.units[variable]
                     total[k] += sign * int(factor)
                 if any(total):
-                    found.append(tuple(total))
+                    # Of half angles there are twice as many.
+                    found.append(tuple(e // arithmetic.ring.parts for e in total))
                 continue
             z = _constant(matrix[2][2])
             if z in (1, -1):

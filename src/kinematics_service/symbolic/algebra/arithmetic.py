@@ -38,7 +38,11 @@ class Arithmetic:
     ring
         The generators.
     units
-        exp(i theta / unit) is the generator of a joint variable: 1 but for gear ratios.
+        exp(i theta / unit) is the generator of a joint variable: the ring's parts, times what
+        gear ratios ask for.
+    steps
+        The exponents of that generator are multiples of this: of the parts, times what the rows
+        that turn by a multiple of the joint's angle have in common.
     offsets
         theta = q + offset of each joint variable, rad: 0 but where the rows' offset is no number
         of quarter turns. In theta such an arm is as short as one without offsets.
@@ -49,6 +53,7 @@ class Arithmetic:
     ring: Ring
     names: Names
     units: Mapping[Any, int]
+    steps: Mapping[Any, int]
     offsets: Mapping[Any, Any]
     angles: Mapping[Any, Any]
 
@@ -135,9 +140,16 @@ def inverse(T: Matrix) -> Matrix:
     return (*((*R_t[i], -moved[i][0]) for i in range(3)), T[3])
 
 
-def arithmetic_of(description: RobotDescription, names: Names) -> Arithmetic:
+def arithmetic_of(description: RobotDescription, names: Names, parts: int = 1) -> Arithmetic:
     """
     Return the ring of an arm, with its joint variables in it.
+
+    Parameters
+    ----------
+    description, names
+        The arm.
+    parts
+        2 for a ring with half angles, of the joints and of the table.
 
     Raises
     ------
@@ -163,12 +175,19 @@ def arithmetic_of(description: RobotDescription, names: Names) -> Arithmetic:
                         'derive the nominal robot file, without the gear ratios that were found'
                     )
     offsets = _offsets(turns, names)
-    arithmetic = Arithmetic(Ring(), names, units, offsets, _angles(offsets, names))
+    units = {variable: parts * unit for variable, unit in units.items()}
+    steps = {v: _step(v, unit, turns) for v, unit in units.items()}
+    arithmetic = Arithmetic(Ring(parts), names, units, steps, offsets, _angles(offsets, names))
     for variable in names.variables:
         arithmetic.angle_index(variable)
     for variable in names.variables:
         arithmetic.ring.index('number', variable)
     return arithmetic
+
+
+def _step(variable: Any, unit: int, turns: Sequence[Affine]) -> int:
+    exponents = [int(factors[variable] * unit) for _, factors in turns if variable in factors]
+    return math.gcd(*exponents) or unit
 
 
 def _offsets(turns: Sequence[Affine], names: Names) -> dict[Any, Any]:
@@ -235,8 +254,9 @@ def _quarter_error(angle: Any) -> float:
 def _odd_angle(ring: Ring, angle: Any) -> Laurent:
     upright, sign = (-angle, -1) if angle.is_negative else (angle, 1)
     letters = [g for g in ring.generators if g.kind == 'fixed_angle']
-    if ('fixed_angle', upright) in ring.indices or len(letters) < MOST_LETTERS:
-        return ring.power(ring.index('fixed_angle', upright), sign)
+    part = upright / ring.parts
+    if ('fixed_angle', part) in ring.indices or len(letters) < MOST_LETTERS:
+        return ring.power(ring.index('fixed_angle', part), sign * ring.parts)
     tangent = Fraction(float(sympy.tan(angle / 2))).limit_denominator(10**9)
     p, q = tangent.numerator, tangent.denominator
     return from_terms(ring, {(): (q * q - p * p, 2 * p * q)}, q * q + p * p)

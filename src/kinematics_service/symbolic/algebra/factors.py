@@ -3,10 +3,13 @@ Factors of a real trigonometric polynomial, each real and with every angle whole
 
 In exp(i q) a sine has two factors, z - 1 and z + 1 (sine and cosine of half the angle), and the
 coefficients are complex. So: turn the generators by quarter turns until every coefficient is real,
-factor over the integers, turn back, and multiply the halves that belong together.
+factor over the integers, turn back, and multiply the halves that belong together. Where no quarter
+turns make them real, and where a factor may be a product of two complex ones, the Gaussian
+integers are factored over.
 """
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,25 +19,43 @@ from sympy.polys.domains import ZZ, ZZ_I
 from sympy.polys.rings import ring as polynomial_ring
 
 from .arithmetic import Arithmetic
-from .half_factors import Terms, paired, upright
+from .half_factors import Terms, paired, upright, upright_half
 from .laurent import Laurent, from_terms
 from .quotient import quotient_constant
 
 # Random lines a polynomial is cut with; one on which it does not factor shows that it does not.
-LINES = 3
+LINES = 8
 SEED = 1955
 # Above this many terms the full factoring, whose time grows steeply, is not tried.
 MOST_TERMS = 6000
+# The same over the Gaussian integers, where it takes seconds from four generators on.
+MOST_GAUSSIAN = 40
+MOST_LETTERS = 3
 # Of a product that was not shown to be split fully shorter factors are looked at one by one.
 MOST_ALONE = 100
 
 
 @dataclass(frozen=True)
 class RealFactor:
-    """A factor and how often it stands in the product."""
+    """
+    A factor and how often it stands in the product.
+
+    Attributes
+    ----------
+    halves
+        Of a product of two factors of half angles these; empty for others. They are real in a
+        ring with half angles.
+    alone
+        Whether it is a product with factors of half angles which the ring does not have.
+    splits
+        As `half_factors.Whole` has it.
+    """
 
     value: Laurent
     power: int
+    halves: tuple[Laurent, ...] = ()
+    alone: bool = False
+    splits: bool = False
 
 
 @dataclass(frozen=True)
@@ -61,16 +82,33 @@ class Factored:
 def factored(value: Laurent, arithmetic: Arithmetic) -> Factored:
     """Return a polynomial that is real for real angles as a product."""
     polynomial = _Polynomial.of(value)
-    if polynomial is None:
-        return _whole(value, arithmetic, complete=False)
     pieces, complete = _pieces(polynomial)
     if pieces is None:
         return _whole(value, arithmetic, complete)
-    halves = [(_turned_back(piece, polynomial, value), power) for piece, power in pieces]
-    real = paired(halves, arithmetic)
-    factors = [RealFactor(upright(factor, arithmetic), power) for factor, power in real]
-    moving = [f for f in factors if _moves(f.value, arithmetic)]
-    moving += _sliding_monomials(value, arithmetic)
+    steps = polynomial.steps
+    halves = [
+        (
+            {
+                tuple(x * step for x, step in zip(e, steps)): c
+                for e, c in _turned_back(piece, polynomial.turns).items()
+            },
+            power,
+        )
+        for piece, power in pieces
+    ]
+    wholes = paired([h for h in halves if _any_moves(h[0], arithmetic)], arithmetic)
+    if wholes is None:
+        return _whole(value, arithmetic, complete=False, alone=True)
+    factors = [
+        RealFactor(
+            upright(whole.terms, arithmetic),
+            whole.power,
+            tuple(upright_half(half, arithmetic) for half in whole.halves),
+            splits=whole.splits,
+        )
+        for whole in wholes
+    ]
+    moving = [*factors, *_sliding_monomials(value, arithmetic)]
     constant = quotient_constant(value, _product(moving, arithmetic), arithmetic)
     if constant is None:
         return _whole(value, arithmetic, complete=False)
@@ -82,7 +120,7 @@ def stays_whole(value: Laurent, arithmetic: Arithmetic) -> bool:
     if len(value) > MOST_ALONE:
         return False
     product = factored(value, arithmetic)
-    return product.complete and [factor.power for factor in product.factors] == [1]
+    return product.complete and [(f.power, f.splits) for f in product.factors] == [(1, False)]
 
 
 def _sliding_monomials(value: Laurent, arithmetic: Arithmetic) -> list[RealFactor]:
@@ -97,7 +135,9 @@ def _sliding_monomials(value: Laurent, arithmetic: Arithmetic) -> list[RealFacto
     return found
 
 
-def _whole(value: Laurent, arithmetic: Arithmetic, complete: bool) -> Factored:
+def _whole(
+    value: Laurent, arithmetic: Arithmetic, complete: bool, alone: bool = False
+) -> Factored:
     if not _moves(value, arithmetic):
         return Factored(value, (), True)
     # Lengths that divide every term are no part of what is whole.
@@ -108,7 +148,7 @@ def _whole(value: Laurent, arithmetic: Arithmetic, complete: bool) -> Factored:
     ]
     lowered = {tuple(x - low for x, low in zip(e, common)): c for e, c in terms.items()}
     rest = from_terms(arithmetic.ring, lowered, value.divisor)
-    moving = [RealFactor(rest, 1), *_sliding_monomials(value, arithmetic)]
+    moving = [RealFactor(rest, 1, alone=alone), *_sliding_monomials(value, arithmetic)]
     moving = [factor for factor in moving if _moves(factor.value, arithmetic)]
     constant = quotient_constant(value, _product(moving, arithmetic), arithmetic)
     assert constant is not None
@@ -117,27 +157,48 @@ def _whole(value: Laurent, arithmetic: Arithmetic, complete: bool) -> Factored:
 
 @dataclass(frozen=True)
 class _Polynomial:
-    # A sympy polynomial over the integers, the exponents taken off, and the quarter turns.
+    # A sympy polynomial, over the integers where quarter turns make all coefficients real, else
+    # over the Gaussian ones; the exponents taken off and divided by those of whole angles.
     element: Any
     turns: tuple[int, ...]
+    steps: tuple[int, ...]
 
     @classmethod
-    def of(cls, value: Laurent) -> '_Polynomial | None':
+    def of(cls, value: Laurent) -> '_Polynomial':
         terms = value.terms()
-        turns = _quarter_turns(terms)
-        if turns is None:
-            return None
-        n = len(value.ring.generators)
+        generators = value.ring.generators
+        n = len(generators)
         lowest = [min(e[k] for e in terms) for k in range(n)]
+        steps = tuple(
+            1 if g.kind == 'number' else math.gcd(value.ring.parts, *(e[k] - low for e in terms))
+            for k, (g, low) in enumerate(zip(generators, lowest))
+        )
+        terms = {
+            tuple((x - low) // step for x, low, step in zip(e, lowest, steps)): c
+            for e, c in terms.items()
+        }
         names = [f'x{k}' for k in range(n)]
+        turned = _turned_real(terms)
+        if turned is None:
+            R, *_ = polynomial_ring(names, ZZ_I)
+            whole = {e: ZZ_I(a, b) for e, (a, b) in terms.items()}
+            return cls(R.from_dict(whole), (0,) * n, steps)
         R, *_ = polynomial_ring(names, ZZ)
-        whole, phase = {}, None
-        for exponents, (a, b) in terms.items():
-            turned = sum(t * e for t, e in zip(turns, exponents)) + (1 if b else 0)
-            phase = turned % 2 if phase is None else phase
-            sign = 1 if (turned - phase) % 4 == 0 else -1
-            whole[tuple(e - low for e, low in zip(exponents, lowest))] = ZZ(sign * (a or b))
-        return cls(R.from_dict(whole), turns)
+        return cls(R.from_dict(turned[1]), turned[0], steps)
+
+
+def _turned_real(terms: Terms) -> tuple[tuple[int, ...], dict[tuple[int, ...], Any]] | None:
+    # Quarter turns of the generators, and the real coefficients they make.
+    turns = _quarter_turns(terms)
+    if turns is None:
+        return None
+    real, phase = {}, None
+    for exponents, (a, b) in terms.items():
+        turned = sum(t * e for t, e in zip(turns, exponents)) + (1 if b else 0)
+        phase = turned % 2 if phase is None else phase
+        sign = 1 if (turned - phase) % 4 == 0 else -1
+        real[exponents] = ZZ(sign * (a or b))
+    return turns, real
 
 
 def _quarter_turns(terms: Terms) -> tuple[int, ...] | None:
@@ -168,23 +229,79 @@ def _quarter_turns(terms: Terms) -> tuple[int, ...] | None:
 
 def _pieces(polynomial: _Polynomial) -> tuple[list[tuple[Any, int]] | None, bool]:
     element = polynomial.element
+    if element.ring.domain == ZZ_I:
+        return _gaussian_pieces(element)
     if len(element) > 12 and _irreducible_on_a_line(element, ZZ):
         return None, _stays_whole(element)
     if len(element) > MOST_TERMS:
         return None, False
+    found, complete = [], True
+    for factor, power in _factor_list(element):
+        split, proved = [(factor, 1)], _stays_whole(factor)
+        if not proved:
+            split, proved = _gaussian_pieces(factor.set_ring(factor.ring.clone(domain=ZZ_I)))
+        found += [(piece, power * times) for piece, times in split]
+        complete = complete and proved
+    return found, complete
+
+
+def _gaussian_pieces(element: Any) -> tuple[list[tuple[Any, int]], bool]:
+    # Factors that are found without the factoring of Gaussian polynomials are taken off first:
+    # most are sines and cosines of half an angle, or have a generator less.
+    found: list[tuple[Any, int]] = []
+    for candidate in _candidates(element):
+        power = 0
+        while not element.rem(candidate):
+            element, power = element.exquo(candidate), power + 1
+        found += [(candidate, power)] if power else []
+    if element.is_ground:
+        return found, True
+    if _irreducible_on_a_line(element, ZZ_I):
+        return [*found, (element, 1)], True
+    letters = sum(map(bool, _degrees(element)))
+    if letters > MOST_LETTERS or len(element) > MOST_GAUSSIAN:
+        return [*found, (element, 1)], False
+    return found + _factor_list(element), True
+
+
+def _candidates(element: Any) -> Iterator[Any]:
+    # Irreducible polynomials that may divide it: the first are linear.
+    ring, degrees = element.ring, _degrees(element)
+    for generator, degree in zip(ring.gens, degrees):
+        for unit in (1, -1, ZZ_I(0, 1), ZZ_I(0, -1)) if degree else ():
+            yield generator - unit
+    # What has one of the generators not divides every coefficient of its powers.
+    for k, degree in enumerate(degrees):
+        parts: dict[int, Terms] = {}
+        for e, c in element.terms():
+            parts.setdefault(e[k], {})[(*e[:k], 0, *e[k + 1 :])] = (int(c.x), int(c.y))
+        shortest = min(parts.values(), key=len)
+        turned = _turned_real(shortest) if degree and 1 < len(shortest) <= MOST_ALONE else None
+        if turned is None:
+            continue
+        turns, real = turned
+        R, *_ = polynomial_ring([f'x{j}' for j in range(len(degrees))], ZZ)
+        for factor, _ in _factor_list(R.from_dict(real)):
+            back = _turned_back(factor, turns)
+            if len(back) > 1 and _stays_whole(factor):
+                yield ring.from_dict({e: ZZ_I(a, b) for e, (a, b) in back.items()})
+
+
+def _degrees(element: Any) -> list[int]:
+    return [max(e[k] for e in element) for k in range(len(element.ring.gens))]
+
+
+def _factor_list(element: Any) -> list[tuple[Any, int]]:
     # Sympy's factoring takes points at random, and a bad one costs minutes: the same ones always.
     seed_random(SEED)
-    _, factors = element.factor_list()
-    complete = all(_stays_whole(factor) for factor, _ in factors)
-    return [(factor, int(power)) for factor, power in factors], complete
+    return [(factor, int(power)) for factor, power in element.factor_list()[1]]
 
 
 def _stays_whole(element: Any) -> bool:
     # Whether a polynomial that is irreducible over the integers is proved not to be a product of
     # two complex ones, which might be real in the angles, as those of cos 2q = (cos q + sin q)
     # (cos q - sin q): they are conjugate, and so of one degree in every generator.
-    degrees = [max(e[k] for e in element) for k in range(len(element.ring.gens))]
-    odd = any(degree % 2 for degree in [*degrees, max(sum(e) for e in element)])
+    odd = any(degree % 2 for degree in [*_degrees(element), max(sum(e) for e in element)])
     return odd or _irreducible_on_a_line(element, ZZ_I)
 
 
@@ -197,19 +314,20 @@ def _irreducible_on_a_line(element: Any, domain: Any) -> bool:
     random = _Sequence(SEED)
     for _ in range(LINES):
         lines = [
-            sympy.Poly(random.next() * t + random.next(), t, domain=ZZ) for _ in element.ring.gens
+            sympy.Poly(random.next() * t + random.next(), t, domain=domain)
+            for _ in element.ring.gens
         ]
-        powers = [[sympy.Poly(1, t, domain=ZZ)] for _ in lines]
-        cut = sympy.Poly(0, t, domain=ZZ)
+        powers = [[sympy.Poly(1, t, domain=domain)] for _ in lines]
+        cut = sympy.Poly(0, t, domain=domain)
         for exponents, c in element.terms():
-            term = sympy.Poly(int(c), t, domain=ZZ)
+            term = sympy.Poly(domain.to_sympy(domain.convert(c)), t, domain=domain)
             for k, e in enumerate(exponents):
                 while len(powers[k]) <= e:
                     powers[k].append(powers[k][-1] * lines[k])
                 if e:
                     term = term * powers[k][e]
             cut += term
-        if cut.degree() == degree and cut.primitive()[1].set_domain(domain).is_irreducible:
+        if cut.degree() == degree and cut.primitive()[1].is_irreducible:
             return True
     return False
 
@@ -224,13 +342,13 @@ class _Sequence:
         return self._state % 23 + 1
 
 
-def _turned_back(piece: Any, polynomial: _Polynomial, value: Laurent) -> Terms:
+def _turned_back(piece: Any, turns: Sequence[int]) -> Terms:
     terms: Terms = {}
     for exponents, c in piece.terms():
-        quarter = -sum(t * e for t, e in zip(polynomial.turns, exponents)) % 4
-        c = int(c)
-        terms[tuple(exponents)] = ((c, 0), (0, c), (-c, 0), (0, -c))[quarter]
-    assert len(value.ring.generators) >= len(next(iter(terms)))
+        c = ZZ_I.convert(c)
+        a, b = int(c.x), int(c.y)
+        quarter = -sum(t * e for t, e in zip(turns, exponents)) % 4
+        terms[tuple(exponents)] = ((a, b), (-b, a), (-a, -b), (b, -a))[quarter]
     return terms
 
 
@@ -243,7 +361,11 @@ def _product(factors: Sequence[RealFactor], arithmetic: Arithmetic) -> Laurent:
 
 
 def _moves(value: Laurent, arithmetic: Arithmetic) -> bool:
+    return _any_moves(value.terms(), arithmetic)
+
+
+def _any_moves(terms: Terms, arithmetic: Arithmetic) -> bool:
     variables = arithmetic.names.variables
     moving = set(range(len(variables)))
     moving |= {arithmetic.ring.index('number', v) for v in variables}
-    return any(e[k] for e in value.terms() for k in moving)
+    return any(e[k] for e in terms for k in moving)

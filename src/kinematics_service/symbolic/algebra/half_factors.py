@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from .arithmetic import Arithmetic
 from .laurent import Laurent, from_terms
@@ -17,45 +18,78 @@ def _degrees(terms: Terms, indices: Sequence[int]) -> list[int]:
     return [max(e[k] for e in terms) + min(e[k] for e in terms) for k in indices]
 
 
-def paired(halves: list[tuple[Terms, int]], arithmetic: Arithmetic) -> list[tuple[Terms, int]]:
-    """Return whole factors and their powers."""
-    # Those of even degree in every angle are whole. The others come in pairs: with the factor that
-    # half a turn of their odd angles makes of them, with their conjugate, or with themselves.
-    indices = _angle_indices(arithmetic)
-    open_: dict[int, tuple[Terms, int]] = {}
-    result: list[tuple[Terms, int]] = []
-    for k, (terms, power) in enumerate(halves):
-        if _is_whole(terms, indices):
-            result.append((terms, power))
-        else:
-            open_[k] = (terms, power)
+@dataclass(frozen=True)
+class Whole:
+    """
+    A factor that is real for real angles.
+
+    Attributes
+    ----------
+    halves
+        The two factors it is a product of where half a turn of an angle makes one of the other, as
+        sin q is one of sin q/2 and cos q/2.
+    splits
+        Whether the halves are real without half angles, as those of cos 2q are: where a row turns
+        by twice a joint's angle.
+    """
+
+    terms: Terms
+    power: int
+    halves: tuple[Terms, ...] = ()
+    splits: bool = False
+
+
+def paired(halves: list[tuple[Terms, int]], arithmetic: Arithmetic) -> list[Whole] | None:
+    """
+    Return whole factors of the irreducible ones; None where one is of half angles and stays alone.
+
+    Those of even degree in every angle are whole. The others come in pairs: with the factor that
+    half a turn of an odd angle makes of them, or with their conjugate, each as often as the other.
+    """
+    indices, parts = _angle_indices(arithmetic), arithmetic.ring.parts
+    joints = [
+        (arithmetic.angle_index(v), step)
+        for v in arithmetic.names.variables
+        for step in dict.fromkeys((parts, arithmetic.steps[v]))
+    ]
+    open_ = dict(enumerate(halves))
+    singles: list[Whole] = []
+    result: list[Whole] = []
     while open_:
         k, (terms, power) = next(iter(open_.items()))
         del open_[k]
+        whole = _is_whole(terms, indices)
+        turned = _half_turned(terms, joints)
+        wanted = [] if whole else [_conjugate(terms, indices)]
+        wanted += [] if turned is None else [turned]
         partner = next(
-            (
-                j
-                for j, (other, _) in open_.items()
-                for wanted in (_shifted(terms, indices), _conjugate(terms, indices))
-                if _proportional(wanted, other) and _is_whole(_times(terms, other), indices)
-            ),
-            None,
+            (j for j, o in open_.items() if _fits(o, wanted, terms, power, indices)), -1
         )
-        if partner is None:
-            partner = next(
-                (j for j, (o, _) in open_.items() if _is_whole(_times(terms, o), indices)), None
-            )
-        if partner is None:
-            square = _times(terms, terms)
-            result.append((square, power // 2) if power % 2 == 0 else (terms, power))
-            continue
-        other, other_power = open_.pop(partner)
-        shared = min(power, other_power)
-        result.append((_times(terms, other), shared))
-        for rest, count in ((terms, power - shared), (other, other_power - shared)):
-            if count:
-                open_[k if rest is terms else partner] = (rest, count)
-    return result
+        if partner >= 0:
+            other, _ = open_.pop(partner)
+            is_turned = turned is not None and _proportional(turned, other)
+            pair = (terms, other) if is_turned else ()
+            splits = is_turned and not any(_turns(terms, k) // parts % 2 for k in indices)
+            result.append(Whole(_times(terms, other), power, pair, splits))
+        elif whole:
+            singles.append(Whole(terms, power))
+        else:
+            return None
+    return singles + result
+
+
+def _fits(
+    other: tuple[Terms, int],
+    wanted: Sequence[Terms],
+    terms: Terms,
+    power: int,
+    indices: Sequence[int],
+) -> bool:
+    return (
+        other[1] == power
+        and any(_proportional(one, other[0]) for one in wanted)
+        and _is_whole(_times(terms, other[0]), indices)
+    )
 
 
 def _is_whole(terms: Terms, indices: Sequence[int]) -> bool:
@@ -64,14 +98,23 @@ def _is_whole(terms: Terms, indices: Sequence[int]) -> bool:
     )
 
 
-def _shifted(terms: Terms, indices: Sequence[int]) -> Terms:
-    odd = [k for k, d in zip(indices, _degrees(terms, indices)) if d % 2]
-    # One of the odd angles is turned by half a turn; turning two of a sum would be a full one.
-    return (
-        {e: (a, b) if e[odd[0]] % 2 == 0 else (-a, -b) for e, (a, b) in terms.items()}
-        if odd
-        else terms
-    )
+def _half_turned(terms: Terms, joints: Sequence[tuple[int, int]]) -> Terms | None:
+    # One of the angles of odd degree, a joint's or that of its row, is turned by half a turn (two
+    # of a sum would be a full one); None where there is none.
+    for k, step in joints:
+        lowest = min(e[k] for e in terms)
+        if _turns(terms, k) % (2 * step) == step and all(
+            (e[k] - lowest) % step == 0 for e in terms
+        ):
+            return {
+                e: (a, b) if (e[k] - lowest) % (2 * step) == 0 else (-a, -b)
+                for e, (a, b) in terms.items()
+            }
+    return None
+
+
+def _turns(terms: Terms, k: int) -> int:
+    return max(e[k] for e in terms) - min(e[k] for e in terms)
 
 
 def _conjugate(terms: Terms, indices: Sequence[int]) -> Terms:
@@ -134,9 +177,9 @@ def upright(terms: Terms, arithmetic: Arithmetic) -> Laurent:
 
     e = next(iter(moved))
     (a, b), (c, d) = moved[e], moved[mirrored(e)]
-    # g = u f with u c(e) conjugate to u c(-e): u^2 = conj(c(-e)) / c(e), a unit; all of ours are
-    # powers of i times 1 + i at most.
-    for p, q in ((1, 0), (0, 1), (1, 1), (1, -1)):
+    # g = u f with u c(e) conjugate to u c(-e): u^2 = conj(c(-e)) / c(e), a unit; most of ours are
+    # powers of i times 1 + i. conj(c(e) + c(-e)) always does where it is not 0, when i does.
+    for p, q in ((1, 0), (0, 1), (1, 1), (1, -1), (a + c, -b - d)):
         one = (p * a - q * b, p * b + q * a)
         two = (p * c - q * d, p * d + q * c)
         if one == (two[0], -two[1]):
@@ -156,6 +199,13 @@ def upright(terms: Terms, arithmetic: Arithmetic) -> Laurent:
     turning = len(still) < len(real)
     balanced = all(a % 2 == 0 and b % 2 == 0 for a, b in still)
     return result.scaled(1, 2).reduced() if turning and balanced else result
+
+
+def upright_half(terms: Terms, arithmetic: Arithmetic) -> Laurent:
+    """Return a factor as `upright` does where the ring has its half angles, else as it is."""
+    if _is_whole(terms, _angle_indices(arithmetic)):
+        return upright(terms, arithmetic)
+    return from_terms(arithmetic.ring, terms)
 
 
 def _leading_is_negative(terms: Terms) -> bool:

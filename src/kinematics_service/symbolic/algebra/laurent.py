@@ -27,8 +27,9 @@ class Generator:
     Parameters
     ----------
     kind
-        `angle`: exp(i meaning) of a joint variable; `fixed_angle`: of a constant one; `number`:
-        the meaning itself, a length, a prismatic variable, or a number that is no fraction.
+        `angle`: exp(i meaning) of a joint variable, or of a part of it; `fixed_angle`: of a
+        constant one; `number`: the meaning itself, a length, a prismatic variable, or a number
+        that is no fraction.
     meaning
         A sympy expression, rad or the file's length unit.
     """
@@ -39,8 +40,17 @@ class Generator:
 
 @dataclass
 class Ring:
-    """The generators so far; the only object here that changes, and it only grows."""
+    """
+    The generators so far; the only object here that changes, and it only grows.
 
+    Attributes
+    ----------
+    parts
+        2 where every angle is a double of what its generator is of: sines and cosines of half
+        angles are polynomials, too.
+    """
+
+    parts: int = 1
     generators: list[Generator] = field(default_factory=list)
     indices: dict[tuple[Kind, Any], int] = field(default_factory=dict)
 

@@ -4,7 +4,6 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-import sympy
 from sympy.polys.domains import QQ_I
 from sympy.polys.rings import ring as polynomial_ring
 
@@ -20,49 +19,12 @@ def quotient_constant(value: Laurent, product: Laurent, arithmetic: Arithmetic) 
     ours, theirs = _by_joints(product, indices), _by_joints(value, indices)
     if set(ours) != set(theirs):
         return None
-    key = next((key for key, part in ours.items() if len(part) == 1), None)
-    if key is None:
-        key = next(iter(ours))
-        return _long_quotient(value, product, ours[key], theirs[key], arithmetic)
-    ((e, (a, b)),) = ours[key].items()
-    size = a * a + b * b
-    quotient: Terms = {}
-    for f, (c, d) in theirs[key].items():
-        # (c + i d) / (a + i b), a power of i times an integer but for the divisor.
-        quotient[tuple(x - y for x, y in zip(f, e))] = (c * a + d * b, d * a - c * b)
-    result = from_terms(arithmetic.ring, quotient, size * value.divisor)
-    result = result.scaled(product.divisor).reduced()
-    return result if not (result * product - value) else None
-
-
-def _long_quotient(
-    value: Laurent, product: Laurent, ours: Terms, theirs: Terms, arithmetic: Arithmetic
-) -> Laurent | None:
-    generators = [sympy.Symbol(f'x{k}') for k in range(len(arithmetic.ring.generators))]
-
-    def polynomial(terms: Terms) -> Any:
-        return sympy.Add(
-            *(
-                (a + sympy.I * b) * sympy.Mul(*(g**x for g, x in zip(generators, e)))
-                for e, (a, b) in terms.items()
-            )
-        )
-
-    quotient = sympy.cancel(polynomial(theirs) / polynomial(ours))
-    numerator, denominator = sympy.fraction(sympy.together(quotient))
-    if denominator.free_symbols:
+    # The group with the fewest terms says what it is.
+    ring, key = arithmetic.ring, min(ours, key=lambda key: len(ours[key]))
+    quotient = divided(from_terms(ring, theirs[key]), from_terms(ring, ours[key]))
+    if quotient is None:
         return None
-    terms = {}
-    lcm = 1
-    poly = sympy.Poly(sympy.expand(numerator / denominator), *generators, domain=sympy.QQ_I)
-    for _, c in poly.terms():
-        c = sympy.sympify(c)
-        lcm = int(sympy.ilcm(lcm, sympy.re(c).q, sympy.im(c).q))
-    for e, c in poly.terms():
-        c = sympy.sympify(c)
-        terms[e] = (int(sympy.re(c) * lcm), int(sympy.im(c) * lcm))
-    result = from_terms(arithmetic.ring, terms, lcm * value.divisor).scaled(product.divisor)
-    result = result.reduced()
+    result = quotient.scaled(product.divisor, value.divisor).reduced()
     return result if not (result * product - value) else None
 
 

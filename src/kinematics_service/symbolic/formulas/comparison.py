@@ -1,9 +1,11 @@
 """A file of formulas against a robot: what agrees, what differs, where, and why."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+import sympy as sp  # type: ignore[import-untyped]
 
 from ...errors import FormulaError
 from ...robot.robot import Robot
@@ -18,12 +20,13 @@ from .statements.names import FormulaNames
 from .statements.poses import Poses, poses_for
 from .statements.solutions import (
     BRANCH,
+    MOST_POSES,
     EquationCheck,
     PassiveJointCheck,
     SolutionCheck,
 )
 from .statements.statements import Statement, Understood, understand
-from .text.file import read_formulas
+from .text.file import Settings, read_formulas
 
 AGREES, DIFFERS = 'agrees', 'differs'
 BRANCH_POSES = 200
@@ -126,6 +129,7 @@ def compare(robot: Robot, text: str) -> Comparison:
     names = FormulaNames(table_of(robot.description))
     understood = understand(read_formulas(text), names)
     verdicts: list[Verdict] = []
+    solutions: list[SolutionCheck] = []
     faults = list(understood.faults)
     randomised: dict[str, None] = {}
     count = 0
@@ -137,8 +141,14 @@ def compare(robot: Robot, text: str) -> Comparison:
             count = max(count, check.poses.count)
             randomised.update(dict.fromkeys(check.poses.randomised))
             verdicts.append(_verdict(check))
+            if isinstance(check, SolutionCheck):
+                solutions.append(check)
         except FormulaError as fault:
             faults.append(_located(fault, statement))
+        except RecursionError:
+            message = f'{statement.name}: the formula is nested too deep'
+            faults.append(FormulaError(message, statement.line, 1))
+    verdicts = _with_the_others(verdicts, solutions)
     claims = [statement for statement in understood.statements if statement.kind == 'claim']
     if claims and names.table.passive:
         message = 'families of singular poses are not compared where loops bend the arm'
@@ -184,12 +194,13 @@ def _check(
                 1,
             )
         return PassiveJointCheck(robot, names, statement, poses(8))
-    others = tuple(s for s in understood.statements if s.kind == 'solution')
-    last = {other.joint: other for other in others}
-    last[statement.joint] = statement
-    together = frozenset().union(*(_symbols(other) for other in last.values()))
-    located = poses(BRANCH_POSES, together)
-    return SolutionCheck(robot, names, statement, located, tuple(last.values()))
+    others = tuple(
+        s
+        for s in understood.statements
+        if s.kind == 'solution' and s.settings == statement.settings
+    )
+    together = frozenset().union(*map(_symbols, others))
+    return SolutionCheck(robot, names, statement, poses(BRANCH_POSES, together), others)
 
 
 def _verdict(check: Check) -> Verdict:
@@ -227,12 +238,14 @@ def _verdict(check: Check) -> Verdict:
 
 def _rounded(check: Check) -> tuple[str, ...]:
     # Printed numbers are compared to their last digit, and that is said.
-    if not check.statement.decimals:
+    if not check.statement.decimals and not check.statement.rounded:
         return ()
     worst = float(np.max(check.gap(check.person, check.right)))
     if worst <= ROUND_OFF:
         return ()
     places = check.statement.decimals
+    if not places:
+        return (f'to the decimals given; the largest difference is {worst:.2g}',)
     return (f'to the {places} decimals given; the largest difference is {worst:.2g}',)
 
 
@@ -324,17 +337,53 @@ def _rotation_facts(R: Floats) -> list[str]:
 
 def _branch(check: SolutionCheck) -> list[str]:
     share = check.share
-    if share >= 1.0 or bool(check.wrong.any()):
+    if share >= 1.0:
+        return []
+    if bool(check.wrong.any()):
+        slides = 'prismatic' in check.names.table.joint_types
+        if slides and check.is_other_branch(None):
+            return ['gives another branch, with a length outside its limits']
         return []
     if share < BRANCH:
         return [
             'gives another branch: with other values of the other joints the tool is there too'
         ]
     hit = f'gives one of several solutions: the joint itself at {share:.0%} of the poses'
-    if len(check.others) > 1 and check.reaches:
-        return [f"{hit}; with the file's other formulas the tool always reaches the point"]
-    arctangent = 'atan(' in str(check.expressions[0, 0])
+    if check.together == 1.0:
+        return [f"{hit}; with the file's other formulas the tool always reaches its place"]
+    arctangent = check.expressions.has(sp.atan)
     return [hit + ('; atan cannot tell the quadrants apart, atan2 can' if arctangent else '')]
+
+
+def _with_the_others(
+    verdicts: Sequence[Verdict], checks: Sequence[SolutionCheck]
+) -> list[Verdict]:
+    # Formulas that are right one by one may belong to different solutions.
+    right = {verdict.line for verdict in verdicts if verdict.status == AGREES}
+    groups: dict[Settings, list[SolutionCheck]] = {}
+    for check in checks:
+        if check.statement.line in right:
+            groups.setdefault(check.statement.settings, []).append(check)
+    apart: dict[int, str] = {}
+    for group in groups.values():
+        first = replace(group[0], others=tuple(check.statement for check in group))
+        if all(check.share == 1.0 for check in group) or first.together is None:
+            continue
+        if first.together >= MOST_POSES:
+            continue
+        names = ', '.join(dict.fromkeys(check.statement.name for check in group))
+        times = f'at {first.together:.0%} of the poses only' if first.together else 'at no pose'
+        said = (
+            f'right alone, but together the formulas of {names} bring the tool to its place '
+            f'{times}: they belong to different solutions'
+        )
+        apart |= {check.statement.line: said for check in group if check.share < 1.0}
+    return [
+        replace(verdict, status=DIFFERS, remarks=(apart[verdict.line],), tried=('another branch',))
+        if verdict.line in apart
+        else verdict
+        for verdict in verdicts
+    ]
 
 
 def _claimed(claim: Claim) -> Verdict:

@@ -56,7 +56,7 @@ class Evaluation:
                 total = total + value if e.is_Add else total * value
             return total
         if e.is_number and not e.args:
-            return np.full(self.poses, float(e) if e.is_finite else np.nan)
+            return np.full(self.poses, float(e) if e.is_finite and e.is_real else np.nan)
         arguments = [self._of(part) for part in e.args]
         if e.is_Pow:
             result: Floats = np.power(arguments[0], arguments[1])

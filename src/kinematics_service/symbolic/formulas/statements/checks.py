@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+import sympy as sp  # type: ignore[import-untyped]
 
 from ....robot.robot import Robot
 from ..arm.numbers import DEGREE, Evaluation, Floats
@@ -112,8 +113,21 @@ class Check(ABC):
 
     @cached_property
     def wrong(self) -> Mask:
-        """Return which entries differ at some pose."""
-        return ~self.agrees(self.person, self.right)
+        """Return which entries differ at some pose, by more than rounded numbers in them can."""
+        wrong: Mask = ~self.agrees(self.person, self.right)
+        if wrong.any() and self.statement.rounded:
+            wrong &= np.any(np.abs(self.person - self.right) > self.rounding, axis=0)
+        return wrong
+
+    @cached_property
+    def rounding(self) -> Floats:
+        """Return how far rounded numbers can move each entry, shape (N, rows, columns)."""
+        moved = np.full_like(self.person, 0.0)
+        for number, half in self.statement.rounded:
+            step = sp.Rational(repr(half))
+            near = self.expressions.xreplace({number: number + step, -number: -number - step})
+            moved += np.abs(self.evaluation.of_matrix(near) - self.person)
+        return moved * (1.0 + 1e-6) + ROUND_OFF
 
     @cached_property
     def is_one_configuration(self) -> bool:

@@ -117,7 +117,8 @@ class FormulaNames:
     def unknown(self, token: FormulaToken) -> FormulaError:
         """Return the error about a name nothing is known of."""
         known = [s.name for s in (*self.table.variables, *self.table.constants)]
-        near = difflib.get_close_matches(token.text, known, n=1)
+        alike = [name for name in known if name.lower() == token.text.lower()]
+        near = alike or difflib.get_close_matches(token.text, known, n=1)
         hint = f', did you mean {near[0]!r}?' if near else ''
         message = (
             f'unknown name {token.written!r}{hint} (known: {", ".join(known)}, pi, x, y, z, '

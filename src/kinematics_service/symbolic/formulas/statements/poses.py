@@ -17,7 +17,7 @@ from ..arm.quantities import numeric, quantity_of, why_out_of_range
 from ..arm.world import World
 from ..text.build import build, is_matrix
 from ..text.file import Raw, Settings
-from ..text.syntax import Node
+from ..text.syntax import Node, postorder
 from .names import FormulaNames, coordinates, reading_of, rotation_entries
 
 SEED = 20240523
@@ -202,4 +202,4 @@ def _number(value: Any) -> float:
 
 
 def _has_unit(node: Node) -> bool:
-    return node.kind == 'deg' or any(_has_unit(part) for part in node.parts)
+    return any(part.kind == 'deg' for part in postorder(node))

@@ -2,16 +2,24 @@
 Whether an equation holds, and whether a formula of the inverse kinematics gives the joint back.
 """
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from itertools import product
+from typing import Any, TypeAlias
 
 import numpy as np
 
+from ....kernel import Integers
 from ..arm.numbers import DEGREE, Floats
+from ..arm.table import Table
 from ..arm.world import World
 from .checks import Check, Mask
+from .names import rotation_entries
+from .poses import Poses
 from .statements import Statement
+
+Limits: TypeAlias = Floats  # (n, 2), rad or m
 
 # Share of the poses at which one branch of an inverse must hit: fewer are coincidences.
 BRANCH = 0.1
@@ -19,9 +27,138 @@ BRANCH = 0.1
 HIT = 1e-7
 # Another branch is one at nearly every pose; starts and steps that find it where there is one.
 MOST_POSES = 0.9
-STARTS = 8
-STEPS = 30
+STARTS = 24
+FIRST_STARTS = 4  # none at any pose: there is none
+STEPS = 20
 SEED = 1955
+# Poses at which another branch is looked for, and choices among several formulas of each joint.
+ASKED = 40
+MOST_CHOICES = 16
+# A joint that moves a point by less a rad does not move it.
+STILL = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class PoseSearch:
+    """
+    Whether joints can bring the tool to where it is at each pose when others have given values.
+
+    Parameters
+    ----------
+    table, poses
+        The arm, and where the tool is.
+    whole
+        Whether its rotation counts, too.
+    joints
+        Indices of those that may move.
+    """
+
+    table: Table
+    poses: Poses
+    whole: bool
+    joints: list[int]
+
+    @cached_property
+    def target(self) -> World:
+        """Return the arm at the poses."""
+        return World(self.table, self.poses.values, self.poses.count)
+
+    @property
+    def rows(self) -> int:
+        """Return how many rows of the Jacobian count."""
+        return 6 if self.whole else 3
+
+    @cached_property
+    def moving(self) -> list[int]:
+        """Return those of the joints that move what counts."""
+        sizes = np.abs(self.target.jacobian[:, : self.rows]).max(axis=(0, 1))
+        return [k for k in self.joints if sizes[k] > STILL]
+
+    @property
+    def is_redundant(self) -> bool:
+        """Return whether the joints can always follow."""
+        J = self.target.jacobian[:, : self.rows]
+        return int(np.linalg.matrix_rank(J, tol=STILL).max()) <= len(self.moving)
+
+    def reached(
+        self, given: Mapping[Any, Floats], wanted: Mask, limits: Limits | None = None
+    ) -> Mask:
+        """
+        Return at which of the wanted poses the joints bring the tool there, shape (N,).
+
+        Parameters
+        ----------
+        given
+            Values of other joints.
+        wanted : shape (N,)
+        limits
+            Inside which lengths stay; none are looked at where none are given.
+        """
+        finite = np.all([np.isfinite(v) for v in given.values()], axis=0)
+        left = wanted & finite
+        random = np.random.default_rng(SEED)
+        for start in range(STARTS if self.moving else 1):
+            if not left.any() or (start == FIRST_STARTS and np.array_equal(left, wanted & finite)):
+                break
+            found = np.flatnonzero(left)[
+                self._stepped(given, np.flatnonzero(left), random, limits)
+            ]
+            left[found] = False
+        result: Mask = wanted & finite & ~left
+        return result
+
+    def _stepped(
+        self,
+        given: Mapping[Any, Floats],
+        at: Integers,
+        random: np.random.Generator,
+        limits: Limits | None,
+    ) -> Mask:
+        # Newton's damped steps from random positions.
+        table = self.table
+        values = {s: v[at] for s, v in {**self.poses.values, **given}.items()}
+        for k in self.moving:
+            span = np.pi if table.joint_types[k] != 'prismatic' else 1.0
+            values[table.variables[k]] = random.uniform(-span, span, len(at))
+        target = self.target.pose[at]
+        for step_left in reversed(range(STEPS if self.moving else 1)):
+            world = World(table, values, len(at))
+            gap = _twist_between(world.pose, target)[:, : self.rows]
+            if not step_left or float(np.max(np.abs(gap))) <= HIT / 10:
+                break
+            J = world.jacobian[:, : self.rows, self.moving]
+            J_t = np.swapaxes(J, 1, 2)
+            damped = J_t @ J + 1e-12 * np.eye(len(self.moving))
+            step = np.linalg.solve(damped, J_t @ gap[..., None])[..., 0]
+            longest = np.max(np.abs(step), axis=1, keepdims=True)
+            step *= np.minimum(1.0, 0.7 / np.maximum(longest, 1e-300))
+            for column, k in enumerate(self.moving):
+                values[table.variables[k]] = values[table.variables[k]] + step[:, column]
+        reached: Mask = np.max(np.abs(gap), axis=1) <= HIT
+        for k, (low, high) in enumerate(() if limits is None else limits):
+            if table.joint_types[k] == 'prismatic':
+                length = values[table.variables[k]]
+                reached &= (length >= low - HIT) & (length <= high + HIT)
+        return reached
+
+
+def _twist_between(pose: Floats, target: Floats) -> Floats:
+    # What brings one to the other, to first order: (v, w), 0 for the same pose only.
+    turned = target[:, :3, :3] @ np.swapaxes(pose[:, :3, :3], 1, 2)
+    w = np.stack(
+        [
+            turned[:, 2, 1] - turned[:, 1, 2],
+            turned[:, 0, 2] - turned[:, 2, 0],
+            turned[:, 1, 0] - turned[:, 0, 1],
+        ],
+        axis=-1,
+    )
+    # A half turn has no such difference: its length is that of the angle.
+    cosine = np.clip((np.trace(turned, axis1=1, axis2=2) - 1.0) / 2.0, -1.0, 1.0)
+    size = np.linalg.norm(w, axis=1)
+    angle = np.arctan2(size / 2.0, cosine)
+    axis = np.where(size[:, None] > 1e-9, w / np.maximum(size, 1e-300)[:, None], [1.0, 0.0, 0.0])
+    return np.concatenate([target[:, :3, 3] - pose[:, :3, 3], axis * angle[:, None]], axis=1)
 
 
 class EquationCheck(Check):
@@ -99,74 +236,89 @@ class SolutionCheck(Check):
         return float(np.mean(self.hits(self.person[:, 0, 0])))
 
     @cached_property
-    def reaches(self) -> bool:
-        """Return whether the file's formulas together lead the tool back to every point."""
-        values = dict(self.poses.values)
+    def is_about_the_pose(self) -> bool:
+        """Return whether the whole pose decides, as the point says nothing about the joint."""
+        column = self.world.jacobian[:, :3, self.statement.joint]
+        turned = self.statement.value.free_symbols & set(rotation_entries().values())
+        return bool(turned) or float(np.max(np.abs(column))) < STILL
+
+    @cached_property
+    def together(self) -> float | None:
+        """
+        Return the share of the poses at which formulas of the file, put together, reach the tool.
+
+        Of each joint one of its formulas, by the values of the others' formulas; joints without a
+        formula are free. None where the file has formulas of one joint only, or too many.
+        """
+        by_joint: dict[int, list[Statement]] = {}
         for statement in self.others:
-            check = SolutionCheck(self.robot, self.names, statement, self.poses)
-            values[check.variable] = check.in_radians(check.person[:, 0, 0])
-        if not all(np.all(np.isfinite(v)) for v in values.values()):
-            return False
-        there = World(self.names.table, values, self.poses.count).pose
-        gap = self.gap(there[:, :3, 3], self.world.pose[:, :3, 3])
-        return bool(np.all(gap <= HIT))
+            by_joint.setdefault(statement.joint, []).append(statement)
+        choices = [*product(*by_joint.values())]
+        if len(by_joint) < 2 or len(choices) > MOST_CHOICES:
+            return None
+        table = self.names.table
+        whole = any(self.of(other).is_about_the_pose for other in self.others)
+        free = [k for k in range(len(table.variables)) if k not in by_joint]
+        search = PoseSearch(table, self.poses, whole, free)
+        if free and search.is_redundant:
+            return None
+        reached = np.zeros(self.poses.count, dtype=bool)
+        for chosen in choices:
+            values = self._in_turn({statement.joint: statement for statement in chosen})
+            if values is not None:
+                given = {table.variables[k]: v for k, v in values.items()}
+                reached |= search.reached(given, ~reached)
+        return float(np.mean(reached))
+
+    def of(self, statement: Statement) -> 'SolutionCheck':
+        """Return the check of another formula of the file at the same poses."""
+        return replace(self, statement=statement)
+
+    def _in_turn(self, chosen: Mapping[int, Statement]) -> dict[int, Floats] | None:
+        # Values of the joints, each by those it is written with; None where they go in a circle.
+        variables, found = self.names.table.variables, dict[int, Floats]()
+        while len(found) < len(chosen):
+            ready = [
+                k
+                for k, statement in chosen.items()
+                if k not in found
+                and not any(
+                    variables[j] in statement.value.free_symbols
+                    for j in chosen
+                    if j not in found and j != k
+                )
+            ]
+            if not ready:
+                return None
+            for k in ready:
+                values = {**self.poses.values, **{variables[j]: v for j, v in found.items()}}
+                check = replace(self.of(chosen[k]), poses=replace(self.poses, values=values))
+                found[k] = check.in_radians(check.person[:, 0, 0])
+        return found
 
     @cached_property
     def wrong(self) -> Mask:
         """Return whether the formula is wrong, shape (1, 1)."""
-        return np.array([[self.share < BRANCH and not self.is_other_branch]])
+        return np.array([[self.share < BRANCH and not self.is_other_branch(self.robot.limits)]])
 
-    @cached_property
-    def is_other_branch(self) -> bool:
+    def is_other_branch(self, limits: Limits | None) -> bool:
         """
-        Return whether the other joints can bring the tool to its point with this joint so.
+        Return whether the other joints can bring the tool to its place with this joint so.
 
-        Lengths stay inside their limits. Asked only where that is more than they can always do:
-        the point has as many coordinates as the arm has joints, or more.
+        The joints that stand in the formula keep their values, and lengths stay inside the limits
+        where such are given. Asked only where that is more than the other joints can always do.
         """
-        joint = self.statement.joint
+        joint, table = self.statement.joint, self.names.table
         here = self.in_radians(self.person[:, 0, 0])
         good = np.isfinite(here)
-        # A formula by other joints is about their values.
         held = self.expressions.free_symbols
-        variables = self.names.table.variables
-        free = [k for k, v in enumerate(variables) if k != joint and v not in held]
-        rank = int(np.linalg.matrix_rank(self.world.jacobian[:, :3], tol=1e-9).max())
-        if np.mean(good) < MOST_POSES or not free or rank <= len(free):
+        free = [k for k, v in enumerate(table.variables) if k != joint and v not in held]
+        search = PoseSearch(table, self.poses, self.is_about_the_pose, free)
+        if np.mean(good) < MOST_POSES or search.is_redundant:
             return False
-        left = good.copy()
-        random = np.random.default_rng(SEED)
-        for _ in range(STARTS):
-            left &= ~self._reached(np.where(good, here, 0.0), free, random)
-        return bool(np.mean(left[good]) <= 1.0 - MOST_POSES)
-
-    def _reached(self, here: Floats, free: list[int], random: np.random.Generator) -> Mask:
-        # Newton's damped steps of the other joints from random angles towards the point.
-        table, count = self.names.table, self.poses.count
-        target = self.world.pose[:, :3, 3]
-        values = {**self.poses.values, self.variable: here}
-        for k in free:
-            turns = table.joint_types[k] != 'prismatic'
-            span = np.pi if turns else 1.0
-            values[table.variables[k]] = random.uniform(-span, span, count)
-        gap = np.zeros((count, 3))
-        for _ in range(STEPS):
-            world = World(table, values, count)
-            gap = target - world.pose[:, :3, 3]
-            J = world.jacobian[:, :3, free]
-            J_t = np.swapaxes(J, 1, 2)
-            damped = J_t @ J + 1e-12 * np.eye(len(free))
-            step = np.linalg.solve(damped, J_t @ gap[..., None])[..., 0]
-            longest = np.max(np.abs(step), axis=1, keepdims=True)
-            step *= np.minimum(1.0, 0.7 / np.maximum(longest, 1e-300))
-            for column, k in enumerate(free):
-                values[table.variables[k]] = values[table.variables[k]] + step[:, column]
-        reached: Mask = np.max(np.abs(gap), axis=1) <= HIT
-        for k, (low, high) in enumerate(self.robot.limits):
-            if table.joint_types[k] == 'prismatic':
-                length = values[table.variables[k]]
-                reached &= (length >= low - HIT) & (length <= high + HIT)
-        return reached
+        asked = np.isin(np.arange(self.poses.count), np.flatnonzero(good)[:ASKED])
+        reached = search.reached({self.variable: here}, asked, limits)
+        return bool(np.mean(reached[asked]) >= MOST_POSES)
 
     def passes(self, i: int, j: int, expression: Any) -> bool:
         """Return whether another formula gives the joint back at enough poses."""

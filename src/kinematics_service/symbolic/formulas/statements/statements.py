@@ -11,12 +11,14 @@ from ..arm.numbers import size_of
 from ..arm.quantities import ACCEPTED, Quantity, quantity_of, why_out_of_range
 from ..text.build import build, is_matrix
 from ..text.file import FormulaFile, Raw, Settings
-from ..text.syntax import Node
+from ..text.syntax import Node, postorder
 from ..text.tokens import FormulaToken
 from .names import COORDINATES, FormulaNames, reading_of
 
 LONGEST = 200_000  # nodes of an expression, shared parts counted each time
 DEEPEST_DEFINITION = 40
+# Decimals from which on a number beside a letter counts as a rounded one: 0.5 is a half.
+ROUNDED = 4
 
 
 @dataclass(frozen=True)
@@ -42,6 +44,8 @@ class Statement:
         Of a claim, pairs of a joint index and an expression in k.
     decimals
         Decimal places of a formula that is nothing but numbers, else None.
+    rounded
+        Numbers beside letters that are given with many decimals, and half a unit of the last.
     """
 
     kind: str
@@ -54,6 +58,7 @@ class Statement:
     left: Any = None
     conditions: tuple[tuple[int, Any], ...] = ()
     decimals: int | None = None
+    rounded: tuple[tuple[Any, float], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -77,6 +82,12 @@ class _Reader:
         self.faults = list(file.faults)
         self.global_: dict[str, Raw] = {}
         self.local: dict[int, dict[str, Raw]] = {}  # by the index of the formula above
+        self.rounded = {
+            sp.Rational(node.text): 0.5 * 10.0 ** -_decimals(node.text)
+            for raw in file.raw
+            for node in _numbers(raw.right)
+            if _decimals(node.text) >= ROUNDED and 'e' not in node.text.lower()
+        }
         self.used: set[int] = set()
         self.known: dict[tuple[int, int, bool, bool], Any] = {}
 
@@ -107,6 +118,9 @@ class _Reader:
                 found = self._statement(index, raw)
             except FormulaError as fault:
                 self.faults.append(fault)
+                continue
+            except RecursionError:
+                self.faults.append(FormulaError('the formula is nested too deep', raw.line, 1))
                 continue
             if isinstance(found, Statement):
                 statements.append(found)
@@ -168,8 +182,18 @@ class _Reader:
         decimals = None
         if all(entry.is_Rational for entry in matrix):
             decimals = max((_decimals(n.text) for n in _numbers(raw.right)), default=0)
-        name, line = _text(raw.left), raw.line
-        return Statement(kind, name, line, raw.settings, matrix, decimals=decimals, **more)
+        given = {n for entry in matrix for n in entry.atoms(sp.Rational)}
+        rounded = tuple((n, half) for n, half in self.rounded.items() if {n, -n} & given)
+        return Statement(
+            kind,
+            _text(raw.left),
+            raw.line,
+            raw.settings,
+            matrix,
+            decimals=decimals,
+            rounded=rounded if decimals is None else (),
+            **more,
+        )
 
     def _refuse_matrix(self, value: Any, raw: Raw) -> None:
         if is_matrix(value):
@@ -270,21 +294,26 @@ def _is_formula(key: str, right: Node) -> bool:
 
 
 def _numbers(node: Node) -> Iterator[Node]:
-    if node.kind == 'number':
-        yield node
-    for part in node.parts:
-        yield from _numbers(part)
+    return (part for part in postorder(node) if part.kind == 'number')
 
 
 def _decimals(text: str) -> int:
     return len(text.lower().partition('e')[0].partition('.')[2])
 
 
-def _text(node: Node) -> str:
+def _text(root: Node) -> str:
     # The left side as a person reads it.
+    texts: list[str] = []
+    for node in postorder(root):
+        first = len(texts) - len(node.parts)
+        inner, texts = texts[first:], texts[:first]
+        texts.append(_text_of(node, inner))
+    return texts[0]
+
+
+def _text_of(node: Node, inner: list[str]) -> str:
     if node.kind in ('name', 'number'):
         return node.at.written if node.kind == 'name' else node.text
-    inner = [_text(part) for part in node.parts]
     if node.kind == 'call':
         return f'{node.text}({", ".join(inner)})'
     if node.kind == 'neg':

@@ -3,12 +3,14 @@ From the tree of a formula to a sympy expression or matrix; only what the gramma
 """
 
 from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, TypeAlias
 
 import sympy as sp  # type: ignore[import-untyped]
 
 from ....errors import FormulaError
-from .syntax import Node
+from .syntax import MOST_ENTRIES, Node, postorder
 from .tokens import FormulaToken
 
 Value: TypeAlias = Any  # a sympy expression or an immutable matrix
@@ -17,6 +19,8 @@ Lookup: TypeAlias = Callable[[FormulaToken], Value]
 MOST_DIGITS = 40
 HIGHEST_POWER = 24
 LARGEST_NUMBER_BITS = 4096
+LARGEST_POWER = 1000
+DEEPEST_CALLS = 12
 # A decimal this long that is a rounded multiple of pi/12 is that multiple: 1.5708, 3.14159.
 DIGITS_OF_PI = 4
 TWELFTHS = tuple(k for k in range(1, 49) if k % 12 == 0 or k <= 24)
@@ -38,7 +42,33 @@ def build(node: Node, lookup: Lookup) -> Value:
     FormulaError
         Shapes that do not fit, an unknown name, a number out of bounds.
     """
-    parts = [build(part, lookup) for part in node.parts]
+    values: list[Value] = []
+    for part in postorder(node):
+        first = len(values) - len(part.parts)
+        operands, values = values[first:], values[:first]
+        values.append(_combined(part, operands, lookup))
+    return _whole(values[0])
+
+
+@dataclass(frozen=True)
+class _Sum:
+    # Numbers that are added up at once: one after the other takes the square of their count.
+    terms: list[Value]
+
+
+def _whole(value: Value | _Sum) -> Value:
+    return sp.Add(*value.terms) if isinstance(value, _Sum) else value
+
+
+def _combined(node: Node, operands: list[Value | _Sum], lookup: Lookup) -> Value | _Sum:
+    if node.kind in ('+', '-') and not is_matrix(operands[0]):
+        other = _unwrapped(_whole(operands[1]))
+        if not is_matrix(other):
+            first = operands[0]
+            terms = first.terms if isinstance(first, _Sum) else [first]
+            terms.append(other if node.kind == '+' else -other)
+            return _Sum(terms)
+    parts = [_whole(operand) for operand in operands]
     if node.kind == 'number':
         return number(node.text, node.at)
     if node.kind == 'name':
@@ -46,15 +76,37 @@ def build(node: Node, lookup: Lookup) -> Value:
     if node.kind == 'matrix':
         return _stacked(node, parts)
     if node.kind == 'call':
-        return _called(node, parts)
+        return _real(node, _called(node, parts))
     parts = [_unwrapped(part) for part in parts]
     try:
-        return _OPERATIONS[node.kind](node, *parts)
+        value = _OPERATIONS[node.kind](node, *parts)
     except FormulaError:
         raise
     except (sp.ShapeError, ValueError, TypeError, NotImplementedError) as error:
         reason = str(error) or type(error).__name__
         raise _fault(node, f'{node.at.written!r} cannot be done here: {reason}') from None
+    _refuse_large(node, value)
+    return _real(node, value) if node.kind == '^' else value
+
+
+def _refuse_large(node: Node, value: Value) -> None:
+    # Products double the digits of their numbers each time.
+    for entry in value if is_matrix(value) else (value,):
+        for factor in sp.Mul.make_args(entry):
+            if factor.is_Rational and _bits(factor) > LARGEST_NUMBER_BITS:
+                raise _fault(node, 'the number is too large')
+            if factor.is_Pow and factor.exp.is_Rational and abs(factor.exp) > LARGEST_POWER:
+                raise _fault(node, f'a power higher than {LARGEST_POWER}')
+
+
+def _bits(number: Value) -> int:
+    return int(number.p).bit_length() + int(number.q).bit_length()
+
+
+def _real(node: Node, value: Value) -> Value:
+    if not is_matrix(value) and value.has(sp.I):
+        raise _fault(node, f'{node.text or node.at.written} is not a real number here')
+    return value
 
 
 def is_matrix(value: Value) -> bool:
@@ -94,6 +146,8 @@ def _unwrapped(value: Value) -> Value:
 
 
 def _stacked(node: Node, parts: list[Value]) -> Value:
+    if sum(len(part) if is_matrix(part) else 1 for part in parts) > MOST_ENTRIES:
+        raise _fault(node, f'a matrix of more than {MOST_ENTRIES} entries')
     rows, at = [], 0
     for length in node.rows:
         blocks = [part if is_matrix(part) else sp.Matrix([[part]]) for part in parts[at:][:length]]
@@ -156,7 +210,7 @@ def _powered(node: Node, base: Value, exponent: Value) -> Value:
         raise _fault(node, f'an exponent must be a number of at most {HIGHEST_POWER}')
     if base == 0 and exponent < 0:
         raise _fault(node, 'division by zero')
-    bits = (int(base.p).bit_length() + int(base.q).bit_length()) if base.is_Rational else 1
+    bits = _bits(base) if base.is_Rational else 1
     if bits * abs(exponent) > LARGEST_NUMBER_BITS:
         raise _fault(node, 'the number is too large')
     return base**exponent
@@ -228,6 +282,12 @@ _SCALAR: dict[str, Callable[..., Value]] = {
 }
 
 
+@lru_cache(maxsize=65536)
+def _functions_inside(value: Value) -> int:
+    inside = max(map(_functions_inside, value.args), default=0)
+    return inside + bool(value.is_Function)
+
+
 def _called(node: Node, arguments: list[Value]) -> Value:
     if node.text == 'cross':
         if not all(map(is_matrix, arguments)):
@@ -242,6 +302,8 @@ def _called(node: Node, arguments: list[Value]) -> Value:
     arguments = [_unwrapped(argument) for argument in arguments]
     if any(map(is_matrix, arguments)):
         raise _fault(node, f'{node.text} of a matrix')
+    if max(map(_functions_inside, arguments)) >= DEEPEST_CALLS:
+        raise _fault(node, f'functions nested more than {DEEPEST_CALLS} deep')
     value = _SCALAR[node.text](*arguments)
     if not value.is_finite and value.is_number:
         raise _fault(node, f'{node.text} is not finite here')

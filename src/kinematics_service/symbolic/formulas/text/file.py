@@ -15,8 +15,10 @@ WHERE = re.compile(r'\s*,?\s*where\b[\s,:]*', re.IGNORECASE)
 LATEX_WHERE = re.compile(r'\\(?:text|mathrm)\s*\{\s*where\s*\}')
 GOES_ON = re.compile(r'(=|(?<![*/])[*/+-]|&|\\\\|\.\.\.)\s*$')
 BEGINS_A_MATRIX = re.compile(r'\s*(\$|\[|\\begin|\\left|\\\[|Matrix|sp\.|sympy\.|np\.)')
-BRACED = re.compile(r'\\(?:begin|end)\s*\{[^}]*\}')
-BEGINS_ANOTHER = re.compile(r'[^&=]*[^&=:\s]\s*:?=')
+BRACED = re.compile(r'\\(?:begin|end)\s*\{[^{}]{0,40}\}')
+
+# Each takes up to a second.
+MOST_FORMULAS = 200
 
 # What a determinant may be said to be of: `det(J)`.
 DETERMINANT_OF = ('J', 'Jv', 'Jt', 'Jacobian')
@@ -132,6 +134,10 @@ def read_formulas(text: str) -> FormulaFile:
                 raw.append(equation)
         except FormulaError as fault:
             faults.append(fault)
+        if len(raw) > MOST_FORMULAS:
+            message = f'more than {MOST_FORMULAS} formulas: split the file'
+            faults.append(FormulaError(message, chunk.line, 1))
+            break
     return FormulaFile(tuple(raw), tuple(faults))
 
 
@@ -164,11 +170,17 @@ def _chunks(lines: Sequence[str]) -> Iterator[_Chunk]:
                     break
             elif depth <= 0 and not GOES_ON.search(before):
                 break
-            elif depth > 0 and (BEGINS_ANOTHER.match(text) or SETTING.fullmatch(text)):
+            elif depth > 0 and (_begins_another(text) or SETTING.fullmatch(text)):
                 break  # a bracket that was never closed must not swallow the file
             depth += _depth(lines[at])
             at += 1
         yield _Chunk('\n'.join(lines[first:at]), first + 1, by_lines)
+
+
+def _begins_another(text: str) -> bool:
+    left, equals, _ = text.partition('=')
+    left = left.rstrip().removesuffix(':').rstrip()
+    return bool(equals and left) and '&' not in left and not left.endswith(':')
 
 
 def _skip_blank(lines: Sequence[str], at: int) -> int:

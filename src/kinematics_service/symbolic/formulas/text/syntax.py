@@ -6,7 +6,7 @@ matrices as `[a b; c d]`, `[[a, b], [c, d]]`, `Matrix(...)` or `\begin{bmatrix}`
 inverses and cross products.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from ....errors import FormulaError
@@ -21,6 +21,8 @@ FUNCTIONS = {
 MATRIX_CALLS = frozenset(('Matrix', 'ImmutableMatrix', 'array'))
 INVERSE = {'sin': 'asin', 'cos': 'acos', 'tan': 'atan'}
 DEEPEST = 60
+# A Jacobian of dozens of joints has fewer.
+MOST_ENTRIES = 1000
 
 
 @dataclass(frozen=True)
@@ -47,6 +49,17 @@ class Node:
     parts: tuple['Node', ...]
     at: FormulaToken
     rows: tuple[int, ...] = ()
+
+
+def postorder(root: Node) -> Iterator[Node]:
+    """Yield the parts of a tree, each after its own: sums of thousands of terms are deep."""
+    stack = [(root, 0)]
+    while stack:
+        node, done = stack.pop()
+        if done < len(node.parts):
+            stack += [(node, done + 1), (node.parts[done], 0)]
+        else:
+            yield node
 
 
 def parse(tokens: Sequence[FormulaToken], last: FormulaToken) -> Node:
@@ -183,7 +196,10 @@ class _Parser:
         return self.primary()
 
     def postfix(self, node: Node) -> Node:
+        first = self.at
         while (token := self.next) is not None:
+            if self.at - first > DEEPEST:
+                raise self.error('too many signs')
             if token.kind == 'degrees' or (token.kind == 'name' and token.text == 'deg'):
                 node = Node('deg', '', (node,), self.take())
             elif token.text == "'" and not token.spaced:
@@ -245,9 +261,10 @@ class _Parser:
                 return Node('matrix', '', inner.parts, token, (1,) * len(inner.parts))
             return inner
         sizes = [a.text for a in arguments[:2] if a.kind == 'number']
-        if len(arguments) == 3 and len(sizes) == 2 and arguments[2].kind == 'matrix':
+        sized = len(sizes) == 2 and all(size.isdigit() and len(size) < 5 for size in sizes)
+        if len(arguments) == 3 and sized and arguments[2].kind == 'matrix':
             entries = arguments[2].parts
-            rows, columns = (int(float(size)) for size in sizes)
+            rows, columns = map(int, sizes)
             if rows * columns == len(entries):
                 return Node('matrix', '', entries, token, (columns,) * rows)
         message = f'{token.text} takes a list of rows, or rows, columns and entries'
@@ -384,6 +401,9 @@ class _Parser:
         if not rows:
             raise FormulaError('a matrix without entries', opening.line, opening.column)
         parts = tuple(node for row in rows for node in row)
+        if len(parts) > MOST_ENTRIES:
+            message = f'a matrix of more than {MOST_ENTRIES} entries'
+            raise FormulaError(message, opening.line, opening.column)
         return Node('matrix', text, parts, opening, tuple(len(row) for row in rows))
 
     def _line_goes_on(self) -> None:

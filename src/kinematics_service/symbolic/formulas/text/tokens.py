@@ -220,6 +220,8 @@ def _group(text: str, at: int) -> tuple[str, int]:
         at += 1
     if not text.startswith('{', at):
         return '', at
+    if text.find('}', at) < 0:
+        return text[at + 1 :], len(text)
     depth = 0
     for end in range(at, len(text)):
         depth += {'{': 1, '}': -1}.get(text[end], 0)

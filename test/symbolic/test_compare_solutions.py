@@ -1,0 +1,233 @@
+"""
+Formulas of the inverse kinematics: the whole pose decides where the point does not say enough.
+"""
+
+import pytest
+
+import kinematics_service as ks
+from kinematics_service.symbolic.formulas.comparison import compare
+
+# Three axes that meet, turned about z, y', z'': the tool's point says nothing about them.
+WRIST = """\
+robot: wrist
+convention: standard
+joints:
+  - {name: u, type: revolute}
+  - {name: v, type: revolute}
+  - {name: w, type: revolute}
+links:
+  - {a: 0, alpha: -pi/2, d: 0, theta: u}
+  - {a: 0, alpha: pi/2, d: 0, theta: v}
+  - {a: 0, alpha: 0, d: 0.11, theta: w}
+"""
+# Four parallel axes, one more than the plane asks for.
+SNAKE = """\
+robot: snake
+convention: standard
+constants: {A: 0.31, B: 0.23, C: 0.17, D: 0.09}
+joints:
+  - {name: q1, type: revolute}
+  - {name: q2, type: revolute}
+  - {name: q3, type: revolute}
+  - {name: q4, type: revolute}
+links:
+  - {a: A, alpha: 0, d: 0, theta: q1}
+  - {a: B, alpha: 0, d: 0, theta: q2}
+  - {a: C, alpha: 0, d: 0, theta: q3}
+  - {a: D, alpha: 0, d: 0, theta: q4}
+singularity: {task: [x, y, rz]}
+"""
+OWN = {'wrist': WRIST, 'snake': SNAKE}
+
+
+def arm(name):
+    """Return a robot of this file, or a bundled one."""
+    return ks.robot_from_text(OWN[name]) if name in OWN else ks.load_robot(name)
+
+
+# The third column of R03^T R of the Puma: -cos q4 sin q5, -sin q4 sin q5, cos q5.
+R13 = '(r13*c1*c23 + r23*s1*c23 + r33*s23)'
+R23 = '(r23*c1 - r13*s1)'
+R33 = '(r33*c23 - r13*c1*s23 - r23*s1*s23)'
+
+WRONG = {
+    'puma560': [
+        'q5 = q1 + q2 + q3',
+        'q5 = asin(r13) + q1 + q2 + q3',
+        f'q5 = acos({R13})',
+        'q5 = acos(r13*c1*s23 + r23*s1*c23 - r33*s23)',
+        f'q5 = asin({R33})',
+        'q5 = acos(r33)',
+        'q5 = 0.4',
+        'q5 = atan2(z, x)',
+        'q5 = q4/2 + q3',
+        'q5 = acos(r11)*q2',
+        'q4 = q1*q2 + q3',
+        'q4 = q1 - q3',
+        'q4 = atan2(r23, r13)',
+        f'q4 = atan2({R13}, {R23})',
+        f'q4 = atan2(-{R23}, {R13})',
+        'q4 = atan2(y, x)',
+        'q4 = 1',
+        'q6 = q1 + q2 + q3 + 0.3',
+        'q6 = atan2(r32, r31)',
+        'q6 = atan2(r32, -r31)',
+        'q6 = q4 + q5',
+        'q6 = -q4',
+        'q6 = 2*q1',
+    ],
+    'ur5e': [
+        'q6 = q1 + q2 + q3 + q4',
+        'q6 = q1 + atan2(r21, r11)',
+        'q6 = atan2(r32, r31)',
+        'q6 = q2 + q3',
+        'q6 = 0.7',
+        'q6 = atan2(y, x) + q1',
+        'q5 = q1 + q2',
+        'q5 = acos(r33)',
+        'q5 = acos(x*s1 - y*c1)',
+    ],
+    'scara_hsr065': [
+        'q4 = q1',
+        'q4 = q1 + q2',
+        'q4 = q1 + q2 + 0.3',
+        'q4 = q2 - q1 + 2',
+        'q4 = q1 + q2 - atan2(r21, r11)',
+        'q4 = q1 + q2 + atan2(r21, r11)',
+        'q4 = atan2(r21, r11)',
+        'q4 = atan2(r21, r11) - q1 + q2',
+        'q4 = atan2(y, x)',
+        'q4 = acos(r11) - q1',
+        'q4 = 0',
+    ],
+    'wrist': [
+        'v = u + 0.2',
+        'v = asin(r33)',
+        'v = acos(r11)',
+        'v = 1.1',
+        'u = v',
+        'u = atan2(r13, r23)',
+        'u = atan2(-r23, r13)',
+        'u = atan2(r32, r31)',
+        'w = u + v',
+        'w = atan2(r31, r32)',
+        'w = atan2(r32, r31)',
+        'w = atan2(y, x)',
+    ],
+    'snake': [
+        'q4 = q1 + q2 + q3',
+        'q4 = atan2(r21, r11)',
+        'q4 = atan2(r21, r11) + q1 + q2 + q3',
+        'q4 = atan2(r21, r11) - q1 - q2',
+        'q4 = q3',
+        'q3 = atan2(r21, r11) - q1 - q2',
+        'q2 = atan2(y, x) - q1',
+        'q1 = atan2(r21, r11) - q2',
+    ],
+}
+RIGHT = {
+    'puma560': [
+        'q1 = atan2(y, x) + atan2(d3, sqrt(x^2 + y^2 - d3^2))',
+        f'q4 = atan2({R23}, {R13})',
+        f'q4 = atan2(-{R23}, -{R13})',
+        f'q5 = acos({R33})',
+        f'q5 = -acos({R33})',
+    ],
+    'scara_hsr065': [
+        'q4 = atan2(r21, r11) - q1 - q2',
+        'q2 = acos((x^2 + y^2 - L1^2 - L2^2)/(2*L1*L2))',
+        'd3 = z',
+    ],
+    'wrist': [
+        'v = acos(r33)',
+        'v = -acos(r33)',
+        'u = atan2(r23, r13)',
+        'u = atan2(-r23, -r13)',
+        'u = atan2(y, x)',
+        'w = atan2(r32, -r31)',
+        'w = atan2(-r32, r31)',
+    ],
+    'snake': ['q4 = atan2(r21, r11) - q1 - q2 - q3'],
+}
+
+
+def cases(table):
+    """Return pairs of an arm and a formula."""
+    return [(name, formula) for name, formulas in table.items() for formula in formulas]
+
+
+def test_there_are_sixty_wrong_ones():
+    assert len(cases(WRONG)) >= 60
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(('name', 'formula'), cases(WRONG))
+def test_a_wrong_formula_of_a_wrist_or_of_a_redundant_joint_differs(name, formula):
+    (verdict,) = compare(arm(name), formula).verdicts
+    assert verdict.status == 'differs'
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(('name', 'formula'), cases(RIGHT))
+def test_a_right_one_agrees(name, formula):
+    (verdict,) = compare(arm(name), formula).verdicts
+    assert verdict.status == 'agrees'
+
+
+D = '(x^2 + y^2 - L1^2 - L2^2)/(2*L1*L2)'
+INNER = 'acos((x^2 + y^2 + L1^2 - L2^2)/(2*L1*sqrt(x^2 + y^2)))'
+
+
+@pytest.mark.parametrize(
+    ('name', 'formulas', 'fit'),
+    [
+        ('planar_2r', [f'q2 = acos({D})', f'q1 = atan2(y, x) - {INNER}'], True),
+        ('planar_2r', [f'q2 = acos({D})', f'q1 = atan2(y, x) + {INNER}'], False),
+        ('planar_2r', [f'q2 = -acos({D})', f'q1 = atan2(y, x) + {INNER}'], True),
+        ('planar_2r', [f'q2 = -acos({D})', f'q1 = atan2(y, x) - {INNER}'], False),
+        # Of q1 by q2 the value of the other formula counts.
+        (
+            'planar_2r',
+            [f'q2 = acos({D})', 'q1 = atan2(y, x) - atan2(L2*sin(q2), L1 + L2*cos(q2))'],
+            True,
+        ),
+        # Both branches of q2, and one of q1: one pair fits.
+        (
+            'planar_2r',
+            [f'q2 = acos({D})', f'q2 = -acos({D})', f'q1 = atan2(y, x) + {INNER}'],
+            True,
+        ),
+        ('scara_hsr065', [f'q2 = acos({D})', f'q1 = atan2(y, x) - {INNER}', 'd3 = z'], True),
+        ('scara_hsr065', [f'q2 = acos({D})', f'q1 = atan2(y, x) + {INNER}', 'd3 = z'], False),
+        ('wrist', ['v = acos(r33)', 'u = atan2(r23, r13)'], True),
+        ('wrist', ['v = acos(r33)', 'u = atan2(-r23, -r13)'], False),
+        ('wrist', ['v = -acos(r33)', 'u = atan2(-r23, -r13)', 'w = atan2(-r32, r31)'], True),
+        ('wrist', ['v = -acos(r33)', 'u = atan2(-r23, -r13)', 'w = atan2(r32, -r31)'], False),
+    ],
+)
+def test_formulas_of_one_file_belong_to_one_solution(name, formulas, fit):
+    for formula in formulas:
+        assert compare(arm(name), formula).agrees
+    found = compare(arm(name), '\n'.join(formulas))
+    assert found.agrees == fit
+    if not fit:
+        assert any('different solutions' in ' '.join(v.remarks) for v in found.verdicts)
+
+
+AT = 'at: q1 = 60 deg, q2 = 0\n'
+
+
+@pytest.mark.parametrize(
+    ('formula', 'agrees'),
+    [
+        ('y = 0.8660254*L1 + 0.8660254*L2', True),
+        ('y = 0.866025*(L1 + L2)', True),
+        ('y = 0.8660264*L1 + 0.8660254*L2', False),
+        ('y = 0.8660254*L1 - 0.8660254*L2', False),
+        ('y = 0.87*L1 + 0.87*L2', False),
+        ('x = 0.5*L1 + 0.5*L2', True),
+        ('x = 0.51*L1 + 0.5*L2', False),
+    ],
+)
+def test_a_rounded_number_beside_a_letter_is_compared_to_its_last_digit(formula, agrees):
+    assert compare(arm('planar_2r'), AT + formula).agrees == agrees
