@@ -16,6 +16,9 @@ from .best_subscription import BestSubscription
 from .diagnostics import RECENT, InputState, Work, input_status
 
 PERIOD = 1.0
+# After a stall the timer makes up for its calls, some at once: a rate over a shorter time means
+# nothing, so nothing is said.
+SHORTEST = 0.5 * PERIOD
 
 
 class Health:
@@ -66,6 +69,8 @@ class Health:
         """Publish the state of the input since the last diagnostics, if anybody listens."""
         node, estimator, subscription = self._node, self._estimator, self._subscription
         now, arrival = time.monotonic(), time.monotonic_ns()
+        if now - self._said < SHORTEST:
+            return
         publishers = node.get_publishers_info_by_topic(subscription.topic_name)
         subscription.settle(publishers)
         lost = subscription.lost
