@@ -501,6 +501,8 @@ def test_a_plan_with_refused_samples_fails_its_gate(tmp_path, capsys):
         r'position too large \(1,999\)\.',
         first,
     ), first
+    assert 'fine' not in out
+    assert 'singular poses at the 2 samples that could be judged' in ' '.join(out.split())
     assert run(capsys, file, '--robot', 'planar_2r', '--fail-on', 'limits')[0] == 1
     assert run(capsys, file, '--robot', 'planar_2r', '--fail-on', 'never')[0] == 0
     found = document(capsys, file, '--robot', 'planar_2r')

@@ -124,14 +124,15 @@ def document_of(audit: Audit) -> dict[str, Any]:
             for warning in audit.timeline.warnings
         ],
         'frames': _frames(audit),
-        'plans': [_plan(check) for check in audit.plans],
+        'plans': [_plan(number, check) for number, check in audit.plans.items()],
         'series': _series(audit, rows),
     }
 
 
-def _plan(check: PlanCheck) -> dict[str, Any]:
+def _plan(number: int, check: PlanCheck) -> dict[str, Any]:
     singularity = check.singularity
     return {
+        'trajectory': number,
         'verdict': check.verdict,
         'singularity': {
             'verdict': singularity.verdict,
