@@ -96,9 +96,8 @@ def singularity_status(
     names = [joint_prefix + name for name in robot.joint_names]
     measure = MEASURES[robot.thresholds.measure]
     value = watched_value(robot, singularity)
-    unit = f' {measure.unit}' if measure.unit else ''
-    shown = f'{measure.name} {value:.3g}{unit}'
-    if measure.unit == 'rad':
+    shown = measure.farther(value) or f'{measure.name} {value:.3g} {measure.unit}'.rstrip()
+    if measure.unit == 'rad' and not measure.farther(value):
         shown += f' ({math.degrees(value):.1f} deg)'
     determinant = singularity.determinant
     if determinant is not None:
@@ -110,7 +109,10 @@ def singularity_status(
     fight = joints_in_words(names, singularity.joint_motion)
     tendency = _tendency(singularity, robot)
     if level == Level.OK:
-        sentence = f'not near a singularity: {shown}'
+        by_distance = robot.thresholds.measure == 'distance'
+        decided = singularity.decided or not by_distance
+        head = 'not near a singularity' if decided else 'no singularity was found near'
+        sentence = f'{head}: {shown}'
     else:
         named = _nearest_factor(robot, singularity)
         meaning = lost_hold(loop) if loop else f'losing {lost} in {base_frame}'
@@ -124,7 +126,9 @@ def singularity_status(
         ('value', f'{value:.9g}'),
         ('warn', f'{robot.thresholds.warn:g}'),
         ('stop', f'{robot.thresholds.stop:g}'),
-        *((name, _amount(getattr(singularity, name))) for name in MEASURES),
+        ('distance', _amount(singularity.distance)),
+        ('distance_at_least', 'true' if singularity.distance_at_least else 'false'),
+        *((name, _amount(getattr(singularity, name))) for name in MEASURES if name != 'distance'),
         ('decided', 'yes' if singularity.decided else 'no'),
         ('nearest_singular', _pose_in_words(names, singularity.nearest_singular)),
         *_loop_values(robot, singularity, loop),
@@ -156,15 +160,13 @@ def lost_hold(loop: str) -> str:
 
 def _head(robot: Robot, singularity: Singularity, level: Level, loop: str) -> str:
     # What is near: the arm's singular pose, or a loop's flat position.
-    at = 'at' if level == Level.ERROR else 'near'
+    if not singularity.decided and singularity.nearest_singular is None:
+        return 'it is not decided whether a singularity is near (none was found or excluded)'
+    what = 'a singularity'
     if robot.loop_names:
         what = flat_position(loop) if loop else 'a singularity of the arm'
-        return f'{at} {what}' + ('' if singularity.decided else ', by first order')
-    if singularity.decided:
-        return f'{at} a singularity'
-    if singularity.nearest_singular is None:
-        return 'it is not decided whether a singularity is near (none was found or excluded)'
-    return f'{at} a singularity, a nearer one is not excluded'
+    at = 'at' if level == Level.ERROR else 'near'
+    return f'{at} {what}' + ('' if singularity.decided else ', a nearer one is not excluded')
 
 
 def _loop_values(robot: Robot, singularity: Singularity, loop: str) -> Iterator[tuple[str, str]]:
@@ -174,8 +176,9 @@ def _loop_values(robot: Robot, singularity: Singularity, loop: str) -> Iterator[
         return
     first = len(factors.names) - len(names)
     yield 'nearest', group_in_words(loop) if loop else 'arm'
-    for name, value, distance in zip(names, factors.values[first:], factors.distances[first:]):
-        yield f'loop_{group_key(name)}', f'det {value:.9g}, {distance:.9g} rad from flat'
+    for name, value in zip(names, factors.values[first:]):
+        away = f', {singularity.distance:.9g} rad from flat' if name == loop else ''
+        yield f'loop_{group_key(name)}', f'det {value:.9g}{away}'
 
 
 def _pose_in_words(names: Sequence[str], pose: Floats | None) -> str:

@@ -1,7 +1,6 @@
 """Which measure is watched, where its thresholds are, and the level a value comes to."""
 
 import enum
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -94,11 +93,8 @@ def thresholds_for(
     if warn is None or stop is None:
         raise KinematicsError(f'measure {measure} has no default thresholds: give warn and stop')
     for name, value in (('warn', warn), ('stop', stop)):
-        if not row.accepts(value):
-            wanted = f'must be greater than {row.least:g}'
-            if row.least < value < math.inf:
-                wanted = 'is an angle of at most pi'
-            raise KinematicsError(f'{name} of {measure} {wanted}, not {value:g}')
+        if refusal := row.refusal(value):
+            raise KinematicsError(f'{name} of {measure} {refusal}')
     if not row.ordered(warn, stop):
         side = 'below' if row.small_is_bad else 'above'
         raise KinematicsError(f'stop ({stop:g}) of {measure} must be {side} warn ({warn:g})')

@@ -23,7 +23,7 @@ from ...formats.recordings.columns import Column, spans
 from ...formats.recordings.source import RecordingSource, Remark
 from ...kernel import Floats
 from ...kinematics.plans.verdicts import PlanCheck
-from ...robot.measures import Level
+from ...robot.measures import MEASURES, Level
 from ...robot.robot import Robot
 from .computer import Computer, NoStateError
 from .frames import FrameReport, FrameSettings, NotCompared, frames_of
@@ -219,8 +219,9 @@ def _moments(
     jumps: tuple[Jump, ...],
 ) -> tuple[WorstMoment, ...]:
     worst, value = _nearest(robot, timeline)
-    measure = robot.thresholds.measure.replace('_', ' ')
-    moments = [WorstMoment(f'nearest to a singularity ({measure})', worst, f'{value:.3g}')]
+    measure = MEASURES[robot.thresholds.measure]
+    shown = measure.farther(value) or f'{value:.3g}'
+    moments = [WorstMoment(f'nearest to a singularity ({measure.words})', worst, shown)]
     for what, column, unit in (
         ('fastest tool motion', timeline.speed, 'm/s'),
         ('fastest tool rotation', timeline.turning, 'rad/s'),

@@ -10,6 +10,7 @@ from .findings import Finding, count, seconds
 from .frames import NotCompared
 from .joints import look_like_degrees
 from .plan_findings import joints_refuted, plan_findings
+from .stretches import watched_values
 
 # The verdict is in doubt if more messages than this number, and than this share, make no state: a
 # few are usual while several drivers start, and 1 in 1,000 at 1 kHz is a millisecond in a second,
@@ -118,9 +119,10 @@ def _singular_poses(audit: Audit) -> Finding:
     measure = MEASURES[audit.robot.thresholds.measure]
     thresholds = audit.robot.thresholds
     who = 'The planned motion' if audit.planned else 'The arm'
-    worst = audit.moments[0]
-    unit = f' {measure.unit}' if measure.unit else ''
-    value = f'{measure.name.replace("_", " ")} {worst.value}{unit}'
+    row = audit.moments[0].row
+    worst = float(watched_values(audit.robot, audit.timeline, slice(row, row + 1))[0])
+    value = f'{measure.words} {worst:.3g} {measure.unit}'.rstrip()
+    value = measure.farther(worst) or value
     if not audit.stretches:
         return Finding(
             Level.OK,

@@ -269,6 +269,8 @@ def _series(audit: Audit, rows: Times) -> dict[str, Any]:
         'position': state.position,
         'quaternion_xyzw': state.quaternion_xyzw * signs[:, None],
         'twist': np.where(moving[:, None], state.twist, np.nan),
+        'distance': singularity.distance,
+        'distance_at_least': singularity.distance_at_least,
         **{name: values for name, values in measures.items() if values is not None},
         'time_to_warning': np.where(moving, singularity.time_to_warning, np.nan),
         'factor_names': audit.robot.factors.names,
