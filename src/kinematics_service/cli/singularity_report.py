@@ -32,7 +32,7 @@ NUMBERS = (*MEASURES, 'singular_values', 'rank', 'generic_rank')
 JSON_KEYS = f"""\
   level, measure, warn, stop     OK, WARN or ERROR by the measure watched
 {textwrap.indent(textwrap.fill(', '.join(NUMBERS), 74), '  ')}
-  distance_at_least              true: farther than 1 rad; distance is 1 then
+  distance_at_least              true: it is 1 rad or more, not just 1
   nearest_singular               joint positions of the singular pose found,
                                  distance away; null where none was found
   flat_loop                      the loop that is flat there; null: the arm

@@ -214,7 +214,7 @@ def _factor_values(
         ('factor_expression', robot.factors.texts[k]),
         *([('factor_approximate', 'true')] if robot.factors.approximate[k] else []),
         ('factor_value', f'{factors.values[k]:.9g}'),
-        ('factor_distance', f'{factors.distances[k]:.9g}'),
+        ('factor_motion', f'{factors.distances[k]:.9g}'),
         ('joint_motion_to_its_zero', motion),
     ]
 

@@ -80,7 +80,7 @@ def document_of(audit: Audit) -> dict[str, Any]:
                 'factors': [
                     {
                         'name': passed.name,
-                        'distance': passed.distance,
+                        'motion': passed.distance,
                         't': float(timeline.t[passed.row]),
                     }
                     for passed in stretch.factors
@@ -274,6 +274,6 @@ def _series(audit: Audit, rows: Times) -> dict[str, Any]:
         **{name: values for name, values in measures.items() if values is not None},
         'time_to_warning': np.where(moving, singularity.time_to_warning, np.nan),
         'factor_names': audit.robot.factors.names,
-        'factor_distances': factors,
+        'factor_motions': factors,
         'level': [Level(int(level)).name for level in timeline.levels[rows]],
     }
