@@ -9,7 +9,7 @@ import numpy as np
 from ..kernel import Floats
 from ..kinematics.singularity import Singularity, flat_loop, watched_value
 from ..robot.file.loop_groups import closed_together, group_in_words, group_key
-from ..robot.measures import MEASURES, Level
+from ..robot.measures import MEASURES, Level, Measure
 from ..robot.robot import Robot
 
 # A component below this share of the largest is left out of the words.
@@ -63,6 +63,14 @@ def joints_in_words(names: Sequence[str], motion: Floats) -> str:
     return text.strip()
 
 
+def _watched_in_words(measure: Measure, value: float) -> str:
+    if measure.unit != 'rad':
+        return f'{measure.name} {value:.3g}'
+    return (
+        measure.farther(value) or f'{measure.name} {value:.3g} rad ({math.degrees(value):.1f} deg)'
+    )
+
+
 def _tendency(singularity: Singularity, robot: Robot) -> str:
     if singularity.rate is None:
         return 'unknown'
@@ -96,27 +104,28 @@ def singularity_status(
     names = [joint_prefix + name for name in robot.joint_names]
     measure = MEASURES[robot.thresholds.measure]
     value = watched_value(robot, singularity)
-    shown = measure.farther(value) or f'{measure.name} {value:.3g} {measure.unit}'.rstrip()
-    if measure.unit == 'rad' and not measure.farther(value):
-        shown += f' ({math.degrees(value):.1f} deg)'
+    shown = _watched_in_words(measure, value)
     determinant = singularity.determinant
     if determinant is not None:
-        shown += f', det(J) = {determinant:.3g}'
+        volume = f'det(J) = {determinant:.3g}'
     else:
-        shown += f', manipulability {singularity.manipulability:.3g}'
+        volume = f'manipulability {singularity.manipulability:.3g}'
     loop = flat_loop(robot, singularity)
     lost = direction_in_words(singularity.lost_direction)
     fight = joints_in_words(names, singularity.joint_motion)
     tendency = _tendency(singularity, robot)
     if level == Level.OK:
-        by_distance = robot.thresholds.measure == 'distance'
-        decided = singularity.decided or not by_distance
-        head = 'not near a singularity' if decided else 'no singularity was found near'
-        sentence = f'{head}: {shown}'
+        by_distance = measure.name == 'distance'
+        if singularity.decided or not by_distance:
+            sentence = f'not near a singularity: {shown}, {volume}'
+        elif singularity.distance_at_least:
+            sentence = f'no singularity was found near, and none is excluded: {volume}'
+        else:
+            sentence = f'no singularity was found near: {shown}, {volume}'
     else:
         named = _nearest_factor(robot, singularity)
         meaning = lost_hold(loop) if loop else f'losing {lost} in {base_frame}'
-        sentence = f'{_head(robot, singularity, level, loop)}: {named}{shown}; {meaning}'
+        sentence = f'{_head(robot, singularity, level, loop)}: {named}{shown}, {volume}; {meaning}'
         if tendency in ('towards', 'away'):
             sentence += f'; moving {tendency}' + (' from it' if tendency == 'away' else ' it')
     out = ' '.join(f'{name}={share:+.3f}' for name, share in zip(names, singularity.way_out))
