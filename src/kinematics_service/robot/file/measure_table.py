@@ -87,7 +87,8 @@ MEASURES = {
     for measure in (
         Measure(
             'distance',
-            'joint motion to the nearest singular pose that was found, rad',
+            'joint motion to the nearest singular pose that was found, rad; 1 where none is found '
+            'within 1 rad, and means at least that',
             kernel.DISTANCE,
             unit='rad',
             warn=0.1,  # about 6 and 2 degrees
