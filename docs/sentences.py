@@ -164,7 +164,8 @@ ROBOT_FILE = {
             'task': 'rows of J that count, of `x y z rx ry rz`; without it those the arm can move',
             'length': 'the characteristic length; without it the RMS reach',
             'measure': 'measure the warning watches; without it `distance`',
-            'warn': "WARN beyond it; without it the measure's default; of `distance` at most 1 rad",
+            'warn': "WARN beyond it; without it the measure's default; at most 1 rad of "
+            '`distance`',
             'stop': 'ERROR beyond it; likewise',
             'factors': 'the named singular factors, which `derive --write` stores',
         },
