@@ -413,6 +413,13 @@ OK, WARN, ERROR, STALE = ks.Level
         (SMALL_IS_BAD, 0.151, ERROR, OK),
         (SMALL_IS_BAD, 0.12, STALE, OK),
         (SMALL_IS_BAD, 0.0, OK, ERROR),
+        # A distance of 1 rad means at least that: no level begins there, or holds.
+        (Thresholds('distance', 0.8, 0.7), 1.0, WARN, OK),
+        (Thresholds('distance', 0.8, 0.7), 1.0, ERROR, OK),
+        (Thresholds('distance', 0.8, 0.7), 0.999, ERROR, ERROR),
+        (Thresholds('distance', 1.0, 0.5), 1.0, OK, OK),
+        (Thresholds('distance', 1.0, 0.5), 1.0, WARN, OK),
+        (Thresholds('distance', 1.0, 0.5), 0.999, OK, WARN),
         (SMALL_IS_BAD, math.nan, OK, ERROR),
         (LARGE_IS_BAD, 10.0, OK, OK),
         (LARGE_IS_BAD, 17.0, OK, WARN),
@@ -442,6 +449,13 @@ def test_noise_at_a_threshold_gives_one_warning(thresholds):
             changes += following != level
             level = following
         assert changes <= 2  # to the first level and, from there, perhaps to the second
+
+
+def test_what_is_farther_than_the_threshold_of_one_is_fine():
+    robot = with_singularity(robot_of('planar_2r'), thresholds=Thresholds('distance', 1.0, 0.5))
+    q = np.array([[0.0, 1.4], [0.0, 0.9], [0.0, 0.4]])
+    assert ks.singularity(robot, q).level.tolist() == [OK, WARN, ERROR]
+    assert [ks.singularity(robot, one).level for one in q] == [OK, WARN, ERROR]
 
 
 @pytest.mark.parametrize('thresholds', [SMALL_IS_BAD, LARGE_IS_BAD])
