@@ -47,9 +47,9 @@ class Thresholds:
         measure = MEASURES[self.measure]
         factor = HYSTERESIS if measure.small_is_bad else 1.0 / HYSTERESIS
         warn, stop, last = self.warn, self.stop, math.nextafter(measure.most, 0.0)
-        if previous is Level.WARN or previous is Level.ERROR:
+        if previous in (Level.WARN, Level.ERROR):
             warn *= factor
-        if previous is Level.ERROR:
+        if previous == Level.ERROR:
             stop *= factor
         return min(warn, last), min(stop, last)
 
