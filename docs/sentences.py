@@ -25,8 +25,9 @@ TOPICS = {
     'Foxglove; at most thirty a second',
     'robot_description': 'with `publish_robot_description`: a URDF made from the table',
     '/tf': 'with `publish_tf`, where tf2_msgs is installed: the tool in the base frame',
-    '~/singularity/warning': 'OK, WARN, ERROR or STALE, a sentence, key-values; a node that '
-    'starts late gets the last one',
+    '~/singularity/warning': 'OK, WARN, ERROR or STALE, a sentence, key-values (where '
+    '`distance_at_least` is true, `distance` is 1 and means 1 rad or more); a node that starts '
+    'late gets the last one',
     '~/ik/joint_states': 'for a target pose: the solution nearest to the present joint positions',
     '~/ik/solutions': 'for a target pose: the solutions inside the limits, solutions x joints, '
     'nearest first; `dim[0]` labels their postures, `dim[1]` the joint names',
@@ -163,7 +164,8 @@ ROBOT_FILE = {
             'task': 'rows of J that count, of `x y z rx ry rz`; without it those the arm can move',
             'length': 'the characteristic length; without it the RMS reach',
             'measure': 'measure the warning watches; without it `distance`',
-            'warn': "WARN beyond it; without it the measure's default",
+            'warn': "WARN beyond it; without it the measure's default; at most 1 rad of "
+            '`distance`',
             'stop': 'ERROR beyond it; likewise',
             'factors': 'the named singular factors, which `derive --write` stores',
         },

@@ -18,6 +18,7 @@ import sys
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
 import pytest
 import typer
 
@@ -26,6 +27,7 @@ from kinematics_service.__main__ import main
 from kinematics_service.cli.arguments import join_numbers, split_ros_arguments
 from kinematics_service.cli.commands import app
 from kinematics_service.estimation.status_text import singularity_status
+from kinematics_service.kinematics.passage import smooth_trajectory
 from kinematics_service.robot.measures import HYSTERESIS
 
 ROOT = Path(__file__).parent.parent
@@ -225,6 +227,19 @@ def test_every_indented_command_line_of_the_readme_can_be_given():
 
 def test_every_page_has_been_found():
     assert {'docs/index.md', 'docs/tutorials/own_arm.md', 'CONTRIBUTING.md'} <= set(PAGES)
+
+
+@pytest.mark.parametrize(
+    'written', ['', 'singularity:\n  factors: [{name: elbow, expression: sin(q3)}]\n']
+)
+def test_the_arm_of_the_tutorial_moves_through_a_singular_pose_of_its_own(written):
+    (block,) = (b for b in blocks_of('docs/tutorials/own_arm.md') if b.caption == 'my_arm.yaml')
+    robot = ks.robot_from_text(
+        block.body.replace('-pi/2', '90').replace('tetha', 'theta') + written
+    )
+    path = smooth_trajectory(robot)
+    near = ks.singularity(robot, path.at(np.linspace(0.0, path.period, 2001)).q)
+    assert {0, 1, 2} <= set(near.level.tolist())
 
 
 @pytest.mark.parametrize('what', ['topics', 'parameters', 'robot_file', 'commands', 'measures'])

@@ -8,6 +8,7 @@ import re
 import subprocess
 import sys
 import types
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,10 @@ import kinematics_service as ks
 from kinematics_service.__main__ import main
 from kinematics_service.cli import command_line, fk, jacobian
 from kinematics_service.cli.arguments import join_numbers, split_ros_arguments
+from kinematics_service.cli.singularity_report import print_singularity
+from kinematics_service.kinematics.singularity import singularity_of
+from kinematics_service.kinematics.tool_state import evaluate
+from kinematics_service.printing import Output
 from kinematics_service.robot.bundled import GROUPS
 
 COMMANDS = ('check', 'fk', 'jacobian', 'robots', 'demo', 'echo')
@@ -334,6 +339,43 @@ def test_fk_says_how_near_the_pose_is_in_words(capsys):
     assert re.search(r'lost direction +motion along x\n', text)
     assert re.search(r'q2 .* -?1\.000 ', text)
     assert 'leads away fastest (or its opposite)' in text
+
+
+@pytest.mark.parametrize(
+    ('elbow', 'words', 'at_least'),
+    [
+        (
+            '0.9',
+            'distance                 0.9 rad: 51.6 deg of joint motion to a singular pose',
+            False,
+        ),
+        ('1.4', 'distance                 farther than 1 rad (57 deg)\n', True),
+        ('-1.7', 'distance                 farther than 1 rad (57 deg)\n', True),
+    ],
+)
+def test_fk_says_a_distance_that_a_hand_finds_too_or_that_it_is_farther(
+    capsys, elbow, words, at_least
+):
+    arguments = ('fk', '--robot', 'planar_2r', '--q', f'0,{elbow}')
+    text = answer(capsys, *arguments)
+    assert words in text
+    assert 'about' not in text
+    # Only what was found has a column.
+    assert ('singular  way out' in text) != at_least
+    found = json.loads(answer(capsys, *arguments, '--json'))['singularity']
+    assert found['distance_at_least'] is at_least
+    assert found['distance'] == pytest.approx(min(abs(float(elbow)), 1.0), abs=1e-9)
+    assert list(found)[4:6] == ['distance', 'distance_at_least']
+
+
+def test_fk_says_no_distance_where_none_was_found_or_excluded(capsys):
+    out, robot = Output(), ks.load_robot('planar_2r')
+    state = evaluate(robot, [0.0, 1.4])
+    near = replace(singularity_of(state), decided=False)
+    print_singularity(out, state, near)
+    text = capsys.readouterr().out
+    assert 'not decided: no singular pose was found, and none is excluded' in text
+    assert 'farther' not in text
 
 
 def test_fk_names_joints_beyond_their_limits(capsys):

@@ -501,6 +501,8 @@ def test_a_plan_with_refused_samples_fails_its_gate(tmp_path, capsys):
         r'position too large \(1,999\)\.',
         first,
     ), first
+    assert 'fine' not in out
+    assert 'singular poses at the 2 samples that could be judged' in ' '.join(out.split())
     assert run(capsys, file, '--robot', 'planar_2r', '--fail-on', 'limits')[0] == 1
     assert run(capsys, file, '--robot', 'planar_2r', '--fail-on', 'never')[0] == 0
     found = document(capsys, file, '--robot', 'planar_2r')
@@ -520,6 +522,24 @@ def test_a_recording_says_how_much_of_it_could_not_be_judged(tmp_path, capsys, b
     assert told['level'] == level
     share = f'{broken} of 2,000 messages ({0.05 * broken:.2g} %) could not be judged'
     assert (share in found['verdict'][0]['sentence']) == (level == 'WARN')
+
+
+def test_what_is_farther_than_any_distance_is_said_to_be(tmp_path, capsys):
+    file, page = tmp_path / 'run.csv', tmp_path / 'run.html'
+    rows = [f'{1e9 + 0.01 * k!r},0.1,{1.4 + 1e-4 * k!r}' for k in range(200)]
+    file.write_text('\n'.join(['stamp,position.q1,position.q2', *rows]))
+    code, out, _ = run(capsys, file, '--robot', 'planar_2r', '--html', page)
+    assert code == 0
+    sentence = (
+        'The arm keeps away from singular poses at its 200 joint states: the nearest is farther '
+        'than 1 rad (57 deg) (warning at 0.1).'
+    )
+    assert f'fine {sentence}' in ' '.join(out.split())
+    assert sentence in page.read_text()
+    assert '>farther than 1 rad (57 deg)<' in page.read_text()
+    series = document(capsys, file, '--robot', 'planar_2r')['series']
+    assert series['distance'] == [1.0] * 200
+    assert series['distance_at_least'] == [True] * 200
 
 
 # What is written
@@ -703,6 +723,9 @@ def test_exit_codes_say_what_was_asked_for(tmp_path, capsys):
     assert run(capsys, *base, '--fail-on', 'warn', '--warn', '1e-5', '--stop', '1e-6')[0] == 0
     assert run(capsys, *base, '--fail-on', 'sometimes')[0] == 2
     assert run(capsys, *base, '--warn', '-1')[0] == 2
+    code, _, err = run(capsys, *base, '--warn', '1.5')
+    accepted = 'warn of distance must be above 0 and at most 1 rad (57 deg), not 1.5 rad (86 deg)'
+    assert (code, accepted in ' '.join(err.split())) == (2, True)
     assert run(capsys, *base, '--timeout', '0')[0] == 2
     assert run(capsys, file, '--robot', 'nothing')[0] == 2
     assert math.isfinite(t[-1])

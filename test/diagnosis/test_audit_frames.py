@@ -238,6 +238,18 @@ def test_poses_between_joint_states_far_apart_cost_the_frames_not_the_audit():
     assert isinstance(bare(robot, t, q, stamps, poses, gap=3.0).frames, FrameReport)
 
 
+@pytest.mark.parametrize(('beside', 'level'), [(15, 'WARN'), (30, 'OK')])
+def test_poses_of_which_most_are_not_compared_are_not_fine(beside, level):
+    robot = robot_of('ur5e')
+    t, q, poses = moving(robot, 25.0, seconds=1.6)
+    stamps = BEGIN + np.rint(1e9 * t).astype(np.int64)
+    stamps[beside:] += 10**12  # after the last joint state
+    result = bare(robot, t, q, stamps, poses)
+    said = {one.text: one.level.name for one in verdict_of(result).sentences}
+    text = f'{len(t) - beside} of {len(t)} poses have no joint positions at their time'
+    assert [name for one, name in said.items() if text in one] == [level]
+
+
 def test_the_gate_of_frames_fails_where_they_cannot_be_compared(tmp_path, capsys):
     robot = robot_of('ur5e')
     t, q, _ = motion(robot, 40, 20.0)

@@ -75,6 +75,33 @@ def test_an_ordinary_plan_is_proved(tmp_path, capsys):
     assert ks.check_plan(robot, [0.0, 3.0], q).singularity.lower == least
 
 
+def test_what_is_proved_of_some_trajectories_is_said_of_no_others(tmp_path, capsys):
+    fine = trajectory((0.0, {}), (3.0, {0: 0.4, 4: 0.3}))
+    swings = trajectory((0.0, {}), (3.0, {0: 1e120}))
+    file = write(tmp_path, swings, fine, fine)
+    code, out, found = audited(capsys, file)
+    assert code == 1
+    said = ' '.join(out.split())
+    assert 'bad Trajectory 1 of 3 is not checked: between its points' in said
+    proved = [line for line in out.splitlines() if 'Proved' in line]
+    assert len(proved) == 2
+    assert all(line.startswith('fine  Of 2 of 3 trajectories: Proved') for line in proved)
+    assert [plan['trajectory'] for plan in found['plans']] == [2, 3]
+    code, out, _ = audited(capsys, file, '--speed-of', '3')
+    assert 'Trajectory 2 of 3: The largest speed of the tool' in ' '.join(out.split())
+
+
+def test_limits_that_a_file_does_not_give_are_not_kept(tmp_path, capsys):
+    points = [{'positions': [0.1 * k, 1.0], 'time_from_start': float(k)} for k in range(3)]
+    file = tmp_path / 'plan.json'
+    file.write_text(json.dumps({'joint_names': ['q1', 'q2'], 'points': points}))
+    assert main(['audit', str(file), '--robot', 'planar_2r']) == 0
+    out = capsys.readouterr().out
+    assert 'keep their' not in out
+    assert 'fine  The robot file gives no limits and no speeds of joints.' in out
+    assert 'keeps away from singular poses at its 21 samples' in out
+
+
 def test_what_is_not_decided_fails_unless_it_is_allowed(tmp_path, capsys):
     plan = write(tmp_path, trajectory((0.0, {4: 0.0300001}), (3.0, {0: 0.4, 4: 0.0300001})))
     code, out, found = audited(capsys, plan)

@@ -24,7 +24,9 @@ pytest.importorskip('matplotlib', reason='needs matplotlib')
 
 from kinematics_service.display.plots import picture
 from kinematics_service.display.plots.arm import arm_picture
+from kinematics_service.display.plots.captions import nearness
 from kinematics_service.display.plots.critical import critical_points
+from kinematics_service.display.plots.distance_colours import ColourScale, draw_distances
 from kinematics_service.display.plots.distance_map import distance_map, joint_pair
 from kinematics_service.display.plots.map_picture import map_picture
 from kinematics_service.display.plots.measures import measure_units, measures_picture
@@ -564,10 +566,53 @@ def test_the_colours_of_a_workspace_are_those_of_its_distances(name):
     figure = drawn(workspace_picture(robot, space, critical_points(robot, plane, 50)))
     low, high = figure.axes[0].images[0].get_clim()
     cells = space.best[np.isfinite(space.best)]
-    # More than half of the cells differ in colour from those at either end.
-    assert np.mean((cells > low) & (cells < high)) > 0.5
+    # More than half of the cells nearer than 1 rad differ in colour from those at either end.
+    nearer = cells[cells < 1.0]
+    assert np.mean((nearer > low) & (nearer < high)) > 0.5
     assert low <= np.min(cells) + 1e-3
     assert high <= np.max(cells) + 1e-3
+    assert ('farther than 1 rad (57 deg)' in texts(figure)) == bool(np.any(cells == 1.0))
+
+
+def test_what_is_farther_than_the_scale_has_a_colour_of_its_own():
+    from matplotlib.figure import Figure
+
+    figure = Figure()
+    axes, rows = figure.subplots(), np.array([[0.0, 0.5], [math.nextafter(1.0, 0.0), 1.0]])
+    (entry,) = draw_distances(figure, axes, rows, (0, 2, 0, 2), ColourScale(0.0, 1.0), 'away')
+    assert entry.get_label() == 'farther than 1 rad (57 deg)'
+    colours = axes.images[0].to_rgba(rows)
+    assert tuple(colours[1, 1]) == entry.get_facecolor()
+    assert not np.allclose(colours[1, 0], colours[1, 1], atol=0.1)
+    rows[1, 1] = 0.9
+    assert draw_distances(figure, axes, rows, (0, 2, 0, 2), ColourScale(0.0, 1.0), 'away') == []
+
+
+@pytest.mark.parametrize(
+    ('distance', 'decided', 'words'),
+    [
+        (1.0, True, 'farther than 1 rad (57 deg) from singular poses'),
+        (1.0, False, 'no singular pose found'),
+        (0.9, True, 'distance to singularity 0.9 rad (51.6°): elbow'),
+    ],
+)
+def test_a_caption_says_no_distance_of_what_was_not_found(distance, decided, words):
+    robot = robot_of('planar_2r')
+    near = dataclasses.replace(
+        ks.singularity(robot, [0.0, 0.9]), distance=distance, decided=decided
+    )
+    assert nearness(robot, near) == words
+
+
+def test_a_path_that_leaves_the_scale_says_where_it_ends():
+    robot, t = robot_of('planar_2r'), np.linspace(0.0, 1.0, 40)
+    q = np.column_stack([t, 0.3 + 1.2 * t])
+    near = ks.singularity(robot, q)
+    figure = drawn(
+        measures_picture(robot, PlottedMotion(t, q, q, 'steps', False, np.zeros(0, int)))
+    )
+    assert near.distance_at_least.any()
+    assert 'farther than 1 rad (57 deg)' in texts(figure)
 
 
 def test_the_singular_curves_of_craig_3r_are_circles_about_joint_2():

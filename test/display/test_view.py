@@ -11,6 +11,7 @@ import subprocess
 import sys
 import time
 import urllib.request
+from dataclasses import replace
 from html.parser import HTMLParser
 
 import numpy as np
@@ -242,6 +243,16 @@ def test_the_time_gauge_counts_down_towards_a_singular_pose():
     there = {g.name: g for g in gauges_of(observe(robot, [0.0, 0.01], [0.0, 0.1]))}
     assert there['time'].text == 'beyond it already'
     assert there['measure'].level == Level.ERROR
+
+
+def test_a_gauge_of_what_was_not_found_says_that_it_is_farther():
+    robot = ks.load_robot('planar_2r')
+    seen = observe(robot, [0.0, 1.4])
+    seen = replace(seen, singularity=replace(seen.singularity, distance=1.0))
+    gauge = gauges_of(seen)[0]
+    assert (gauge.text, gauge.fraction) == ('farther than 1 rad (57 deg)', 1.0)
+    near = gauges_of(observe(robot, [0.0, 0.15]))[0]
+    assert near.text == '0.150 rad = 8.6°'
 
 
 def test_a_condition_number_fills_its_gauge_the_other_way_round():

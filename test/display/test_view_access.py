@@ -30,6 +30,7 @@ from websockets.exceptions import ConnectionClosed
 
 import kinematics_service as ks
 from kinematics_service.display.view.address import Address
+from kinematics_service.display.view.observation import observe
 from kinematics_service.display.view.origin_check import OriginCheck, origin_check_of
 from kinematics_service.display.view.run import run_page
 
@@ -358,6 +359,30 @@ class TwoArms:
 
 def sliders_of(view):
     return sum(isinstance(thing.value, float) for thing in panel_of(view))
+
+
+class ComesAndGoes(TwoArms):
+    """An arm whose joint states are heard from the third turn to the fifth."""
+
+    turns = 0
+
+    def listen(self, seconds):
+        self.turns += 1
+
+    @property
+    def status(self):
+        return 'live' if 3 <= self.turns <= 5 else 'moved by the sliders'
+
+    def observation(self):
+        return observe(self.robot, [0.1, 0.2]) if self.status == 'live' else None
+
+
+def test_the_terminal_says_when_an_arm_becomes_live_and_when_no_more(capfd):
+    source = ComesAndGoes()
+    run_page(source, Address('127.0.0.1', 0), False, lambda: source.turns > 8)
+    first, *others = capfd.readouterr().out.splitlines()
+    assert 'moved by the sliders; Ctrl-C ends it' in first
+    assert others == ['now live', 'now moved by the sliders']
 
 
 @pytest.mark.slow

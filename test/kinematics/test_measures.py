@@ -284,6 +284,9 @@ def test_default_length_is_the_rms_distance_of_the_tool():
     assert arm('Rz(q1), Ry(q2), Rz(q3)').task.length == 1.0
 
 
+BETWEEN = 'must be above 0 and at most 1 rad (57 deg)'
+
+
 @pytest.mark.parametrize(
     ('name', 'measure', 'warn', 'stop', 'message'),
     [
@@ -327,11 +330,18 @@ def test_default_length_is_the_rms_distance_of_the_tool():
         ),
         ('puma560', 'distance', 0.02, None, 'stop (0.03) of distance must be below warn (0.02)'),
         ('puma560', 'distance', 0.1, 0.1, 'stop (0.1) of distance must be below warn (0.1)'),
-        ('puma560', 'distance', 3.2, 0.1, 'warn of distance is an angle of at most pi, not 3.2'),
-        ('puma560', 'distance', 0.1, 0.0, 'stop of distance must be greater than 0, not 0'),
-        ('puma560', 'distance', -1.0, 0.1, 'warn of distance must be greater than 0, not -1'),
-        ('puma560', 'distance', math.nan, 0.1, 'warn of distance must be greater than 0, not nan'),
-        ('puma560', 'distance', math.inf, 0.1, 'warn of distance must be greater than 0, not inf'),
+        ('puma560', 'distance', 3.2, 0.1, f'warn of distance {BETWEEN}, not 3.2 rad (183 deg)'),
+        ('puma560', 'distance', 0.1, 0.0, f'stop of distance {BETWEEN}, not 0 rad (0 deg)'),
+        ('puma560', 'distance', -1.0, 0.1, f'warn of distance {BETWEEN}, not -1 rad (-57 deg)'),
+        ('puma560', 'distance', math.nan, 0.1, f'warn of distance {BETWEEN}, not nan'),
+        ('puma560', 'distance', math.inf, 0.1, f'warn of distance {BETWEEN}, not inf'),
+        (
+            'puma560',
+            'distance',
+            1.00007,
+            0.1,
+            f'warn of distance {BETWEEN}, not 1.00007 rad (57 deg)',
+        ),
         (
             'puma560',
             'condition_number',
@@ -344,7 +354,7 @@ def test_default_length_is_the_rms_distance_of_the_tool():
             'condition_number',
             1.0,
             17.0,
-            'warn of condition_number must be greater than 1, not 1',
+            'warn of condition_number must be above 1, not 1',
         ),
     ],
 )
@@ -352,6 +362,18 @@ def test_refused_measures_and_thresholds(name, measure, warn, stop, message):
     with pytest.raises(ks.KinematicsError) as refusal:
         thresholds_for(robot_of(name).task, measure, warn, stop)
     assert str(refusal.value) == message
+
+
+def test_the_farthest_distance_is_a_threshold():
+    task = robot_of('panda').task
+    assert thresholds_for(task, 'distance', 1.0) == Thresholds('distance', 1.0, 0.03)
+
+
+def test_a_distance_of_one_is_said_to_be_farther():
+    distance, condition = MEASURES['distance'], MEASURES['condition_number']
+    assert distance.farther(1.0) == 'farther than 1 rad (57 deg)'
+    assert distance.farther(math.nextafter(1.0, 0.0)) == ''
+    assert distance.farther(math.nan) == condition.farther(math.inf) == ''
 
 
 def test_default_thresholds():
@@ -391,6 +413,13 @@ OK, WARN, ERROR, STALE = ks.Level
         (SMALL_IS_BAD, 0.151, ERROR, OK),
         (SMALL_IS_BAD, 0.12, STALE, OK),
         (SMALL_IS_BAD, 0.0, OK, ERROR),
+        # A distance of 1 rad means at least that: no level begins there, or holds.
+        (Thresholds('distance', 0.8, 0.7), 1.0, WARN, OK),
+        (Thresholds('distance', 0.8, 0.7), 1.0, ERROR, OK),
+        (Thresholds('distance', 0.8, 0.7), 0.999, ERROR, ERROR),
+        (Thresholds('distance', 1.0, 0.5), 1.0, OK, OK),
+        (Thresholds('distance', 1.0, 0.5), 1.0, WARN, OK),
+        (Thresholds('distance', 1.0, 0.5), 0.999, OK, WARN),
         (SMALL_IS_BAD, math.nan, OK, ERROR),
         (LARGE_IS_BAD, 10.0, OK, OK),
         (LARGE_IS_BAD, 17.0, OK, WARN),
@@ -420,6 +449,13 @@ def test_noise_at_a_threshold_gives_one_warning(thresholds):
             changes += following != level
             level = following
         assert changes <= 2  # to the first level and, from there, perhaps to the second
+
+
+def test_what_is_farther_than_the_threshold_of_one_is_fine():
+    robot = with_singularity(robot_of('planar_2r'), thresholds=Thresholds('distance', 1.0, 0.5))
+    q = np.array([[0.0, 1.4], [0.0, 0.9], [0.0, 0.4]])
+    assert ks.singularity(robot, q).level.tolist() == [OK, WARN, ERROR]
+    assert [ks.singularity(robot, one).level for one in q] == [OK, WARN, ERROR]
 
 
 @pytest.mark.parametrize('thresholds', [SMALL_IS_BAD, LARGE_IS_BAD])

@@ -150,8 +150,6 @@ def test_a_factor_whose_zeros_are_no_singular_poses_is_refused():
 
 def test_an_incomplete_list_keeps_the_estimate_of_the_rest():
     text = ks.load_robot('craig_3r')
-    import dataclasses
-
     from kinematics_service.robot.robot import build_robot
 
     judged = dataclasses.replace(
@@ -173,6 +171,25 @@ def test_the_warning_names_the_nearest_factor_and_the_motion_to_its_zero():
     values = dict(status_text.values)
     assert values['factor'] == 'elbow'
     assert values['joint_motion_to_its_zero'] == 'elbow_joint=-0.0200'
+
+
+@pytest.mark.parametrize(
+    ('decided', 'begins'),
+    [
+        (True, 'not near a singularity: farther than 1 rad (57 deg), det(J) = 0.985'),
+        (False, 'no singularity was found near, and none is excluded: det(J) = 0.985'),
+    ],
+)
+def test_a_distance_that_was_not_found_is_said_to_be_farther(decided, begins):
+    robot = ks.load_robot('planar_2r')
+    found = ks.singularity(robot, [0.0, 1.4])
+    found = dataclasses.replace(found, distance=1.0, nearest_singular=None, decided=decided)
+    status_text = singularity_status(robot, found, ks.Level.OK, 'base')
+    assert status_text.sentence == begins
+    assert list(status_text.values)[5:7] == [('distance', '1'), ('distance_at_least', 'true')]
+    near = ks.singularity(robot, [0.0, 0.02])
+    status_text = singularity_status(robot, near, ks.Level.ERROR, 'base')
+    assert dict(status_text.values)['distance_at_least'] == 'false'
 
 
 def test_of_many_poses_each_has_its_nearest_factor():

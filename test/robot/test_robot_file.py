@@ -139,7 +139,7 @@ links:
   - {{a: 0, alpha: "atan2(1, 0)", d: q2 + L, theta: 0}}
   - {{a: L*sin({quarter}), alpha: 0, d: "{third}/({quarter})*q3", theta: q3}}
 base: {{xyz: [L, 0, {metre}], rpy: [0, 0, {quarter}]}}
-singularity: {{length: {third}, warn: {quarter}, stop: {quarter}/2}}
+singularity: {{length: {third}, warn: {quarter}/2, stop: {quarter}/4}}
 known_poses:
   - q: [{quarter}, {third}, {quarter}]
     xyz: [{metre}, 0, 0]
@@ -170,8 +170,8 @@ known_poses:
     turned = [[0, -1, 0, 0.3], [1, 0, 0, 0], [0, 0, 1, 1], [0, 0, 0, 1]]
     assert robot.base.motion.matrix == pytest.approx(np.array(turned), abs=ROUND_OFF)
     assert robot.singularity.length == 0.3
-    assert robot.singularity.warn == pytest.approx(half_pi, abs=ROUND_OFF)
-    assert robot.singularity.stop == pytest.approx(half_pi / 2, abs=ROUND_OFF)
+    assert robot.singularity.warn == pytest.approx(half_pi / 2, abs=ROUND_OFF)
+    assert robot.singularity.stop == pytest.approx(half_pi / 4, abs=ROUND_OFF)
     (pose,) = robot.known_poses
     assert pose.q == pytest.approx((half_pi, 0.3, half_pi), abs=ROUND_OFF)
     assert pose.motion.matrix[:3, 3].tolist() == [1.0, 0.0, 0.0]

@@ -32,6 +32,8 @@ from kinematics_service.__main__ import main
 from kinematics_service.robot.measure_units import measure_units
 from kinematics_service.ros.messages.readings import WarningReading
 from kinematics_service.ros.tools.demo import RANGE, stay_on_this_host
+from kinematics_service.ros.tools.demo_listener import Nearest
+from kinematics_service.ros.tools.demo_report import PlainReport, summary
 from kinematics_service.ros.tools.demo_screen import screen
 from kinematics_service.ros.tools.virtual_arm import RATE
 
@@ -322,7 +324,7 @@ def on_terminal(columns, lines, arguments, ends_by, seconds=DEADLINE):
     return process.returncode, written
 
 
-def shown_on(columns, lines, level='ERROR', robot='panda'):
+def shown_on(columns, lines, level='ERROR', robot='panda', measure=0.0123):
     """Return the lines of the table on a terminal of a size, for seven joints."""
     names = [f'{robot}_joint{k}' for k in range(1, 8)]
     rows = ['vx', 'vy', 'vz', 'wx', 'wy', 'wz']
@@ -340,7 +342,7 @@ def shown_on(columns, lines, level='ERROR', robot='panda'):
         pose=SimpleNamespace(message=PoseStamped()),
         twist=SimpleNamespace(message=TwistStamped()),
         jacobian=SimpleNamespace(message=matrix, rate=lambda: 50.0),
-        measure=lambda name: 0.0123,
+        measure=lambda name: measure,
         history=[0.01 * k for k in range(400)],
         speeds=[0.002 * k for k in range(400)],
         joint_speeds=lambda: {name: -0.125 * k for k, name in enumerate(names)},
@@ -365,6 +367,30 @@ def test_the_level_is_the_first_line_on_every_terminal(columns, lines, level):
     if lines >= 15:
         for words in ('Ctrl-C ends it', 'distance ', '0.5 rad', 'fastest joint', 'twist x y z'):
             assert any(words in line for line in shown), words
+
+
+def test_a_distance_that_means_at_least_that_is_said_to_be_farther():
+    (line,) = (
+        line for line in shown_on(80, 24, 'OK', measure=1.0) if line.startswith('distance  ')
+    )
+    assert line.rstrip() == 'distance          farther than 1 rad (57 deg)'
+    (line,) = (line for line in shown_on(80, 24) if line.startswith('distance  '))
+    assert line.rstrip() == 'distance          0.0123 rad = 0.7 deg'
+    said = []
+    listener = SimpleNamespace(
+        time=2.0,
+        pose=SimpleNamespace(message=PoseStamped(), count=3),
+        jacobian=SimpleNamespace(count=3),
+        twist=SimpleNamespace(count=3),
+        warning=SimpleNamespace(count=1),
+        measure=lambda name: 1.0,
+        nearest=Nearest(1.0, 1.5, None),
+        levels=['OK'],
+    )
+    PlainReport(listener, SimpleNamespace(line=said.append)).tick()
+    said += summary(listener, 3)
+    assert said[0] == '   2.0 s  tool +0.0000 +0.0000 +0.0000 m  farther than 1 rad (57 deg)'
+    assert said[2] == 'nearest to a singular pose at 1.5 s: farther than 1 rad (57 deg)'
 
 
 @pytest.mark.parametrize(('columns', 'lines'), [(80, 24), (120, 35), (200, 50)])

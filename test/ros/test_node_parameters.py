@@ -374,6 +374,13 @@ def test_the_determinant_is_refused_where_there_is_none(arm):
     assert 'square' in result.reason
 
 
+def test_a_threshold_beyond_the_farthest_distance_is_refused_with_what_is_accepted(arm):
+    result = change(arm('craig_3r'), singularity__warn=1.2)
+    assert not result.successful
+    accepted = 'warn of distance must be above 0 and at most 1 rad (57 deg), not 1.2 rad (69 deg)'
+    assert accepted in result.reason
+
+
 def test_parameters_are_set_from_afar(arm):
     one = arm('craig_3r')
 

@@ -53,7 +53,7 @@ REFUSED = {
     'publish_tf': [1, 'yes', 0.0],
     'publish_robot_description': [1, 'maybe', 0.0],
     'singularity.measure': ['det', '', 'determinant', 'manipulability', 3],
-    'singularity.warn': [-0.1, 0.02, 3.2, math.nan, 1],
+    'singularity.warn': [-0.1, 0.02, 1.2, 3.2, math.nan, 1],
     'singularity.stop': [-0.1, 0.1, 0.5, math.inf, 1],
     'singularity.length': [-0.1, math.nan, math.inf, 1],
     'ik.rows': ['x y up', 'x x', 'xyz', 3],

@@ -435,6 +435,48 @@ def test_diagnostics_come_once_a_second_with_all_their_keys(arm):
     assert 0.0 < float(values['processing time, mean'].removesuffix(' us')) < 1e6
 
 
+def test_calls_that_the_timer_makes_up_for_after_a_stall_say_nothing_twice(arm):
+    one = arm()
+    arrays = one.listen('/diagnostics', DiagnosticArray)
+    one.spin_until(lambda: arrays, 'diagnostics')
+    one.answer(Q, QDOT)
+    for _ in range(3):
+        one.node._health.say()
+    one.spin_until(lambda: len(arrays) >= 3, 'diagnostics')
+    told = [values_of(array.status[0])['input rate'] for array in arrays]
+    assert sum(rate != '0.0 Hz' for rate in told) == 1
+    times = [nanoseconds(array.header.stamp) * 1e-9 for array in arrays]
+    assert min(b - a for a, b in zip(times, times[1:])) >= 0.5
+
+
+def test_the_log_says_once_where_joint_states_are_if_none_comes(arm, capfd):
+    one = arm(ros_args=['-r', 'joint_states:=/wrong/joint_states'])
+    one.speaker('/robot/joint_states', listeners=0)
+    one.spin_until(
+        lambda: one.peer.count_publishers('/robot/joint_states') == 1, 'publisher elsewhere'
+    )
+    written = ''
+
+    def said():
+        nonlocal written
+        written += capfd.readouterr().err
+        return 'no joint state has come' in written
+
+    one.node._health.say()
+    assert not said()
+    one.node._health._begun -= 5.0
+    one.spin_until(said, 'line of the log')
+    wanted = (
+        'no joint state has come on /wrong/joint_states: nobody publishes it; joint states are '
+        'published on /robot/joint_states: try -r joint_states:=/robot/joint_states'
+    )
+    assert wanted in written
+    arrays = one.listen('/diagnostics', DiagnosticArray)
+    one.spin_until(lambda: len(arrays) >= 2, 'diagnostics')
+    said()
+    assert written.count('no joint state has come') == 1
+
+
 def test_diagnostics_say_who_is_missing_before_the_first_message(arm):
     one = arm()
     status = one.diagnose()

@@ -124,10 +124,10 @@ def _failed(finished: 'Audit', wanted: tuple[str, ...] | None) -> bool:
     wanted = wanted or _usual_failures(finished)
     worst = max((stretch.level for stretch in finished.stretches), default=Level.OK)
     frames = finished.frames
-    near = any('refuted' in _closed_and_regular(plan) for plan in finished.plans)
+    near = any('refuted' in _closed_and_regular(plan) for plan in finished.plans.values())
     beyond = joints_refuted(finished, 'limits')
     fast = bool(joints_refuted(finished, 'speed')) or any(
-        speed.verdict == 'refuted' for plan in finished.plans for speed in plan.speeds
+        speed.verdict == 'refuted' for plan in finished.plans.values() for speed in plan.speeds
     )
     met = {
         'never': False,
@@ -135,7 +135,7 @@ def _failed(finished: 'Audit', wanted: tuple[str, ...] | None) -> bool:
         'stop': worst >= Level.ERROR or near,
         'limits': bool(beyond) or any(joint.beyond for joint in finished.joints),
         'speed': fast or any(joint.too_fast for joint in finished.joints),
-        'undecided': any('not decided' in _verdicts(plan) for plan in finished.plans),
+        'undecided': any('not decided' in _verdicts(plan) for plan in finished.plans.values()),
         'frames': frames is None or frames.failed,
     }
     # It is not fine if something could not be judged: samples of a plan, or a damaged file.

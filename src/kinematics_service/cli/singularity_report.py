@@ -32,11 +32,12 @@ NUMBERS = (*MEASURES, 'singular_values', 'rank', 'generic_rank')
 JSON_KEYS = f"""\
   level, measure, warn, stop     OK, WARN or ERROR by the measure watched
 {textwrap.indent(textwrap.fill(', '.join(NUMBERS), 74), '  ')}
+  distance_at_least              true: it is 1 rad or more, not just 1
   nearest_singular               joint positions of the singular pose found,
-                                 distance away; null where none was near
+                                 distance away; null where none was found
   flat_loop                      the loop that is flat there; null: the arm
                                  is singular there
-  decided                        false: one may be near that was not found
+  decided                        false: a nearer one may not have been found
   clearance                      radius without a singular pose, proved, rad
   task, length                   rows of J judged, characteristic length
   lost_direction                 6 numbers, base axes; angular ones * length
@@ -76,6 +77,8 @@ def singularity_json(robot: Robot, singularity: Singularity) -> dict[str, Any]:
         'measure': robot.thresholds.measure,
         'warn': robot.thresholds.warn,
         'stop': robot.thresholds.stop,
+        'distance': singularity.distance,
+        'distance_at_least': singularity.distance_at_least,
         **{name: getattr(singularity, name) for name in NUMBERS},
         'nearest_singular': singularity.nearest_singular,
         'flat_loop': flat_loop(robot, singularity) or None,
@@ -111,8 +114,9 @@ def _print_joints(out: Output, state: ToolState, singularity: Singularity) -> No
     robot = state.robot
     outside = beyond_limits(robot, state.q)
     nearest = singularity.nearest_singular
-    joints = table('  joint', 'position', '', 'singular', 'way out', 'weakest motion', '')
-    for column in joints.columns[1:6]:
+    found = [] if nearest is None else ['singular']
+    joints = table('  joint', 'position', '', *found, 'way out', 'weakest motion', '')
+    for column in joints.columns[1:-1]:
         column.justify = 'right'
         column.no_wrap = True
     for j, name in enumerate(robot.joint_names):
@@ -121,7 +125,7 @@ def _print_joints(out: Output, state: ToolState, singularity: Singularity) -> No
             f'  {plain(name)}',
             f'{number(state.q[j], 4)} {"m  " if slides else "rad"}',
             '' if slides else f'{number(state.q[j] * DEGREES, 2)} deg',
-            '' if nearest is None else number(nearest[j], 4),
+            *([] if nearest is None else [number(nearest[j], 4)]),
             number(singularity.way_out[j], 3),
             number(singularity.joint_motion[j], 3),
             'beyond its limit' if name in outside else '',
@@ -186,18 +190,9 @@ def _loop_words(robot: Robot, singularity: Singularity) -> Iterator[tuple[str, s
     factors, loops = singularity.factors, robot.loop_names
     if factors is None:
         return
-    for name, value, distance in zip(
-        factors.names, factors.values.tolist(), factors.distances.tolist()
-    ):
+    for name, value in zip(factors.names, factors.values.tolist()):
         if name in loops:
-            away = f'about {in_degrees(distance)} of joint motion from flat'
-            yield plain(group_in_words(name)), f'det {value:.4g}, {away}'
-
-
-def _about(robot: Robot, singularity: Singularity) -> str:
-    # The distance of an arm with loops by first order, and what it is to.
-    away, end = in_degrees(float(singularity.distance)), _end_words(robot, singularity)
-    return f'about {away} of joint motion to {end}; not decided, for loops bend the arm'
+            yield plain(group_in_words(name)), f'det {value:.4g}'
 
 
 def _end_words(robot: Robot, singularity: Singularity) -> str:
@@ -208,28 +203,26 @@ def _end_words(robot: Robot, singularity: Singularity) -> str:
 
 
 def _value_words(measure: Measure, robot: Robot, singularity: Singularity) -> str:
-    value = getattr(singularity, measure.name)
     if measure.name == 'distance':
-        if singularity.rank < singularity.generic_rank:
-            meaning = 'this pose is singular'
-        elif singularity.nearest_singular is not None:
-            end = _end_words(robot, singularity)
-            meaning = f'{in_degrees(value)} of joint motion to {end}, see below'
-            if not singularity.decided:
-                meaning += '; not decided: a nearer one is not excluded'
-        elif not singularity.decided:
-            meaning = 'not decided: no singular pose was found near, none is excluded'
-            if robot.loop_names:
-                meaning = _about(robot, singularity)
-        elif value >= math.pi:
-            meaning = 'far from singular poses: the first-order estimate ends at pi'
-        else:
-            meaning = f'about {in_degrees(value)} of joint motion to a singular pose'
-        return f'{value:.4g} rad: {meaning}'
+        return _distance_words(robot, singularity)
+    value = getattr(singularity, measure.name)
     if value is None:
         return f'none, J has {len(robot.task.rows)} rows and {robot.dof} columns'
     shown = f'{value:.6g}' if measure.of_volume else f'{value:.4g}'
     return f'{shown} {measure.unit}'.rstrip()
+
+
+def _distance_words(robot: Robot, singularity: Singularity) -> str:
+    shown = f'{singularity.distance:.4g} rad'
+    if singularity.rank < singularity.generic_rank:
+        return f'{shown}: this pose is singular'
+    if singularity.nearest_singular is not None:
+        away, end = in_degrees(singularity.distance), _end_words(robot, singularity)
+        doubt = '' if singularity.decided else '; not decided: a nearer one is not excluded'
+        return f'{shown}: {away} of joint motion to {end}, see below{doubt}'
+    if not singularity.decided:
+        return 'not decided: no singular pose was found, and none is excluded'
+    return MEASURES['distance'].farther(singularity.distance) or shown
 
 
 def _motion_words(robot: Robot, singularity: Singularity) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 from ..kernel import Floats
 from ..kinematics.singularity import Singularity, flat_loop, watched_value
 from ..robot.file.loop_groups import closed_together, group_in_words, group_key
-from ..robot.measures import MEASURES, Level
+from ..robot.measures import MEASURES, Level, Measure
 from ..robot.robot import Robot
 
 # A component below this share of the largest is left out of the words.
@@ -63,6 +63,14 @@ def joints_in_words(names: Sequence[str], motion: Floats) -> str:
     return text.strip()
 
 
+def _watched_in_words(measure: Measure, value: float) -> str:
+    if measure.unit != 'rad':
+        return f'{measure.name} {value:.3g}'
+    return (
+        measure.farther(value) or f'{measure.name} {value:.3g} rad ({math.degrees(value):.1f} deg)'
+    )
+
+
 def _tendency(singularity: Singularity, robot: Robot) -> str:
     if singularity.rate is None:
         return 'unknown'
@@ -96,25 +104,28 @@ def singularity_status(
     names = [joint_prefix + name for name in robot.joint_names]
     measure = MEASURES[robot.thresholds.measure]
     value = watched_value(robot, singularity)
-    unit = f' {measure.unit}' if measure.unit else ''
-    shown = f'{measure.name} {value:.3g}{unit}'
-    if measure.unit == 'rad':
-        shown += f' ({math.degrees(value):.1f} deg)'
+    shown = _watched_in_words(measure, value)
     determinant = singularity.determinant
     if determinant is not None:
-        shown += f', det(J) = {determinant:.3g}'
+        volume = f'det(J) = {determinant:.3g}'
     else:
-        shown += f', manipulability {singularity.manipulability:.3g}'
+        volume = f'manipulability {singularity.manipulability:.3g}'
     loop = flat_loop(robot, singularity)
     lost = direction_in_words(singularity.lost_direction)
     fight = joints_in_words(names, singularity.joint_motion)
     tendency = _tendency(singularity, robot)
     if level == Level.OK:
-        sentence = f'not near a singularity: {shown}'
+        by_distance = measure.name == 'distance'
+        if singularity.decided or not by_distance:
+            sentence = f'not near a singularity: {shown}, {volume}'
+        elif singularity.distance_at_least:
+            sentence = f'no singularity was found near, and none is excluded: {volume}'
+        else:
+            sentence = f'no singularity was found near: {shown}, {volume}'
     else:
         named = _nearest_factor(robot, singularity)
         meaning = lost_hold(loop) if loop else f'losing {lost} in {base_frame}'
-        sentence = f'{_head(robot, singularity, level, loop)}: {named}{shown}; {meaning}'
+        sentence = f'{_head(robot, singularity, level, loop)}: {named}{shown}, {volume}; {meaning}'
         if tendency in ('towards', 'away'):
             sentence += f'; moving {tendency}' + (' from it' if tendency == 'away' else ' it')
     out = ' '.join(f'{name}={share:+.3f}' for name, share in zip(names, singularity.way_out))
@@ -124,7 +135,9 @@ def singularity_status(
         ('value', f'{value:.9g}'),
         ('warn', f'{robot.thresholds.warn:g}'),
         ('stop', f'{robot.thresholds.stop:g}'),
-        *((name, _amount(getattr(singularity, name))) for name in MEASURES),
+        ('distance', _amount(singularity.distance)),
+        ('distance_at_least', 'true' if singularity.distance_at_least else 'false'),
+        *((name, _amount(getattr(singularity, name))) for name in MEASURES if name != 'distance'),
         ('decided', 'yes' if singularity.decided else 'no'),
         ('nearest_singular', _pose_in_words(names, singularity.nearest_singular)),
         *_loop_values(robot, singularity, loop),
@@ -156,15 +169,13 @@ def lost_hold(loop: str) -> str:
 
 def _head(robot: Robot, singularity: Singularity, level: Level, loop: str) -> str:
     # What is near: the arm's singular pose, or a loop's flat position.
-    at = 'at' if level == Level.ERROR else 'near'
+    if not singularity.decided and singularity.nearest_singular is None:
+        return 'it is not decided whether a singularity is near (none was found or excluded)'
+    what = 'a singularity'
     if robot.loop_names:
         what = flat_position(loop) if loop else 'a singularity of the arm'
-        return f'{at} {what}' + ('' if singularity.decided else ', by first order')
-    if singularity.decided:
-        return f'{at} a singularity'
-    if singularity.nearest_singular is None:
-        return 'it is not decided whether a singularity is near (none was found or excluded)'
-    return f'{at} a singularity, a nearer one is not excluded'
+    at = 'at' if level == Level.ERROR else 'near'
+    return f'{at} {what}' + ('' if singularity.decided else ', a nearer one is not excluded')
 
 
 def _loop_values(robot: Robot, singularity: Singularity, loop: str) -> Iterator[tuple[str, str]]:
@@ -174,8 +185,9 @@ def _loop_values(robot: Robot, singularity: Singularity, loop: str) -> Iterator[
         return
     first = len(factors.names) - len(names)
     yield 'nearest', group_in_words(loop) if loop else 'arm'
-    for name, value, distance in zip(names, factors.values[first:], factors.distances[first:]):
-        yield f'loop_{group_key(name)}', f'det {value:.9g}, {distance:.9g} rad from flat'
+    for name, value in zip(names, factors.values[first:]):
+        away = f', {singularity.distance:.9g} rad from flat' if name == loop else ''
+        yield f'loop_{group_key(name)}', f'det {value:.9g}{away}'
 
 
 def _pose_in_words(names: Sequence[str], pose: Floats | None) -> str:
@@ -211,7 +223,7 @@ def _factor_values(
         ('factor_expression', robot.factors.texts[k]),
         *([('factor_approximate', 'true')] if robot.factors.approximate[k] else []),
         ('factor_value', f'{factors.values[k]:.9g}'),
-        ('factor_distance', f'{factors.distances[k]:.9g}'),
+        ('factor_motion', f'{factors.distances[k]:.9g}'),
         ('joint_motion_to_its_zero', motion),
     ]
 

@@ -38,6 +38,21 @@ class Thresholds:
     warn: float
     stop: float
 
+    def bounds_after(self, previous: Level = Level.OK) -> tuple[float, float]:
+        """
+        Return the values of the measure up to which WARN and ERROR hold after another level.
+
+        They stop short of a value that means at least that (a distance of 1 rad): it is OK.
+        """
+        measure = MEASURES[self.measure]
+        factor = HYSTERESIS if measure.small_is_bad else 1.0 / HYSTERESIS
+        warn, stop, last = self.warn, self.stop, math.nextafter(measure.most, 0.0)
+        if previous in (Level.WARN, Level.ERROR):
+            warn *= factor
+        if previous == Level.ERROR:
+            stop *= factor
+        return min(warn, last), min(stop, last)
+
     def level(self, value: float, previous: Level = Level.OK) -> Level:
         """
         Return the level of a value of the measure (|det| for the determinant).
@@ -46,10 +61,9 @@ class Thresholds:
         A value that is not a number is an ERROR.
         """
         small_is_bad = MEASURES[self.measure].small_is_bad
-        for level, threshold in ((Level.ERROR, self.stop), (Level.WARN, self.warn)):
-            if level <= previous <= Level.ERROR:
-                threshold *= HYSTERESIS if small_is_bad else 1.0 / HYSTERESIS
-            good = value > threshold if small_is_bad else value < threshold
+        warn, stop = self.bounds_after(previous)
+        for level, bound in ((Level.ERROR, stop), (Level.WARN, warn)):
+            good = value > bound if small_is_bad else value < bound
             if not good:
                 return level
         return Level.OK
@@ -57,7 +71,8 @@ class Thresholds:
     def levels(self, values: Floats) -> npt.NDArray[np.int64]:
         """Return the level of each value, without hysteresis; shape (N,)."""
         sign = 1.0 if MEASURES[self.measure].small_is_bad else -1.0
-        beyond = [~(sign * values > sign * threshold) for threshold in (self.stop, self.warn)]
+        warn, stop = self.bounds_after()
+        beyond = [~(sign * values > sign * bound) for bound in (stop, warn)]
         return np.select(beyond, [int(Level.ERROR), int(Level.WARN)], int(Level.OK))
 
 
@@ -94,11 +109,8 @@ def thresholds_for(
     if warn is None or stop is None:
         raise KinematicsError(f'measure {measure} has no default thresholds: give warn and stop')
     for name, value in (('warn', warn), ('stop', stop)):
-        if not row.accepts(value):
-            wanted = f'must be greater than {row.least:g}'
-            if row.least < value < math.inf:
-                wanted = 'is an angle of at most pi'
-            raise KinematicsError(f'{name} of {measure} {wanted}, not {value:g}')
+        if refusal := row.refusal(value):
+            raise KinematicsError(f'{name} of {measure} {refusal}')
     if not row.ordered(warn, stop):
         side = 'below' if row.small_is_bad else 'above'
         raise KinematicsError(f'stop ({stop:g}) of {measure} must be {side} warn ({warn:g})')

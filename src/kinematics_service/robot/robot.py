@@ -95,8 +95,7 @@ class Robot(FrozenArrays):
             self.factors.tape,
             self.factors.complete,
             MEASURES[self.thresholds.measure].column,
-            self.thresholds.warn,
-            self.thresholds.stop,
+            *self.thresholds.bounds_after(),
             max(self.task.reach, self.task.length),
         )
 

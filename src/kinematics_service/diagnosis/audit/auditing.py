@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from typing import NamedTuple
@@ -23,7 +23,7 @@ from ...formats.recordings.columns import Column, spans
 from ...formats.recordings.source import RecordingSource, Remark
 from ...kernel import Floats
 from ...kinematics.plans.verdicts import PlanCheck
-from ...robot.measures import Level
+from ...robot.measures import MEASURES, Level
 from ...robot.robot import Robot
 from .computer import Computer, NoStateError
 from .frames import FrameReport, FrameSettings, NotCompared, frames_of
@@ -61,8 +61,9 @@ class Audit:
         The worst ones.
     frames
         The second source of poses, or why it is not compared; None if there is none.
-    plans
-        What is proved of each planned trajectory between its points too.
+    trajectories, plans
+        Number of planned trajectories; and by their numbers, from 1, what is proved of those that
+        can be checked between their points too.
     asked
         What is asked of plans.
     phases : s
@@ -85,7 +86,8 @@ class Audit:
     jumps: tuple[Jump, ...]
     moments: tuple[WorstMoment, ...]
     frames: FrameReport | NotCompared | None
-    plans: tuple[PlanCheck, ...] = ()
+    trajectories: int = 0
+    plans: Mapping[int, PlanCheck] = field(default_factory=dict)
     asked: PlanSettings = PlanSettings()
     phases: dict[str, float] = field(default_factory=dict)
 
@@ -181,6 +183,7 @@ def audit(
         jumps=jumps,
         moments=_moments(robot, timeline, joints, jumps),
         frames=frames,
+        trajectories=len(source.plans),
         plans=plans,
         asked=asked,
         phases=phases,
@@ -217,8 +220,9 @@ def _moments(
     jumps: tuple[Jump, ...],
 ) -> tuple[WorstMoment, ...]:
     worst, value = _nearest(robot, timeline)
-    measure = robot.thresholds.measure.replace('_', ' ')
-    moments = [WorstMoment(f'nearest to a singularity ({measure})', worst, f'{value:.3g}')]
+    measure = MEASURES[robot.thresholds.measure]
+    shown = measure.farther(value) or f'{value:.3g}'
+    moments = [WorstMoment(f'nearest to a singularity ({measure.words})', worst, shown)]
     for what, column, unit in (
         ('fastest tool motion', timeline.speed, 'm/s'),
         ('fastest tool rotation', timeline.turning, 'rad/s'),

@@ -9,7 +9,7 @@ import numpy.typing as npt
 from ...estimation.alarm import Alarm
 from ...formats.recordings.block import Times
 from ...kernel import Floats
-from ...robot.measures import HYSTERESIS, MEASURES, Level, Thresholds
+from ...robot.measures import MEASURES, Level, Thresholds
 from .ingest import JointTimeout
 
 Levels = npt.NDArray[np.int8]
@@ -33,10 +33,8 @@ def _levels_after(thresholds: Thresholds, values: Floats) -> npt.NDArray[np.int8
     rows = []
     for before in (Level.OK, Level.WARN, Level.ERROR):
         levels = np.zeros(len(values), dtype=np.int8)
-        for level, threshold in ((Level.WARN, thresholds.warn), (Level.ERROR, thresholds.stop)):
-            if level <= before:
-                threshold *= HYSTERESIS if small else 1.0 / HYSTERESIS
-            good = values > threshold if small else values < threshold
+        for level, bound in zip((Level.WARN, Level.ERROR), thresholds.bounds_after(before)):
+            good = values > bound if small else values < bound
             levels[~good] = level
         rows.append(levels)
     return np.stack(rows)

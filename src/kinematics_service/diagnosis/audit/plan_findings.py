@@ -4,6 +4,8 @@ import math
 from collections.abc import Callable, Iterator
 from typing import Literal
 
+import numpy as np
+
 from ...estimation.status_text import flat_position
 from ...kinematics.plans.point_speed import TOOL
 from ...kinematics.plans.verdicts import PlanSingularity, PlanSpeed
@@ -38,7 +40,7 @@ def _rounded(value: float, way: Callable[[float], int]) -> float:
 
 def joints_refuted(audit: Audit, what: Literal['limits', 'speed']) -> list[str]:
     """Return the names of joints that leave their limits in some plan, or are too fast."""
-    joints = [joint for plan in audit.plans for joint in plan.joints]
+    joints = [joint for plan in audit.plans.values() for joint in plan.joints]
     return [joint.name for joint in joints if getattr(joint, what) == 'refuted']
 
 
@@ -51,7 +53,7 @@ def plan_findings(audit: Audit) -> list[Finding]:
 
 def _closures(audit: Audit) -> Iterator[Finding]:
     # Of arms with closed loops: those that do not close.
-    for number, plan in enumerate(audit.plans, 1):
+    for number, plan in audit.plans.items():
         closure = plan.closure
         if closure is None:
             continue
@@ -70,12 +72,19 @@ def _closures(audit: Audit) -> Iterator[Finding]:
 
 
 def _where(audit: Audit, number: int) -> str:
-    return f'Trajectory {number} of {len(audit.plans)}: ' if len(audit.plans) > 1 else ''
+    return f'Trajectory {number} of {audit.trajectories}: ' if audit.trajectories > 1 else ''
+
+
+def _of_those_checked(audit: Audit) -> str:
+    # What is proved of every plan that is checked is proved of no other.
+    if len(audit.plans) == audit.trajectories:
+        return ''
+    return f'Of {len(audit.plans):,} of {audit.trajectories:,} trajectories: '
 
 
 def _singular(audit: Audit) -> list[Finding]:
-    found = [plan.singularity for plan in audit.plans]
-    open_ = [(k, one) for k, one in enumerate(found, 1) if one.verdict != 'proved']
+    found = {number: plan.singularity for number, plan in audit.plans.items()}
+    open_ = [(number, one) for number, one in found.items() if one.verdict != 'proved']
     open_.sort(key=lambda pair: pair[1].verdict != 'refuted')
     sentences = [_not_proved(audit.robot, _where(audit, k), one) for k, one in open_[:MOST]]
     if len(open_) > MOST:
@@ -83,16 +92,17 @@ def _singular(audit: Audit) -> list[Finding]:
         more = count(len(open_) - MOST, 'trajectory').replace('trajectorys', 'trajectories')
         sentences.append(Finding(level, f'{more} more are refuted or not decided.'))
     if not open_:
-        least = min(found, key=lambda one: one.lower)
-        upper = min(one.upper for one in found)
+        least = min(found.values(), key=lambda one: one.lower)
+        upper = min(one.upper for one in found.values())
         nearest = (
             f'; the nearest found is {rounded_up(upper)} rad away' if upper < math.inf else ''
         )
         sentences.append(
             Finding(
                 Level.OK,
-                f'Proved, between its points too: the plan keeps {rounded_down(least.lower)} rad '
-                f'or more from every singular pose ({least.threshold:g} asked){nearest}.',
+                f'{_of_those_checked(audit)}Proved, between its points too: the plan keeps '
+                f'{rounded_down(least.lower)} rad or more '
+                f'from every singular pose ({least.threshold:g} asked){nearest}.',
             )
         )
     return sentences
@@ -141,17 +151,26 @@ def _not_proved(robot: Robot, where: str, found: PlanSingularity) -> Finding:
 
 
 def _joints(audit: Audit) -> Iterator[Finding]:
-    if not joints_refuted(audit, 'limits') and not joints_refuted(audit, 'speed'):
-        yield Finding(
-            Level.OK, 'Proved, between its points too: joints keep their limits and speeds.'
-        )
+    if joints_refuted(audit, 'limits') or joints_refuted(audit, 'speed'):
+        return
+    robot = audit.robot
+    given = {
+        'limits': bool(np.any(np.isfinite(robot.limits))),
+        'speeds': bool(np.any(np.isfinite(robot.velocity_limits))),
+    }
+    kept = ' and '.join(what for what, there in given.items() if there)
+    missing = ' and no '.join(what for what, there in given.items() if not there)
+    text = f'Proved, between its points too: joints keep their {kept}' if kept else ''
+    if missing:
+        text += f'{"; t" if kept else "T"}he robot file gives no {missing} of joints'
+    yield Finding(Level.OK, f'{_of_those_checked(audit) if kept else ""}{text}.')
 
 
 def _speeds(audit: Audit) -> Iterator[Finding]:
     if not audit.asked.speeds_told:
         return
-    for k in range(len(audit.plans[0].speeds)):
-        number, plan = max(enumerate(audit.plans, 1), key=lambda pair: pair[1].speeds[k].upper)
+    for k in range(len(next(iter(audit.plans.values())).speeds)):
+        number, plan = max(audit.plans.items(), key=lambda pair: pair[1].speeds[k].upper)
         yield _speed(_where(audit, number), plan.speeds[k])
 
 

@@ -56,16 +56,21 @@ def checks_of(
     joint_prefix: str,
     asked: PlanSettings,
     progress: Callable[[int], None] = lambda plans: None,
-) -> tuple[PlanCheck, ...]:
-    """Return what is proved of each trajectory; why one cannot be checked becomes a remark."""
-    checks = []
-    for plan in source.plans:
+) -> dict[int, PlanCheck]:
+    """
+    Return what is proved of each trajectory by its number; why one has no check becomes a remark.
+    """
+    checks = {}
+    for number, plan in enumerate(source.plans, 1):
         try:
-            checks.append(_check(robot, plan, joint_prefix, asked))
+            checks[number] = _check(robot, plan, joint_prefix, asked)
         except PlanError as error:
-            source.remarks.append(Remark(Level.ERROR, f'The plan is not checked: {error}'))
+            which, several = 'The plan', len(source.plans)
+            if several > 1:
+                which = f'Trajectory {number} of {several}'
+            source.remarks.append(Remark(Level.ERROR, f'{which} is not checked: {error}'))
         progress(1)
-    return tuple(checks)
+    return checks
 
 
 def _check(

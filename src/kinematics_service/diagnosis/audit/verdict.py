@@ -10,6 +10,7 @@ from .findings import Finding, count, seconds
 from .frames import NotCompared
 from .joints import look_like_degrees
 from .plan_findings import joints_refuted, plan_findings
+from .stretches import watched_values
 
 # The verdict is in doubt if more messages than this number, and than this share, make no state: a
 # few are usual while several drivers start, and 1 in 1,000 at 1 kHz is a millisecond in a second,
@@ -68,6 +69,11 @@ def _unjudged_share(audit: Audit) -> str:
     return f'{refused:,} of {count(total, noun)} ({100.0 * refused / total:.3g} %)'
 
 
+def judged_in_words(audit: Audit) -> str:
+    """Return the number of states that were judged: `2,001 samples`, `1 joint state`."""
+    return count(len(audit.timeline), 'sample' if audit.planned else 'joint state')
+
+
 def _in_doubt(audit: Audit) -> bool:
     # Returns whether too many messages of a recording made no state for a certain verdict.
     return not audit.planned and _unjudged(audit) > max(FEW, SHARE * audit.stream.messages)
@@ -86,26 +92,41 @@ def _reasons(refused: dict[str, int]) -> str:
 
 def _singular(audit: Audit) -> Finding:
     found = _singular_poses(audit)
+    if audit.planned:  # what could not be judged leads the findings
+        return found._replace(level=max(found.level, Level.WARN)) if audit.refused else found
     if not _in_doubt(audit):
         return found
     level = max(found.level, Level.WARN)
     return Finding(level, f'{found.text} {_unjudged_share(audit)} could not be judged.')
 
 
+def _away(audit: Audit) -> str:
+    # That no state is near a singular pose, said of no more than what was judged.
+    judged, undecided = len(audit.timeline), 0
+    which = f'its {judged_in_words(audit)}'
+    if audit.planned and audit.refused:
+        which = f'the {judged_in_words(audit)} that could be judged'
+    if audit.robot.thresholds.measure == 'distance':
+        undecided = audit.timeline.undecided
+    if not undecided and not audit.robot.loop_names:
+        return f'keeps away from singular poses at {which}'
+    # How loops bend the arm is not known; and the nearest singular pose is not always found.
+    some = f'; at {undecided:,} of them it is not decided' if 0 < undecided < judged else ''
+    return f'is near no singular pose at {which}, as far as it was looked for{some}'
+
+
 def _singular_poses(audit: Audit) -> Finding:
     measure = MEASURES[audit.robot.thresholds.measure]
     thresholds = audit.robot.thresholds
     who = 'The planned motion' if audit.planned else 'The arm'
-    worst = audit.moments[0]
-    unit = f' {measure.unit}' if measure.unit else ''
-    value = f'{measure.name.replace("_", " ")} {worst.value}{unit}'
+    row = audit.moments[0].row
+    worst = float(watched_values(audit.robot, audit.timeline, slice(row, row + 1))[0])
+    value = f'{measure.words} {worst:.3g} {measure.unit}'.rstrip()
+    value = measure.farther(worst) or value
     if not audit.stretches:
-        away = 'keeps away from singular poses'
-        if audit.robot.loop_names:  # how loops bend the arm between samples is not known
-            away = 'is near no singular pose at its samples, as far as it was looked for'
         return Finding(
             Level.OK,
-            f'{who} {away}: the nearest is {value} (warning at {thresholds.warn:g}).',
+            f'{who} {_away(audit)}: the nearest is {value} (warning at {thresholds.warn:g}).',
         )
     level = max(stretch.level for stretch in audit.stretches)
     stretch = max(audit.stretches, key=lambda one: (one.level, -_goodness(audit, one.value)))
@@ -168,7 +189,10 @@ def _frames(audit: Audit) -> list[Finding]:
     sentences = [Finding(report.level, f'{name}: {report.sentence}.')]
     sentences += [Finding(Level.WARN, f'{name}: {doubt}.') for doubt in report.doubts]
     if report.unmatched:
-        sentences.append(Finding(Level.OK, f'{name}: {report.unmatched}.'))
+        # What was compared says little of a recording if most poses have nothing beside them.
+        few = 2 * report.matched < report.considered
+        level = Level.WARN if few else Level.OK
+        sentences.append(Finding(level, f'{name}: {report.unmatched}.'))
     return sentences
 
 

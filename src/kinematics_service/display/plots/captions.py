@@ -9,7 +9,7 @@ import numpy as np
 from ...kernel import Floats
 from ...kinematics.singularity import Singularity, flat_loop
 from ...robot.file.loop_groups import group_in_words
-from ...robot.measures import Level
+from ...robot.measures import MEASURES, Level
 from ...robot.robot import Robot
 from .picture import with_unit, words
 from .ranges import sliding
@@ -48,14 +48,17 @@ def positions(robot: Robot, q: Floats, width: int, skip: Sequence[int] = ()) -> 
 def nearness(robot: Robot, singularity: Singularity) -> str:
     """Return in words how far one pose is from a singular one, and the factor that decides it."""
     distance = float(singularity.distance)
+    farther = MEASURES['distance'].farther(distance)
     if singularity.rank < singularity.generic_rank:
         text = 'singular pose'
-    elif distance >= math.pi:
-        text = 'far from singular poses'  # the first-order estimate ends there
+    elif farther:
+        text = f'{farther} from singular poses'
+        if not singularity.decided:
+            text = 'no singular pose found'
     else:
         text = f'distance to singularity {distance:.3g} rad ({math.degrees(distance):.3g}°)'
     factors = singularity.factors
-    if factors is not None and np.min(factors.distances) <= 1.5 * distance < 1.5 * math.pi:
+    if factors is not None and not farther and np.min(factors.distances) <= 1.5 * distance:
         if not robot.factors.is_loop(factors.nearest):
             text += f': {words(factors.names[factors.nearest])}'
         elif loop := flat_loop(robot, singularity):

@@ -10,16 +10,15 @@ from ...kernel import Floats
 from ...robot.file.loop_groups import not_all_closed
 from ...robot.robot import Robot
 from .captions import joint_label, positions
+from .distance_colours import ColourScale, draw_distances
 from .distance_map import DistanceMap
-from .picture import Draw, with_unit, words
+from .picture import Draw, words
 from .ranges import sliding
 from .set_styles import set_styles
 
 # A factor that is this small on the border, as a share of its largest value, is zero there.
 AT_BORDER = 1e-9
 QUARTER = math.pi / 4.0
-# The distance is an estimate that says little beyond, rad.
-FAR = 1.0
 # Ground where loops do not close.
 OPEN = '#8A8D93'
 
@@ -33,31 +32,14 @@ def map_picture(robot: Robot, numbers: DistanceMap) -> Draw:
         axes = figure.subplots()
         x, y = numbers.horizontal, numbers.vertical
         across, up = (v[1] - v[0] for v in (x, y))
-        largest = min(max(float(np.nanmax(numbers.distance)), 1e-3), FAR)
-        image = axes.imshow(
-            numbers.distance,
-            origin='lower',
-            extent=(
-                x[0] - across / 2,
-                x[-1] + across / 2,
-                y[0] - up / 2,
-                y[-1] + up / 2,
-            ),  # fmt: skip
-            aspect='auto',
-            cmap='cividis',
-            vmin=0.0,
-            vmax=largest,
-            interpolation='nearest',
-        )
+        largest = max(float(np.nanmax(numbers.distance)), 1e-3)
+        extent = x[0] - across / 2, x[-1] + across / 2, y[0] - up / 2, y[-1] + up / 2
+        scale, label = ColourScale(0.0, largest), 'distance to singularity'
+        farther = draw_distances(figure, axes, numbers.distance, extent, scale, label)
+        axes.set_aspect('auto')
         axes.grid(False)
-        bar = figure.colorbar(
-            image,
-            cax=axes.inset_axes((1.03, 0.0, 0.04, 1.0)),
-            extend='max' if largest == FAR else 'neither',
-        )
-        bar.set_label(with_unit('distance to singularity', 'rad'))
         entries = _draw_sets(axes, numbers) + _draw_thresholds(axes, robot, numbers)
-        entries += _draw_open(axes, robot, numbers)
+        entries += farther + _draw_open(axes, robot, numbers)
         for axis, joint in zip((axes.xaxis, axes.yaxis), numbers.joints):
             _label(axis, robot, joint)
         axes.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))

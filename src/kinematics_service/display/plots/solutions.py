@@ -12,6 +12,7 @@ from ...kernel import Floats
 from ...kinematics.inverse.result import IkFamily, IkResult
 from ...kinematics.singularity import singularity
 from ...rigid_motion import roll_pitch_yaw
+from ...robot.measures import MEASURES
 from ...robot.robot import Robot
 from .arm import azimuth_of, cube_around, draw_skeleton, set_space
 from .captions import positions, signed
@@ -95,6 +96,11 @@ def solutions_picture(robot: Robot, target: Floats, result: IkResult) -> Draw:
     return draw
 
 
+def _away(distance: float) -> str:
+    farther = MEASURES['distance'].farther(distance)
+    return f'{farther} from singular' if farther else f'distance to singularity {distance:.3f} rad'
+
+
 def _write_heading(
     figure: Any,
     robot: Robot,
@@ -119,7 +125,7 @@ def _write_heading(
     figure.text(
         left + width / 2.0,
         top - LINE * (pose.heading.count('\n') + 1) / height,
-        f'{positions(robot, pose.q, 40)}\ndistance to singularity {distance:.3f} rad',
+        f'{positions(robot, pose.q, 40)}\n{_away(distance)}',
         ha='center',
         va='top',
         fontsize=TEXT,

@@ -9,7 +9,8 @@ from ...kernel import Floats
 from ...robot.file.loop_groups import not_all_closed
 from ...robot.robot import Robot
 from .critical import CriticalPoints
-from .picture import BLACK, Draw, with_unit, words
+from .distance_colours import ColourScale, draw_distances
+from .picture import BLACK, Draw, words
 from .set_styles import set_styles
 from .workspace import Workspace
 
@@ -31,11 +32,12 @@ def workspace_picture(robot: Robot, space: Workspace, critical: CriticalPoints) 
         figure.set_layout_engine('constrained')
         axes = figure.subplots()
         low, high = space.corner, space.corner + space.size * np.array([columns, rows])
-        low_end, high_end = scale_of(space.best)
-        image = axes.imshow(
-            space.best, origin='lower', extent=(low[0], high[0], low[1], high[1]),
-            cmap='cividis', vmin=low_end, vmax=high_end, interpolation='nearest', aspect='equal',
-        )  # fmt: skip
+        extent, label = (
+            (low[0], high[0], low[1], high[1]),
+            'largest distance to singularity found there',
+        )
+        farther = draw_distances(figure, axes, space.best, extent, scale_of(space.best), label)
+        axes.set_aspect('equal')
         _draw_border(axes, space)
         _draw_critical(axes, critical)
         axes.plot(0.0, 0.0, marker='+', markersize=11, color=BLACK, markeredgewidth=1.5, zorder=7)
@@ -50,20 +52,14 @@ def workspace_picture(robot: Robot, space: Workspace, critical: CriticalPoints) 
         axes.locator_params(nbins=6)
         if high[0] - low[0] < 0.3 * (high[1] - low[1]):
             axes.locator_params(axis='x', nbins=2)
-        bar = figure.colorbar(
-            image,
-            cax=axes.inset_axes((1.03, 0.0, 0.05, 1.0)),
-            extend='max' if high_end < np.nanmax(space.best) else 'neither',
-        )
-        bar.set_label(with_unit('largest distance to singularity found there', 'rad'))
         figure.suptitle(
             f'{words(robot.name)}: where {words(robot.tool_frame)} gets\n'
             f'{space.plane.title} ({_poses(robot, space)})',
             fontsize=10.5,
         )
         figure.legend(
-            *axes.get_legend_handles_labels(), loc='outside lower center', ncols=2, frameon=False,
-            markerscale=5.0,
+            handles=axes.get_legend_handles_labels()[0] + farther,
+            loc='outside lower center', ncols=2, frameon=False, markerscale=5.0,
         )  # fmt: skip
 
     return draw
@@ -76,16 +72,17 @@ def _poses(robot: Robot, space: Workspace) -> str:
     return f'{space.poses:,} poses; {names} at {space.open_poses:,} of them'
 
 
-def scale_of(values: Floats) -> tuple[float, float]:
+def scale_of(values: Floats) -> ColourScale:
     """
-    Return the ends of a scale for distances, rad; values may be nan.
+    Return the scale of distances in rad, which may be nan.
 
     It begins at 0, unless all distances are so far from 0 that they would look the same.
     """
     finite = values[np.isfinite(values)]
     low, high = float(np.min(finite)), float(np.percentile(finite, HIGH))
     low = low if high - low < 0.5 * high else 0.0
-    return low, max(high, low + LEAST)
+    high = max(high, low + LEAST)
+    return ColourScale(low, high, high < float(np.max(finite)))
 
 
 def _draw_border(axes: Any, space: Workspace) -> None:

@@ -123,7 +123,8 @@ def _is_distance(seen: Observation) -> bool:
 
 
 def _distance_text(distance: float) -> str:
-    return f'{distance:.3f} rad = {math.degrees(distance):.1f}°'
+    shown = f'{distance:.3f} rad = {math.degrees(distance):.1f}°'
+    return MEASURES['distance'].farther(distance) or shown
 
 
 def _time_gauge(seen: Observation) -> Gauge:

@@ -114,11 +114,16 @@ def run_page(
                 'has this address, with its token and a name of this computer',
                 file=sys.stderr,
             )
+        was_live = False
         while not ended():
             begin = time.monotonic()
             if source.robot is not page.robot:
                 page = Page(server, viewpoint, source.robot, publishable)
                 print(f'it shows {source.title}', flush=True)
+            live = source.observation() is not None
+            if live != was_live:
+                print(f'now {source.status}', flush=True)
+                was_live = live
             turn(page, source)
             # The loop always rests a little: slow drawing makes the page slow, not the computer.
             source.listen(max(0.2 * PERIOD, PERIOD - (time.monotonic() - begin)))

@@ -60,8 +60,8 @@ def check_plan(
     velocities, accelerations : shape (N, n)
         rad/s or m/s, rad/s^2 or m/s^2; accelerations count only with velocities.
     distance
-        How near a singular pose the plan may not come, rad; the default is the threshold `stop`
-        of the distance.
+        How near a singular pose the plan may not come, at most 1 rad; the default is the threshold
+        `stop` of the distance.
     speed_limit
         The largest speed allowed of each point of `speed_of`, m/s.
     speed_of
@@ -96,12 +96,8 @@ def check_plan(
         )
     ]
     assert given[0] is not None
-    asked = (
-        threshold_of_distance(robot)
-        if distance is None
-        else _positive(distance, 'distance', np.pi)
-    )
-    limit = None if speed_limit is None else _positive(speed_limit, 'speed_limit', np.inf)
+    asked = threshold_of_distance(robot) if distance is None else _threshold(distance)
+    limit = None if speed_limit is None else _positive(speed_limit, 'speed_limit')
     motion = polynomial_motion(at, given[0], given[1], given[2])
     points = dict.fromkeys([TOOL, *map(str, speed_of)])
     with np.errstate(over='ignore', invalid='ignore'):  # what is too large is refused
@@ -162,16 +158,15 @@ def _table(robot: Robot, table: npt.ArrayLike | None, name: str, count: int) -> 
     return rows
 
 
-def _positive(value: float, name: str, most: float) -> float:
-    if not 0.0 < value <= most or np.isinf(value):
-        raise PlanError(
-            f'{name} must be above 0'
-            + (f' and at most {most:.4g}' if np.isfinite(most) else '')
-            + f', not {value:g}',
-            name,
-            ['above 0'],
-            value,
-        )
+def _threshold(distance: float) -> float:
+    if refusal := MEASURES[DISTANCE].refusal(distance):
+        raise PlanError(f'distance {refusal}', 'distance', ['above 0, at most 1 rad'], distance)
+    return float(distance)
+
+
+def _positive(value: float, name: str) -> float:
+    if not 0.0 < value < np.inf:
+        raise PlanError(f'{name} must be above 0, not {value:g}', name, ['above 0'], value)
     return float(value)
 
 

@@ -20,11 +20,11 @@ class Measure:
     small_is_bad
         On which side it is bad.
     unit
-        Of its value and thresholds in sentences; one in rad is an angle of at most half a turn.
+        Of its value and thresholds in sentences.
     warn, stop
         Default thresholds; None where there are none that suit every arm.
-    least
-        Its thresholds are above this.
+    least, most
+        Its thresholds are above the one, and at most the other: a value there means at least that.
     of_square
         Whether it exists only where J_t is square; it may then be negative, and is judged by its
         absolute value.
@@ -47,6 +47,7 @@ class Measure:
     warn: float | None = None
     stop: float | None = None
     least: float = 0.0
+    most: float = math.inf
     of_square: bool = False
     of_volume: bool = False
     drawn_unit: str = ''
@@ -60,14 +61,21 @@ class Measure:
         """Return its name as people write it."""
         return self.name.replace('_', ' ')
 
-    @property
-    def most(self) -> float:
-        """Return what its thresholds are at most."""
-        return math.pi if self.unit == 'rad' else math.inf
+    def refusal(self, threshold: float) -> str:
+        """Return why a number is no threshold of it, `must be ...`; empty for one that is."""
+        if math.isfinite(threshold) and self.least < threshold <= self.most:
+            return ''
+        most = f' and at most {self._amount(self.most)}' if self.most < math.inf else ''
+        return f'must be above {self.least:g}{most}, not {self._amount(threshold)}'
 
-    def accepts(self, threshold: float) -> bool:
-        """Return whether a number can be a threshold of it."""
-        return math.isfinite(threshold) and self.least < threshold <= self.most
+    def farther(self, value: float) -> str:
+        """Return `farther than 1 rad (57 deg)` of a value that means at least that; else empty."""
+        return f'farther than {self._amount(self.most)}' if value >= self.most < math.inf else ''
+
+    def _amount(self, value: float) -> str:
+        if self.unit != 'rad' or not math.isfinite(value):
+            return f'{value:g}'
+        return f'{value:g} rad ({math.degrees(value):.0f} deg)'
 
     def ordered(self, warn: float, stop: float) -> bool:
         """Return whether a value that becomes worse is at `warn` before it is at `stop`."""
@@ -79,11 +87,13 @@ MEASURES = {
     for measure in (
         Measure(
             'distance',
-            'joint motion to the nearest singular pose that was found, rad',
+            'joint motion to the nearest singular pose that was found, rad; 1 where none is found '
+            'within 1 rad, and means at least that',
             kernel.DISTANCE,
             unit='rad',
             warn=0.1,  # about 6 and 2 degrees
             stop=0.03,
+            most=kernel.FARTHEST,
             long='distance to a singular pose',
             drawn='distance to\nsingularity',
             on_page=False,

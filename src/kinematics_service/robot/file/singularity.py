@@ -69,8 +69,8 @@ def _thresholds(
         path, value = (*PATH, key), defaults[key]
         if text is not None:
             value = quantities.fixed(text, kind, path, usual=False)
-            if value is not None and not measure.accepts(value):
-                report.fault(path, _accepted(value, measure, quantities))
+            if value is not None and (refusal := measure.refusal(value)):
+                report.fault(path, f'a threshold of the {measure.words} {refusal}')
                 continue
         elif value is None:
             message = f'the key {key!r} is missing: {measure.name} has no default threshold'
@@ -91,14 +91,6 @@ def _thresholds(
         )
         return None
     return warn, stop
-
-
-def _accepted(value: float, measure: Measure, quantities: Quantities) -> str:
-    if measure.unit == 'rad':
-        half_turn = '180 deg' if quantities.units.angle == 'deg' else 'pi'
-        return f'a {measure.words} is an angle above {measure.least:g} and at most {half_turn}'
-    what = f'a {measure.words} is' if measure.least else 'must be'
-    return f'{what} above {measure.least:g}, not {number(value)}'
 
 
 def _factors(data: Any, quantities: Quantities) -> tuple[Factor, ...]:

@@ -14,8 +14,37 @@ from ..messages.messages import full_name, status_message
 from ..messages.topics import DIAGNOSTICS, DIAGNOSTICS_QOS
 from .best_subscription import BestSubscription
 from .diagnostics import RECENT, InputState, Work, input_status
+from .throttle import Throttle
 
 PERIOD = 1.0
+# After a stall the timer makes up for its calls, some at once: a rate over a shorter time means
+# nothing, so nothing is said.
+SHORTEST = 0.5 * PERIOD
+# The log says why no joint state comes after this time, s, and again after the other.
+PATIENCE, AGAIN = 5.0, 60.0
+JOINT_STATES = 'sensor_msgs/msg/JointState'
+
+
+def why_no_joint_states(node: Node, topic: str) -> str:
+    """Return that no joint state comes on a topic, and the topics on which others publish some."""
+    publishers = node.count_publishers(topic)
+    who = 'its publishers are silent' if publishers else 'nobody publishes it'
+    own = node.get_name(), node.get_namespace()
+    others = sorted(
+        name
+        for name, types in node.get_topic_names_and_types()
+        if JOINT_STATES in types
+        and name != topic
+        and any(
+            (info.node_name, info.node_namespace) != own
+            for info in node.get_publishers_info_by_topic(name)
+        )
+    )
+    elsewhere = 'no other topic here has a publisher of joint states'
+    if others:
+        elsewhere = f'joint states are published on {", ".join(others)}'
+        elsewhere += f': try -r joint_states:={others[0]}'
+    return f'no joint state has come on {topic}: {who}; {elsewhere}'
 
 
 class Health:
@@ -44,7 +73,8 @@ class Health:
         self._frames = frames
         self._velocity_source = velocity_source
         self._counts_said: Counter[str] = Counter()
-        self._said = time.monotonic()
+        self._begun = self._said = time.monotonic()
+        self._throttle = Throttle(AGAIN)
         # Times of diagnostics, s, and the number of messages lost by then.
         self._losses: deque[tuple[float, int]] = deque([(self._said, 0)])
         self._publisher = node.create_publisher(DiagnosticArray, DIAGNOSTICS, DIAGNOSTICS_QOS)
@@ -62,15 +92,25 @@ class Health:
             losses.popleft()
         return lost - losses[0][1]
 
+    def _explain_silence(self, now: float, counts: Counter[str]) -> None:
+        # A topic of another name is told in the node's own terminal, where it is looked for.
+        never = now - self._begun >= PATIENCE and not counts.total()
+        if never and self._throttle.passes('no joint states'):
+            topic = self._subscription.topic_name
+            self._node.get_logger().warning(why_no_joint_states(self._node, topic))
+
     def say(self) -> None:
         """Publish the state of the input since the last diagnostics, if anybody listens."""
         node, estimator, subscription = self._node, self._estimator, self._subscription
         now, arrival = time.monotonic(), time.monotonic_ns()
+        if now - self._said < SHORTEST:
+            return
         publishers = node.get_publishers_info_by_topic(subscription.topic_name)
         subscription.settle(publishers)
         lost = subscription.lost
         lost_of_late = self._lost_of_late(now, lost or 0)
         counts, work = Counter(estimator.counts), self.work
+        self._explain_silence(now, counts)
         interval, news = now - self._said, counts - self._counts_said
         self.work, self._counts_said, self._said = Work(), counts, now
         if not self._publisher.get_subscription_count():

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from ...kinematics.motion import Trajectory
 from ...kinematics.singularity import singularity
 from ...printing import plain
+from ...robot.measures import MEASURES
 from ...robot.robot import Robot
 from ..messages.readings import WarningReading, pose_of
 from ..process.standard_output import StandardOutput
@@ -86,8 +87,13 @@ class PlainReport:
             return
         pose, distance = pose_of(listener.pose.message), listener.measure('distance')
         xyz = ' '.join(number(float(x)) for x in pose.position)
-        left = '' if distance is None else f'  distance {distance:.4f} rad'
+        left = '' if distance is None else f'  {_distance(distance)}'
         self._output.line(f'{listener.time:6.1f} s  tool {xyz} m{left}  {self._level}'.rstrip())
+
+
+def _distance(distance: float) -> str:
+    shown = f'distance {distance:.4f} rad ({math.degrees(distance):.1f} deg)'
+    return MEASURES['distance'].farther(distance) or shown
 
 
 def summary(listener: DemoListener, sent: int) -> list[str]:
@@ -104,8 +110,8 @@ def summary(listener: DemoListener, sent: int) -> list[str]:
             xyz = ' '.join(number(float(x)) for x in nearest.pose.position)
             where = f', tool at {xyz} m in {plain(nearest.pose.frame)}'
         lines.append(
-            f'nearest to a singular pose at {nearest.time:.1f} s: distance '
-            f'{nearest.distance:.4f} rad ({math.degrees(nearest.distance):.1f} deg){where}'
+            f'nearest to a singular pose at {nearest.time:.1f} s: {_distance(nearest.distance)}'
+            f'{where}'
         )
     if listener.levels:
         shown = ' > '.join(listener.levels[:LEVELS])

@@ -216,6 +216,7 @@ def _distance(listener: DemoListener) -> Text:
     shown = NOTHING
     if distance is not None:
         shown = f'{distance:.4f} rad = {math.degrees(distance):.1f} deg'
+        shown = MEASURES['distance'].farther(distance) or shown
     return _labelled('distance', shown, STYLES.get(level, ''))
 
 
@@ -223,7 +224,8 @@ def _measures(listener: DemoListener, width: int, units: Mapping[str, str]) -> l
     cells = []
     for name, measure in MEASURES.items():
         if name != 'distance':  # it has a line of its own
-            value = f'{_measure(listener.measure(name))} {units[name]}'.rstrip()
+            number, unit = listener.measure(name), units[name]
+            value = _measure(number) if number is None else f'{_measure(number)} {unit}'.rstrip()
             cells.append(_labelled(measure.short or measure.words, value.ljust(LEFT_COLUMN)))
     across = 2 if width >= 2 * len(cells[0]) else 1
     return [

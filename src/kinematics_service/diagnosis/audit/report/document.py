@@ -80,7 +80,7 @@ def document_of(audit: Audit) -> dict[str, Any]:
                 'factors': [
                     {
                         'name': passed.name,
-                        'distance': passed.distance,
+                        'motion': passed.distance,
                         't': float(timeline.t[passed.row]),
                     }
                     for passed in stretch.factors
@@ -124,14 +124,15 @@ def document_of(audit: Audit) -> dict[str, Any]:
             for warning in audit.timeline.warnings
         ],
         'frames': _frames(audit),
-        'plans': [_plan(check) for check in audit.plans],
+        'plans': [_plan(number, check) for number, check in audit.plans.items()],
         'series': _series(audit, rows),
     }
 
 
-def _plan(check: PlanCheck) -> dict[str, Any]:
+def _plan(number: int, check: PlanCheck) -> dict[str, Any]:
     singularity = check.singularity
     return {
+        'trajectory': number,
         'verdict': check.verdict,
         'singularity': {
             'verdict': singularity.verdict,
@@ -269,9 +270,11 @@ def _series(audit: Audit, rows: Times) -> dict[str, Any]:
         'position': state.position,
         'quaternion_xyzw': state.quaternion_xyzw * signs[:, None],
         'twist': np.where(moving[:, None], state.twist, np.nan),
+        'distance': singularity.distance,
+        'distance_at_least': singularity.distance_at_least,
         **{name: values for name, values in measures.items() if values is not None},
         'time_to_warning': np.where(moving, singularity.time_to_warning, np.nan),
         'factor_names': audit.robot.factors.names,
-        'factor_distances': factors,
+        'factor_motions': factors,
         'level': [Level(int(level)).name for level in timeline.levels[rows]],
     }

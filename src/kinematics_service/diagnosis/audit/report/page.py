@@ -16,7 +16,7 @@ from ....robot.measures import MEASURES
 from ....version import __version__
 from ..auditing import Audit
 from ..findings import count, seconds
-from ..verdict import AuditVerdict, verdict_of
+from ..verdict import AuditVerdict, judged_in_words, verdict_of
 from .page_charts import interval_chart, joint_charts, measure_charts, tool_charts
 from .page_frames import frame_section
 from .page_header import Provenance, header
@@ -84,7 +84,8 @@ def _singularities(audit: Audit) -> str:
     unit = f', {measure.unit}' if measure.unit else ''
     text = ['<h2>Near singularities</h2>\n', measure_charts(audit)]
     if not audit.stretches:
-        return ''.join([*text, '<p>No stretch of it is near a singularity.</p>\n'])
+        none = f'<p>None of the {judged_in_words(audit)} judged is near a singularity.</p>\n'
+        return ''.join([*text, none])
     rows = []
     for stretch in audit.stretches[:MOST]:
         names = '<br>'.join(

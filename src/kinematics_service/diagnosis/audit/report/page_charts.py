@@ -107,9 +107,8 @@ def measure_charts(audit: Audit) -> str:
             _curve(audit, factor, f'c{k % 6}', _scaled(timeline.factors.columns[k], 1.0))
             for k, factor in enumerate(factors)
         ]
-        charts.append(
-            _chart(audit, 'distance to the zero of each factor', 'rad', curves, True, levels)
-        )
+        zeros = 'joint motion to the zero of each factor, by first order'
+        charts.append(_chart(audit, zeros, 'rad', curves, True, levels))
     for name, column in timeline.measures.items():
         if name != measure.name:
             other = MEASURES[name]

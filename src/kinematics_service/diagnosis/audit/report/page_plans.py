@@ -21,7 +21,7 @@ def plan_section(audit: Audit) -> str:
     """Return the section; empty for a recording."""
     if not audit.plans:
         return ''
-    rows = [row for k, plan in enumerate(audit.plans) for row in _rows(audit, k, plan)]
+    rows = [row for number, plan in audit.plans.items() for row in _rows(audit, number, plan)]
     return (
         '<h2>Between the points</h2>\n'
         + table(HEADERS, rows[:MOST], (2, 3, 4, 5))
@@ -31,8 +31,8 @@ def plan_section(audit: Audit) -> str:
     )
 
 
-def _rows(audit: Audit, k: int, plan: PlanCheck) -> list[list[str]]:
-    which = f'trajectory {k + 1}: ' if len(audit.plans) > 1 else ''
+def _rows(audit: Audit, number: int, plan: PlanCheck) -> list[list[str]]:
+    which = f'trajectory {number}: ' if audit.trajectories > 1 else ''
     found = plan.singularity
     pose = '' if found.nearest_singular is None else _numbers(found.nearest_singular.tolist())
     rows = [
