@@ -156,7 +156,7 @@ def test_one_signal_ends_a_process_whose_queue_is_never_empty(ros_domain, flood)
 
 def test_a_queue_that_grows_is_given_up_and_what_was_left_out_is_told(ros_domain):
     program = SPIN.format(body=MESSAGES_OF_ANOTHER) + "print(f'total={sum(left_out)}')\n"
-    code, _, output = program_ends(program, signal.SIGTERM, pause=12.0)
+    code, _, output = program_ends(program, signal.SIGTERM, pause=7.0)
     assert code == 0, output
     assert 'left_out=0' not in output
     # Of fifty that the middleware keeps all but the newest ten are thrown away each time.

@@ -6,6 +6,7 @@ events has no bound, it looks at neither a timeout nor a stop before that queue 
 the wheels its `spin()` burns a core and ignores signals.
 """
 
+import threading
 import time
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
@@ -28,12 +29,17 @@ FAILURES = 100
 # the second of messages that a subscription keeps, so that a process starved for a moment catches
 # up and loses none.
 BACKLOG = 2.5
+# They are also given up when working the queue off takes more of the processor than this (s): a
+# second of messages at 1 kHz takes less than half of it.
+WORK = 0.25
 
 
 class _Mark(NamedTuple):
-    # A task at the former end of the executor's queue, and the time it was put there (s).
+    # A task at the former end of the executor's queue, the time when it was put there, and the
+    # processor time of the executor's thread by then (s).
     task: Any
     put: float
+    worked: float
 
 
 class Spinner:
@@ -75,6 +81,7 @@ class Spinner:
         self._mark: _Mark | None = None
         self._passed_over: PassedOver | None = None
         self._over: Future = Future()
+        self._thread = threading.get_ident()
 
     def spin(self, stopped: Callable[[], bool], turn: float = TURN) -> bool:
         """
@@ -88,6 +95,7 @@ class Spinner:
             Longest time between two such questions while the queue becomes empty, s.
         """
         failures = 0
+        self._thread = threading.get_ident()
         while True:
             # An interrupt that comes after the question ends the turn that begins then.
             self._over = Future()
@@ -119,9 +127,10 @@ class Spinner:
         if not self.in_order or self._passed_over is not None:
             return
         mark, now = self._mark, time.monotonic()
+        worked = time.clock_gettime(time.pthread_getcpuclockid(self._thread))
         if mark is None or mark.task.done():
-            self._mark = _Mark(self._executor.create_task(lambda: None), now)
-        elif now - mark.put > BACKLOG:
+            self._mark = _Mark(self._executor.create_task(lambda: None), now, worked)
+        elif now - mark.put > BACKLOG or worked - mark.worked > WORK:
             subscriptions = [sub for node in self._nodes for sub in node.subscriptions]
             self._passed_over = PassedOver(subscriptions)
             self._executor.create_task(self._catch_up)
