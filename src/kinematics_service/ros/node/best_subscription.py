@@ -17,10 +17,10 @@ from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.exceptions import InvalidHandle
 from rclpy.node import Node
 from rclpy.qos import (
-    QoSPolicyKind,
+    QoSCompatibility,
     QoSProfile,
     ReliabilityPolicy,
-    qos_policy_name_from_kind,
+    qos_check_compatible,
 )
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.topic_endpoint_info import TopicEndpointInfo
@@ -96,6 +96,7 @@ class BestSubscription:
         )
         self._wanted = self._qos
         self._full_depth = self._qos.depth
+        self._known: set[tuple[int, ...]] = set()  # publishers
         self._is_ending = False  # whether events of a subscription may wait that has ended
 
     def _settle_reliability(self, qos: QoSProfile) -> SetParametersResult:
@@ -112,7 +113,6 @@ class BestSubscription:
             self._topic,
             qos,
             self._heard,
-            self._on_incompatible,
             overrides,
         )
 
@@ -141,6 +141,7 @@ class BestSubscription:
         """Adapt to the publishers of the topic; the node calls it periodically."""
         now = time.monotonic()
         self.fit(self._size())
+        self._look_at(publishers)
         if self.publisher_count < len(publishers):
             self._all_heard_since = now
         elif now - self._all_heard_since < OVERLAP:
@@ -151,10 +152,7 @@ class BestSubscription:
             self._all_heard_since = now
         elif not self._is_ending:
             self._recent = None
-            offered = [info.qos_profile.reliability for info in publishers]
-            if self._adapts and not self.is_reliable and BEST_EFFORT not in offered and offered:
-                self._want(reliability=RELIABLE)
-            elif self._qos.depth < self._full_depth and now - self._large > QUIET:
+            if self._qos.depth < self._full_depth and now - self._large > QUIET:
                 self._want(depth=self._full_depth)
         if self._wanted is not self._qos:
             self._replace()
@@ -191,8 +189,8 @@ class BestSubscription:
         self._all_heard_since = time.monotonic()
 
     def _end(self, former: '_Numbered') -> None:
-        if former is not self._former:
-            return  # it has ended
+        if former is not self._former or former.subscription not in self._node.subscriptions:
+            return  # it has ended, or is being passed over by the executor
         self._former = None
         count = former.losses.count
         self._lost = None if count is None or self._lost is None else self._lost + count
@@ -244,17 +242,28 @@ class BestSubscription:
         if is_full:
             self._end(former)
 
-    def _on_incompatible(self, event: Any) -> None:
-        kind = event.last_policy_kind
-        if kind == QoSPolicyKind.RELIABILITY and self._adapts:
-            self._want(reliability=BEST_EFFORT)
-            if self._wanted is not self._qos:
-                self._replace()
+    def _look_at(self, publishers: Sequence[TopicEndpointInfo]) -> None:
+        # Not by the middleware's events: one of them in the queue of `EventsExecutor` ends the
+        # process if its subscription is destroyed meanwhile.
+        known, self._known = self._known, {tuple(info.endpoint_gid) for info in publishers}
+        if known != self._known:
+            self._current.losses.forget()
+        if not publishers:
             return
-        self._node.get_logger().warning(
-            f'messages of a publisher of {self.topic_name} are not received: its quality of '
-            f'service does not match ({qos_policy_name_from_kind(kind)})'
-        )
+        offered = {info.qos_profile.reliability for info in publishers}
+        if self._adapts:
+            self._want(reliability=BEST_EFFORT if BEST_EFFORT in offered else RELIABLE)
+        for info in publishers:
+            if tuple(info.endpoint_gid) not in known:
+                self._warn_of(info.qos_profile)
+
+    def _warn_of(self, offered: QoSProfile) -> None:
+        compatibility, reason = qos_check_compatible(offered, self._wanted)
+        if compatibility == QoSCompatibility.ERROR:
+            self._node.get_logger().warning(
+                f'messages of a publisher of {self.topic_name} are not received: its quality of '
+                f'service does not match ({reason})'
+            )
 
 
 class _Numbered:
@@ -267,7 +276,6 @@ class _Numbered:
         topic: str,
         qos: QoSProfile,
         take: Callable[['_Numbered', bytes, Info], None],
-        on_incompatible: Callable[[Any], None],
         overrides: QoSOverridingOptions | None,
     ) -> None:
         self._node, self.qos = node, qos
@@ -288,10 +296,7 @@ class _Numbered:
             taken,
             qos,
             raw=True,
-            event_callbacks=SubscriptionEventCallbacks(
-                incompatible_qos=on_incompatible,
-                matched=lambda event: losses.forget(),
-            ),
+            event_callbacks=SubscriptionEventCallbacks(use_default_callbacks=False),
             qos_overriding_options=overrides,
         )
 
@@ -311,8 +316,6 @@ class _Numbered:
         """
         node, subscription = self._node, self.subscription
         node._subscriptions.remove(subscription)
-        for handler in subscription.event_handlers:
-            node.remove_waitable(handler)
         executor = node.executor
         if executor is None:
             subscription.destroy()

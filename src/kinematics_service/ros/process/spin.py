@@ -131,15 +131,11 @@ class Spinner:
         if mark is None or mark.task.done():
             self._mark = _Mark(self._executor.create_task(lambda: None), now, worked)
         elif now - mark.put > BACKLOG or worked - mark.worked > WORK:
-            subscriptions = [sub for node in self._nodes for sub in node.subscriptions]
-            self._passed_over = PassedOver(subscriptions)
-            self._executor.create_task(self._catch_up)
+            self._passed_over = PassedOver(self._executor, self._nodes, self._has_caught_up)
 
-    def _catch_up(self) -> None:
-        # The queue has been worked off as it was when messages began to be passed over.
-        passed_over, self._passed_over, self._mark = self._passed_over, None, None
-        if passed_over is not None:
-            self._left_out(passed_over.end())
+    def _has_caught_up(self, left_out: int) -> None:
+        self._passed_over = self._mark = None
+        self._left_out(left_out)
 
     def close(self) -> None:
         """Release the nodes."""
