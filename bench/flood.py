@@ -177,7 +177,10 @@ class Client:
         ):
             self.node.create_subscription(kind, topic, heard.append, qos)
         self.node.create_subscription(PoseStamped, '/kinematics/pose', self._on_pose, 1000)
-        self.service = self.node.create_client(Trigger, '/kinematics/describe')
+        # A flooded transport delivers many requests at once: room for all their answers.
+        self.service = self.node.create_client(
+            Trigger, '/kinematics/describe', qos_profile=QoSProfile(depth=1000)
+        )
         self.publisher = self.node.create_publisher(JointState, 'joint_states', 1000)
         self.until(self.service.service_is_ready, PATIENCE)
         self.until(lambda: self.publisher.get_subscription_count() == 1, PATIENCE)

@@ -111,8 +111,7 @@ class KinematicsNode(Node):
         self._outputs.events_in_order = True
 
     def events_were_left_out(self, messages: int) -> None:
-        """Note that events were thrown away, and with them this many messages of the process."""
-        self._outputs.ask_who_listens()
+        """Note that messages were passed over, of which the process had received this many."""
         self._estimator.counts[LEFT_OUT] += messages
         if self._throttle.passes(LEFT_OUT):
             self.get_logger().warning(

@@ -1,7 +1,8 @@
 """Messages that are passed over because they come faster than they can be answered."""
 
+from collections import deque
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 from rclpy.node import Node
 from rclpy.subscription import Subscription
@@ -12,12 +13,38 @@ from ..node.waiting_messages import take_waiting
 KEPT = 10
 
 
-class _Passed(NamedTuple):
-    # A subscription, and how its messages are answered.
-    node: Node
-    subscription: Subscription
-    callback: Callable[..., None]
-    with_info: bool
+class _Passed:
+    # A subscription whose messages are kept instead of being answered: the newest of them.
+
+    def __init__(
+        self, node: Node, subscription: Subscription, at_first: Callable[[], None]
+    ) -> None:
+        self.node, self.subscription, self._at_first = node, subscription, at_first
+        self.received = 0
+        self._newest: deque[tuple[Any, ...]] = deque(maxlen=KEPT)
+        self._callback = subscription.callback
+        # Not by its property, which is about the form of the arguments, too: that stays.
+        subscription._callback = self.keep
+
+    def keep(self, *arguments: Any) -> None:
+        self.received += 1
+        self._newest.append(arguments)
+        if self.received == 1:
+            self._at_first()
+
+    def take_waiting(self) -> None:
+        with_info = self.subscription._callback_type is Subscription.CallbackType.WithMessageInfo
+        newest, count = take_waiting(self.subscription, KEPT)
+        for one in newest:
+            # As the executor hands them over: with their information as one tuple.
+            self._newest.append((one if with_info else one[0],))
+        self.received += count
+
+    def answer(self) -> int:
+        self.subscription._callback = self._callback
+        for arguments in self._newest:
+            self._callback(*arguments)
+        return self.received - len(self._newest)
 
 
 class PassedOver:
@@ -43,25 +70,12 @@ class PassedOver:
     """
 
     def __init__(self, executor: Any, nodes: Sequence[Node], then: Callable[[int], None]) -> None:
-        self._executor, self._then, self._left_out = executor, then, 0
+        self._executor, self._then = executor, then
         self._is_let_go = False
         self._passed = [
-            _Passed(
-                node,
-                one,
-                one.callback,
-                one._callback_type is Subscription.CallbackType.WithMessageInfo,
-            )
-            for node in nodes
-            for one in node.subscriptions
+            _Passed(node, one, self._let_go) for node in nodes for one in node.subscriptions
         ]
-        for passed in self._passed:
-            passed.subscription.callback = self._leave_out
-        executor.create_task(self._let_go)
-
-    def _leave_out(self, *message: Any) -> None:
-        self._left_out += 1
-        self._let_go()  # at the first one, long before the task's turn
+        executor.create_task(self._let_go)  # at the first message, if there is one in the queue
 
     def _let_go(self) -> None:
         if self._is_let_go:
@@ -69,26 +83,19 @@ class PassedOver:
         self._is_let_go = True
         # Without those that the node has destroyed.
         self._passed = [one for one in self._passed if one.subscription in one.node.subscriptions]
-        for passed in self._passed:
-            passed.node._subscriptions.remove(passed.subscription)
+        for one in self._passed:
+            one.node._subscriptions.remove(one.subscription)
         self._executor.wake()
         self._executor.create_task(self._take_up)
 
     def _take_up(self) -> None:
-        waiting = [take_waiting(passed.subscription, KEPT) for passed in self._passed]
-        for passed in self._passed:
-            passed.node._subscriptions.append(passed.subscription)
+        for one in self._passed:
+            one.take_waiting()
+            one.node._subscriptions.append(one.subscription)
         self._executor.wake()
         # Messages that come until it has done so have one event in common. In that one they are
-        # left out, too: nothing else would be done until the last of them is answered.
+        # kept, too: nothing else would be done until the last of them is answered.
         self._executor.create_task(lambda: self._executor.create_task(self._end))
-        for passed, (newest, count) in zip(self._passed, waiting):
-            self._left_out += count - len(newest)
-            for message in newest:
-                # As the executor hands them over: with their information as one tuple.
-                passed.callback(message if passed.with_info else message[0])
 
     def _end(self) -> None:
-        for passed in self._passed:
-            passed.subscription.callback = passed.callback
-        self._then(self._left_out)
+        self._then(sum(one.answer() for one in self._passed))

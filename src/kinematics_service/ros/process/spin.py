@@ -131,6 +131,19 @@ class Spinner:
         if mark is None or mark.task.done():
             self._mark = _Mark(self._executor.create_task(lambda: None), now, worked)
         elif now - mark.put > BACKLOG or worked - mark.worked > WORK:
+            self._pass_over()
+
+    def catch_up(self, longest: float) -> None:
+        """Give up the messages that wait; by the same thread as `spin_once`, for so long (s)."""
+        if not self.in_order:
+            return  # without a queue of its own
+        self._pass_over()
+        end = time.monotonic() + longest
+        while self._passed_over is not None and time.monotonic() < end:
+            self._executor.spin_once(timeout_sec=TURN)
+
+    def _pass_over(self) -> None:
+        if self._passed_over is None:
             self._passed_over = PassedOver(self._executor, self._nodes, self._has_caught_up)
 
     def _has_caught_up(self, left_out: int) -> None:
