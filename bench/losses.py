@@ -2,9 +2,9 @@
 What is lost at 1 kHz while other processes burn every core, and what the node says was lost.
 
     python bench/losses.py [--seconds 60] [--burners 4] [--rate 1000] [--python PATH]
-        [--reliability reliable,best_effort] [--depth 1000]
+        [--reliability reliable,best_effort] [--depth 1000] [--publishers 1]
 
-Publisher, node and burners are processes of their own. The publisher counts what it sent; the
+Publishers, node and burners are processes of their own. Each publisher counts what it sent; the
 node's diagnostics say what was accepted and what was lost. `--python` is the interpreter of
 another installation, to be measured with the same publisher.
 """
@@ -24,11 +24,11 @@ ROBOT = 'ur5e'
 WARM_UP, REST, PATIENCE = 2.0, 3.0, 120.0
 DEPTH = 'qos_overrides./joint_states.subscription.depth'
 BURN = 'x = 1\nwhile True:\n    x = x * 3 % 1000003'
-# The publisher and this process share some int64.
+# The publishers and this process share some int64: from SENT on the count of each publisher.
 GO, SENT = range(2)
 
 
-def feed(path, reliability, rate):
+def feed(path, number, reliability, rate):
     """Publish joint states at a rate as long as told to, and count them."""
     import rclpy
     from rclpy.qos import QoSProfile, ReliabilityPolicy
@@ -45,7 +45,7 @@ def feed(path, reliability, rate):
     data = bytearray(serialize_message(message))
     places = form_of(bytes(data)).positions
     q = np.array([0.3, -1.0, 1.2, -0.4, 1.1, 0.3])
-    slots = np.memmap(path, np.int64, 'r+', shape=(2,))
+    slots = np.memmap(path, np.int64, 'r+')
     rclpy.init()
     node = rclpy.create_node('feeder')
     qos = QoSProfile(depth=100, reliability=ReliabilityPolicy[reliability.upper()])
@@ -67,7 +67,7 @@ def feed(path, reliability, rate):
         STAMP.pack_into(data, STAMP_AT, *divmod(time.time_ns(), 1_000_000_000))
         publisher.publish(bytes(data))
         k += 1
-        slots[SENT] += 1
+        slots[SENT + number] += 1
 
 
 class Watcher:
@@ -113,8 +113,8 @@ def one(options, watcher, reliability):
     burners, processes = [], []
     descriptor, path = tempfile.mkstemp(prefix='losses_')
     os.close(descriptor)
-    np.zeros(2, np.int64).tofile(path)
-    slots = np.memmap(path, np.int64, 'r+', shape=(2,))
+    np.zeros(SENT + options.publishers, np.int64).tofile(path)
+    slots = np.memmap(path, np.int64, 'r+')
 
     def start(*command):
         process = subprocess.Popen([*command], stdout=subprocess.DEVNULL)
@@ -124,20 +124,25 @@ def one(options, watcher, reliability):
     try:
         arguments = ('--ros-args', '-p', f'{DEPTH}:={options.depth}') if options.depth else ()
         start(options.python, '-m', 'kinematics_service', '--robot', ROBOT, *arguments)
-        start(
-            sys.executable,
-            __file__,
-            *('--feed', path, '--reliability', reliability, '--rate', str(options.rate)),
-        )
+        rate = str(options.rate / options.publishers)
+        for number in range(options.publishers):
+            start(
+                sys.executable,
+                __file__,
+                *('--feed', path, '--number', str(number)),
+                *('--reliability', reliability, '--rate', rate),
+            )
         watcher.heard = 0
         watcher.values = {}
-        watcher.until(lambda: watcher.values.get('publishers') == '1', 'publisher')
+        watcher.until(
+            lambda: watcher.values.get('publishers') == str(options.publishers), 'publisher'
+        )
         watcher.rest(WARM_UP)
         slots[GO] = 1
         watcher.rest(WARM_UP)
         slots[GO] = 0
         watcher.rest(REST)
-        before, sent = watcher.now(), int(slots[SENT])
+        before, sent = watcher.now(), int(slots[SENT:].sum())
         burners += [subprocess.Popen([sys.executable, '-c', BURN]) for _ in range(options.burners)]
         watcher.rest(WARM_UP)
         watcher.sentences.clear()
@@ -146,7 +151,7 @@ def one(options, watcher, reliability):
         slots[GO] = 0
         watcher.rest(REST)
         after = watcher.now()
-        sent = int(slots[SENT]) - sent
+        sent = int(slots[SENT:].sum()) - sent
         slots[GO] = -1
     finally:
         for process in (*burners, *processes):
@@ -159,7 +164,8 @@ def one(options, watcher, reliability):
     told = int(after['lost']) - int(before['lost']) if 'lost' in after else None
     said = sorted({text for text in watcher.sentences if text != 'fine'})
     print(
-        f'{reliability}: {sent} sent, {heard} heard, {sent - heard} lost, '
+        f'{options.publishers} publishers, {reliability}: '
+        f'{sent} sent, {heard} heard, {sent - heard} lost, '
         f'{"nothing" if told is None else told} told; sentences beside "fine": {said[:4]}',
         flush=True,
     )
@@ -173,12 +179,14 @@ def main():
     parser.add_argument('--python', default=sys.executable)
     parser.add_argument('--depth', type=int, help="of the node's queue")
     parser.add_argument('--reliability', default='reliable,best_effort')
+    parser.add_argument('--publishers', type=int, default=1, help='who share the rate')
     parser.add_argument('--feed', help=argparse.SUPPRESS)
+    parser.add_argument('--number', type=int, default=0, help=argparse.SUPPRESS)
     options = parser.parse_args()
     os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
     os.environ.setdefault('ROS_DOMAIN_ID', '86')
     if options.feed:
-        feed(options.feed, options.reliability, options.rate)
+        feed(options.feed, options.number, options.reliability, options.rate)
         return
     watcher = Watcher()
     for reliability in options.reliability.split(','):

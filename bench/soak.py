@@ -1,10 +1,12 @@
 """
-An hour at 1 kHz: memory flat, nothing lost, latency the same at the end.
+An hour at 1 kHz: memory flat, nothing lost, latency the same at the end, every request answered.
 
     python bench/soak.py [--minutes 60] [--rate 1000] [--robot ur5e]
 
 Node, feeder and listener are three processes. The listener hears pose, Jacobian, twist and one
-scalar; lost is what was sent and came with no pose. Memory is the node's resident set.
+scalar; lost is what was sent and came with no pose. Memory is the node's resident set. Every half
+second it calls `~/describe`: an answer is late if it comes after the next call. A line every five
+minutes says what there was by then.
 """
 
 import argparse
@@ -27,6 +29,8 @@ SETTLED = 1 / 6
 STAMP = struct.Struct('<iI')
 BEHIND_HEADER = 4
 SENTINEL = 0.123456789
+# Seconds between two requests, and between two lines about the time so far.
+ASKED_EVERY, SAID_EVERY = 0.5, 300.0
 
 
 def feed(arguments):
@@ -67,6 +71,36 @@ def resident(pid):
         return int(statm.read().split()[1]) * os.sysconf('SC_PAGE_SIZE') / 2**20
 
 
+class Requests:
+    """Calls of the node's service `~/describe`."""
+
+    def __init__(self, node):
+        from std_srvs.srv import Trigger
+
+        self._client = node.create_client(Trigger, '/kinematics/describe')
+        self._request = Trigger.Request()
+        self._asked = time.monotonic()
+        self.number, self.waits = 0, []
+
+    def ask(self):
+        """Call the service if it is time to."""
+        now = time.monotonic()
+        if now - self._asked < ASKED_EVERY or not self._client.service_is_ready():
+            return
+        self._asked = now
+        self.number += 1
+        self._client.call_async(self._request).add_done_callback(
+            lambda future: self.waits.append(time.monotonic() - now)
+        )
+
+    def __str__(self):
+        late = sum(wait > ASKED_EVERY for wait in self.waits)
+        return (
+            f'{self.number} requests, {len(self.waits)} answered, {late} of them late, '
+            f'longest {max(self.waits, default=0.0):.2f} s'
+        )
+
+
 def watch(arguments):
     """Start node and feeder, listen, and print what was seen."""
     import rclpy
@@ -92,7 +126,7 @@ def watch(arguments):
         (Float64, 'singularity/distance'),
     ):
         node.create_subscription(kind, f'/kinematics/{name}', lambda data: None, qos, raw=True)
-    executor, never = EventsExecutor(), Future()
+    executor, never, requests = EventsExecutor(), Future(), Requests(node)
     executor.add_node(node)
     server = subprocess.Popen(
         [sys.executable, '-m', 'kinematics_service', '--robot', arguments.robot]
@@ -102,9 +136,17 @@ def watch(arguments):
         while node.count_publishers('/kinematics/pose') == 0:
             executor.spin_once(timeout_sec=0.1)
         feeder = subprocess.Popen([sys.executable, __file__, *sys.argv[1:], '--feed'])
-        next_look = time.monotonic()
+        next_look = said = begin = time.monotonic()
         while feeder.poll() is None:
-            executor.spin_until_future_complete(never, timeout_sec=0.5)
+            executor.spin_until_future_complete(never, timeout_sec=0.1)
+            requests.ask()
+            if time.monotonic() - said >= SAID_EVERY:
+                said += SAID_EVERY
+                print(
+                    f'{said - begin:.0f} s: {len(latencies)} poses, {requests}, '
+                    f'{memory[-1]:.2f} MiB, load {os.getloadavg()[0]:.0f}',
+                    flush=True,
+                )
             if latencies and time.monotonic() >= next_look:
                 memory.append(resident(server.pid))
                 next_look = time.monotonic() + 5.0
@@ -113,7 +155,7 @@ def watch(arguments):
         code = server.wait(timeout=20)
     sent = round(arguments.rate * arguments.minutes * 60.0)
     print(f'{sent} messages at {arguments.rate:g} Hz, {arguments.robot}; node exit code {code}')
-    print(f'poses lost: {sent - len(latencies)}')
+    print(f'poses lost: {sent - len(latencies)}; {requests}')
     print(f'{"window":>8}{"p50 ms":>9}{"p99 ms":>9}{"max ms":>9}')
     for k, window in enumerate(np.array_split(np.array(latencies), WINDOWS)):
         p50, p99 = np.percentile(window, [50, 99])

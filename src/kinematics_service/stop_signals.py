@@ -14,7 +14,7 @@ NUMBERS = (signal.SIGINT, signal.SIGTERM)
 # Ctrl-C can reach a process twice.
 GRACE = 1.0
 # Period of what is done while no signal comes (s).
-MEANWHILE = 1.0
+MEANWHILE = 0.25
 # A command that Ctrl-C interrupts cleans up within this (s): half-written files, its processes,
 # the cursor.
 UNWINDING = 0.8

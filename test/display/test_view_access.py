@@ -86,7 +86,18 @@ def test_the_page_itself_moves_a_slider_and_so_does_a_program(view, slider):
 
 
 @pytest.mark.parametrize(
-    'host', ['other.example', 'other.example:{port}', '192.0.2.7:{port}', '[', '', '127.0.0.1.x']
+    'host',
+    [
+        'other.example',
+        'other.example:{port}',
+        '192.0.2.7:{port}',
+        '[',
+        '',
+        '127.0.0.1.x',
+        'evil@localhost:{port}',
+        'user:word@127.0.0.1:{port}',
+        '127.0.0.1:1:{port}',
+    ],
 )
 def test_a_name_bent_to_this_computer_gets_neither_page_nor_socket(view, host):
     host = host.format(port=view.port)

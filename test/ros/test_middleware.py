@@ -13,6 +13,7 @@ pytest.importorskip('rclpy', reason='needs ROS 2')
 
 from kinematics_service.ros.process.middleware import (
     LOCAL,
+    MEMORY_BY_PROFILE,
     VARIABLES,
     fast_dds,
     profiles,
@@ -35,7 +36,9 @@ def test_they_are_taken_where_the_user_has_none(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     environment = {}
     assert take_profiles(environment)
-    assert environment == {VARIABLES[fast_dds()]: str(profiles(fast_dds()))}
+    file = {VARIABLES[fast_dds()]: str(profiles(fast_dds()))}
+    memory = {MEMORY_BY_PROFILE: '1'} if fast_dds() == 2 else {}
+    assert environment == {**file, **memory}
 
 
 @pytest.mark.parametrize('variable', VARIABLES.values())

@@ -121,6 +121,8 @@ def _logger() -> logging.Logger:
     if not os.environ.get('KINEMATICS_TRACEBACK'):
         logger.propagate = False
         logger.addHandler(logging.NullHandler())
+        # Of a client that has gone: a line for each message to it.
+        logging.getLogger('asyncio').setLevel(logging.ERROR)
     return logger
 
 

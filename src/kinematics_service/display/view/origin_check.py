@@ -118,8 +118,11 @@ class OriginCheck(NamedTuple):
 
     def _is_served_as(self, host: str, called: str) -> bool:
         try:
-            name = urlsplit(f'//{host}').hostname or ''
+            parts = urlsplit(f'//{host}')
+            name, _ = parts.hostname or '', parts.port  # whose port is no number raises, too
         except ValueError:
+            return False
+        if '@' in parts.netloc:
             return False
         # The owner of a name can point it to this computer; an address cannot be changed so.
         return is_loopback(name) or name in self.names or name == called.removeprefix('::ffff:')

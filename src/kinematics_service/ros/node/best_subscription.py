@@ -1,10 +1,12 @@
 """
-A subscription that is reliable if every publisher offers that, and receives from the others, too.
+A subscription that is reliable if every publisher offers that, and receives from the others, too,
+and whose queue is bounded in bytes.
 
 `ReliabilityPolicy.BEST_AVAILABLE` is settled when a subscription is created, by the publishers
 known then: messages of one that comes later and offers less would never be received.
 """
 
+import contextlib
 import copy
 import inspect
 import time
@@ -13,17 +15,19 @@ from typing import Any
 
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.event_handler import SubscriptionEventCallbacks
+from rclpy.exceptions import InvalidHandle
 from rclpy.node import Node
 from rclpy.qos import (
-    QoSPolicyKind,
+    QoSCompatibility,
     QoSProfile,
     ReliabilityPolicy,
-    qos_policy_name_from_kind,
+    qos_check_compatible,
 )
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 from .losses import Losses
+from .waiting_messages import take_waiting
 
 RELIABLE, BEST_EFFORT = ReliabilityPolicy.RELIABLE, ReliabilityPolicy.BEST_EFFORT
 # Number of messages remembered while two subscriptions receive the same ones, so that each is
@@ -31,9 +35,18 @@ RELIABLE, BEST_EFFORT = ReliabilityPolicy.RELIABLE, ReliabilityPolicy.BEST_EFFOR
 REMEMBERED = 4096
 # The former one ends this time (s) after the new one is connected to every publisher.
 OVERLAP = 1.0
+# Messages that wait in the middleware take no more than this (bytes), or there is but one. It is
+# half a second's reading: a message of ten thousand joints takes 16 ms.
+MOST_WAITING = 1 << 23
+# A message is large if a thousand of them take more.
+LARGE = MOST_WAITING // 1000
+# The queue has its full depth again when no large message came for this long (s).
+QUIET = 10.0
 
 Take = Callable[[bytes], None]
 Info = Mapping[str, Any]
+# Numbers of messages with the times at which they were sent.
+Recent = dict[tuple[int | None, int], None]
 
 
 class BestSubscription:
@@ -44,6 +57,9 @@ class BestSubscription:
     with best effort replaces the first one; when the last such publisher is gone, a reliable one
     replaces that. While there are two, each message is taken once.
 
+    The middleware bounds a queue by the number of its messages, and keeps the memory that they
+    took. So when messages are large, a subscription with a shorter queue replaces the one that is.
+
     Parameters
     ----------
     node, kind, topic
@@ -52,20 +68,37 @@ class BestSubscription:
         With `ReliabilityPolicy.BEST_AVAILABLE`. A user's override by parameter is final.
     take
         Called with each message.
+    size
+        Returns the size (bytes) of the messages for which `fit` is not called any more.
     """
 
-    def __init__(self, node: Node, kind: Any, topic: str, qos: QoSProfile, take: Take) -> None:
+    def __init__(
+        self,
+        node: Node,
+        kind: Any,
+        topic: str,
+        qos: QoSProfile,
+        take: Take,
+        size: Callable[[], int] = lambda: 0,
+    ) -> None:
         self._node, self._kind, self._topic, self._take = node, kind, topic, take
+        self._size = size
         self._adapts = False
         self._lost: int | None = 0  # by subscriptions that are closed
         # The messages taken recently, while some of them may come once more.
-        self._recent: dict[tuple[int | None, int], None] | None = None
+        self._recent: Recent | None = None
         self._former: _Numbered | None = None
         self._all_heard_since = 0.0  # time since which all publishers are connected, s
+        self._large = 0.0  # time of the last message that asked for a shorter queue, s
         self._qos = copy.copy(qos)  # overrides are written into it
         self._current = self._open(
-            QoSOverridingOptions.with_default_policies(callback=self._settle_reliability)
+            self._qos,
+            QoSOverridingOptions.with_default_policies(callback=self._settle_reliability),
         )
+        self._wanted = self._qos
+        self._full_depth = self._qos.depth
+        self._known: set[tuple[int, ...]] = set()  # publishers
+        self._is_ending = False  # whether events of a subscription may wait that has ended
 
     def _settle_reliability(self, qos: QoSProfile) -> SetParametersResult:
         # After a user's overrides.
@@ -74,14 +107,13 @@ class BestSubscription:
             qos.reliability = RELIABLE
         return SetParametersResult(successful=True)
 
-    def _open(self, overrides: QoSOverridingOptions | None = None) -> '_Numbered':
+    def _open(self, qos: QoSProfile, overrides: QoSOverridingOptions | None = None) -> '_Numbered':
         return _Numbered(
             self._node,
             self._kind,
             self._topic,
-            self._qos,
+            qos,
             self._heard,
-            self._on_incompatible,
             overrides,
         )
 
@@ -98,7 +130,7 @@ class BestSubscription:
     @property
     def is_reliable(self) -> bool:
         """Return whether lost messages are sent again."""
-        return self._current.reliability is RELIABLE
+        return self._qos.reliability is RELIABLE
 
     @property
     def lost(self) -> int | None:
@@ -109,57 +141,131 @@ class BestSubscription:
     def settle(self, publishers: Sequence[TopicEndpointInfo]) -> None:
         """Adapt to the publishers of the topic; the node calls it periodically."""
         now = time.monotonic()
+        self.fit(self._size())
+        self._look_at(publishers)
         if self.publisher_count < len(publishers):
             self._all_heard_since = now
         elif now - self._all_heard_since < OVERLAP:
             pass
         elif self._former is not None:
+            self._take_of(self._former)
             self._end(self._former)
-            self._former, self._all_heard_since = None, now
-        else:
+            self._all_heard_since = now
+        elif not self._is_ending:
             self._recent = None
-            offered = [info.qos_profile.reliability for info in publishers]
-            if self._adapts and not self.is_reliable and BEST_EFFORT not in offered and offered:
-                self._change(RELIABLE)
+            if self._qos.depth < self._full_depth and now - self._large > QUIET:
+                self._want(depth=self._full_depth)
+        if self._wanted is not self._qos:
+            self._replace()
+
+    def fit(self, size: int) -> None:
+        """Shorten the queue if many messages of this size (bytes) would take too much memory."""
+        if size * self._full_depth <= MOST_WAITING:
+            return
+        self._large = time.monotonic()
+        depth = 1 << max(MOST_WAITING // size, 1).bit_length() - 1  # few depths: few changes
+        if depth < self._wanted.depth:
+            self._want(depth=depth)
+
+    def _want(self, **policies: Any) -> None:
+        # The present subscription is replaced when no message is being handled.
+        wanted = copy.copy(self._wanted)
+        for policy, value in policies.items():
+            setattr(wanted, policy, value)
+        self._wanted = self._qos if wanted == self._qos else wanted
+
+    def _replace(self) -> None:
+        if self._former is not None and self._former.qos == self._wanted:
+            self._current, self._former = self._former, self._current
+        elif self._former is not None:
+            self._take_of(self._former)
+            self._end(self._former)  # and the present one later
+            return
+        elif self._is_ending:
+            return
+        else:
+            self._former, self._recent = self._current, {}
+            self._current = self._open(self._wanted)
+        self._qos = self._wanted
+        self._all_heard_since = time.monotonic()
 
     def _end(self, former: '_Numbered') -> None:
-        former.take_what_waits()
+        if former is not self._former or former.subscription not in self._node.subscriptions:
+            return  # it has ended, or is being passed over by the executor
+        self._former = None
         count = former.losses.count
         self._lost = None if count is None or self._lost is None else self._lost + count
-        self._node.destroy_subscription(former.subscription)
+        self._is_ending = True
+        former.end(self._has_ended)
 
-    def _change(self, reliability: ReliabilityPolicy) -> None:
-        self._all_heard_since = time.monotonic()
-        if self._former is not None:  # it has the other reliability
-            self._current, self._former = self._former, self._current
-            return
-        self._former, self._recent = self._current, {}
-        self._qos = copy.copy(self._qos)
-        self._qos.reliability = reliability
-        self._current = self._open()
+    def _has_ended(self) -> None:
+        self._is_ending = False
+        _give_back_memory()
 
     def _heard(self, one: '_Numbered', data: bytes, info: Info) -> None:
-        if self._recent is not None:
-            if self._former is not None and one is self._current:
-                self._former.take_what_waits()  # which is older
-            key = info['publication_sequence_number'], info['source_timestamp']
-            if key in self._recent:
-                return
-            self._recent[key] = None
-            if len(self._recent) > REMEMBERED:
-                del self._recent[next(iter(self._recent))]
+        former = self._former
+        if self._recent is None:
+            self._take(data)
+        elif self._is_ending and (len(data) > LARGE or one is not self._current):
+            return  # until the memory of the one that ends is free
+        elif former is None:
+            self._take_once(self._recent, data, info)
+        else:
+            if one is not former:
+                self._take_of(former)  # which is older
+            self._take_once(self._recent, data, info)
+            if former.qos.depth > self._qos.depth:
+                # Nothing must wait in a queue that is too long.
+                self._take_of(former)
+                if one is self._current:
+                    self._end(former)
+        if self._wanted is not self._qos:
+            self._replace()
+
+    def _take_once(self, recent: Recent, data: bytes, info: Info) -> None:
+        key = info['publication_sequence_number'], info['source_timestamp']
+        if key in recent:
+            return
+        recent[key] = None
+        if len(recent) > REMEMBERED:
+            del recent[next(iter(recent))]
         self._take(data)
 
-    def _on_incompatible(self, event: Any) -> None:
-        kind = event.last_policy_kind
-        if kind == QoSPolicyKind.RELIABILITY and self._adapts:
-            if self.is_reliable:
-                self._change(BEST_EFFORT)
+    def _take_of(self, former: '_Numbered') -> None:
+        recent = self._recent
+        if former is not self._former or recent is None:
+            return  # it has ended
+        newest, count = take_waiting(former.subscription, self._qos.depth)
+        # Where more wait than the present queue has room for, the former one ends.
+        is_full = count > len(newest)
+        for data, info in (newest[-1],) if is_full else newest:
+            former.losses.heard(info['publication_sequence_number'])
+            self._take_once(recent, data, info)
+        if is_full:
+            self._end(former)
+
+    def _look_at(self, publishers: Sequence[TopicEndpointInfo]) -> None:
+        # Not by the middleware's events: one of them in the queue of `EventsExecutor` ends the
+        # process if its subscription is destroyed meanwhile.
+        known, self._known = self._known, {tuple(info.endpoint_gid) for info in publishers}
+        if known != self._known:
+            self._current.losses.forget()
+        if not publishers:
             return
-        self._node.get_logger().warning(
-            f'messages of a publisher of {self.topic_name} are not received: its quality of '
-            f'service does not match ({qos_policy_name_from_kind(kind)})'
-        )
+        offered = {info.qos_profile.reliability for info in publishers}
+        if self._adapts:
+            self._want(reliability=BEST_EFFORT if BEST_EFFORT in offered else RELIABLE)
+        for info in publishers:
+            if tuple(info.endpoint_gid) not in known:
+                self._warn_of(info.qos_profile)
+
+    def _warn_of(self, offered: QoSProfile) -> None:
+        compatibility, reason = qos_check_compatible(offered, self._wanted)
+        if compatibility == QoSCompatibility.ERROR:
+            self._node.get_logger().warning(
+                f'messages of a publisher of {self.topic_name} are not received: its quality of '
+                f'service does not match ({reason})'
+            )
 
 
 class _Numbered:
@@ -172,10 +278,10 @@ class _Numbered:
         topic: str,
         qos: QoSProfile,
         take: Callable[['_Numbered', bytes, Info], None],
-        on_incompatible: Callable[[Any], None],
         overrides: QoSOverridingOptions | None,
     ) -> None:
-        self.losses = losses = Losses(lambda: int(self.subscription.get_publisher_count()))
+        self._node, self.qos = node, qos
+        self.losses = losses = Losses(self._publishers)
         heard = losses.heard
 
         def taken(*arguments: Any) -> None:
@@ -192,18 +298,43 @@ class _Numbered:
             taken,
             qos,
             raw=True,
-            event_callbacks=SubscriptionEventCallbacks(
-                incompatible_qos=on_incompatible,
-                matched=lambda event: losses.forget(),
-            ),
+            event_callbacks=SubscriptionEventCallbacks(use_default_callbacks=False),
             qos_overriding_options=overrides,
         )
-        self.reliability = qos.reliability
-        self._taken = taken
 
-    def take_what_waits(self) -> None:
-        """Take the messages that the executor has not handled."""
-        handle = self.subscription.handle
-        with handle:
-            while (message := handle.take_message(self.subscription.msg_type, True)) is not None:
-                self._taken(message)
+    def _publishers(self) -> int:
+        try:
+            return int(self.subscription.get_publisher_count())
+        except InvalidHandle:  # it has ended while a message of it was handled
+            return 0
+
+    def end(self, then: Callable[[], None]) -> None:
+        """
+        Destroy the subscription when the executor has no more to do with it, then call `then`.
+
+        The executor's events name a subscription by its address. So it is destroyed when the
+        executor has let go of it, and another one may be made at the same address when its events
+        have gone from the queue.
+        """
+        node, subscription = self._node, self.subscription
+        node._subscriptions.remove(subscription)
+        executor = node.executor
+        if executor is None:
+            subscription.destroy()
+            then()
+            return
+
+        def destroy() -> None:
+            subscription.destroy()
+            executor.create_task(then)
+
+        executor.wake()
+        executor.create_task(destroy)
+
+
+def _give_back_memory() -> None:
+    # What messages took is free, but not given back by itself: 200 MiB after large ones.
+    import ctypes
+
+    with contextlib.suppress(OSError, AttributeError):  # it is glibc's
+        ctypes.CDLL(None).malloc_trim(0)

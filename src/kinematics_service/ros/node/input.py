@@ -58,6 +58,7 @@ class Input:
             JOINT_STATES,
             JOINT_STATES_QOS,
             self._on_bytes if transport == 'bytes' else self._on_message,
+            lambda: self._form.size if self._form is not None else 0,
         )
 
     @property
@@ -69,6 +70,7 @@ class Input:
         return stamp or int(self._clock.now().nanoseconds)
 
     def _on_message(self, data: bytes) -> None:
+        self.subscription.fit(len(data))
         try:
             message = read_message(data, JointState)
         except WireError as error:
@@ -82,6 +84,7 @@ class Input:
         form = self._form
         if form is not None and self._take_bytes(form, data, arrival):
             return
+        self.subscription.fit(len(data))
         for form in self._reader.forms(len(data)):
             if form is not self._form and self._take_bytes(form, data, arrival):
                 self._form = form

@@ -53,7 +53,7 @@ class Losses:
         before = max((one for one in last if one < number), default=None)
         if before is None or len(last) < publishers:
             # The first message of a publisher. It replaces one that is gone.
-            del last[: len(last) + 1 - publishers]
+            del last[: max(len(last) + 1 - publishers, 0)]
         else:
             last.remove(before)
             self.count = (self.count or 0) + number - before - 1

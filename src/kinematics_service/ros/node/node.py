@@ -17,7 +17,7 @@ from ...estimation.status_text import StatusText, singularity_status, stale_stat
 from ...kinematics.singularity import Singularity, singularity_of
 from ...robot.measures import Level
 from ..messages.messages import full_name, status_message
-from ..messages.topics import DESCRIBE, WARNING, WARNING_QOS
+from ..messages.topics import DESCRIBE, SERVICE_QOS, WARNING, WARNING_QOS
 from ..parameters.node_parameters import NodeParameters
 from ..parameters.settings import NodeSettings
 from .describe import description_of
@@ -104,15 +104,14 @@ class KinematicsNode(Node):
         self._warning = self.create_publisher(DiagnosticStatus, WARNING, WARNING_QOS)
         self._targets = Targets(self, self.settings, self._present, self._steady)
         self._input = Input(self, transport, self._on_sample, self._on_bytes, self._refuse)
-        self.create_service(Trigger, DESCRIBE, self._describe)
+        self.create_service(Trigger, DESCRIBE, self._describe, qos_profile=SERVICE_QOS)
 
     def trust_the_order_of_events(self) -> None:
         """Note that the executor handles events in the order of their arrival."""
         self._outputs.events_in_order = True
 
     def events_were_left_out(self, messages: int) -> None:
-        """Note that events were thrown away, and with them this many messages of the process."""
-        self._outputs.ask_who_listens()
+        """Note that messages were passed over, of which the process had received this many."""
         self._estimator.counts[LEFT_OUT] += messages
         if self._throttle.passes(LEFT_OUT):
             self.get_logger().warning(

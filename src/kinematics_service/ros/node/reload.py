@@ -15,7 +15,7 @@ from rclpy.node import Node
 from std_srvs.srv import Trigger
 
 from ...errors import KinematicsError
-from ..messages.topics import RELOAD
+from ..messages.topics import RELOAD, SERVICE_QOS
 from ..parameters.node_parameters import CheckedArm, NodeParameters
 from ..parameters.settings import NodeSettings
 
@@ -57,7 +57,9 @@ class Reload:
         self._answered: list[Any] = []  # of those that the present one answers
         self._outcome: CheckedArm | str | None = None
         self._timer = node.create_timer(LOOK, self._look, clock=steady, autostart=False)
-        self._service = node.create_service(Trigger, RELOAD, lambda request, response: response)
+        self._service = node.create_service(
+            Trigger, RELOAD, lambda request, response: response, qos_profile=SERVICE_QOS
+        )
         # The executors send what a service's callback returns at once, and `EventsExecutor` of
         # Jazzy cannot wait for a coroutine: so this is what they call.
         self._send = self._service.send_response

@@ -10,6 +10,8 @@ from pathlib import Path
 # unless it is told to skip that. Version 3 looks at the old variable, too, and complains of it.
 VARIABLES = {2: 'FASTRTPS_DEFAULT_PROFILES_FILE', 3: 'FASTDDS_DEFAULT_PROFILES_FILE'}
 LOCAL = ('DEFAULT_FASTRTPS_PROFILES.xml', 'DEFAULT_FASTDDS_PROFILES.xml')
+# With it ROS leaves to the profiles how histories take memory.
+MEMORY_BY_PROFILE = 'RMW_FASTRTPS_USE_QOS_FROM_XML'
 # The rclpy of Kilted, the first distribution with Fast DDS 3.
 RCLPY_WITH_3 = 9
 
@@ -51,4 +53,6 @@ def take_profiles(environment: MutableMapping[str, str] = os.environ) -> bool:
     except LookupError:  # profiles are not worth a complaint
         return False
     environment[VARIABLES[version]] = str(profiles(version))
+    if version == 2:
+        environment.setdefault(MEMORY_BY_PROFILE, '1')
     return True

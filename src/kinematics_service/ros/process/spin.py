@@ -6,6 +6,7 @@ events has no bound, it looks at neither a timeout nor a stop before that queue 
 the wheels its `spin()` burns a core and ignores signals.
 """
 
+import threading
 import time
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
@@ -14,8 +15,9 @@ from rclpy.clock import Clock, ClockType
 from rclpy.context import Context
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
-from rclpy.subscription import Subscription
 from rclpy.task import Future
+
+from .passed_over import PassedOver
 
 # Period of the check for the end while no event comes, where nothing interrupts the wait (s).
 TURN = 0.1
@@ -23,27 +25,31 @@ TURN = 0.1
 SELF_TEST = 1.0
 # Number of failures in a row from which on the executor is broken, and not a message.
 FAILURES = 100
-# The events in the queue are given up when they have waited for longer than this (s): longer than
+# Messages are given up when they have waited in the queue for longer than this (s): longer than
 # the second of messages that a subscription keeps, so that a process starved for a moment catches
 # up and loses none.
 BACKLOG = 2.5
-# When the queue is given up, this number of each subscription's newest messages is answered.
-KEPT = 10
-# Largest number of messages taken out then: others arrive in the meantime.
-MOST_TAKEN = 100_000
+# They are also given up when working the queue off takes more of the processor than this (s): a
+# second of messages at 1 kHz takes less than half of it.
+WORK = 0.25
 
 
 class _Mark(NamedTuple):
-    # A task at the former end of an executor's queue, and the time it was put there (s).
-    executor: Any
+    # A task at the former end of the executor's queue, the time when it was put there, and the
+    # processor time of the executor's thread by then (s).
     task: Any
     put: float
+    worked: float
 
 
 class Spinner:
     """
     Turns the executor of some nodes; under any load it can be stopped, and its queue is bounded as
     long as `watch` is called.
+
+    The queue is always worked off, and only messages are left out of it. If an executor is thrown
+    away with its queue, a request stays in the middleware until the event of the next one takes
+    it, and so each later answer is one call late.
 
     Parameters
     ----------
@@ -52,8 +58,8 @@ class Spinner:
     nodes
         The nodes to spin; the first one's logger is used.
     left_out
-        Called when events were given up because they came faster than they could be handled, with
-        the number of messages that were thrown away unanswered.
+        Called when messages were given up because they came faster than they could be handled,
+        with the number of those that had been kept, and were thrown away unanswered.
 
     Attributes
     ----------
@@ -73,7 +79,9 @@ class Spinner:
         for node in nodes[1:]:
             self._executor.add_node(node)
         self._mark: _Mark | None = None
+        self._passed_over: PassedOver | None = None
         self._over: Future = Future()
+        self._thread = threading.get_ident()
 
     def spin(self, stopped: Callable[[], bool], turn: float = TURN) -> bool:
         """
@@ -87,6 +95,7 @@ class Spinner:
             Longest time between two such questions while the queue becomes empty, s.
         """
         failures = 0
+        self._thread = threading.get_ident()
         while True:
             # An interrupt that comes after the question ends the turn that begins then.
             self._over = Future()
@@ -114,40 +123,35 @@ class Spinner:
             self._over.set_result(None)
 
     def watch(self) -> None:
-        """Have the waiting events given up that wait for too long; from another thread."""
-        if not self.in_order:
+        """Have the messages given up that wait for too long; from another thread."""
+        if not self.in_order or self._passed_over is not None:
             return
-        mark, executor = self._mark, self._executor
-        if mark is None or mark.executor is not executor or mark.task.done():
-            self._mark = _Mark(executor, executor.create_task(lambda: None), time.monotonic())
-        elif self._is_behind():
-            self.interrupt()
+        mark, now = self._mark, time.monotonic()
+        worked = time.clock_gettime(time.pthread_getcpuclockid(self._thread))
+        if mark is None or mark.task.done():
+            self._mark = _Mark(self._executor.create_task(lambda: None), now, worked)
+        elif now - mark.put > BACKLOG or worked - mark.worked > WORK:
+            self._pass_over()
 
-    def _is_behind(self) -> bool:
-        mark = self._mark
-        return (
-            mark is not None
-            and mark.executor is self._executor
-            and not mark.task.done()
-            and time.monotonic() - mark.put > BACKLOG
-        )
-
-    def start_anew(self) -> None:
-        """Throw away the waiting events, and their messages except for the newest."""
+    def catch_up(self, longest: float) -> None:
+        """Give up the messages that wait; by the same thread as `spin_once`, for so long (s)."""
         if not self.in_order:
             return  # without a queue of its own
-        self._release()
-        left_out = sum(map(_thin_out, [sub for node in self._nodes for sub in node.subscriptions]))
-        self._executor = _events_executor(self._context)
-        for node in self._nodes:
-            self._executor.add_node(node)
+        self._pass_over()
+        end = time.monotonic() + longest
+        while self._passed_over is not None and time.monotonic() < end:
+            self._executor.spin_once(timeout_sec=TURN)
+
+    def _pass_over(self) -> None:
+        if self._passed_over is None:
+            self._passed_over = PassedOver(self._executor, self._nodes, self._has_caught_up)
+
+    def _has_caught_up(self, left_out: int) -> None:
+        self._passed_over = self._mark = None
         self._left_out(left_out)
 
     def close(self) -> None:
         """Release the nodes."""
-        self._release()
-
-    def _release(self) -> None:
         for node in self._nodes:
             self._executor.remove_node(node)
         self._executor.shutdown()
@@ -159,8 +163,6 @@ class Spinner:
         # Many events a turn: to come back to Python after each costs a seventh more of the
         # processor for a message.
         self._executor.spin_until_future_complete(self._over, timeout_sec=longest)
-        if self._is_behind():
-            self.start_anew()
 
 
 def _executor_for(node: Node, context: Context) -> tuple[Any, bool]:
@@ -202,22 +204,3 @@ def _fires_a_timer(executor: Any, node: Node) -> bool:
         executor.spin_once(timeout_sec=0.01)
     node.destroy_timer(timer)
     return fired
-
-
-def _thin_out(subscription: Subscription) -> int:
-    # Answers the newest messages that wait for a subscription; returns the number of the others.
-    taken: list[Any] = []
-    handle = subscription.handle
-    count = 0
-    with handle:
-        while count < MOST_TAKEN:
-            message = handle.take_message(subscription.msg_type, subscription.raw)
-            if message is None:
-                break
-            count += 1
-            taken = [*taken[-KEPT + 1 :], message]
-    with_info = subscription._callback_type is Subscription.CallbackType.WithMessageInfo
-    for one in taken:
-        # In the form in which the executor hands them over: with their information as one tuple.
-        subscription.callback(one if with_info else one[0])
-    return count - len(taken)

@@ -85,7 +85,7 @@ class ViewListener:
             self._spinner.spin_once(timeout_sec=0.0)
             if self._heard_so_far == before:
                 return
-        self._spinner.start_anew()
+        self._spinner.catch_up(LONGEST_CATCHING_UP)
 
     @property
     def _heard_so_far(self) -> int:

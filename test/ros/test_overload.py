@@ -1,0 +1,113 @@
+"""After an overload: requests are answered, a joint state brings a pose, memory is given back."""
+
+import contextlib
+import subprocess
+import sys
+import time
+
+import pytest
+from folders import BENCH
+
+rclpy = pytest.importorskip('rclpy', reason='needs ROS 2')
+
+from node_process import NodeProcess  # noqa: E402
+from rclpy.duration import Duration  # noqa: E402
+from rclpy.node import Node  # noqa: E402
+from ros_harness import Peer  # noqa: E402
+from std_msgs.msg import Int32  # noqa: E402
+from std_srvs.srv import Trigger  # noqa: E402
+
+from kinematics_service.ros.process.passed_over import KEPT  # noqa: E402
+from kinematics_service.ros.process.spin import Spinner  # noqa: E402
+
+sys.path.insert(0, str(BENCH))
+from flood import FAST, ROBOT, Client, memory  # noqa: E402
+
+# A second of messages of 240 kB has 240 MB; what is left of a flood is far less (MiB).
+LEFT_BEHIND = 40
+SECONDS = 3.0
+
+
+@pytest.fixture
+def node(ros_domain):
+    process = NodeProcess('--robot', ROBOT)
+    yield process.popen
+    process.kill()
+
+
+@pytest.fixture
+def client(node):
+    yield Client()
+    rclpy.try_shutdown()
+
+
+def flooded(node, client, kind, publishers):
+    """Flood the node, with requests in the meantime; return the answers to them."""
+    floods = [subprocess.Popen([sys.executable, '-c', FAST, kind]) for _ in range(publishers)]
+    asked = []
+    try:
+        client.until(lambda: client.node.count_publishers('/joint_states') > publishers, 20.0)
+        end = time.monotonic() + SECONDS
+        while time.monotonic() < end:
+            asked.append(client.ask())
+            client.rest(0.5)
+    finally:
+        for flood in floods:
+            flood.kill()
+            flood.wait()
+    return asked
+
+
+def test_messages_are_left_out_of_a_queue_and_nothing_else(ros_domain):
+    with contextlib.closing(Peer()) as one:
+        busy, numbers, calls = Node('busy', context=one.context), [], []
+        busy.create_subscription(
+            Int32, 'numbers', lambda message: numbers.append(message.data), 50
+        )
+        busy.create_service(Trigger, 'call', lambda request, response: calls.append(1) or response)
+        left_out = []
+        spinner = Spinner(one.context, [busy], left_out.append)
+        assert spinner.in_order
+        publisher = one.peer.create_publisher(Int32, 'numbers', 1000)
+        client = one.peer.create_client(Trigger, 'call')
+        one.spin_until(client.service_is_ready, 'service')
+        one.spin_until(publisher.get_subscription_count, 'listener')
+        sent = range(300)
+        for number in sent[:200]:
+            publisher.publish(Int32(data=number))
+        futures = [client.call_async(Trigger.Request()) for _ in range(5)]
+        for number in sent[200:]:
+            publisher.publish(Int32(data=number))
+        assert publisher.wait_for_all_acked(Duration(seconds=10))
+        spinner.catch_up(10.0)
+        assert numbers == list(sent[-KEPT:])  # in the order in which they came
+        assert left_out == [50 - KEPT]  # others the middleware does not keep
+        one.spin_until(lambda: all(future.done() for future in futures), 'answers')
+        assert len(calls) == 5
+        # Nothing is one message or one call late.
+        for number in (1000, 1001):
+            publisher.publish(Int32(data=number))
+            end = time.monotonic() + 10.0
+            while numbers[-1] != number and time.monotonic() < end:
+                spinner.spin_once(0.1)
+            assert numbers[-1] == number
+        assert len(numbers) == KEPT + 2
+        spinner.close()
+        busy.destroy_node()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(('kind', 'publishers'), [('joints', 1), ('name', 2)])
+def test_after_a_flood_all_is_as_before(node, client, kind, publishers):
+    client.send(10)
+    before = memory(node)
+    asked = flooded(node, client, kind, publishers)
+    assert client.until(lambda: all(future.done() for future in asked), 10.0)
+    waits = [client.answered(5.0) for _ in range(10)]
+    assert None not in waits  # none is one call late
+    assert client.answers(30) == (30, 0)
+    client.diagnostics.clear()
+    client.rest(4.5)
+    assert 3 <= len(client.diagnostics) <= 6
+    assert client.warnings[-1].level == b'\x03'  # the watchdog: no joint state came
+    assert memory(node) - before < LEFT_BEHIND
