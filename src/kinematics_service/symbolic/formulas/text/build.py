@@ -51,23 +51,23 @@ def build(node: Node, lookup: Lookup) -> Value:
 
 
 @dataclass(frozen=True)
-class _Sum:
+class _Terms:
     # Numbers that are added up at once: one after the other takes the square of their count.
     terms: list[Value]
 
 
-def _whole(value: Value | _Sum) -> Value:
-    return sp.Add(*value.terms) if isinstance(value, _Sum) else value
+def _whole(value: Value | _Terms) -> Value:
+    return sp.Add(*value.terms) if isinstance(value, _Terms) else value
 
 
-def _combined(node: Node, operands: list[Value | _Sum], lookup: Lookup) -> Value | _Sum:
+def _combined(node: Node, operands: list[Value | _Terms], lookup: Lookup) -> Value | _Terms:
     if node.kind in ('+', '-') and not is_matrix(operands[0]):
         other = _unwrapped(_whole(operands[1]))
         if not is_matrix(other):
             first = operands[0]
-            terms = first.terms if isinstance(first, _Sum) else [first]
+            terms = first.terms if isinstance(first, _Terms) else [first]
             terms.append(other if node.kind == '+' else -other)
-            return _Sum(terms)
+            return _Terms(terms)
     parts = [_whole(operand) for operand in operands]
     if node.kind == 'number':
         return number(node.text, node.at)
