@@ -15,7 +15,7 @@ from ..errors import JointVectorError, TwistError
 from ..kernel import Floats
 from ..robot.chain import FrozenArrays
 from ..robot.points import TOOL
-from ..robot.robot import Robot
+from ..robot.robot import AnyRobot, as_robot
 from .forward import BASE, jacobian
 
 
@@ -47,7 +47,7 @@ class WrenchEstimate(FrozenArrays):
 
 
 def joint_torques(
-    robot: Robot,
+    robot: AnyRobot,
     q: npt.ArrayLike,
     wrench: npt.ArrayLike,
     axes: str | int = BASE,
@@ -89,6 +89,7 @@ def joint_torques(
     >>> ks.joint_torques(robot, [0, 0], [0, 3.0, 0, 0, 0, 0]).tolist()
     [6.0, 3.0]
     """
+    robot = as_robot(robot)
     J = jacobian(robot, q, axes, of=of, at=at)
     try:
         F = np.asarray(wrench, dtype=np.float64)
@@ -114,7 +115,7 @@ def joint_torques(
 
 
 def wrench_from_torques(
-    robot: Robot,
+    robot: AnyRobot,
     q: npt.ArrayLike,
     torques: npt.ArrayLike,
     axes: str | int = BASE,
@@ -145,6 +146,7 @@ def wrench_from_torques(
     PointError
         The arm has no such point, row or axes; `at` is not three finite numbers.
     """
+    robot = as_robot(robot)
     J = jacobian(robot, q, axes, of=of, at=at)
     try:
         tau = np.asarray(torques, dtype=np.float64)

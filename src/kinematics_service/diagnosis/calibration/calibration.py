@@ -12,7 +12,7 @@ from ...formats.recordings.block import Flags
 from ...kernel import Floats, Integers
 from ...robot.chain import FrozenArrays
 from ...robot.loops import refuse_loops
-from ...robot.robot import Robot
+from ...robot.robot import AnyRobot, Robot, as_robot
 from ..frame_check.diagnosis import FrameDiagnosis
 from ..frame_check.errors import Errors, errors_of
 from .checking import Measured, checked_offsets, measured
@@ -171,7 +171,7 @@ class Calibration(FrozenArrays):
 
 
 def calibrate(
-    robot: Robot,
+    robot: AnyRobot,
     q: npt.ArrayLike,
     poses: npt.ArrayLike | None = None,
     *,
@@ -246,6 +246,7 @@ def calibrate(
     >>> round(found.corrections['theta2'], 6), found.known, found.possible
     (0.001, 30, 30)
     """
+    robot = as_robot(robot)
     refuse_loops(robot.description, 'the calibration')
     if same_point is not None:
         if not (poses is None and sets is None and rates is None):
