@@ -39,9 +39,10 @@ API = """
     diagnose_frames FrameDiagnosis
     calibrate Calibration propose_poses ProposedPoses pose_covariance twist_covariance
     derive Derivation derive_closed ClosedDerivation
-    import_urdf UrdfImport urdf_text
+    import_urdf UrdfImport urdf_text FrameNames
     KinematicsError RobotFileError RobotNotFoundError
-    PointError JointVectorError TargetError TwistError
+    PointError JointVectorError TargetError TwistError WrenchError ServoSettingsError
+    CalibrationError FramesError DerivationError UrdfError
 """
 
 
@@ -55,7 +56,14 @@ def test_the_public_names_are_these():
 
 
 def test_errors_are_of_one_family_and_value_errors():
-    for error in (ks.RobotFileError, ks.RobotNotFoundError, ks.JointVectorError):
+    errors = [
+        value
+        for name in ks.__all__
+        if name.endswith('Error') and name != 'KinematicsError'
+        for value in [getattr(ks, name)]
+    ]
+    assert len(errors) == 14
+    for error in errors:
         assert issubclass(error, ks.KinematicsError)
         assert issubclass(error, ValueError)
 

@@ -6,6 +6,9 @@ from .diagnosis.calibration.proposal import ProposedPoses as ProposedPoses
 from .diagnosis.calibration.proposal import propose_poses as propose_poses
 from .diagnosis.frame_check.diagnosis import FrameDiagnosis as FrameDiagnosis
 from .diagnosis.frame_check.diagnosis import diagnose_frames as diagnose_frames
+from .errors import CalibrationError as CalibrationError
+from .errors import DerivationError as DerivationError
+from .errors import FramesError as FramesError
 from .errors import JointVectorError as JointVectorError
 from .errors import KinematicsError as KinematicsError
 from .errors import LoopError as LoopError
@@ -13,8 +16,12 @@ from .errors import PlanError as PlanError
 from .errors import PointError as PointError
 from .errors import RobotFileError as RobotFileError
 from .errors import RobotNotFoundError as RobotNotFoundError
+from .errors import ServoSettingsError as ServoSettingsError
 from .errors import TargetError as TargetError
 from .errors import TwistError as TwistError
+from .errors import UrdfError as UrdfError
+from .errors import WrenchError as WrenchError
+from .formats.urdf.elements import FrameNames as FrameNames
 from .formats.urdf.importer import UrdfImport as UrdfImport
 from .formats.urdf.importer import import_urdf as import_urdf
 from .formats.urdf.writer import urdf_text as urdf_text

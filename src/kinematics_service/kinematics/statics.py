@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import kernel
-from ..errors import JointVectorError, TwistError
+from ..errors import JointVectorError, WrenchError
 from ..kernel import Floats
 from ..robot.chain import FrozenArrays
 from ..robot.points import TOOL
@@ -75,7 +75,7 @@ def joint_torques(
     ------
     JointVectorError
         The last dimension of `q` is not n, or a number is not finite.
-    TwistError
+    WrenchError
         `wrench` is not six finite numbers, or its leading dimensions do not fit those of `q`.
     PointError
         The arm has no such point, row or axes; `at` is not three finite numbers.
@@ -96,7 +96,7 @@ def joint_torques(
     except (TypeError, ValueError):
         F = np.empty(0)
     if F.ndim == 0 or F.shape[-1] != 6 or not np.isfinite(F).all():
-        raise TwistError(
+        raise WrenchError(
             f'wrench must be finite numbers of shape (..., 6), not of {F.shape}',
             'wrench',
             [(6,)],
@@ -105,7 +105,7 @@ def joint_torques(
     try:
         return np.asarray(np.einsum('...ij,...i->...j', J, F))
     except ValueError:
-        raise TwistError(
+        raise WrenchError(
             f'q and wrench have shapes {(*J.shape[:-2], robot.dof)} and {F.shape}, which do not '
             'go together',
             'wrench',
