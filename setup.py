@@ -46,7 +46,7 @@ setup(
     package_dir={'': 'src', f'{NAME}.config': 'config'},
     packages=[*find_packages('src'), f'{NAME}.config'],
     package_data={
-        NAME: ['py.typed'],
+        NAME: ['py.typed', '*.pyi'],
         f'{NAME}.kernel': ['*.pxd', '*/*.pxd'],
         f'{NAME}.diagnosis.audit.report': ['page.css', 'page.js'],
         f'{NAME}.diagnosis.calibration.page': ['page.css', 'page.js'],

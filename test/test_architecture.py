@@ -256,7 +256,7 @@ def modules_after(code, whole=False):
 def test_the_library_needs_neither_ros_nor_sympy_nor_matplotlib():
     loaded = modules_after(
         'import kinematics_service as ks\n'
-        'names = [name for name, home in ks._HOME.items() if not home.startswith("symbolic")]\n'
+        'names = [name for name, home in ks._HOME.items() if not home.startswith(".symbolic")]\n'
         '[getattr(ks, name) for name in names]\n'
         "ks.singularity(ks.load_robot('craig_3r'), [0.1, 0.2, 0.3])"
     )

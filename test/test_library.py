@@ -39,15 +39,16 @@ API = """
     diagnose_frames FrameDiagnosis
     calibrate Calibration propose_poses ProposedPoses pose_covariance twist_covariance
     derive Derivation derive_closed ClosedDerivation
-    import_urdf UrdfImport urdf_text
+    import_urdf UrdfImport urdf_text FrameNames
     KinematicsError RobotFileError RobotNotFoundError
-    PointError JointVectorError TargetError TwistError
+    PointError JointVectorError TargetError TwistError WrenchError ServoSettingsError
+    CalibrationError FramesError DerivationError UrdfError
 """
 
 
 def test_the_public_names_are_these():
     assert sorted(ks.__all__) == sorted(API.split())
-    assert set(ks.__all__) <= set(dir(ks))
+    assert dir(ks) == sorted(ks.__all__)
     for name in ks.__all__:
         assert getattr(ks, name) is not None
     with pytest.raises(AttributeError, match="has no attribute 'forward_kinematic'"):
@@ -55,7 +56,14 @@ def test_the_public_names_are_these():
 
 
 def test_errors_are_of_one_family_and_value_errors():
-    for error in (ks.RobotFileError, ks.RobotNotFoundError, ks.JointVectorError):
+    errors = [
+        value
+        for name in ks.__all__
+        if name.endswith('Error') and name != 'KinematicsError'
+        for value in [getattr(ks, name)]
+    ]
+    assert len(errors) == 14
+    for error in errors:
         assert issubclass(error, ks.KinematicsError)
         assert issubclass(error, ValueError)
 
@@ -67,6 +75,52 @@ def test_a_robot_is_found_by_name_and_by_path(tmp_path):
     for place in (path, str(path)):
         found = ks.load_robot(place)
         assert np.array_equal(found.chain.table.before, by_name.chain.table.before)
+
+
+OTHER_FUNCTIONS = {
+    'acceleration': lambda robot: ks.acceleration(robot, [0.3, 0.4], [1, 2], [3, 4]),
+    'jacobian_rate': lambda robot: ks.jacobian_rate(robot, [0.3, 0.4], [1, 2]),
+    'analytic_jacobian': lambda robot: ks.analytic_jacobian(robot, [0.3, 0.4]),
+    'joint_torques': lambda robot: ks.joint_torques(robot, [0.3, 0.4], [1, 2, 3, 4, 5, 6]),
+    'wrench_from_torques': lambda robot: ks.wrench_from_torques(robot, [0.3, 0.4], [1, 2]).wrench,
+    'inverse_kinematics': lambda robot: [s.q for s in ks.inverse_kinematics(robot, [0.5, 0.2, 0])],
+    'joint_velocity': lambda robot: ks.joint_velocity(robot, [0.3, 0.4], [0.1] * 6).qdot,
+    'check_plan': lambda robot: ks.check_plan(robot, [0, 1], [[0.3, 0.4], [0.5, 0.6]]).verdict,
+    'pose_covariance': lambda robot: ks.pose_covariance(robot, [0.3, 0.4], joints=1e-3),
+    'twist_covariance': lambda robot: ks.twist_covariance(
+        robot, [0.3, 0.4], [1, 2], joints=1e-3, velocities=1e-3
+    ),
+    'propose_poses': lambda robot: ks.propose_poses(robot, 3, positions=True).q,
+    'derive': lambda robot: str(ks.derive(robot).determinant),
+    'urdf_text': lambda robot: ks.urdf_text(robot),
+}
+
+
+@pytest.mark.parametrize('name', [*FUNCTIONS, *OTHER_FUNCTIONS])
+def test_a_function_takes_a_robot_its_name_or_its_file(name):
+    function = OTHER_FUNCTIONS.get(name) or (lambda arm: FUNCTIONS[name](arm, [0.3, 0.4]))
+    if name == 'twist':
+        function = lambda arm: ks.twist(arm, [0.3, 0.4], [1, 2])  # noqa: E731
+    robot, file = ks.load_robot('planar_2r'), ks.bundled_robots()['planar_2r']
+    expected, *others = (repr(function(arm)) for arm in (robot, 'planar_2r', file, str(file)))
+    assert others == [expected] * 3
+
+
+def test_a_robot_given_by_its_file_is_read_again_when_that_has_changed(tmp_path):
+    file = tmp_path / 'arm.yaml'
+    text = ks.bundled_robots()['planar_2r'].read_text()
+    file.write_text(text)
+    assert ks.forward_kinematics(file, [0, 0])[0, 3] == pytest.approx(2.0)
+    file.write_text(text.replace('L1: 1', 'L1: 1.5'))
+    assert ks.forward_kinematics(file, [0, 0])[0, 3] == pytest.approx(2.5)
+
+
+def test_what_is_no_robot_is_refused_with_what_may_be_given():
+    with pytest.raises(ks.RobotNotFoundError, match="did you mean 'ur5e'"):
+        ks.jacobian('ur5', [0.0] * 6)
+    for wrong in (5, None, b'ur5e'):
+        with pytest.raises(TypeError, match='robot must be a Robot, the name of a bundled robot'):
+            ks.jacobian(wrong, [0.0] * 6)
 
 
 def test_an_unknown_robot_is_refused_with_the_names():

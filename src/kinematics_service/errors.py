@@ -14,6 +14,7 @@ Those with (V) are ValueErrors as well; behind a colon stands what an error carr
     |   +-- PointError
     |   +-- TargetError
     |   +-- TwistError
+    |   +-- WrenchError
     |   +-- PlanError
     |   +-- ServoSettingsError
     +-- SweepError
@@ -187,6 +188,10 @@ class TargetError(ArgumentError):
 
 class TwistError(ArgumentError):
     """A twist that is not six finite numbers, or in axes that do not exist."""
+
+
+class WrenchError(ArgumentError):
+    """A wrench that is not six finite numbers, or of other leading dimensions than the pose."""
 
 
 class PlanError(ArgumentError):

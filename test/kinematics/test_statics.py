@@ -107,7 +107,7 @@ def test_what_does_not_fit_is_refused():
             'q and wrench have shapes (4, 3) and (3, 6), which do not go together',
         ),
     ):
-        with pytest.raises(ks.TwistError) as refusal:
+        with pytest.raises(ks.WrenchError) as refusal:
             ks.joint_torques(robot, q, wrench)
         assert str(refusal.value) == message
     for torques, message in (

@@ -18,13 +18,13 @@ from ..errors import JointVectorError
 from ..kernel import Chain, Closure, Floats, Integers, groups_from
 from ..robot.chain import first_entries
 from ..robot.points import TOOL, Point
-from ..robot.robot import Robot
+from ..robot.robot import AnyRobot, Robot, as_robot
 from .forward import BASE, chosen, cross, offset_of, state_of, with_point_at
 from .tool_state import ToolState
 
 
 def jacobian_rate(
-    robot: Robot,
+    robot: AnyRobot,
     q: npt.ArrayLike,
     qdot: npt.ArrayLike,
     axes: str | int = BASE,
@@ -52,12 +52,13 @@ def jacobian_rate(
     PointError
         The arm has no such point, row or axes; `at` is not three finite numbers.
     """
+    robot = as_robot(robot)
     state = state_of(robot, of, q, qdot)
     return chosen(robot, q, state, _rate(state, robot.point(of), at), of, None, axes)
 
 
 def acceleration(
-    robot: Robot,
+    robot: AnyRobot,
     q: npt.ArrayLike,
     qdot: npt.ArrayLike,
     qddot: npt.ArrayLike,
@@ -97,6 +98,7 @@ def acceleration(
     >>> ks.acceleration(robot, [0, 0], [2.0, 0], [0, 0], of=1)[0].tolist()
     -4.0
     """
+    robot = as_robot(robot)
     state, point = state_of(robot, of, q, qdot), robot.point(of)
     accelerations = _accelerations(robot, qddot)
     J, rates = state.jacobian, state.qdot

@@ -15,7 +15,7 @@ from ..kernel import Floats
 from ..rigid_motion import LEVEL, roll_pitch_yaw, rotation_vector
 from ..robot.chain import FrozenArrays
 from ..robot.points import TOOL
-from ..robot.robot import Robot
+from ..robot.robot import AnyRobot, as_robot
 from .forward import BASE, chosen, state_of
 
 # Names of the rows of the orientation.
@@ -61,7 +61,7 @@ class AnalyticJacobian(FrozenArrays):
 
 
 def analytic_jacobian(
-    robot: Robot,
+    robot: AnyRobot,
     q: npt.ArrayLike,
     rates: str = 'rpy',
     *,
@@ -98,6 +98,7 @@ def analytic_jacobian(
     >>> result.rows[5], result.jacobian[5].tolist(), float(result.amplification)
     ('yaw', [1.0, 1.0], 1.0)
     """
+    robot = as_robot(robot)
     if rates not in COORDINATES:
         known = tuple(COORDINATES)
         raise PointError(

@@ -14,14 +14,14 @@ from .. import kernel
 from ..errors import PointError, TwistError
 from ..kernel import Floats
 from ..robot.points import TOOL, place_in_frame
-from ..robot.robot import Robot
+from ..robot.robot import AnyRobot, Robot, as_robot
 from .tool_state import ToolState, evaluate, evaluate_point
 
 BASE = 'base'
 
 
 def forward_kinematics(
-    robot: Robot,
+    robot: AnyRobot,
     q: npt.ArrayLike,
     axes: str | int = BASE,
     *,
@@ -34,7 +34,8 @@ def forward_kinematics(
     Parameters
     ----------
     robot
-        The arm.
+        The arm: a robot, the name of a bundled one, or the path of a robot file. A file is read
+        again when it has changed.
     q : shape (..., n), rad or m
         Joint positions.
     axes
@@ -52,6 +53,7 @@ def forward_kinematics(
     PointError
         The arm has no such point, row or axes; `at` is not three finite numbers.
     """
+    robot = as_robot(robot)
     T = state_of(robot, of, q, depth=kernel.POSE).pose
     if at is not None:
         T = T.copy()
@@ -67,7 +69,7 @@ def forward_kinematics(
     return result
 
 
-def link_frames(robot: Robot, q: npt.ArrayLike) -> Floats:
+def link_frames(robot: AnyRobot, q: npt.ArrayLike) -> Floats:
     """
     Return every frame of the table in the base frame, shape (..., rows + 1, 4, 4).
 
@@ -78,6 +80,7 @@ def link_frames(robot: Robot, q: npt.ArrayLike) -> Floats:
     robot, q
         As in `forward_kinematics`, which raises the same error.
     """
+    robot = as_robot(robot)
     return evaluate(robot, q, depth=kernel.ALL_FRAMES).link_frames
 
 
@@ -114,7 +117,7 @@ def pose_of_axes(robot: Robot, axes: str | int, q: npt.ArrayLike) -> Floats:
 
 
 def jacobian(
-    robot: Robot,
+    robot: AnyRobot,
     q: npt.ArrayLike,
     axes: str | int = BASE,
     *,
@@ -155,12 +158,13 @@ def jacobian(
     >>> ks.jacobian(robot, [0.0, 0.0], of=1)[1].tolist()
     [1.0, 0.0]
     """
+    robot = as_robot(robot)
     state = state_of(robot, of, q)
     return chosen(robot, q, state, state.jacobian, of, at, axes if frame is None else frame)
 
 
 def twist(
-    robot: Robot,
+    robot: AnyRobot,
     q: npt.ArrayLike,
     qdot: npt.ArrayLike,
     axes: str | int = BASE,
@@ -179,6 +183,7 @@ def twist(
     qdot : shape (..., n), rad/s or m/s
         Joint velocities.
     """
+    robot = as_robot(robot)
     state = state_of(robot, of, q, qdot)
     axes = axes if frame is None else frame
     return chosen(robot, q, state, state.twist[..., None], of, at, axes)[..., 0]

@@ -12,7 +12,7 @@ from .. import kernel
 from ..kernel import Floats
 from ..robot.measure_places import MeasurePlaces
 from ..robot.measures import MEASURES, Level
-from ..robot.robot import Robot
+from ..robot.robot import AnyRobot, Robot, as_robot
 from . import singularity_rates as measure_rates
 from .clearance import clearances
 from .factor_distances import FactorMeasures, same_values
@@ -421,7 +421,9 @@ def _of_batch(state: ToolState) -> Singularity:
     )
 
 
-def singularity(robot: Robot, q: npt.ArrayLike, qdot: npt.ArrayLike | None = None) -> Singularity:
+def singularity(
+    robot: AnyRobot, q: npt.ArrayLike, qdot: npt.ArrayLike | None = None
+) -> Singularity:
     """
     Return how near joint positions q are to a singular pose.
 
@@ -439,6 +441,7 @@ def singularity(robot: Robot, q: npt.ArrayLike, qdot: npt.ArrayLike | None = Non
     JointVectorError
         The last dimension of `q` or `qdot` is not n, or a number is not finite.
     """
+    robot = as_robot(robot)
     return singularity_of(evaluate(robot, q, qdot, measured=True))
 
 

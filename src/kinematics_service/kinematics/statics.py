@@ -11,11 +11,11 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import kernel
-from ..errors import JointVectorError, TwistError
+from ..errors import JointVectorError, WrenchError
 from ..kernel import Floats
 from ..robot.chain import FrozenArrays
 from ..robot.points import TOOL
-from ..robot.robot import Robot
+from ..robot.robot import AnyRobot, as_robot
 from .forward import BASE, jacobian
 
 
@@ -47,7 +47,7 @@ class WrenchEstimate(FrozenArrays):
 
 
 def joint_torques(
-    robot: Robot,
+    robot: AnyRobot,
     q: npt.ArrayLike,
     wrench: npt.ArrayLike,
     axes: str | int = BASE,
@@ -75,7 +75,7 @@ def joint_torques(
     ------
     JointVectorError
         The last dimension of `q` is not n, or a number is not finite.
-    TwistError
+    WrenchError
         `wrench` is not six finite numbers, or its leading dimensions do not fit those of `q`.
     PointError
         The arm has no such point, row or axes; `at` is not three finite numbers.
@@ -89,13 +89,14 @@ def joint_torques(
     >>> ks.joint_torques(robot, [0, 0], [0, 3.0, 0, 0, 0, 0]).tolist()
     [6.0, 3.0]
     """
+    robot = as_robot(robot)
     J = jacobian(robot, q, axes, of=of, at=at)
     try:
         F = np.asarray(wrench, dtype=np.float64)
     except (TypeError, ValueError):
         F = np.empty(0)
     if F.ndim == 0 or F.shape[-1] != 6 or not np.isfinite(F).all():
-        raise TwistError(
+        raise WrenchError(
             f'wrench must be finite numbers of shape (..., 6), not of {F.shape}',
             'wrench',
             [(6,)],
@@ -104,7 +105,7 @@ def joint_torques(
     try:
         return np.asarray(np.einsum('...ij,...i->...j', J, F))
     except ValueError:
-        raise TwistError(
+        raise WrenchError(
             f'q and wrench have shapes {(*J.shape[:-2], robot.dof)} and {F.shape}, which do not '
             'go together',
             'wrench',
@@ -114,7 +115,7 @@ def joint_torques(
 
 
 def wrench_from_torques(
-    robot: Robot,
+    robot: AnyRobot,
     q: npt.ArrayLike,
     torques: npt.ArrayLike,
     axes: str | int = BASE,
@@ -145,6 +146,7 @@ def wrench_from_torques(
     PointError
         The arm has no such point, row or axes; `at` is not three finite numbers.
     """
+    robot = as_robot(robot)
     J = jacobian(robot, q, axes, of=of, at=at)
     try:
         tau = np.asarray(torques, dtype=np.float64)

@@ -11,7 +11,7 @@ from .. import kernel
 from ..errors import JointVectorError, LoopError
 from ..kernel import Chain, Floats
 from ..robot.points import Point
-from ..robot.robot import Robot
+from ..robot.robot import AnyRobot, Robot, as_robot
 from .closure import LoopClosure, closure_in, why_not_closed
 from .threads import in_parts
 
@@ -159,7 +159,7 @@ def _joint_vector(robot: Robot, q: npt.ArrayLike, name: str) -> Floats:
 
 
 def evaluate(
-    robot: Robot,
+    robot: AnyRobot,
     q: npt.ArrayLike,
     qdot: npt.ArrayLike | None = None,
     depth: int = kernel.JACOBIAN,
@@ -188,6 +188,8 @@ def evaluate(
     LoopError
         A closed loop of the arm does not close there.
     """
+    if type(robot) is not Robot:  # a call costs more than what it asks
+        robot = as_robot(robot)
     chain = robot.chain
     # as_the_kernel_takes_it twice, written out: a call costs more than what it asks.
     if type(q) is np.ndarray and q.dtype is _DOUBLE and q.ndim == 1 and q.flags.carray:

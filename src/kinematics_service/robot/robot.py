@@ -3,6 +3,8 @@
 import os
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
+from pathlib import Path
+from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -344,6 +346,43 @@ def load_robot(name: str | os.PathLike[str]) -> Robot:
         The file is not a valid robot; the message has a line for each fault.
     """
     return build_robot(read_robot_file(find_robot_file(name)))
+
+
+# What every function of the library takes for an arm: a robot, a bundled name or a file's path.
+AnyRobot: TypeAlias = Robot | str | os.PathLike[str]
+
+
+def as_robot(robot: AnyRobot) -> Robot:
+    """
+    Return a robot that is given itself, by its bundled name or by a path.
+
+    A file is read once, and again when it has changed.
+
+    Raises
+    ------
+    RobotNotFoundError, RobotFileError
+        As `load_robot`.
+    TypeError
+        It is neither.
+    """
+    if isinstance(robot, Robot):
+        return robot
+    if not isinstance(robot, str | os.PathLike):
+        raise TypeError(
+            'robot must be a Robot, the name of a bundled robot or the path of a robot file, '
+            f'not {type(robot).__name__}'
+        )
+    file = find_robot_file(robot)
+    try:
+        state = file.stat()
+    except OSError:
+        return load_robot(file)  # which says what is wrong
+    return _robot_of(file.absolute(), state.st_mtime_ns, state.st_size, state.st_ino)
+
+
+@lru_cache(maxsize=32)
+def _robot_of(file: Path, *_state: int) -> Robot:
+    return load_robot(file)
 
 
 def robot_from_text(text: str, file: str = '<text>') -> Robot:

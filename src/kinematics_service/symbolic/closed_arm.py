@@ -15,7 +15,7 @@ from ..errors import DerivationError
 from ..robot.file.description import IDENTITY, LoopDescription, Placement, RobotDescription
 from ..robot.file.loop_groups import loop_groups
 from ..robot.loops import opened
-from ..robot.robot import Robot
+from ..robot.robot import AnyRobot, Robot, as_robot
 from ..robot.task import ROW_NAMES
 from . import jacobian as ways
 from .algebra.arithmetic import Arithmetic, arithmetic_of
@@ -94,7 +94,9 @@ class ClosedDerivation:
         return self.jacobian_open * self.coupling
 
 
-def derive_closed(robot: Robot, progress: Callable[[str], None] | None = None) -> ClosedDerivation:
+def derive_closed(
+    robot: AnyRobot, progress: Callable[[str], None] | None = None
+) -> ClosedDerivation:
     """
     Return the exact derivation of an arm with closed loops.
 
@@ -110,6 +112,7 @@ def derive_closed(robot: Robot, progress: Callable[[str], None] | None = None) -
     >>> found.loops[0].determinant
     rod*cos(psi + q)
     """
+    robot = as_robot(robot)
     if not robot.description.loops:
         raise DerivationError(f'{robot.name} has no closed loops')
     _refuse_groups(robot)

@@ -9,7 +9,7 @@ from typing import Any
 import sympy
 
 from ..errors import DerivationError
-from ..robot.robot import Robot
+from ..robot.robot import AnyRobot, Robot, as_robot
 from . import jacobian as ways
 from .algebra.arithmetic import Arithmetic, arithmetic_of
 from .algebra.matrices import Matrix
@@ -174,7 +174,7 @@ class Exact:
 
 
 def derive(
-    robot: Robot,
+    robot: AnyRobot,
     locked: Mapping[str, str] | None = None,
     progress: Progress | None = None,
 ) -> Derivation:
@@ -197,6 +197,7 @@ def derive(
         The arm has closed loops, a name to lock is unknown, an angle is no fraction of a joint's,
         or the pose is too long.
     """
+    robot = as_robot(robot)
     if robot.description.loops:
         raise DerivationError(f'{robot.name} has closed loops: derive_closed derives it')
     tell = progress or (lambda _: None)

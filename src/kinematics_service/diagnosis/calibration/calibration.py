@@ -13,7 +13,7 @@ from ...formats.recordings.block import Flags
 from ...kernel import Floats, Integers
 from ...robot.chain import FrozenArrays
 from ...robot.loops import refuse_loops
-from ...robot.robot import Robot
+from ...robot.robot import AnyRobot, Robot, as_robot
 from ..frame_check.diagnosis import FrameDiagnosis
 from ..frame_check.errors import Errors, errors_of
 from ..frame_check.hypotheses import Hypothesis, joint_hypotheses_of
@@ -250,7 +250,7 @@ class Calibration(FrozenArrays):
 
 
 def calibrate(
-    robot: Robot,
+    robot: AnyRobot,
     q: npt.ArrayLike,
     poses: npt.ArrayLike | None = None,
     *,
@@ -332,6 +332,7 @@ def calibrate(
     >>> round(found.corrections['theta2'], 6), found.known, found.possible
     (0.001, 30, 30)
     """
+    robot = as_robot(robot)
     known = None if noise is None else Noise(*noise)
     again = partial(
         calibrate, apart=apart, own=own, fit=fit, fix=fix, tolerances=tolerances, noise=noise

@@ -12,7 +12,7 @@ from ...kinematics.acceleration import jacobian_rate
 from ...kinematics.forward import BASE, cross, in_axes_of
 from ...kinematics.tool_state import ToolState, evaluate
 from ...robot.points import TOOL
-from ...robot.robot import Robot
+from ...robot.robot import AnyRobot, Robot, as_robot
 from .arm_errors import (
     calibrated_errors,
     pose_errors,
@@ -29,7 +29,7 @@ SAME = 1e-8
 
 
 def pose_covariance(
-    robot: Robot,
+    robot: AnyRobot,
     q: npt.ArrayLike,
     *,
     joints: npt.ArrayLike | None = None,
@@ -72,6 +72,7 @@ def pose_covariance(
     >>> np.sqrt(ks.pose_covariance(robot, [0.0, 0.0], joints=1e-3)[5, 5]).round(6).item()
     0.001414
     """
+    robot = as_robot(robot)
     if robot.description.loops:
         deviations = _of_joints_alone(robot, joints, calibration)
         return _products(evaluate(robot, q).jacobian * deviations)
@@ -80,7 +81,7 @@ def pose_covariance(
 
 
 def twist_covariance(
-    robot: Robot,
+    robot: AnyRobot,
     q: npt.ArrayLike,
     qdot: npt.ArrayLike,
     axes: str = BASE,
@@ -122,6 +123,7 @@ def twist_covariance(
     >>> np.sqrt(S[5, 5]).round(6).item()
     0.014142
     """
+    robot = as_robot(robot)
     if axes not in (BASE, TOOL):
         raise CalibrationError(f'axes must be {BASE} or {TOOL}, not {axes!r}')
     said = robot.description.uncertainty

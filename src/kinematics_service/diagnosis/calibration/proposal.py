@@ -17,7 +17,7 @@ from ...kinematics.singularity import singularity
 from ...robot.chain import FrozenArrays
 from ...robot.loops import refuse_loops
 from ...robot.measures import Level
-from ...robot.robot import Robot
+from ...robot.robot import AnyRobot, Robot, as_robot
 from ...robot.task import seeded_poses
 from .calibration import Calibration
 from .chosen_parameters import prior_of
@@ -60,7 +60,7 @@ class ProposedPoses(FrozenArrays):
 
 
 def propose_poses(
-    robot: Robot, count: int, after: Calibration | None = None, positions: bool = False
+    robot: AnyRobot, count: int, after: Calibration | None = None, positions: bool = False
 ) -> ProposedPoses:
     """
     Return the poses to measure next for a calibration.
@@ -90,6 +90,7 @@ def propose_poses(
     >>> ks.propose_poses(robot, 8).q.shape
     (8, 6)
     """
+    robot = as_robot(robot)
     refuse_loops(robot.description, 'the calibration')
     if after is not None and after.points:
         raise CalibrationError('poses to measure next are not proposed for touched points')

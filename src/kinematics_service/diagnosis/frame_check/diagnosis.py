@@ -10,7 +10,7 @@ from ...estimation.status_text import direction_in_words
 from ...kernel import Floats
 from ...kinematics.tool_state import evaluate
 from ...rigid_motion import rotation_vector
-from ...robot.robot import Robot
+from ...robot.robot import AnyRobot, Robot, as_robot
 from .causes import Causes, TestedCause, causes_of
 from .errors import EXPLAINED, Errors, PoseLimit, errors_of
 from .hypotheses import ComparedData
@@ -76,7 +76,7 @@ class FrameDiagnosis:
 
 
 def diagnose_frames(
-    robot: Robot,
+    robot: AnyRobot,
     q: npt.ArrayLike,
     poses: npt.ArrayLike,
     stamps: npt.ArrayLike | None = None,
@@ -119,6 +119,7 @@ def diagnose_frames(
         Shapes do not fit, a number is not finite, an orientation is no rotation, or there are
         fewer than three poses.
     """
+    robot = as_robot(robot)
     given = _given(robot, q, poses, stamps, rates, motion)._replace(read=read)
     A = evaluate(robot, given.q).pose
     as_given = errors_of(

@@ -9,7 +9,7 @@ import numpy as np
 from ...kernel import Floats
 from ...rigid_motion import exact_rpy
 from ...robot.loops import opened
-from ...robot.robot import Robot, build_robot
+from ...robot.robot import AnyRobot, Robot, as_robot, build_robot
 from ...version import __version__
 from .elements import AS_IN_THE_FILE, EXTENSION, UNLIMITED, FrameNames, PlannedJoint, UrdfPlan
 from .plan import plan_of
@@ -25,7 +25,7 @@ COLOURS = {
 SIZES = {'cylinder': ('radius', 'length'), 'sphere': ('radius',)}
 
 
-def urdf_text(robot: Robot, names: FrameNames = AS_IN_THE_FILE) -> str:
+def urdf_text(robot: AnyRobot, names: FrameNames = AS_IN_THE_FILE) -> str:
     """
     Return the URDF of a robot.
 
@@ -42,6 +42,7 @@ def urdf_text(robot: Robot, names: FrameNames = AS_IN_THE_FILE) -> str:
     names
         Other names of base and tool, prefixes of frames and joints.
     """
+    robot = as_robot(robot)
     passive = robot.passive_joint_names
     if passive:
         loops = ', '.join(repr(loop.name) for loop in robot.description.loops)

@@ -21,7 +21,7 @@ from ... import kernel
 from ...errors import ServoSettingsError, TwistError
 from ...kernel import Floats
 from ...robot.chain import FrozenArrays
-from ...robot.robot import Robot
+from ...robot.robot import AnyRobot, Robot, as_robot
 from ...robot.task import ROW_NAMES, find_task
 from ..tool_state import ToolState, evaluate
 
@@ -160,7 +160,7 @@ def _servo_of(robot: Robot, settings: ServoSettings) -> kernel.Servo:
 
 
 def joint_velocity(
-    robot: Robot,
+    robot: AnyRobot,
     state: ToolState | npt.ArrayLike,
     twist: npt.ArrayLike,
     settings: ServoSettings = DEFAULTS,
@@ -189,6 +189,7 @@ def joint_velocity(
     JointVectorError
         The positions are not n finite numbers.
     """
+    robot = as_robot(robot)
     servo = _servo_of(robot, settings)
     if not isinstance(state, ToolState):
         state = evaluate(robot, state)

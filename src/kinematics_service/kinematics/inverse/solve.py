@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from ... import kernel
 from ...rigid_motion import inverse
-from ...robot.robot import Robot
+from ...robot.robot import AnyRobot, as_robot
 from .algebraic import Eliminated, eliminated_solutions, solutions_beside
 from .answer import (
     LEFT_FREE,
@@ -40,7 +40,7 @@ TOLERANCE = 1e-6
 
 
 def inverse_kinematics(
-    robot: Robot,
+    robot: AnyRobot,
     target: npt.ArrayLike,
     near: npt.ArrayLike | None = None,
     respect_limits: bool = True,
@@ -97,6 +97,7 @@ def inverse_kinematics(
     JointVectorError
         `near` is not n finite numbers.
     """
+    robot = as_robot(robot)
     checked = ik_target_of(robot, target, rows, axis, tolerance)
     plan = plan_for(robot, checked.rows, checked.axis)
     if plan.overdetermined:

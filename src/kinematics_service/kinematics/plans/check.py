@@ -10,7 +10,7 @@ from ... import kernel
 from ...errors import JointVectorError, PlanError
 from ...kernel import Floats
 from ...robot.measures import MEASURES
-from ...robot.robot import Robot
+from ...robot.robot import AnyRobot, Robot, as_robot
 from .closed_plan import ClosedPlan
 from .extremes import largest
 from .moments import moment_at
@@ -32,7 +32,7 @@ def threshold_of_distance(robot: Robot, which: Literal['warn', 'stop'] = 'stop')
 
 
 def check_plan(
-    robot: Robot,
+    robot: AnyRobot,
     times: npt.ArrayLike,
     positions: npt.ArrayLike,
     velocities: npt.ArrayLike | None = None,
@@ -86,6 +86,7 @@ def check_plan(
     >>> ks.check_plan(robot, [0.0, 2.0], [[0.1, 0.5], [0.6, -0.5]]).singularity.verdict
     'refuted'
     """
+    robot = as_robot(robot)
     at = _times(times)
     given = [
         _table(robot, table, name, len(at))
