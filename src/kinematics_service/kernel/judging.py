@@ -103,7 +103,7 @@ def _judge_first_order(arm: Arm, measures: Floats) -> None:
     judged[places.DECIDED] = 1.0 if arm.chain.loops == 0 else 0.0
     for j in range(arm.chain.dof):
         pose[j] = places.NAN
-    measures[places.DISTANCE] = estimate
+    measures[places.DISTANCE] = min(estimate, places.FARTHEST)
     _judge(arm, measures)
 
 
@@ -115,9 +115,9 @@ def _take_over(arm: Arm, measures: Floats, search: NearestSearch) -> None:
         search.write_pose(arrays.after(measures, width(arm) - arm.chain.dof))
         measures[places.DISTANCE] = search.distance
     elif search.ran and not search.found():
-        measures[places.DISTANCE] = search.estimate
+        measures[places.DISTANCE] = min(search.estimate, places.FARTHEST)
     else:
-        measures[places.DISTANCE] = max(judged[places.FIRST_ORDER], search.horizon)
+        measures[places.DISTANCE] = places.FARTHEST
     _judge(arm, measures)
 
 

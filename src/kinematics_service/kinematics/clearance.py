@@ -55,7 +55,7 @@ def _bounds(robot: Robot, size: float) -> ClearanceBounds:
 
 
 def _radii(robot: Robot, bounds: ClearanceBounds, q: Floats) -> Floats:
-    radii, rows = np.full(len(q), kernel.LARGEST_CLEARANCE), np.ascontiguousarray(q)
+    radii, rows = np.full(len(q), kernel.FARTHEST), np.ascontiguousarray(q)
     if not len(bounds.moving):  # the rank is the same at every pose
         return radii
 

@@ -40,9 +40,8 @@ class Singularity:
     rank, generic_rank
         Rank here, and at random poses.
     distance
-        Joint motion to the nearest singular pose, rad, 0 to pi (prismatic joints divided by the
-        length): to `nearest_singular` where one was found within 0.2 rad, otherwise a first-order
-        estimate, of the named factors where the robot file lists them.
+        Joint motion to the nearest singular pose, rad, 0 to 1 (prismatic joints divided by the
+        length): to `nearest_singular`; 1 where none was found within 1 rad (`distance_at_least`).
     nearest_singular : shape (..., n), rad or m
         The singular pose nearest to this one, found by Newton's method and evaluated: None where
         none was found or looked for; in a batch, NaN. Limits of joints do not count. Of an arm
@@ -94,6 +93,14 @@ class Singularity:
     time_to_warning: Any
     level: Any
     factors: FactorMeasures | None
+
+    @property
+    def distance_at_least(self) -> Any:
+        """
+        Return whether the distance is only known to be its 1 rad or more, a bool or shape (...).
+        """
+        farther = self.distance >= kernel.FARTHEST
+        return _read_only(farther) if isinstance(farther, np.ndarray) else farther
 
     def __eq__(self, other: object) -> bool:
         """Compare every value exactly; what is no number equals itself."""

@@ -160,7 +160,7 @@ def strokes_of(chain: Chain, limits: Floats) -> Floats:
 
 def find_bounds(chain: Chain, task: Task, strokes: Floats) -> ClearanceBounds:
     """
-    Return the bounds of an arm, within kernel.LARGEST_CLEARANCE of poses inside the strokes.
+    Return the bounds of an arm, within kernel.FARTHEST of poses inside the strokes.
 
     Parameters
     ----------
@@ -172,7 +172,7 @@ def find_bounds(chain: Chain, task: Task, strokes: Floats) -> ClearanceBounds:
     six_rows = len(task.rows) == 6
     elements = _elements(chain)
     point = _point(elements, six_rows, max(task.reach, task.length))
-    around = strokes + kernel.LARGEST_CLEARANCE * task.column_scales
+    around = strokes + kernel.FARTHEST * task.column_scales
     farthest = _farthest(chain, elements, point, around)
     moving = _moving(chain, task, six_rows)
     n, d = chain.dof, len(moving)

@@ -183,7 +183,7 @@ class Clearance:
 
     def _by_change(self, smallest: float) -> float:
         # Weyl: no singular value falls faster than J_t changes.
-        good, bad = 0.0, places.LARGEST_CLEARANCE
+        good, bad = 0.0, places.FARTHEST
         for _ in range(HALVINGS):
             r = 0.5 * (good + bad)
             moved = self._changed(r)
@@ -294,7 +294,7 @@ class Clearance:
         # already.
         self.sum.write_sizes()
         self.sum.diagonalise()
-        good, bad = best, places.LARGEST_CLEARANCE
+        good, bad = best, places.FARTHEST
         for _ in range(HALVINGS):
             r = 0.5 * (good + bad)
             if self._is_proved(r):

@@ -18,7 +18,7 @@ from .arm import Arm
 from .singular_equations import SingularEquations
 
 # Beyond so many rad (a prismatic joint's divided by the length) nothing is looked for.
-HORIZON = 0.2
+HORIZON = 1.0
 # Evaluations at most of one search, of some 2 to 4 us each; hardly any needs more.
 ENOUGH = 100
 # A pose is singular where the singular value is below this share of the largest, and the next step
