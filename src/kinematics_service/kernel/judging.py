@@ -153,7 +153,7 @@ def judge_row(
     judged = arrays.after(measures, _judged_at(arm))
     estimate = judged[places.FIRST_ORDER]
     if not search.follow(q, estimate):
-        search.look(q, row, work, measures, estimate, arrays.after(judged, places.JUDGED))
+        search.look(q, row, work, measures, estimate)
     _take_over(arm, measures, search)
 
 
@@ -259,8 +259,7 @@ def _find_all(
             row = arrays.after(rows, k * row_width)
             sigma = arrays.after(one, _judged_at(arm) - min(n, arm.task.count))
             singularity.write_directions(n, arm.task, row, work, sigma)
-            distances = arrays.after(judged, places.JUDGED)
-            search.look(position, row, work, one, estimate, distances)
+            search.look(position, row, work, one, estimate)
         _take_over(arm, one, search)
 
 

@@ -100,9 +100,14 @@ def _farthest(chain: Chain, elements: _Elements, point: Floats, strokes: Floats)
     return np.cumsum(hops[::-1])[::-1]
 
 
-def _moving(chain: Chain, task: Task, six_rows: bool) -> Integers:
-    # The first joint turns or moves all columns alike, the last one moves none of them, where
-    # that is all it drives.
+def moving_joints(chain: Chain, task: Task) -> Integers:
+    """
+    Return the joints that can change the rank of J_t, shape (d,).
+
+    The first joint turns or moves all columns alike, the last one moves none of them, where that
+    is all it drives.
+    """
+    six_rows = len(task.rows) == 6
     n, table = chain.dof, chain.table
     alone = [
         table.first_entry[1] == 1 and np.sum(table.joint == table.joint[0]) == 1,
@@ -174,7 +179,7 @@ def find_bounds(chain: Chain, task: Task, strokes: Floats) -> ClearanceBounds:
     point = _point(elements, six_rows, max(task.reach, task.length))
     around = strokes + kernel.FARTHEST * task.column_scales
     farthest = _farthest(chain, elements, point, around)
-    moving = _moving(chain, task, six_rows)
+    moving = moving_joints(chain, task)
     n, d = chain.dof, len(moving)
     if d == 0:
         return ClearanceBounds(moving, np.zeros(3), 0.0, 0.0, 0.0)

@@ -3,18 +3,21 @@ from libc cimport math
 
 from ..forward cimport chain_pass
 from ..layout cimport arrays, places
-from . cimport factors
-from . cimport singular_equations, symmetric
+from . cimport factor_zeros, singular_equations, symmetric
 from .arm cimport Arm
+from .atlas cimport Atlas
 from .singular_equations cimport SingularEquations
 
 cdef int ENOUGH
 cdef double HORIZON, SINGULAR, NEXT_STEP, NO_STEP, NO_GAIN, FLAT_SADDLE, SIDE_STEP, LITTLE, FOLLOWED, TRUSTED, KEPT, KNOWN, AGREES, CLOSE, ON_ITS_WAY, NEARER
+cdef double SURE, SPREAD, PROMISED, ZEROS_APART
+cdef int CHARTS, ZEROS
 cdef int ANGLES, STEPS, FULL_STEPS, LAST_STEPS, SECOND_ORDER_STARTS, FOLLOWING_STEPS, MORE_STEPS
 
 @cython.final
 cdef class NearestSearch:
     cdef Arm arm
+    cdef Atlas atlas
     cdef SingularEquations here, equations
     cdef public int budget
     cdef readonly int evaluations
@@ -45,14 +48,15 @@ cdef class NearestSearch:
     cdef double* H
     cdef double* Z
     cdef double* tape
+    cdef double* motions
+    cdef double* scores
 
     @cython.locals(
         n=int, k=int, j=int, way_out='double*', sigma='double*', found=double,
         singular=cython.bint, known=cython.bint,
     )
     cdef void look(
-        self, double* q, double* row, double* W, double* measures, double first_order,
-        double* distances,
+        self, double* q, double* row, double* W, double* measures, double first_order
     ) noexcept nogil
     cdef void forget(self) noexcept nogil
     cdef bint follow(self, double* q, double first_order) noexcept nogil
@@ -66,8 +70,17 @@ cdef class NearestSearch:
     cdef double _moved_from(self, double* pose, double* q) noexcept nogil
     @cython.locals(k=int, reach=double, falls=double)
     cdef void _estimate(self, double* sigma, double by_product) noexcept nogil
-    @cython.locals(by_product=double)
-    cdef bint _search(self, double* distances) noexcept nogil
+    @cython.locals(by_product=double, settled=cython.bint)
+    cdef bint _search(self) noexcept nogil
+    @cython.locals(n=int, radius=double, j=int, count=int, k=int, motion='double*')
+    cdef void _run_from_known_poses(self) noexcept nogil
+    @cython.locals(
+        n=int, f=int, j=int, radius=double, count=int, k=int,
+        motion='double*',
+    )
+    cdef void _look_at_factors(self) noexcept nogil
+    @cython.locals(away=double, j=int)
+    cdef void _go_to_zero(self, int f) noexcept nogil
     cdef bint found(self) noexcept nogil
     cdef bint is_near(self) noexcept nogil
     @cython.locals(missed=double, nearer=cython.bint, agrees=cython.bint)
@@ -116,11 +129,3 @@ cdef class NearestSearch:
     cdef void _run_from_second_order(self) noexcept nogil
     @cython.locals(n=int, i=int, j=int, way='double*')
     cdef void _run_to_all_sides(self) noexcept nogil
-    @cython.locals(n=int, f=int, least=double, near=cython.bint)
-    cdef bint _follow_factors(self, double* distances) noexcept nogil
-    @cython.locals(
-        n=int, j=int, turn=int, step='double*',
-        scale='double*', squares=double, along=double, slope=double,
-        onto=double, whole=double, moved=double, target=double, slides=cython.bint,
-    )
-    cdef bint _follow(self, int f) noexcept nogil

@@ -13,7 +13,7 @@ import math
 from ..forward import chain_pass
 from ..layout import arrays, places
 from ..layout.arrays import Floats
-from . import factors, singular_equations, symmetric
+from . import factor_zeros, singular_equations, symmetric
 from .arm import Arm
 from .singular_equations import SingularEquations
 
@@ -35,6 +35,12 @@ ON_ITS_WAY, MORE_STEPS = 0.5, 8
 # What the first order says, or such a run did not reach, is another one where it is nearer than
 # this share of what was found.
 NEARER = 0.6
+# What the first order says of a pose nearer than this, rad, is believed where it agrees.
+SURE = 0.1
+# So many poses of the atlas are starts at most, that are farther than what was found by so much at
+# most, rad, and promise to be nearer than this share of it; and of the zeros of a factor.
+CHARTS, SPREAD, PROMISED = 5, 0.5, 1.0
+ZEROS, ZEROS_APART = 3, 0.2
 # Directions in which the two least singular values are looked at together: half a turn.
 ANGLES = 16
 # Of the second order, so many starts; and the share of the reach below which a singular value
@@ -89,7 +95,7 @@ class NearestSearch:
         arrays.given(arm)
         if not arm.reach > 0.0:
             raise TypeError('an arm without reach has no singular poses to look for')
-        self.arm = arm
+        self.arm, self.atlas = arm, arm.atlas()
         self.here = SingularEquations(arm.chain, arm.task)
         self.equations = SingularEquations(arm.chain, arm.task)
         self.budget = ENOUGH
@@ -102,9 +108,10 @@ class NearestSearch:
         self.standing, self.slid, self.missed = False, 0.0, places.INFINITY
         self.settled = False
         n, lines = self.n, self.count + 1
-        tape = arm.tape.steps * (n + 1)
+        tape = arm.tape.steps * (n + 1) + n
+        charts = max(CHARTS, ZEROS) + 1
         self.room = arrays.scratch(
-            11 * n + 2 * lines * n + 5 * lines * lines + 2 * lines + ANGLES + 2 * n * n + tape
+            11 * n + 2 * lines * n + 5 * lines * lines + 2 * lines + ANGLES + 2 * n * n + tape + charts * (n + 1)
         )
         self.origin = self.room
         self.first = arrays.after(self.origin, n)
@@ -126,6 +133,8 @@ class NearestSearch:
         self.H = arrays.after(self.lengths, ANGLES)
         self.Z = arrays.after(self.H, n * n)
         self.tape = arrays.after(self.Z, n * n)
+        self.motions = arrays.after(self.tape, tape)
+        self.scores = arrays.after(self.motions, charts * n)
 
     def __dealloc__(self) -> None:
         """Give the room back."""
@@ -138,7 +147,6 @@ class NearestSearch:
         W: Floats,
         measures: Floats,
         first_order: float,
-        distances: Floats,
     ) -> None:
         """
         Look for the singular pose nearest to q (n,).
@@ -151,8 +159,6 @@ class NearestSearch:
             As `measure_row` left them.
         first_order
             The distance by the product of the singular values, or by the factors, rad.
-        distances : shape (factors,)
-            To the zeros of the arm's factors, by first order.
         """
         n, k = self.n, self.arm.task.generic_rank
         self.ran, self.complete, self.evaluations = False, True, 0
@@ -169,6 +175,10 @@ class NearestSearch:
         if singular:
             self.distance = 0.0
             return
+        if self.arm.factors_complete:
+            self.ran = self.settled = True
+            self._look_at_factors()
+            return
         way_out = arrays.after(measures, places.LOST_AT + 6 + n)
         sigma = arrays.after(way_out, n)
         self.here.take(row, W, sigma)
@@ -180,7 +190,7 @@ class NearestSearch:
         self.ran = True
         for j in range(n):
             self.uphill[j] = way_out[j] / self.arm.task.column_scale[j]
-        self.settled = self._search(distances)
+        self.settled = self._search()
         self.slid = self.distance
         found = self.distance if self.found() else self.estimate
         self.lasting = max(FOLLOWED * found, TRUSTED * (found - self.horizon))
@@ -255,15 +265,17 @@ class NearestSearch:
         falls = math.sqrt(self.slope * self.slope + 2.0 * reach * self.smallest) - self.slope
         self.free = min(self.estimate, falls / reach)
 
-    def _search(self, distances: Floats) -> bool:
+    def _search(self) -> bool:
         # From one start after the other, until what is found agrees with the first order; returns
-        # whether it does.
-        if self.found() and self._is_where_the_first_order_says() and self._is_settled():
-            return True
-        if self._follow_factors(distances):
-            return True
-        self._run_from(self.first, self.by_least, min(1.0, 0.5 / self.by_least), 0.3)
-        if self._is_settled():
+        # whether it does. Of what is farther the first order says little: there starts are poses
+        # that are known to be singular.
+        settled = self.found() and self._is_where_the_first_order_says() and self._is_settled()
+        if not settled:
+            self._run_from(self.first, self.by_least, min(1.0, 0.5 / self.by_least), 0.3)
+            settled = self._is_settled()
+        if not settled or self.distance > SURE:
+            self._run_from_known_poses()
+        if settled:
             return True
         by_product = self.by_product
         if by_product < 0.8 * self.distance and by_product < 1.5 * self.horizon:
@@ -274,6 +286,60 @@ class NearestSearch:
         if self.distance == places.INFINITY and self.smallest < FLAT_SADDLE * self.arm.reach:
             self._run_to_all_sides()
         return False
+
+    def _run_from_known_poses(self) -> None:
+        # From those poses of the atlas that promise to be nearest.
+        n = self.n
+        radius = min(self.distance, self.horizon) + SPREAD
+        for j in range(n):
+            self.along[j] = self.origin[j] / self.arm.task.column_scale[j]
+        count = self.atlas.nearest(0, self.along, radius, CHARTS, self.motions, self.scores)
+        for k in range(count):
+            if self.scores[k] > PROMISED * self.distance:
+                return
+            motion = arrays.after(self.motions, k * n)
+            for j in range(n):
+                self.d[j] = motion[j]
+            self._run(STEPS, 0.3, False)
+
+    def _look_at_factors(self) -> None:
+        # The nearest zero of all factors: from here, and from known zeros.
+        n = self.n
+        for j in range(n):
+            self.uphill[j] = self.origin[j] / self.arm.task.column_scale[j]
+        for f in range(self.arm.tape.factors):
+            for j in range(n):
+                self.d[j] = 0.0
+            self._go_to_zero(f)
+            radius = min(self.distance, self.horizon)
+            count = self.atlas.nearest(
+                f, self.uphill, radius + ZEROS_APART, ZEROS, self.motions, self.scores
+            )
+            for k in range(count):
+                if self.scores[k] > self.distance:
+                    break
+                motion = arrays.after(self.motions, k * n)
+                for j in range(n):
+                    self.d[j] = motion[j]
+                self._go_to_zero(f)
+        if not self.found():
+            return
+        self.evaluations += 1
+        self.equations.move_to(self.origin, self.nearest, False)
+        if not self.equations.are_singular(SINGULAR):
+            self.distance = places.INFINITY
+            self.complete = False
+
+    def _go_to_zero(self, f: int) -> None:
+        # From d to the nearest zero of a factor; keeps it where it is nearer than what was found.
+        if factor_zeros.go(
+            self.arm.tape, f, self.arm.task, self.origin, self.d, True, self.onto, self.tape
+        ):
+            away = singular_equations.length_of(self.d, self.n)
+            if away < self.distance:
+                self.distance = away
+                for j in range(self.n):
+                    self.nearest[j] = self.d[j]
 
     def found(self) -> bool:
         """Return whether a singular pose was found."""
@@ -522,60 +588,3 @@ class NearestSearch:
             self._run(2 * STEPS, LITTLE, False)
             if self.distance < 0.5 * self.horizon:
                 return
-
-    def _follow_factors(self, distances: Floats) -> bool:
-        # Newton's method on each factor, which costs no decomposition; whether that is all there
-        # is to find.
-        n = self.n
-        least = places.PI
-        for f in range(self.arm.tape.factors):
-            least = min(least, distances[f])
-        for f in range(self.arm.tape.factors):
-            near = distances[f] <= 1.5 * min(self.distance, self.horizon)
-            if near and self._follow(f):
-                self._keep(singular_equations.length_of(self.reached, n), False)
-        return (
-            self.arm.factors_complete
-            and self.distance < 1.3 * least
-            and abs(self.distance - least) < 0.3 * least
-        )
-
-    def _follow(self, f: int) -> bool:
-        # Whether Newton's method on a factor came to a singular pose: in `reached`.
-        n = self.n
-        step = arrays.after(self.tape, self.arm.tape.ends[f] * (n + 1))
-        scale = self.arm.task.column_scale
-        for j in range(n):
-            self.d[j] = 0.0
-        for turn in range(STEPS):
-            for j in range(n):
-                self.equations.q[j] = self.origin[j] + scale[j] * self.d[j]
-            factors.run_tape(self.arm.tape, n, self.equations.q, self.tape)
-            squares, along = 0.0, 0.0
-            for j in range(n):
-                slope = step[j] * scale[j]
-                squares += slope * slope
-                along += slope * self.d[j]
-            if not squares > 0.0:
-                return False
-            onto, whole = -step[n] / squares, (along - step[n]) / squares
-            moved = 0.0
-            slides = turn < STEPS - LAST_STEPS
-            for j in range(n):
-                slope = step[j] * scale[j]
-                target = whole * slope if slides else self.d[j] + onto * slope
-                moved += (target - self.d[j]) * (target - self.d[j])
-                self.d[j] = target
-            if not moved < places.PI * places.PI:
-                return False
-            if math.sqrt(moved) < 1e-9 and turn > 0:
-                break
-        if self.evaluations >= self.budget:
-            self.complete = False
-            return False
-        self.evaluations += 1
-        self.standing = False
-        self.equations.move_to(self.origin, self.d, False)
-        for j in range(n):
-            self.reached[j] = self.d[j]
-        return self.equations.are_singular(SINGULAR)
