@@ -9,9 +9,9 @@ from .atlas cimport Atlas
 from .singular_equations cimport SingularEquations
 
 cdef int ENOUGH
-cdef double HORIZON, SINGULAR, NEXT_STEP, NO_STEP, NO_GAIN, FLAT_SADDLE, SIDE_STEP, LITTLE, FOLLOWED, TRUSTED, KEPT, KNOWN, AGREES, CLOSE, ON_ITS_WAY, NEARER
+cdef double HORIZON, SINGULAR, NEXT_STEP, NO_STEP, NO_GAIN, FLAT_SADDLE, SIDE_STEP, LITTLE, FOLLOWED, KEPT, LITTLE_NEARER, SAME, KNOWN, AGREES, CLOSE, ON_ITS_WAY, NEARER
 cdef double SURE, SPREAD, PROMISED, ZEROS_APART
-cdef int CHARTS, ZEROS
+cdef int CHARTS, ZEROS, MEMORY
 cdef int ANGLES, STEPS, FULL_STEPS, LAST_STEPS, SECOND_ORDER_STARTS, FOLLOWING_STEPS, MORE_STEPS
 
 @cython.final
@@ -25,8 +25,9 @@ cdef class NearestSearch:
     cdef public double horizon
     cdef readonly double estimate, distance, lasting
     cdef readonly bint ran, complete
-    cdef double by_product, by_least, by_two, smallest, second, slope, free, slid, missed
+    cdef double by_product, by_least, by_two, smallest, second, slope, missed
     cdef bint standing, settled
+    cdef int known, stands_for
     cdef double* room
     cdef double* origin
     cdef double* first
@@ -50,6 +51,9 @@ cdef class NearestSearch:
     cdef double* tape
     cdef double* motions
     cdef double* scores
+    cdef double* poses
+    cdef double* slid_at
+    cdef double* lengths_of
 
     @cython.locals(
         n=int, k=int, j=int, way_out='double*', sigma='double*', found=double,
@@ -60,15 +64,24 @@ cdef class NearestSearch:
     ) noexcept nogil
     cdef void forget(self) noexcept nogil
     cdef bint follow(self, double* q, double first_order) noexcept nogil
-    @cython.locals(j=int, away=double)
-    cdef void _write_way_from(self, double* q) noexcept nogil
+    @cython.locals(first=int, away=double, k=int, length=double)
+    cdef bint _bring_known(self, double* q) noexcept nogil
+    @cython.locals(moved=double)
+    cdef bint _may_be_nearer(self, int k, double* q) noexcept nogil
+    @cython.locals(
+        pose='double*', at='double*', scale='double*', moved=double, before=double, j=int,
+        away=double, found=cython.bint,
+    )
+    cdef bint _bring(self, int k, double* q) noexcept nogil
+    @cython.locals(n=int, place=int, k=int, pose='double*', at='double*', j=int)
+    cdef void _remember(self, double away) noexcept nogil
+    @cython.locals(pose='double*', squares=double, j=int, apart=double)
+    cdef bint _is_known(self, int k, double away) noexcept nogil
     @cython.locals(j=int)
-    cdef void _forget(self, double* q) noexcept nogil
-    @cython.locals(longest=double)
-    cdef void _slide(self, double* q) noexcept nogil
+    cdef void _stand_at(self, double* q) noexcept nogil
     @cython.locals(squares=double, j=int, moved=double)
     cdef double _moved_from(self, double* pose, double* q) noexcept nogil
-    @cython.locals(k=int, reach=double, falls=double)
+    @cython.locals(k=int)
     cdef void _estimate(self, double* sigma, double by_product) noexcept nogil
     @cython.locals(by_product=double, settled=cython.bint)
     cdef bint _search(self) noexcept nogil

@@ -48,15 +48,16 @@ ANGLES = 16
 SECOND_ORDER_STARTS = 4
 FLAT_SADDLE = 0.003
 SIDE_STEP, LITTLE = 0.06, 0.03
-# What was found is followed along a motion up to this share of its distance, for another one may
-# have become the nearest; where none is near up to this share of how much farther the nearest is.
-FOLLOWED, TRUSTED = 0.05, 0.5
+# So many poses that were found are remembered, those nearer to each other than this share of their
+# distance as one. They are followed along a motion up to this share of the distance; then another
+# search tells whether new ones have come near.
+MEMORY, SAME, FOLLOWED = 6, 0.2, 0.1
 FOLLOWING_STEPS = 6
-# It is not moved before the joints have moved by this share of its distance, which is then too
-# large by half the square of that.
-KEPT = 0.01
+# One is not moved before the joints have moved by this share of its distance, which is then too
+# large by half the square of that; nor before it may be nearer than the nearest by this share.
+KEPT, LITTLE_NEARER = 0.01, 0.01
 # A search begins with what the last one found, up to this motion, rad.
-KNOWN = 0.1
+KNOWN = 0.3
 # What was found agrees with the first order up to this share.
 AGREES = 0.3
 # After a step shorter than this (rad) directions are corrected, and not decomposed anew.
@@ -104,14 +105,15 @@ class NearestSearch:
         self.ran, self.complete, self.evaluations = False, True, 0
         self.by_product, self.by_least, self.by_two = 0.0, 0.0, 0.0
         self.smallest, self.second, self.slope = 0.0, 0.0, 0.0
-        self.free, self.lasting = 0.0, -1.0
-        self.standing, self.slid, self.missed = False, 0.0, places.INFINITY
+        self.lasting = -1.0
+        self.standing, self.stands_for, self.missed = False, -1, places.INFINITY
+        self.known = 0
         self.settled = False
         n, lines = self.n, self.count + 1
         tape = arm.tape.steps * (n + 1) + n
         charts = max(CHARTS, ZEROS) + 1
         self.room = arrays.scratch(
-            11 * n + 2 * lines * n + 5 * lines * lines + 2 * lines + ANGLES + 2 * n * n + tape + charts * (n + 1)
+            MEMORY * (2 * n + 1) + 11 * n + 2 * lines * n + 5 * lines * lines + 2 * lines + ANGLES + 2 * n * n + tape + charts * (n + 1)
         )
         self.origin = self.room
         self.first = arrays.after(self.origin, n)
@@ -135,6 +137,9 @@ class NearestSearch:
         self.tape = arrays.after(self.Z, n * n)
         self.motions = arrays.after(self.tape, tape)
         self.scores = arrays.after(self.motions, charts * n)
+        self.poses = arrays.after(self.scores, charts)
+        self.slid_at = arrays.after(self.poses, MEMORY * n)
+        self.lengths_of = arrays.after(self.slid_at, MEMORY * n)
 
     def __dealloc__(self) -> None:
         """Give the room back."""
@@ -163,37 +168,29 @@ class NearestSearch:
         n, k = self.n, self.arm.task.generic_rank
         self.ran, self.complete, self.evaluations = False, True, 0
         self.estimate, self.missed, self.settled = first_order, places.INFINITY, False
-        singular = measures[places.RANK] < k
-        known = self.lasting >= 0.0 and self.is_near() and not singular
-        if known and self._moved_from(self.origin, q) <= KNOWN:
-            self._slide(q)
-        else:
-            self._forget(q)
-        self.lasting = -1.0
+        if not (self.lasting >= 0.0 and self._moved_from(self.searched, q) <= KNOWN):
+            self.known = 0
+        self._bring_known(q)
         for j in range(n):
             self.searched[j] = q[j]
-        if singular:
+        self.lasting = -1.0
+        if measures[places.RANK] < k:
+            self._stand_at(q)
             self.distance = 0.0
             return
-        if self.arm.factors_complete:
-            self.ran = self.settled = True
-            self._look_at_factors()
-            return
-        way_out = arrays.after(measures, places.LOST_AT + 6 + n)
-        sigma = arrays.after(way_out, n)
-        self.here.take(row, W, sigma)
-        self._estimate(sigma, first_order)
-        if not self.is_near() and self.free > self.horizon:
-            self.distance = places.INFINITY
-            self.lasting = TRUSTED * (self.free - self.horizon)
-            return
         self.ran = True
-        for j in range(n):
-            self.uphill[j] = way_out[j] / self.arm.task.column_scale[j]
-        self.settled = self._search()
-        self.slid = self.distance
-        found = self.distance if self.found() else self.estimate
-        self.lasting = max(FOLLOWED * found, TRUSTED * (found - self.horizon))
+        if self.arm.factors_complete:
+            self._look_at_factors()
+            self.settled = True
+        else:
+            way_out = arrays.after(measures, places.LOST_AT + 6 + n)
+            sigma = arrays.after(way_out, n)
+            self.here.take(row, W, sigma)
+            self._estimate(sigma, first_order)
+            for j in range(n):
+                self.uphill[j] = way_out[j] / self.arm.task.column_scale[j]
+            self.settled = self._search()
+        self.lasting = FOLLOWED * min(self.distance, self.horizon)
 
     def forget(self) -> None:
         """Let the next search begin with nothing that the last one found."""
@@ -206,35 +203,105 @@ class NearestSearch:
         if not self._moved_from(self.searched, q) <= self.lasting:
             return False
         self.evaluations = 0
-        if not self.is_near():
-            self.estimate = min(self.estimate, first_order)
+        return self._bring_known(q)
+
+    def _bring_known(self, q: Floats) -> bool:
+        # Brings the poses that were found to the nearest ones to q, those that can be the nearest;
+        # returns whether all of them are found again.
+        first, away = -1, places.INFINITY
+        for k in range(self.known):
+            length = self._moved_from(arrays.after(self.poses, k * self.n), q)
+            if length < away:
+                first, away = k, length
+        self._stand_at(q)
+        if first < 0:
             return True
-        if not self._moved_from(self.origin, q) <= KEPT * self.slid:
-            self._slide(q)
-            return self.found()
-        self._write_way_from(q)
-        self.distance = singular_equations.length_of(self.d, self.n)
+        if not self._bring(first, q):
+            return False
+        for k in range(self.known):
+            if k != first and self._may_be_nearer(k, q) and not self._bring(k, q):
+                return False
         return True
 
-    def _write_way_from(self, q: Floats) -> None:
-        # Fills d with the motion from q to what was found.
-        for j in range(self.n):
-            away = (self.origin[j] - q[j]) / self.arm.task.column_scale[j]
-            self.d[j] = away + self.nearest[j]
+    def _may_be_nearer(self, k: int, q: Floats) -> bool:
+        # Than what was found by more than a little.
+        moved = self._moved_from(arrays.after(self.slid_at, k * self.n), q)
+        return self.lengths_of[k] - moved < (1.0 - LITTLE_NEARER) * self.distance
 
-    def _forget(self, q: Floats) -> None:
-        # What was found, before a search from q.
+    def _bring(self, k: int, q: Floats) -> bool:
+        # Brings a pose that was found to the nearest to q; keeps it where no other is nearer.
+        pose, at = arrays.after(self.poses, k * self.n), arrays.after(self.slid_at, k * self.n)
+        scale = self.arm.task.column_scale
+        moved = self._moved_from(at, q)
+        before = self.distance
+        for j in range(self.n):
+            self.d[j] = (pose[j] - q[j]) / scale[j]
+        if moved <= KEPT * self.lengths_of[k]:
+            away = singular_equations.length_of(self.d, self.n)
+            if away < before:
+                self.distance = away
+                for j in range(self.n):
+                    self.nearest[j] = self.d[j]
+            return True
+        for j in range(self.n):
+            self.both[j] = self.nearest[j]
+        self.distance, self.standing = places.INFINITY, self.standing and self.stands_for == k
+        self._run(FOLLOWING_STEPS, moved + self.lengths_of[k], True)
+        self.stands_for = k
+        found = self.found()
+        if found:
+            self.lengths_of[k] = self.distance
+            for j in range(self.n):
+                pose[j] = q[j] + scale[j] * self.nearest[j]
+                at[j] = q[j]
+        if not self.distance < before:
+            self.distance = before
+            for j in range(self.n):
+                self.nearest[j] = self.both[j]
+        return found
+
+    def _remember(self, away: float) -> None:
+        # What was reached, among the nearest of those that were found.
+        n = self.n
+        place = -1
+        for k in range(self.known):
+            if self._is_known(k, away):
+                if self.lengths_of[k] <= away:
+                    return
+                place = k
+                break
+        if place < 0 and self.known < MEMORY:
+            place = self.known
+            self.known += 1
+        if place < 0:
+            place = 0
+            for k in range(self.known):
+                if self.lengths_of[k] > self.lengths_of[place]:
+                    place = k
+            if self.lengths_of[place] <= away:
+                return
+        self.lengths_of[place] = away
+        if self.stands_for == place:
+            self.stands_for = -1
+        pose, at = arrays.after(self.poses, place * n), arrays.after(self.slid_at, place * n)
+        for j in range(n):
+            pose[j] = self.origin[j] + self.arm.task.column_scale[j] * self.reached[j]
+            at[j] = self.origin[j]
+
+    def _is_known(self, k: int, away: float) -> bool:
+        # Whether what was reached is a pose that was found, or beside it.
+        pose = arrays.after(self.poses, k * self.n)
+        squares = 0.0
+        for j in range(self.n):
+            apart = (pose[j] - self.origin[j]) / self.arm.task.column_scale[j] - self.reached[j]
+            squares += apart * apart
+        return math.sqrt(squares) < SAME * away
+
+    def _stand_at(self, q: Floats) -> None:
+        # With nothing found.
         self.distance = places.INFINITY
         for j in range(self.n):
             self.origin[j], self.nearest[j] = q[j], 0.0
-
-    def _slide(self, q: Floats) -> None:
-        # Moves what was found to the nearest pose to q, along the singular ones.
-        longest = self._moved_from(self.origin, q) + self.distance
-        self._write_way_from(q)
-        self._forget(q)
-        self._run(FOLLOWING_STEPS, longest, True)
-        self.slid = self.distance
 
     def _moved_from(self, pose: Floats, q: Floats) -> float:
         squares = 0.0
@@ -259,11 +326,6 @@ class NearestSearch:
             self.by_two = self._look_at_two()
         self.estimate = min(self.by_product, min(self.by_least, self.by_two))
         self.slope = self.smallest / self.by_least if self.by_least > 0.0 else 0.0
-        # Nearer than this neither they nor the second order see a singular pose: the least
-        # singular value falls by slope r + reach r^2 / 2 at most, or so.
-        reach = self.arm.reach
-        falls = math.sqrt(self.slope * self.slope + 2.0 * reach * self.smallest) - self.slope
-        self.free = min(self.estimate, falls / reach)
 
     def _search(self) -> bool:
         # From one start after the other, until what is found agrees with the first order; returns
@@ -336,10 +398,10 @@ class NearestSearch:
             self.arm.tape, f, self.arm.task, self.origin, self.d, True, self.onto, self.tape
         ):
             away = singular_equations.length_of(self.d, self.n)
-            if away < self.distance:
-                self.distance = away
-                for j in range(self.n):
-                    self.nearest[j] = self.d[j]
+            for j in range(self.n):
+                self.reached[j] = self.d[j]
+            self._remember(away)
+            self._keep(away, False)
 
     def found(self) -> bool:
         """Return whether a singular pose was found."""
@@ -438,6 +500,8 @@ class NearestSearch:
             share = longest / length if length > longest else 1.0
             for j in range(n):
                 self.d[j] += share * self.onto[j]
+        if best < places.INFINITY and not known:
+            self._remember(best)
         self._keep(best, standing)
 
     def _is_late(self, more: int, left: float, away: float) -> bool:
