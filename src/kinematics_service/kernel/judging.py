@@ -114,10 +114,11 @@ def _take_over(arm: Arm, measures: Floats, search: NearestSearch) -> None:
     if search.is_near():
         search.write_pose(arrays.after(measures, width(arm) - arm.chain.dof))
         measures[places.DISTANCE] = search.distance
-    elif search.ran and not search.found():
-        measures[places.DISTANCE] = min(search.estimate, places.FARTHEST)
-    else:
+    elif judged[places.DECIDED] == 1.0:
         measures[places.DISTANCE] = places.FARTHEST
+    else:
+        # None is as near as this, and none was found where one may be.
+        measures[places.DISTANCE] = min(search.free, places.FARTHEST)
     _judge(arm, measures)
 
 

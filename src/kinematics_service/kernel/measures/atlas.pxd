@@ -9,7 +9,7 @@ from .factors cimport Tape
 from .singular_equations cimport SingularEquations
 from .task_rows cimport TaskRows
 
-cdef double LONGEST, SINGULAR, ARRIVED, BENDS, ROUND_OFF
+cdef double LONGEST, SINGULAR, ARRIVED, BENDS, FLAT, ROUND_OFF
 cdef int STEPS
 
 @cython.final
@@ -21,10 +21,14 @@ cdef class Atlas:
     cdef long long* along
     cdef double* counts
     cdef double* periods
+    cdef long long* dimensions
+
+    cdef int dimension(self, int f) noexcept nogil
 
     @cython.locals(
         n=int, first=int, begin=int, end=int, count=int, period=double, found=int, place=int,
         away='double*', k=int, at=int, chart='double*', step=double, score=double, i=int, j=int,
+        radius_squared=double,
     )
     cdef int nearest(
         self, int f, double* u, double radius, int most, double* motions, double* scores
@@ -32,12 +36,15 @@ cdef class Atlas:
     @cython.locals(low=int, high=int, middle=int)
     cdef int _place(self, int begin, int end, int first, double value) noexcept nogil
     @cython.locals(
-        n=int, whole=double, j=int, step=double, period=double, across=double, i=int,
-        normal='double*', share=double, along=double,
+        n=int, whole=double, j=int, step=double, half=double, across=double, i=int, share=double,
     )
     cdef double _score(
-        self, int f, double* u, double radius, double* chart, double* away
+        self, int f, double* u, double most, double* chart, double* away
     ) noexcept nogil
+    @cython.locals(normal='double*', share=double, j=int)
+    cdef double _across(self, double* chart, int i, double* away) noexcept nogil
+    @cython.locals(n=int, j=int, i=int, share=double, normal='double*', along=double, rest=double)
+    cdef void slide(self, double* chart, double* away, double* motion) noexcept nogil
 
 cdef double _wrapped(double value, double period) noexcept nogil
 @cython.locals(ratio=double, counted=int, j=int, power=double, share=double, turn=double)

@@ -26,6 +26,8 @@ SINGULAR, ARRIVED = 1e-6, 1e-5
 # Of what is across a pose's tangent plane and what is along it, so much of the latter counts: the
 # set bends.
 BENDS = 0.5
+# So far from a pose, rad, its tangent plane is followed.
+FLAT = 0.4
 # Of positions inside a period, rad.
 ROUND_OFF = 1e-9
 
@@ -88,6 +90,7 @@ class Atlas:
             np.array(along, dtype=np.int64),
             counts,
             spans[:, 2].copy(),
+            (np.sum(counts, axis=1) - self.codimension).astype(np.int64),
         )
         charts = begins[self.sets]
         self.charts = arrays.numbers(self._arrays[0], charts * self.width)
@@ -95,6 +98,11 @@ class Atlas:
         self.along = arrays.whole(self._arrays[2], self.sets)
         self.counts = arrays.numbers(self._arrays[3], self.sets * n)
         self.periods = arrays.numbers(self._arrays[4], n)
+        self.dimensions = arrays.whole(self._arrays[5], self.sets)
+
+    def dimension(self, f: int) -> int:
+        """Return the dimension of a set: 0 where its poses are all there are."""
+        return self.dimensions[f]
 
     def nearest(
         self, f: int, u: Floats, radius: float, most: int, motions: Floats, scores: Floats
@@ -109,7 +117,7 @@ class Atlas:
         f
             The set.
         u : shape (n,)
-            Where from.
+            Where from; brought into the periods.
         radius
             How far at most.
         most
@@ -118,6 +126,8 @@ class Atlas:
             Filled; one motion more is room.
         """
         n, first = self.joints, self.along[f]
+        for j in range(n):
+            u[j] = _wrapped(u[j], self.periods[j])
         begin, end = self.begins[f], self.begins[f + 1]
         count = end - begin
         period = self.periods[first]
@@ -125,16 +135,19 @@ class Atlas:
         if count == 0:
             return 0
         place = self._place(begin, end, first, _wrapped(u[first] - radius - ROUND_OFF, period))
+        radius_squared = radius * radius
         away = arrays.after(motions, most * n)
         for k in range(count):
             at = begin + (place - begin + k) % count
             chart = arrays.after(self.charts, at * self.width)
             step = chart[first] - u[first]
-            if period < places.INFINITY:
-                step -= period * math.floor((step + radius + 2.0 * ROUND_OFF) / period)
+            if step > radius + 2.0 * ROUND_OFF:
+                step -= period
+            elif step < -radius - 2.0 * ROUND_OFF:
+                step += period
             if not abs(step) <= radius + 2.0 * ROUND_OFF:
                 break
-            score = self._score(f, u, radius, chart, away)
+            score = self._score(f, u, radius_squared, chart, away)
             if not score < places.INFINITY or found == most and score >= scores[most - 1]:
                 continue
             found = min(found + 1, most)
@@ -145,8 +158,7 @@ class Atlas:
                     motions[i * n + j] = motions[(i - 1) * n + j]
                 i -= 1
             scores[i] = score
-            for j in range(n):
-                motions[i * n + j] = away[j]
+            self.slide(chart, away, arrays.after(motions, i * n))
         return found
 
     def _place(self, begin: int, end: int, first: int, value: float) -> int:
@@ -161,31 +173,55 @@ class Atlas:
                 high = middle
         return begin if low == end else low
 
-    def _score(self, f: int, u: Floats, radius: float, chart: Floats, away: Floats) -> float:
-        # Fills `away` with the motion from u to the foot on a pose's tangent plane, or as near to
-        # it as the pose still tells; returns how far it promises to be, endless beyond the radius.
+    def _score(self, f: int, u: Floats, most: float, chart: Floats, away: Floats) -> float:
+        # Fills `away` with the motion from u to a pose; returns how far the set promises to be
+        # there, endless where the pose is farther than the root of `most`.
         n = self.joints
         whole = 0.0
         for j in range(n):
             away[j] = 0.0
             if self.counts[f * n + j] > 0.0:
                 step = chart[j] - u[j]
-                period = self.periods[j]
-                if period < places.INFINITY:
-                    step -= period * math.floor(step / period + 0.5)
+                half = 0.5 * self.periods[j]
+                if step > half:
+                    step -= 2.0 * half
+                elif step < -half:
+                    step += 2.0 * half
                 away[j] = step
                 whole += step * step
-        if not whole <= radius * radius:
-            return places.INFINITY
+                if whole > most:
+                    return places.INFINITY
         across = 0.0
         for i in range(self.codimension):
-            normal = arrays.after(chart, n * (1 + i))
-            share = 0.0
-            for j in range(n):
-                share += normal[j] * away[j]
+            share = self._across(chart, i, away)
             across += share * share
-        along = max(whole - across, 0.0)
-        return math.sqrt(across + BENDS * BENDS * along)
+        return math.sqrt(across + BENDS * BENDS * max(whole - across, 0.0))
+
+    def _across(self, chart: Floats, i: int, away: Floats) -> float:
+        normal = arrays.after(chart, self.joints * (1 + i))
+        share = 0.0
+        for j in range(self.joints):
+            share += normal[j] * away[j]
+        return share
+
+    def slide(self, chart: Floats, away: Floats, motion: Floats) -> None:
+        # Fills the motion to the foot on a pose's tangent plane, or as near to that as the pose
+        # still tells.
+        n = self.joints
+        for j in range(n):
+            motion[j] = 0.0
+        for i in range(self.codimension):
+            share = self._across(chart, i, away)
+            normal = arrays.after(chart, n * (1 + i))
+            for j in range(n):
+                motion[j] += share * normal[j]
+        along = 0.0
+        for j in range(n):
+            along += (away[j] - motion[j]) * (away[j] - motion[j])
+        along = math.sqrt(along)
+        rest = 1.0 - FLAT / along if along > FLAT else 0.0
+        for j in range(n):
+            motion[j] += rest * (away[j] - motion[j])
 
 
 def _wrapped(value: float, period: float) -> float:
@@ -276,7 +312,7 @@ def _fill_of_factor(tape: Tape, f: int, task: TaskRows, spans: Floats, table: Fl
         for j in range(n):
             origin[j] *= task.column_scale[j]
             d[j] = 0.0
-        if factor_zeros.go(tape, f, task, origin, d, False, normal, arrays.after(work, 3 * n)):
+        if factor_zeros.go(tape, f, task, origin, d, 0.0, normal, arrays.after(work, 3 * n)):
             chart = arrays.after(charts, found * 2 * n)
             for j in range(n):
                 chart[j] = origin[j] / task.column_scale[j] + d[j]

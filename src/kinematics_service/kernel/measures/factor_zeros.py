@@ -11,8 +11,8 @@ from .task_rows import TaskRows
 # Steps: where the factor does not change its sign they are each half of the one before. These at
 # full length along the zeros, half of it, and none.
 STEPS, FULL_STEPS, LAST_STEPS = 48, 12, 24
-# The last step, and the longest, rad.
-ARRIVED, LONGEST = 1e-10, 0.5
+# The last step, and the longest, rad; and a step along the zeros after which none is needed.
+ARRIVED, LONGEST, SLID = 1e-10, 0.5, 1e-4
 
 
 def go(
@@ -21,7 +21,7 @@ def go(
     task: TaskRows,
     origin: Floats,
     d: Floats,
-    slides: bool,
+    farthest: float,
     normal: Floats,
     work: Floats,
 ) -> bool:
@@ -38,32 +38,37 @@ def go(
         Where motions begin.
     d, normal : shape (n,)
         Motion and normal, as `column_scales` counts them.
-    slides
-        Whether to go along the zeros, too.
+    farthest
+        Zeros farther than this are none that are looked for, and are not reached; 0 to go to a
+        zero only, and not along the zeros.
     work : shape (n + steps of the tape times n + 1,)
         Room.
     """
     n = task.joints
     q, values = work, arrays.after(work, n)
     step = arrays.after(values, tape.ends[f] * (n + 1))
+    slides = farthest > 0.0
     for turn in range(STEPS):
         for j in range(n):
             q[j] = origin[j] + task.column_scale[j] * d[j]
         factors.run_tape(tape, n, q, values)
-        squares, along = 0.0, 0.0
+        squares, along, whole = 0.0, 0.0, 0.0
         for j in range(n):
             slope = step[j] * task.column_scale[j]
             squares += slope * slope
             along += slope * d[j]
+            whole += d[j] * d[j]
         norm = math.sqrt(squares)
         if step[n] == 0.0 and not norm > 0.0:
             return True
         if not norm > 0.0 or not squares < places.INFINITY:
             return False
+        if slides and math.sqrt(whole) - abs(step[n]) / norm > farthest:
+            return False
         share = 0.0
         if slides and turn < STEPS - LAST_STEPS:
             share = 1.0 if turn < FULL_STEPS else 0.5
-        moved = 0.0
+        moved, slid = 0.0, 0.0
         for j in range(n):
             normal[j] = step[j] * task.column_scale[j] / norm
             onto = -step[n] / norm * normal[j]
@@ -71,10 +76,12 @@ def go(
             move = onto + share * slide
             q[j] = move
             moved += move * move
+            slid += slide * slide
         moved = math.sqrt(moved)
         shorter = LONGEST / moved if moved > LONGEST else 1.0
         for j in range(n):
             d[j] += shorter * q[j]
         if moved < ARRIVED:
             return True
+        slides = slides and slid > SLID * SLID
     return False

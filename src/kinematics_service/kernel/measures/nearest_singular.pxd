@@ -10,7 +10,7 @@ from .singular_equations cimport SingularEquations
 
 cdef int ENOUGH
 cdef double HORIZON, SINGULAR, NEXT_STEP, NO_STEP, NO_GAIN, FLAT_SADDLE, SIDE_STEP, LITTLE, FOLLOWED, KEPT, LITTLE_NEARER, SAME, KNOWN, AGREES, CLOSE, ON_ITS_WAY, NEARER
-cdef double SURE, SPREAD, PROMISED, ZEROS_APART
+cdef double SURE, SPREAD, PROMISED, ZEROS_APART, WIDE, APART, MISSED
 cdef int CHARTS, ZEROS, MEMORY
 cdef int ANGLES, STEPS, FULL_STEPS, LAST_STEPS, SECOND_ORDER_STARTS, FOLLOWING_STEPS, MORE_STEPS
 
@@ -23,7 +23,7 @@ cdef class NearestSearch:
     cdef readonly int evaluations
     cdef int n, count
     cdef public double horizon
-    cdef readonly double estimate, distance, lasting
+    cdef readonly double estimate, distance, lasting, free
     cdef readonly bint ran, complete
     cdef double by_product, by_least, by_two, smallest, second, slope, missed
     cdef bint standing, settled
@@ -81,7 +81,7 @@ cdef class NearestSearch:
     cdef void _stand_at(self, double* q) noexcept nogil
     @cython.locals(squares=double, j=int, moved=double)
     cdef double _moved_from(self, double* pose, double* q) noexcept nogil
-    @cython.locals(k=int)
+    @cython.locals(k=int, reach=double, falls=double)
     cdef void _estimate(self, double* sigma, double by_product) noexcept nogil
     @cython.locals(by_product=double, settled=cython.bint)
     cdef bint _search(self) noexcept nogil
@@ -92,11 +92,13 @@ cdef class NearestSearch:
         motion='double*',
     )
     cdef void _look_at_factors(self) noexcept nogil
-    @cython.locals(away=double, j=int)
+    @cython.locals(n=int, length=double, j=int, k=int)
+    cdef bint _leads_to_known(self, double* motion) noexcept nogil
+    @cython.locals(away=double, j=int, farthest=double)
     cdef void _go_to_zero(self, int f) noexcept nogil
     cdef bint found(self) noexcept nogil
     cdef bint is_near(self) noexcept nogil
-    @cython.locals(missed=double, nearer=cython.bint, agrees=cython.bint)
+    @cython.locals(missed=double, nearer=cython.bint)
     cdef bint is_decided(self) noexcept nogil
     @cython.locals(j=int)
     cdef void write_pose(self, double* pose) noexcept nogil

@@ -35,11 +35,16 @@ ON_ITS_WAY, MORE_STEPS = 0.5, 8
 # What the first order says, or such a run did not reach, is another one where it is nearer than
 # this share of what was found.
 NEARER = 0.6
+# Of what is farther than this, rad, the first order says too little for that.
+MISSED = 0.1
 # What the first order says of a pose nearer than this, rad, is believed where it agrees.
 SURE = 0.1
 # So many poses of the atlas are starts at most, that are farther than what was found by so much at
 # most, rad, and promise to be nearer than this share of it; and of the zeros of a factor.
-CHARTS, SPREAD, PROMISED = 5, 0.5, 1.0
+CHARTS, SPREAD, PROMISED = 8, 0.5, 1.0
+# Of starts that lead to farther ones than that by this share none is given up: along a motion they
+# may become the nearest. Starts nearer to each other than this share of their length are one.
+WIDE, APART = 1.0, 0.2
 ZEROS, ZEROS_APART = 3, 0.2
 # Directions in which the two least singular values are looked at together: half a turn.
 ANGLES = 16
@@ -325,6 +330,11 @@ class NearestSearch:
             self.second = sigma[k - 2]
             self.by_two = self._look_at_two()
         self.estimate = min(self.by_product, min(self.by_least, self.by_two))
+        # Nearer than this neither they nor the second order see a singular pose: the least
+        # singular value falls by slope r + reach r^2 / 2 at most, or so.
+        reach = self.arm.reach
+        falls = math.sqrt(self.slope * self.slope + 2.0 * reach * self.smallest) - self.slope
+        self.free = min(self.estimate, falls / reach)
         self.slope = self.smallest / self.by_least if self.by_least > 0.0 else 0.0
 
     def _search(self) -> bool:
@@ -360,9 +370,21 @@ class NearestSearch:
             if self.scores[k] > PROMISED * self.distance:
                 return
             motion = arrays.after(self.motions, k * n)
-            for j in range(n):
-                self.d[j] = motion[j]
-            self._run(STEPS, 0.3, False)
+            if not self._leads_to_known(motion):
+                for j in range(n):
+                    self.d[j] = motion[j]
+                self._run(STEPS, 0.3, False)
+
+    def _leads_to_known(self, motion: Floats) -> bool:
+        # Whether a start is beside a pose that was found.
+        n = self.n
+        length = singular_equations.length_of(motion, n)
+        for j in range(n):
+            self.reached[j] = motion[j]
+        for k in range(self.known):
+            if self._is_known(k, APART / SAME * length):
+                return True
+        return False
 
     def _look_at_factors(self) -> None:
         # The nearest zero of all factors: from here, and from known zeros.
@@ -372,13 +394,14 @@ class NearestSearch:
         for f in range(self.arm.tape.factors):
             for j in range(n):
                 self.d[j] = 0.0
-            self._go_to_zero(f)
+            if self.atlas.dimension(f) > 0:
+                self._go_to_zero(f)
             radius = min(self.distance, self.horizon)
             count = self.atlas.nearest(
                 f, self.uphill, radius + ZEROS_APART, ZEROS, self.motions, self.scores
             )
             for k in range(count):
-                if self.scores[k] > self.distance:
+                if self.scores[k] > WIDE * self.distance:
                     break
                 motion = arrays.after(self.motions, k * n)
                 for j in range(n):
@@ -394,8 +417,9 @@ class NearestSearch:
 
     def _go_to_zero(self, f: int) -> None:
         # From d to the nearest zero of a factor; keeps it where it is nearer than what was found.
+        farthest = min(WIDE * self.distance, 1.2 * self.horizon)
         if factor_zeros.go(
-            self.arm.tape, f, self.arm.task, self.origin, self.d, True, self.onto, self.tape
+            self.arm.tape, f, self.arm.task, self.origin, self.d, farthest, self.onto, self.tape
         ):
             away = singular_equations.length_of(self.d, self.n)
             for j in range(self.n):
@@ -415,13 +439,12 @@ class NearestSearch:
         """
         Return whether nothing more is to be looked for.
 
-        False where a search found nothing; or nothing as near as a run was on its way to when it
-        ended, or as the first order says that one may be, within half of the horizon.
+        False where nothing was found as near as a run was on its way to when it ended, or as the
+        first order says that one may be, near to the pose.
         """
         missed = min(self.missed, min(self.by_least, self.by_two))
-        nearer = missed < NEARER * self.distance and missed < 0.5 * self.horizon
-        agrees = self.settled or self.found() and not nearer
-        return not self.ran or self.complete and agrees
+        nearer = missed < NEARER * self.distance and missed < MISSED
+        return not self.ran or self.complete and (self.settled or not nearer)
 
     def write_pose(self, pose: Floats) -> None:
         """Fill the pose (n,) that was found, rad or m."""
@@ -481,7 +504,7 @@ class NearestSearch:
                     self.reached[j] = self.d[j]
                 if gain < NO_GAIN * away or away > 2.0 * self.horizon:
                     break
-            elif away - left > self.distance:
+            elif away - left > WIDE * self.distance:
                 break  # it is on its way to one that is farther than what was found
             if step >= steps - 1 and (
                 best < places.INFINITY or not self._is_late(step - steps, left, away)
