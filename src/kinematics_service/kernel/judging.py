@@ -72,7 +72,9 @@ def _judge(arm: Arm, measures: Floats) -> None:
     watched = abs(measures[arm.watched])
     sign = 1.0 if arm.stop < arm.warn else -1.0
     level = 0.0
-    if not sign * watched > sign * arm.stop:
+    if arm.watched == places.DISTANCE and not watched < places.FARTHEST:
+        level = 0.0  # at least: no threshold is farther
+    elif not sign * watched > sign * arm.stop:
         level = 2.0
     elif not sign * watched > sign * arm.warn:
         level = 1.0

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from .. import kernel
 from ..errors import KinematicsError
 from ..kernel import Floats
 from .file.measure_table import MEASURES as MEASURES
@@ -45,6 +46,8 @@ class Thresholds:
         `previous` is the level before it: WARN and ERROR are left at HYSTERESIS times their value.
         A value that is not a number is an ERROR.
         """
+        if self.measure == 'distance' and value >= kernel.FARTHEST:
+            return Level.OK  # at least: no threshold is farther, nor 1.5 times one
         small_is_bad = MEASURES[self.measure].small_is_bad
         for level, threshold in ((Level.ERROR, self.stop), (Level.WARN, self.warn)):
             if level <= previous <= Level.ERROR:
@@ -58,6 +61,8 @@ class Thresholds:
         """Return the level of each value, without hysteresis; shape (N,)."""
         sign = 1.0 if MEASURES[self.measure].small_is_bad else -1.0
         beyond = [~(sign * values > sign * threshold) for threshold in (self.stop, self.warn)]
+        if self.measure == 'distance':
+            beyond = [one & ~(values >= kernel.FARTHEST) for one in beyond]
         return np.select(beyond, [int(Level.ERROR), int(Level.WARN)], int(Level.OK))
 
 

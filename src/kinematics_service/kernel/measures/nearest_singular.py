@@ -41,7 +41,7 @@ MISSED = 0.1
 SURE = 0.1
 # So many poses of the atlas are starts at most, that are farther than what was found by so much at
 # most, rad, and promise to be nearer than this share of it; and of the zeros of a factor.
-CHARTS, SPREAD, PROMISED = 8, 0.5, 1.0
+CHARTS, SPREAD, PROMISED = 12, 0.6, 1.0
 # Of starts that lead to farther ones than that by this share none is given up: along a motion they
 # may become the nearest. Starts nearer to each other than this share of their length are one.
 WIDE, APART = 1.0, 0.2
@@ -60,7 +60,7 @@ MEMORY, SAME, FOLLOWED = 6, 0.2, 0.1
 FOLLOWING_STEPS = 6
 # One is not moved before the joints have moved by this share of its distance, which is then too
 # large by half the square of that; nor before it may be nearer than the nearest by this share.
-KEPT, LITTLE_NEARER = 0.01, 0.01
+KEPT, LITTLE_NEARER = 0.01, 0.001
 # A search begins with what the last one found, up to this motion, rad.
 KNOWN = 0.3
 # What was found agrees with the first order up to this share.

@@ -99,7 +99,7 @@ def check_plan(
     asked = (
         threshold_of_distance(robot)
         if distance is None
-        else _positive(distance, 'distance', np.pi)
+        else _positive(distance, 'distance', kernel.FARTHEST)
     )
     limit = None if speed_limit is None else _positive(speed_limit, 'speed_limit', np.inf)
     motion = polynomial_motion(at, given[0], given[1], given[2])
