@@ -305,7 +305,7 @@ def test_a_plan_of_one_point_stays_there():
         (([0.0, 1.0], [[0, 1], [0, math.nan]]), 'positions must be finite: point 1 is'),
         (([0.0, 1.0], [['a', 1], [0, 1]]), 'positions must be numbers'),
         (([0.0, 1.0], [[0, 1], [0, 2]], [[1e280, 0], [0, 0]]), 'too far or too fast'),
-        (([0.0], [[0, 1]], None, None, -1.0), 'distance must be above 0 and at most 3.142'),
+        (([0.0], [[0, 1]], None, None, -1.0), 'distance must be above 0 and at most 1, not'),
         (([0.0], [[0, 1]], None, None, None, 0.0), 'speed_limit must be above 0, not 0'),
         (([0.0], [[0, 1]], None, None, None, None, ['elbow']), "planar_2r has no point 'elbow'"),
         (([0.0], [[0, 1]], None, None, None, None, ['9']), r"no point '9': give tool, the number"),
