@@ -18,7 +18,7 @@ from .singular_equations import SingularEquations
 from .task_rows import TaskRows
 
 # Seeds of a set, by how many joints it depends on; of more as the last.
-SEEDS = (1, 48, 512, 2048, 2048)
+SEEDS = (1, 48, 512, 2048, 1536)
 # Newton's steps from a seed, and the longest of them, rad.
 STEPS, LONGEST = 16, 0.5
 # Converged: the singular value as a share of the largest, and the next step, rad.

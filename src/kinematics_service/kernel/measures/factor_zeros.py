@@ -10,7 +10,7 @@ from .task_rows import TaskRows
 
 # Steps: where the factor does not change its sign they are each half of the one before. These at
 # full length along the zeros, half of it, and none.
-STEPS, FULL_STEPS, LAST_STEPS = 48, 12, 24
+STEPS, FULL_STEPS, LAST_STEPS = 120, 12, 24
 # The last step, and the longest, rad; and a step along the zeros after which none is needed.
 ARRIVED, LONGEST, SLID = 1e-10, 0.5, 1e-6
 

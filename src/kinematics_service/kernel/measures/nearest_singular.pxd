@@ -9,8 +9,8 @@ from .atlas cimport Atlas
 from .singular_equations cimport SingularEquations
 
 cdef int ENOUGH
-cdef double HORIZON, SINGULAR, NEXT_STEP, NO_STEP, NO_GAIN, FLAT_SADDLE, SIDE_STEP, LITTLE, FOLLOWED, KEPT, LITTLE_NEARER, SAME, KNOWN, AGREES, CLOSE, ON_ITS_WAY, NEARER
-cdef double SURE, SPREAD, PROMISED, ZEROS_APART, WIDE, APART, MISSED
+cdef double HORIZON, SINGULAR, NEXT_STEP, NO_STEP, NO_GAIN, FLAT_SADDLE, SIDE_STEP, LITTLE, FOLLOWED, KEPT, LITTLE_NEARER, SAME, KNOWN, AGREES, CLOSE, ON_ITS_WAY, LATE, NEARER
+cdef double SURE, SADDLE, SPREAD, ZEROS_APART, WIDE, APART, MISSED
 cdef int CHARTS, ZEROS, MEMORY
 cdef int ANGLES, STEPS, FULL_STEPS, LAST_STEPS, SECOND_ORDER_STARTS, FOLLOWING_STEPS, MORE_STEPS
 
@@ -85,7 +85,7 @@ cdef class NearestSearch:
     cdef void _estimate(self, double* sigma, double by_product) noexcept nogil
     @cython.locals(by_product=double, settled=cython.bint)
     cdef bint _search(self) noexcept nogil
-    @cython.locals(n=int, radius=double, j=int, count=int, k=int, motion='double*')
+    @cython.locals(n=int, near=double, radius=double, j=int, count=int, k=int, motion='double*')
     cdef void _run_from_known_poses(self) noexcept nogil
     @cython.locals(
         n=int, f=int, j=int, radius=double, count=int, k=int,

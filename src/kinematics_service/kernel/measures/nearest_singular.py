@@ -20,7 +20,7 @@ from .singular_equations import SingularEquations
 # Beyond so many rad (a prismatic joint's divided by the length) nothing is looked for.
 HORIZON = 1.0
 # Evaluations at most of one search, of some 2 to 4 us each; hardly any needs more.
-ENOUGH = 100
+ENOUGH = 200
 # A pose is singular where the singular value is below this share of the largest, and the next step
 # below this share of the way: at a flat saddle the first alone would lie.
 SINGULAR, NEXT_STEP, NO_STEP = 1e-7, 1e-3, 1e-9
@@ -31,7 +31,7 @@ NO_GAIN = 1e-5
 STEPS, FULL_STEPS, LAST_STEPS = 10, 4, 3
 # A run that is on its way to a nearer one than was found, the next step below this share of the
 # way, has so many steps more: where two singular values vanish nearly together it is late.
-ON_ITS_WAY, MORE_STEPS = 0.5, 8
+ON_ITS_WAY, LATE, MORE_STEPS = 0.5, 0.4, 8
 # What the first order says, or such a run did not reach, is another one where it is nearer than
 # this share of what was found.
 NEARER = 0.6
@@ -39,12 +39,14 @@ NEARER = 0.6
 MISSED = 0.1
 # What the first order says of a pose nearer than this, rad, is believed where it agrees.
 SURE = 0.1
+# Not so where the second order may see one nearer than this share of what was found.
+SADDLE = 0.1
 # So many poses of the atlas are starts at most, that are farther than what was found by so much at
-# most, rad, and promise to be nearer than this share of it; and of the zeros of a factor.
-CHARTS, SPREAD, PROMISED = 12, 0.6, 1.0
+# most, rad; and of the zeros of a factor, farther by so much at most.
+CHARTS, SPREAD = 12, 0.6
 # Of starts that lead to farther ones than that by this share none is given up: along a motion they
 # may become the nearest. Starts nearer to each other than this share of their length are one.
-WIDE, APART = 1.0, 0.2
+WIDE, APART = 1.1, 0.2
 ZEROS, ZEROS_APART = 3, 0.2
 # Directions in which the two least singular values are looked at together: half a turn.
 ANGLES = 16
@@ -355,19 +357,20 @@ class NearestSearch:
         if self.arm.task.generic_rank > 1:
             self._run_from_two()
         self._run_from_second_order()
-        if self.distance == places.INFINITY and self.smallest < FLAT_SADDLE * self.arm.reach:
+        if self.distance > SURE and self.smallest < FLAT_SADDLE * self.arm.reach:
             self._run_to_all_sides()
         return False
 
     def _run_from_known_poses(self) -> None:
         # From those poses of the atlas that promise to be nearest.
         n = self.n
-        radius = min(self.distance, self.horizon) + SPREAD
+        near = min(self.distance, self.horizon)
+        radius = min(near + SPREAD, 3.0 * near)
         for j in range(n):
             self.along[j] = self.origin[j] / self.arm.task.column_scale[j]
         count = self.atlas.nearest(0, self.along, radius, CHARTS, self.motions, self.scores)
         for k in range(count):
-            if self.scores[k] > PROMISED * self.distance:
+            if self.scores[k] > WIDE * self.distance:
                 return
             motion = arrays.after(self.motions, k * n)
             if not self._leads_to_known(motion):
@@ -459,6 +462,7 @@ class NearestSearch:
             and self.by_two > 0.8 * found
             and self.by_product > 0.7 * found
             and found * max(self.slope, 1e-3) < 0.35 * self.second
+            and self.free > SADDLE * found
         )
 
     def _is_where_the_first_order_says(self) -> bool:
@@ -530,7 +534,7 @@ class NearestSearch:
     def _is_late(self, more: int, left: float, away: float) -> bool:
         # Whether a run that should have ended is on its way to a nearer one than was found; what
         # it has not reached after all its steps is kept in mind.
-        if not left < ON_ITS_WAY * away or not away < min(self.distance, 2.0 * self.horizon):
+        if not left < ON_ITS_WAY * away or not away < min(self.distance, LATE):
             return False
         if more == MORE_STEPS - 1:
             self.missed = min(self.missed, away)
@@ -673,5 +677,5 @@ class NearestSearch:
             for j in range(n):
                 self.d[j] = (SIDE_STEP if i % 2 == 1 else -SIDE_STEP) * way[j]
             self._run(2 * STEPS, LITTLE, False)
-            if self.distance < 0.5 * self.horizon:
+            if self.distance < SURE:
                 return
