@@ -8,6 +8,7 @@ import numpy as np
 from random_robots import CONVENTIONS, random_arm
 
 import kinematics_service as ks
+from kinematics_service import kernel
 from kinematics_service.kinematics import singularity_rates
 from kinematics_service.robot.loops import closed_poses
 from kinematics_service.robot.robot import build_robot
@@ -64,9 +65,10 @@ def other_branch_text():
 
 
 def first_order_distances(robot, q):
-    """Return the distance by first order, as it is told where no singular pose is looked for."""
+    """Return the distance by first order, where a search begins to look for singular poses."""
     measures = singularity_rates.measures_of(ks.evaluate(robot, q))
-    return singularity_rates.first_order(robot, measures).reshape(np.shape(q)[:-1])
+    column = robot.measure_places.judged + kernel.FIRST_ORDER
+    return measures[:, column].reshape(np.shape(q)[:-1])
 
 
 def sliding(robot):

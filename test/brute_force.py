@@ -14,6 +14,8 @@ STEP = 1e-6
 ENDED = 1e-9
 SINGULAR = 1e-8
 STEPS, LAST_STEPS, LONGEST, FARTHEST = 32, 6, 0.2, 1.2
+# Poses from which singular ones are looked for anywhere.
+SEEDS = 4000
 
 
 def scaled_jacobian(robot, q):
@@ -75,14 +77,76 @@ def _descend(robot, origin, d):
     return distance, poses
 
 
-def nearest_singular(robot, q, starts=24, seed=3):
-    """Return distances (N,) and poses (N, n); infinite and NaN where no start found one."""
+def _joints_that_matter(robot, random):
+    # Whether the singular values change with each joint; its period in rad, endless without one.
+    n, scales = robot.dof, robot.task.column_scales
+    q = random.uniform(-np.pi, np.pi, (8, n)) * scales
+    s = np.linalg.svd(scaled_jacobian(robot, q), compute_uv=False)
+    changes, periods = np.zeros(n, dtype=bool), np.full(n, np.inf)
+    for j in range(n):
+        for angle in (0.7, 2.0 * np.pi):
+            there = scaled_jacobian(robot, q + angle * np.eye(n)[j] * scales)
+            same = np.allclose(s, np.linalg.svd(there, compute_uv=False), rtol=0.0, atol=1e-9)
+            if angle < 1.0:
+                changes[j] = not same
+            elif same and robot.joint_types[j] == 'revolute':
+                periods[j] = angle
+    return changes, periods
+
+
+def _known(robot, q, count, random):
+    # Singular poses from anywhere, as motions (starts, N, n) from each of q to the nearest ones.
+    n, scales = robot.dof, robot.task.column_scales
+    changes, periods = _joints_that_matter(robot, random)
+    low, high = np.where(np.isfinite(periods), -np.pi, np.min(q / scales, axis=0) - 1.0), np.where(
+        np.isfinite(periods), np.pi, np.max(q / scales, axis=0) + 1.0
+    )
+    seeds = random.uniform(low, high, (SEEDS, n)) * scales
+    d = np.zeros(seeds.shape)
+    for _ in range(12):
+        onto = least(*_onto(robot, seeds + d * scales))
+        length = np.linalg.norm(onto, axis=1, keepdims=True)
+        d = d + onto * (LONGEST / np.maximum(length, LONGEST))
+    s = np.linalg.svd(scaled_jacobian(robot, seeds + d * scales), compute_uv=False)
+    poses = (seeds / scales + d)[s[:, robot.task.generic_rank - 1] < 1e-6 * s[:, 0]]
+    starts = np.zeros((count, len(q), n))
+    if not len(poses):
+        return starts
+    for i, one in enumerate(q / scales):
+        away = poses - one
+        whole = np.where(np.isfinite(periods), periods, 1.0)
+        away -= np.where(np.isfinite(periods), whole * np.round(away / whole), 0.0)
+        away[:, ~changes] = 0.0
+        order = np.argsort(np.linalg.norm(away, axis=1))
+        # The nearest ones, and as many of those that follow at larger and larger steps.
+        ranks = np.unique(np.geomspace(1, len(order), count).astype(int) - 1)
+        ranks = np.concatenate([ranks, np.arange(count)])[:count]
+        starts[:, i] = away[order[np.minimum(np.sort(ranks), len(order) - 1)]]
+    return starts
+
+
+def _onto(robot, q):
+    _, c, A = equations(robot, q)
+    return A, -c
+
+
+def nearest_singular(robot, q, starts=24, seed=3, known=0):
+    """
+    Return distances (N,) and poses (N, n); infinite and NaN where no start found one within 1 rad.
+
+    Half of the starts are near, half up to 1 rad; `known` more are singular poses from anywhere.
+    """
     random = np.random.default_rng(seed)
     N, n = q.shape
     distance, poses = np.full(N, np.inf), np.full((N, n), np.nan)
-    for start in range(starts):
-        spread = 0.5 * start / starts / np.sqrt(n)
-        found, where = _descend(robot, q, random.normal(size=(N, n)) * spread)
+    spreads = 0.5 * np.arange(starts) / max(starts, 1) / np.sqrt(n)
+    motions = [random.normal(size=(N, n)) * spread for spread in spreads]
+    if known:
+        # Of the same number of starts, spread over 1 rad.
+        motions += [random.normal(size=(N, n)) * (k + 1) / known / np.sqrt(n) for k in range(known)]
+        motions += list(_known(robot, q, known, random))
+    for motion in motions:
+        found, where = _descend(robot, q, motion)
         nearer = found < distance
         distance[nearer], poses[nearer] = found[nearer], where[nearer]
     return distance, poses

@@ -56,7 +56,7 @@ cdef void _judge_all(
 ) noexcept nogil
 @cython.locals(
     n=Py_ssize_t, columns=Py_ssize_t, k=Py_ssize_t, position='double*', one='double*',
-    judged='double*', estimate=double, row='double*', sigma='double*', distances='double*',
+    judged='double*', estimate=double, row='double*', sigma='double*',
 )
 cdef void _find_all(
     Arm arm, Py_ssize_t count, double* rows, Py_ssize_t row_width, double* q, double* measures,

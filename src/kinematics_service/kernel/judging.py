@@ -72,7 +72,9 @@ def _judge(arm: Arm, measures: Floats) -> None:
     watched = abs(measures[arm.watched])
     sign = 1.0 if arm.stop < arm.warn else -1.0
     level = 0.0
-    if not sign * watched > sign * arm.stop:
+    if arm.watched == places.DISTANCE and not watched < places.FARTHEST:
+        level = 0.0  # at least: no threshold is farther
+    elif not sign * watched > sign * arm.stop:
         level = 2.0
     elif not sign * watched > sign * arm.warn:
         level = 1.0
@@ -114,10 +116,11 @@ def _take_over(arm: Arm, measures: Floats, search: NearestSearch) -> None:
     if search.is_near():
         search.write_pose(arrays.after(measures, width(arm) - arm.chain.dof))
         measures[places.DISTANCE] = search.distance
-    elif search.ran and not search.found():
-        measures[places.DISTANCE] = min(search.estimate, places.FARTHEST)
-    else:
+    elif judged[places.DECIDED] == 1.0:
         measures[places.DISTANCE] = places.FARTHEST
+    else:
+        # None is as near as this, and none was found where one may be.
+        measures[places.DISTANCE] = min(search.free, places.FARTHEST)
     _judge(arm, measures)
 
 
@@ -153,7 +156,7 @@ def judge_row(
     judged = arrays.after(measures, _judged_at(arm))
     estimate = judged[places.FIRST_ORDER]
     if not search.follow(q, estimate):
-        search.look(q, row, work, measures, estimate, arrays.after(judged, places.JUDGED))
+        search.look(q, row, work, measures, estimate)
     _take_over(arm, measures, search)
 
 
@@ -259,8 +262,7 @@ def _find_all(
             row = arrays.after(rows, k * row_width)
             sigma = arrays.after(one, _judged_at(arm) - min(n, arm.task.count))
             singularity.write_directions(n, arm.task, row, work, sigma)
-            distances = arrays.after(judged, places.JUDGED)
-            search.look(position, row, work, one, estimate, distances)
+            search.look(position, row, work, one, estimate)
         _take_over(arm, one, search)
 
 

@@ -85,11 +85,6 @@ def _rows(state: ToolState) -> tuple[Floats, Floats]:
     return numbers.reshape(-1, numbers.shape[-1]), q
 
 
-def first_order(robot: Robot, measures: Floats) -> Floats:
-    """Return the distance by first order, shape (N,), rad."""
-    return measures[:, robot.measure_places.judged + kernel.FIRST_ORDER]
-
-
 def watched(robot: Robot, measures: Floats) -> Floats:
     """
     Return the measure the robot's thresholds are about, shape (N,): |det| for the determinant.
@@ -101,30 +96,30 @@ def rates(state: ToolState, measures: Floats) -> Floats:
     """
     Return the change of the watched measure along qdot, shape (N,), 1/s.
 
-    That of the distance to a pose which was found is its exact derivative: what matters is the
-    motion towards that pose, which is the nearest. Otherwise a forward difference.
+    That of the distance is its exact derivative: what matters is the motion towards the pose that
+    was found, which is the nearest; 0 where none was found. Of other measures a forward difference.
     """
     robot, n = state.robot, state.robot.dof
     q = np.ascontiguousarray(state.q).reshape(-1, n)
     qdot = np.ascontiguousarray(state.qdot).reshape(-1, n)
     speed = np.max(np.abs(qdot), axis=1)
     moving = speed > AT_REST
-    step = np.where(moving, STEP / np.where(moving, speed, 1.0), 0.0)
-    ahead = evaluate(robot, q + step[:, None] * qdot)
-    there = watched(robot, measures_of(ahead))
-    by_distance = robot.thresholds.measure == 'distance'
-    here = first_order(robot, measures) if by_distance else watched(robot, measures)
-    # A condition number that is and stays infinite does not change.
-    change = np.subtract(there, here, out=np.zeros_like(here), where=there != here)
-    result = np.divide(change, step, out=np.zeros_like(change), where=moving)
-    if by_distance:
-        distance = watched(robot, measures)
-        poses = measures[:, robot.measure_places.pose :]
+    if robot.thresholds.measure == 'distance':
+        distance, poses = watched(robot, measures), measures[:, robot.measure_places.pose :]
         found = np.isfinite(poses[:, 0]) & (distance > 0.0) & moving
         scales = robot.task.column_scales
         away = (poses[found] - q[found]) / scales
         along = np.sum(away * (qdot[found] / scales), axis=1)
+        result = np.zeros(len(q))
         result[found] = -along / np.sqrt(np.sum(away**2, axis=1))
+        return result
+    step = np.where(moving, STEP / np.where(moving, speed, 1.0), 0.0)
+    ahead = evaluate(robot, q + step[:, None] * qdot)
+    there = watched(robot, measures_of(ahead))
+    here = watched(robot, measures)
+    # A condition number that is and stays infinite does not change.
+    change = np.subtract(there, here, out=np.zeros_like(here), where=there != here)
+    result = np.divide(change, step, out=np.zeros_like(change), where=moving)
     return result
 
 

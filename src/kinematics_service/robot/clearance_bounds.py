@@ -133,9 +133,14 @@ def reach_of(chain: Chain, limits: Floats) -> Reach:
     return Reach(feet.first, (1.0 + ROUND_OFF) * float(feet.farthest[0]) + ROUND_OFF * still)
 
 
-def _moving(chain: Chain, task: Task, six_rows: bool) -> Integers:
-    # The first joint turns or moves all columns alike, the last one moves none of them, where
-    # that is all it drives.
+def moving_joints(chain: Chain, task: Task) -> Integers:
+    """
+    Return the joints that can change the rank of J_t, shape (d,).
+
+    The first joint turns or moves all columns alike, the last one moves none of them, where that
+    is all it drives.
+    """
+    six_rows = len(task.rows) == 6
     n, table = chain.dof, chain.table
     alone = [
         table.first_entry[1] == 1 and np.sum(table.joint == table.joint[0]) == 1,
@@ -207,7 +212,7 @@ def find_bounds(chain: Chain, task: Task, strokes: Floats) -> ClearanceBounds:
     point = _point(elements, six_rows, max(task.reach, task.length))
     around = strokes + kernel.FARTHEST * task.column_scales
     farthest = _feet(chain, elements, point, around).farthest
-    moving = _moving(chain, task, six_rows)
+    moving = moving_joints(chain, task)
     n, d = chain.dof, len(moving)
     if d == 0:
         return ClearanceBounds(moving, np.zeros(3), 0.0, 0.0, 0.0)

@@ -17,6 +17,7 @@ from .factors import Factors, read_factors, with_loops
 from .file.description import Factor, RobotDescription
 from .file.loop_groups import group_name, loop_groups
 from .file.reader import parse_robot, read_robot_file
+from .joint_spans import joint_spans
 from .loops import chain_of, closed_poses, closure_of, variables_of
 from .measure_places import MeasurePlaces, measure_places
 from .measures import MEASURES, Thresholds, thresholds_for
@@ -99,6 +100,7 @@ class Robot(FrozenArrays):
             MEASURES[self.thresholds.measure].column,
             *self.thresholds.bounds_after(),
             max(self.task.reach, self.task.length),
+            joint_spans(chain, self.task, self.limits),
         )
 
     @cached_property

@@ -1,5 +1,6 @@
 from ..layout cimport places
 from ..forward.chain cimport Chain
+from .atlas cimport Atlas
 from .factors cimport Tape
 from .task_rows cimport TaskRows
 
@@ -10,3 +11,5 @@ cdef class Arm:
     cdef readonly bint factors_complete
     cdef readonly int watched
     cdef readonly double warn, stop, reach
+    cdef readonly object spans
+    cdef Atlas _atlas

@@ -1,7 +1,11 @@
 """Everything the kernel reads of an arm."""
 
+import numpy as np
+
 from ..forward.chain import Chain
 from ..layout import places
+from ..layout.arrays import Floats
+from .atlas import Atlas
 from .factors import Tape
 from .task_rows import TaskRows
 
@@ -23,6 +27,8 @@ class Arm:
     reach
         How far the tool comes from frame 0, or the characteristic length where that is more, m: by
         how much J_t bends. Singular poses are looked for only where it is known, not 0.
+    spans : shape (n, 3)
+        Of each joint, as `Atlas` has them; all around each if they are not given.
     """
 
     def __init__(
@@ -35,6 +41,7 @@ class Arm:
         warn: float,
         stop: float,
         reach: float = 0.0,
+        spans: Floats | None = None,
     ) -> None:
         if task.joints != chain.dof or tape.joints > chain.dof:
             raise TypeError('the parts of an arm do not go together')
@@ -48,3 +55,13 @@ class Arm:
         self.warn = warn
         self.stop = stop
         self.reach = reach
+        around = [-places.PI, places.TAU, places.INFINITY]
+        self.spans = np.tile(around, (chain.dof, 1)) if spans is None else spans
+        self._atlas: Atlas | None = None
+
+    def atlas(self) -> Atlas:
+        """Return singular poses from anywhere, of the factors where they are all: found once."""
+        if self._atlas is None:
+            by_factors = self.factors_complete
+            self._atlas = Atlas(self.chain, self.task, self.tape, by_factors, self.spans)
+        return self._atlas

@@ -9,6 +9,7 @@ ctypedef (double, double, double) Triple
 
 cdef class Tape:
     cdef tuple _arrays
+    cdef readonly object dependences
     cdef readonly int steps, factors, joints
     cdef long long* operations
     cdef double* constants

@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+import numpy.typing as npt
 
 from ..forward import chain_pass
 from ..layout import arrays, places
@@ -15,6 +16,17 @@ def _goes_together(table: Integers, ends: Integers) -> bool:
     earlier = operands < np.arange(len(table))[:, None]
     fits = np.all(operands >= 0) and np.all(earlier[of_steps])
     return bool(fits and np.all((ends >= 0) & (ends < len(table))))
+
+
+def _dependences(table: Integers, joints: int) -> npt.NDArray[np.bool_]:
+    # Which joints each step depends on.
+    depends = np.zeros((len(table), joints), dtype=bool)
+    for i, (operation, first, second) in enumerate(table):
+        if operation == places.JOINT:
+            depends[i, first] = True
+        elif operation > places.JOINT:
+            depends[i] = depends[first] | depends[second]
+    return depends
 
 
 class Tape:
@@ -35,6 +47,8 @@ class Tape:
         Their number.
     joints
         Least number of joints.
+    dependences : shape (factors, joints), bool
+        Which joints each factor depends on.
     """
 
     def __init__(self, operations: Integers, constants: Floats, ends: Integers) -> None:
@@ -45,6 +59,7 @@ class Tape:
         self.steps = len(constants)
         self.factors = len(ends)
         self.joints = int(np.max(table[table[:, 0] == places.JOINT, 1], initial=-1)) + 1
+        self.dependences = _dependences(table, self.joints)[ends]
         self.operations = arrays.whole(operations, 3 * self.steps)
         self.constants = arrays.numbers(constants, self.steps)
         self.ends = arrays.whole(ends, self.factors)

@@ -3,27 +3,31 @@ from libc cimport math
 
 from ..forward cimport chain_pass
 from ..layout cimport arrays, places
-from . cimport factors
-from . cimport singular_equations, symmetric
+from . cimport factor_zeros, singular_equations, symmetric
 from .arm cimport Arm
+from .atlas cimport Atlas
 from .singular_equations cimport SingularEquations
 
 cdef int ENOUGH
-cdef double HORIZON, SINGULAR, NEXT_STEP, NO_STEP, NO_GAIN, FLAT_SADDLE, SIDE_STEP, LITTLE, FOLLOWED, TRUSTED, KEPT, KNOWN, AGREES, CLOSE, ON_ITS_WAY, NEARER
+cdef double HORIZON, SINGULAR, NEXT_STEP, NO_STEP, NO_GAIN, FLAT_SADDLE, SIDE_STEP, LITTLE, FOLLOWED, KEPT, LITTLE_NEARER, SAME, KNOWN, AGREES, CLOSE, ON_ITS_WAY, LATE, NEARER
+cdef double SURE, SADDLE, SPREAD, ZEROS_APART, WIDE, APART, MISSED
+cdef int CHARTS, ZEROS, MEMORY
 cdef int ANGLES, STEPS, FULL_STEPS, LAST_STEPS, SECOND_ORDER_STARTS, FOLLOWING_STEPS, MORE_STEPS
 
 @cython.final
 cdef class NearestSearch:
     cdef Arm arm
+    cdef Atlas atlas
     cdef SingularEquations here, equations
     cdef public int budget
     cdef readonly int evaluations
     cdef int n, count
     cdef public double horizon
-    cdef readonly double estimate, distance, lasting
+    cdef readonly double estimate, distance, lasting, free
     cdef readonly bint ran, complete
-    cdef double by_product, by_least, by_two, smallest, second, slope, free, slid, missed
+    cdef double by_product, by_least, by_two, smallest, second, slope, missed
     cdef bint standing, settled
+    cdef int known, stands_for
     cdef double* room
     cdef double* origin
     cdef double* first
@@ -45,32 +49,56 @@ cdef class NearestSearch:
     cdef double* H
     cdef double* Z
     cdef double* tape
+    cdef double* motions
+    cdef double* scores
+    cdef double* poses
+    cdef double* slid_at
+    cdef double* lengths_of
 
     @cython.locals(
         n=int, k=int, j=int, way_out='double*', sigma='double*', found=double,
         singular=cython.bint, known=cython.bint,
     )
     cdef void look(
-        self, double* q, double* row, double* W, double* measures, double first_order,
-        double* distances,
+        self, double* q, double* row, double* W, double* measures, double first_order
     ) noexcept nogil
     cdef void forget(self) noexcept nogil
     cdef bint follow(self, double* q, double first_order) noexcept nogil
-    @cython.locals(j=int, away=double)
-    cdef void _write_way_from(self, double* q) noexcept nogil
+    @cython.locals(first=int, away=double, k=int, length=double)
+    cdef bint _bring_known(self, double* q) noexcept nogil
+    @cython.locals(moved=double)
+    cdef bint _may_be_nearer(self, int k, double* q) noexcept nogil
+    @cython.locals(
+        pose='double*', at='double*', scale='double*', moved=double, before=double, j=int,
+        away=double, found=cython.bint,
+    )
+    cdef bint _bring(self, int k, double* q) noexcept nogil
+    @cython.locals(n=int, place=int, k=int, pose='double*', at='double*', j=int)
+    cdef void _remember(self, double away) noexcept nogil
+    @cython.locals(pose='double*', squares=double, j=int, apart=double)
+    cdef bint _is_known(self, int k, double away) noexcept nogil
     @cython.locals(j=int)
-    cdef void _forget(self, double* q) noexcept nogil
-    @cython.locals(longest=double)
-    cdef void _slide(self, double* q) noexcept nogil
+    cdef void _stand_at(self, double* q) noexcept nogil
     @cython.locals(squares=double, j=int, moved=double)
     cdef double _moved_from(self, double* pose, double* q) noexcept nogil
     @cython.locals(k=int, reach=double, falls=double)
     cdef void _estimate(self, double* sigma, double by_product) noexcept nogil
-    @cython.locals(by_product=double)
-    cdef bint _search(self, double* distances) noexcept nogil
+    @cython.locals(by_product=double, settled=cython.bint)
+    cdef bint _search(self) noexcept nogil
+    @cython.locals(n=int, near=double, radius=double, j=int, count=int, k=int, motion='double*')
+    cdef void _run_from_known_poses(self) noexcept nogil
+    @cython.locals(
+        n=int, f=int, j=int, radius=double, count=int, k=int,
+        motion='double*',
+    )
+    cdef void _look_at_factors(self) noexcept nogil
+    @cython.locals(n=int, length=double, j=int, k=int)
+    cdef bint _leads_to_known(self, double* motion) noexcept nogil
+    @cython.locals(away=double, j=int, farthest=double)
+    cdef void _go_to_zero(self, int f) noexcept nogil
     cdef bint found(self) noexcept nogil
     cdef bint is_near(self) noexcept nogil
-    @cython.locals(missed=double, nearer=cython.bint, agrees=cython.bint)
+    @cython.locals(missed=double, nearer=cython.bint)
     cdef bint is_decided(self) noexcept nogil
     @cython.locals(j=int)
     cdef void write_pose(self, double* pose) noexcept nogil
@@ -116,11 +144,3 @@ cdef class NearestSearch:
     cdef void _run_from_second_order(self) noexcept nogil
     @cython.locals(n=int, i=int, j=int, way='double*')
     cdef void _run_to_all_sides(self) noexcept nogil
-    @cython.locals(n=int, f=int, least=double, near=cython.bint)
-    cdef bint _follow_factors(self, double* distances) noexcept nogil
-    @cython.locals(
-        n=int, j=int, turn=int, step='double*',
-        scale='double*', squares=double, along=double, slope=double,
-        onto=double, whole=double, moved=double, target=double, slides=cython.bint,
-    )
-    cdef bint _follow(self, int f) noexcept nogil

@@ -13,14 +13,14 @@ import math
 from ..forward import chain_pass
 from ..layout import arrays, places
 from ..layout.arrays import Floats
-from . import factors, singular_equations, symmetric
+from . import factor_zeros, singular_equations, symmetric
 from .arm import Arm
 from .singular_equations import SingularEquations
 
 # Beyond so many rad (a prismatic joint's divided by the length) nothing is looked for.
 HORIZON = 1.0
 # Evaluations at most of one search, of some 2 to 4 us each; hardly any needs more.
-ENOUGH = 100
+ENOUGH = 200
 # A pose is singular where the singular value is below this share of the largest, and the next step
 # below this share of the way: at a flat saddle the first alone would lie.
 SINGULAR, NEXT_STEP, NO_STEP = 1e-7, 1e-3, 1e-9
@@ -31,10 +31,23 @@ NO_GAIN = 1e-5
 STEPS, FULL_STEPS, LAST_STEPS = 10, 4, 3
 # A run that is on its way to a nearer one than was found, the next step below this share of the
 # way, has so many steps more: where two singular values vanish nearly together it is late.
-ON_ITS_WAY, MORE_STEPS = 0.5, 8
+ON_ITS_WAY, LATE, MORE_STEPS = 0.5, 0.4, 8
 # What the first order says, or such a run did not reach, is another one where it is nearer than
 # this share of what was found.
 NEARER = 0.6
+# Of what is farther than this, rad, the first order says too little for that.
+MISSED = 0.1
+# What the first order says of a pose nearer than this, rad, is believed where it agrees.
+SURE = 0.1
+# Not so where the second order may see one nearer than this share of what was found.
+SADDLE = 0.1
+# So many poses of the atlas are starts at most, that are farther than what was found by so much at
+# most, rad; and of the zeros of a factor, farther by so much at most.
+CHARTS, SPREAD = 12, 0.6
+# Of starts that lead to farther ones than that by this share none is given up: along a motion they
+# may become the nearest. Starts nearer to each other than this share of their length are one.
+WIDE, APART = 1.1, 0.2
+ZEROS, ZEROS_APART = 3, 0.2
 # Directions in which the two least singular values are looked at together: half a turn.
 ANGLES = 16
 # Of the second order, so many starts; and the share of the reach below which a singular value
@@ -42,15 +55,16 @@ ANGLES = 16
 SECOND_ORDER_STARTS = 4
 FLAT_SADDLE = 0.003
 SIDE_STEP, LITTLE = 0.06, 0.03
-# What was found is followed along a motion up to this share of its distance, for another one may
-# have become the nearest; where none is near up to this share of how much farther the nearest is.
-FOLLOWED, TRUSTED = 0.05, 0.5
+# So many poses that were found are remembered, those nearer to each other than this share of their
+# distance as one. They are followed along a motion up to this share of the distance; then another
+# search tells whether new ones have come near.
+MEMORY, SAME, FOLLOWED = 6, 0.2, 0.1
 FOLLOWING_STEPS = 6
-# It is not moved before the joints have moved by this share of its distance, which is then too
-# large by half the square of that.
-KEPT = 0.01
+# One is not moved before the joints have moved by this share of its distance, which is then too
+# large by half the square of that; nor before it may be nearer than the nearest by this share.
+KEPT, LITTLE_NEARER = 0.01, 0.001
 # A search begins with what the last one found, up to this motion, rad.
-KNOWN = 0.1
+KNOWN = 0.3
 # What was found agrees with the first order up to this share.
 AGREES = 0.3
 # After a step shorter than this (rad) directions are corrected, and not decomposed anew.
@@ -89,7 +103,7 @@ class NearestSearch:
         arrays.given(arm)
         if not arm.reach > 0.0:
             raise TypeError('an arm without reach has no singular poses to look for')
-        self.arm = arm
+        self.arm, self.atlas = arm, arm.atlas()
         self.here = SingularEquations(arm.chain, arm.task)
         self.equations = SingularEquations(arm.chain, arm.task)
         self.budget = ENOUGH
@@ -98,13 +112,15 @@ class NearestSearch:
         self.ran, self.complete, self.evaluations = False, True, 0
         self.by_product, self.by_least, self.by_two = 0.0, 0.0, 0.0
         self.smallest, self.second, self.slope = 0.0, 0.0, 0.0
-        self.free, self.lasting = 0.0, -1.0
-        self.standing, self.slid, self.missed = False, 0.0, places.INFINITY
+        self.lasting = -1.0
+        self.standing, self.stands_for, self.missed = False, -1, places.INFINITY
+        self.known = 0
         self.settled = False
         n, lines = self.n, self.count + 1
-        tape = arm.tape.steps * (n + 1)
+        tape = arm.tape.steps * (n + 1) + n
+        charts = max(CHARTS, ZEROS) + 1
         self.room = arrays.scratch(
-            11 * n + 2 * lines * n + 5 * lines * lines + 2 * lines + ANGLES + 2 * n * n + tape
+            MEMORY * (2 * n + 1) + 11 * n + 2 * lines * n + 5 * lines * lines + 2 * lines + ANGLES + 2 * n * n + tape + charts * (n + 1)
         )
         self.origin = self.room
         self.first = arrays.after(self.origin, n)
@@ -126,6 +142,11 @@ class NearestSearch:
         self.H = arrays.after(self.lengths, ANGLES)
         self.Z = arrays.after(self.H, n * n)
         self.tape = arrays.after(self.Z, n * n)
+        self.motions = arrays.after(self.tape, tape)
+        self.scores = arrays.after(self.motions, charts * n)
+        self.poses = arrays.after(self.scores, charts)
+        self.slid_at = arrays.after(self.poses, MEMORY * n)
+        self.lengths_of = arrays.after(self.slid_at, MEMORY * n)
 
     def __dealloc__(self) -> None:
         """Give the room back."""
@@ -138,7 +159,6 @@ class NearestSearch:
         W: Floats,
         measures: Floats,
         first_order: float,
-        distances: Floats,
     ) -> None:
         """
         Look for the singular pose nearest to q (n,).
@@ -151,39 +171,33 @@ class NearestSearch:
             As `measure_row` left them.
         first_order
             The distance by the product of the singular values, or by the factors, rad.
-        distances : shape (factors,)
-            To the zeros of the arm's factors, by first order.
         """
         n, k = self.n, self.arm.task.generic_rank
         self.ran, self.complete, self.evaluations = False, True, 0
         self.estimate, self.missed, self.settled = first_order, places.INFINITY, False
-        singular = measures[places.RANK] < k
-        known = self.lasting >= 0.0 and self.is_near() and not singular
-        if known and self._moved_from(self.origin, q) <= KNOWN:
-            self._slide(q)
-        else:
-            self._forget(q)
-        self.lasting = -1.0
+        if not (self.lasting >= 0.0 and self._moved_from(self.searched, q) <= KNOWN):
+            self.known = 0
+        self._bring_known(q)
         for j in range(n):
             self.searched[j] = q[j]
-        if singular:
+        self.lasting = -1.0
+        if measures[places.RANK] < k:
+            self._stand_at(q)
             self.distance = 0.0
             return
-        way_out = arrays.after(measures, places.LOST_AT + 6 + n)
-        sigma = arrays.after(way_out, n)
-        self.here.take(row, W, sigma)
-        self._estimate(sigma, first_order)
-        if not self.is_near() and self.free > self.horizon:
-            self.distance = places.INFINITY
-            self.lasting = TRUSTED * (self.free - self.horizon)
-            return
         self.ran = True
-        for j in range(n):
-            self.uphill[j] = way_out[j] / self.arm.task.column_scale[j]
-        self.settled = self._search(distances)
-        self.slid = self.distance
-        found = self.distance if self.found() else self.estimate
-        self.lasting = max(FOLLOWED * found, TRUSTED * (found - self.horizon))
+        if self.arm.factors_complete:
+            self._look_at_factors()
+            self.settled = True
+        else:
+            way_out = arrays.after(measures, places.LOST_AT + 6 + n)
+            sigma = arrays.after(way_out, n)
+            self.here.take(row, W, sigma)
+            self._estimate(sigma, first_order)
+            for j in range(n):
+                self.uphill[j] = way_out[j] / self.arm.task.column_scale[j]
+            self.settled = self._search()
+        self.lasting = FOLLOWED * min(self.distance, self.horizon)
 
     def forget(self) -> None:
         """Let the next search begin with nothing that the last one found."""
@@ -196,35 +210,105 @@ class NearestSearch:
         if not self._moved_from(self.searched, q) <= self.lasting:
             return False
         self.evaluations = 0
-        if not self.is_near():
-            self.estimate = min(self.estimate, first_order)
+        return self._bring_known(q)
+
+    def _bring_known(self, q: Floats) -> bool:
+        # Brings the poses that were found to the nearest ones to q, those that can be the nearest;
+        # returns whether all of them are found again.
+        first, away = -1, places.INFINITY
+        for k in range(self.known):
+            length = self._moved_from(arrays.after(self.poses, k * self.n), q)
+            if length < away:
+                first, away = k, length
+        self._stand_at(q)
+        if first < 0:
             return True
-        if not self._moved_from(self.origin, q) <= KEPT * self.slid:
-            self._slide(q)
-            return self.found()
-        self._write_way_from(q)
-        self.distance = singular_equations.length_of(self.d, self.n)
+        if not self._bring(first, q):
+            return False
+        for k in range(self.known):
+            if k != first and self._may_be_nearer(k, q) and not self._bring(k, q):
+                return False
         return True
 
-    def _write_way_from(self, q: Floats) -> None:
-        # Fills d with the motion from q to what was found.
-        for j in range(self.n):
-            away = (self.origin[j] - q[j]) / self.arm.task.column_scale[j]
-            self.d[j] = away + self.nearest[j]
+    def _may_be_nearer(self, k: int, q: Floats) -> bool:
+        # Than what was found by more than a little.
+        moved = self._moved_from(arrays.after(self.slid_at, k * self.n), q)
+        return self.lengths_of[k] - moved < (1.0 - LITTLE_NEARER) * self.distance
 
-    def _forget(self, q: Floats) -> None:
-        # What was found, before a search from q.
+    def _bring(self, k: int, q: Floats) -> bool:
+        # Brings a pose that was found to the nearest to q; keeps it where no other is nearer.
+        pose, at = arrays.after(self.poses, k * self.n), arrays.after(self.slid_at, k * self.n)
+        scale = self.arm.task.column_scale
+        moved = self._moved_from(at, q)
+        before = self.distance
+        for j in range(self.n):
+            self.d[j] = (pose[j] - q[j]) / scale[j]
+        if moved <= KEPT * self.lengths_of[k]:
+            away = singular_equations.length_of(self.d, self.n)
+            if away < before:
+                self.distance = away
+                for j in range(self.n):
+                    self.nearest[j] = self.d[j]
+            return True
+        for j in range(self.n):
+            self.both[j] = self.nearest[j]
+        self.distance, self.standing = places.INFINITY, self.standing and self.stands_for == k
+        self._run(FOLLOWING_STEPS, moved + self.lengths_of[k], True)
+        self.stands_for = k
+        found = self.found()
+        if found:
+            self.lengths_of[k] = self.distance
+            for j in range(self.n):
+                pose[j] = q[j] + scale[j] * self.nearest[j]
+                at[j] = q[j]
+        if not self.distance < before:
+            self.distance = before
+            for j in range(self.n):
+                self.nearest[j] = self.both[j]
+        return found
+
+    def _remember(self, away: float) -> None:
+        # What was reached, among the nearest of those that were found.
+        n = self.n
+        place = -1
+        for k in range(self.known):
+            if self._is_known(k, away):
+                if self.lengths_of[k] <= away:
+                    return
+                place = k
+                break
+        if place < 0 and self.known < MEMORY:
+            place = self.known
+            self.known += 1
+        if place < 0:
+            place = 0
+            for k in range(self.known):
+                if self.lengths_of[k] > self.lengths_of[place]:
+                    place = k
+            if self.lengths_of[place] <= away:
+                return
+        self.lengths_of[place] = away
+        if self.stands_for == place:
+            self.stands_for = -1
+        pose, at = arrays.after(self.poses, place * n), arrays.after(self.slid_at, place * n)
+        for j in range(n):
+            pose[j] = self.origin[j] + self.arm.task.column_scale[j] * self.reached[j]
+            at[j] = self.origin[j]
+
+    def _is_known(self, k: int, away: float) -> bool:
+        # Whether what was reached is a pose that was found, or beside it.
+        pose = arrays.after(self.poses, k * self.n)
+        squares = 0.0
+        for j in range(self.n):
+            apart = (pose[j] - self.origin[j]) / self.arm.task.column_scale[j] - self.reached[j]
+            squares += apart * apart
+        return math.sqrt(squares) < SAME * away
+
+    def _stand_at(self, q: Floats) -> None:
+        # With nothing found.
         self.distance = places.INFINITY
         for j in range(self.n):
             self.origin[j], self.nearest[j] = q[j], 0.0
-
-    def _slide(self, q: Floats) -> None:
-        # Moves what was found to the nearest pose to q, along the singular ones.
-        longest = self._moved_from(self.origin, q) + self.distance
-        self._write_way_from(q)
-        self._forget(q)
-        self._run(FOLLOWING_STEPS, longest, True)
-        self.slid = self.distance
 
     def _moved_from(self, pose: Floats, q: Floats) -> float:
         squares = 0.0
@@ -248,22 +332,24 @@ class NearestSearch:
             self.second = sigma[k - 2]
             self.by_two = self._look_at_two()
         self.estimate = min(self.by_product, min(self.by_least, self.by_two))
-        self.slope = self.smallest / self.by_least if self.by_least > 0.0 else 0.0
         # Nearer than this neither they nor the second order see a singular pose: the least
         # singular value falls by slope r + reach r^2 / 2 at most, or so.
         reach = self.arm.reach
         falls = math.sqrt(self.slope * self.slope + 2.0 * reach * self.smallest) - self.slope
         self.free = min(self.estimate, falls / reach)
+        self.slope = self.smallest / self.by_least if self.by_least > 0.0 else 0.0
 
-    def _search(self, distances: Floats) -> bool:
+    def _search(self) -> bool:
         # From one start after the other, until what is found agrees with the first order; returns
-        # whether it does.
-        if self.found() and self._is_where_the_first_order_says() and self._is_settled():
-            return True
-        if self._follow_factors(distances):
-            return True
-        self._run_from(self.first, self.by_least, min(1.0, 0.5 / self.by_least), 0.3)
-        if self._is_settled():
+        # whether it does. Of what is farther the first order says little: there starts are poses
+        # that are known to be singular.
+        settled = self.found() and self._is_where_the_first_order_says() and self._is_settled()
+        if not settled:
+            self._run_from(self.first, self.by_least, min(1.0, 0.5 / self.by_least), 0.3)
+            settled = self._is_settled()
+        if not settled or self.distance > SURE:
+            self._run_from_known_poses()
+        if settled:
             return True
         by_product = self.by_product
         if by_product < 0.8 * self.distance and by_product < 1.5 * self.horizon:
@@ -271,9 +357,78 @@ class NearestSearch:
         if self.arm.task.generic_rank > 1:
             self._run_from_two()
         self._run_from_second_order()
-        if self.distance == places.INFINITY and self.smallest < FLAT_SADDLE * self.arm.reach:
+        if self.distance > SURE and self.smallest < FLAT_SADDLE * self.arm.reach:
             self._run_to_all_sides()
         return False
+
+    def _run_from_known_poses(self) -> None:
+        # From those poses of the atlas that promise to be nearest.
+        n = self.n
+        near = min(self.distance, self.horizon)
+        radius = min(near + SPREAD, 3.0 * near)
+        for j in range(n):
+            self.along[j] = self.origin[j] / self.arm.task.column_scale[j]
+        count = self.atlas.nearest(0, self.along, radius, CHARTS, self.motions, self.scores)
+        for k in range(count):
+            if self.scores[k] > WIDE * self.distance:
+                return
+            motion = arrays.after(self.motions, k * n)
+            if not self._leads_to_known(motion):
+                for j in range(n):
+                    self.d[j] = motion[j]
+                self._run(STEPS, 0.3, False)
+
+    def _leads_to_known(self, motion: Floats) -> bool:
+        # Whether a start is beside a pose that was found.
+        n = self.n
+        length = singular_equations.length_of(motion, n)
+        for j in range(n):
+            self.reached[j] = motion[j]
+        for k in range(self.known):
+            if self._is_known(k, APART / SAME * length):
+                return True
+        return False
+
+    def _look_at_factors(self) -> None:
+        # The nearest zero of all factors: from here, and from known zeros.
+        n = self.n
+        for j in range(n):
+            self.uphill[j] = self.origin[j] / self.arm.task.column_scale[j]
+        for f in range(self.arm.tape.factors):
+            for j in range(n):
+                self.d[j] = 0.0
+            if self.atlas.dimension(f) > 0:
+                self._go_to_zero(f)
+            radius = min(self.distance, self.horizon)
+            count = self.atlas.nearest(
+                f, self.uphill, radius + ZEROS_APART, ZEROS, self.motions, self.scores
+            )
+            for k in range(count):
+                if self.scores[k] > WIDE * self.distance:
+                    break
+                motion = arrays.after(self.motions, k * n)
+                for j in range(n):
+                    self.d[j] = motion[j]
+                self._go_to_zero(f)
+        if not self.found():
+            return
+        self.evaluations += 1
+        self.equations.move_to(self.origin, self.nearest, False)
+        if not self.equations.are_singular(SINGULAR):
+            self.distance = places.INFINITY
+            self.complete = False
+
+    def _go_to_zero(self, f: int) -> None:
+        # From d to the nearest zero of a factor; keeps it where it is nearer than what was found.
+        farthest = min(WIDE * self.distance, 1.2 * self.horizon)
+        if factor_zeros.go(
+            self.arm.tape, f, self.arm.task, self.origin, self.d, farthest, self.onto, self.tape
+        ):
+            away = singular_equations.length_of(self.d, self.n)
+            for j in range(self.n):
+                self.reached[j] = self.d[j]
+            self._remember(away)
+            self._keep(away, False)
 
     def found(self) -> bool:
         """Return whether a singular pose was found."""
@@ -287,13 +442,12 @@ class NearestSearch:
         """
         Return whether nothing more is to be looked for.
 
-        False where a search found nothing; or nothing as near as a run was on its way to when it
-        ended, or as the first order says that one may be, within half of the horizon.
+        False where nothing was found as near as a run was on its way to when it ended, or as the
+        first order says that one may be, near to the pose.
         """
         missed = min(self.missed, min(self.by_least, self.by_two))
-        nearer = missed < NEARER * self.distance and missed < 0.5 * self.horizon
-        agrees = self.settled or self.found() and not nearer
-        return not self.ran or self.complete and agrees
+        nearer = missed < NEARER * self.distance and missed < MISSED
+        return not self.ran or self.complete and (self.settled or not nearer)
 
     def write_pose(self, pose: Floats) -> None:
         """Fill the pose (n,) that was found, rad or m."""
@@ -308,6 +462,7 @@ class NearestSearch:
             and self.by_two > 0.8 * found
             and self.by_product > 0.7 * found
             and found * max(self.slope, 1e-3) < 0.35 * self.second
+            and self.free > SADDLE * found
         )
 
     def _is_where_the_first_order_says(self) -> bool:
@@ -353,7 +508,7 @@ class NearestSearch:
                     self.reached[j] = self.d[j]
                 if gain < NO_GAIN * away or away > 2.0 * self.horizon:
                     break
-            elif away - left > self.distance:
+            elif away - left > WIDE * self.distance:
                 break  # it is on its way to one that is farther than what was found
             if step >= steps - 1 and (
                 best < places.INFINITY or not self._is_late(step - steps, left, away)
@@ -372,12 +527,14 @@ class NearestSearch:
             share = longest / length if length > longest else 1.0
             for j in range(n):
                 self.d[j] += share * self.onto[j]
+        if best < places.INFINITY and not known:
+            self._remember(best)
         self._keep(best, standing)
 
     def _is_late(self, more: int, left: float, away: float) -> bool:
         # Whether a run that should have ended is on its way to a nearer one than was found; what
         # it has not reached after all its steps is kept in mind.
-        if not left < ON_ITS_WAY * away or not away < min(self.distance, 2.0 * self.horizon):
+        if not left < ON_ITS_WAY * away or not away < min(self.distance, LATE):
             return False
         if more == MORE_STEPS - 1:
             self.missed = min(self.missed, away)
@@ -520,62 +677,5 @@ class NearestSearch:
             for j in range(n):
                 self.d[j] = (SIDE_STEP if i % 2 == 1 else -SIDE_STEP) * way[j]
             self._run(2 * STEPS, LITTLE, False)
-            if self.distance < 0.5 * self.horizon:
+            if self.distance < SURE:
                 return
-
-    def _follow_factors(self, distances: Floats) -> bool:
-        # Newton's method on each factor, which costs no decomposition; whether that is all there
-        # is to find.
-        n = self.n
-        least = places.PI
-        for f in range(self.arm.tape.factors):
-            least = min(least, distances[f])
-        for f in range(self.arm.tape.factors):
-            near = distances[f] <= 1.5 * min(self.distance, self.horizon)
-            if near and self._follow(f):
-                self._keep(singular_equations.length_of(self.reached, n), False)
-        return (
-            self.arm.factors_complete
-            and self.distance < 1.3 * least
-            and abs(self.distance - least) < 0.3 * least
-        )
-
-    def _follow(self, f: int) -> bool:
-        # Whether Newton's method on a factor came to a singular pose: in `reached`.
-        n = self.n
-        step = arrays.after(self.tape, self.arm.tape.ends[f] * (n + 1))
-        scale = self.arm.task.column_scale
-        for j in range(n):
-            self.d[j] = 0.0
-        for turn in range(STEPS):
-            for j in range(n):
-                self.equations.q[j] = self.origin[j] + scale[j] * self.d[j]
-            factors.run_tape(self.arm.tape, n, self.equations.q, self.tape)
-            squares, along = 0.0, 0.0
-            for j in range(n):
-                slope = step[j] * scale[j]
-                squares += slope * slope
-                along += slope * self.d[j]
-            if not squares > 0.0:
-                return False
-            onto, whole = -step[n] / squares, (along - step[n]) / squares
-            moved = 0.0
-            slides = turn < STEPS - LAST_STEPS
-            for j in range(n):
-                slope = step[j] * scale[j]
-                target = whole * slope if slides else self.d[j] + onto * slope
-                moved += (target - self.d[j]) * (target - self.d[j])
-                self.d[j] = target
-            if not moved < places.PI * places.PI:
-                return False
-            if math.sqrt(moved) < 1e-9 and turn > 0:
-                break
-        if self.evaluations >= self.budget:
-            self.complete = False
-            return False
-        self.evaluations += 1
-        self.standing = False
-        self.equations.move_to(self.origin, self.d, False)
-        for j in range(n):
-            self.reached[j] = self.d[j]
-        return self.equations.are_singular(SINGULAR)

@@ -58,6 +58,8 @@ cdef class SingularEquations:
     cdef void write_slope(self, int turn, int line, double* slope) noexcept nogil
     @cython.locals(n=int, count=int, k=int, width=int, i=int, j=int)
     cdef void linearise(self) noexcept nogil
+    @cython.locals(n=int, count=int, i=int, j=int, slope=double, along=double, sees=cython.bint)
+    cdef void write_normals(self, double* normals) noexcept nogil
     @cython.locals(n=int, count=int, i=int, j=int, slope=double, share=double, row='double*')
     cdef double write_least(self, double* d) noexcept nogil
     @cython.locals(i=int, length=double)

@@ -222,6 +222,16 @@ class SingularEquations:
         singular_values.orthogonalise(self.turned, count, n, width)
         singular_values.sort_by_norm(self.turned, self.slopes, count, n, width)
 
+    def write_normals(self, normals: Floats) -> None:
+        """Fill the unit normals (count, n) of the singular poses, zero where there is none."""
+        n, count = self.n, self.count
+        for i in range(count):
+            slope = self.slopes[i]
+            sees = slope > FLAT * self.slopes[0] and slope > 0.0
+            for j in range(n):
+                along = self.turned[i * (n + count) + j]
+                normals[i * n + j] = along / slope if sees else 0.0
+
     def write_least(self, d: Floats) -> float:
         """
         Fill the least motion d (n,) with A d = `wanted`, and return its length.

@@ -1,0 +1,323 @@
+"""
+Singular poses from anywhere, with how the set of them lies there: an atlas of that set.
+
+It is what keeps a search from depending on the luck of its starts: near a pose some of these are,
+and from there Newton's method slides to the nearest.
+"""
+
+import math
+
+import numpy as np
+
+from ..forward.chain import Chain
+from ..layout import arrays, places
+from ..layout.arrays import Floats
+from . import factor_zeros
+from .factors import Tape
+from .singular_equations import SingularEquations
+from .task_rows import TaskRows
+
+# Seeds of a set, by how many joints it depends on; of more as the last.
+SEEDS = (1, 48, 512, 2048, 1536)
+# Newton's steps from a seed, and the longest of them, rad.
+STEPS, LONGEST = 16, 0.5
+# Converged: the singular value as a share of the largest, and the next step, rad.
+SINGULAR, ARRIVED = 1e-6, 1e-5
+# Of what is across a pose's tangent plane and what is along it, so much of the latter counts: the
+# set bends.
+BENDS = 0.4
+# So far from a pose, rad, its tangent plane is followed.
+FLAT = 0.4
+# Of positions inside a period, rad.
+ROUND_OFF = 1e-9
+
+
+class Atlas:
+    """
+    Poses all over the singular set of an arm, or over the zeros of each of its factors: frozen.
+
+    Motions are in rad, those of prismatic joints divided by the length.
+
+    Attributes
+    ----------
+    sets
+        Number of sets: one for each factor, or one of all.
+    codimension
+        How many directions lead off a set.
+    joints
+        Number n of joints.
+
+    Parameters
+    ----------
+    chain, task, tape
+        Of the arm.
+    of_factors
+        Whether the sets are the factors' zeros.
+    spans : shape (n, 3)
+        Where the seeds of each joint begin and how far they reach, and its period, endless without
+        one. No reach: the joint does not count.
+    """
+
+    def __init__(
+        self, chain: Chain, task: TaskRows, tape: Tape, of_factors: bool, spans: Floats
+    ) -> None:
+        n = chain.dof
+        equations = SingularEquations(chain, task)
+        self.joints, self.sets = n, tape.factors if of_factors else 1
+        self.codimension = 1 if of_factors else equations.count
+        self.width = n * (1 + self.codimension)
+        tables, counts, begins, along = [], np.zeros((self.sets, n)), [0], []
+        for f in range(self.sets):
+            reaches = spans[:, 1].copy()
+            if of_factors:
+                reaches[: tape.joints][~tape.dependences[f]] = 0.0
+                reaches[tape.joints :] = 0.0
+            counts[f] = reaches > 0.0
+            seeds = SEEDS[min(int(np.sum(counts[f])), len(SEEDS) - 1)]
+            table = np.zeros((seeds, self.width))
+            given = np.column_stack([spans[:, 0], reaches])
+            if of_factors:
+                found = _fill_of_factor(tape, f, task, given, table)
+            else:
+                found = _fill(equations, given, table)
+            table = table[:found]
+            along.append(int(np.argmax(counts[f])))
+            tables.append(_sorted(table, n, spans[:, 2], along[f]))
+            begins.append(begins[f] + found)
+        self._arrays = (
+            np.ascontiguousarray(np.concatenate(tables)),
+            np.array(begins, dtype=np.int64),
+            np.array(along, dtype=np.int64),
+            counts,
+            spans[:, 2].copy(),
+            (np.sum(counts, axis=1) - self.codimension).astype(np.int64),
+        )
+        charts = begins[self.sets]
+        self.charts = arrays.numbers(self._arrays[0], charts * self.width)
+        self.begins = arrays.whole(self._arrays[1], self.sets + 1)
+        self.along = arrays.whole(self._arrays[2], self.sets)
+        self.counts = arrays.numbers(self._arrays[3], self.sets * n)
+        self.periods = arrays.numbers(self._arrays[4], n)
+        self.dimensions = arrays.whole(self._arrays[5], self.sets)
+
+    def dimension(self, f: int) -> int:
+        """Return the dimension of a set: 0 where its poses are all there are."""
+        return self.dimensions[f]
+
+    def nearest(
+        self, f: int, u: Floats, radius: float, most: int, motions: Floats, scores: Floats
+    ) -> int:
+        """
+        Fill the motions (most, n) from u to poses of a set near it, the most promising first.
+
+        Returns how many there are within the radius.
+
+        Parameters
+        ----------
+        f
+            The set.
+        u : shape (n,)
+            Where from; brought into the periods.
+        radius
+            How far at most.
+        most
+            How many at most.
+        motions, scores : shape (most + 1, n), (most,)
+            Filled; one motion more is room.
+        """
+        n, first = self.joints, self.along[f]
+        for j in range(n):
+            u[j] = _wrapped(u[j], self.periods[j])
+        begin, end = self.begins[f], self.begins[f + 1]
+        count = end - begin
+        period = self.periods[first]
+        found = 0
+        if count == 0:
+            return 0
+        place = self._place(begin, end, first, _wrapped(u[first] - radius - ROUND_OFF, period))
+        radius_squared = radius * radius
+        away = arrays.after(motions, most * n)
+        for k in range(count):
+            at = begin + (place - begin + k) % count
+            chart = arrays.after(self.charts, at * self.width)
+            step = chart[first] - u[first]
+            if step > radius + 2.0 * ROUND_OFF:
+                step -= period
+            elif step < -radius - 2.0 * ROUND_OFF:
+                step += period
+            if not abs(step) <= radius + 2.0 * ROUND_OFF:
+                break
+            score = self._score(f, u, radius_squared, chart, away)
+            if not score < places.INFINITY or found == most and score >= scores[most - 1]:
+                continue
+            found = min(found + 1, most)
+            i = found - 1
+            while i > 0 and scores[i - 1] > score:
+                scores[i] = scores[i - 1]
+                for j in range(n):
+                    motions[i * n + j] = motions[(i - 1) * n + j]
+                i -= 1
+            scores[i] = score
+            self.slide(chart, away, arrays.after(motions, i * n))
+        return found
+
+    def _place(self, begin: int, end: int, first: int, value: float) -> int:
+        # The first pose of a set that has at least this value of its first joint; the first of all
+        # where none has.
+        low, high = begin, end
+        while low < high:
+            middle = (low + high) // 2
+            if self.charts[middle * self.width + first] < value:
+                low = middle + 1
+            else:
+                high = middle
+        return begin if low == end else low
+
+    def _score(self, f: int, u: Floats, most: float, chart: Floats, away: Floats) -> float:
+        # Fills `away` with the motion from u to a pose; returns how far the set promises to be
+        # there, endless where the pose is farther than the root of `most`.
+        n = self.joints
+        whole = 0.0
+        for j in range(n):
+            away[j] = 0.0
+            if self.counts[f * n + j] > 0.0:
+                step = chart[j] - u[j]
+                half = 0.5 * self.periods[j]
+                if step > half:
+                    step -= 2.0 * half
+                elif step < -half:
+                    step += 2.0 * half
+                away[j] = step
+                whole += step * step
+                if whole > most:
+                    return places.INFINITY
+        across = 0.0
+        for i in range(self.codimension):
+            share = self._across(chart, i, away)
+            across += share * share
+        return math.sqrt(across + BENDS * BENDS * max(whole - across, 0.0))
+
+    def _across(self, chart: Floats, i: int, away: Floats) -> float:
+        normal = arrays.after(chart, self.joints * (1 + i))
+        share = 0.0
+        for j in range(self.joints):
+            share += normal[j] * away[j]
+        return share
+
+    def slide(self, chart: Floats, away: Floats, motion: Floats) -> None:
+        # Fills the motion to the foot on a pose's tangent plane, or as near to that as the pose
+        # still tells.
+        n = self.joints
+        for j in range(n):
+            motion[j] = 0.0
+        for i in range(self.codimension):
+            share = self._across(chart, i, away)
+            normal = arrays.after(chart, n * (1 + i))
+            for j in range(n):
+                motion[j] += share * normal[j]
+        along = 0.0
+        for j in range(n):
+            along += (away[j] - motion[j]) * (away[j] - motion[j])
+        along = math.sqrt(along)
+        rest = 1.0 - FLAT / along if along > FLAT else 0.0
+        for j in range(n):
+            motion[j] += rest * (away[j] - motion[j])
+
+
+def _wrapped(value: float, period: float) -> float:
+    # Into the half-open period around zero.
+    if not period < places.INFINITY:
+        return value
+    return value - period * math.floor(value / period + 0.5)
+
+
+def _sorted(table: Floats, n: int, periods: Floats, first: int) -> Floats:
+    # With every joint inside its period around zero, by the first one.
+    for j in range(n):
+        if periods[j] < places.INFINITY:
+            table[:, j] -= periods[j] * np.floor(table[:, j] / periods[j] + 0.5)
+    return table[np.argsort(table[:, first], kind='stable')]
+
+
+def _write_seed(n: int, i: int, spans: Floats, u: Floats) -> None:
+    # The i-th of a sequence that fills the spans evenly: multiples of the golden ratio's kin.
+    ratio = 2.0
+    counted = 0
+    for j in range(n):
+        if spans[2 * j + 1] > 0.0:
+            counted += 1
+    for _ in range(40):
+        power = 1.0
+        for _ in range(counted):
+            power *= ratio
+        # Newton's method for ratio^(counted + 1) = ratio + 1.
+        ratio -= (power * ratio - ratio - 1.0) / ((counted + 1) * power - 1.0)
+    share = 1.0
+    for j in range(n):
+        u[j] = spans[2 * j] + 0.5 * spans[2 * j + 1]
+        if spans[2 * j + 1] > 0.0:
+            share /= ratio
+            turn = 0.5 + (i + 1) * share
+            u[j] = spans[2 * j] + spans[2 * j + 1] * (turn - math.floor(turn))
+
+
+def _fill(equations: SingularEquations, spans: Floats, table: Floats) -> int:
+    # Fills the singular poses that are found from seeds; returns their number.
+    n, seeds = equations.n, arrays.extent(table, 0)
+    given, charts = arrays.numbers(spans, 2 * n), arrays.results(table, 0)
+    width = n * (1 + equations.count)
+    work = arrays.scratch(3 * n)
+    found = 0
+    for i in range(seeds):
+        found += _go(equations, i, given, arrays.after(charts, found * width), work)
+    arrays.give_back(work)
+    return found
+
+
+def _go(equations: SingularEquations, i: int, spans: Floats, chart: Floats, work: Floats) -> int:
+    # From a seed onto the set; whether it was reached.
+    n = equations.n
+    u, step, still = work, arrays.after(work, n), arrays.after(work, 2 * n)
+    _write_seed(n, i, spans, u)
+    for j in range(n):
+        still[j] = 0.0
+    close = False
+    for _ in range(STEPS):
+        equations.move_to(still, u, close)
+        equations.linearise()
+        length = equations.write_step_onto(step)
+        if equations.are_singular(SINGULAR) and length < ARRIVED:
+            for j in range(n):
+                chart[j] = u[j]
+            equations.write_normals(arrays.after(chart, n))
+            return 1
+        if not length < places.INFINITY:
+            return 0
+        share = LONGEST / length if length > LONGEST else 1.0
+        close = length < LONGEST
+        for j in range(n):
+            u[j] += share * step[j]
+    return 0
+
+
+def _fill_of_factor(tape: Tape, f: int, task: TaskRows, spans: Floats, table: Floats) -> int:
+    # The same of a factor's zeros.
+    n, seeds = task.joints, arrays.extent(table, 0)
+    given, charts = arrays.numbers(spans, 2 * n), arrays.results(table, 0)
+    work = arrays.scratch(4 * n + tape.steps * (n + 1))
+    origin, d, normal = work, arrays.after(work, n), arrays.after(work, 2 * n)
+    found = 0
+    for i in range(seeds):
+        _write_seed(n, i, given, origin)
+        for j in range(n):
+            origin[j] *= task.column_scale[j]
+            d[j] = 0.0
+        if factor_zeros.go(tape, f, task, origin, d, 0.0, normal, arrays.after(work, 3 * n)):
+            chart = arrays.after(charts, found * 2 * n)
+            for j in range(n):
+                chart[j] = origin[j] / task.column_scale[j] + d[j]
+                chart[n + j] = normal[j]
+            found += 1
+    arrays.give_back(work)
+    return found
+

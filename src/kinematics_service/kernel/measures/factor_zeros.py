@@ -1,0 +1,87 @@
+"""The zero of a factor nearest to a pose: Newton's method on its value, which needs no Jacobian."""
+
+import math
+
+from ..layout import arrays, places
+from ..layout.arrays import Floats
+from . import factors
+from .factors import Tape
+from .task_rows import TaskRows
+
+# Steps: where the factor does not change its sign they are each half of the one before. These at
+# full length along the zeros, half of it, and none.
+STEPS, FULL_STEPS, LAST_STEPS = 120, 12, 24
+# The last step, and the longest, rad; and a step along the zeros after which none is needed.
+ARRIVED, LONGEST, SLID = 1e-10, 0.5, 1e-6
+
+
+def go(
+    tape: Tape,
+    f: int,
+    task: TaskRows,
+    origin: Floats,
+    d: Floats,
+    farthest: float,
+    normal: Floats,
+    work: Floats,
+) -> bool:
+    """
+    Bring a motion d (n,) to a zero of a factor, and along the zeros to the one nearest to origin.
+
+    Returns whether it is there, and fills the unit normal (n,) of the zeros.
+
+    Parameters
+    ----------
+    tape, f, task
+        The factor.
+    origin : shape (n,), rad or m
+        Where motions begin.
+    d, normal : shape (n,)
+        Motion and normal, as `column_scales` counts them.
+    farthest
+        Zeros farther than this are none that are looked for, and are not reached; 0 to go to a
+        zero only, and not along the zeros.
+    work : shape (n + steps of the tape times n + 1,)
+        Room.
+    """
+    n = task.joints
+    q, values = work, arrays.after(work, n)
+    step = arrays.after(values, tape.ends[f] * (n + 1))
+    slides = farthest > 0.0
+    for turn in range(STEPS):
+        for j in range(n):
+            q[j] = origin[j] + task.column_scale[j] * d[j]
+        factors.run_tape(tape, n, q, values)
+        squares, along, whole = 0.0, 0.0, 0.0
+        for j in range(n):
+            slope = step[j] * task.column_scale[j]
+            squares += slope * slope
+            along += slope * d[j]
+            whole += d[j] * d[j]
+        norm = math.sqrt(squares)
+        if step[n] == 0.0 and not norm > 0.0:
+            return True
+        if not norm > 0.0 or not squares < places.INFINITY:
+            return False
+        if slides and math.sqrt(whole) - abs(step[n]) / norm > farthest:
+            return False
+        share = 0.0
+        if slides and turn < STEPS - LAST_STEPS:
+            share = 1.0 if turn < FULL_STEPS else 0.5
+        moved, slid = 0.0, 0.0
+        for j in range(n):
+            normal[j] = step[j] * task.column_scale[j] / norm
+            onto = -step[n] / norm * normal[j]
+            slide = along / norm * normal[j] - d[j]
+            move = onto + share * slide
+            q[j] = move
+            moved += move * move
+            slid += slide * slide
+        moved = math.sqrt(moved)
+        shorter = LONGEST / moved if moved > LONGEST else 1.0
+        for j in range(n):
+            d[j] += shorter * q[j]
+        if moved < ARRIVED:
+            return True
+        slides = slides and slid > SLID * SLID
+    return False

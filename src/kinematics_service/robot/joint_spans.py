@@ -1,0 +1,51 @@
+"""Over which positions of its joints singular poses of an arm are looked for, known once for all."""
+
+import math
+
+import numpy as np
+
+from .. import kernel
+from ..kernel import Chain, Floats
+from .clearance_bounds import moving_joints
+from .task import Task
+
+# A turn of a joint after which J is the same to this share of its largest entry is a period; turns
+# of geared joints that are tried.
+SAME, TURNS = 1e-9, (1, 2, 3, 4)
+# Somewhere, for the test of that, rad or m.
+SOMEWHERE = 0.3
+
+
+def joint_spans(chain: Chain, task: Task, limits: Floats) -> Floats:
+    """
+    Return where each joint begins and how far it reaches, and its period, (n, 3).
+
+    In rad, a prismatic joint divided by the length. Reach 0: it changes the rank of J_t nowhere.
+    The period is endless where there is none; then a joint reaches as far as its limits, and by
+    `kernel.FARTHEST` beyond, or a turn, where it has none.
+    """
+    n, scales = chain.dof, task.column_scales
+    spans = np.zeros((n, 3))
+    low, high = limits.T / scales
+    for j in range(n):
+        period = _period(chain, j) if chain.loops == 0 else math.inf
+        begin, end = -0.5 * period, 0.5 * period
+        if math.isinf(period):
+            begin = low[j] - kernel.FARTHEST if math.isfinite(low[j]) else -math.pi
+            end = high[j] + kernel.FARTHEST if math.isfinite(high[j]) else begin + math.tau
+        spans[j] = begin, end - begin, period
+    still = np.ones(n, dtype=bool)
+    still[moving_joints(chain, task)] = False
+    spans[still, 1] = 0.0
+    return spans
+
+
+def _period(chain: Chain, j: int) -> float:
+    poses = np.full((1 + len(TURNS), chain.dof), SOMEWHERE)
+    poses[1:, j] += np.array(TURNS) * math.tau
+    rows = np.empty((len(poses), chain.widths[kernel.JACOBIAN]))
+    kernel.evaluate(chain, poses, chain.at_rest.reshape(1, -1), kernel.JACOBIAN, rows)
+    J = rows[:, kernel.JACOBIAN_AT : kernel.JACOBIAN_AT + 6 * chain.dof]
+    same = np.max(np.abs(J - J[0]), axis=1) < SAME * np.max(np.abs(J[0]))
+    turns = [turn for turn, one in zip(TURNS, same[1:]) if one]
+    return turns[0] * math.tau if turns else math.inf
