@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from .. import kernel
 from ..errors import KinematicsError
 from ..kernel import Floats
 from .file.measure_table import MEASURES as MEASURES
