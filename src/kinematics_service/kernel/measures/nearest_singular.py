@@ -490,7 +490,8 @@ class NearestSearch:
         # what was found last.
         n = self.n
         best = places.INFINITY
-        standing, close, self.standing = self.standing and known, known, False
+        standing, self.standing = self.standing and known, False
+        close = standing
         for step in range(steps + MORE_STEPS):
             if step > 0 or not standing:
                 if self.evaluations >= self.budget:
