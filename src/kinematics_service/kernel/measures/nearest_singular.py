@@ -46,7 +46,7 @@ SADDLE = 0.1
 CHARTS, SPREAD = 12, 0.6
 # Of starts that lead to farther ones than that by this share none is given up: along a motion they
 # may become the nearest. Starts nearer to each other than this share of their length are one.
-WIDE, APART = 1.1, 0.2
+WIDE, APART = 1.03, 0.4
 ZEROS, ZEROS_APART = 3, 0.2
 # Directions in which the two least singular values are looked at together: half a turn.
 ANGLES = 16
