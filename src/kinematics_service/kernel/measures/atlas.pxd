@@ -10,7 +10,7 @@ from .singular_equations cimport SingularEquations
 from .task_rows cimport TaskRows
 
 cdef double LONGEST, SINGULAR, ARRIVED, BENDS, FLAT, ROUND_OFF
-cdef int STEPS
+cdef int STEPS, BINS
 
 @cython.final
 cdef class Atlas:
@@ -18,23 +18,29 @@ cdef class Atlas:
     cdef readonly int joints, sets, codimension, width
     cdef double* charts
     cdef long long* begins
-    cdef long long* along
+    cdef long long* sorting
     cdef double* counts
-    cdef double* periods
+    cdef double* spans
     cdef long long* dimensions
 
     cdef int dimension(self, int f) noexcept nogil
 
-    @cython.locals(
-        n=int, first=int, begin=int, end=int, count=int, period=double, found=int, place=int,
-        away='double*', k=int, at=int, chart='double*', step=double, score=double, i=int, j=int,
-        radius_squared=double,
-    )
+    @cython.locals(n=int, first=int, j=int, found=int, k=int)
     cdef int nearest(
         self, int f, double* u, double radius, int most, double* motions, double* scores
     ) noexcept nogil
+    @cython.locals(span='double*', half=double, away=double)
+    cdef double _apart(self, int first, int k, double value) noexcept nogil
+    @cython.locals(
+        n=int, second=int, begin=int, end=int, count=int, period=double, place=int,
+        away='double*', turn=int, at=int, chart='double*', step=double, score=double, i=int, j=int,
+    )
+    cdef int _look_into(
+        self, int f, int k, double* u, double radius, int found, int most, double* motions,
+        double* scores
+    ) noexcept nogil
     @cython.locals(low=int, high=int, middle=int)
-    cdef int _place(self, int begin, int end, int first, double value) noexcept nogil
+    cdef int _place(self, int begin, int end, int second, double value) noexcept nogil
     @cython.locals(
         n=int, whole=double, j=int, step=double, half=double, across=double, i=int, share=double,
     )

@@ -11,14 +11,14 @@ import numpy as np
 
 from ..forward.chain import Chain
 from ..layout import arrays, places
-from ..layout.arrays import Floats
+from ..layout.arrays import Floats, Integers
 from . import factor_zeros
 from .factors import Tape
 from .singular_equations import SingularEquations
 from .task_rows import TaskRows
 
 # Seeds of a set, by how many joints it depends on; of more as the last.
-SEEDS = (1, 48, 512, 2048, 1536)
+SEEDS = (1, 48, 512, 2048, 4096)
 # Newton's steps from a seed, and the longest of them, rad.
 STEPS, LONGEST = 16, 0.5
 # Converged: the singular value as a share of the largest, and the next step, rad.
@@ -28,6 +28,8 @@ SINGULAR, ARRIVED = 1e-6, 1e-5
 BENDS = 0.4
 # So far from a pose, rad, its tangent plane is followed.
 FLAT = 0.4
+# Poses are sorted into so many bins of their first joint.
+BINS = 16
 # Of positions inside a period, rad.
 ROUND_OFF = 1e-9
 
@@ -66,7 +68,8 @@ class Atlas:
         self.joints, self.sets = n, tape.factors if of_factors else 1
         self.codimension = 1 if of_factors else equations.count
         self.width = n * (1 + self.codimension)
-        tables, counts, begins, along = [], np.zeros((self.sets, n)), [0], []
+        charts = 0
+        tables, counts, begins, joints = [], np.zeros((self.sets, n)), [0], []
         for f in range(self.sets):
             reaches = spans[:, 1].copy()
             if of_factors:
@@ -81,23 +84,25 @@ class Atlas:
             else:
                 found = _fill(equations, given, table)
             table = table[:found]
-            along.append(int(np.argmax(counts[f])))
-            tables.append(_sorted(table, n, spans[:, 2], along[f]))
-            begins.append(begins[f] + found)
+            first, second = _joints_to_sort_by(counts[f])
+            joints += [first, second]
+            table, bins = _sorted(table, n, spans, first, second)
+            tables.append(table)
+            begins += [charts + int(np.sum(bins <= k)) for k in range(BINS)]
+            charts += found
         self._arrays = (
             np.ascontiguousarray(np.concatenate(tables)),
             np.array(begins, dtype=np.int64),
-            np.array(along, dtype=np.int64),
+            np.array(joints, dtype=np.int64),
             counts,
-            spans[:, 2].copy(),
+            np.ascontiguousarray(spans),
             (np.sum(counts, axis=1) - self.codimension).astype(np.int64),
         )
-        charts = begins[self.sets]
         self.charts = arrays.numbers(self._arrays[0], charts * self.width)
-        self.begins = arrays.whole(self._arrays[1], self.sets + 1)
-        self.along = arrays.whole(self._arrays[2], self.sets)
+        self.begins = arrays.whole(self._arrays[1], self.sets * BINS + 1)
+        self.sorting = arrays.whole(self._arrays[2], 2 * self.sets)
         self.counts = arrays.numbers(self._arrays[3], self.sets * n)
-        self.periods = arrays.numbers(self._arrays[4], n)
+        self.spans = arrays.numbers(self._arrays[4], 3 * n)
         self.dimensions = arrays.whole(self._arrays[5], self.sets)
 
     def dimension(self, f: int) -> int:
@@ -125,29 +130,53 @@ class Atlas:
         motions, scores : shape (most + 1, n), (most,)
             Filled; one motion more is room.
         """
-        n, first = self.joints, self.along[f]
+        n, first = self.joints, self.sorting[2 * f]
         for j in range(n):
-            u[j] = _wrapped(u[j], self.periods[j])
-        begin, end = self.begins[f], self.begins[f + 1]
-        count = end - begin
-        period = self.periods[first]
+            u[j] = _wrapped(u[j], self.spans[3 * j + 2])
         found = 0
+        for k in range(BINS):
+            if self._apart(first, k, u[first]) <= radius:
+                found = self._look_into(f, k, u, radius, found, most, motions, scores)
+        return found
+
+    def _apart(self, first: int, k: int, value: float) -> float:
+        # How far a position of the first joint is from those of a bin.
+        span = arrays.after(self.spans, 3 * first)
+        half = 0.5 * span[1] / BINS
+        away = abs(value - span[0] - (2 * k + 1) * half)
+        return min(away, abs(span[2] - away)) - half - ROUND_OFF
+
+    def _look_into(
+        self,
+        f: int,
+        k: int,
+        u: Floats,
+        radius: float,
+        found: int,
+        most: int,
+        motions: Floats,
+        scores: Floats,
+    ) -> int:
+        # The poses of a bin, as in `nearest`.
+        n, second = self.joints, self.sorting[2 * f + 1]
+        begin, end = self.begins[f * BINS + k], self.begins[f * BINS + k + 1]
+        count = end - begin
         if count == 0:
-            return 0
-        place = self._place(begin, end, first, _wrapped(u[first] - radius - ROUND_OFF, period))
-        radius_squared = radius * radius
+            return found
+        period = self.spans[3 * second + 2]
+        place = self._place(begin, end, second, _wrapped(u[second] - radius - ROUND_OFF, period))
         away = arrays.after(motions, most * n)
-        for k in range(count):
-            at = begin + (place - begin + k) % count
+        for turn in range(count):
+            at = place + turn if place + turn < end else place + turn - count
             chart = arrays.after(self.charts, at * self.width)
-            step = chart[first] - u[first]
+            step = chart[second] - u[second]
             if step > radius + 2.0 * ROUND_OFF:
                 step -= period
             elif step < -radius - 2.0 * ROUND_OFF:
                 step += period
             if not abs(step) <= radius + 2.0 * ROUND_OFF:
                 break
-            score = self._score(f, u, radius_squared, chart, away)
+            score = self._score(f, u, radius * radius, chart, away)
             if not score < places.INFINITY or found == most and score >= scores[most - 1]:
                 continue
             found = min(found + 1, most)
@@ -161,13 +190,13 @@ class Atlas:
             self.slide(chart, away, arrays.after(motions, i * n))
         return found
 
-    def _place(self, begin: int, end: int, first: int, value: float) -> int:
-        # The first pose of a set that has at least this value of its first joint; the first of all
-        # where none has.
+    def _place(self, begin: int, end: int, second: int, value: float) -> int:
+        # The first pose of a bin that has at least this value of its second joint; the first of
+        # all where none has.
         low, high = begin, end
         while low < high:
             middle = (low + high) // 2
-            if self.charts[middle * self.width + first] < value:
+            if self.charts[middle * self.width + second] < value:
                 low = middle + 1
             else:
                 high = middle
@@ -182,7 +211,7 @@ class Atlas:
             away[j] = 0.0
             if self.counts[f * n + j] > 0.0:
                 step = chart[j] - u[j]
-                half = 0.5 * self.periods[j]
+                half = 0.5 * self.spans[3 * j + 2]
                 if step > half:
                     step -= 2.0 * half
                 elif step < -half:
@@ -231,12 +260,24 @@ def _wrapped(value: float, period: float) -> float:
     return value - period * math.floor(value / period + 0.5)
 
 
-def _sorted(table: Floats, n: int, periods: Floats, first: int) -> Floats:
-    # With every joint inside its period around zero, by the first one.
+def _joints_to_sort_by(counts: Floats) -> tuple[int, int]:
+    # The first two joints that count, or one twice.
+    counted = np.flatnonzero(counts)
+    return (int(counted[0]), int(counted[min(1, len(counted) - 1)])) if len(counted) else (0, 0)
+
+
+def _sorted(
+    table: Floats, n: int, spans: Floats, first: int, second: int
+) -> tuple[Floats, Integers]:
+    # With every joint inside its period around zero, by the bin of the first one, which is
+    # returned, and by the second one.
     for j in range(n):
-        if periods[j] < places.INFINITY:
-            table[:, j] -= periods[j] * np.floor(table[:, j] / periods[j] + 0.5)
-    return table[np.argsort(table[:, first], kind='stable')]
+        if spans[j, 2] < places.INFINITY:
+            table[:, j] -= spans[j, 2] * np.floor(table[:, j] / spans[j, 2] + 0.5)
+    inside = (table[:, first] - spans[first, 0]) / max(spans[first, 1], 1e-300)
+    bins = np.clip(np.floor(BINS * inside), 0, BINS - 1).astype(np.int64)
+    order = np.lexsort((table[:, second], bins))
+    return table[order], bins
 
 
 def _write_seed(n: int, i: int, spans: Floats, u: Floats) -> None:

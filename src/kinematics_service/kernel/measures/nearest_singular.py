@@ -46,7 +46,7 @@ SADDLE = 0.1
 CHARTS, SPREAD = 12, 0.6
 # Of starts that lead to farther ones than that by this share none is given up: along a motion they
 # may become the nearest. Starts nearer to each other than this share of their length are one.
-WIDE, APART = 1.1, 0.2
+WIDE, APART = 1.03, 0.4
 ZEROS, ZEROS_APART = 3, 0.2
 # Directions in which the two least singular values are looked at together: half a turn.
 ANGLES = 16
@@ -112,12 +112,12 @@ class NearestSearch:
         self.ran, self.complete, self.evaluations = False, True, 0
         self.by_product, self.by_least, self.by_two = 0.0, 0.0, 0.0
         self.smallest, self.second, self.slope = 0.0, 0.0, 0.0
-        self.lasting = -1.0
+        self.free, self.lasting = 0.0, -1.0
         self.standing, self.stands_for, self.missed = False, -1, places.INFINITY
         self.known = 0
         self.settled = False
         n, lines = self.n, self.count + 1
-        tape = arm.tape.steps * (n + 1) + n
+        tape = arm.tape.steps * (n + 1) + 2 * n
         charts = max(CHARTS, ZEROS) + 1
         self.room = arrays.scratch(
             MEMORY * (2 * n + 1) + 11 * n + 2 * lines * n + 5 * lines * lines + 2 * lines + ANGLES + 2 * n * n + tape + charts * (n + 1)
@@ -412,10 +412,14 @@ class NearestSearch:
                 self._go_to_zero(f)
         if not self.found():
             return
-        self.evaluations += 1
-        self.equations.move_to(self.origin, self.nearest, False)
-        if not self.equations.are_singular(SINGULAR):
-            self.distance = places.INFINITY
+        # All of it, evaluated: a factor's zero is singular, and the nearest there.
+        for j in range(n):
+            self.d[j] = self.nearest[j]
+        self.free = self.distance
+        self.distance, self.standing = places.INFINITY, False
+        self._run(STEPS, 0.3, True)
+        self.stands_for = -1
+        if not self.found():
             self.complete = False
 
     def _go_to_zero(self, f: int) -> None:
@@ -486,7 +490,8 @@ class NearestSearch:
         # what was found last.
         n = self.n
         best = places.INFINITY
-        standing, close, self.standing = self.standing and known, known, False
+        standing, self.standing = self.standing and known, False
+        close = standing
         for step in range(steps + MORE_STEPS):
             if step > 0 or not standing:
                 if self.evaluations >= self.budget:
@@ -527,8 +532,10 @@ class NearestSearch:
             share = longest / length if length > longest else 1.0
             for j in range(n):
                 self.d[j] += share * self.onto[j]
-        if best < places.INFINITY and not known:
-            self._remember(best)
+        if not known:
+            self.stands_for = -1
+            if best < places.INFINITY:
+                self._remember(best)
         self._keep(best, standing)
 
     def _is_late(self, more: int, left: float, away: float) -> bool:
