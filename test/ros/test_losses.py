@@ -74,7 +74,7 @@ def test_gaps_of_several_publishers_add_up_however_their_numbers_mix(seed, count
         lost += gap
         one.heard(last[k])
     # Each is heard once more, the highest number first: no gap is left open.
-    for k in sorted(range(count), key=last.__getitem__):
+    for k in sorted(range(count), key=last.__getitem__, reverse=True):
         last[k] += 1
         one.heard(last[k])
     assert one.count == lost
