@@ -1,4 +1,4 @@
-"""Over which positions of its joints singular poses of an arm are looked for, known once for all."""
+"""Over which positions of its joints singular poses of an arm are looked for: known once."""
 
 import math
 
@@ -34,9 +34,10 @@ def joint_spans(chain: Chain, task: Task, limits: Floats) -> Floats:
             begin = low[j] - kernel.FARTHEST if math.isfinite(low[j]) else -math.pi
             end = high[j] + kernel.FARTHEST if math.isfinite(high[j]) else begin + math.tau
         spans[j] = begin, end - begin, period
-    still = np.ones(n, dtype=bool)
-    still[moving_joints(chain, task)] = False
-    spans[still, 1] = 0.0
+    if chain.loops == 0:  # through a loop each joint may
+        still = np.ones(n, dtype=bool)
+        still[moving_joints(chain, task)] = False
+        spans[still, 1] = 0.0
     return spans
 
 
