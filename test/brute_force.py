@@ -98,8 +98,9 @@ def _known(robot, q, count, random):
     # Singular poses from anywhere, as motions (starts, N, n) from each of q to the nearest ones.
     n, scales = robot.dof, robot.task.column_scales
     changes, periods = _joints_that_matter(robot, random)
-    low, high = np.where(np.isfinite(periods), -np.pi, np.min(q / scales, axis=0) - 1.0), np.where(
-        np.isfinite(periods), np.pi, np.max(q / scales, axis=0) + 1.0
+    low, high = (
+        np.where(np.isfinite(periods), -np.pi, np.min(q / scales, axis=0) - 1.0),
+        np.where(np.isfinite(periods), np.pi, np.max(q / scales, axis=0) + 1.0),
     )
     seeds = random.uniform(low, high, (SEEDS, n)) * scales
     d = np.zeros(seeds.shape)
@@ -143,7 +144,9 @@ def nearest_singular(robot, q, starts=24, seed=3, known=0):
     motions = [random.normal(size=(N, n)) * spread for spread in spreads]
     if known:
         # Of the same number of starts, spread over 1 rad.
-        motions += [random.normal(size=(N, n)) * (k + 1) / known / np.sqrt(n) for k in range(known)]
+        motions += [
+            random.normal(size=(N, n)) * (k + 1) / known / np.sqrt(n) for k in range(known)
+        ]
         motions += list(_known(robot, q, known, random))
     for motion in motions:
         found, where = _descend(robot, q, motion)

@@ -97,7 +97,8 @@ def rates(state: ToolState, measures: Floats) -> Floats:
     Return the change of the watched measure along qdot, shape (N,), 1/s.
 
     That of the distance is its exact derivative: what matters is the motion towards the pose that
-    was found, which is the nearest; 0 where none was found. Of other measures a forward difference.
+    was found, which is the nearest; 0 where none was found. Of other measures it is a forward
+    difference.
     """
     robot, n = state.robot, state.robot.dof
     q = np.ascontiguousarray(state.q).reshape(-1, n)
@@ -119,8 +120,7 @@ def rates(state: ToolState, measures: Floats) -> Floats:
     here = watched(robot, measures)
     # A condition number that is and stays infinite does not change.
     change = np.subtract(there, here, out=np.zeros_like(here), where=there != here)
-    result = np.divide(change, step, out=np.zeros_like(change), where=moving)
-    return result
+    return np.divide(change, step, out=np.zeros_like(change), where=moving)
 
 
 def times_to_warning(robot: Robot, values: Floats, rates: Floats) -> Floats:

@@ -108,7 +108,7 @@ NEAR_STEPS = 40
 
 # Up to here the number of quarter turns has 17 bits, and its product with a part is exact.
 LARGEST_REDUCED = 1e5
-# Singular poses are looked for within this of a pose (rad; prismatic joints over the length):
+# Within this of a pose singular ones are looked for (rad; prismatic joints divided by the length):
 # as a distance it means at least that. The bounds of a clearance hold within it.
 FARTHEST = 1.0
 # A singular value below this share of the largest counts as zero (rank, distance).

@@ -50,7 +50,7 @@ cdef class Atlas:
     @cython.locals(normal='double*', share=double, j=int)
     cdef double _across(self, double* chart, int i, double* away) noexcept nogil
     @cython.locals(n=int, j=int, i=int, share=double, normal='double*', along=double, rest=double)
-    cdef void slide(self, double* chart, double* away, double* motion) noexcept nogil
+    cdef void _slide(self, double* chart, double* away, double* motion) noexcept nogil
 
 cdef double _wrapped(double value, double period) noexcept nogil
 @cython.locals(ratio=double, counted=int, j=int, power=double, share=double, turn=double)

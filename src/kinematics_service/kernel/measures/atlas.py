@@ -17,8 +17,9 @@ from .factors import Tape
 from .singular_equations import SingularEquations
 from .task_rows import TaskRows
 
-# Seeds of a set, by how many joints it depends on; of more as the last.
-SEEDS = (1, 48, 512, 2048, 4096)
+# Seeds of a set, by how many joints it depends on; of more as the last. So many times more at most
+# where joints reach farther than a turn.
+SEEDS, MOST_TURNS = (1, 48, 512, 2048, 4096), 4
 # Newton's steps from a seed, and the longest of them, rad.
 STEPS, LONGEST = 16, 0.5
 # Converged: the singular value as a share of the largest, and the next step, rad.
@@ -76,7 +77,8 @@ class Atlas:
                 reaches[: tape.joints][~tape.dependences[f]] = 0.0
                 reaches[tape.joints :] = 0.0
             counts[f] = reaches > 0.0
-            seeds = SEEDS[min(int(np.sum(counts[f])), len(SEEDS) - 1)]
+            turns = int(np.prod(np.maximum(reaches / places.TAU, 1.0)))
+            seeds = SEEDS[min(int(np.sum(counts[f])), len(SEEDS) - 1)] * min(turns, MOST_TURNS)
             table = np.zeros((seeds, self.width))
             given = np.column_stack([spans[:, 0], reaches])
             if of_factors:
@@ -187,7 +189,7 @@ class Atlas:
                     motions[i * n + j] = motions[(i - 1) * n + j]
                 i -= 1
             scores[i] = score
-            self.slide(chart, away, arrays.after(motions, i * n))
+            self._slide(chart, away, arrays.after(motions, i * n))
         return found
 
     def _place(self, begin: int, end: int, second: int, value: float) -> int:
@@ -233,7 +235,7 @@ class Atlas:
             share += normal[j] * away[j]
         return share
 
-    def slide(self, chart: Floats, away: Floats, motion: Floats) -> None:
+    def _slide(self, chart: Floats, away: Floats, motion: Floats) -> None:
         # Fills the motion to the foot on a pose's tangent plane, or as near to that as the pose
         # still tells.
         n = self.joints
@@ -361,4 +363,3 @@ def _fill_of_factor(tape: Tape, f: int, task: TaskRows, spans: Floats, table: Fl
             found += 1
     arrays.give_back(work)
     return found
-

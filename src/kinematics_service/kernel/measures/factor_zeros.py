@@ -1,4 +1,4 @@
-"""The zero of a factor nearest to a pose: Newton's method on its value, which needs no Jacobian."""
+"""The zero of a factor nearest to a pose: Newton's method, which needs no Jacobian."""
 
 import math
 

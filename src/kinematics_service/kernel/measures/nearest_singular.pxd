@@ -92,7 +92,7 @@ cdef class NearestSearch:
         motion='double*',
     )
     cdef void _look_at_factors(self) noexcept nogil
-    @cython.locals(n=int, length=double, j=int, k=int)
+    @cython.locals(n=int, length=double, j=int, k=int, beside=cython.bint)
     cdef bint _leads_to_known(self, double* motion) noexcept nogil
     @cython.locals(away=double, j=int, farthest=double)
     cdef void _go_to_zero(self, int f) noexcept nogil
@@ -144,3 +144,5 @@ cdef class NearestSearch:
     cdef void _run_from_second_order(self) noexcept nogil
     @cython.locals(n=int, i=int, j=int, way='double*')
     cdef void _run_to_all_sides(self) noexcept nogil
+
+cdef double _share_along(int step, int steps) noexcept nogil

@@ -46,7 +46,7 @@ SADDLE = 0.1
 CHARTS, SPREAD = 12, 0.6
 # Of starts that lead to farther ones than that by this share none is given up: along a motion they
 # may become the nearest. Starts nearer to each other than this share of their length are one.
-WIDE, APART = 1.03, 0.4
+WIDE, APART = 1.1, 0.4
 ZEROS, ZEROS_APART = 3, 0.2
 # Directions in which the two least singular values are looked at together: half a turn.
 ANGLES = 16
@@ -120,7 +120,15 @@ class NearestSearch:
         tape = arm.tape.steps * (n + 1) + 2 * n
         charts = max(CHARTS, ZEROS) + 1
         self.room = arrays.scratch(
-            MEMORY * (2 * n + 1) + 11 * n + 2 * lines * n + 5 * lines * lines + 2 * lines + ANGLES + 2 * n * n + tape + charts * (n + 1)
+            MEMORY * (2 * n + 1)
+            + 11 * n
+            + 2 * lines * n
+            + 5 * lines * lines
+            + 2 * lines
+            + ANGLES
+            + 2 * n * n
+            + tape
+            + charts * (n + 1)
         )
         self.origin = self.room
         self.first = arrays.after(self.origin, n)
@@ -210,7 +218,9 @@ class NearestSearch:
         if not self._moved_from(self.searched, q) <= self.lasting:
             return False
         self.evaluations = 0
-        return self._bring_known(q)
+        if not self._bring_known(q):
+            return False
+        return not (first_order < MISSED and first_order < NEARER * self.distance)
 
     def _bring_known(self, q: Floats) -> bool:
         # Brings the poses that were found to the nearest ones to q, those that can be the nearest;
@@ -384,10 +394,10 @@ class NearestSearch:
         length = singular_equations.length_of(motion, n)
         for j in range(n):
             self.reached[j] = motion[j]
+        beside = False
         for k in range(self.known):
-            if self._is_known(k, APART / SAME * length):
-                return True
-        return False
+            beside = beside or self._is_known(k, APART / SAME * length)
+        return beside
 
     def _look_at_factors(self) -> None:
         # The nearest zero of all factors: from here, and from known zeros.
@@ -519,11 +529,7 @@ class NearestSearch:
                 best < places.INFINITY or not self._is_late(step - steps, left, away)
             ):
                 break
-            share = 1.0
-            if step >= steps - LAST_STEPS:
-                share = 0.0
-            elif step >= FULL_STEPS:
-                share = 0.5
+            share = _share_along(step, steps)
             for j in range(n):
                 slide = self.along[j] - self.d[j] - self.onto[j]
                 self.onto[j] += share * slide
@@ -686,3 +692,10 @@ class NearestSearch:
             self._run(2 * STEPS, LITTLE, False)
             if self.distance < SURE:
                 return
+
+
+def _share_along(step: int, steps: int) -> float:
+    # How much of the way along the singular poses a step of a run goes.
+    if step >= steps - LAST_STEPS:
+        return 0.0
+    return 0.5 if step >= FULL_STEPS else 1.0
