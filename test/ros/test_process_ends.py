@@ -113,11 +113,13 @@ MESSAGES = """
 # The same from another process: within one a thread that computes takes the interpreter's lock for
 # 5 ms at each event.
 FLOOD = """
+import os
 import rclpy
 from std_msgs.msg import Empty
+parent = os.getppid()
 rclpy.init()
 publisher = rclpy.create_node('flood').create_publisher(Empty, 'flood', 50)
-while True:
+while os.getppid() == parent:
     publisher.publish(Empty())
 """
 MESSAGES_OF_ANOTHER = f"""
