@@ -37,7 +37,7 @@ HIDE_CURSOR = b'\x1b[?25l'
 PACKAGE = str(Path(ks.__file__).parent)
 
 
-def program_ends(program, *signals, ready='ready', pause=0.0, environment=None):
+def program_ends(program, *signals, ready='ready', pause=0.0, environment=None, limit=20.0):
     """
     Run a program until it says it is ready, send it signals; return code, seconds and output.
     """
@@ -54,7 +54,7 @@ def program_ends(program, *signals, ready='ready', pause=0.0, environment=None):
             for number in signals:
                 time.sleep(pause)
                 process.send_signal(number)
-            code = process.wait(20.0)
+            code = process.wait(limit)
             seconds = time.monotonic() - begin
         finally:
             process.kill()
@@ -164,7 +164,8 @@ def test_one_signal_ends_a_process_whose_queue_is_never_empty(ros_domain, flood)
 
 def test_a_queue_that_grows_is_given_up_and_what_was_left_out_is_told(ros_domain):
     program = SPIN.format(body=MESSAGES_OF_ANOTHER) + "print(f'total={sum(left_out)}')\n"
-    code, _, output = program_ends(program)
+    # It ends itself, when it is behind: on a busy machine the flood comes slowly, too.
+    code, _, output = program_ends(program, limit=60.0)
     assert code == 0, output
     assert 'left_out=0' not in output
     # Of fifty that the middleware keeps all but the newest ten are thrown away each time.
