@@ -3,12 +3,13 @@ The distance to the nearest singular pose against brute force, on arms with and 
 
     python bench/distance.py [--poses 2000] [--saddles 300] [--starts 24] [arm ...]
 
-prints a line for each arm. Of its random poses and saddles, by how far they truly are from a singular
-pose: how many are said to be farther than 1.1 times that although decided, are not decided, and are
-there. Then those within 0.03 that are said to be OK; the clearance as a share of the distance where
-that is below 0.03, 0.1 and 0.3; and microseconds: all measures by first order, and what the search
-takes besides, of a random pose and of a message along a motion at 500 Hz. A line of all ends it.
-Brute force takes some 50 ms of a pose: two minutes for 2,000 poses and 300 saddles of an arm.
+prints a line for each arm. Of its random poses and saddles, by how far they truly are from a
+singular pose: how many are said to be farther than 1.1 times that although decided, are not
+decided, and are there. Then those within 0.03 that are said to be OK; the clearance as a share of
+the distance where that is below 0.03, 0.1 and 0.3; and microseconds: all measures by first order,
+and what the search takes besides, of a random pose and of a message along a motion at 500 Hz. A
+line of all ends it. Brute force takes some 50 ms of a pose: two minutes for 2,000 poses and 300
+saddles of an arm.
 """
 
 import argparse
