@@ -21,14 +21,18 @@ UR5 = (
 
 def calibrated_ur5(seed):
     """Return a UR5 (a, alpha, d of each row) with errors of its own."""
+    return with_errors(UR5, np.array([LENGTH, ANGLE, LENGTH, ANGLE]), seed)
+
+
+def with_errors(rows, size, seed):
+    """Return an arm of rows (a, alpha, d) with errors of a size in each number and each angle."""
     random = np.random.default_rng(seed)
-    joints, rows = [], []
-    for i, (a, alpha, d) in enumerate(UR5, 1):
-        error = random.normal(size=4) * [LENGTH, ANGLE, LENGTH, ANGLE]
-        joints.append(f'  - {{name: j{i}, variable: q{i}, type: revolute}}\n')
-        rows.append(
-            f'  - {{a: {a + error[0]!r}, alpha: {alpha + error[1]!r}, d: {d + error[2]!r}, '
-            f'theta: q{i} + ({error[3]!r})}}\n'.replace('np.float64', '')
+    joints, links = [], []
+    for i, row in enumerate(rows, 1):
+        a, alpha, d, theta = (
+            float(x) for x in np.array([*row, 0.0]) + random.normal(size=4) * size
         )
+        joints.append(f'  - {{name: j{i}, variable: q{i}, type: revolute}}\n')
+        links.append(f'  - {{a: {a!r}, alpha: {alpha!r}, d: {d!r}, theta: q{i} + ({theta!r})}}\n')
     text = 'robot: calibrated\nsource: test\nconvention: standard\njoints:\n'
-    return ks.robot_from_text(text + ''.join(joints) + 'links:\n' + ''.join(rows))
+    return ks.robot_from_text(text + ''.join(joints) + 'links:\n' + ''.join(links))

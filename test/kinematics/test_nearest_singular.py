@@ -6,7 +6,7 @@ import brute_force
 import numpy as np
 import pytest
 from arms import first_order_distances, robot_of, without_factors
-from calibrated import calibrated_ur5
+from calibrated import calibrated_ur5, with_errors
 from test_measures import arm
 
 import kinematics_service as ks
@@ -352,17 +352,6 @@ def test_live_and_asked_alone_agree(name):
     assert 1000 * nearer <= RARELY * poses
 
 
-def nearly_spherical(rows, error, seed):
-    # A table (a, alpha, d of each row) with errors of a calibration.
-    random, joints, links = np.random.default_rng(seed), '', ''
-    for i, row in enumerate(rows, 1):
-        a, alpha, d, theta = (float(x) for x in (*row, 0.0) + error * random.normal(size=4))
-        joints += f'  - {{name: j{i}, variable: q{i}, type: revolute}}\n'
-        links += f'  - {{a: {a!r}, alpha: {alpha!r}, d: {d!r}, theta: q{i} + ({theta!r})}}\n'
-    text = 'robot: nearly\nsource: test\nconvention: standard\njoints:\n'
-    return ks.robot_from_text(text + joints + 'links:\n' + links)
-
-
 PUMA = (
     (0.0, math.pi / 2, 0.0),
     (0.4318, 0.0, 0.0),
@@ -377,7 +366,7 @@ PUMA = (
 @pytest.mark.parametrize('error', [1e-5, 1e-4, 1e-3])
 def test_where_two_singular_values_vanish_together_a_plan_finds_no_nearer_one(error):
     # The wrist is stretched or folded there, but for the errors, and shoulder or elbow often, too.
-    robot = nearly_spherical(PUMA, error, seed=5)
+    robot = with_errors(PUMA, error, seed=5)
     random = np.random.default_rng(6)
     q = math.pi / 4 * random.integers(-4, 5, (300, 6)).astype(float)
     q[:, 4] = math.pi * random.integers(0, 2, 300)
