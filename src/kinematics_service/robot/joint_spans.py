@@ -22,7 +22,7 @@ def joint_spans(chain: Chain, task: Task, limits: Floats) -> Floats:
 
     In rad, a prismatic joint divided by the length. Reach 0: it changes the rank of J_t nowhere.
     The period is endless where there is none; then a joint reaches as far as its limits, and by
-    `kernel.FARTHEST` beyond, or a turn, where it has none. With closed loops none reaches anywhere.
+    `kernel.FARTHEST` beyond, or a turn, where it has none. Closed loops have no reach at all.
     """
     n, scales = chain.dof, task.column_scales
     if chain.loops or not chain.entries:
