@@ -183,6 +183,8 @@ def test_the_way_out_is_the_gradient_of_the_manipulability_or_of_the_loop_that_i
     task = robot.task
     for q in away_from_flat(robot, seeded(robot, 40))[:10]:
         found = ks.singularity(robot, q)
+        if found.distance_at_least:
+            continue  # of loops that are farther from flat than that none is named
         loop = flat_loop(robot, found)
 
         def logs(at, loop=loop):

@@ -172,8 +172,10 @@ def _clearest_way(robot: Robot, middles: Floats, inside: Floats) -> _Way | None:
     d, tangent = share * d, share * tangent
     x = np.array([-1.0, -0.85, -0.7, 0.7, 0.85, 1.0])[:, None]
     tried = s[..., None, :] + x * tangent[..., None, :] + x**3 * d[..., None, :]
-    clearance = singularity(robot, tried).distance
-    best = np.unravel_index(int(np.argmax(np.min(clearance, axis=-1))), d.shape[:2])
+    clearance = np.min(singularity(robot, tried).distance, axis=-1)
+    # Farther than it is told all are alike: of those the one along which every joint moves most.
+    seen = np.where(clearance == np.max(clearance), np.min(np.abs(d) / reach, axis=-1), -1.0)
+    best = np.unravel_index(int(np.argmax(seen)), d.shape[:2])
     return _Way(s[best], tangent[best], d[best]) if np.any(d[best]) else None
 
 

@@ -22,13 +22,15 @@ def joint_spans(chain: Chain, task: Task, limits: Floats) -> Floats:
 
     In rad, a prismatic joint divided by the length. Reach 0: it changes the rank of J_t nowhere.
     The period is endless where there is none; then a joint reaches as far as its limits, and by
-    `kernel.FARTHEST` beyond, or a turn, where it has none.
+    `kernel.FARTHEST` beyond, or a turn, where it has none. Closed loops have no reach at all.
     """
     n, scales = chain.dof, task.column_scales
+    if chain.loops or not chain.entries:
+        return np.tile([-math.pi, 0.0, math.inf], (n, 1))
     spans = np.zeros((n, 3))
     low, high = limits.T / scales
     for j in range(n):
-        period = _period(chain, j) if chain.loops == 0 else math.inf
+        period = _period(chain, j)
         begin, end = -0.5 * period, 0.5 * period
         if math.isinf(period):
             begin = low[j] - kernel.FARTHEST if math.isfinite(low[j]) else -math.pi

@@ -79,6 +79,8 @@ class Atlas:
             counts[f] = reaches > 0.0
             turns = int(np.prod(np.maximum(reaches / places.TAU, 1.0)))
             seeds = SEEDS[min(int(np.sum(counts[f])), len(SEEDS) - 1)] * min(turns, MOST_TURNS)
+            if chain.loops > 0:
+                seeds = 0  # on the way they might not close
             table = np.zeros((seeds, self.width))
             given = np.column_stack([spans[:, 0], reaches])
             if of_factors:

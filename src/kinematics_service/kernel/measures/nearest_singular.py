@@ -37,6 +37,8 @@ ON_ITS_WAY, LATE, MORE_STEPS = 0.5, 0.4, 8
 NEARER = 0.6
 # Of what is farther than this, rad, the first order says too little for that.
 MISSED = 0.1
+# Of larger positions, rad, the last digit is too coarse for singular poses to be found.
+COARSE = 1e8
 # What the first order says of a pose nearer than this, rad, is believed where it agrees.
 SURE = 0.1
 # Not so where the second order may see one nearer than this share of what was found.
@@ -188,6 +190,8 @@ class NearestSearch:
         self._bring_known(q)
         for j in range(n):
             self.searched[j] = q[j]
+            if not abs(q[j]) < COARSE * self.arm.task.column_scale[j]:
+                self.complete = False
         self.lasting = -1.0
         if measures[places.RANK] < k:
             self._stand_at(q)
