@@ -142,8 +142,6 @@ def moving_joints(chain: Chain, task: Task) -> Integers:
     """
     six_rows = len(task.rows) == 6
     n, table = chain.dof, chain.table
-    if not chain.entries:  # a point that no joint moves
-        return np.zeros(0, np.int64)
     alone = [
         table.first_entry[1] == 1 and np.sum(table.joint == table.joint[0]) == 1,
         table.first_entry[-1] - table.first_entry[-2] == 1

@@ -36,10 +36,9 @@ def joint_spans(chain: Chain, task: Task, limits: Floats) -> Floats:
             begin = low[j] - kernel.FARTHEST if math.isfinite(low[j]) else -math.pi
             end = high[j] + kernel.FARTHEST if math.isfinite(high[j]) else begin + math.tau
         spans[j] = begin, end - begin, period
-    if chain.loops == 0:  # through a loop each joint may
-        still = np.ones(n, dtype=bool)
-        still[moving_joints(chain, task)] = False
-        spans[still, 1] = 0.0
+    still = np.ones(n, dtype=bool)
+    still[moving_joints(chain, task)] = False
+    spans[still, 1] = 0.0
     return spans
 
 
