@@ -348,10 +348,10 @@ class NearestSearch:
         self.estimate = min(self.by_product, min(self.by_least, self.by_two))
         # Nearer than this neither they nor the second order see a singular pose: the least
         # singular value falls by slope r + reach r^2 / 2 at most, or so.
+        self.slope = self.smallest / self.by_least if self.by_least > 0.0 else 0.0
         reach = self.arm.reach
         falls = math.sqrt(self.slope * self.slope + 2.0 * reach * self.smallest) - self.slope
         self.free = min(self.estimate, falls / reach)
-        self.slope = self.smallest / self.by_least if self.by_least > 0.0 else 0.0
 
     def _search(self) -> bool:
         # From one start after the other, until what is found agrees with the first order; returns
