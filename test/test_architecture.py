@@ -28,6 +28,9 @@ ROOMS = (
     'kernel/inverse',
     'kernel',
     '',  # errors, version, rotations, printing, signals: what every room may use
+    'robot/file/text',
+    'robot/file/parts',
+    'robot/file/writing',
     'robot/file',
     'robot',
     'kinematics',
@@ -83,9 +86,9 @@ RULES = {
     'YAML': (
         one_of('yaml', 'ruamel'),
         (
-            'robot/file/yaml_reader.py',
-            'robot/file/sections.py',
-            'robot/file/writer.py',
+            'robot/file/text/yaml_reader.py',
+            'robot/file/writing/sections.py',
+            'robot/file/writing/writer.py',
             'formats/recordings/plan_yaml.py',
         ),
     ),

@@ -149,7 +149,7 @@ def add_isotropy(package):
         after='= sigma[lane] / smallest[lane]\n',
     )
     package.insert(
-        'robot/file/measure_table.py',
+        'robot/file/parts/measure_table.py',
         "        Measure('isotropy', 'of the scaled J_t: smallest over largest singular value',\n"
         '            kernel.ISOTROPY, warn=0.1, stop=0.05),\n',
         before="        Measure(\n            'condition_number',",
@@ -363,7 +363,9 @@ T_01 = [
 
 @pytest.mark.slow
 def test_a_convention(package):
-    package.insert('robot/file/convention_table.py', CONVENTION, before='    )\n}\n# The names')
+    package.insert(
+        'robot/file/parts/convention_table.py', CONVENTION, before='    )\n}\n# The names'
+    )
     sentence = "            'beta': 'angle of the joint axes about y',\n"
     package.insert('docs/sentences.py', sentence, before="            'd': 'distance along z; a")
     assert package.edited == files_of('A convention')

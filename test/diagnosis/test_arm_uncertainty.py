@@ -22,7 +22,7 @@ from kinematics_service.diagnosis.calibration.parameters import (
 )
 from kinematics_service.diagnosis.calibration.robot_text import CalibrationOrigin, calibrated_text
 from kinematics_service.rigid_motion import rotation_vector
-from kinematics_service.robot.file.description import Uncertainty
+from kinematics_service.robot.file.parts.description import Uncertainty
 from kinematics_service.robot.robot import build_robot
 
 # Standard errors of a sampled variance that the largest of 42 numbers stays within.

@@ -30,7 +30,7 @@ from kinematics_service.diagnosis.calibration.parameters import (
     structural_rank,
 )
 from kinematics_service.rigid_motion import exponential, pose_of, rotation_vector
-from kinematics_service.robot.file.sections import tolerances_section
+from kinematics_service.robot.file.writing.sections import tolerances_section
 
 # Without noise parameters come back as exactly (m, rad).
 EXACT = 1e-9

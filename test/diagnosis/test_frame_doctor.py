@@ -17,7 +17,7 @@ from kinematics_service.diagnosis.frame_check import FramesError, PoseLimit, dia
 from kinematics_service.formats.recordings.pose_format import PoseFormat
 from kinematics_service.formats.recordings.tool_poses import PoseRows
 from kinematics_service.rigid_motion import EULER_ORDERS
-from kinematics_service.robot.file.convention_table import CONVENTIONS
+from kinematics_service.robot.file.parts.convention_table import CONVENTIONS
 from kinematics_service.robot.robot import build_robot
 
 SPATIAL = (

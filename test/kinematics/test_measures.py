@@ -10,7 +10,7 @@ from random_robots import Constant
 from tolerances import QUOTIENT, ROUND_OFF
 
 import kinematics_service as ks
-from kinematics_service.robot.file.description import Placement, RigidMotion
+from kinematics_service.robot.file.parts.description import Placement, RigidMotion
 from kinematics_service.robot.measures import HYSTERESIS, MEASURES, Thresholds, thresholds_for
 from kinematics_service.robot.robot import build_robot, with_singularity
 from kinematics_service.robot.task import ROW_NAMES, find_task

@@ -28,7 +28,7 @@ from tolerances import DIFFERENCE, DIFFERENCE_STEP, FOUND, QUOTIENT, ROUND_OFF
 
 import kinematics_service as ks
 from kinematics_service import kernel
-from kinematics_service.robot.file.description import Placement, RigidMotion
+from kinematics_service.robot.file.parts.description import Placement, RigidMotion
 from kinematics_service.robot.robot import build_robot
 
 CALIBRATION = RECORDINGS / 'vendor_reference' / 'ur_calibration_reference.json'

@@ -12,7 +12,7 @@ import pytest
 import sympy as sp
 
 import kinematics_service as ks
-from kinematics_service.robot.file.writer import with_factors
+from kinematics_service.robot.file.writing.writer import with_factors
 from kinematics_service.symbolic.file_factors import disagreement, factors_to_write
 
 HEAD = """\

@@ -15,9 +15,9 @@ from ..estimation.status_text import structure_in_words
 from ..kernel import Floats
 from ..kinematics.tool_state import evaluate
 from ..printing import Output, facts, heading, plain, table
-from ..robot.file.convention_table import CONVENTIONS
-from ..robot.file.description import Placement, PointDescription
-from ..robot.file.loop_groups import group_name, loop_groups, passive_of
+from ..robot.file.parts.convention_table import CONVENTIONS
+from ..robot.file.parts.description import Placement, PointDescription
+from ..robot.file.parts.loop_groups import group_name, loop_groups, passive_of
 from ..robot.loops import other_branches, tried_poses
 from ..robot.robot import Robot, load_robot
 from ..robot.task import SEEDED_POSES, seeded_poses

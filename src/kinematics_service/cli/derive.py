@@ -204,7 +204,7 @@ def _written(format: Format) -> Callable[[Any], str]:
 
 
 def _write(derivation: 'Derivation', file: Path) -> None:
-    from ..robot.file.writer import write_factors
+    from ..robot.file.writing.writer import write_factors
     from ..symbolic.file_factors import checked_text, factors_to_write
 
     factors = factors_to_write(derivation)

@@ -9,9 +9,9 @@ import typer
 
 from ..errors import RobotNotFoundError
 from ..robot.bundled import bundled_robots, find_robot_file
-from ..robot.file.description import AngleUnit, LengthUnit
-from ..robot.file.new_robot import MOST_JOINTS, NEW_CONVENTIONS, new_robot_text
-from ..robot.file.quantities import Units
+from ..robot.file.parts.description import AngleUnit, LengthUnit
+from ..robot.file.parts.quantities import Units
+from ..robot.file.writing.new_robot import MOST_JOINTS, NEW_CONVENTIONS, new_robot_text
 from .application import app
 from .export import write_document
 from .options import WrongUsage, refuse_unwritable

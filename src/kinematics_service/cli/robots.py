@@ -2,7 +2,7 @@
 
 from ..printing import Output, heading, plain
 from ..robot.bundled import grouped_robots
-from ..robot.file.description import JointDescription, RobotDescription
+from ..robot.file.parts.description import JointDescription, RobotDescription
 from ..robot.file.reader import read_robot_file
 from .application import app
 

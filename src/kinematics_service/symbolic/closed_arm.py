@@ -12,8 +12,8 @@ from typing import Any
 import sympy
 
 from ..errors import DerivationError
-from ..robot.file.description import IDENTITY, LoopDescription, Placement, RobotDescription
-from ..robot.file.loop_groups import loop_groups
+from ..robot.file.parts.description import IDENTITY, LoopDescription, Placement, RobotDescription
+from ..robot.file.parts.loop_groups import loop_groups
 from ..robot.loops import opened
 from ..robot.robot import AnyRobot, Robot, as_robot
 from ..robot.task import ROW_NAMES

@@ -10,8 +10,14 @@ import sympy
 
 from ..errors import DerivationError
 from ..rigid_motion import roll_pitch_yaw
-from ..robot.file.convention_table import CONVENTIONS, NamedMotion
-from ..robot.file.description import DhRow, ElementaryMotion, Link, RigidMotion, RobotDescription
+from ..robot.file.parts.convention_table import CONVENTIONS, NamedMotion
+from ..robot.file.parts.description import (
+    DhRow,
+    ElementaryMotion,
+    Link,
+    RigidMotion,
+    RobotDescription,
+)
 from .algebra.arithmetic import NOTHING, Affine, Arithmetic, inverse, transposed
 from .algebra.matrices import Matrix, product
 

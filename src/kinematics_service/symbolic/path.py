@@ -10,7 +10,7 @@ import sympy
 
 from ..errors import DerivationError
 from ..kernel import Floats
-from ..robot.file.expression_syntax import names_in
+from ..robot.file.text.expression_syntax import names_in
 from .algebra.expression import exact
 from .derivation import Derivation
 

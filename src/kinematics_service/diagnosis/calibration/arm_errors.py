@@ -12,7 +12,7 @@ from ...errors import CalibrationError
 from ...kernel import Floats, Integers, PoseErrors, PoseErrorTable
 from ...kinematics.forward import link_frames
 from ...rigid_motion import inverse
-from ...robot.file.description import Uncertainty
+from ...robot.file.parts.description import Uncertainty
 from ...robot.robot import Robot
 from .calibration import Calibration
 from .chosen_parameters import motion_of

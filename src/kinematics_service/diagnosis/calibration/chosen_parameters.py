@@ -10,8 +10,8 @@ from ...formats.recordings.block import Flags
 from ...kernel import Floats
 from ...kinematics.forward import forward_kinematics
 from ...rigid_motion import rotation_vector
-from ...robot.file.description import Tolerances
-from ...robot.file.tolerances import GEAR
+from ...robot.file.parts.description import Tolerances
+from ...robot.file.parts.tolerances import GEAR
 from ...robot.robot import Robot
 from .checking import Measured
 from .corrected_chain import CorrectedChain, small_motion

@@ -10,8 +10,8 @@ import numpy as np
 from ...errors import KinematicsError
 from ...kernel import Floats
 from ...rigid_motion import exact_rpy
-from ...robot.file.convention_table import Axis
-from ...robot.file.description import (
+from ...robot.file.parts.convention_table import Axis
+from ...robot.file.parts.description import (
     IDENTITY,
     DhRow,
     ElementaryMotion,
@@ -22,8 +22,8 @@ from ...robot.file.description import (
     Tolerances,
     Uncertainty,
 )
-from ...robot.file.expressions import Affine, Expression
-from ...robot.file.tolerances import EXTRA, GEAR
+from ...robot.file.parts.tolerances import EXTRA, GEAR
+from ...robot.file.text.expressions import Affine, Expression
 from ...robot.robot import Robot, build_robot
 from .corrected_chain import small_motion
 from .parameters import EXTRA_PLACES, WITH_EXTRA, ArmParameter

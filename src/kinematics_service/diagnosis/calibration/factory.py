@@ -15,7 +15,7 @@ from ...formats.factory.ur_calibration import JOINTS, UrCalibration, read_ur_cal
 from ...kernel import Floats
 from ...kinematics.forward import forward_kinematics
 from ...rigid_motion import screw_z
-from ...robot.file.description import DhRow
+from ...robot.file.parts.description import DhRow
 from ...robot.robot import Robot
 from ...robot.task import seeded_poses
 from .calibration import calibrate

@@ -5,8 +5,8 @@ import math
 import numpy as np
 
 from ...kernel import Floats
-from ...robot.file.description import RobotDescription, Uncertainty
-from ...robot.file.parameters import GEARS, ArmParameter
+from ...robot.file.parts.description import RobotDescription, Uncertainty
+from ...robot.file.parts.parameters import GEARS, ArmParameter
 from ...robot.robot import Robot
 from .arm_errors import calibrated_errors, named_errors
 from .calibration import Calibration

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...errors import AuditError
 from ...kernel import Floats
-from ...robot.file.entries import choice, did_you_mean, meant_by
+from ...robot.file.text.entries import choice, did_you_mean, meant_by
 from ...robot.measures import Level
 from .between_points import FINEST, PlannedTrajectory, sampled
 from .block import LARGEST_BLOCK, Block, Times

@@ -12,12 +12,12 @@ from typing import Any
 import sympy
 
 from ...errors import DerivationError
-from ...robot.file.description import (
+from ...robot.file.parts.description import (
     RigidMotion,
     RobotDescription,
     ShapeRow,
 )
-from ...robot.file.expression_syntax import names_in
+from ...robot.file.text.expression_syntax import names_in
 from .expression import exact
 
 

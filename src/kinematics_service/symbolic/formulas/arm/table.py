@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 import sympy as sp  # type: ignore[import-untyped]
 
-from ....robot.file.convention_table import CONVENTIONS, MOVING, Convention
-from ....robot.file.description import (
+from ....robot.file.parts.convention_table import CONVENTIONS, MOVING, Convention
+from ....robot.file.parts.description import (
     DhRow,
     ElementaryMotion,
     Link,
@@ -22,8 +22,8 @@ from ....robot.file.description import (
     RobotDescription,
     ShapeRow,
 )
-from ....robot.file.expression_syntax import names_in
-from ....robot.file.expressions import Expression
+from ....robot.file.text.expression_syntax import names_in
+from ....robot.file.text.expressions import Expression
 from ....robot.loops import opened
 from ...algebra.expression import exact
 

@@ -8,7 +8,7 @@ from typing import Any
 import sympy as sp  # type: ignore[import-untyped]
 
 from ....errors import FormulaError
-from ....robot.file.convention_table import QUANTITIES
+from ....robot.file.parts.convention_table import QUANTITIES
 from ..arm.quantities import Quantity, Reading, quantity_of, symbolic, why_out_of_range
 from ..arm.symbols import SymbolicArm
 from ..arm.table import Table

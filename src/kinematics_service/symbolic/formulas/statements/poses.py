@@ -9,7 +9,7 @@ import sympy as sp  # type: ignore[import-untyped]
 
 from ....errors import FormulaError
 from ....kinematics.tool_state import evaluate
-from ....robot.file.convention_table import QUANTITIES
+from ....robot.file.parts.convention_table import QUANTITIES
 from ....robot.loops import closes_at
 from ....robot.robot import Robot
 from ..arm.numbers import DEGREE, Evaluation, Floats

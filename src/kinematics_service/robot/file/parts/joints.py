@@ -4,13 +4,13 @@ import math
 from collections.abc import Sequence
 from typing import Any, get_args
 
+from ..text.entries import checked, checked_list
+from ..text.expression_syntax import IDENTIFIER, why_no_name
+from ..text.fault_report import FaultReport, number, quoted
+from ..text.yaml_document import Path, ScalarNode
 from .description import JointDescription, JointType
-from .entries import checked, checked_list
-from .expression_syntax import IDENTIFIER, why_no_name
-from .fault_report import FaultReport, number, quoted
 from .quantities import DEGREES, INFINITE, KIND_OF, METRES, MILLIMETRES, RADIANS, Quantities
 from .schema import JointEntry
-from .yaml_document import Path, ScalarNode
 
 MAX_JOINTS = 128
 PATH: Path = ('joints',)

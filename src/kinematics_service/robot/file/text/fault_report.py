@@ -3,7 +3,7 @@
 import math
 from typing import Any
 
-from ...errors import Fault, RobotFileError
+from ....errors import Fault, RobotFileError
 from .expression_syntax import IDENTIFIER
 from .yaml_document import Document, ListNode, Path, ScalarNode
 

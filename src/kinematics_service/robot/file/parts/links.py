@@ -5,15 +5,15 @@ import re
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, get_args
 
+from ..text.entries import checked, checked_list, checked_word
+from ..text.expressions import Expression
+from ..text.fault_report import number, quoted
+from ..text.yaml_document import Path, ScalarNode
 from .convention_table import CONVENTIONS, MOVING, Axis, Convention, RowKind
 from .description import DhRow, ElementaryMotion, Link, ShapeRow
-from .entries import checked, checked_list, checked_word
-from .expressions import Expression
-from .fault_report import number, quoted
 from .motions import read_motion
 from .quantities import LONG, METRES, MILLIMETRES, Kind, Quantities
 from .schema import ShapeRowEntry, dh_row_entry
-from .yaml_document import Path, ScalarNode
 
 MAX_ROWS = 512
 SHORT = 0.01  # m: no arm is as short

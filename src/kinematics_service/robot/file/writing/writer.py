@@ -13,9 +13,9 @@ from typing import Any
 import yaml
 from yaml import MappingNode, Node
 
-from ...errors import RobotFileWriteError
-from ...output_file import write_file
-from .yaml_reader import LOADER
+from ....errors import RobotFileWriteError
+from ....output_file import write_file
+from ..text.yaml_reader import LOADER
 
 BOM = '\ufeff'
 

@@ -7,9 +7,9 @@ from typing import Literal, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from ...errors import Fault
+from ....errors import Fault
+from ..text.expressions import Expression
 from .convention_table import Axis
-from .expressions import Expression
 
 JointType = Literal['revolute', 'prismatic', 'helical']
 AngleUnit = Literal['rad', 'deg']

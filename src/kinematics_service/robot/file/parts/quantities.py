@@ -6,12 +6,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Literal, NamedTuple
 
-from ...errors import ExpressionError
+from ....errors import ExpressionError
+from ..text.expression_syntax import names_in
+from ..text.expressions import Affine, Expression, Scope, check_function, parse_affine
+from ..text.fault_report import FaultReport, number
+from ..text.yaml_document import Path
 from .description import AngleUnit, JointType, LengthUnit
-from .expression_syntax import names_in
-from .expressions import Affine, Expression, Scope, check_function, parse_affine
-from .fault_report import FaultReport, number
-from .yaml_document import Path
 
 Kind = Literal['angle', 'length', 'number']
 

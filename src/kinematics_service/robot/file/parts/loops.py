@@ -3,6 +3,10 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from ..text.entries import checked, checked_list, checked_word, did_you_mean, meant_by
+from ..text.expression_syntax import names_in, why_no_name
+from ..text.fault_report import FaultReport, quoted
+from ..text.yaml_document import Path, ScalarNode, texts_in
 from .convention_table import Convention
 from .description import (
     IDENTITY,
@@ -13,16 +17,12 @@ from .description import (
     PassiveJoint,
     PointDescription,
 )
-from .entries import checked, checked_list, checked_word, did_you_mean, meant_by
-from .expression_syntax import names_in, why_no_name
-from .fault_report import FaultReport, quoted
 from .links import likely_convention, read_links, variables_of
 from .loop_groups import loop_groups, names_in_loop, passive_of
 from .motions import pose_motion
 from .quantities import KIND_OF, Quantities
 from .schema import LoopEndEntry, LoopEntry, PassiveEntry, assembled_entry
 from .singularity import ROWS
-from .yaml_document import Path, ScalarNode, texts_in
 
 PATH: Path = ('loops',)
 MAX_LOOPS = 12

@@ -3,13 +3,13 @@
 import re
 from typing import Any
 
+from ..text.entries import checked, checked_number
+from ..text.fault_report import quoted, shown
+from ..text.yaml_document import Path
 from .convention_table import CONVENTIONS, Convention
 from .description import Tolerances
-from .entries import checked, checked_number
-from .fault_report import quoted, shown
 from .quantities import Kind, Quantities
 from .schema import TableToleranceEntry
-from .yaml_document import Path
 
 PATH: Path = ('tolerance',)
 NAME = re.compile(r'([A-Za-z]+)([1-9][0-9]{0,3})')

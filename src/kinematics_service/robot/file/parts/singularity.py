@@ -3,14 +3,14 @@
 from collections.abc import Sequence
 from typing import Any
 
+from ..text.entries import checked, checked_list, did_you_mean, meant_by
+from ..text.expression_syntax import names_in
+from ..text.fault_report import number, quoted
+from ..text.yaml_document import Path
 from .description import Factor, SingularityDescription
-from .entries import checked, checked_list, did_you_mean, meant_by
-from .expression_syntax import names_in
-from .fault_report import number, quoted
 from .measure_table import MEASURES, Measure
 from .quantities import Kind, Quantities
 from .schema import FactorEntry, SingularityEntry
-from .yaml_document import Path
 
 ROWS = ('x', 'y', 'z', 'rx', 'ry', 'rz')
 # The measure of a file that names none.

@@ -6,13 +6,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ...rigid_motion import rotation_of_roll_pitch_yaw
+from ....rigid_motion import rotation_of_roll_pitch_yaw
+from ..text.entries import checked, checked_list, checked_number
+from ..text.fault_report import number, quoted
+from ..text.yaml_document import Path
 from .description import IDENTITY, Placement, RigidMotion
-from .entries import checked, checked_list, checked_number
-from .fault_report import number, quoted
 from .quantities import Kind, Quantities
 from .schema import PlacementEntry, PoseEntry
-from .yaml_document import Path
 
 ZEROS = ('0', '0', '0')
 ROUND_OFF = 1e-12  # a rotation of exact expressions is this good: its numbers stay as they are

@@ -6,9 +6,9 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
-from .convention_table import CONVENTIONS, Convention, RowKind
-from .description import AngleUnit
-from .quantities import Units
+from ..parts.convention_table import CONVENTIONS, Convention, RowKind
+from ..parts.description import AngleUnit
+from ..parts.quantities import Units
 
 MOST_JOINTS = 12
 WIDTH = 6  # of a cell of the table

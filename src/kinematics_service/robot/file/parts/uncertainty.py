@@ -3,9 +3,10 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from ..text.entries import checked, checked_list, checked_number, choice, did_you_mean, meant_by
+from ..text.fault_report import quoted, shown
+from ..text.yaml_document import Path
 from .description import JointDescription, JointType, Link, Uncertainty
-from .entries import checked, checked_list, checked_number, choice, did_you_mean, meant_by
-from .fault_report import quoted, shown
 from .parameters import (
     ENDS,
     GEARS,
@@ -17,7 +18,6 @@ from .parameters import (
 )
 from .quantities import KIND_OF, Kind, Quantities
 from .schema import FloorEntry, UncertaintyEntry
-from .yaml_document import Path
 
 PATH: Path = ('uncertainty',)
 OF_POSITIONS = ('encoder_noise', 'encoder_resolution', 'backlash')

@@ -4,13 +4,13 @@ import re
 from collections.abc import Sequence
 from typing import Any
 
+from ..text.entries import checked
+from ..text.fault_report import quoted, shown
+from ..text.yaml_document import Path
 from .description import Placement, PointDescription
-from .entries import checked
-from .fault_report import quoted, shown
 from .motions import pose_motion
 from .quantities import Quantities
 from .schema import PointEntry
-from .yaml_document import Path
 
 PATH: Path = ('points',)
 MAX_POINTS = 64

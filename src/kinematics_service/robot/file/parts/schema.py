@@ -7,8 +7,7 @@ What is missing or has been refused is None in an entry.
 from functools import cache
 from typing import Annotated, Any
 
-from .convention_table import CONVENTIONS, QUANTITIES
-from .entries import (
+from ..text.entries import (
     Citation,
     Entry,
     Number,
@@ -21,6 +20,7 @@ from .entries import (
     Words,
     one_of,
 )
+from .convention_table import CONVENTIONS, QUANTITIES
 from .measure_table import MEASURES
 
 # Other words for the accepted ones, of textbooks, URDF and other programs.

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from ... import kernel
+from .... import kernel
 
 
 @dataclass(frozen=True)

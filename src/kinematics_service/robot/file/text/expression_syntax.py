@@ -12,7 +12,7 @@ import threading
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
-from ...errors import ExpressionError
+from ....errors import ExpressionError
 
 ARGUMENTS_OF = {'sqrt': 1, 'sin': 1, 'cos': 1, 'atan2': 2}
 MAX_CHARACTERS = 400  # the longest formula of a datasheet is far below

@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from ...errors import ExpressionError
+from ....errors import ExpressionError
 from .expression_syntax import names_in, operands_of, postorder, syntax_tree
 from .pi_in_degrees import advice_on_pi
 

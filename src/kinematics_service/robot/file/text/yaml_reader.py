@@ -10,7 +10,7 @@ from typing import Any
 
 import yaml
 
-from ...errors import Fault, RobotFileError
+from ....errors import Fault, RobotFileError
 from .fault_report import quoted
 from .split_commas import rejoined_items, rejoined_values
 from .yaml_document import Document, ListNode, MappingNode, Node, ScalarNode

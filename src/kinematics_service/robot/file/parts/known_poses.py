@@ -4,13 +4,13 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
+from ..text.entries import checked, checked_list
+from ..text.fault_report import number
+from ..text.yaml_document import Path
 from .description import JointDescription, JointType, KnownPose
-from .entries import checked, checked_list
-from .fault_report import number
 from .motions import pose_motion
 from .quantities import KIND_OF, Kind, Quantities
 from .schema import KnownPoseEntry, ToleranceEntry
-from .yaml_document import Path
 
 EXACT = 1e-6  # m and rad: what a datasheet with six digits can promise
 ROUND_OFF = 1e-9

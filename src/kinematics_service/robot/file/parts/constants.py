@@ -3,14 +3,14 @@
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 
-from ...errors import ExpressionError
+from ....errors import ExpressionError
+from ..text.entries import checked_number
+from ..text.expression_syntax import names_in, why_no_name
+from ..text.expressions import Scope, parse_affine
+from ..text.fault_report import FaultReport, quoted, shown
+from ..text.yaml_document import Path
 from .description import Constant
-from .entries import checked_number
-from .expression_syntax import names_in, why_no_name
-from .expressions import Scope, parse_affine
-from .fault_report import FaultReport, quoted, shown
 from .quantities import Units, why_not_finite
-from .yaml_document import Path
 
 MAX_CONSTANTS = 256  # the table of a datasheet has a dozen
 PATH: Path = ('constants',)

@@ -10,8 +10,8 @@ from collections.abc import Mapping, Sequence
 import yaml
 from yaml import MappingNode
 
-from ...errors import RobotFileWriteError
-from .description import (
+from ....errors import RobotFileWriteError
+from ..parts.description import (
     IDENTITY,
     DhRow,
     ElementaryMotion,
@@ -22,9 +22,9 @@ from .description import (
     RigidMotion,
     RobotDescription,
 )
-from .tolerances import GEAR, kind_of
+from ..parts.tolerances import GEAR, kind_of
+from ..text.yaml_reader import LOADER
 from .writer import BOM, last_line, scalar
-from .yaml_reader import LOADER
 
 
 def with_sections(
