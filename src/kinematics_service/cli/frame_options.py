@@ -56,12 +56,12 @@ WARN, STOP = '4mm,0.5deg', '20mm,2deg'
 
 def given_format(text: str | None) -> 'PoseFormat':
     """Return the pose format that --pose-format names."""
-    from ..errors import AuditError
+    from ..errors import RecordingError
     from ..formats.recordings.pose_format import PoseFormat, pose_format
 
     try:
         return PoseFormat() if text is None else pose_format(text)
-    except AuditError as error:
+    except RecordingError as error:
         raise WrongUsage(f'--pose-format: {error}') from None
 
 

@@ -84,7 +84,7 @@ def read_measured(
 
     Raises
     ------
-    AuditError
+    RecordingError
         The file cannot be read.
     CalibrationError
         It has no poses, or no joint positions at their times.

@@ -43,7 +43,7 @@ def read_touches(file: Path, wanted: Selection, column: str) -> TouchRecording:
 
     Raises
     ------
-    AuditError
+    RecordingError
         The file cannot be read.
     CalibrationError
         It is no table, has no such column, or a named row has no number for some joint.

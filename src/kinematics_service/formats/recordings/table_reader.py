@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...errors import AuditError
+from ...errors import RecordingError
 from .block import Block
 from .joint_csv import POSITION, STAMP, VELOCITY, lines_of
 from .pose_format import ACCEPTED_POSES, PoseFormat, pose_columns
@@ -45,7 +45,7 @@ def open_table(file: Path, wanted: Selection) -> RecordingSource:
 
     Raises
     ------
-    AuditError
+    RecordingError
         It cannot be read, or columns are missing; the message names line and column.
     """
     table = _CsvTable(file, wanted)
@@ -63,17 +63,17 @@ class _CsvTable:
             self.delimiter = next((c for c in ',;\t' if c in first), ' ')
             cells = next(csv.reader([first], delimiter=self.delimiter))
         except UnicodeDecodeError:
-            raise AuditError(f'{file}: {NO_TEXT}') from None
+            raise RecordingError(f'{file}: {NO_TEXT}') from None
         except OSError as error:
-            raise AuditError(f'{file}: cannot be read: {error.strerror}') from None
+            raise RecordingError(f'{file}: cannot be read: {error.strerror}') from None
         except csv.Error as error:
-            raise AuditError(f'{file}: cannot be read as a table: {error}') from None
+            raise RecordingError(f'{file}: cannot be read as a table: {error}') from None
         if not first:
-            raise AuditError(f'{file}: is empty')
+            raise RecordingError(f'{file}: is empty')
         self.header = [cell.strip() for cell in cells]
         name, times = Counter(self.header).most_common(1)[0]
         if times > 1:
-            raise AuditError(f'{file}: column {_cut(name)} occurs twice')
+            raise RecordingError(f'{file}: column {_cut(name)} occurs twice')
         self.names = self._layout()
 
     def source(self) -> RecordingSource:
@@ -124,7 +124,7 @@ class _CsvTable:
                 return names
         names = LAYOUTS[0]
         self._positions(names, required=True)
-        raise AuditError(
+        raise RecordingError(
             f'{self.file}: there is no column {names.stamp!r} (seconds); the header has '
             f'{self._shown()}; '
             f'{HOW}'
@@ -135,13 +135,13 @@ class _CsvTable:
         for item in text.split(','):
             key, equals, value = (part.strip() for part in item.partition('='))
             if not equals or key not in ColumnNames._fields:
-                raise AuditError(
+                raise RecordingError(
                     f'--columns: {item!r} is not accepted; write for instance '
                     'stamp=time,position=q_,velocity=qd_,pose=tcp_'
                 )
             given[key] = value.rstrip('*')
         if given.get('stamp', STAMP) not in self.header:
-            raise AuditError(
+            raise RecordingError(
                 f'{self.file}: there is no column {given.get("stamp", STAMP)!r}; '
                 f'the header has {self._shown()}'
             )
@@ -151,7 +151,7 @@ class _CsvTable:
         found = self._family(names.position)
         if not found and required:
             missing = [j for j in self.joints if names.position + j not in self.header]
-            raise AuditError(
+            raise RecordingError(
                 f'{self.file}: there is no column {names.position + missing[0]!r} for joint '
                 f'{missing[0]!r} of {self.wanted.robot.name}; the header has {self._shown()}; '
                 f'{HOW}'
@@ -177,7 +177,7 @@ class _CsvTable:
         found = pose_columns(self.header, self.names.pose, self.wanted.pose_format)
         asked = self.wanted.columns is not None and 'pose=' in self.wanted.columns
         if found is None and (asked or self.wanted.pose_format != PoseFormat()):
-            raise AuditError(f'{self.file}: {self.names.pose}* are no pose: {ACCEPTED_POSES}')
+            raise RecordingError(f'{self.file}: {self.names.pose}* are no pose: {ACCEPTED_POSES}')
         return found
 
     def _shown(self) -> str:

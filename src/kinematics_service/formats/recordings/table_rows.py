@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...errors import AuditError
+from ...errors import RecordingError
 from ...kernel import Floats
 from ...robot.measures import Level
 from .block import LARGEST_BLOCK, Times
@@ -56,7 +56,7 @@ class RowReader:
 
         Raises
         ------
-        AuditError
+        RecordingError
             A line is no row of the table; the message names line and column.
         """
         count = 0
@@ -72,9 +72,9 @@ class RowReader:
         try:
             yield from self._line_by_line(count)
         except UnicodeDecodeError:
-            raise AuditError(f'{self._file}: {NO_TEXT}') from None
+            raise RecordingError(f'{self._file}: {NO_TEXT}') from None
         except csv.Error as error:
-            raise AuditError(f'{self._file}: cannot be read as a table: {error}') from None
+            raise RecordingError(f'{self._file}: cannot be read as a table: {error}') from None
 
     def _quickly(self) -> Iterator[TableRows]:
         with self._file.open(encoding='utf-8-sig') as stream:
@@ -119,7 +119,7 @@ class RowReader:
                 yield TableRows(np.array(stamps, dtype=np.int64), np.array(numbers))
                 stamps, numbers = [], []
         if not count:
-            raise AuditError(f'{self._file}: has a header but no rows')
+            raise RecordingError(f'{self._file}: has a header but no rows')
         if stamps:
             yield TableRows(np.array(stamps, dtype=np.int64), np.array(numbers))
 
@@ -141,7 +141,7 @@ class RowReader:
                     text = f'line {line}, the last one, is cut off and left out'
                     self.remarks.append(Remark(Level.OK, text))
                     return
-                raise AuditError(
+                raise RecordingError(
                     f'{self._file}:{line}: {len(cells)} cells, but the header has '
                     f'{len(self._header)} columns'
                 )
@@ -150,7 +150,7 @@ class RowReader:
         try:
             return nanoseconds_of(cell)
         except ValueError:
-            raise AuditError(
+            raise RecordingError(
                 f'{self._file}:{line}: column {self._header[self._stamp_at]!r}: '
                 f'{cell[:40]!a} is not a time in seconds'
             ) from None
@@ -160,7 +160,7 @@ class RowReader:
         try:
             return number_of(text) if text else float('nan')
         except ValueError:
-            raise AuditError(
+            raise RecordingError(
                 f'{self._file}:{line}: column {self._header[column]!r}: {text[:40]!a} is not a '
                 'number'
             ) from None
