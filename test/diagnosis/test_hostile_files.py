@@ -20,9 +20,10 @@ from kinematics_service.formats.recordings.between_points import (
     PlannedTrajectory,
     sampled,
 )
-from kinematics_service.formats.recordings.joint_csv import LONGEST_LINE, read_recording
 from kinematics_service.formats.recordings.plan_reader import LARGEST
+from kinematics_service.formats.recordings.recording import read_recording
 from kinematics_service.formats.recordings.source import Selection
+from kinematics_service.formats.recordings.table_rows import LONGEST_LINE
 from kinematics_service.formats.urdf.importer import import_file
 from kinematics_service.robot.measures import Level
 

@@ -12,7 +12,7 @@ from rich.console import Console, RenderableType
 from rich.live import Live
 
 from ...errors import KinematicsError, RobotConflictError
-from ...formats.recordings.joint_csv import read_recording
+from ...formats.recordings.recording import read_recording
 from ...kinematics.trajectory import TRAJECTORIES
 from ...robot.measure_units import measure_units
 from ...stop_signals import StopSignal, stop_signals
