@@ -89,7 +89,6 @@ RULES = {
             'robot/file/text/yaml_reader.py',
             'robot/file/writing/sections.py',
             'robot/file/writing/writer.py',
-            'formats/recordings/plan_yaml.py',
         ),
     ),
     'matplotlib': (one_of('matplotlib'), ('display/plots/', 'symbolic/output/plot.py')),

@@ -29,8 +29,8 @@ from kinematics_service.robot.file.parts.description import (
     ShapeRow,
 )
 from kinematics_service.robot.file.reader import parse_robot, read_robot_file
+from kinematics_service.robot.file.text.robot_document import read_document
 from kinematics_service.robot.file.text.yaml_document import ScalarNode
-from kinematics_service.robot.file.text.yaml_reader import read_document
 from kinematics_service.robot.robot import build_robot
 
 ROUND_OFF = 1e-15

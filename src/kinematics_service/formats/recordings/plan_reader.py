@@ -85,11 +85,12 @@ def _documents(file: Path, text: str) -> list[Any]:
         except (ValueError, RecursionError) as error:
             reason = str(error) or 'nested too deeply'
             raise RecordingError(f'{file}: is not valid JSON: {reason}') from None
-    from .plan_yaml import PlanYamlError, read_documents
+    from ...robot.file.text.yaml_reader import YamlError
+    from .plan_yaml import read_documents
 
     try:
         return read_documents(text)
-    except PlanYamlError as error:
+    except YamlError as error:
         raise RecordingError(f'{file}:{error}') from None
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from ...errors import RobotFileError, UrdfError
 from ...robot.file.parts.joints import MAX_JOINTS
 from ...robot.file.parts.links import MAX_ROWS
-from ...robot.file.text.yaml_reader import MAX_BYTES
+from ...robot.file.text.robot_document import MAX_BYTES
 from ...robot.robot import Robot, robot_from_text
 from ...version import __version__
 from .certificate import Certificate, certify, configurations

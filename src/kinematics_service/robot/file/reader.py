@@ -32,8 +32,8 @@ from .parts.uncertainty import read_uncertainty
 from .text.entries import checked
 from .text.expression_syntax import names_in
 from .text.fault_report import FaultReport, quoted, shown
+from .text.robot_document import MAX_BYTES, read_document
 from .text.yaml_document import texts_in
-from .text.yaml_reader import MAX_BYTES, read_document
 
 # What a path may lead to besides files and folders; reading it might wait for ever.
 KINDS: Sequence[tuple[Callable[[int], bool], str]] = (

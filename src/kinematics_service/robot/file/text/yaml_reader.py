@@ -1,8 +1,7 @@
 """
-The only reader of robot files' YAML: by its events, each looked at before anything is built.
+The reader of YAML: by its events, each looked at before anything is built.
 
-What could build objects or grow (tags, anchors, aliases) is refused at the event that brings it,
-and every scalar stays the text the user wrote.
+What could build objects or grow (tags, anchors, aliases) is refused at the event that brings it.
 """
 
 import re
@@ -10,15 +9,12 @@ from typing import Any
 
 import yaml
 
-from ....errors import Fault, RobotFileError
 from .fault_report import quoted
-from .split_commas import rejoined_items, rejoined_values
-from .yaml_document import Document, ListNode, MappingNode, Node, ScalarNode
+from .yaml_document import ScalarNode
 
-MAX_BYTES = 256 * 1024
-MAX_DEPTH = 16
-MAX_NODES = 20_000  # a file of 128 joints and 512 rows has half as many
 LONGEST_REASON = 200
+# Texts of this many characters are parsed again for a better reason why they are no YAML.
+EXPLAINED = 256 * 1024
 # What YAML does not accept, and three characters that end a line in its version 1.1 only.
 UNACCEPTED = re.compile(
     '[^\t\n\r\x20-\x7e\xa0-\u2027\u202a-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]'
@@ -29,44 +25,133 @@ LOADER: Any = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)
 MALFORMED = (ValueError, OverflowError)
 
 
-def read_document(text: str, file: str) -> Document:
+class YamlError(Exception):
     """
-    Return the tree of a YAML text.
+    A text that is not accepted; its text is `line: reason`.
 
-    Raises
-    ------
-    RobotFileError
-        Not YAML, empty, several documents, or something that is refused: anchors, aliases,
-        tags, directives, too large, nested too deeply.
+    Attributes
+    ----------
+    line
+        Counted from 1; 0 if none can be named.
+    reason
     """
-    if len(text.encode('utf-8', 'surrogatepass')) > MAX_BYTES:
-        raise _refusal(file, 0, f'larger than {MAX_BYTES // 1024} KiB: not a robot file')
-    if found := UNACCEPTED.search(text):
-        line = text.count('\n', 0, found.start()) + 1
-        raise _refusal(file, line, f'character {found[0]!a} is not accepted in YAML')
-    builder = _Builder(file)
-    try:
-        for event in yaml.parse(text, Loader=LOADER):
-            builder.take(event)
-    except RobotFileError:
-        raise  # which is a ValueError, too
-    except yaml.MarkedYAMLError as error:
-        line, reason = _explained(error, text)
-        reason = reason if len(reason) <= LONGEST_REASON else f'{reason[: LONGEST_REASON - 3]}...'
-        advice = ' (indent with spaces)' if r"'\t'" in reason else ''
-        raise _refusal(file, line, f'not valid YAML: {reason}{advice}') from None
-    except MALFORMED:
-        raise _refusal(file, 0, 'not valid YAML: malformed escape or indicator') from None
-    if builder.root is None or builder.root == ScalarNode('', builder.root.line, False):
-        raise _refusal(file, 0, 'the file is empty')
-    return Document(file, builder.root)
+
+    def __init__(self, line: int, reason: str) -> None:
+        self.line, self.reason = line, reason
+        super().__init__(f'{line or ""}: {reason}'.removeprefix(':'))
+
+
+class YamlReader:
+    """
+    The documents of one text; what becomes of a node is for the kind of file to say.
+
+    Parameters
+    ----------
+    deepest, most_values
+        How deep values may be nested, and how many there may be.
+    advice
+        What to do, or what it is, if there are more.
+    """
+
+    def __init__(self, deepest: int, most_values: int, advice: str) -> None:
+        self._deepest, self._most_values, self._advice = deepest, most_values, advice
+        self._documents: list[Any] = []
+        # Lists and mappings that are open, innermost last: what began each, and its children.
+        self._open: list[tuple[Any, list[Any]]] = [(None, self._documents)]
+        self._values = 0
+
+    def scalar(self, event: Any) -> Any:
+        """Return the value of a text that is no key."""
+        raise NotImplementedError
+
+    def sequence(self, start: Any, items: list[Any]) -> Any:
+        """Return a list that began with an event."""
+        raise NotImplementedError
+
+    def mapping(self, start: Any, entries: list[tuple[ScalarNode, Any]]) -> Any:
+        """Return a mapping that began with an event."""
+        raise NotImplementedError
+
+    def begin_document(self, line: int) -> None:
+        """Look at the beginning of a document."""
+
+    def documents(self, text: str) -> list[Any]:
+        """
+        Return the documents of the text.
+
+        Raises
+        ------
+        YamlError
+            It is not YAML, or something that is refused: anchors, aliases, tags, directives, keys
+            that are no words, too many values, nested too deeply.
+        """
+        if found := UNACCEPTED.search(text):
+            line = text.count('\n', 0, found.start()) + 1
+            raise YamlError(line, f'character {found[0]!a} is not accepted in YAML')
+        try:
+            for event in yaml.parse(text, Loader=LOADER):
+                self._take(event)
+        except yaml.MarkedYAMLError as error:
+            line, reason = _explained(error, text)
+            cut = reason if len(reason) <= LONGEST_REASON else f'{reason[: LONGEST_REASON - 3]}...'
+            advice = ' (indent with spaces)' if r"'\t'" in reason else ''
+            raise YamlError(line, f'not valid YAML: {cut}{advice}') from None
+        except MALFORMED:
+            raise YamlError(0, 'not valid YAML: malformed escape or indicator') from None
+        return self._documents
+
+    def _take(self, event: Any) -> None:
+        kind = type(event)
+        if kind is yaml.ScalarEvent:
+            self._check(event)
+            value = node_of(event) if self._at_key() else self.scalar(event)
+            self._open[-1][1].append(value)
+        elif kind is yaml.SequenceStartEvent or kind is yaml.MappingStartEvent:
+            self._check(event)
+            if self._at_key():
+                raise _refusal(event, 'a key must be a word, not a list or mapping')
+            if len(self._open) > self._deepest:
+                raise _refusal(event, f'nested more than {self._deepest} deep')
+            self._open.append((event, []))
+        elif kind is yaml.SequenceEndEvent:
+            start, items = self._open.pop()
+            self._open[-1][1].append(self.sequence(start, items))
+        elif kind is yaml.MappingEndEvent:
+            start, both = self._open.pop()
+            entries = list(zip(both[::2], both[1::2], strict=True))
+            self._open[-1][1].append(self.mapping(start, entries))
+        elif kind is yaml.AliasEvent:
+            raise _refusal(event, f'aliases are not accepted: {quoted("*" + event.anchor)}')
+        elif kind is yaml.DocumentStartEvent:
+            line = event.end_mark.line + 1  # behind its directives
+            self.begin_document(line)
+            if event.version or event.tags:
+                raise YamlError(line, 'directives (%YAML, %TAG) are not accepted')
+
+    def _at_key(self) -> bool:
+        start, children = self._open[-1]
+        return type(start) is yaml.MappingStartEvent and len(children) % 2 == 0
+
+    def _check(self, event: Any) -> None:
+        self._values += 1
+        if self._values > self._most_values:
+            raise _refusal(event, f'more than {self._most_values:,} values: {self._advice}')
+        if event.anchor is not None:
+            raise _refusal(event, f'anchors are not accepted: {quoted("&" + event.anchor)}')
+        if event.tag is not None:
+            raise _refusal(event, f'tags are not accepted: {quoted(str(event.tag))}')
+
+
+def node_of(event: Any) -> ScalarNode:
+    """Return the text of an event as the user wrote it."""
+    return ScalarNode(event.value, event.start_mark.line + 1, bool(event.style))
 
 
 def _explained(error: Any, text: str) -> tuple[int, str]:
     # libyaml says what is expected, PyYAML's own parser also what stands there instead. At the
     # end of a text libyaml may count a line more.
     try:
-        for _ in yaml.parse(text, Loader=yaml.SafeLoader):
+        for _ in yaml.parse(text if len(text) <= EXPLAINED else '', Loader=yaml.SafeLoader):
             pass
     except yaml.MarkedYAMLError as other:
         if 0 <= _line_of(error) - _line_of(other) <= 1:
@@ -82,77 +167,5 @@ def _line_of(error: Any) -> int:
     return mark.line + 1 if mark else 0
 
 
-def _refusal(file: str, line: int, message: str) -> RobotFileError:
-    return RobotFileError((Fault(file, line, '', message),))
-
-
-class _Builder:
-    """The tree under construction: open sequences and mappings, innermost last."""
-
-    def __init__(self, file: str) -> None:
-        self.file = file
-        self.root: Node | None = None
-        self.open: list[tuple[Any, list[Node]]] = []
-        self.documents = 0
-        self.nodes = 0
-
-    def take(self, event: Any) -> None:
-        line = event.start_mark.line + 1
-        if isinstance(event, yaml.DocumentStartEvent):
-            self._start_document(event)
-        elif isinstance(event, yaml.NodeEvent):
-            self._check(event, line)
-            if isinstance(event, yaml.ScalarEvent):
-                self._add(ScalarNode(event.value, line, bool(event.style)))
-            else:
-                self.open.append((event, []))
-                if len(self.open) > MAX_DEPTH:
-                    raise _refusal(self.file, line, f'nested more than {MAX_DEPTH} deep')
-        elif isinstance(event, (yaml.SequenceEndEvent, yaml.MappingEndEvent)):
-            start, children = self.open.pop()
-            self._add(self._closed(start, children))
-
-    def _start_document(self, event: Any) -> None:
-        line = event.end_mark.line + 1  # behind its directives
-        self.documents += 1
-        if self.documents > 1:
-            raise _refusal(self.file, line, 'a second document: one file is one robot')
-        if event.version or event.tags:
-            raise _refusal(self.file, line, 'directives (%YAML, %TAG) are not accepted')
-
-    def _check(self, event: Any, line: int) -> None:
-        self.nodes += 1
-        if self.nodes > MAX_NODES:
-            raise _refusal(self.file, line, f'more than {MAX_NODES} values: not a robot file')
-        if isinstance(event, yaml.AliasEvent):
-            raise _refusal(
-                self.file, line, f'aliases are not accepted: {quoted("*" + event.anchor)}'
-            )
-        if event.anchor is not None:
-            raise _refusal(
-                self.file, line, f'anchors are not accepted: {quoted("&" + event.anchor)}'
-            )
-        if event.tag is not None:
-            raise _refusal(self.file, line, f'tags are not accepted: {quoted(str(event.tag))}')
-
-    def _add(self, node: Node) -> None:
-        if self.open:
-            self.open[-1][1].append(node)
-        else:
-            self.root = node
-
-    def _closed(self, start: Any, children: list[Node]) -> Node:
-        line = start.start_mark.line + 1
-        flow = bool(start.flow_style)
-        if isinstance(start, yaml.SequenceStartEvent):
-            return ListNode(tuple(rejoined_items(children) if flow else children), line)
-        assert isinstance(start, yaml.MappingStartEvent)
-        entries = []
-        for key, value in zip(children[::2], children[1::2], strict=True):
-            if not isinstance(key, ScalarNode):
-                raise _refusal(self.file, key.line, 'a key must be a word, not a list or mapping')
-            if not key.text.isprintable():
-                message = f'the key {quoted(key.text)} holds control characters'
-                raise _refusal(self.file, key.line, message)
-            entries.append((key, value))
-        return MappingNode(tuple(rejoined_values(entries) if flow else entries), line)
+def _refusal(event: Any, reason: str) -> YamlError:
+    return YamlError(event.start_mark.line + 1, reason)
