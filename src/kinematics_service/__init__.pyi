@@ -24,7 +24,7 @@ from .errors import WrenchError as WrenchError
 from .formats.urdf.elements import FrameNames as FrameNames
 from .formats.urdf.importer import UrdfImport as UrdfImport
 from .formats.urdf.importer import import_urdf as import_urdf
-from .formats.urdf.writer import urdf_text as urdf_text
+from .formats.urdf.writer import export_urdf as export_urdf
 from .kinematics.acceleration import acceleration as acceleration
 from .kinematics.acceleration import jacobian_rate as jacobian_rate
 from .kinematics.analytic import AnalyticJacobian as AnalyticJacobian

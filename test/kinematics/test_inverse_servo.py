@@ -289,7 +289,7 @@ def test_tool_axes_and_rows():
     twist = np.array([0.1, 0.02, 0.03, 0.1, 0.2, 0.3])
     in_tool = np.concatenate([R.T @ twist[:3], R.T @ twist[3:]])
     np.testing.assert_allclose(
-        joint_velocity(robot, q, in_tool, frame='tool').qdot,
+        joint_velocity(robot, q, in_tool, axes='tool').qdot,
         joint_velocity(robot, ks.evaluate(robot, q), twist).qdot,
         atol=ROUND_OFF,
     )
@@ -327,8 +327,8 @@ def test_positions_axes_and_settings_are_checked():
         joint_velocity(robot, [0.0] * 5, [0.0] * 6)
     with pytest.raises(TwistError, match='one pose'):
         joint_velocity(robot, np.zeros((2, 6)), [0.0] * 6)
-    with pytest.raises(TwistError, match='frame'):
-        joint_velocity(robot, [0.0] * 6, [0.0] * 6, frame='world')
+    with pytest.raises(TwistError, match='axes'):
+        joint_velocity(robot, [0.0] * 6, [0.0] * 6, axes='world')
     for wrong in ({'damping': 0.0}, {'horizon': math.nan}, {'damped_below': -1.0}):
         with pytest.raises(ServoSettingsError, match=next(iter(wrong))):
             ServoSettings(**wrong)

@@ -146,8 +146,8 @@ def test_twist_is_the_jacobian_times_the_velocities(name):
     q = poses(robot)
     qdot = np.random.default_rng(2).uniform(-2, 2, q.shape)
     for frame in ('base', 'tool'):
-        expected = ks.jacobian(robot, q, frame=frame) @ qdot[..., None]
-        found = ks.twist(robot, q, qdot, frame=frame)
+        expected = ks.jacobian(robot, q, axes=frame) @ qdot[..., None]
+        found = ks.twist(robot, q, qdot, axes=frame)
         np.testing.assert_allclose(found, expected[..., 0], rtol=0, atol=ROUND_OFF)
 
 
@@ -158,7 +158,7 @@ def test_tool_axes_turn_both_halves_of_the_jacobian(name):
     to_tool = np.swapaxes(ks.forward_kinematics(robot, q)[:, :3, :3], -1, -2)
     expected = both_halves(to_tool, ks.jacobian(robot, q))
     np.testing.assert_allclose(
-        ks.jacobian(robot, q, frame='tool'), expected, rtol=0, atol=ROUND_OFF
+        ks.jacobian(robot, q, axes='tool'), expected, rtol=0, atol=ROUND_OFF
     )
 
 
@@ -325,9 +325,9 @@ def test_leading_dimensions_come_out_as_they_went_in(name, leading):
     robot, n = robot_of(name), robot_of(name).dof
     q = np.random.default_rng(4).uniform(-1, 1, (*leading, n))
     assert ks.forward_kinematics(robot, q).shape == (*leading, 4, 4)
-    assert ks.jacobian(robot, q).shape == ks.jacobian(robot, q, frame='tool').shape
+    assert ks.jacobian(robot, q).shape == ks.jacobian(robot, q, axes='tool').shape
     assert ks.jacobian(robot, q).shape == (*leading, 6, n)
-    assert ks.twist(robot, q, q, frame='tool').shape == (*leading, 6)
+    assert ks.twist(robot, q, q, axes='tool').shape == (*leading, 6)
     if np.prod(leading) > 1000:
         q = q[:1000]
         leading = (1000,)

@@ -35,9 +35,9 @@ def export(
     """Run the command; `HELP` is what its user reads."""
     arm = given_robot(robot, '')
     refuse_robot_file('--urdf', Path(urdf), robot)
-    from ..formats.urdf.writer import urdf_text, without_loops
+    from ..formats.urdf.writer import export_urdf, without_loops
 
-    text = urdf_text(arm)
+    text = export_urdf(arm)
     write_document(urdf, text)
     if arm.passive_joint_names:
         loops = ', '.join(repr(loop.name) for loop in arm.description.loops)

@@ -97,9 +97,9 @@ def import_urdf(
             'give --urdf FILE with --base LINK and --tip LINK, or --ur-calibration FILE with '
             '--robot NAME'
         )
-    from ..formats.urdf.importer import import_file
+    from ..formats.urdf.importer import import_urdf as imported
 
-    found = import_file(urdf, base, tip, name, convention.value, round_angles, point or ())
+    found = imported(urdf, base, tip, name, convention.value, round_angles, point or ())
     write_document(out, found.text)
     # On the screen the robot file itself is standard output, so that it can be redirected.
     report = sys.stderr if out == '-' else sys.stdout

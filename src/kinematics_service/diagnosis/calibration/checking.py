@@ -66,7 +66,7 @@ def measured(
     q: npt.ArrayLike,
     poses: npt.ArrayLike,
     sets: npt.ArrayLike | None,
-    rates: npt.ArrayLike | None = None,
+    qdot: npt.ArrayLike | None = None,
 ) -> Measured:
     """
     Return measured poses as arrays that fit each other.
@@ -99,11 +99,11 @@ def measured(
     groups = np.zeros(count, dtype=np.int64) if sets is None else np.array(sets, dtype=np.int64)
     if groups.shape != (count,) or np.any(np.unique(groups) != np.arange(len(np.unique(groups)))):
         raise CalibrationError(f'sets must be {count} whole numbers from 0 on, none left out')
-    speeds = None if rates is None else np.array(rates, dtype=np.float64)
+    speeds = None if qdot is None else np.array(qdot, dtype=np.float64)
     if speeds is not None and not (
         speeds.shape == positions_of_joints.shape and np.all(np.isfinite(speeds))
     ):
-        raise CalibrationError(f'rates must be finite, of the shape {positions_of_joints.shape}')
+        raise CalibrationError(f'qdot must be finite, of the shape {positions_of_joints.shape}')
     result = Measured(positions_of_joints, T, positions, groups, speeds)
     for k in range(result.set_count if count else 1):
         _check_set(robot, result, k)
