@@ -89,7 +89,7 @@ RULES = {
             'formats/recordings/plan_yaml.py',
         ),
     ),
-    'matplotlib': (one_of('matplotlib'), ('display/plots/', 'symbolic/output/plot.py')),
+    'matplotlib': (one_of('matplotlib'), ('display/plots/',)),
     'the viewer': (one_of('viser', 'trimesh'), ('display/view/',)),
     'XML': (
         one_of('xml', 'lxml', 'defusedxml'),

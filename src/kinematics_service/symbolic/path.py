@@ -70,6 +70,18 @@ class Path:
         """Return the values of an expression of t, with the lengths of the file."""
         return self._function(expression)(times)
 
+    def motion(self, times: Floats) -> tuple[Floats, Floats]:
+        """Return q and qdot of all joints of the arm at times, shape (N, n), SI units."""
+        sampler = self.derivation.exact.sampler
+        q, qdot = (
+            np.stack([self.sampled(e, times) for e in vector], axis=-1)
+            for vector in (self.q, self.qdot)
+        )
+        rates = sampler.whole(qdot)
+        still = [k for k in range(rates.shape[1]) if k not in sampler.moving]
+        rates[:, still] = 0.0
+        return sampler.whole(q), rates
+
     def _function(self, expression: Any) -> Values:
         numbers = expression.subs(dict(self.derivation.names.values))
         function = sympy.lambdify(TIME, numbers, 'numpy')
