@@ -168,6 +168,7 @@ def parse_path(text: str, derivation: Derivation) -> dict[Any, Any]:
     ExpressionError
         An expression cannot be read.
     """
+    names = derivation.names
     variables = {symbol.name: symbol for symbol in derivation.variables}
     known = ', '.join(variables)
     found: dict[Any, Any] = {}
@@ -180,11 +181,10 @@ def parse_path(text: str, derivation: Derivation) -> dict[Any, Any]:
             )
         if variables[name] in found:
             raise DerivationError(f'{name} is given twice')
-        strange = names_in(expression) - {'t', 'pi'} - set(derivation.names.meanings)
+        strange = names_in(expression) - {'t', 'pi'} - (set(names.meanings) - set(variables))
         if strange:
             raise DerivationError(f'{name}: unknown name {min(strange)!r} (known: t, pi, lengths)')
-        meanings: Mapping[str, Any] = {**derivation.names.meanings, 't': TIME}
-        found[variables[name]] = exact(expression, meanings)
+        found[variables[name]] = exact(expression, {**names.meanings, 't': TIME})
     missing = [name for name, symbol in variables.items() if symbol not in found]
     if missing:
         raise DerivationError(f'no path for {", ".join(missing)}')
