@@ -91,7 +91,7 @@ RULES = {
             'robot/file/writing/writer.py',
         ),
     ),
-    'matplotlib': (one_of('matplotlib'), ('display/plots/', 'symbolic/output/plot.py')),
+    'matplotlib': (one_of('matplotlib'), ('display/plots/',)),
     'the viewer': (one_of('viser', 'trimesh'), ('display/view/',)),
     'XML': (
         one_of('xml', 'lxml', 'defusedxml'),

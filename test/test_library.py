@@ -38,7 +38,7 @@ API = """
     check_plan PlanCheck PlanError
     diagnose_frames FrameDiagnosis
     calibrate Calibration propose_poses ProposedPoses pose_covariance twist_covariance
-    derive Derivation derive_closed ClosedDerivation
+    derive Derivation
     import_urdf UrdfImport export_urdf FrameNames
     KinematicsError RobotFileError RobotNotFoundError
     PointError JointVectorError TargetError TwistError WrenchError ServoSettingsError

@@ -57,8 +57,6 @@ from .robot.points import Point as Point
 from .robot.robot import Robot as Robot
 from .robot.robot import load_robot as load_robot
 from .robot.robot import robot_from_text as robot_from_text
-from .symbolic.closed_arm import ClosedDerivation as ClosedDerivation
-from .symbolic.closed_arm import derive_closed as derive_closed
 from .symbolic.derivation import Derivation as Derivation
 from .symbolic.derivation import derive as derive
 from .version import __version__ as __version__

@@ -747,7 +747,7 @@ def test_importing_the_command_stays_light():
 
 
 def test_no_curve_of_three_has_the_colour_of_a_threshold():
-    sheet = Path(ks.__file__).parent / 'diagnosis' / 'audit' / 'report' / 'page.css'
+    sheet = Path(ks.__file__).parent / 'page.css'
     for colours in sheet.read_text().split('@media')[:2]:
         named = dict(re.findall(r'--(c0|c1|c2|warn|stop): (#[0-9a-f]+);', colours))
         assert len(set(named.values())) == len(named)
