@@ -18,7 +18,9 @@ from ..frame_check.diagnosis import FrameDiagnosis
 from ..frame_check.errors import Errors, errors_of
 from ..frame_check.hypotheses import Hypothesis, joint_hypotheses_of
 from .acceptance import JudgedFit, refusals_of
-from .checking import Measured, checked_offsets, measured
+from .arm_errors import TableErrors
+from .calibrated_errors import calibrated_errors, check_arm
+from .checking import Measured, checked_offsets, measured, value_in_words
 from .chosen_parameters import ChosenParameters, TouchedPoint, asks_for_gears
 from .corrections import corrected_robot
 from .explanations import RefusalCauses, TriedCalibration, explained, mistakes_of, score_of_poses
@@ -31,7 +33,6 @@ from .parameters import (
     TABLE_GROUPS,
     ArmParameter,
     parameters_of,
-    value_in_words,
 )
 from .placing import Free
 from .same_point import SamePointParameters, score_of_touches, touches_of
@@ -247,6 +248,19 @@ class Calibration(FrozenArrays):
         return tuple(
             one.name for one in self.parameters if one.group in TABLE_GROUPS and not one.told
         )
+
+    def table_errors(self, robot: Robot, q: Floats) -> TableErrors:
+        """
+        Return what is open of the table; `robot` is the calibrated one.
+
+        Raises
+        ------
+        CalibrationError
+            It has other poses at q (..., n) than were found.
+        """
+        errors = calibrated_errors(robot, self)
+        check_arm(robot, self, q)
+        return errors
 
 
 def calibrate(

@@ -14,7 +14,7 @@ from ...robot.file.description import Tolerances
 from ...robot.file.tolerances import GEAR
 from ...robot.robot import Robot
 from .checking import Measured
-from .corrected_chain import CorrectedChain, small_motion
+from .corrected_chain import CorrectedChain, motion_of
 from .fitting import FitProblem, Identified, Noise, weighted_jacobian
 from .knowledge import ParameterCombination, combinations_of
 from .parameters import (
@@ -269,11 +269,3 @@ def prior_of(
     if not found > 0.0:
         raise CalibrationError(f'the tolerance of {one.name} is not above 0; use fix instead')
     return float(found)
-
-
-def motion_of(six: Floats) -> Floats:
-    """Return the motion (4, 4) of the corrections x y z rx ry rz of a base or tool."""
-    T = np.eye(4)
-    for k, value in enumerate(six.tolist()):
-        T = T @ small_motion(k > 2, k % 3, value)
-    return T

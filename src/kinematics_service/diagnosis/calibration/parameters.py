@@ -31,7 +31,6 @@ from ...robot.file.parameters import end_parameters as end_parameters
 from ...robot.file.parameters import gear_parameters as gear_parameters
 from ...robot.robot import Robot
 from ...robot.task import seeded_poses
-from ..frame_check.errors import angle_in_words, length_in_words, time_in_words
 from .corrected_chain import (
     CorrectedChain,
     CorrectingMotion,
@@ -70,15 +69,6 @@ class ArmParameters:
 
     table: tuple[ArmParameter, ...]
     chain: CorrectedChain
-
-
-def value_in_words(group: str, angle: bool, value: float) -> str:
-    """Return a number of a parameter in words: an angle, a length, a time or a share."""
-    if group == LAG.group:
-        return time_in_words(value)
-    if group == GEARS:
-        return f'{100.0 * value:.3g} %'
-    return angle_in_words(value) if angle else length_in_words(value)
 
 
 def placement(

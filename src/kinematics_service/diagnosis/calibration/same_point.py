@@ -30,6 +30,7 @@ from .checking import (
     Measured,
     check_different,
     explained_by_joints,
+    value_in_words,
 )
 from .chosen_parameters import ANYWHERE, ChosenParameters, TouchedPoint
 from .corrected_chain import CorrectedChain, CorrectingMotion, Part
@@ -53,7 +54,6 @@ from .parameters import (
     ArmParameters,
     end_parameters,
     structural_rank,
-    value_in_words,
 )
 
 # The group of the positions of points.

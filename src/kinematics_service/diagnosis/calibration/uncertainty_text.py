@@ -8,7 +8,8 @@ from ...kernel import Floats
 from ...robot.file.description import RobotDescription, Uncertainty
 from ...robot.file.parameters import GEARS, ArmParameter
 from ...robot.robot import Robot
-from .arm_errors import calibrated_errors, named_errors
+from .arm_errors import named_errors
+from .calibrated_errors import calibrated_errors
 from .calibration import Calibration
 from .corrections import number_text, of_joints_alone
 from .fitting import widened

@@ -173,7 +173,7 @@ def _errors(settings: NodeSettings) -> PoseErrors | None:
     if settings.robot.description.uncertainty is None:
         return None
     # Imported where there are some: the start of other nodes needs no calibration.
-    from ...diagnosis.calibration.pose_covariance import errors_of_file
+    from ...diagnosis.calibration.arm_errors import errors_of_file
 
     return errors_of_file(settings.robot)
 

@@ -116,7 +116,7 @@ class NodeParameters:
             plan_for(settings.robot, settings.target_rows, settings.target_axis or '')
             if settings.robot.description.uncertainty is not None:
                 # So is what may be off in it; the first such file imports the calibration.
-                from ...diagnosis.calibration.pose_covariance import errors_of_file
+                from ...diagnosis.calibration.arm_errors import errors_of_file
 
                 errors_of_file(settings.robot)
             return CheckedArm(robot, fitting, settings)

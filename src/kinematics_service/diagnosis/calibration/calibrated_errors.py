@@ -1,0 +1,123 @@
+"""What a calibration left open of the table of its arm."""
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from ... import kernel
+from ...errors import CalibrationError
+from ...kernel import Floats
+from ...kinematics.tool_state import evaluate
+from ...rigid_motion import inverse
+from ...robot.robot import Robot
+from .arm_errors import TableErrors, joint_screws, screws_in_frames
+from .checking import apart
+from .corrected_chain import CorrectedChain, motion_of, poses_of
+from .parameters import ENDS, GEARS, SIX, end_parameters, parameters_of, placement
+
+if TYPE_CHECKING:
+    from .calibration import Calibration
+
+# A robot is the calibrated one if its poses are (m, rad): its file has printed digits.
+SAME = 1e-8
+
+
+class TableCorrections(NamedTuple):
+    """
+    The corrections of a calibrated arm.
+
+    Attributes
+    ----------
+    chain, values : P
+        From base to tool, and all its corrections, rad and m.
+    columns, fitted
+        Of those that were fitted, where they stand in `values`, and in the calibration.
+    """
+
+    chain: CorrectedChain
+    values: Floats
+    columns: list[int]
+    fitted: list[int]
+
+
+def table_corrections(robot: Robot, found: 'Calibration', ends: bool = False) -> TableCorrections:
+    """Return the corrections of an arm as `calibrated_errors` takes it."""
+    if robot.dof != found.robot.dof:
+        raise CalibrationError(f'the calibration is one of {found.robot.name}')
+    gears = any(one.group == GEARS for one in found.parameters)
+    arm = parameters_of(found.robot, gears)
+    count = len(arm.table)
+    names = [one.name for one in arm.table]
+    if ends:
+        names += [one.name for end in ENDS for one in end_parameters(end, 0)]
+    fitted = [k for k, one in enumerate(found.parameters) if one.name in names]
+    columns = [names.index(found.parameters[k].name) for k in fitted]
+    values = np.zeros(count + 2 * len(SIX))
+    values[columns] = [found.parameters[k].correction for k in fitted]
+    description = robot.description
+    base = description.base.motion.matrix @ inverse(motion_of(values[count:][:6]))
+    tool = inverse(motion_of(values[count + 6 :])) @ description.tool.motion.matrix
+    chain = placement(arm.chain, base, tool, (count, count + len(SIX)))
+    return TableCorrections(chain, values, columns, fitted)
+
+
+def calibrated_errors(robot: Robot, found: 'Calibration', ends: bool = False) -> TableErrors:
+    """
+    Return what a calibration left open of its table.
+
+    Parameters
+    ----------
+    robot
+        The calibrated arm, as written or as `calibrated`.
+    ends
+        Whether base and tool, of the first set, are those of the measured poses: then what is
+        open of them counts, too.
+
+    Raises
+    ------
+    CalibrationError
+        The calibration is one of another arm.
+    """
+    own = table_corrections(robot, found, ends)
+    frames, screws = screws_in_frames(robot, own.chain, own.values)
+    factor = factor_of(found.covariance[np.ix_(own.fitted, own.fitted)])
+    of_gear = {gear.column: gear.joint for gear in own.chain.gears}
+    rows = [k for k, column in enumerate(own.columns) if column not in of_gear]
+    columns = [own.columns[k] for k in rows]
+    parts = [TableErrors(frames[columns], screws[columns], np.full(len(rows), -1), factor[rows])]
+    # A share of the nominal gear ratio, as one of the calibrated one.
+    moving = joint_screws(robot)
+    for k, column in enumerate(own.columns):
+        if column in of_gear:
+            at = np.flatnonzero(moving.joints == of_gear[column])
+            share = factor[[k] * len(at)] / (1.0 + own.values[column])
+            parts.append(
+                TableErrors(moving.frames[at], moving.screws[at], moving.joints[at], share)
+            )
+    return TableErrors(*(np.concatenate(arrays) for arrays in zip(*parts)))
+
+
+def factor_of(covariance: Floats) -> Floats:
+    """Return F of a covariance F F^T (P, P)."""
+    deviations = np.sqrt(np.diag(covariance))
+    values, vectors = np.linalg.eigh(covariance / np.outer(deviations, deviations))
+    return np.asarray(deviations[:, None] * vectors * np.sqrt(np.maximum(values, 0.0)))
+
+
+def check_arm(robot: Robot, found: 'Calibration', q: Floats) -> None:
+    """
+    Refuse a robot that does not have the calibrated poses at joint positions (..., n).
+
+    Raises
+    ------
+    CalibrationError
+        The calibration is one of another arm.
+    """
+    own = table_corrections(robot, found)
+    state = evaluate(robot, np.reshape(q, (-1, robot.dof)), depth=kernel.POSE)
+    lengths, angles = apart(poses_of(own.chain, own.values, state.q), state.pose)
+    if max(np.max(lengths, initial=0.0), np.max(angles, initial=0.0)) > SAME:
+        raise CalibrationError(
+            f'the calibration of {found.robot.name} is one of another arm: '
+            'give the calibrated robot'
+        )
