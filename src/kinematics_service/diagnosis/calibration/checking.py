@@ -11,11 +11,11 @@ from ...formats.recordings.source import MOST_POSES
 from ...kernel import Floats, Integers
 from ...kinematics.forward import forward_kinematics
 from ...rigid_motion import rotation_vector
+from ...robot.file.parameters import GEARS, LAG
 from ...robot.robot import Robot
 from ..frame_check.diagnosis import FrameDiagnosis, check_rotations, diagnose_frames
 from ..frame_check.errors import angle_in_words, length_in_words, time_in_words
 from ..frame_check.hypotheses import joint_hypotheses_of
-from .parameters import GEARS, LAG
 from .placing import Free, Offsets, offsets_of, shared_offsets
 
 # Poses of a set, and poses by which a cause is tested.

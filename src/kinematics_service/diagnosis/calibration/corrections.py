@@ -9,6 +9,8 @@ import numpy as np
 
 from ...errors import KinematicsError
 from ...kernel import Floats
+from ...kinematics.uncertainty.corrected_chain import small_motion
+from ...kinematics.uncertainty.parameters import EXTRA_PLACES
 from ...rigid_motion import exact_rpy
 from ...robot.file.convention_table import Axis
 from ...robot.file.description import (
@@ -23,10 +25,9 @@ from ...robot.file.description import (
     Uncertainty,
 )
 from ...robot.file.expressions import Affine, Expression
+from ...robot.file.parameters import WITH_EXTRA, ArmParameter
 from ...robot.file.tolerances import EXTRA, GEAR
 from ...robot.robot import Robot, build_robot
-from .corrected_chain import small_motion
-from .parameters import EXTRA_PLACES, WITH_EXTRA, ArmParameter
 
 ZERO = Expression('0', Affine(0.0, ()))
 # By row of the table and place in it: the correction, rad or m.

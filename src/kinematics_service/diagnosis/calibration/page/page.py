@@ -13,13 +13,14 @@ from importlib import resources
 import numpy as np
 
 from ....kernel import Floats
+from ....robot.file.parameters import TABLE_GROUPS
 from ....version import __version__
 from ...audit.report import page as audit_page
 from ...audit.report.page_table import table
 from ...frame_check.errors import Errors, angle_in_words, length_in_words
-from ..calibration import CalibratedParameter, Calibration
+from ..calibration import Calibration
+from ..identified_table import CalibratedParameter
 from ..knowledge import KNOWN
-from ..parameters import TABLE_GROUPS
 from ..report import cells_of, kind_of, not_nothing, sentences_of
 from .arm_picture import arm_picture
 from .plots import NARROW, PointPlot

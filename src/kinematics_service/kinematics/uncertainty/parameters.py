@@ -16,19 +16,16 @@ from ...robot.conventions import Row, table_rows
 from ...robot.file.convention_table import CONVENTIONS, NamedMotion
 from ...robot.file.description import DhRow, Link, RobotDescription, ShapeRow
 from ...robot.file.expressions import Affine
-from ...robot.file.parameters import ANGLE as ANGLE
-from ...robot.file.parameters import AXES, PlacedParameter, placed_rows
-from ...robot.file.parameters import ENDS as ENDS
-from ...robot.file.parameters import GEARS as GEARS
-from ...robot.file.parameters import GROUPS as GROUPS
-from ...robot.file.parameters import LAG as LAG
-from ...robot.file.parameters import LENGTH as LENGTH
-from ...robot.file.parameters import SIX as SIX
-from ...robot.file.parameters import TABLE_GROUPS as TABLE_GROUPS
-from ...robot.file.parameters import WITH_EXTRA as WITH_EXTRA
-from ...robot.file.parameters import ArmParameter as ArmParameter
-from ...robot.file.parameters import end_parameters as end_parameters
-from ...robot.file.parameters import gear_parameters as gear_parameters
+from ...robot.file.parameters import (
+    AXES,
+    ENDS,
+    LENGTH,
+    ArmParameter,
+    PlacedParameter,
+    end_parameters,
+    gear_parameters,
+    placed_rows,
+)
 from ...robot.robot import Robot
 from ...robot.task import seeded_poses
 from .corrected_chain import (

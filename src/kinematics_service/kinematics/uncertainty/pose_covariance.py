@@ -10,11 +10,11 @@ import numpy.typing as npt
 from ... import kernel
 from ...errors import CalibrationError
 from ...kernel import Floats, PoseErrors
-from ...kinematics.acceleration import jacobian_rate
-from ...kinematics.forward import BASE, cross, in_axes_of
-from ...kinematics.tool_state import ToolState, evaluate
 from ...robot.points import TOOL
 from ...robot.robot import AnyRobot, Robot, as_robot
+from ..acceleration import jacobian_rate
+from ..forward import BASE, cross, in_axes_of
+from ..tool_state import ToolState, evaluate
 from .arm_errors import TableErrors, errors_of_file, pose_errors, table_errors_of
 
 

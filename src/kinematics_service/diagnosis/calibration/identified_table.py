@@ -1,6 +1,7 @@
-"""What a calibration left open of the table of its arm."""
+"""The corrections of a table, and what they leave open of it."""
 
-from typing import TYPE_CHECKING, NamedTuple
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -8,18 +9,93 @@ from ... import kernel
 from ...errors import CalibrationError
 from ...kernel import Floats
 from ...kinematics.tool_state import evaluate
+from ...kinematics.uncertainty.arm_errors import TableErrors, joint_screws, screws_in_frames
+from ...kinematics.uncertainty.corrected_chain import CorrectedChain, motion_of, poses_of
+from ...kinematics.uncertainty.parameters import parameters_of, placement
 from ...rigid_motion import inverse
+from ...robot.chain import FrozenArrays
+from ...robot.file.parameters import ENDS, GEARS, LAG, SIX, ArmParameter, end_parameters
 from ...robot.robot import Robot
-from .arm_errors import TableErrors, joint_screws, screws_in_frames
-from .checking import apart
-from .corrected_chain import CorrectedChain, motion_of, poses_of
-from .parameters import ENDS, GEARS, SIX, end_parameters, parameters_of, placement
-
-if TYPE_CHECKING:
-    from .calibration import Calibration
+from .checking import apart, value_in_words
 
 # A robot is the calibrated one if its poses are (m, rad): its file has printed digits.
 SAME = 1e-8
+# Below this share of its prior a parameter's deviation says that the poses tell it.
+TOLD = 1.0 / 3.0
+
+
+@dataclass(frozen=True)
+class CalibratedParameter:
+    """
+    A parameter after the calibration.
+
+    Attributes
+    ----------
+    name, group, angle
+        As `ArmParameter` has them; angles are in rad, lengths in m, a lag in s, gear ratios are
+        shares.
+    correction
+        What is added to the nominal number.
+    deviation
+        Standard deviation of the correction.
+    prior
+        Standard deviation before.
+    """
+
+    name: str
+    group: str
+    angle: bool
+    correction: float
+    deviation: float
+    prior: float
+
+    @property
+    def unit(self) -> str:
+        """Return the SI unit of its numbers, empty of a share."""
+        return {LAG.group: 's', GEARS: ''}.get(self.group, 'rad' if self.angle else 'm')
+
+    def in_words(self, value: float) -> str:
+        """Return a correction or a deviation of it in words, with the unit of its kind."""
+        return value_in_words(self.group, self.angle, value)
+
+    @property
+    def told(self) -> bool:
+        """Return whether the poses tell it; otherwise it mostly stays where its prior has it."""
+        usual = min(self.prior, ArmParameter(self.name, self.group, self.angle).scale)
+        return self.deviation < TOLD * usual
+
+
+@dataclass(frozen=True, eq=False)
+class IdentifiedTable(FrozenArrays):
+    """
+    Corrections of a table, and how well they are known.
+
+    Attributes
+    ----------
+    robot
+        The nominal robot.
+    parameters : P
+        Those that were fitted.
+    covariance : shape (P, P), rad and m
+        Of their corrections.
+    """
+
+    robot: Robot
+    parameters: tuple[CalibratedParameter, ...]
+    covariance: Floats
+
+    def table_errors(self, robot: Robot, q: Floats) -> TableErrors:
+        """
+        Return what is open of the table; `robot` is the calibrated one.
+
+        Raises
+        ------
+        CalibrationError
+            It has other poses at q (..., n) than were found.
+        """
+        errors = calibrated_errors(robot, self)
+        check_arm(robot, self, q)
+        return errors
 
 
 class TableCorrections(NamedTuple):
@@ -40,7 +116,9 @@ class TableCorrections(NamedTuple):
     fitted: list[int]
 
 
-def table_corrections(robot: Robot, found: 'Calibration', ends: bool = False) -> TableCorrections:
+def table_corrections(
+    robot: Robot, found: IdentifiedTable, ends: bool = False
+) -> TableCorrections:
     """Return the corrections of an arm as `calibrated_errors` takes it."""
     if robot.dof != found.robot.dof:
         raise CalibrationError(f'the calibration is one of {found.robot.name}')
@@ -61,7 +139,7 @@ def table_corrections(robot: Robot, found: 'Calibration', ends: bool = False) ->
     return TableCorrections(chain, values, columns, fitted)
 
 
-def calibrated_errors(robot: Robot, found: 'Calibration', ends: bool = False) -> TableErrors:
+def calibrated_errors(robot: Robot, found: IdentifiedTable, ends: bool = False) -> TableErrors:
     """
     Return what a calibration left open of its table.
 
@@ -104,7 +182,7 @@ def factor_of(covariance: Floats) -> Floats:
     return np.asarray(deviations[:, None] * vectors * np.sqrt(np.maximum(values, 0.0)))
 
 
-def check_arm(robot: Robot, found: 'Calibration', q: Floats) -> None:
+def check_arm(robot: Robot, found: IdentifiedTable, q: Floats) -> None:
     """
     Refuse a robot that does not have the calibrated poses at joint positions (..., n).
 

@@ -8,22 +8,20 @@ import numpy as np
 
 from ...errors import CalibrationError
 from ...kernel import Floats, Integers, PoseErrors, PoseErrorTable
-from ...kinematics.forward import link_frames
 from ...rigid_motion import inverse
 from ...robot.file.description import Uncertainty
-from ...robot.robot import Robot
-from .corrected_chain import CorrectedChain, error_screws, seen_from
-from .parameters import (
+from ...robot.file.parameters import (
     ENDS,
     GROUPS,
     SIX,
     ArmParameter,
     end_parameters,
-    every_parameter_of,
     gear_parameters,
-    parameters_of,
-    placement,
 )
+from ...robot.robot import Robot
+from ..forward import link_frames
+from .corrected_chain import CorrectedChain, error_screws, seen_from
+from .parameters import every_parameter_of, parameters_of, placement
 
 # Robots whose errors are kept: a node has one.
 KEPT = 8
