@@ -18,9 +18,9 @@ from sensor_msgs.msg import JointState
 
 import kinematics_service as ks
 from kinematics_service import kernel
-from kinematics_service.diagnosis.calibration.arm_errors import errors_of_file
-from kinematics_service.diagnosis.calibration.parameters import parameters_of
 from kinematics_service.estimation.estimator import Estimator, EstimatorOutput
+from kinematics_service.kinematics.uncertainty.arm_errors import errors_of_file
+from kinematics_service.kinematics.uncertainty.parameters import parameters_of
 from kinematics_service.robot.file.parts.description import Uncertainty
 from kinematics_service.robot.robot import build_robot
 from kinematics_service.ros.messages.joint_state_reader import JointStateReader

@@ -8,7 +8,7 @@ from arms import robot_of
 
 import kinematics_service as ks
 from kinematics_service.diagnosis.calibration.corrections import corrected_robot
-from kinematics_service.diagnosis.calibration.parameters import parameters_of
+from kinematics_service.kinematics.uncertainty.parameters import parameters_of
 from kinematics_service.rigid_motion import exponential, pose_of
 from kinematics_service.robot.task import seeded_poses
 

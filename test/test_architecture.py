@@ -36,6 +36,7 @@ ROOMS = (
     'kinematics',
     'kinematics/inverse',
     'kinematics/plans',
+    'kinematics/uncertainty',
     'estimation',
     'symbolic/algebra',
     'symbolic',

@@ -1,7 +1,5 @@
 from .diagnosis.calibration.calibration import Calibration as Calibration
 from .diagnosis.calibration.calibration import calibrate as calibrate
-from .diagnosis.calibration.pose_covariance import pose_covariance as pose_covariance
-from .diagnosis.calibration.pose_covariance import twist_covariance as twist_covariance
 from .diagnosis.calibration.proposal import ProposedPoses as ProposedPoses
 from .diagnosis.calibration.proposal import propose_poses as propose_poses
 from .diagnosis.frame_check.diagnosis import FrameDiagnosis as FrameDiagnosis
@@ -51,6 +49,8 @@ from .kinematics.statics import joint_torques as joint_torques
 from .kinematics.statics import wrench_from_torques as wrench_from_torques
 from .kinematics.tool_state import ToolState as ToolState
 from .kinematics.tool_state import evaluate as evaluate
+from .kinematics.uncertainty.pose_covariance import pose_covariance as pose_covariance
+from .kinematics.uncertainty.pose_covariance import twist_covariance as twist_covariance
 from .robot.bundled import bundled_robots as bundled_robots
 from .robot.measures import Level as Level
 from .robot.points import Point as Point

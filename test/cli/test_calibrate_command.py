@@ -16,10 +16,10 @@ from kinematics_service.cli import live_calibration
 from kinematics_service.diagnosis.calibration import calibration
 from kinematics_service.diagnosis.calibration.collecting import CollectedPoses
 from kinematics_service.diagnosis.calibration.corrections import corrected_robot
-from kinematics_service.diagnosis.calibration.parameters import parameters_of
 from kinematics_service.diagnosis.calibration.robot_text import CalibrationOrigin, calibrated_text
 from kinematics_service.diagnosis.frame_check.hypotheses import quaternions_of
 from kinematics_service.estimation.status_text import singularity_status
+from kinematics_service.kinematics.uncertainty.parameters import parameters_of
 from kinematics_service.robot.file.writing.new_robot import Units, new_robot_text
 
 NOISE = 5e-5

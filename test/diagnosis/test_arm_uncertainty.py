@@ -10,19 +10,19 @@ from calibrated_arms import measured_arm
 
 import kinematics_service as ks
 from kinematics_service import kernel
-from kinematics_service.diagnosis.calibration.arm_errors import named_errors, table_errors_of
 from kinematics_service.diagnosis.calibration.chosen_parameters import motion_of
-from kinematics_service.diagnosis.calibration.corrected_chain import CorrectingMotion, pose_change
 from kinematics_service.diagnosis.calibration.corrections import corrected_robot
-from kinematics_service.diagnosis.calibration.parameters import (
-    TABLE_GROUPS,
+from kinematics_service.diagnosis.calibration.robot_text import CalibrationOrigin, calibrated_text
+from kinematics_service.kinematics.uncertainty.arm_errors import named_errors, table_errors_of
+from kinematics_service.kinematics.uncertainty.corrected_chain import CorrectingMotion, pose_change
+from kinematics_service.kinematics.uncertainty.parameters import (
     every_parameter_of,
     parameters_of,
     placement,
 )
-from kinematics_service.diagnosis.calibration.robot_text import CalibrationOrigin, calibrated_text
 from kinematics_service.rigid_motion import rotation_vector
 from kinematics_service.robot.file.parts.description import Uncertainty
+from kinematics_service.robot.file.parts.parameters import TABLE_GROUPS
 from kinematics_service.robot.robot import build_robot
 
 # Standard errors of a sampled variance that the largest of 42 numbers stays within.

@@ -7,7 +7,7 @@ from calibrated_arms import TIP, touching_arm, touching_positions
 
 import kinematics_service as ks
 from kinematics_service.diagnosis.calibration import same_point
-from kinematics_service.diagnosis.calibration.parameters import parameters_of
+from kinematics_service.kinematics.uncertainty.parameters import parameters_of
 
 # Without noise touches are as exact (m).
 EXACT = 1e-9

@@ -15,7 +15,7 @@ from target_harness import pose_target
 
 import kinematics_service as ks
 from kinematics_service.diagnosis.calibration.corrections import corrected_robot
-from kinematics_service.diagnosis.calibration.parameters import parameters_of
+from kinematics_service.kinematics.uncertainty.parameters import parameters_of
 
 OK, WARN, ERROR = 0, 1, 2
 POSES = 60

@@ -417,7 +417,7 @@ def test_the_node_answers_while_a_file_is_read(arm, file, monkeypatch):
 
 
 def test_what_may_be_off_in_an_arm_is_found_while_its_file_is_read(arm, file, monkeypatch):
-    from kinematics_service.diagnosis.calibration import arm_errors
+    from kinematics_service.kinematics.uncertainty import arm_errors
 
     one = arm(str(file))
     threads, found = [], arm_errors.pose_errors

@@ -494,7 +494,8 @@ def _check_names(arm: 'Robot', wanted: _Wanted) -> None:
 
     from ..diagnosis.calibration.checking import Measured
     from ..diagnosis.calibration.chosen_parameters import ChosenParameters, asks_for_gears
-    from ..diagnosis.calibration.parameters import ENDS, parameters_of
+    from ..kinematics.uncertainty.parameters import parameters_of
+    from ..robot.file.parts.parameters import ENDS
     from ..robot.loops import refuse_loops
 
     refuse_loops(arm.description, 'the calibration')
@@ -545,7 +546,7 @@ def _measured(
 
 def _tolerances(arm: 'Robot', limit: 'PoseLimit | None') -> dict[str, float]:
     # What the robot file says of single numbers holds beside the option.
-    from ..diagnosis.calibration.parameters import parameters_of
+    from ..kinematics.uncertainty.parameters import parameters_of
 
     if limit is None:
         return {}

@@ -84,8 +84,8 @@ def kept_when_refused(robot: 'Robot', poses: 'CollectedPoses') -> Iterator[None]
 
 
 def _lines(robot: 'Robot', found: 'Calibration', complete: bool, propose: int) -> Iterator[str]:
-    from ..diagnosis.calibration.parameters import TABLE_GROUPS
     from ..diagnosis.calibration.proposal import propose_poses
+    from ..robot.file.parts.parameters import TABLE_GROUPS
 
     yield f'{found.count} poses: {found.known} of {found.possible} directions are known'
     table = [one for one in found.parameters if one.group in TABLE_GROUPS]

@@ -11,7 +11,8 @@ import numpy.typing as npt
 from ...errors import CalibrationError
 from ...formats.recordings.block import Flags
 from ...kernel import Floats, Integers
-from ...robot.chain import FrozenArrays
+from ...kinematics.uncertainty.parameters import parameters_of
+from ...robot.file.parts.parameters import ENDS, GEARS, TABLE_GROUPS
 from ...robot.loops import refuse_loops
 from ...robot.robot import AnyRobot, Robot, as_robot
 from ..frame_check.diagnosis import FrameDiagnosis
@@ -23,68 +24,17 @@ from .chosen_parameters import ChosenParameters, TouchedPoint, asks_for_gears
 from .corrections import corrected_robot
 from .explanations import RefusalCauses, TriedCalibration, explained, mistakes_of, score_of_poses
 from .fitting import FitProblem, Identified, Noise, identify, refined, weighted_jacobian
+from .identified_table import CalibratedParameter, IdentifiedTable
 from .knowledge import KNOWN, ParameterCombination
-from .parameters import (
-    ENDS,
-    GEARS,
-    LAG,
-    TABLE_GROUPS,
-    ArmParameter,
-    parameters_of,
-    value_in_words,
-)
 from .placing import Free
 from .same_point import SamePointParameters, score_of_touches, touches_of
 
 # Blocks of time for the cross-validation.
 BLOCKS = 5
-# Below this share of its prior a parameter's deviation says that the poses tell it.
-TOLD = 1.0 / 3.0
 # Corrections of so many standard deviations of their priors are remarked on.
 FAR = 4.0
 # Decimals (m, rad) of the corrections of the calibrated robot: far below what any noise leaves.
 DECIMALS = 13
-
-
-@dataclass(frozen=True)
-class CalibratedParameter:
-    """
-    A parameter after the calibration.
-
-    Attributes
-    ----------
-    name, group, angle
-        As `ArmParameter` has them; angles are in rad, lengths in m, a lag in s, gear ratios are
-        shares.
-    correction
-        What is added to the nominal number.
-    deviation
-        Standard deviation of the correction.
-    prior
-        Standard deviation before.
-    """
-
-    name: str
-    group: str
-    angle: bool
-    correction: float
-    deviation: float
-    prior: float
-
-    @property
-    def unit(self) -> str:
-        """Return the SI unit of its numbers, empty of a share."""
-        return {LAG.group: 's', GEARS: ''}.get(self.group, 'rad' if self.angle else 'm')
-
-    def in_words(self, value: float) -> str:
-        """Return a correction or a deviation of it in words, with the unit of its kind."""
-        return value_in_words(self.group, self.angle, value)
-
-    @property
-    def told(self) -> bool:
-        """Return whether the poses tell it; otherwise it mostly stays where its prior has it."""
-        usual = min(self.prior, ArmParameter(self.name, self.group, self.angle).scale)
-        return self.deviation < TOLD * usual
 
 
 class FitErrors(NamedTuple):
@@ -106,7 +56,7 @@ class FitErrors(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Calibration(FrozenArrays):
+class Calibration(IdentifiedTable):
     """
     A robot identified from measured poses, if it is `accepted`.
 
@@ -179,10 +129,7 @@ class Calibration(FrozenArrays):
         'remainders',
     )
 
-    robot: Robot
     calibrated: Robot
-    parameters: tuple[CalibratedParameter, ...]
-    covariance: Floats
     noise: Noise
     freedom: Noise
     instrument: Noise | None

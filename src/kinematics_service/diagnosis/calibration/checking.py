@@ -11,9 +11,10 @@ from ...formats.recordings.source import MOST_POSES
 from ...kernel import Floats, Integers
 from ...kinematics.forward import forward_kinematics
 from ...rigid_motion import rotation_vector
+from ...robot.file.parts.parameters import GEARS, LAG
 from ...robot.robot import Robot
 from ..frame_check.diagnosis import FrameDiagnosis, check_rotations, diagnose_frames
-from ..frame_check.errors import angle_in_words, length_in_words
+from ..frame_check.errors import angle_in_words, length_in_words, time_in_words
 from ..frame_check.hypotheses import joint_hypotheses_of
 from .placing import Free, Offsets, offsets_of, shared_offsets
 
@@ -294,6 +295,15 @@ def in_words(position: float, rotation: float, positions: bool) -> str:
     length = 'less than 1e-6 mm' if length == '0 mm' else length
     angle = 'less than 1e-6 deg' if angle == '0 deg' else angle
     return length if positions else f'{length}, {angle}'
+
+
+def value_in_words(group: str, angle: bool, value: float) -> str:
+    """Return a number of a parameter in words: an angle, a length, a time or a share."""
+    if group == LAG.group:
+        return time_in_words(value)
+    if group == GEARS:
+        return f'{100.0 * value:.3g} %'
+    return angle_in_words(value) if angle else length_in_words(value)
 
 
 def apart(one: Floats, other: Floats) -> tuple[Floats, Floats]:

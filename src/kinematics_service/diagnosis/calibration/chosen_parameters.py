@@ -9,15 +9,11 @@ from ...errors import CalibrationError, ParameterNotFoundError
 from ...formats.recordings.block import Flags
 from ...kernel import Floats
 from ...kinematics.forward import forward_kinematics
+from ...kinematics.uncertainty.corrected_chain import CorrectedChain, motion_of
+from ...kinematics.uncertainty.parameters import placement, scaled_jacobian, structural_rank
 from ...rigid_motion import rotation_vector
 from ...robot.file.parts.description import Tolerances
-from ...robot.file.parts.tolerances import GEAR
-from ...robot.robot import Robot
-from .checking import Measured
-from .corrected_chain import CorrectedChain, small_motion
-from .fitting import FitProblem, Identified, Noise, weighted_jacobian
-from .knowledge import ParameterCombination, combinations_of
-from .parameters import (
+from ...robot.file.parts.parameters import (
     ENDS,
     GEARS,
     GROUPS,
@@ -25,10 +21,12 @@ from .parameters import (
     TABLE_GROUPS,
     ArmParameter,
     end_parameters,
-    placement,
-    scaled_jacobian,
-    structural_rank,
 )
+from ...robot.file.parts.tolerances import GEAR
+from ...robot.robot import Robot
+from .checking import Measured
+from .fitting import FitProblem, Identified, Noise, weighted_jacobian
+from .knowledge import ParameterCombination, combinations_of
 from .placing import Offsets
 
 # Standard deviations of base, tool and points before, m and rad: nothing is known of them; of a
@@ -269,11 +267,3 @@ def prior_of(
     if not found > 0.0:
         raise CalibrationError(f'the tolerance of {one.name} is not above 0; use fix instead')
     return float(found)
-
-
-def motion_of(six: Floats) -> Floats:
-    """Return the motion (4, 4) of the corrections x y z rx ry rz of a base or tool."""
-    T = np.eye(4)
-    for k, value in enumerate(six.tolist()):
-        T = T @ small_motion(k > 2, k % 3, value)
-    return T

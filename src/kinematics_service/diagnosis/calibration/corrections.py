@@ -9,6 +9,8 @@ import numpy as np
 
 from ...errors import KinematicsError
 from ...kernel import Floats
+from ...kinematics.uncertainty.corrected_chain import small_motion
+from ...kinematics.uncertainty.parameters import EXTRA_PLACES
 from ...rigid_motion import exact_rpy
 from ...robot.file.parts.convention_table import Axis
 from ...robot.file.parts.description import (
@@ -22,11 +24,10 @@ from ...robot.file.parts.description import (
     Tolerances,
     Uncertainty,
 )
+from ...robot.file.parts.parameters import WITH_EXTRA, ArmParameter
 from ...robot.file.parts.tolerances import EXTRA, GEAR
 from ...robot.file.text.expressions import Affine, Expression
 from ...robot.robot import Robot, build_robot
-from .corrected_chain import small_motion
-from .parameters import EXTRA_PLACES, WITH_EXTRA, ArmParameter
 
 ZERO = Expression('0', Affine(0.0, ()))
 # By row of the table and place in it: the correction, rad or m.

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...kernel import Floats
-from .parameters import NOTHING, ArmParameter
+from ...kinematics.uncertainty.parameters import NOTHING
+from ...robot.file.parts.parameters import ArmParameter
 
 # A direction is known where the poses tell it this much better than its prior does.
 KNOWN = 3.0

@@ -14,15 +14,16 @@ import numpy as np
 from ...errors import CalibrationError
 from ...kernel import Floats
 from ...kinematics.singularity import singularity
+from ...kinematics.uncertainty.corrected_chain import pose_change
+from ...kinematics.uncertainty.parameters import parameters_of, placement
 from ...robot.chain import FrozenArrays
+from ...robot.file.parts.parameters import ENDS, GEARS, SIX, end_parameters
 from ...robot.loops import refuse_loops
 from ...robot.measures import Level
 from ...robot.robot import AnyRobot, Robot, as_robot
 from ...robot.task import seeded_poses
 from .calibration import Calibration
 from .chosen_parameters import prior_of
-from .corrected_chain import pose_change
-from .parameters import ENDS, GEARS, SIX, end_parameters, parameters_of, placement
 
 # Standard deviation of a measured number (m, rad) where nothing has been measured yet.
 NOISE = 5e-5

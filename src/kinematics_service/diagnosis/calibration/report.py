@@ -6,10 +6,11 @@ from typing import Any
 import numpy as np
 
 from ...rigid_motion import roll_pitch_yaw
+from ...robot.file.parts.parameters import ENDS, TABLE_GROUPS, end_parameters
 from ..frame_check.errors import Errors, length_in_words
-from .calibration import BLOCKS, CalibratedParameter, Calibration, FitErrors
+from .calibration import BLOCKS, Calibration, FitErrors
 from .checking import in_words
-from .parameters import ENDS, TABLE_GROUPS, end_parameters
+from .identified_table import CalibratedParameter
 
 # Outliers named in a sentence.
 MOST_NAMED = 8

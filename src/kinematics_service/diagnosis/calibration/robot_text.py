@@ -12,6 +12,7 @@ from ...kernel import Floats
 from ...kinematics.forward import forward_kinematics
 from ...rigid_motion import exact_rpy
 from ...robot.file.parts.description import RobotDescription
+from ...robot.file.parts.parameters import ENDS
 from ...robot.file.reader import parse_robot
 from ...robot.file.writing.sections import (
     constants_section,
@@ -29,7 +30,6 @@ from .calibration import BLOCKS, Calibration
 from .checking import in_words
 from .corrections import built_nearly, in_file_units, number_text, rigid_motion
 from .fitting import OUTLIER
-from .parameters import ENDS
 from .report import kind_of
 from .uncertainty_text import uncertainty_section
 

@@ -18,6 +18,16 @@ from ...errors import CalibrationError
 from ...formats.recordings.block import Flags
 from ...kernel import Floats, Integers
 from ...kinematics.forward import forward_kinematics, jacobian
+from ...kinematics.uncertainty.corrected_chain import CorrectedChain, CorrectingMotion, Part
+from ...kinematics.uncertainty.parameters import ArmParameters, structural_rank
+from ...robot.file.parts.parameters import (
+    GROUPS,
+    LENGTH,
+    SIX,
+    TABLE_GROUPS,
+    ArmParameter,
+    end_parameters,
+)
 from ...robot.robot import Robot
 from ...robot.task import seeded_poses
 from ..frame_check.errors import MOST, length_in_words
@@ -30,9 +40,9 @@ from .checking import (
     Measured,
     check_different,
     explained_by_joints,
+    value_in_words,
 )
 from .chosen_parameters import ANYWHERE, ChosenParameters, TouchedPoint
-from .corrected_chain import CorrectedChain, CorrectingMotion, Part
 from .explanations import truncated
 from .fitting import (
     OUTLIER_OF_THREE,
@@ -44,17 +54,6 @@ from .fitting import (
     weighted_jacobian,
 )
 from .knowledge import ParameterCombination, combinations_of
-from .parameters import (
-    GROUPS,
-    LENGTH,
-    SIX,
-    TABLE_GROUPS,
-    ArmParameter,
-    ArmParameters,
-    end_parameters,
-    structural_rank,
-    value_in_words,
-)
 
 # The group of the positions of points.
 POINTS = 'points'

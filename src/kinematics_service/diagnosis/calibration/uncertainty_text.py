@@ -5,13 +5,14 @@ import math
 import numpy as np
 
 from ...kernel import Floats
+from ...kinematics.uncertainty.arm_errors import named_errors
 from ...robot.file.parts.description import RobotDescription, Uncertainty
 from ...robot.file.parts.parameters import GEARS, ArmParameter
 from ...robot.robot import Robot
-from .arm_errors import calibrated_errors, named_errors
 from .calibration import Calibration
 from .corrections import number_text, of_joints_alone
 from .fitting import widened
+from .identified_table import calibrated_errors
 
 # Screws (m, rad) that differ by less are one.
 SAME = 1e-9

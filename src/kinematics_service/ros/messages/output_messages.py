@@ -20,6 +20,8 @@ from ... import kernel
 from ...kernel import Floats, Integers, PoseErrors
 from ...kinematics.forward import BASE, in_axes_of
 from ...kinematics.singularity import measured
+from ...kinematics.uncertainty.arm_errors import errors_of_file
+from ...kinematics.uncertainty.pose_covariance import covariances
 from ...robot.measures import Measure
 from ...robot.points import TOOL
 from ..parameters.settings import ROW_LABELS, NodeSettings
@@ -172,15 +174,10 @@ def pose_with_covariance_numbers(settings: NodeSettings) -> Numbers | None:
 def _errors(settings: NodeSettings) -> PoseErrors | None:
     if settings.robot.description.uncertainty is None:
         return None
-    # Imported where there are some: the start of other nodes needs no calibration.
-    from ...diagnosis.calibration.pose_covariance import errors_of_file
-
     return errors_of_file(settings.robot)
 
 
 def _covariances(errors: PoseErrors, report: StateReport, axes: str = BASE) -> Floats:
-    from ...diagnosis.calibration.pose_covariance import covariances
-
     return covariances(errors, report.answer.state, axes)
 
 

@@ -12,6 +12,7 @@ from rclpy.parameter import Parameter as RosParameter
 
 from ...errors import KinematicsError, RobotConflictError, SettingsError
 from ...kinematics.inverse.plan import plan_for
+from ...kinematics.uncertainty.arm_errors import errors_of_file
 from ...robot.robot import Robot, load_robot
 from .settings import NodeSettings, defaults, settings_from
 from .table import PARAMETERS, POINTS, ROBOT, TRANSPORT
@@ -115,9 +116,7 @@ class NodeParameters:
             # What the inverse needs of an arm is found once, and remembered.
             plan_for(settings.robot, settings.target_rows, settings.target_axis or '')
             if settings.robot.description.uncertainty is not None:
-                # So is what may be off in it; the first such file imports the calibration.
-                from ...diagnosis.calibration.pose_covariance import errors_of_file
-
+                # So is what may be off in it.
                 errors_of_file(settings.robot)
             return CheckedArm(robot, fitting, settings)
 

@@ -9,11 +9,12 @@ import numpy as np
 
 from ....kernel import Floats
 from ....page import document, facts, resource, table
+from ....robot.file.parts.parameters import TABLE_GROUPS
 from ....version import __version__
 from ...frame_check.errors import Errors, angle_in_words, length_in_words
-from ..calibration import CalibratedParameter, Calibration
+from ..calibration import Calibration
+from ..identified_table import CalibratedParameter
 from ..knowledge import KNOWN
-from ..parameters import TABLE_GROUPS
 from ..report import cells_of, kind_of, not_nothing, sentences_of
 from .arm_picture import arm_picture
 from .plots import NARROW, PointPlot

@@ -95,6 +95,14 @@ def small_motion(turns: bool, axis: int, value: float) -> Floats:
     return T
 
 
+def motion_of(six: Floats) -> Floats:
+    """Return the motion (4, 4) of the corrections x y z rx ry rz of a base or tool."""
+    T = np.eye(4)
+    for k, value in enumerate(six.tolist()):
+        T = T @ small_motion(k > 2, k % 3, value)
+    return T
+
+
 def _still(parts: Sequence[Part], values: Floats) -> _Still:
     M = np.eye(4)
     axes, origins, turns, indices = [], [], [], []

@@ -15,23 +15,19 @@ from ...rigid_motion import screw_z
 from ...robot.conventions import Row, table_rows
 from ...robot.file.parts.convention_table import CONVENTIONS, NamedMotion
 from ...robot.file.parts.description import DhRow, Link, RobotDescription, ShapeRow
-from ...robot.file.parts.parameters import ANGLE as ANGLE
-from ...robot.file.parts.parameters import AXES, PlacedParameter, placed_rows
-from ...robot.file.parts.parameters import ENDS as ENDS
-from ...robot.file.parts.parameters import GEARS as GEARS
-from ...robot.file.parts.parameters import GROUPS as GROUPS
-from ...robot.file.parts.parameters import LAG as LAG
-from ...robot.file.parts.parameters import LENGTH as LENGTH
-from ...robot.file.parts.parameters import SIX as SIX
-from ...robot.file.parts.parameters import TABLE_GROUPS as TABLE_GROUPS
-from ...robot.file.parts.parameters import WITH_EXTRA as WITH_EXTRA
-from ...robot.file.parts.parameters import ArmParameter as ArmParameter
-from ...robot.file.parts.parameters import end_parameters as end_parameters
-from ...robot.file.parts.parameters import gear_parameters as gear_parameters
+from ...robot.file.parts.parameters import (
+    AXES,
+    ENDS,
+    LENGTH,
+    ArmParameter,
+    PlacedParameter,
+    end_parameters,
+    gear_parameters,
+    placed_rows,
+)
 from ...robot.file.text.expressions import Affine
 from ...robot.robot import Robot
 from ...robot.task import seeded_poses
-from ..frame_check.errors import angle_in_words, length_in_words, time_in_words
 from .corrected_chain import (
     CorrectedChain,
     CorrectingMotion,
@@ -70,15 +66,6 @@ class ArmParameters:
 
     table: tuple[ArmParameter, ...]
     chain: CorrectedChain
-
-
-def value_in_words(group: str, angle: bool, value: float) -> str:
-    """Return a number of a parameter in words: an angle, a length, a time or a share."""
-    if group == LAG.group:
-        return time_in_words(value)
-    if group == GEARS:
-        return f'{100.0 * value:.3g} %'
-    return angle_in_words(value) if angle else length_in_words(value)
 
 
 def placement(

@@ -1,6 +1,4 @@
-"""
-What may be off in an arm: its joints, and the numbers of its table, by its file or a calibration.
-"""
+"""What may be off in an arm: its joints, and the numbers of its table, by its file."""
 
 from collections.abc import Mapping
 from functools import lru_cache
@@ -10,25 +8,20 @@ import numpy as np
 
 from ...errors import CalibrationError
 from ...kernel import Floats, Integers, PoseErrors, PoseErrorTable
-from ...kinematics.forward import link_frames
 from ...rigid_motion import inverse
 from ...robot.file.parts.description import Uncertainty
-from ...robot.robot import Robot
-from .calibration import Calibration
-from .chosen_parameters import motion_of
-from .corrected_chain import CorrectedChain, error_screws, seen_from
-from .parameters import (
+from ...robot.file.parts.parameters import (
     ENDS,
-    GEARS,
     GROUPS,
     SIX,
     ArmParameter,
     end_parameters,
-    every_parameter_of,
     gear_parameters,
-    parameters_of,
-    placement,
 )
+from ...robot.robot import Robot
+from ..forward import link_frames
+from .corrected_chain import CorrectedChain, error_screws, seen_from
+from .parameters import every_parameter_of, parameters_of, placement
 
 # Robots whose errors are kept: a node has one.
 KEPT = 8
@@ -231,85 +224,3 @@ def errors_of_file(robot: Robot) -> PoseErrors | None:
         np.array(velocities),
         (said.floor_xyz, said.floor_rpy),
     )
-
-
-class TableCorrections(NamedTuple):
-    """
-    The corrections of a calibrated arm.
-
-    Attributes
-    ----------
-    chain, values : P
-        From base to tool, and all its corrections, rad and m.
-    columns, fitted
-        Of those that were fitted, where they stand in `values`, and in the calibration.
-    """
-
-    chain: CorrectedChain
-    values: Floats
-    columns: list[int]
-    fitted: list[int]
-
-
-def table_corrections(robot: Robot, found: Calibration, ends: bool = False) -> TableCorrections:
-    """Return the corrections of an arm as `calibrated_errors` takes it."""
-    if robot.dof != found.robot.dof:
-        raise CalibrationError(f'the calibration is one of {found.robot.name}')
-    gears = any(one.group == GEARS for one in found.parameters)
-    arm = parameters_of(found.robot, gears)
-    count = len(arm.table)
-    names = [one.name for one in arm.table]
-    if ends:
-        names += [one.name for end in ENDS for one in end_parameters(end, 0)]
-    fitted = [k for k, one in enumerate(found.parameters) if one.name in names]
-    columns = [names.index(found.parameters[k].name) for k in fitted]
-    values = np.zeros(count + 2 * len(SIX))
-    values[columns] = [found.parameters[k].correction for k in fitted]
-    description = robot.description
-    base = description.base.motion.matrix @ inverse(motion_of(values[count:][:6]))
-    tool = inverse(motion_of(values[count + 6 :])) @ description.tool.motion.matrix
-    chain = placement(arm.chain, base, tool, (count, count + len(SIX)))
-    return TableCorrections(chain, values, columns, fitted)
-
-
-def calibrated_errors(robot: Robot, found: Calibration, ends: bool = False) -> TableErrors:
-    """
-    Return what a calibration left open of its table.
-
-    Parameters
-    ----------
-    robot
-        The calibrated arm, as written or as `calibrated`.
-    ends
-        Whether base and tool, of the first set, are those of the measured poses: then what is
-        open of them counts, too.
-
-    Raises
-    ------
-    CalibrationError
-        The calibration is one of another arm.
-    """
-    own = table_corrections(robot, found, ends)
-    frames, screws = screws_in_frames(robot, own.chain, own.values)
-    factor = factor_of(found.covariance[np.ix_(own.fitted, own.fitted)])
-    of_gear = {gear.column: gear.joint for gear in own.chain.gears}
-    rows = [k for k, column in enumerate(own.columns) if column not in of_gear]
-    columns = [own.columns[k] for k in rows]
-    parts = [TableErrors(frames[columns], screws[columns], np.full(len(rows), -1), factor[rows])]
-    # A share of the nominal gear ratio, as one of the calibrated one.
-    moving = joint_screws(robot)
-    for k, column in enumerate(own.columns):
-        if column in of_gear:
-            at = np.flatnonzero(moving.joints == of_gear[column])
-            share = factor[[k] * len(at)] / (1.0 + own.values[column])
-            parts.append(
-                TableErrors(moving.frames[at], moving.screws[at], moving.joints[at], share)
-            )
-    return TableErrors(*(np.concatenate(arrays) for arrays in zip(*parts)))
-
-
-def factor_of(covariance: Floats) -> Floats:
-    """Return F of a covariance F F^T (P, P)."""
-    deviations = np.sqrt(np.diag(covariance))
-    values, vectors = np.linalg.eigh(covariance / np.outer(deviations, deviations))
-    return np.asarray(deviations[:, None] * vectors * np.sqrt(np.maximum(values, 0.0)))

@@ -2,30 +2,27 @@
 How uncertain pose and twist of the tool are: by the encoders, and by what is open of the table.
 """
 
+from typing import Protocol
+
 import numpy as np
 import numpy.typing as npt
 
 from ... import kernel
 from ...errors import CalibrationError
 from ...kernel import Floats, PoseErrors
-from ...kinematics.acceleration import jacobian_rate
-from ...kinematics.forward import BASE, cross, in_axes_of
-from ...kinematics.tool_state import ToolState, evaluate
 from ...robot.points import TOOL
 from ...robot.robot import AnyRobot, Robot, as_robot
-from .arm_errors import (
-    calibrated_errors,
-    pose_errors,
-    table_corrections,
-    table_errors_of,
-)
-from .arm_errors import errors_of_file as errors_of_file
-from .calibration import Calibration
-from .checking import apart
-from .corrected_chain import poses_of
+from ..acceleration import jacobian_rate
+from ..forward import BASE, cross, in_axes_of
+from ..tool_state import ToolState, evaluate
+from .arm_errors import TableErrors, errors_of_file, pose_errors, table_errors_of
 
-# A robot is the calibrated one if its poses are (m, rad): its file has printed digits.
-SAME = 1e-8
+
+class TableCalibration(Protocol):
+    """A calibration, as the covariance of a pose needs it."""
+
+    def table_errors(self, robot: Robot, q: Floats) -> TableErrors:
+        """Return what it left open of the table; q (..., n) tells whether the robot is its own."""
 
 
 def pose_covariance(
@@ -33,7 +30,7 @@ def pose_covariance(
     q: npt.ArrayLike,
     *,
     joints: npt.ArrayLike | None = None,
-    calibration: Calibration | None = None,
+    calibration: TableCalibration | None = None,
 ) -> Floats:
     """
     Return the covariance of the tool's pose in the base frame, shape (..., 6, 6), m and rad.
@@ -88,7 +85,7 @@ def twist_covariance(
     *,
     joints: npt.ArrayLike | None = None,
     velocities: npt.ArrayLike | None = None,
-    calibration: Calibration | None = None,
+    calibration: TableCalibration | None = None,
 ) -> Floats:
     """
     Return the covariance of the tool's twist, shape (..., 6, 6), m/s and rad/s.
@@ -144,7 +141,7 @@ def twist_covariance(
 
 
 def _of_joints_alone(
-    robot: Robot, joints: npt.ArrayLike | None, calibration: Calibration | None
+    robot: Robot, joints: npt.ArrayLike | None, calibration: TableCalibration | None
 ) -> Floats:
     # Numbers of the table are not carried through loops: neither a file nor a calibration has any.
     if calibration is not None or joints is None:
@@ -194,7 +191,7 @@ def _errors(
     q: Floats,
     joints: npt.ArrayLike | None,
     velocities: npt.ArrayLike | None,
-    calibration: Calibration | None,
+    calibration: TableCalibration | None,
 ) -> PoseErrors:
     said = robot.description.uncertainty
     if joints is None and calibration is None:
@@ -211,8 +208,7 @@ def _errors(
         of_joints = joints
     floor = (0.0, 0.0)
     if calibration is not None:
-        table = calibrated_errors(robot, calibration)
-        _check_arm(robot, calibration, q)
+        table = calibration.table_errors(robot, q)
     else:
         table = table_errors_of(robot, said)
         floor = (said.floor_xyz, said.floor_rpy) if said else floor
@@ -230,14 +226,3 @@ def _each(name: str, given: npt.ArrayLike, count: int) -> Floats:
     if deviations.shape not in ((), (count,)) or not np.all(deviations >= 0.0):
         raise CalibrationError(f'{name} must be one standard deviation or {count}, none below 0')
     return np.array(np.broadcast_to(deviations, count))
-
-
-def _check_arm(robot: Robot, calibration: Calibration, q: Floats) -> None:
-    own = table_corrections(robot, calibration)
-    state = evaluate(robot, np.reshape(q, (-1, robot.dof)), depth=kernel.POSE)
-    lengths, angles = apart(poses_of(own.chain, own.values, state.q), state.pose)
-    if max(np.max(lengths, initial=0.0), np.max(angles, initial=0.0)) > SAME:
-        raise CalibrationError(
-            f'the calibration of {calibration.robot.name} is one of another arm: '
-            'give the calibrated robot'
-        )

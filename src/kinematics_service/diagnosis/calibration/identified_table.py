@@ -1,0 +1,201 @@
+"""The corrections of a table, and what they leave open of it."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from ... import kernel
+from ...errors import CalibrationError
+from ...kernel import Floats
+from ...kinematics.tool_state import evaluate
+from ...kinematics.uncertainty.arm_errors import TableErrors, joint_screws, screws_in_frames
+from ...kinematics.uncertainty.corrected_chain import CorrectedChain, motion_of, poses_of
+from ...kinematics.uncertainty.parameters import parameters_of, placement
+from ...rigid_motion import inverse
+from ...robot.chain import FrozenArrays
+from ...robot.file.parts.parameters import ENDS, GEARS, LAG, SIX, ArmParameter, end_parameters
+from ...robot.robot import Robot
+from .checking import apart, value_in_words
+
+# A robot is the calibrated one if its poses are (m, rad): its file has printed digits.
+SAME = 1e-8
+# Below this share of its prior a parameter's deviation says that the poses tell it.
+TOLD = 1.0 / 3.0
+
+
+@dataclass(frozen=True)
+class CalibratedParameter:
+    """
+    A parameter after the calibration.
+
+    Attributes
+    ----------
+    name, group, angle
+        As `ArmParameter` has them; angles are in rad, lengths in m, a lag in s, gear ratios are
+        shares.
+    correction
+        What is added to the nominal number.
+    deviation
+        Standard deviation of the correction.
+    prior
+        Standard deviation before.
+    """
+
+    name: str
+    group: str
+    angle: bool
+    correction: float
+    deviation: float
+    prior: float
+
+    @property
+    def unit(self) -> str:
+        """Return the SI unit of its numbers, empty of a share."""
+        return {LAG.group: 's', GEARS: ''}.get(self.group, 'rad' if self.angle else 'm')
+
+    def in_words(self, value: float) -> str:
+        """Return a correction or a deviation of it in words, with the unit of its kind."""
+        return value_in_words(self.group, self.angle, value)
+
+    @property
+    def told(self) -> bool:
+        """Return whether the poses tell it; otherwise it mostly stays where its prior has it."""
+        usual = min(self.prior, ArmParameter(self.name, self.group, self.angle).scale)
+        return self.deviation < TOLD * usual
+
+
+@dataclass(frozen=True, eq=False)
+class IdentifiedTable(FrozenArrays):
+    """
+    Corrections of a table, and how well they are known.
+
+    Attributes
+    ----------
+    robot
+        The nominal robot.
+    parameters : P
+        Those that were fitted.
+    covariance : shape (P, P), rad and m
+        Of their corrections.
+    """
+
+    robot: Robot
+    parameters: tuple[CalibratedParameter, ...]
+    covariance: Floats
+
+    def table_errors(self, robot: Robot, q: Floats) -> TableErrors:
+        """
+        Return what is open of the table; `robot` is the calibrated one.
+
+        Raises
+        ------
+        CalibrationError
+            It has other poses at q (..., n) than were found.
+        """
+        errors = calibrated_errors(robot, self)
+        check_arm(robot, self, q)
+        return errors
+
+
+class TableCorrections(NamedTuple):
+    """
+    The corrections of a calibrated arm.
+
+    Attributes
+    ----------
+    chain, values : P
+        From base to tool, and all its corrections, rad and m.
+    columns, fitted
+        Of those that were fitted, where they stand in `values`, and in the calibration.
+    """
+
+    chain: CorrectedChain
+    values: Floats
+    columns: list[int]
+    fitted: list[int]
+
+
+def table_corrections(
+    robot: Robot, found: IdentifiedTable, ends: bool = False
+) -> TableCorrections:
+    """Return the corrections of an arm as `calibrated_errors` takes it."""
+    if robot.dof != found.robot.dof:
+        raise CalibrationError(f'the calibration is one of {found.robot.name}')
+    gears = any(one.group == GEARS for one in found.parameters)
+    arm = parameters_of(found.robot, gears)
+    count = len(arm.table)
+    names = [one.name for one in arm.table]
+    if ends:
+        names += [one.name for end in ENDS for one in end_parameters(end, 0)]
+    fitted = [k for k, one in enumerate(found.parameters) if one.name in names]
+    columns = [names.index(found.parameters[k].name) for k in fitted]
+    values = np.zeros(count + 2 * len(SIX))
+    values[columns] = [found.parameters[k].correction for k in fitted]
+    description = robot.description
+    base = description.base.motion.matrix @ inverse(motion_of(values[count:][:6]))
+    tool = inverse(motion_of(values[count + 6 :])) @ description.tool.motion.matrix
+    chain = placement(arm.chain, base, tool, (count, count + len(SIX)))
+    return TableCorrections(chain, values, columns, fitted)
+
+
+def calibrated_errors(robot: Robot, found: IdentifiedTable, ends: bool = False) -> TableErrors:
+    """
+    Return what a calibration left open of its table.
+
+    Parameters
+    ----------
+    robot
+        The calibrated arm, as written or as `calibrated`.
+    ends
+        Whether base and tool, of the first set, are those of the measured poses: then what is
+        open of them counts, too.
+
+    Raises
+    ------
+    CalibrationError
+        The calibration is one of another arm.
+    """
+    own = table_corrections(robot, found, ends)
+    frames, screws = screws_in_frames(robot, own.chain, own.values)
+    factor = factor_of(found.covariance[np.ix_(own.fitted, own.fitted)])
+    of_gear = {gear.column: gear.joint for gear in own.chain.gears}
+    rows = [k for k, column in enumerate(own.columns) if column not in of_gear]
+    columns = [own.columns[k] for k in rows]
+    parts = [TableErrors(frames[columns], screws[columns], np.full(len(rows), -1), factor[rows])]
+    # A share of the nominal gear ratio, as one of the calibrated one.
+    moving = joint_screws(robot)
+    for k, column in enumerate(own.columns):
+        if column in of_gear:
+            at = np.flatnonzero(moving.joints == of_gear[column])
+            share = factor[[k] * len(at)] / (1.0 + own.values[column])
+            parts.append(
+                TableErrors(moving.frames[at], moving.screws[at], moving.joints[at], share)
+            )
+    return TableErrors(*(np.concatenate(arrays) for arrays in zip(*parts)))
+
+
+def factor_of(covariance: Floats) -> Floats:
+    """Return F of a covariance F F^T (P, P)."""
+    deviations = np.sqrt(np.diag(covariance))
+    values, vectors = np.linalg.eigh(covariance / np.outer(deviations, deviations))
+    return np.asarray(deviations[:, None] * vectors * np.sqrt(np.maximum(values, 0.0)))
+
+
+def check_arm(robot: Robot, found: IdentifiedTable, q: Floats) -> None:
+    """
+    Refuse a robot that does not have the calibrated poses at joint positions (..., n).
+
+    Raises
+    ------
+    CalibrationError
+        The calibration is one of another arm.
+    """
+    own = table_corrections(robot, found)
+    state = evaluate(robot, np.reshape(q, (-1, robot.dof)), depth=kernel.POSE)
+    lengths, angles = apart(poses_of(own.chain, own.values, state.q), state.pose)
+    if max(np.max(lengths, initial=0.0), np.max(angles, initial=0.0)) > SAME:
+        raise CalibrationError(
+            f'the calibration of {found.robot.name} is one of another arm: '
+            'give the calibrated robot'
+        )

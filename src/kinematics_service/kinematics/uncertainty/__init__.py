@@ -1,0 +1,1 @@
+"""How far an arm may be off, and what that makes of pose and twist of its tool."""
