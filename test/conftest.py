@@ -59,7 +59,7 @@ def processes(arguments: list[str]) -> int:
 
 
 def pytest_terminal_summary(terminalreporter: Any) -> None:
-    """Say that the node was not tested: a file that is skipped whole is not counted by xdist."""
+    """Say that the node was not tested, which is one line among the skipped tests otherwise."""
     lacking = [name for module, name in OF_THE_NODE.items() if find_spec(module) is None]
     if lacking:
         terminalreporter.write_line(f'the node was not tested: it needs {" and ".join(lacking)}')
