@@ -360,8 +360,8 @@ def test_nothing_grows_over_a_hundred_thousand_calls():
     assert resident_kib() - before < 2048
 
 
-# An arm with a closed form and factors, a redundant one that is searched, and one with a loop;
-# bench/kernel_bits.py visits all.
+# An arm with a closed form and factors, a redundant one that is searched, and one with a loop; by
+# itself the tour visits all.
 VISITED = ('puma560', 'panda', 'crank_slider')
 
 
