@@ -1,7 +1,7 @@
 """
 Joint states as an MCAP file with every checksum, fast: messages of one layout, a chunk at a time.
 
-Tests use it too; it is written from the format's specification (mcap.dev/spec) alone.
+It is written from the format's specification (mcap.dev/spec) alone.
 """
 
 import struct
