@@ -8,10 +8,8 @@ import typer
 
 from ..errors import ViewerMissingError
 from ..stop_signals import stop_signals
-from .application import app
-from .missing_ros import RosMissingError, is_ours
+from .missing_ros import RosMissingError, is_ours, ros_module
 from .options import OfOption, WrongUsage, ending_at, given_robot
-from .ros_variables import refuse_ros_variables
 
 DEFAULT = 'puma560'
 WITHOUT_VISER = (
@@ -38,7 +36,6 @@ joint states, for a node without a robot. Without ROS there are sliders only.
 """
 
 
-@app.command(short_help='Show the arm live on a web page.', help=HELP)
 def view(
     context: typer.Context,
     robot: Annotated[
@@ -105,15 +102,11 @@ def view(
 
 def _with_ros(publish: bool) -> Callable[..., int] | None:
     # The function that runs the view with ROS; None, and a message, if there is no ROS.
-    refuse_ros_variables()
     try:
-        from ..ros.tools.view_session import run_view
-    except ImportError as error:
-        if is_ours(error):
-            raise
-        missing = RosMissingError(error)
+        run_view: Callable[..., int] = ros_module('tools.view_session').run_view
+    except RosMissingError as missing:
         if publish:
-            raise missing from error
+            raise
         print(f'kinematics_service: sliders only: {missing}', file=sys.stderr, flush=True)
         return None
     return run_view
