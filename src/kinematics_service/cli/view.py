@@ -88,14 +88,13 @@ def view(
     check_address(host, port)
     address = Address(host, port, tuple(allow_host or ()))
     arm = None if robot is None else ending_at(given_robot(robot), of)
+    status = 'sliders'
+    if not sliders:
+        run_view = _with_ros(publish)
+        if run_view is not None:
+            raise typer.Exit(run_view(arm, DEFAULT, node, address, publish, context.obj))
+        status = 'sliders only: there is no ROS here'
     with stop_signals() as stop:
-        status = 'sliders'
-        if not sliders:
-            run_view = _with_ros(publish)
-            if run_view is not None:
-                options = (node, address, publish, context.obj)
-                raise typer.Exit(run_view(arm, DEFAULT, *options, lambda: stop.came))
-            status = 'sliders only: there is no ROS here'
         source = SliderSource(arm or given_robot(DEFAULT), status)
         run_page(source, address, False, lambda: stop.came)
 
