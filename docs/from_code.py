@@ -259,7 +259,8 @@ def commands() -> str:
     group = typer.main.get_command(app)
     context = group.make_context(RUN, [], resilient_parsing=True)
     parts = [f'## The node\n\n{_help(group, context)}']
-    for name, command in group.commands.items():
+    for name in group.list_commands(context):
+        command = group.get_command(context, name)
         within = command.make_context(name, [], parent=context, resilient_parsing=True)
         parts.append(f'## {name}\n\n{_help(command, within)}')
     return '\n\n'.join(parts)

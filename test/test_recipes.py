@@ -266,7 +266,6 @@ def test_a_topic(package, ros_domain):
 
 COMMAND = '''"""The command `joints`: the joints of a robot."""
 
-from .application import app
 from .options import RobotOption, given_robot
 
 HELP = """
@@ -274,7 +273,6 @@ Print the joints of a robot.
 """
 
 
-@app.command(short_help='Print the joints of a robot.', help=HELP)
 def joints(robot: RobotOption) -> None:
     """Run the command; `HELP` is what its user reads."""
     print(*given_robot(robot).joint_names)
@@ -284,6 +282,11 @@ def joints(robot: RobotOption) -> None:
 @pytest.mark.slow
 def test_a_command(package):
     package.write('cli/joints.py', COMMAND)
+    package.insert(
+        'cli/commands.py',
+        "    'joints': 'Print the joints of a robot.',\n",
+        after="    'view': 'Show the arm live on a web page.',\n",
+    )
     assert package.edited == files_of('A command', 'joints')
     assert package.command('joints', '--robot', 'planar_2r') == 'q1 q2\n'
     assert 'Print the joints of a robot.' in package.command('joints', '--help')

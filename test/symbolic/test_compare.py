@@ -549,7 +549,7 @@ def test_exit_codes_and_output(capsys, tmp_path):
     assert main(['compare', 'craig_3r', str(tmp_path / 'none.txt')]) == 2
     assert 'cannot read' in capsys.readouterr().err
     assert main(['compare', 'nobody', str(broken)]) == 2
-    assert "Error: no robot 'nobody'" in capsys.readouterr().err
+    assert "Error: --robot: no robot 'nobody'" in capsys.readouterr().err
     broken.write_bytes(b'T = \xff')
     assert main(['compare', 'craig_3r', str(broken)]) == 2
     assert 'broken.txt:1: not UTF-8 text' in capsys.readouterr().err

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Annotated, Optional
 
 import typer
 
-from .application import app
 from .frame_options import (
     STOP,
     WARN,
@@ -84,7 +83,6 @@ class VelocitySource(str, Enum):
     difference = 'difference'
 
 
-@app.command(short_help='Judge a recording or a planned trajectory.', help=HELP)
 def audit(
     files: Annotated[list[Path], typer.Argument(metavar='FILE...', help='Recordings or plans.')],
     robot: RobotOption,

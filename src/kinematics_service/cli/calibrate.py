@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, Optional, TextIO
 import typer
 
 from ..robot.bundled import find_robot_file
-from .application import app
 from .frame_options import LONGEST_GAP, FormatOption, GapOption, given_format, given_limit
 from .live_calibration import (
     POSES,
@@ -113,7 +112,6 @@ class FramesChoice(str, Enum):
     measured = 'measured'
 
 
-@app.command(short_help="Identify an arm's numbers from measured poses.", help=HELP)
 def calibrate(
     context: typer.Context,
     robot: RobotOption,

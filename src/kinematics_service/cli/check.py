@@ -22,7 +22,6 @@ from ..robot.loops import other_branches, tried_poses
 from ..robot.robot import Robot, load_robot
 from ..robot.task import SEEDED_POSES, seeded_poses
 from .accuracy_report import tolerances_in_words, uncertainty_in_words
-from .application import app
 from .known_poses import PoseError, pose_errors, pose_faults
 from .robots import joint_letters
 from .singularity_report import DEGREES, threshold_words
@@ -59,7 +58,6 @@ class FileCheck(NamedTuple):
     warnings: list[str]
 
 
-@app.command(short_help='Check robot files and print what they say.', help=HELP)
 def check(
     files: Files,
     strict: Annotated[

@@ -10,7 +10,6 @@ import typer
 
 from ..robot.bundled import find_robot_file
 from ..robot.robot import load_robot
-from .application import app
 from .options import (
     RobotArgument,
     WrongUsage,
@@ -62,7 +61,6 @@ class Code(str, Enum):
     latex = 'latex'
 
 
-@app.command(short_help='Derive the kinematics exactly.', help=HELP)
 def derive(
     robot: RobotArgument,
     format: Annotated[Format, typer.Option(help='What to write.')] = Format.text,
@@ -101,7 +99,7 @@ def derive(
     ] = False,
 ) -> None:
     """Run the command; `HELP` is what its user reads."""
-    refuse_unknown_robot(robot, '')
+    refuse_unknown_robot(robot)
     if out is not None:
         refuse_unwritable('--out', out)
         refuse_robot_file('--out', out, robot)
