@@ -49,7 +49,7 @@ def read_uncertainty(
     links
         The table, whose numbers parameters are; None where it has faults: no name is judged.
     convention
-        Of the table.
+        Of the table; empty where it is not known: no name is judged.
     quantities
         What the names in expressions mean.
     """
@@ -67,7 +67,7 @@ def read_uncertainty(
         if velocities and not any(velocities):
             report.fault((*PATH, 'velocity_noise'), 'is 0 for every joint: leave it out')
     known = None
-    if links is not None:
+    if links is not None and convention:
         known = {
             one.name: one
             for one in (
@@ -95,7 +95,8 @@ def read_uncertainty(
         xyz,
         rpy,
     )
-    if velocities is None and not found.of_pose:
+    # What names mean that were not judged is not known.
+    if known is not None and velocities is None and not found.of_pose:
         report.fault(
             PATH, 'says that nothing is off: give at least one number above 0, or leave it out'
         )
