@@ -7,18 +7,20 @@ from . cimport factor_zeros, singular_equations, symmetric
 from .arm cimport Arm
 from .atlas cimport Atlas
 from .singular_equations cimport SingularEquations
+from .singular_quadric cimport SingularQuadric
 
 cdef int ENOUGH
 cdef double HORIZON, SINGULAR, NEXT_STEP, NO_STEP, NO_GAIN, FLAT_SADDLE, SIDE_STEP, LITTLE, FOLLOWED, KEPT, LITTLE_NEARER, SAME, KNOWN, AGREES, CLOSE, ON_ITS_WAY, LATE, NEARER
-cdef double COARSE, SURE, SADDLE, SPREAD, ZEROS_APART, WIDE, APART, MISSED
+cdef double COARSE, SURE, SADDLE, SPREAD, ZEROS_APART, WIDE, APART, MISSED, CURVED
 cdef int CHARTS, ZEROS, MEMORY
-cdef int ANGLES, STEPS, FULL_STEPS, LAST_STEPS, SECOND_ORDER_STARTS, FOLLOWING_STEPS, MORE_STEPS
+cdef int STEPS, FULL_STEPS, LAST_STEPS, SECOND_ORDER_STARTS, FOLLOWING_STEPS, MORE_STEPS
 
 @cython.final
 cdef class NearestSearch:
     cdef Arm arm
     cdef Atlas atlas
     cdef SingularEquations here, equations
+    cdef SingularQuadric quadric
     cdef public int budget
     cdef readonly int evaluations
     cdef int n, count
@@ -40,12 +42,6 @@ cdef class NearestSearch:
     cdef double* roots
     cdef double* searched
     cdef double* both
-    cdef double* gram
-    cdef double* system
-    cdef double* factor
-    cdef double* right
-    cdef double* shares
-    cdef double* lengths
     cdef double* H
     cdef double* Z
     cdef double* tape
@@ -113,30 +109,19 @@ cdef class NearestSearch:
     @cython.locals(
         n=int, j=int, step=int, best=double, left=double,
         away=double, nearest=double, gain=double, share=double, standing=cython.bint,
-        close=cython.bint,
+        close=cython.bint, paired=cython.bint,
         slide=double, length=double,
     )
     cdef void _run(self, int steps, double longest, bint known) noexcept nogil
     cdef bint _is_late(self, int more, double left, double away) noexcept nogil
     @cython.locals(j=int)
     cdef void _keep(self, double best, bint standing) noexcept nogil
-    @cython.locals(
-        n=int, lines=int, k=int, r=int, i=int, j=int, p=int, turn=int, square=int,
-        a='double*', b='double*', c='double*', e='double*',
-        first=double, mixed=double, last=double, least=double,
-    )
-    cdef double _look_at_two(self) noexcept nogil
-    @cython.locals(
-        lines=int, square=int, i=int, j=int, sine=double,
-        cosine=double, trace=double, length=double, left=double, all_of_it=double, value=double,
-    )
-    cdef double _solve_two(self, int turn) noexcept nogil
-    @cython.locals(
-        n=int, lines=int, used=int, best=int, turn=int, i=int, j=int, length=double,
-        after=double, before=double, valley=cython.bint, sine=double, cosine=double,
-        apart=double, slope=double,
-    )
-    cdef void _run_from_two(self) noexcept nogil
+    @cython.locals(j=int)
+    cdef double _by_two(self) noexcept nogil
+    @cython.locals(j=int, length=double, apart=double)
+    cdef void _run_from_pair(self, bint other) noexcept nogil
+    @cython.locals(k=int, j=int, squares=double, step=double, straight=double)
+    cdef bint _is_curved(self) noexcept nogil
     @cython.locals(
         n=int, i=int, j=int, best=int, half=double, along=double,
         inside=double, root=double, total=double, way='double*',

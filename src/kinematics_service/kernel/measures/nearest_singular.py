@@ -16,6 +16,7 @@ from ..layout.arrays import Floats
 from . import factor_zeros, singular_equations, symmetric
 from .arm import Arm
 from .singular_equations import SingularEquations
+from .singular_quadric import SingularQuadric
 
 # Beyond so many rad (a prismatic joint's divided by the length) nothing is looked for.
 HORIZON = 1.0
@@ -45,13 +46,14 @@ SURE = 0.1
 SADDLE = 0.1
 # So many poses of the atlas are starts at most, that are farther than what was found by so much at
 # most, rad; and of the zeros of a factor, farther by so much at most.
-CHARTS, SPREAD = 12, 0.6
+CHARTS, SPREAD = 32, 0.6
 # Of starts that lead to farther ones than that by this share none is given up: along a motion they
 # may become the nearest. Starts nearer to each other than this share of their length are one.
 WIDE, APART = 1.1, 0.4
 ZEROS, ZEROS_APART = 3, 0.2
-# Directions in which the two least singular values are looked at together: half a turn.
-ANGLES = 16
+# The second order is asked where a step is longer than this share of what slope or second singular
+# value allow by the reach.
+CURVED = 1.0
 # Of the second order, so many starts; and the share of the reach below which a singular value
 # that led nowhere is looked into from all sides, with steps of LITTLE (rad).
 SECOND_ORDER_STARTS = 4
@@ -108,6 +110,7 @@ class NearestSearch:
         self.arm, self.atlas = arm, arm.atlas()
         self.here = SingularEquations(arm.chain, arm.task)
         self.equations = SingularEquations(arm.chain, arm.task)
+        self.quadric = SingularQuadric(arm.chain.dof)
         self.budget = ENOUGH
         self.n, self.count = arm.chain.dof, self.equations.count
         self.horizon, self.estimate, self.distance = HORIZON, places.PI, places.INFINITY
@@ -118,16 +121,12 @@ class NearestSearch:
         self.standing, self.stands_for, self.missed = False, -1, places.INFINITY
         self.known = 0
         self.settled = False
-        n, lines = self.n, self.count + 1
+        n = self.n
         tape = arm.tape.steps * (n + 1) + 2 * n
         charts = max(CHARTS, ZEROS) + 1
         self.room = arrays.scratch(
             MEMORY * (2 * n + 1)
-            + 11 * n
-            + 2 * lines * n
-            + 5 * lines * lines
-            + 2 * lines
-            + ANGLES
+            + 12 * n
             + 2 * n * n
             + tape
             + charts * (n + 1)
@@ -143,13 +142,7 @@ class NearestSearch:
         self.roots = arrays.after(self.uphill, n)
         self.searched = arrays.after(self.roots, 2 * n)
         self.both = arrays.after(self.searched, n)
-        self.gram = arrays.after(self.both, 2 * lines * n)
-        self.system = arrays.after(self.gram, 3 * lines * lines)
-        self.factor = arrays.after(self.system, lines * lines)
-        self.right = arrays.after(self.factor, lines * lines)
-        self.shares = arrays.after(self.right, lines)
-        self.lengths = arrays.after(self.shares, lines)
-        self.H = arrays.after(self.lengths, ANGLES)
+        self.H = arrays.after(self.both, n)
         self.Z = arrays.after(self.H, n * n)
         self.tape = arrays.after(self.Z, n * n)
         self.motions = arrays.after(self.tape, tape)
@@ -344,7 +337,7 @@ class NearestSearch:
         self.by_two, self.second = places.INFINITY, places.INFINITY
         if k > 1:
             self.second = sigma[k - 2]
-            self.by_two = self._look_at_two()
+            self.by_two = self._by_two()
         self.estimate = min(self.by_product, min(self.by_least, self.by_two))
         # Nearer than this neither they nor the second order see a singular pose: the least
         # singular value falls by slope r + reach r^2 / 2 at most, or so.
@@ -365,14 +358,9 @@ class NearestSearch:
             self._run_from_known_poses()
         if settled:
             return True
-        by_product = self.by_product
-        if by_product < 0.8 * self.distance and by_product < 1.5 * self.horizon:
-            self._run_from(self.uphill, 1.0, -by_product, max(0.4 * by_product, 1e-4))
         if self.arm.task.generic_rank > 1:
-            self._run_from_two()
-        self._run_from_second_order()
-        if self.distance > SURE and self.smallest < FLAT_SADDLE * self.arm.reach:
-            self._run_to_all_sides()
+            self._run_from_pair(False)
+            self._run_from_pair(True)
         return False
 
     def _run_from_known_poses(self) -> None:
@@ -463,7 +451,9 @@ class NearestSearch:
         False where nothing was found as near as a run was on its way to when it ended, or as the
         first order says that one may be, near to the pose.
         """
-        missed = min(self.missed, min(self.by_least, self.by_two))
+        missed = min(self.missed, self.by_least)
+        if self.count == 1:
+            missed = min(missed, self.by_two)
         nearer = missed < NEARER * self.distance and missed < MISSED
         return not self.ran or self.complete and (self.settled or not nearer)
 
@@ -477,7 +467,7 @@ class NearestSearch:
         found, by_least = self.distance, self.by_least
         return (
             abs(found - by_least) < 0.3 * by_least
-            and self.by_two > 0.8 * found
+            and self.by_two > 0.92 * found
             and self.by_product > 0.7 * found
             and found * max(self.slope, 1e-3) < 0.35 * self.second
             and self.free > SADDLE * found
@@ -518,6 +508,9 @@ class NearestSearch:
             left = self.equations.write_step_onto(self.onto)
             away = singular_equations.length_of(self.d, n)
             nearest = self.equations.write_nearest(self.d, self.along)
+            paired = step < steps - LAST_STEPS and self._is_curved()
+            if paired:
+                nearest = self.quadric.write_nearest(False, self.along)
             if self.equations.are_singular(SINGULAR) and left < NEXT_STEP * away + NO_STEP:
                 if not away < best:
                     break
@@ -527,7 +520,7 @@ class NearestSearch:
                     self.reached[j] = self.d[j]
                 if gain < NO_GAIN * away or away > 2.0 * self.horizon:
                     break
-            elif away - left > WIDE * self.distance:
+            elif (nearest if paired else away - left) > WIDE * self.distance:
                 break  # it is on its way to one that is farther than what was found
             if step >= steps - 1 and (
                 best < places.INFINITY or not self._is_late(step - steps, left, away)
@@ -548,6 +541,21 @@ class NearestSearch:
                 self._remember(best)
         self._keep(best, standing)
 
+    def _is_curved(self) -> bool:
+        # Whether the step is one for the second order: the quadric stands there.
+        k, squares = self.equations.rank - 2, 0.0
+        for j in range(self.n):
+            step = self.along[j] - self.d[j]
+            squares += step * step
+        straight = self.equations.slopes[0]
+        if k >= 0:
+            straight = min(straight, self.equations.sigma[k])
+        if self.count > 1 or not math.sqrt(squares) * self.arm.reach > CURVED * straight:
+            return False
+        self.equations.decompose()
+        self.quadric.stand_at(self.equations, self.d)
+        return self.quadric.write_nearest(False, self.both) < places.INFINITY
+
     def _is_late(self, more: int, left: float, away: float) -> bool:
         # Whether a run that should have ended is on its way to a nearer one than was found; what
         # it has not reached after all its steps is kept in mind.
@@ -564,98 +572,24 @@ class NearestSearch:
             for j in range(self.n):
                 self.nearest[j] = self.reached[j]
 
-    def _look_at_two(self) -> float:
-        # Where the two least singular values may vanish together, z = (cos, sin) of their
-        # directions: z' (diag(s) + sum d_j B_j) = 0, the least |d| for each of ANGLES z; returns
-        # the least of all.
-        n, lines = self.n, self.count + 1
-        k = self.here.rank - 2
-        for r in range(2):
-            for i in range(lines):
-                self.here.write_slope(k + r, k + i, arrays.after(self.both, (r * lines + i) * n))
-        square = lines * lines
-        for i in range(lines):
-            for j in range(lines):
-                a, b = arrays.after(self.both, i * n), arrays.after(self.both, j * n)
-                c = arrays.after(self.both, (lines + i) * n)
-                e = arrays.after(self.both, (lines + j) * n)
-                first, mixed, last = 0.0, 0.0, 0.0
-                for p in range(n):
-                    first += a[p] * b[p]
-                    mixed += a[p] * e[p] + c[p] * b[p]
-                    last += c[p] * e[p]
-                self.gram[i * lines + j] = first
-                self.gram[square + i * lines + j] = mixed
-                self.gram[2 * square + i * lines + j] = last
-        least = places.INFINITY
-        for turn in range(ANGLES):
-            self.lengths[turn] = self._solve_two(turn)
-            least = min(least, self.lengths[turn])
-        return least
+    def _by_two(self) -> float:
+        for j in range(self.n):
+            self.d[j] = 0.0
+        self.quadric.stand_at(self.here, self.d)
+        return self.quadric.write_nearest(False, self.both)
 
-    def _solve_two(self, turn: int) -> float:
-        # Fills `shares` for the directions at a turn, and returns the length of their motion.
-        lines = self.count + 1
-        square = lines * lines
-        sine, cosine = chain_pass.sincos(places.PI * turn / ANGLES)
-        trace = 0.0
-        for i in range(square):
-            self.system[i] = (
-                cosine * cosine * self.gram[i]
-                + sine * cosine * self.gram[square + i]
-                + sine * sine * self.gram[2 * square + i]
-            )
-        for i in range(lines):
-            trace += self.system[i * lines + i]
-            self.right[i] = 0.0
-        self.right[0] = -cosine * self.second
-        self.right[1] = -sine * self.smallest
-        if not symmetric.damped_step(
-            lines, self.system, self.right, 1e-12 * trace, self.factor, self.shares
-        ):
-            return places.INFINITY
-        length, left, all_of_it = 0.0, 0.0, 0.0
-        for i in range(lines):
-            value = 0.0
-            for j in range(lines):
-                value += self.system[i * lines + j] * self.shares[j]
-            length += self.shares[i] * value
-            left += (value - self.right[i]) * (value - self.right[i])
-            all_of_it += self.right[i] * self.right[i]
-        if not left < 0.25 * all_of_it:
-            return places.INFINITY
-        return math.sqrt(length) if length > 0.0 else places.INFINITY
-
-    def _run_from_two(self) -> None:
-        # From the two best directions of `_look_at_two`.
-        n, lines = self.n, self.count + 1
-        used = -1
-        for _ in range(2):
-            best = -1
-            for turn in range(ANGLES):
-                length = self.lengths[turn]
-                after = self.lengths[turn + 1 if turn + 1 < ANGLES else 0]
-                before = self.lengths[turn - 1 if turn > 0 else ANGLES - 1]
-                valley = length <= before and length <= after and turn != used
-                if valley and (best < 0 or length < self.lengths[best]):
-                    best = turn
-            if best < 0:
-                return
-            used = best
-            length = self.lengths[best]
-            if not (length < 1.2 * self.distance and length < 2.0 * self.horizon):
-                return
-            self._solve_two(best)
-            sine, cosine = chain_pass.sincos(places.PI * best / ANGLES)
-            apart = 0.0
-            for j in range(n):
-                self.d[j] = 0.0
-                for i in range(lines):
-                    slope = cosine * self.both[i * n + j] + sine * self.both[(lines + i) * n + j]
-                    self.d[j] += self.shares[i] * slope
-                apart += (self.d[j] - self.nearest[j]) * (self.d[j] - self.nearest[j])
-            if self.distance == places.INFINITY or math.sqrt(apart) > 0.2 * self.distance:
-                self._run(STEPS, max(0.4 * length, 1e-4), False)
+    def _run_from_pair(self, other: bool) -> None:
+        for j in range(self.n):
+            self.d[j] = 0.0
+        self.quadric.stand_at(self.here, self.d)
+        length = self.quadric.write_nearest(other, self.both)
+        if not (length < 1.2 * self.distance and length < 2.0 * self.horizon):
+            return
+        apart = 0.0
+        for j in range(self.n):
+            apart += (self.both[j] - self.nearest[j]) * (self.both[j] - self.nearest[j])
+        if self.distance == places.INFINITY or math.sqrt(apart) > 0.2 * self.distance:
+            self._run_from(self.both, length, 1.0, max(0.4 * length, 1e-4))
 
     def _run_from_second_order(self) -> None:
         # From the zeros of s + g.d + d'Hd / 2 along each eigenvector of H, the nearest first.

@@ -15,7 +15,7 @@ cdef class SingularEquations:
     cdef TaskRows task
     cdef int n, rank, count, turns, length, width, size
     cdef double smallest, largest
-    cdef bint wide
+    cdef bint wide, corrected
     cdef double* room
     cdef double* q
     cdef double* still
@@ -49,6 +49,7 @@ cdef class SingularEquations:
     cdef void take(self, double* row, double* W, double* sigma) noexcept nogil
     @cython.locals(i=int)
     cdef void complete(self) noexcept nogil
+    cdef void decompose(self) noexcept nogil
     cdef bint are_singular(self, double share) noexcept nogil
     @cython.locals(left='double[6]', right=double, i=int, j=int)
     cdef void write_products(self, double* tool, double* joints) noexcept nogil

@@ -48,7 +48,7 @@ class SingularEquations:
         self.width = self.turns + self.length
         self.count = self.length - self.rank + 1
         self.size = self.length + 1
-        self.smallest, self.largest = 0.0, 0.0
+        self.smallest, self.largest, self.corrected = 0.0, 0.0, False
         room = 2 * n + chain.frames_at + self.length * self.width + self.turns + 6 * n
         room += self.count * (2 * n + self.count + 3) + self.size * (self.size + self.count + 2)
         self.room = arrays.scratch(room)
@@ -83,9 +83,17 @@ class SingularEquations:
         for j in range(self.n):
             self.q[j] = origin[j] + self.task.column_scale[j] * d[j]
         chain_pass.evaluate_row(self.chain, self.q, self.still, places.JACOBIAN, self.row)
-        if not (close and self.rank == self.turns and self._correct()):
+        self.corrected = close and self.rank == self.turns and self._correct()
+        if not self.corrected:
             singularity.write_directions(self.n, self.task, self.row, self.W, self.sigma)
             self.complete()
+
+    def decompose(self) -> None:
+        """Decompose J_t anew where directions were corrected only."""
+        if self.corrected:
+            singularity.write_directions(self.n, self.task, self.row, self.W, self.sigma)
+            self.complete()
+            self.corrected = False
 
     def _correct(self) -> bool:
         # The directions that were lost and idle at the last pose become what the bordered J_t of
@@ -161,6 +169,7 @@ class SingularEquations:
             self.W[k] = W[k]
         for k in range(self.turns):
             self.sigma[k] = sigma[k]
+        self.corrected = False
         self.complete()
 
     def complete(self) -> None:
