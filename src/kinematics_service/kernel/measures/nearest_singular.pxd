@@ -1,19 +1,18 @@
 cimport cython
 from libc cimport math
 
-from ..forward cimport chain_pass
 from ..layout cimport arrays, places
-from . cimport factor_zeros, singular_equations, symmetric
+from . cimport factor_zeros, singular_equations
 from .arm cimport Arm
 from .atlas cimport Atlas
 from .singular_equations cimport SingularEquations
 from .singular_quadric cimport SingularQuadric
 
 cdef int ENOUGH
-cdef double HORIZON, SINGULAR, NEXT_STEP, NO_STEP, NO_GAIN, FLAT_SADDLE, SIDE_STEP, LITTLE, FOLLOWED, KEPT, LITTLE_NEARER, SAME, KNOWN, AGREES, CLOSE, ON_ITS_WAY, LATE, NEARER
+cdef double HORIZON, SINGULAR, NEXT_STEP, NO_STEP, NO_GAIN, FOLLOWED, KEPT, LITTLE_NEARER, SAME, KNOWN, AGREES, CLOSE, ON_ITS_WAY, LATE, NEARER
 cdef double COARSE, SURE, SADDLE, SPREAD, ZEROS_APART, WIDE, APART, MISSED, CURVED
 cdef int CHARTS, ZEROS, MEMORY
-cdef int STEPS, FULL_STEPS, LAST_STEPS, SECOND_ORDER_STARTS, FOLLOWING_STEPS, MORE_STEPS
+cdef int STEPS, FULL_STEPS, LAST_STEPS, FOLLOWING_STEPS, MORE_STEPS
 
 @cython.final
 cdef class NearestSearch:
@@ -27,7 +26,7 @@ cdef class NearestSearch:
     cdef public double horizon
     cdef readonly double estimate, distance, lasting, free
     cdef readonly bint ran, complete
-    cdef double by_product, by_least, by_two, smallest, second, slope, missed
+    cdef double by_product, by_least, by_quadric, smallest, second, slope, missed
     cdef bint standing, settled
     cdef int known, stands_for
     cdef double* room
@@ -38,12 +37,9 @@ cdef class NearestSearch:
     cdef double* along
     cdef double* reached
     cdef double* nearest
-    cdef double* uphill
-    cdef double* roots
     cdef double* searched
-    cdef double* both
-    cdef double* H
-    cdef double* Z
+    cdef double* wrapped
+    cdef double* before
     cdef double* tape
     cdef double* motions
     cdef double* scores
@@ -100,7 +96,6 @@ cdef class NearestSearch:
     cdef void write_pose(self, double* pose) noexcept nogil
     @cython.locals(found=double, by_least=double)
     cdef bint _is_settled(self) noexcept nogil
-    @cython.locals(squares=double, j=int, away=double)
     cdef bint _is_where_the_first_order_says(self) noexcept nogil
     @cython.locals(j=int)
     cdef void _run_from(
@@ -109,25 +104,18 @@ cdef class NearestSearch:
     @cython.locals(
         n=int, j=int, step=int, best=double, left=double,
         away=double, nearest=double, gain=double, share=double, standing=cython.bint,
-        close=cython.bint, paired=cython.bint,
+        close=cython.bint, curved=cython.bint,
         slide=double, length=double,
     )
     cdef void _run(self, int steps, double longest, bint known) noexcept nogil
     cdef bint _is_late(self, int more, double left, double away) noexcept nogil
     @cython.locals(j=int)
     cdef void _keep(self, double best, bint standing) noexcept nogil
-    @cython.locals(j=int)
-    cdef double _by_two(self) noexcept nogil
-    @cython.locals(j=int, length=double, apart=double)
-    cdef void _run_from_pair(self, bint other) noexcept nogil
-    @cython.locals(k=int, j=int, squares=double, step=double, straight=double)
+    @cython.locals(j=int, length=double)
+    cdef void _run_from_second_order(self, bint other) noexcept nogil
+    @cython.locals(squares=double, j=int, away=double)
+    cdef double _apart(self, double* motion) noexcept nogil
+    @cython.locals(j=int, squares=double, step=double, straight=double)
     cdef bint _is_curved(self) noexcept nogil
-    @cython.locals(
-        n=int, i=int, j=int, best=int, half=double, along=double,
-        inside=double, root=double, total=double, way='double*',
-    )
-    cdef void _run_from_second_order(self) noexcept nogil
-    @cython.locals(n=int, i=int, j=int, way='double*')
-    cdef void _run_to_all_sides(self) noexcept nogil
 
 cdef double _share_along(int step, int steps) noexcept nogil

@@ -10,10 +10,9 @@ faster than the joints move.
 
 import math
 
-from ..forward import chain_pass
 from ..layout import arrays, places
 from ..layout.arrays import Floats
-from . import factor_zeros, singular_equations, symmetric
+from . import factor_zeros, singular_equations
 from .arm import Arm
 from .singular_equations import SingularEquations
 from .singular_quadric import SingularQuadric
@@ -54,11 +53,6 @@ ZEROS, ZEROS_APART = 3, 0.2
 # The second order is asked where a step is longer than this share of what slope or second singular
 # value allow by the reach.
 CURVED = 1.0
-# Of the second order, so many starts; and the share of the reach below which a singular value
-# that led nowhere is looked into from all sides, with steps of LITTLE (rad).
-SECOND_ORDER_STARTS = 4
-FLAT_SADDLE = 0.003
-SIDE_STEP, LITTLE = 0.06, 0.03
 # So many poses that were found are remembered, those nearer to each other than this share of their
 # distance as one. They are followed along a motion up to this share of the distance; then another
 # search tells whether new ones have come near.
@@ -115,7 +109,7 @@ class NearestSearch:
         self.n, self.count = arm.chain.dof, self.equations.count
         self.horizon, self.estimate, self.distance = HORIZON, places.PI, places.INFINITY
         self.ran, self.complete, self.evaluations = False, True, 0
-        self.by_product, self.by_least, self.by_two = 0.0, 0.0, 0.0
+        self.by_product, self.by_least, self.by_quadric = 0.0, 0.0, 0.0
         self.smallest, self.second, self.slope = 0.0, 0.0, 0.0
         self.free, self.lasting = 0.0, -1.0
         self.standing, self.stands_for, self.missed = False, -1, places.INFINITY
@@ -124,13 +118,7 @@ class NearestSearch:
         n = self.n
         tape = arm.tape.steps * (n + 1) + 2 * n
         charts = max(CHARTS, ZEROS) + 1
-        self.room = arrays.scratch(
-            MEMORY * (2 * n + 1)
-            + 12 * n
-            + 2 * n * n
-            + tape
-            + charts * (n + 1)
-        )
+        self.room = arrays.scratch(MEMORY * (2 * n + 1) + 10 * n + tape + charts * (n + 1))
         self.origin = self.room
         self.first = arrays.after(self.origin, n)
         self.d = arrays.after(self.first, n)
@@ -138,13 +126,10 @@ class NearestSearch:
         self.along = arrays.after(self.onto, n)
         self.reached = arrays.after(self.along, n)
         self.nearest = arrays.after(self.reached, n)
-        self.uphill = arrays.after(self.nearest, n)
-        self.roots = arrays.after(self.uphill, n)
-        self.searched = arrays.after(self.roots, 2 * n)
-        self.both = arrays.after(self.searched, n)
-        self.H = arrays.after(self.both, n)
-        self.Z = arrays.after(self.H, n * n)
-        self.tape = arrays.after(self.Z, n * n)
+        self.wrapped = arrays.after(self.nearest, n)
+        self.searched = arrays.after(self.wrapped, n)
+        self.before = arrays.after(self.searched, n)
+        self.tape = arrays.after(self.before, n)
         self.motions = arrays.after(self.tape, tape)
         self.scores = arrays.after(self.motions, charts * n)
         self.poses = arrays.after(self.scores, charts)
@@ -199,8 +184,6 @@ class NearestSearch:
             sigma = arrays.after(way_out, n)
             self.here.take(row, W, sigma)
             self._estimate(sigma, first_order)
-            for j in range(n):
-                self.uphill[j] = way_out[j] / self.arm.task.column_scale[j]
             self.settled = self._search()
         self.lasting = FOLLOWED * min(self.distance, self.horizon)
 
@@ -258,7 +241,7 @@ class NearestSearch:
                     self.nearest[j] = self.d[j]
             return True
         for j in range(self.n):
-            self.both[j] = self.nearest[j]
+            self.before[j] = self.nearest[j]
         self.distance, self.standing = places.INFINITY, self.standing and self.stands_for == k
         self._run(FOLLOWING_STEPS, moved + self.lengths_of[k], True)
         self.stands_for = k
@@ -271,7 +254,7 @@ class NearestSearch:
         if not self.distance < before:
             self.distance = before
             for j in range(self.n):
-                self.nearest[j] = self.both[j]
+                self.nearest[j] = self.before[j]
         return found
 
     def _remember(self, away: float) -> None:
@@ -326,7 +309,7 @@ class NearestSearch:
 
     def _estimate(self, sigma: Floats, by_product: float) -> None:
         # The figures of first order: by the product of the singular values, or the factors; by the
-        # least singular value; by the least two.
+        # least singular value; and of second order.
         k = self.arm.task.generic_rank
         self.by_product = by_product
         self.here.linearise()
@@ -334,11 +317,12 @@ class NearestSearch:
         if not self.here.are_fulfilled(self.first):
             self.by_least = places.INFINITY
         self.smallest = sigma[k - 1]
-        self.by_two, self.second = places.INFINITY, places.INFINITY
-        if k > 1:
-            self.second = sigma[k - 2]
-            self.by_two = self._by_two()
-        self.estimate = min(self.by_product, min(self.by_least, self.by_two))
+        self.second = sigma[k - 2] if k > 1 else places.INFINITY
+        for j in range(self.n):
+            self.d[j] = 0.0
+        self.quadric.stand_at(self.here, self.d)
+        self.by_quadric = self.quadric.write_nearest(False, self.along)
+        self.estimate = min(self.by_product, min(self.by_least, self.by_quadric))
         # Nearer than this neither they nor the second order see a singular pose: the least
         # singular value falls by slope r + reach r^2 / 2 at most, or so.
         self.slope = self.smallest / self.by_least if self.by_least > 0.0 else 0.0
@@ -358,9 +342,8 @@ class NearestSearch:
             self._run_from_known_poses()
         if settled:
             return True
-        if self.arm.task.generic_rank > 1:
-            self._run_from_pair(False)
-            self._run_from_pair(True)
+        self._run_from_second_order(False)
+        self._run_from_second_order(True)
         return False
 
     def _run_from_known_poses(self) -> None:
@@ -369,8 +352,8 @@ class NearestSearch:
         near = min(self.distance, self.horizon)
         radius = min(near + SPREAD, 3.0 * near)
         for j in range(n):
-            self.along[j] = self.origin[j] / self.arm.task.column_scale[j]
-        count = self.atlas.nearest(0, self.along, radius, CHARTS, self.motions, self.scores)
+            self.wrapped[j] = self.origin[j] / self.arm.task.column_scale[j]
+        count = self.atlas.nearest(0, self.wrapped, radius, CHARTS, self.motions, self.scores)
         for k in range(count):
             if self.scores[k] > WIDE * self.distance:
                 return
@@ -395,7 +378,7 @@ class NearestSearch:
         # The nearest zero of all factors: from here, and from known zeros.
         n = self.n
         for j in range(n):
-            self.uphill[j] = self.origin[j] / self.arm.task.column_scale[j]
+            self.wrapped[j] = self.origin[j] / self.arm.task.column_scale[j]
         for f in range(self.arm.tape.factors):
             for j in range(n):
                 self.d[j] = 0.0
@@ -403,7 +386,7 @@ class NearestSearch:
                 self._go_to_zero(f)
             radius = min(self.distance, self.horizon)
             count = self.atlas.nearest(
-                f, self.uphill, radius + ZEROS_APART, ZEROS, self.motions, self.scores
+                f, self.wrapped, radius + ZEROS_APART, ZEROS, self.motions, self.scores
             )
             for k in range(count):
                 if self.scores[k] > WIDE * self.distance:
@@ -451,9 +434,7 @@ class NearestSearch:
         False where nothing was found as near as a run was on its way to when it ended, or as the
         first order says that one may be, near to the pose.
         """
-        missed = min(self.missed, self.by_least)
-        if self.count == 1:
-            missed = min(missed, self.by_two)
+        missed = min(self.missed, self.by_quadric if self.count == 1 else self.by_least)
         nearer = missed < NEARER * self.distance and missed < MISSED
         return not self.ran or self.complete and (self.settled or not nearer)
 
@@ -467,7 +448,7 @@ class NearestSearch:
         found, by_least = self.distance, self.by_least
         return (
             abs(found - by_least) < 0.3 * by_least
-            and self.by_two > 0.92 * found
+            and self.by_quadric > 0.92 * found
             and self.by_product > 0.7 * found
             and found * max(self.slope, 1e-3) < 0.35 * self.second
             and self.free > SADDLE * found
@@ -475,11 +456,7 @@ class NearestSearch:
 
     def _is_where_the_first_order_says(self) -> bool:
         # Of what a search before has found.
-        squares = 0.0
-        for j in range(self.n):
-            away = self.first[j] - self.nearest[j]
-            squares += away * away
-        return math.sqrt(squares) < AGREES * self.by_least
+        return self._apart(self.first) < AGREES * self.by_least
 
     def _run_from(self, motion: Floats, length: float, factor: float, longest: float) -> None:
         # From a motion of this length, times a factor, with steps up to `longest`.
@@ -508,9 +485,9 @@ class NearestSearch:
             left = self.equations.write_step_onto(self.onto)
             away = singular_equations.length_of(self.d, n)
             nearest = self.equations.write_nearest(self.d, self.along)
-            paired = step < steps - LAST_STEPS and self._is_curved()
-            if paired:
-                nearest = self.quadric.write_nearest(False, self.along)
+            curved = step < steps - LAST_STEPS and self._is_curved()
+            if curved:
+                nearest = singular_equations.length_of(self.along, n)
             if self.equations.are_singular(SINGULAR) and left < NEXT_STEP * away + NO_STEP:
                 if not away < best:
                     break
@@ -520,7 +497,7 @@ class NearestSearch:
                     self.reached[j] = self.d[j]
                 if gain < NO_GAIN * away or away > 2.0 * self.horizon:
                     break
-            elif (nearest if paired else away - left) > WIDE * self.distance:
+            elif (nearest if curved else away - left) > WIDE * self.distance:
                 break  # it is on its way to one that is farther than what was found
             if step >= steps - 1 and (
                 best < places.INFINITY or not self._is_late(step - steps, left, away)
@@ -542,19 +519,18 @@ class NearestSearch:
         self._keep(best, standing)
 
     def _is_curved(self) -> bool:
-        # Whether the step is one for the second order: the quadric stands there.
-        k, squares = self.equations.rank - 2, 0.0
+        # Whether the step is one for the second order, which it is then brought to.
+        squares, straight = 0.0, self.equations.slopes[0]
         for j in range(self.n):
             step = self.along[j] - self.d[j]
             squares += step * step
-        straight = self.equations.slopes[0]
-        if k >= 0:
-            straight = min(straight, self.equations.sigma[k])
+        if self.equations.rank > 1:
+            straight = min(straight, self.equations.sigma[self.equations.rank - 2])
         if self.count > 1 or not math.sqrt(squares) * self.arm.reach > CURVED * straight:
             return False
         self.equations.decompose()
         self.quadric.stand_at(self.equations, self.d)
-        return self.quadric.write_nearest(False, self.both) < places.INFINITY
+        return self.quadric.write_nearest(False, self.along) < places.INFINITY
 
     def _is_late(self, more: int, left: float, away: float) -> bool:
         # Whether a run that should have ended is on its way to a nearer one than was found; what
@@ -572,64 +548,24 @@ class NearestSearch:
             for j in range(self.n):
                 self.nearest[j] = self.reached[j]
 
-    def _by_two(self) -> float:
-        for j in range(self.n):
-            self.d[j] = 0.0
-        self.quadric.stand_at(self.here, self.d)
-        return self.quadric.write_nearest(False, self.both)
-
-    def _run_from_pair(self, other: bool) -> None:
-        for j in range(self.n):
-            self.d[j] = 0.0
-        self.quadric.stand_at(self.here, self.d)
-        length = self.quadric.write_nearest(other, self.both)
-        if not (length < 1.2 * self.distance and length < 2.0 * self.horizon):
+    def _run_from_second_order(self, other: bool) -> None:
+        # From the point of the quadric that is nearest, or from the one on its other side.
+        if not (self.by_quadric < 1.2 * self.distance and self.by_quadric < 2.0 * self.horizon):
             return
-        apart = 0.0
         for j in range(self.n):
-            apart += (self.both[j] - self.nearest[j]) * (self.both[j] - self.nearest[j])
-        if self.distance == places.INFINITY or math.sqrt(apart) > 0.2 * self.distance:
-            self._run_from(self.both, length, 1.0, max(0.4 * length, 1e-4))
+            self.d[j] = 0.0
+        self.quadric.stand_at(self.here, self.d)
+        length = self.quadric.write_nearest(other, self.along)
+        if self.distance == places.INFINITY or self._apart(self.along) > SAME * self.distance:
+            self._run_from(self.along, length, 1.0, max(0.4 * length, 1e-4))
 
-    def _run_from_second_order(self) -> None:
-        # From the zeros of s + g.d + d'Hd / 2 along each eigenvector of H, the nearest first.
-        n = self.n
-        self.here.write_second_order(self.d, self.onto, self.along, self.H)
-        symmetric.diagonalise(self.H, self.Z, n)
-        for i in range(n):
-            self.roots[2 * i], self.roots[2 * i + 1] = places.INFINITY, places.INFINITY
-            half, along = 0.5 * self.H[i * n + i], 0.0
-            for j in range(n):
-                along += self.d[j] * self.Z[i * n + j]
-            inside = along * along - 4.0 * half * self.smallest
-            if inside >= 0.0 and abs(half) > 1e-12:
-                root = math.sqrt(inside)
-                total = -0.5 * (along + root if along >= 0.0 else along - root)
-                self.roots[2 * i] = total / half
-                if total != 0.0:
-                    self.roots[2 * i + 1] = self.smallest / total
-        for _ in range(SECOND_ORDER_STARTS):
-            best = 0
-            for i in range(2 * n):
-                if abs(self.roots[i]) < abs(self.roots[best]):
-                    best = i
-            root = self.roots[best]
-            self.roots[best] = places.INFINITY
-            if not (abs(root) <= 2.0 * self.horizon and abs(root) <= 1.5 * self.distance):
-                return
-            way = arrays.after(self.Z, best // 2 * n)
-            self._run_from(way, 1.0, root, max(0.4 * abs(root), 1e-4))
-
-    def _run_to_all_sides(self) -> None:
-        # Both ways along each eigenvector of `_run_from_second_order`.
-        n = self.n
-        for i in range(2 * n):
-            way = arrays.after(self.Z, i // 2 * n)
-            for j in range(n):
-                self.d[j] = (SIDE_STEP if i % 2 == 1 else -SIDE_STEP) * way[j]
-            self._run(2 * STEPS, LITTLE, False)
-            if self.distance < SURE:
-                return
+    def _apart(self, motion: Floats) -> float:
+        # From what was found.
+        squares = 0.0
+        for j in range(self.n):
+            away = motion[j] - self.nearest[j]
+            squares += away * away
+        return math.sqrt(squares)
 
 
 def _share_along(step: int, steps: int) -> float:

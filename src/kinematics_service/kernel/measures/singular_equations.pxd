@@ -3,7 +3,7 @@ from libc cimport math
 
 from ..forward cimport chain_pass, linear_equations
 from ..layout cimport arrays, places
-from . cimport curvature, gradient, singular_values, singularity
+from . cimport gradient, singular_values, singularity
 from ..forward.chain cimport Chain
 from .task_rows cimport TaskRows
 
@@ -69,10 +69,6 @@ cdef class SingularEquations:
     cdef bint are_fulfilled(self, double* d) noexcept nogil
     @cython.locals(i=int, j=int, along=double)
     cdef double write_nearest(self, double* away, double* d) noexcept nogil
-    @cython.locals(n=int, k=int, i=int, j=int, r=int, share=double, scale='double*')
-    cdef void write_second_order(
-        self, double* g, double* b, double* c, double* H
-    ) noexcept nogil
 
 @cython.locals(squares=double, j=int)
 cdef double length_of(double* d, int n) noexcept nogil

@@ -6,7 +6,7 @@ from ..forward import chain_pass, linear_equations
 from ..forward.chain import Chain
 from ..layout import arrays, places
 from ..layout.arrays import Floats
-from . import curvature, gradient, singular_values, singularity
+from . import gradient, singular_values, singularity
 from .task_rows import TaskRows
 
 # A direction in which the equations change by less than this share of the most is none.
@@ -295,29 +295,6 @@ class SingularEquations:
                 along += self.A[i * self.n + j] * away[j]
             self.wanted[i] = along - self.c[i]
         return self.write_least(d)
-
-    def write_second_order(self, g: Floats, b: Floats, c: Floats, H: Floats) -> None:
-        """
-        Fill gradient g and Hessian H of the signed s_k, with what the larger ones take of it.
-
-        It is the Schur complement of the larger ones in J_t between its directions (b, c: room).
-        """
-        n, k = self.n, self.rank - 1
-        self.write_slope(k, k, g)
-        curvature.write_curvature(self.chain, self.row, self.Y, H)
-        scale = self.task.column_scale
-        for i in range(n):
-            for j in range(n):
-                H[i * n + j] *= scale[i] * scale[j]
-        for r in range(k):
-            if not self.sigma[r] > places.RANK_TOLERANCE * self.sigma[0]:
-                break
-            self.write_slope(r, k, b)
-            self.write_slope(k, r, c)
-            share = 1.0 / self.sigma[r]
-            for i in range(n):
-                for j in range(n):
-                    H[i * n + j] -= (b[i] * c[j] + c[i] * b[j]) * share
 
 
 def length_of(d: Floats, n: int) -> float:

@@ -1,4 +1,4 @@
-"""The singular poses near a pose to second order: a quadric, and its point nearest to another pose."""
+"""The singular poses near a pose to second order: a quadric, and its point that is nearest."""
 
 import math
 
@@ -13,7 +13,7 @@ HALVINGS, BOUND = 40, 1e-9
 
 class SingularQuadric:
     """
-    The determinant of J_t between the directions of its two least singular values, to second order.
+    The determinant of J_t between the directions of its two least singular values, a quadric.
 
     Of a motion x from the pose that is asked for it is f + g.x + x'Kx, and zero where J_t is
     singular. Neither where two sheets of singular poses meet or just miss each other, nor where a
