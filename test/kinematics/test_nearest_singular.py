@@ -177,17 +177,14 @@ def test_along_a_motion_the_distance_is_that_of_each_pose_alone(name, fastest):
     robot = ARMS[name]()
     q = motion(robot, fastest)
     alone, found = ks.singularity(robot, q), along(robot, q)
-    # Where none was found it is no distance, and not decided.
-    near = (np.minimum(alone.distance, found.distance) < 0.2) & (alone.decided | found.decided)
-    near &= np.isfinite(alone.nearest_singular[:, 0]) | alone.decided
+    near = np.minimum(alone.distance, found.distance) < 0.2
     change = found.distance[near] / alone.distance[near] - 1.0
     assert np.max(change, initial=0.0) < FARTHER
     assert np.mean(np.abs(change) > SAME) < DIFFERENT if np.any(near) else True
     assert np.mean(found.level != alone.level) < 0.002
     there = np.isfinite(found.nearest_singular[:, 0])
     assert np.max(share(robot, found.nearest_singular[there]), initial=0.0) < SINGULAR
-    # What is followed is decided as where it was last looked for.
-    assert np.mean(found.decided != alone.decided) < DIFFERENT
+    np.testing.assert_array_equal(found.decided, alone.decided)
 
 
 def test_along_a_motion_few_poses_are_evaluated():
@@ -324,9 +321,9 @@ def test_at_any_range_it_is_the_true_one(name):
     assert np.all(found.level[true < 0.03] > ks.Level.OK)
 
 
-# Along short motions a pose asked alone may be farther than the one that is followed by this share
-# at most, but for so many of a thousand.
-NO_FARTHER, RARELY = 1.02, 40
+# Along short motions a pose asked alone is farther than the one that is followed by this share at
+# most, but for so many of a thousand, of which another pose is found, and by a tenth never.
+NO_FARTHER, RARELY, NEVER_FARTHER = 1.02, 25, 1.1
 
 
 @pytest.mark.slow
@@ -341,15 +338,15 @@ def test_live_and_asked_alone_agree(name):
         step = random.normal(size=robot.dof)
         step *= random.choice([1e-3, 3e-3, 9e-3, 2e-2]) / np.linalg.norm(step)
         rows.append(q + step * np.sin(0.06 * np.arange(60))[:, None] / 0.06)
-    farther = nearer = 0
+    farther = 0
     for q in rows:
         alone, live = ks.singularity(robot, q), along(robot, q)
         farther += np.sum(alone.distance > NO_FARTHER * live.distance + 1e-9)
-        nearer += np.sum(live.distance > 1.1 * alone.distance + 1e-9)
+        assert np.all(alone.distance <= NEVER_FARTHER * live.distance + 1e-9)
+        assert np.all(live.distance <= NEVER_FARTHER * alone.distance + 1e-9)
         np.testing.assert_array_equal(alone.level, live.level)
     poses = 60 * len(rows)
     assert 1000 * farther <= RARELY * poses
-    assert 1000 * nearer <= RARELY * poses
 
 
 PUMA = (

@@ -450,7 +450,7 @@ class NearestSearch:
             abs(found - by_least) < 0.3 * by_least
             and self.by_quadric > 0.92 * found
             and self.by_product > 0.7 * found
-            and found * max(self.slope, 1e-3) < 0.35 * self.second
+            and found * max(self.slope, 1e-3 * self.arm.reach) < 0.35 * self.second
             and self.free > SADDLE * found
         )
 
