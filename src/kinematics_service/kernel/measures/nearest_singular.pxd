@@ -113,6 +113,8 @@ cdef class NearestSearch:
     cdef void _keep(self, double best, bint standing) noexcept nogil
     @cython.locals(j=int, length=double)
     cdef void _run_from_second_order(self, bint other) noexcept nogil
+    @cython.locals(i=int, j=int, length=double)
+    cdef void _run_along_axes(self) noexcept nogil
     @cython.locals(squares=double, j=int, away=double)
     cdef double _apart(self, double* motion) noexcept nogil
     @cython.locals(j=int, squares=double, step=double, straight=double)

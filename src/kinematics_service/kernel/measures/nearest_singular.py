@@ -31,7 +31,7 @@ NO_GAIN = 1e-5
 STEPS, FULL_STEPS, LAST_STEPS = 10, 4, 3
 # A run that is on its way to a nearer one than was found, the next step below this share of the
 # way, has so many steps more: where two singular values vanish nearly together it is late.
-ON_ITS_WAY, LATE, MORE_STEPS = 0.5, 0.4, 8
+ON_ITS_WAY, LATE, MORE_STEPS = 0.5, 0.4, 12
 # What the first order says, or such a run did not reach, is another one where it is nearer than
 # this share of what was found.
 NEARER = 0.6
@@ -344,6 +344,8 @@ class NearestSearch:
             return True
         self._run_from_second_order(False)
         self._run_from_second_order(True)
+        if self.count > 1:
+            self._run_along_axes()
         return False
 
     def _run_from_known_poses(self) -> None:
@@ -508,7 +510,7 @@ class NearestSearch:
                 slide = self.along[j] - self.d[j] - self.onto[j]
                 self.onto[j] += share * slide
             length = singular_equations.length_of(self.onto, n)
-            close = length < CLOSE
+            close = length < CLOSE and step < steps - LAST_STEPS
             share = longest / length if length > longest else 1.0
             for j in range(n):
                 self.d[j] += share * self.onto[j]
@@ -558,6 +560,16 @@ class NearestSearch:
         length = self.quadric.write_nearest(other, self.along)
         if self.distance == places.INFINITY or self._apart(self.along) > SAME * self.distance:
             self._run_from(self.along, length, 1.0, max(0.4 * length, 1e-4))
+
+    def _run_along_axes(self) -> None:
+        # Of a redundant arm the quadric is one of several: to it along its axes.
+        for j in range(self.n):
+            self.d[j] = 0.0
+        self.quadric.stand_at(self.here, self.d)
+        for i in range(self.n):
+            length = self.quadric.write_along_axis(i, self.along)
+            if length < 1.2 * self.distance and length < 2.0 * self.horizon:
+                self._run_from(self.along, length, 1.0, max(0.4 * length, 1e-4))
 
     def _apart(self, motion: Floats) -> float:
         # From what was found.

@@ -36,5 +36,7 @@ cdef class SingularQuadric:
         high=double, multiplier=double, left=double, root=double,
     )
     cdef double write_nearest(self, bint other, double* x) noexcept nogil
+    @cython.locals(curved=double, along=double, inside=double, total=double, root=double, j=int)
+    cdef double write_along_axis(self, int i, double* x) noexcept nogil
     @cython.locals(n=int, i=int, left=double, curved=double, x=double)
     cdef double _left(self, double multiplier) noexcept nogil
