@@ -90,8 +90,9 @@ cdef class NearestSearch:
     cdef void _go_to_zero(self, int f) noexcept nogil
     cdef bint found(self) noexcept nogil
     cdef bint is_near(self) noexcept nogil
-    @cython.locals(missed=double, nearer=cython.bint)
     cdef bint is_decided(self) noexcept nogil
+    @cython.locals(missed=double, nearer=cython.bint)
+    cdef double not_excluded(self) noexcept nogil
     @cython.locals(j=int)
     cdef void write_pose(self, double* pose) noexcept nogil
     @cython.locals(found=double, by_least=double)

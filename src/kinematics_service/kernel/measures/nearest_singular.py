@@ -433,12 +433,21 @@ class NearestSearch:
         """
         Return whether nothing more is to be looked for.
 
-        False where nothing was found as near as a run was on its way to when it ended, or as the
-        first order says that one may be, near to the pose.
+        False where the budget ended, or where one that is nearer than what was found is not
+        excluded.
+        """
+        return not self.ran or self.complete and not self.not_excluded() < self.distance
+
+    def not_excluded(self) -> float:
+        """
+        Return how near a singular pose may be, as the search has left it, rad.
+
+        As near as a run was on its way to when it ended, or as the pose itself says that one may
+        be; or as near as what was found.
         """
         missed = min(self.missed, self.by_quadric if self.count == 1 else self.by_least)
         nearer = missed < NEARER * self.distance and missed < MISSED
-        return not self.ran or self.complete and (self.settled or not nearer)
+        return missed if nearer and not self.settled else self.distance
 
     def write_pose(self, pose: Floats) -> None:
         """Fill the pose (n,) that was found, rad or m."""
