@@ -6,7 +6,7 @@ import brute_force
 import numpy as np
 import pytest
 from arms import first_order_distances, robot_of, without_factors
-from calibrated import calibrated_ur5, with_errors
+from calibrated import UR5, calibrated_ur5, with_errors
 from test_measures import arm
 
 import kinematics_service as ks
@@ -17,6 +17,14 @@ from kinematics_service.kinematics.singularity import measured_in_order, singula
 SINGULAR = 2e-7
 # A found distance is that of the nearest pose up to this share: the gain that ends a search.
 FOUND = 2e-3
+PUMA = (
+    (0.0, math.pi / 2, 0.0),
+    (0.4318, 0.0, 0.0),
+    (0.0203, -math.pi / 2, 0.15005),
+    (0.0, math.pi / 2, 0.4318),
+    (0.0, -math.pi / 2, 0.0),
+    (0.0, 0.0, 0.0),
+)
 # Random poses of each arm that brute force judges, and a quarter as many saddles.
 RANDOM = 48
 
@@ -144,6 +152,65 @@ def test_where_two_singular_values_vanish_nearly_together_the_nearest_is_found(q
     assert found.distance == pytest.approx(by_force[0], rel=0.01)
     assert found.decided
     assert share(robot, found.nearest_singular) < SINGULAR
+
+
+@pytest.mark.parametrize(
+    ('name', 'q', 'distance'),
+    [
+        (
+            'Puma',
+            [-1.819265, -1.571817237, -1.522984207, 0.979327398, 2.74622787, 0.599575321],
+            0.000548,
+        ),
+        (
+            'UR5',
+            [1.818614326, 1.480083142, 0.029709397, -1.14523631, -0.703614525, -2.549258218],
+            0.026074,
+        ),
+        (
+            'kuka_iiwa14',
+            [
+                *(-1.624943601, -0.026910036, -0.047482498, -3.140296089),
+                *(2.353796902, 0.537872835, 2.74297088),
+            ],
+            0.001296,
+        ),
+        (
+            'kuka_iiwa14',
+            [
+                *(-1.273489102, 0.102253977, 0.136930204, -0.027970115),
+                *(-3.195200103, -0.041143573, -2.189981537),
+            ],
+            0.027970,
+        ),
+    ],
+)
+def test_where_sheets_of_singular_poses_meet_the_nearest_is_found(name, q, distance):
+    # Neither singular value says by its first order where they are: between them both are small.
+    robot = {
+        'Puma': lambda: with_errors(PUMA, 1e-5, seed=11),
+        'UR5': lambda: with_errors(UR5, 1e-3, seed=13),
+    }.get(name, lambda: without_factors(name))()
+    found = ks.singularity(robot, q)
+    assert found.distance == pytest.approx(distance, rel=1e-3)
+    assert found.decided
+    assert share(robot, found.nearest_singular) < SINGULAR
+    # A second road comes as near: from where it was found, and from beside.
+    starts = np.random.default_rng(4).normal(size=(12, robot.dof)) * 0.3 * distance
+    starts += found.nearest_singular - q
+    away, _ = brute_force.descend(robot, np.tile(q, (12, 1)), starts)
+    assert np.min(away) == pytest.approx(distance, rel=1e-2)
+
+
+def test_a_nearer_one_that_is_not_excluded_is_warned_of():
+    # Brute force finds one 0.018 rad away, the search 0.166.
+    q = [
+        *(-1.237149681, 0.012586181, -0.016897593, 0.006425746),
+        *(-1.469670128, 1.78463578, -0.254302367),
+    ]
+    found = ks.singularity(robot_of('kinova_gen3'), q)
+    assert not found.decided
+    assert found.level > ks.Level.OK
 
 
 # Poses of a motion, 2 ms apart, and the share of them that may differ by more than SAME from
@@ -347,16 +414,6 @@ def test_live_and_asked_alone_agree(name):
         np.testing.assert_array_equal(alone.level, live.level)
     poses = 60 * len(rows)
     assert 1000 * farther <= RARELY * poses
-
-
-PUMA = (
-    (0.0, math.pi / 2, 0.0),
-    (0.4318, 0.0, 0.0),
-    (0.0203, -math.pi / 2, 0.15005),
-    (0.0, math.pi / 2, 0.4318),
-    (0.0, -math.pi / 2, 0.0),
-    (0.0, 0.0, 0.0),
-)
 
 
 @pytest.mark.slow

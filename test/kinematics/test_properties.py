@@ -425,7 +425,7 @@ def test_size_does_not_matter_to_the_unit_free_measures(name):
     arm, robot = arm_of(name), robot_of(name)
     q = poses(robot)
     found = ks.singularity(robot, q)
-    for factor in (2.0**-20, 2.0**10):
+    for factor in (2.0**-45, 2.0**-20, 2.0**10):
         other = ks.robot_from_text(arm.scaled(factor).text())
         assert other.task.rows == robot.task.rows
         assert other.task.generic_rank == robot.task.generic_rank
@@ -440,6 +440,7 @@ def test_size_does_not_matter_to_the_unit_free_measures(name):
             atol=QUOTIENT,
         )
         np.testing.assert_allclose(again.distance, found.distance, rtol=FOUND, atol=QUOTIENT)
+        np.testing.assert_allclose(again.clearance, found.clearance, rtol=1e-9, atol=QUOTIENT)
 
 
 def calibrated_tables():
