@@ -10,7 +10,7 @@ from .singular_quadric cimport SingularQuadric
 
 cdef int ENOUGH
 cdef double HORIZON, SINGULAR, NEXT_STEP, NO_STEP, NO_GAIN, FOLLOWED, KEPT, LITTLE_NEARER, SAME, KNOWN, AGREES, CLOSE, ON_ITS_WAY, LATE, NEARER
-cdef double COARSE, SURE, SADDLE, SPREAD, ZEROS_APART, WIDE, APART, MISSED, CURVED
+cdef double COARSE, SURE, SADDLE, SPREAD, ZEROS_APART, WIDE, APART, MISSED, CURVED, LOCAL
 cdef int CHARTS, ZEROS, MEMORY
 cdef int STEPS, FULL_STEPS, LAST_STEPS, FOLLOWING_STEPS, MORE_STEPS
 
@@ -105,7 +105,7 @@ cdef class NearestSearch:
     @cython.locals(
         n=int, j=int, step=int, best=double, left=double,
         away=double, nearest=double, gain=double, share=double, standing=cython.bint,
-        close=cython.bint, curved=cython.bint,
+        close=cython.bint, curved=cython.bint, curves=cython.bint,
         slide=double, length=double,
     )
     cdef void _run(self, int steps, double longest, bint known) noexcept nogil
@@ -118,7 +118,7 @@ cdef class NearestSearch:
     cdef void _run_along_axes(self) noexcept nogil
     @cython.locals(squares=double, j=int, away=double)
     cdef double _apart(self, double* motion) noexcept nogil
-    @cython.locals(j=int, squares=double, step=double, straight=double)
+    @cython.locals(j=int, squares=double, step=double, straight=double, length=double)
     cdef bint _is_curved(self) noexcept nogil
 
 cdef double _share_along(int step, int steps) noexcept nogil

@@ -51,8 +51,8 @@ CHARTS, SPREAD = 32, 0.6
 WIDE, APART = 1.1, 0.4
 ZEROS, ZEROS_APART = 3, 0.2
 # The second order is asked where a step is longer than this share of what slope or second singular
-# value allow by the reach.
-CURVED = 1.0
+# value allow by the reach, and shorter than this, rad: farther it does not see.
+CURVED, LOCAL = 1.0, 0.2
 # So many poses that were found are remembered, those nearer to each other than this share of their
 # distance as one. They are followed along a motion up to this share of the distance; then another
 # search tells whether new ones have come near.
@@ -484,6 +484,7 @@ class NearestSearch:
         best = places.INFINITY
         standing, self.standing = self.standing and known, False
         close = standing
+        curves = self.count == 1 and not known
         for step in range(steps + MORE_STEPS):
             if step > 0 or not standing:
                 if self.evaluations >= self.budget:
@@ -496,7 +497,7 @@ class NearestSearch:
             left = self.equations.write_step_onto(self.onto)
             away = singular_equations.length_of(self.d, n)
             nearest = self.equations.write_nearest(self.d, self.along)
-            curved = step < steps - LAST_STEPS and self._is_curved()
+            curved = step < steps - LAST_STEPS and curves and self._is_curved()
             if curved:
                 nearest = singular_equations.length_of(self.along, n)
             if self.equations.are_singular(SINGULAR) and left < NEXT_STEP * away + NO_STEP:
@@ -537,7 +538,8 @@ class NearestSearch:
             squares += step * step
         if self.equations.rank > 1:
             straight = min(straight, self.equations.sigma[self.equations.rank - 2])
-        if self.count > 1 or not math.sqrt(squares) * self.arm.reach > CURVED * straight:
+        length = math.sqrt(squares)
+        if not CURVED * straight < length * self.arm.reach or not length < LOCAL:
             return False
         self.equations.decompose()
         self.quadric.stand_at(self.equations, self.d)
