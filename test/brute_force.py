@@ -57,8 +57,11 @@ def least(A, b):
     return np.einsum('Nje,Ne->Nj', np.linalg.pinv(A, rcond=1e-5), b)
 
 
-def _descend(robot, origin, d):
-    # Relaxed Newton of all rows at once; the distances where they ended, infinite elsewhere.
+def descend(robot, origin, d):
+    """
+    Return distances (N,) and poses (N, n) of relaxed Newton from motions d; infinite where none
+    ended.
+    """
     scales, rank = robot.task.column_scales, robot.task.generic_rank
     distance = np.full(len(d), np.inf)
     poses = np.full(d.shape, np.nan)
@@ -149,7 +152,7 @@ def nearest_singular(robot, q, starts=24, seed=3, known=0):
         ]
         motions += list(_known(robot, q, known, random))
     for motion in motions:
-        found, where = _descend(robot, q, motion)
+        found, where = descend(robot, q, motion)
         nearer = found < distance
         distance[nearer], poses[nearer] = found[nearer], where[nearer]
     return distance, poses

@@ -383,7 +383,7 @@ def test_stretches_near_singular_poses_are_shaded_and_named():
     spans = [p.get_extents().transformed(figure.axes[0].transData.inverted())
              for p in figure.axes[0].patches]  # fmt: skip
     assert any(abs(span.x0 - error[0]) < 1e-6 for span in spans)
-    worst = near.factors.names[near.factors.distances.min(axis=0).argmin()]
+    worst = near.factors.names[near.factors.estimates.min(axis=0).argmin()]
     assert worst in [text.get_text() for text in figure.axes[0].texts]
 
 

@@ -208,7 +208,7 @@ def test_the_nearest_flat_position_of_a_group_ends_its_branch(planar):
             continue
         looked_at += 1
         assert flat_loop(planar, found) == 'right_arm + top_arm'
-        assert found.factors.distances[0] == found.distance
+        assert found.factors.estimates[0] == found.distance
         way = found.nearest_singular - q
         assert np.linalg.norm(way) == pytest.approx(found.distance, rel=1e-12)
         closure = ks.evaluate(planar, q).closure

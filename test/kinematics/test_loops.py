@@ -405,11 +405,11 @@ def test_the_nearer_of_loop_and_arm_is_told():
     found = ks.singularity(robot, [1e-3])
     assert found.distance == pytest.approx(1e-3, rel=1e-2)
     assert found.factors.names == ('slider_crank',)
-    assert found.factors.distances[0] > 0.5
+    assert found.factors.estimates[0] > 0.5
     # The general loop is flat where crank and upper arm are opposite.
     robot = ks.load_robot('four_bar_arm')
     found = ks.singularity(robot, [0.0, math.pi / 2, -math.pi / 2 + 0.02])
-    assert found.factors.distances[0] == pytest.approx(found.distance, rel=QUOTIENT)
+    assert found.factors.estimates[0] == pytest.approx(found.distance, rel=QUOTIENT)
     assert 0.005 < found.distance < 0.02
     assert found.level == ks.Level.ERROR
 

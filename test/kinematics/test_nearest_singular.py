@@ -6,7 +6,7 @@ import brute_force
 import numpy as np
 import pytest
 from arms import first_order_distances, robot_of, without_factors
-from calibrated import calibrated_ur5, with_errors
+from calibrated import UR5, calibrated_ur5, with_errors
 from test_measures import arm
 
 import kinematics_service as ks
@@ -17,6 +17,14 @@ from kinematics_service.kinematics.singularity import measured_in_order, singula
 SINGULAR = 2e-7
 # A found distance is that of the nearest pose up to this share: the gain that ends a search.
 FOUND = 2e-3
+PUMA = (
+    (0.0, math.pi / 2, 0.0),
+    (0.4318, 0.0, 0.0),
+    (0.0203, -math.pi / 2, 0.15005),
+    (0.0, math.pi / 2, 0.4318),
+    (0.0, -math.pi / 2, 0.0),
+    (0.0, 0.0, 0.0),
+)
 # Random poses of each arm that brute force judges, and a quarter as many saddles.
 RANDOM = 48
 
@@ -146,6 +154,65 @@ def test_where_two_singular_values_vanish_nearly_together_the_nearest_is_found(q
     assert share(robot, found.nearest_singular) < SINGULAR
 
 
+@pytest.mark.parametrize(
+    ('name', 'q', 'distance'),
+    [
+        (
+            'Puma',
+            [-1.819265, -1.571817237, -1.522984207, 0.979327398, 2.74622787, 0.599575321],
+            0.000548,
+        ),
+        (
+            'UR5',
+            [1.818614326, 1.480083142, 0.029709397, -1.14523631, -0.703614525, -2.549258218],
+            0.026074,
+        ),
+        (
+            'kuka_iiwa14',
+            [
+                *(-1.624943601, -0.026910036, -0.047482498, -3.140296089),
+                *(2.353796902, 0.537872835, 2.74297088),
+            ],
+            0.001296,
+        ),
+        (
+            'kuka_iiwa14',
+            [
+                *(-1.273489102, 0.102253977, 0.136930204, -0.027970115),
+                *(-3.195200103, -0.041143573, -2.189981537),
+            ],
+            0.027970,
+        ),
+    ],
+)
+def test_where_sheets_of_singular_poses_meet_the_nearest_is_found(name, q, distance):
+    # Neither singular value says by its first order where they are: between them both are small.
+    robot = {
+        'Puma': lambda: with_errors(PUMA, 1e-5, seed=11),
+        'UR5': lambda: with_errors(UR5, 1e-3, seed=13),
+    }.get(name, lambda: without_factors(name))()
+    found = ks.singularity(robot, q)
+    assert found.distance == pytest.approx(distance, rel=1e-3)
+    assert found.decided
+    assert share(robot, found.nearest_singular) < SINGULAR
+    # A second road comes as near: from where it was found, and from beside.
+    starts = np.random.default_rng(4).normal(size=(12, robot.dof)) * 0.3 * distance
+    starts += found.nearest_singular - q
+    away, _ = brute_force.descend(robot, np.tile(q, (12, 1)), starts)
+    assert np.min(away) == pytest.approx(distance, rel=1e-2)
+
+
+def test_a_nearer_one_that_is_not_excluded_is_warned_of():
+    # Brute force finds one 0.018 rad away, the search 0.166.
+    q = [
+        *(-1.237149681, 0.012586181, -0.016897593, 0.006425746),
+        *(-1.469670128, 1.78463578, -0.254302367),
+    ]
+    found = ks.singularity(robot_of('kinova_gen3'), q)
+    assert not found.decided
+    assert found.level > ks.Level.OK
+
+
 # Poses of a motion, 2 ms apart, and the share of them that may differ by more than SAME from
 # those that are searched alone; by how much any may be farther. A search of its own misses the
 # nearest singular pose now and then, too.
@@ -177,17 +244,14 @@ def test_along_a_motion_the_distance_is_that_of_each_pose_alone(name, fastest):
     robot = ARMS[name]()
     q = motion(robot, fastest)
     alone, found = ks.singularity(robot, q), along(robot, q)
-    # Where none was found it is no distance, and not decided.
-    near = (np.minimum(alone.distance, found.distance) < 0.2) & (alone.decided | found.decided)
-    near &= np.isfinite(alone.nearest_singular[:, 0]) | alone.decided
+    near = np.minimum(alone.distance, found.distance) < 0.2
     change = found.distance[near] / alone.distance[near] - 1.0
     assert np.max(change, initial=0.0) < FARTHER
     assert np.mean(np.abs(change) > SAME) < DIFFERENT if np.any(near) else True
     assert np.mean(found.level != alone.level) < 0.002
     there = np.isfinite(found.nearest_singular[:, 0])
     assert np.max(share(robot, found.nearest_singular[there]), initial=0.0) < SINGULAR
-    # What is followed is decided as where it was last looked for.
-    assert np.mean(found.decided != alone.decided) < DIFFERENT
+    np.testing.assert_array_equal(found.decided, alone.decided)
 
 
 def test_along_a_motion_few_poses_are_evaluated():
@@ -324,9 +388,9 @@ def test_at_any_range_it_is_the_true_one(name):
     assert np.all(found.level[true < 0.03] > ks.Level.OK)
 
 
-# Along short motions a pose asked alone may be farther than the one that is followed by this share
-# at most, but for so many of a thousand.
-NO_FARTHER, RARELY = 1.02, 40
+# Along short motions a pose asked alone is farther than the one that is followed by this share at
+# most, but for so many of a thousand, of which another pose is found, and by a tenth never.
+NO_FARTHER, RARELY, NEVER_FARTHER = 1.02, 25, 1.1
 
 
 @pytest.mark.slow
@@ -341,25 +405,15 @@ def test_live_and_asked_alone_agree(name):
         step = random.normal(size=robot.dof)
         step *= random.choice([1e-3, 3e-3, 9e-3, 2e-2]) / np.linalg.norm(step)
         rows.append(q + step * np.sin(0.06 * np.arange(60))[:, None] / 0.06)
-    farther = nearer = 0
+    farther = 0
     for q in rows:
         alone, live = ks.singularity(robot, q), along(robot, q)
         farther += np.sum(alone.distance > NO_FARTHER * live.distance + 1e-9)
-        nearer += np.sum(live.distance > 1.1 * alone.distance + 1e-9)
+        assert np.all(alone.distance <= NEVER_FARTHER * live.distance + 1e-9)
+        assert np.all(live.distance <= NEVER_FARTHER * alone.distance + 1e-9)
         np.testing.assert_array_equal(alone.level, live.level)
     poses = 60 * len(rows)
     assert 1000 * farther <= RARELY * poses
-    assert 1000 * nearer <= RARELY * poses
-
-
-PUMA = (
-    (0.0, math.pi / 2, 0.0),
-    (0.4318, 0.0, 0.0),
-    (0.0203, -math.pi / 2, 0.15005),
-    (0.0, math.pi / 2, 0.4318),
-    (0.0, -math.pi / 2, 0.0),
-    (0.0, 0.0, 0.0),
-)
 
 
 @pytest.mark.slow

@@ -96,7 +96,7 @@ def test_the_measures_of_one_pose_are_a_frozen_record_like_those_of_a_batch():
     assert (other.distance, other.determinant) == (1.0, found.determinant)
     for twin in (copy.copy(found), copy.deepcopy(found), pickle.loads(pickle.dumps(found))):
         assert twin.distance == found.distance
-        assert np.array_equal(twin.factors.distances, found.factors.distances)
+        assert np.array_equal(twin.factors.estimates, found.factors.estimates)
     with pytest.raises(AttributeError):
         _ = found.nonsense
     with pytest.raises(ValueError, match='read-only'):

@@ -141,7 +141,7 @@ def test_the_so101_stretched_is_at_its_elbow_and_points_its_gripper():
     q = np.array([0.4, 0.2, math.atan2(52, 1349) - math.atan2(11257, 2800), 0.3, -0.5])
     found = ks.singularity(robot, q)
     assert found.factors.names == ('elbow',)
-    assert found.factors.distances[0] < ROUND_OFF
+    assert found.factors.estimates[0] < ROUND_OFF
     assert found.rank == 4
     assert found.level == ks.Level.ERROR
     axes = ks.link_frames(robot, q)[1:4, :3, 3]  # origins of axes 2, 3 and 4

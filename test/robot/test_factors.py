@@ -122,7 +122,7 @@ def test_the_distance_of_a_single_factor_is_the_angle_to_its_zero():
     robot = arm('sin(q2)')
     found = ks.singularity(robot, [0.3, 0.02])
     assert found.distance == pytest.approx(0.02, abs=1e-12)
-    assert found.factors.distances == pytest.approx(math.tan(0.02))
+    assert found.factors.estimates == pytest.approx(math.tan(0.02))
     assert found.factors.names == ('elbow',)
     np.testing.assert_allclose(found.factors.motions, [[0.0, -math.tan(0.02)]])
     assert ks.singularity(robot, [0.3, 0.0]).distance == 0.0

@@ -23,7 +23,7 @@ def pose_near_a_singular_one(robot, factor):
     found = ks.singularity(robot, q)
     near = np.isfinite(found.nearest_singular[:, 0]) & (found.level == ks.Level.WARN)
     if factor:
-        near &= found.factors.distances[:, 0] < 1.01 * found.distance
+        near &= found.factors.estimates[:, 0] < 1.01 * found.distance
     return q[near][0]
 
 

@@ -75,7 +75,7 @@ links:
     straight = [0.4, -math.atan2(1, 3)]
     factors = ks.singularity(ks.robot_from_text(written), straight).factors
     assert factors.names == ('elbow',)
-    assert factors.distances[0] < ROUND_OFF
+    assert factors.estimates[0] < ROUND_OFF
 
 
 def test_a_calibrated_twist_is_taken_as_it_is():

@@ -277,9 +277,9 @@ class Estimator:
         if alarm.level is Level.OK or alarm.level is Level.STALE:
             level: Level = singularity.level  # there is no level to leave
         else:
-            level = self.robot.thresholds.level(
-                watched_value(self.robot, singularity), alarm.level
-            )
+            value = watched_value(self.robot, singularity)
+            # That of the pose is the higher one where a nearer singular pose is not excluded.
+            level = max(self.robot.thresholds.level(value, alarm.level), singularity.level)
         if alarm.is_settled(level, arrival):
             return level, False
         factors = singularity.factors

@@ -201,7 +201,7 @@ def _nearest_factor(robot: Robot, singularity: Singularity) -> str:
     if factors is None:
         return ''
     k = factors.nearest
-    if not robot.factors.may_name(k, float(factors.distances[k]), float(singularity.distance)):
+    if not robot.factors.may_name(k, float(factors.estimates[k]), float(singularity.distance)):
         return ''
     text = robot.factors.texts[k]
     shown = f': {text}' if len(text) <= SHORT else ''
@@ -223,7 +223,7 @@ def _factor_values(
         ('factor_expression', robot.factors.texts[k]),
         *([('factor_approximate', 'true')] if robot.factors.approximate[k] else []),
         ('factor_value', f'{factors.values[k]:.9g}'),
-        ('factor_motion', f'{factors.distances[k]:.9g}'),
+        ('factor_motion', f'{factors.estimates[k]:.9g}'),
         ('joint_motion_to_its_zero', motion),
     ]
 

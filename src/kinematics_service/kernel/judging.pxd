@@ -22,7 +22,7 @@ cdef void _judge_loops(Arm arm, double* row, double* measures, double* work) noe
     nearest=int, f=int, judged='double*', distances='double*', watched=double, sign=double,
     level=double,
 )
-cdef void _judge(Arm arm, double* measures) noexcept nogil
+cdef void _judge(Arm arm, double* measures, double not_excluded) noexcept nogil
 @cython.locals(estimate=double, nearest=double, distances='double*', f=int)
 cdef double _first_order(Arm arm, double* measures) noexcept nogil
 @cython.locals(judged='double*', pose='double*', estimate=double, j=int)

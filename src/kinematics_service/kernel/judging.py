@@ -61,8 +61,9 @@ def _judge_loops(arm: Arm, row: Floats, measures: Floats, work: Floats) -> None:
                 way_out[j] = sign * slope / norm * arm.task.column_scale[j]
 
 
-def _judge(arm: Arm, measures: Floats) -> None:
-    # Nearest factor and level, of all that has been measured and found.
+def _judge(arm: Arm, measures: Floats, not_excluded: float) -> None:
+    # Nearest factor and level, of all that has been measured and found. A singular pose that is
+    # not excluded is warned of like one that was found.
     judged = arrays.after(measures, _judged_at(arm))
     distances = arrays.after(judged, places.JUDGED)
     nearest = 0
@@ -70,6 +71,9 @@ def _judge(arm: Arm, measures: Floats) -> None:
         if distances[f] < distances[nearest]:
             nearest = f
     watched = abs(measures[arm.watched])
+    judged[places.WATCHED] = watched
+    if arm.watched == places.DISTANCE:
+        watched = min(watched, not_excluded)
     sign = 1.0 if arm.stop < arm.warn else -1.0
     level = 0.0
     if arm.watched == places.DISTANCE and not watched < places.FARTHEST:
@@ -78,7 +82,6 @@ def _judge(arm: Arm, measures: Floats) -> None:
         level = 2.0
     elif not sign * watched > sign * arm.warn:
         level = 1.0
-    judged[places.WATCHED] = watched
     judged[places.LEVEL] = level
     judged[places.NEAREST] = nearest
 
@@ -106,7 +109,7 @@ def _judge_first_order(arm: Arm, measures: Floats) -> None:
     for j in range(arm.chain.dof):
         pose[j] = places.NAN
     measures[places.DISTANCE] = min(estimate, places.FARTHEST)
-    _judge(arm, measures)
+    _judge(arm, measures, places.FARTHEST)
 
 
 def _take_over(arm: Arm, measures: Floats, search: NearestSearch) -> None:
@@ -119,9 +122,9 @@ def _take_over(arm: Arm, measures: Floats, search: NearestSearch) -> None:
     elif judged[places.DECIDED] == 1.0:
         measures[places.DISTANCE] = places.FARTHEST
     else:
-        # None is as near as this, and none was found where one may be.
+        # None was found where one may be: no more is known than that none is nearer than this.
         measures[places.DISTANCE] = min(search.free, places.FARTHEST)
-    _judge(arm, measures)
+    _judge(arm, measures, search.not_excluded())
 
 
 def _look_behind_loops(arm: Arm, row: Floats, q: Floats, measures: Floats, work: Floats) -> None:
@@ -138,7 +141,7 @@ def _look_behind_loops(arm: Arm, row: Floats, q: Floats, measures: Floats, work:
     if away < places.INFINITY:
         judged[places.DECIDED] = 1.0
         measures[places.DISTANCE] = away
-        _judge(arm, measures)
+        _judge(arm, measures, places.FARTHEST)
 
 
 def judge_row(

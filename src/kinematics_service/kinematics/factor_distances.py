@@ -18,8 +18,9 @@ class FactorMeasures:
     ----------
     names
         F names, as in the robot file.
-    distances : shape (..., F)
-        First-order joint motion to each factor's zero, rad, 0 to pi.
+    estimates : shape (..., F)
+        First-order joint motion to each factor's zero, rad, 0 to pi: no distance. Of a closed loop
+        what was found, where its flat position was.
     results : shape (..., F, 1 + n)
         Value and gradient of each factor.
     column_scales : shape (..., n)
@@ -27,7 +28,7 @@ class FactorMeasures:
     """
 
     names: tuple[str, ...]
-    distances: Floats
+    estimates: Floats
     results: Floats
     column_scales: Floats
 
@@ -53,7 +54,7 @@ class FactorMeasures:
         Return the index of the factor nearest to its zero: an int for one pose, shape (...) for
         many.
         """
-        index = self.distances.argmin(axis=-1)
+        index = self.estimates.argmin(axis=-1)
         return index if index.ndim else int(index)
 
 

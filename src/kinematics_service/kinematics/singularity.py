@@ -42,14 +42,17 @@ class Singularity:
     distance
         Joint motion to the nearest singular pose, rad, 0 to 1 (prismatic joints divided by the
         length): to `nearest_singular`; 1 where none was found within 1 rad (`distance_at_least`).
+        Where none was found and the search did not decide (`decided`) it is what is excluded: a
+        singular pose may be as near as that, and the level warns of it.
     nearest_singular : shape (..., n), rad or m
         The singular pose nearest to this one, found by Newton's method and evaluated: None where
         none was found or looked for; in a batch, NaN. Limits of joints do not count. Of an arm
         with closed loops it may be where a loop is flat (`flat_loop`).
     decided
-        False where first or second order say that a singular pose may be near, and none was found,
-        or none as near as that. True is no proof that there is none. Of arms with closed loops it
-        is true only where a pose was found; otherwise their distance is of first order.
+        False where the second order, or a run that did not arrive, says that a singular pose may
+        be near, and none was found as near as that: the level is then that of the nearer one. True
+        is no proof that there is none. Of arms with closed loops it is true only where a pose was
+        found; otherwise their distance says by first order how near one may be.
     clearance
         Radius around this pose in which no pose is singular, rad, at most 1: proved by bounds of
         the Jacobian's change. Computed when it is first asked for. 0 for arms with closed loops,
@@ -238,7 +241,7 @@ class _OnePose(Singularity):
             return None
         return FactorMeasures(
             names=names,
-            distances=self._vector(places.distances, places.results),
+            estimates=self._vector(places.distances, places.results),
             results=self._vector(places.results, places.pose).reshape(len(names), 1 + robot.dof),
             column_scales=robot.task.column_scales,
         )
@@ -348,8 +351,8 @@ def flat_loop(robot: Robot, singularity: Singularity) -> str:
     factors = singularity.factors
     if factors is None:
         return ''
-    k, distances = factors.nearest, factors.distances
-    near = robot.factors.may_name(k, float(distances[k]), float(singularity.distance))
+    k = factors.nearest
+    near = robot.factors.may_name(k, float(factors.estimates[k]), float(singularity.distance))
     return factors.names[k] if near and robot.factors.is_loop(k) else ''
 
 
@@ -397,7 +400,7 @@ def _of_batch(state: ToolState) -> Singularity:
     if names:
         factors = FactorMeasures(
             names=names,
-            distances=table[..., places.distances : places.results],
+            estimates=table[..., places.distances : places.results],
             results=table[..., places.results : places.pose].reshape(*leading, len(names), 1 + n),
             column_scales=np.broadcast_to(robot.task.column_scales, (*leading, n)),
         )

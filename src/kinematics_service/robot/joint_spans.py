@@ -9,8 +9,8 @@ from ..kernel import Chain, Floats
 from .clearance_bounds import moving_joints
 from .task import Task
 
-# A turn of a joint after which J is the same to this share of its largest entry is a period; turns
-# of geared joints that are tried.
+# A turn of a joint after which J is the same to this share of its largest entries is a period;
+# turns of geared joints that are tried.
 SAME, TURNS = 1e-9, (1, 2, 3, 4)
 # Somewhere, for the test of that, rad or m.
 SOMEWHERE = 0.3
@@ -48,6 +48,9 @@ def _period(chain: Chain, j: int) -> float:
     rows = np.empty((len(poses), chain.widths[kernel.JACOBIAN]))
     kernel.evaluate(chain, poses, chain.at_rest.reshape(1, -1), kernel.JACOBIAN, rows)
     J = rows[:, kernel.JACOBIAN_AT : kernel.JACOBIAN_AT + 6 * chain.dof]
-    same = np.max(np.abs(J - J[0]), axis=1) < SAME * np.max(np.abs(J[0]))
+    # Linear rows apart from angular ones: they are as small as the arm is.
+    parts = np.abs(J).reshape(len(poses), 2, -1), np.abs(J - J[0]).reshape(len(poses), 2, -1)
+    largest, changes = (np.max(part, axis=2) for part in parts)
+    same = np.all(changes <= SAME * largest[0], axis=1)
     turns = [turn for turn, one in zip(TURNS, same[1:]) if one]
     return turns[0] * math.tau if turns else math.inf

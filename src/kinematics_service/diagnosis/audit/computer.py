@@ -40,7 +40,7 @@ def part_singularity(singularity: Singularity, k: int, moving: bool) -> Singular
         value = getattr(singularity, field.name)
         if isinstance(value, FactorMeasures):
             value = FactorMeasures(
-                value.names, value.distances[k], value.results[k], value.column_scales[k]
+                value.names, value.estimates[k], value.results[k], value.column_scales[k]
             )
         elif isinstance(value, np.ndarray):
             value = value[k]
@@ -105,7 +105,7 @@ class Computer:
         state = measured_in_order(state, self._search)
         singularity = singularity_of(state)
         factors = singularity.factors
-        nearest = None if factors is None else np.argmin(factors.distances, axis=1)
+        nearest = None if factors is None else np.argmin(factors.estimates, axis=1)
         watched = getattr(singularity, robot.thresholds.measure)
         judged = self._judge.judge(
             np.abs(watched),

@@ -117,7 +117,7 @@ def _named(robot: Robot, found: PlanSingularity) -> str:
         return f' ({flat_position(loop)})' if loop else ''
     factors = singularity(robot, found.nearest_singular).factors
     assert factors is not None
-    names = [name for name, away in zip(factors.names, factors.distances) if away < VANISHES]
+    names = [name for name, away in zip(factors.names, factors.estimates) if away < VANISHES]
     return f' ({", ".join(names)})' if names else ''
 
 

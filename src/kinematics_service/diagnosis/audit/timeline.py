@@ -122,7 +122,7 @@ class Timeline:
         self.undecided += int(np.sum(~singularity.decided))
         factors = singularity.factors
         none = np.zeros((len(known), 0))
-        self.factors.append(none if factors is None else factors.distances)
+        self.factors.append(none if factors is None else factors.estimates)
         self.levels.append(levels)
         self.silent.append(silent)
 

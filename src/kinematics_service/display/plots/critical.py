@@ -132,7 +132,7 @@ def _names(robot: Robot, q: Floats) -> tuple[str, ...]:
     factors = singularity(robot, q).factors
     if factors is None:
         return ('',) * len(q)
-    zero = factors.distances < AT_ZERO
+    zero = factors.estimates < AT_ZERO
     return tuple(
         ' + '.join(name for name, is_zero in zip(factors.names, row) if is_zero) for row in zero
     )

@@ -121,7 +121,7 @@ def _name_factors(robot: Robot, axes: Any, motion: PlottedMotion, near: Singular
     span = float(motion.times[-1] - motion.times[0])
     taken: list[tuple[float, float]] = []
     for k in low[np.argsort(distance[low], kind='stable')]:
-        nearest = int(np.argmin(factors.distances[k]))
+        nearest = int(np.argmin(factors.estimates[k]))
         if robot.factors.is_loop(nearest) and not flat_loop(
             robot, singularity(robot, motion.q[k])
         ):

@@ -232,6 +232,6 @@ def factor_name(seen: Observation) -> str:
         return ''
     k: int = factors.nearest
     distance = float(seen.singularity.distance)
-    if not seen.robot.factors.may_name(k, float(factors.distances[k]), distance):
+    if not seen.robot.factors.may_name(k, float(factors.estimates[k]), distance):
         return ''
     return seen.robot.factors.called(k)

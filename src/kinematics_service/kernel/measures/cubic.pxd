@@ -50,7 +50,7 @@ cdef class Cubic:
     cdef void diagonalise(self) noexcept nogil
     @cython.locals(
         d=int, i=int, least=double, size=double, low=double, high=double, multiplier=double,
-        squares=double, away=double, value=double,
+        squares=double, away=double, value=double, whole=double, tiny=double,
     )
     cdef double lowest(self, double r) noexcept nogil
 

@@ -10,7 +10,7 @@ from .norms import Norms
 MULTIPLIER_HALVINGS = 20
 # Times that what goes with a slope is taken away.
 ROUNDS = 4
-# No denominator of a minimum is smaller.
+# No denominator of a minimum is smaller, as a share of the curvature and the slope.
 TINY = 1e-14
 
 
@@ -184,13 +184,14 @@ class Cubic:
         for i in range(d):
             least = max(least, -self.H[i * d + i])
             size = max(size, abs(self.H[i * d + i]))
-        low = least
-        high = low + singular_equations.length_of(self.turned, d) / r + 1e-12 + 2.0 * size
+        whole = 2.0 * size + singular_equations.length_of(self.turned, d) / r
+        tiny = TINY * whole if whole > 0.0 else 1.0
+        low, high = least, least + whole
         for _ in range(MULTIPLIER_HALVINGS):
             multiplier = 0.5 * (low + high)
             squares = 0.0
             for i in range(d):
-                away = self.turned[i] / max(self.H[i * d + i] + multiplier, TINY)
+                away = self.turned[i] / max(self.H[i * d + i] + multiplier, tiny)
                 squares += away * away
             if squares > r * r:
                 low = multiplier
@@ -198,7 +199,7 @@ class Cubic:
                 high = multiplier
         value = self.constant - self.size_of_T * r * r * r - 0.5 * high * r * r
         for i in range(d):
-            value -= 0.5 * self.turned[i] * self.turned[i] / max(self.H[i * d + i] + high, TINY)
+            value -= 0.5 * self.turned[i] * self.turned[i] / max(self.H[i * d + i] + high, tiny)
         return value
 
 

@@ -1,31 +1,32 @@
 cimport cython
 from libc cimport math
 
-from ..forward cimport chain_pass
 from ..layout cimport arrays, places
-from . cimport factor_zeros, singular_equations, symmetric
+from . cimport factor_zeros, singular_equations
 from .arm cimport Arm
 from .atlas cimport Atlas
 from .singular_equations cimport SingularEquations
+from .singular_quadric cimport SingularQuadric
 
 cdef int ENOUGH
-cdef double HORIZON, SINGULAR, NEXT_STEP, NO_STEP, NO_GAIN, FLAT_SADDLE, SIDE_STEP, LITTLE, FOLLOWED, KEPT, LITTLE_NEARER, SAME, KNOWN, AGREES, CLOSE, ON_ITS_WAY, LATE, NEARER
-cdef double COARSE, SURE, SADDLE, SPREAD, ZEROS_APART, WIDE, APART, MISSED
+cdef double HORIZON, SINGULAR, NEXT_STEP, NO_STEP, NO_GAIN, FOLLOWED, KEPT, LITTLE_NEARER, SAME, KNOWN, AGREES, CLOSE, ON_ITS_WAY, LATE, NEARER
+cdef double COARSE, SURE, SADDLE, SPREAD, ZEROS_APART, WIDE, APART, MISSED, CURVED, LOCAL
 cdef int CHARTS, ZEROS, MEMORY
-cdef int ANGLES, STEPS, FULL_STEPS, LAST_STEPS, SECOND_ORDER_STARTS, FOLLOWING_STEPS, MORE_STEPS
+cdef int STEPS, FULL_STEPS, LAST_STEPS, FOLLOWING_STEPS, MORE_STEPS
 
 @cython.final
 cdef class NearestSearch:
     cdef Arm arm
     cdef Atlas atlas
     cdef SingularEquations here, equations
+    cdef SingularQuadric quadric
     cdef public int budget
     cdef readonly int evaluations
     cdef int n, count
     cdef public double horizon
     cdef readonly double estimate, distance, lasting, free
     cdef readonly bint ran, complete
-    cdef double by_product, by_least, by_two, smallest, second, slope, missed
+    cdef double by_product, by_least, by_quadric, smallest, second, slope, missed
     cdef bint standing, settled
     cdef int known, stands_for
     cdef double* room
@@ -36,18 +37,9 @@ cdef class NearestSearch:
     cdef double* along
     cdef double* reached
     cdef double* nearest
-    cdef double* uphill
-    cdef double* roots
     cdef double* searched
-    cdef double* both
-    cdef double* gram
-    cdef double* system
-    cdef double* factor
-    cdef double* right
-    cdef double* shares
-    cdef double* lengths
-    cdef double* H
-    cdef double* Z
+    cdef double* wrapped
+    cdef double* before
     cdef double* tape
     cdef double* motions
     cdef double* scores
@@ -98,13 +90,13 @@ cdef class NearestSearch:
     cdef void _go_to_zero(self, int f) noexcept nogil
     cdef bint found(self) noexcept nogil
     cdef bint is_near(self) noexcept nogil
-    @cython.locals(missed=double, nearer=cython.bint)
     cdef bint is_decided(self) noexcept nogil
+    @cython.locals(missed=double, nearer=cython.bint)
+    cdef double not_excluded(self) noexcept nogil
     @cython.locals(j=int)
     cdef void write_pose(self, double* pose) noexcept nogil
     @cython.locals(found=double, by_least=double)
     cdef bint _is_settled(self) noexcept nogil
-    @cython.locals(squares=double, j=int, away=double)
     cdef bint _is_where_the_first_order_says(self) noexcept nogil
     @cython.locals(j=int)
     cdef void _run_from(
@@ -113,36 +105,20 @@ cdef class NearestSearch:
     @cython.locals(
         n=int, j=int, step=int, best=double, left=double,
         away=double, nearest=double, gain=double, share=double, standing=cython.bint,
-        close=cython.bint,
+        close=cython.bint, curved=cython.bint, curves=cython.bint,
         slide=double, length=double,
     )
     cdef void _run(self, int steps, double longest, bint known) noexcept nogil
     cdef bint _is_late(self, int more, double left, double away) noexcept nogil
     @cython.locals(j=int)
     cdef void _keep(self, double best, bint standing) noexcept nogil
-    @cython.locals(
-        n=int, lines=int, k=int, r=int, i=int, j=int, p=int, turn=int, square=int,
-        a='double*', b='double*', c='double*', e='double*',
-        first=double, mixed=double, last=double, least=double,
-    )
-    cdef double _look_at_two(self) noexcept nogil
-    @cython.locals(
-        lines=int, square=int, i=int, j=int, sine=double,
-        cosine=double, trace=double, length=double, left=double, all_of_it=double, value=double,
-    )
-    cdef double _solve_two(self, int turn) noexcept nogil
-    @cython.locals(
-        n=int, lines=int, used=int, best=int, turn=int, i=int, j=int, length=double,
-        after=double, before=double, valley=cython.bint, sine=double, cosine=double,
-        apart=double, slope=double,
-    )
-    cdef void _run_from_two(self) noexcept nogil
-    @cython.locals(
-        n=int, i=int, j=int, best=int, half=double, along=double,
-        inside=double, root=double, total=double, way='double*',
-    )
-    cdef void _run_from_second_order(self) noexcept nogil
-    @cython.locals(n=int, i=int, j=int, way='double*')
-    cdef void _run_to_all_sides(self) noexcept nogil
+    @cython.locals(j=int, length=double)
+    cdef void _run_from_second_order(self, bint other) noexcept nogil
+    @cython.locals(i=int, j=int, length=double)
+    cdef void _run_along_axes(self) noexcept nogil
+    @cython.locals(squares=double, j=int, away=double)
+    cdef double _apart(self, double* motion) noexcept nogil
+    @cython.locals(j=int, squares=double, step=double, straight=double, length=double)
+    cdef bint _is_curved(self) noexcept nogil
 
 cdef double _share_along(int step, int steps) noexcept nogil

@@ -10,12 +10,12 @@ faster than the joints move.
 
 import math
 
-from ..forward import chain_pass
 from ..layout import arrays, places
 from ..layout.arrays import Floats
-from . import factor_zeros, singular_equations, symmetric
+from . import factor_zeros, singular_equations
 from .arm import Arm
 from .singular_equations import SingularEquations
+from .singular_quadric import SingularQuadric
 
 # Beyond so many rad (a prismatic joint's divided by the length) nothing is looked for.
 HORIZON = 1.0
@@ -31,7 +31,7 @@ NO_GAIN = 1e-5
 STEPS, FULL_STEPS, LAST_STEPS = 10, 4, 3
 # A run that is on its way to a nearer one than was found, the next step below this share of the
 # way, has so many steps more: where two singular values vanish nearly together it is late.
-ON_ITS_WAY, LATE, MORE_STEPS = 0.5, 0.4, 8
+ON_ITS_WAY, LATE, MORE_STEPS = 0.5, 0.4, 12
 # What the first order says, or such a run did not reach, is another one where it is nearer than
 # this share of what was found.
 NEARER = 0.6
@@ -45,18 +45,14 @@ SURE = 0.1
 SADDLE = 0.1
 # So many poses of the atlas are starts at most, that are farther than what was found by so much at
 # most, rad; and of the zeros of a factor, farther by so much at most.
-CHARTS, SPREAD = 12, 0.6
+CHARTS, SPREAD = 32, 0.6
 # Of starts that lead to farther ones than that by this share none is given up: along a motion they
 # may become the nearest. Starts nearer to each other than this share of their length are one.
 WIDE, APART = 1.1, 0.4
 ZEROS, ZEROS_APART = 3, 0.2
-# Directions in which the two least singular values are looked at together: half a turn.
-ANGLES = 16
-# Of the second order, so many starts; and the share of the reach below which a singular value
-# that led nowhere is looked into from all sides, with steps of LITTLE (rad).
-SECOND_ORDER_STARTS = 4
-FLAT_SADDLE = 0.003
-SIDE_STEP, LITTLE = 0.06, 0.03
+# The second order is asked where a step is longer than this share of what slope or second singular
+# value allow by the reach, and shorter than this, rad: farther it does not see.
+CURVED, LOCAL = 1.0, 0.2
 # So many poses that were found are remembered, those nearer to each other than this share of their
 # distance as one. They are followed along a motion up to this share of the distance; then another
 # search tells whether new ones have come near.
@@ -108,30 +104,21 @@ class NearestSearch:
         self.arm, self.atlas = arm, arm.atlas()
         self.here = SingularEquations(arm.chain, arm.task)
         self.equations = SingularEquations(arm.chain, arm.task)
+        self.quadric = SingularQuadric(arm.chain.dof)
         self.budget = ENOUGH
         self.n, self.count = arm.chain.dof, self.equations.count
         self.horizon, self.estimate, self.distance = HORIZON, places.PI, places.INFINITY
         self.ran, self.complete, self.evaluations = False, True, 0
-        self.by_product, self.by_least, self.by_two = 0.0, 0.0, 0.0
+        self.by_product, self.by_least, self.by_quadric = 0.0, 0.0, 0.0
         self.smallest, self.second, self.slope = 0.0, 0.0, 0.0
         self.free, self.lasting = 0.0, -1.0
         self.standing, self.stands_for, self.missed = False, -1, places.INFINITY
         self.known = 0
         self.settled = False
-        n, lines = self.n, self.count + 1
+        n = self.n
         tape = arm.tape.steps * (n + 1) + 2 * n
         charts = max(CHARTS, ZEROS) + 1
-        self.room = arrays.scratch(
-            MEMORY * (2 * n + 1)
-            + 11 * n
-            + 2 * lines * n
-            + 5 * lines * lines
-            + 2 * lines
-            + ANGLES
-            + 2 * n * n
-            + tape
-            + charts * (n + 1)
-        )
+        self.room = arrays.scratch(MEMORY * (2 * n + 1) + 10 * n + tape + charts * (n + 1))
         self.origin = self.room
         self.first = arrays.after(self.origin, n)
         self.d = arrays.after(self.first, n)
@@ -139,19 +126,10 @@ class NearestSearch:
         self.along = arrays.after(self.onto, n)
         self.reached = arrays.after(self.along, n)
         self.nearest = arrays.after(self.reached, n)
-        self.uphill = arrays.after(self.nearest, n)
-        self.roots = arrays.after(self.uphill, n)
-        self.searched = arrays.after(self.roots, 2 * n)
-        self.both = arrays.after(self.searched, n)
-        self.gram = arrays.after(self.both, 2 * lines * n)
-        self.system = arrays.after(self.gram, 3 * lines * lines)
-        self.factor = arrays.after(self.system, lines * lines)
-        self.right = arrays.after(self.factor, lines * lines)
-        self.shares = arrays.after(self.right, lines)
-        self.lengths = arrays.after(self.shares, lines)
-        self.H = arrays.after(self.lengths, ANGLES)
-        self.Z = arrays.after(self.H, n * n)
-        self.tape = arrays.after(self.Z, n * n)
+        self.wrapped = arrays.after(self.nearest, n)
+        self.searched = arrays.after(self.wrapped, n)
+        self.before = arrays.after(self.searched, n)
+        self.tape = arrays.after(self.before, n)
         self.motions = arrays.after(self.tape, tape)
         self.scores = arrays.after(self.motions, charts * n)
         self.poses = arrays.after(self.scores, charts)
@@ -206,8 +184,6 @@ class NearestSearch:
             sigma = arrays.after(way_out, n)
             self.here.take(row, W, sigma)
             self._estimate(sigma, first_order)
-            for j in range(n):
-                self.uphill[j] = way_out[j] / self.arm.task.column_scale[j]
             self.settled = self._search()
         self.lasting = FOLLOWED * min(self.distance, self.horizon)
 
@@ -265,7 +241,7 @@ class NearestSearch:
                     self.nearest[j] = self.d[j]
             return True
         for j in range(self.n):
-            self.both[j] = self.nearest[j]
+            self.before[j] = self.nearest[j]
         self.distance, self.standing = places.INFINITY, self.standing and self.stands_for == k
         self._run(FOLLOWING_STEPS, moved + self.lengths_of[k], True)
         self.stands_for = k
@@ -278,7 +254,7 @@ class NearestSearch:
         if not self.distance < before:
             self.distance = before
             for j in range(self.n):
-                self.nearest[j] = self.both[j]
+                self.nearest[j] = self.before[j]
         return found
 
     def _remember(self, away: float) -> None:
@@ -333,7 +309,7 @@ class NearestSearch:
 
     def _estimate(self, sigma: Floats, by_product: float) -> None:
         # The figures of first order: by the product of the singular values, or the factors; by the
-        # least singular value; by the least two.
+        # least singular value; and of second order.
         k = self.arm.task.generic_rank
         self.by_product = by_product
         self.here.linearise()
@@ -341,11 +317,12 @@ class NearestSearch:
         if not self.here.are_fulfilled(self.first):
             self.by_least = places.INFINITY
         self.smallest = sigma[k - 1]
-        self.by_two, self.second = places.INFINITY, places.INFINITY
-        if k > 1:
-            self.second = sigma[k - 2]
-            self.by_two = self._look_at_two()
-        self.estimate = min(self.by_product, min(self.by_least, self.by_two))
+        self.second = sigma[k - 2] if k > 1 else places.INFINITY
+        for j in range(self.n):
+            self.d[j] = 0.0
+        self.quadric.stand_at(self.here, self.d)
+        self.by_quadric = self.quadric.write_nearest(False, self.along)
+        self.estimate = min(self.by_product, min(self.by_least, self.by_quadric))
         # Nearer than this neither they nor the second order see a singular pose: the least
         # singular value falls by slope r + reach r^2 / 2 at most, or so.
         self.slope = self.smallest / self.by_least if self.by_least > 0.0 else 0.0
@@ -365,14 +342,10 @@ class NearestSearch:
             self._run_from_known_poses()
         if settled:
             return True
-        by_product = self.by_product
-        if by_product < 0.8 * self.distance and by_product < 1.5 * self.horizon:
-            self._run_from(self.uphill, 1.0, -by_product, max(0.4 * by_product, 1e-4))
-        if self.arm.task.generic_rank > 1:
-            self._run_from_two()
-        self._run_from_second_order()
-        if self.distance > SURE and self.smallest < FLAT_SADDLE * self.arm.reach:
-            self._run_to_all_sides()
+        self._run_from_second_order(False)
+        self._run_from_second_order(True)
+        if self.count > 1:
+            self._run_along_axes()
         return False
 
     def _run_from_known_poses(self) -> None:
@@ -381,8 +354,8 @@ class NearestSearch:
         near = min(self.distance, self.horizon)
         radius = min(near + SPREAD, 3.0 * near)
         for j in range(n):
-            self.along[j] = self.origin[j] / self.arm.task.column_scale[j]
-        count = self.atlas.nearest(0, self.along, radius, CHARTS, self.motions, self.scores)
+            self.wrapped[j] = self.origin[j] / self.arm.task.column_scale[j]
+        count = self.atlas.nearest(0, self.wrapped, radius, CHARTS, self.motions, self.scores)
         for k in range(count):
             if self.scores[k] > WIDE * self.distance:
                 return
@@ -407,7 +380,7 @@ class NearestSearch:
         # The nearest zero of all factors: from here, and from known zeros.
         n = self.n
         for j in range(n):
-            self.uphill[j] = self.origin[j] / self.arm.task.column_scale[j]
+            self.wrapped[j] = self.origin[j] / self.arm.task.column_scale[j]
         for f in range(self.arm.tape.factors):
             for j in range(n):
                 self.d[j] = 0.0
@@ -415,7 +388,7 @@ class NearestSearch:
                 self._go_to_zero(f)
             radius = min(self.distance, self.horizon)
             count = self.atlas.nearest(
-                f, self.uphill, radius + ZEROS_APART, ZEROS, self.motions, self.scores
+                f, self.wrapped, radius + ZEROS_APART, ZEROS, self.motions, self.scores
             )
             for k in range(count):
                 if self.scores[k] > WIDE * self.distance:
@@ -460,12 +433,21 @@ class NearestSearch:
         """
         Return whether nothing more is to be looked for.
 
-        False where nothing was found as near as a run was on its way to when it ended, or as the
-        first order says that one may be, near to the pose.
+        False where the budget ended, or where one that is nearer than what was found is not
+        excluded.
         """
-        missed = min(self.missed, min(self.by_least, self.by_two))
+        return not self.ran or self.complete and not self.not_excluded() < self.distance
+
+    def not_excluded(self) -> float:
+        """
+        Return how near a singular pose may be, as the search has left it, rad.
+
+        As near as a run was on its way to when it ended, or as the pose itself says that one may
+        be; or as near as what was found.
+        """
+        missed = min(self.missed, self.by_quadric if self.count == 1 else self.by_least)
         nearer = missed < NEARER * self.distance and missed < MISSED
-        return not self.ran or self.complete and (self.settled or not nearer)
+        return missed if nearer and not self.settled else self.distance
 
     def write_pose(self, pose: Floats) -> None:
         """Fill the pose (n,) that was found, rad or m."""
@@ -477,19 +459,15 @@ class NearestSearch:
         found, by_least = self.distance, self.by_least
         return (
             abs(found - by_least) < 0.3 * by_least
-            and self.by_two > 0.8 * found
+            and self.by_quadric > 0.92 * found
             and self.by_product > 0.7 * found
-            and found * max(self.slope, 1e-3) < 0.35 * self.second
+            and found * max(self.slope, 1e-3 * self.arm.reach) < 0.35 * self.second
             and self.free > SADDLE * found
         )
 
     def _is_where_the_first_order_says(self) -> bool:
         # Of what a search before has found.
-        squares = 0.0
-        for j in range(self.n):
-            away = self.first[j] - self.nearest[j]
-            squares += away * away
-        return math.sqrt(squares) < AGREES * self.by_least
+        return self._apart(self.first) < AGREES * self.by_least
 
     def _run_from(self, motion: Floats, length: float, factor: float, longest: float) -> None:
         # From a motion of this length, times a factor, with steps up to `longest`.
@@ -506,6 +484,7 @@ class NearestSearch:
         best = places.INFINITY
         standing, self.standing = self.standing and known, False
         close = standing
+        curves = self.count == 1 and not known
         for step in range(steps + MORE_STEPS):
             if step > 0 or not standing:
                 if self.evaluations >= self.budget:
@@ -518,6 +497,9 @@ class NearestSearch:
             left = self.equations.write_step_onto(self.onto)
             away = singular_equations.length_of(self.d, n)
             nearest = self.equations.write_nearest(self.d, self.along)
+            curved = step < steps - LAST_STEPS and curves and self._is_curved()
+            if curved:
+                nearest = singular_equations.length_of(self.along, n)
             if self.equations.are_singular(SINGULAR) and left < NEXT_STEP * away + NO_STEP:
                 if not away < best:
                     break
@@ -527,7 +509,7 @@ class NearestSearch:
                     self.reached[j] = self.d[j]
                 if gain < NO_GAIN * away or away > 2.0 * self.horizon:
                     break
-            elif away - left > WIDE * self.distance:
+            elif (nearest if curved else away - left) > WIDE * self.distance:
                 break  # it is on its way to one that is farther than what was found
             if step >= steps - 1 and (
                 best < places.INFINITY or not self._is_late(step - steps, left, away)
@@ -538,7 +520,7 @@ class NearestSearch:
                 slide = self.along[j] - self.d[j] - self.onto[j]
                 self.onto[j] += share * slide
             length = singular_equations.length_of(self.onto, n)
-            close = length < CLOSE
+            close = length < CLOSE and step < steps - LAST_STEPS
             share = longest / length if length > longest else 1.0
             for j in range(n):
                 self.d[j] += share * self.onto[j]
@@ -547,6 +529,21 @@ class NearestSearch:
             if best < places.INFINITY:
                 self._remember(best)
         self._keep(best, standing)
+
+    def _is_curved(self) -> bool:
+        # Whether the step is one for the second order, which it is then brought to.
+        squares, straight = 0.0, self.equations.slopes[0]
+        for j in range(self.n):
+            step = self.along[j] - self.d[j]
+            squares += step * step
+        if self.equations.rank > 1:
+            straight = min(straight, self.equations.sigma[self.equations.rank - 2])
+        length = math.sqrt(squares)
+        if not CURVED * straight < length * self.arm.reach or not length < LOCAL:
+            return False
+        self.equations.decompose()
+        self.quadric.stand_at(self.equations, self.d)
+        return self.quadric.write_nearest(False, self.along) < places.INFINITY
 
     def _is_late(self, more: int, left: float, away: float) -> bool:
         # Whether a run that should have ended is on its way to a nearer one than was found; what
@@ -564,138 +561,34 @@ class NearestSearch:
             for j in range(self.n):
                 self.nearest[j] = self.reached[j]
 
-    def _look_at_two(self) -> float:
-        # Where the two least singular values may vanish together, z = (cos, sin) of their
-        # directions: z' (diag(s) + sum d_j B_j) = 0, the least |d| for each of ANGLES z; returns
-        # the least of all.
-        n, lines = self.n, self.count + 1
-        k = self.here.rank - 2
-        for r in range(2):
-            for i in range(lines):
-                self.here.write_slope(k + r, k + i, arrays.after(self.both, (r * lines + i) * n))
-        square = lines * lines
-        for i in range(lines):
-            for j in range(lines):
-                a, b = arrays.after(self.both, i * n), arrays.after(self.both, j * n)
-                c = arrays.after(self.both, (lines + i) * n)
-                e = arrays.after(self.both, (lines + j) * n)
-                first, mixed, last = 0.0, 0.0, 0.0
-                for p in range(n):
-                    first += a[p] * b[p]
-                    mixed += a[p] * e[p] + c[p] * b[p]
-                    last += c[p] * e[p]
-                self.gram[i * lines + j] = first
-                self.gram[square + i * lines + j] = mixed
-                self.gram[2 * square + i * lines + j] = last
-        least = places.INFINITY
-        for turn in range(ANGLES):
-            self.lengths[turn] = self._solve_two(turn)
-            least = min(least, self.lengths[turn])
-        return least
+    def _run_from_second_order(self, other: bool) -> None:
+        # From the point of the quadric that is nearest, or from the one on its other side.
+        if not (self.by_quadric < 1.2 * self.distance and self.by_quadric < 2.0 * self.horizon):
+            return
+        for j in range(self.n):
+            self.d[j] = 0.0
+        self.quadric.stand_at(self.here, self.d)
+        length = self.quadric.write_nearest(other, self.along)
+        if self.distance == places.INFINITY or self._apart(self.along) > SAME * self.distance:
+            self._run_from(self.along, length, 1.0, max(0.4 * length, 1e-4))
 
-    def _solve_two(self, turn: int) -> float:
-        # Fills `shares` for the directions at a turn, and returns the length of their motion.
-        lines = self.count + 1
-        square = lines * lines
-        sine, cosine = chain_pass.sincos(places.PI * turn / ANGLES)
-        trace = 0.0
-        for i in range(square):
-            self.system[i] = (
-                cosine * cosine * self.gram[i]
-                + sine * cosine * self.gram[square + i]
-                + sine * sine * self.gram[2 * square + i]
-            )
-        for i in range(lines):
-            trace += self.system[i * lines + i]
-            self.right[i] = 0.0
-        self.right[0] = -cosine * self.second
-        self.right[1] = -sine * self.smallest
-        if not symmetric.damped_step(
-            lines, self.system, self.right, 1e-12 * trace, self.factor, self.shares
-        ):
-            return places.INFINITY
-        length, left, all_of_it = 0.0, 0.0, 0.0
-        for i in range(lines):
-            value = 0.0
-            for j in range(lines):
-                value += self.system[i * lines + j] * self.shares[j]
-            length += self.shares[i] * value
-            left += (value - self.right[i]) * (value - self.right[i])
-            all_of_it += self.right[i] * self.right[i]
-        if not left < 0.25 * all_of_it:
-            return places.INFINITY
-        return math.sqrt(length) if length > 0.0 else places.INFINITY
+    def _run_along_axes(self) -> None:
+        # Of a redundant arm the quadric is one of several: to it along its axes.
+        for j in range(self.n):
+            self.d[j] = 0.0
+        self.quadric.stand_at(self.here, self.d)
+        for i in range(self.n):
+            length = self.quadric.write_along_axis(i, self.along)
+            if length < 1.2 * self.distance and length < 2.0 * self.horizon:
+                self._run_from(self.along, length, 1.0, max(0.4 * length, 1e-4))
 
-    def _run_from_two(self) -> None:
-        # From the two best directions of `_look_at_two`.
-        n, lines = self.n, self.count + 1
-        used = -1
-        for _ in range(2):
-            best = -1
-            for turn in range(ANGLES):
-                length = self.lengths[turn]
-                after = self.lengths[turn + 1 if turn + 1 < ANGLES else 0]
-                before = self.lengths[turn - 1 if turn > 0 else ANGLES - 1]
-                valley = length <= before and length <= after and turn != used
-                if valley and (best < 0 or length < self.lengths[best]):
-                    best = turn
-            if best < 0:
-                return
-            used = best
-            length = self.lengths[best]
-            if not (length < 1.2 * self.distance and length < 2.0 * self.horizon):
-                return
-            self._solve_two(best)
-            sine, cosine = chain_pass.sincos(places.PI * best / ANGLES)
-            apart = 0.0
-            for j in range(n):
-                self.d[j] = 0.0
-                for i in range(lines):
-                    slope = cosine * self.both[i * n + j] + sine * self.both[(lines + i) * n + j]
-                    self.d[j] += self.shares[i] * slope
-                apart += (self.d[j] - self.nearest[j]) * (self.d[j] - self.nearest[j])
-            if self.distance == places.INFINITY or math.sqrt(apart) > 0.2 * self.distance:
-                self._run(STEPS, max(0.4 * length, 1e-4), False)
-
-    def _run_from_second_order(self) -> None:
-        # From the zeros of s + g.d + d'Hd / 2 along each eigenvector of H, the nearest first.
-        n = self.n
-        self.here.write_second_order(self.d, self.onto, self.along, self.H)
-        symmetric.diagonalise(self.H, self.Z, n)
-        for i in range(n):
-            self.roots[2 * i], self.roots[2 * i + 1] = places.INFINITY, places.INFINITY
-            half, along = 0.5 * self.H[i * n + i], 0.0
-            for j in range(n):
-                along += self.d[j] * self.Z[i * n + j]
-            inside = along * along - 4.0 * half * self.smallest
-            if inside >= 0.0 and abs(half) > 1e-12:
-                root = math.sqrt(inside)
-                total = -0.5 * (along + root if along >= 0.0 else along - root)
-                self.roots[2 * i] = total / half
-                if total != 0.0:
-                    self.roots[2 * i + 1] = self.smallest / total
-        for _ in range(SECOND_ORDER_STARTS):
-            best = 0
-            for i in range(2 * n):
-                if abs(self.roots[i]) < abs(self.roots[best]):
-                    best = i
-            root = self.roots[best]
-            self.roots[best] = places.INFINITY
-            if not (abs(root) <= 2.0 * self.horizon and abs(root) <= 1.5 * self.distance):
-                return
-            way = arrays.after(self.Z, best // 2 * n)
-            self._run_from(way, 1.0, root, max(0.4 * abs(root), 1e-4))
-
-    def _run_to_all_sides(self) -> None:
-        # Both ways along each eigenvector of `_run_from_second_order`.
-        n = self.n
-        for i in range(2 * n):
-            way = arrays.after(self.Z, i // 2 * n)
-            for j in range(n):
-                self.d[j] = (SIDE_STEP if i % 2 == 1 else -SIDE_STEP) * way[j]
-            self._run(2 * STEPS, LITTLE, False)
-            if self.distance < SURE:
-                return
+    def _apart(self, motion: Floats) -> float:
+        # From what was found.
+        squares = 0.0
+        for j in range(self.n):
+            away = motion[j] - self.nearest[j]
+            squares += away * away
+        return math.sqrt(squares)
 
 
 def _share_along(step: int, steps: int) -> float:

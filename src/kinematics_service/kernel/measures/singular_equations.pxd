@@ -3,7 +3,7 @@ from libc cimport math
 
 from ..forward cimport chain_pass, linear_equations
 from ..layout cimport arrays, places
-from . cimport curvature, gradient, singular_values, singularity
+from . cimport gradient, singular_values, singularity
 from ..forward.chain cimport Chain
 from .task_rows cimport TaskRows
 
@@ -15,7 +15,7 @@ cdef class SingularEquations:
     cdef TaskRows task
     cdef int n, rank, count, turns, length, width, size
     cdef double smallest, largest
-    cdef bint wide
+    cdef bint wide, corrected
     cdef double* room
     cdef double* q
     cdef double* still
@@ -49,6 +49,7 @@ cdef class SingularEquations:
     cdef void take(self, double* row, double* W, double* sigma) noexcept nogil
     @cython.locals(i=int)
     cdef void complete(self) noexcept nogil
+    cdef void decompose(self) noexcept nogil
     cdef bint are_singular(self, double share) noexcept nogil
     @cython.locals(left='double[6]', right=double, i=int, j=int)
     cdef void write_products(self, double* tool, double* joints) noexcept nogil
@@ -68,10 +69,6 @@ cdef class SingularEquations:
     cdef bint are_fulfilled(self, double* d) noexcept nogil
     @cython.locals(i=int, j=int, along=double)
     cdef double write_nearest(self, double* away, double* d) noexcept nogil
-    @cython.locals(n=int, k=int, i=int, j=int, r=int, share=double, scale='double*')
-    cdef void write_second_order(
-        self, double* g, double* b, double* c, double* H
-    ) noexcept nogil
 
 @cython.locals(squares=double, j=int)
 cdef double length_of(double* d, int n) noexcept nogil

@@ -6,7 +6,7 @@ from ..forward import chain_pass, linear_equations
 from ..forward.chain import Chain
 from ..layout import arrays, places
 from ..layout.arrays import Floats
-from . import curvature, gradient, singular_values, singularity
+from . import gradient, singular_values, singularity
 from .task_rows import TaskRows
 
 # A direction in which the equations change by less than this share of the most is none.
@@ -48,7 +48,7 @@ class SingularEquations:
         self.width = self.turns + self.length
         self.count = self.length - self.rank + 1
         self.size = self.length + 1
-        self.smallest, self.largest = 0.0, 0.0
+        self.smallest, self.largest, self.corrected = 0.0, 0.0, False
         room = 2 * n + chain.frames_at + self.length * self.width + self.turns + 6 * n
         room += self.count * (2 * n + self.count + 3) + self.size * (self.size + self.count + 2)
         self.room = arrays.scratch(room)
@@ -83,9 +83,17 @@ class SingularEquations:
         for j in range(self.n):
             self.q[j] = origin[j] + self.task.column_scale[j] * d[j]
         chain_pass.evaluate_row(self.chain, self.q, self.still, places.JACOBIAN, self.row)
-        if not (close and self.rank == self.turns and self._correct()):
+        self.corrected = close and self.rank == self.turns and self._correct()
+        if not self.corrected:
             singularity.write_directions(self.n, self.task, self.row, self.W, self.sigma)
             self.complete()
+
+    def decompose(self) -> None:
+        """Decompose J_t anew where directions were corrected only."""
+        if self.corrected:
+            singularity.write_directions(self.n, self.task, self.row, self.W, self.sigma)
+            self.complete()
+            self.corrected = False
 
     def _correct(self) -> bool:
         # The directions that were lost and idle at the last pose become what the bordered J_t of
@@ -161,6 +169,7 @@ class SingularEquations:
             self.W[k] = W[k]
         for k in range(self.turns):
             self.sigma[k] = sigma[k]
+        self.corrected = False
         self.complete()
 
     def complete(self) -> None:
@@ -286,29 +295,6 @@ class SingularEquations:
                 along += self.A[i * self.n + j] * away[j]
             self.wanted[i] = along - self.c[i]
         return self.write_least(d)
-
-    def write_second_order(self, g: Floats, b: Floats, c: Floats, H: Floats) -> None:
-        """
-        Fill gradient g and Hessian H of the signed s_k, with what the larger ones take of it.
-
-        It is the Schur complement of the larger ones in J_t between its directions (b, c: room).
-        """
-        n, k = self.n, self.rank - 1
-        self.write_slope(k, k, g)
-        curvature.write_curvature(self.chain, self.row, self.Y, H)
-        scale = self.task.column_scale
-        for i in range(n):
-            for j in range(n):
-                H[i * n + j] *= scale[i] * scale[j]
-        for r in range(k):
-            if not self.sigma[r] > places.RANK_TOLERANCE * self.sigma[0]:
-                break
-            self.write_slope(r, k, b)
-            self.write_slope(k, r, c)
-            share = 1.0 / self.sigma[r]
-            for i in range(n):
-                for j in range(n):
-                    H[i * n + j] -= (b[i] * c[j] + c[i] * b[j]) * share
 
 
 def length_of(d: Floats, n: int) -> float:

@@ -1,0 +1,171 @@
+"""The singular poses near a pose to second order: a quadric, and its point that is nearest."""
+
+import math
+
+from ..layout import arrays, places
+from ..layout.arrays import Floats
+from . import curvature, singular_equations, symmetric
+from .singular_equations import SingularEquations
+
+# Halvings of a multiplier, and how near to its bound it comes as a share of the largest curvature.
+HALVINGS, BOUND = 40, 1e-9
+
+
+class SingularQuadric:
+    """
+    The determinant of J_t between the directions of its two least singular values, a quadric.
+
+    Of a motion x from the pose that is asked for it is f + g.x + x'Kx, and zero where J_t is
+    singular. Neither where two sheets of singular poses meet or just miss each other, nor where a
+    singular value has a double zero, does the first order of the least singular value say where
+    they are; the quadric does.
+
+    Parameters
+    ----------
+    n
+        Joints.
+    """
+
+    def __init__(self, n: int) -> None:
+        self.n, self.f, self.steep = n, 0.0, 0
+        self.room = arrays.scratch(5 * n + 2 * n * n)
+        self.g = self.room
+        self.along = arrays.after(self.g, n)
+        self.b = arrays.after(self.along, n)
+        self.c = arrays.after(self.b, n)
+        self.x = arrays.after(self.c, n)
+        self.K = arrays.after(self.x, n)
+        self.Z = arrays.after(self.K, n * n)
+
+    def __dealloc__(self) -> None:
+        """Give the room back."""
+        arrays.give_back(self.room)
+
+    def stand_at(self, equations: SingularEquations, d: Floats) -> None:
+        """Take the second order of equations that stand a motion d (n,) away."""
+        n, k = self.n, equations.rank - 1
+        second = equations.sigma[k - 1] if k > 0 else 1.0
+        self._write_curvature(equations, second)
+        f = second * equations.sigma[k]
+        for i in range(n):
+            self.g[i] *= second
+        if k > 0:
+            self._add_second(equations)
+        for i in range(n):
+            along = 0.0
+            for j in range(n):
+                along += self.K[i * n + j] * d[j]
+            f += (along - self.g[i]) * d[i]
+            self.g[i] -= 2.0 * along
+        sign = -1.0 if f < 0.0 else 1.0
+        self.f = sign * f
+        for i in range(n):
+            self.g[i] *= sign
+            for j in range(n):
+                self.K[i * n + j] *= sign
+        symmetric.diagonalise(self.K, self.Z, n)
+        self.steep = 0
+        for i in range(n):
+            self.along[i] = 0.0
+            for j in range(n):
+                self.along[i] += self.Z[i * n + j] * self.g[j]
+            if self.K[i * n + i] < self.K[self.steep * n + self.steep]:
+                self.steep = i
+
+    def _write_curvature(self, equations: SingularEquations, second: float) -> None:
+        # Slope g and half the curvature K of the least singular value, with what all but the
+        # second one take of it.
+        n, k = self.n, equations.rank - 1
+        equations.write_slope(k, k, self.g)
+        curvature.write_curvature(equations.chain, equations.row, equations.Y, self.K)
+        scale = equations.task.column_scale
+        for i in range(n):
+            for j in range(n):
+                self.K[i * n + j] *= 0.5 * second * scale[i] * scale[j]
+        for r in range(k - 1):
+            equations.write_slope(r, k, self.b)
+            equations.write_slope(k, r, self.c)
+            self._add_product(-second / equations.sigma[r])
+
+    def _add_second(self, equations: SingularEquations) -> None:
+        # What the second singular value does.
+        n, k = self.n, equations.rank - 1
+        equations.write_slope(k - 1, k, self.b)
+        equations.write_slope(k, k - 1, self.c)
+        self._add_product(-1.0)
+        equations.write_slope(k - 1, k - 1, self.b)
+        equations.write_slope(k, k, self.c)
+        self._add_product(1.0)
+        for i in range(n):
+            self.g[i] += equations.sigma[k] * self.b[i]
+
+    def _add_product(self, factor: float) -> None:
+        # Of the two forms b and c.
+        n = self.n
+        for i in range(n):
+            for j in range(n):
+                both = self.b[i] * self.c[j] + self.c[i] * self.b[j]
+                self.K[i * n + j] += 0.5 * factor * both
+
+    def write_nearest(self, other: bool, x: Floats) -> float:
+        """
+        Fill the least motion x (n,) to the quadric, and return its length: infinite without one.
+
+        `other`: the one that is nearest on the other side of it.
+        """
+        n, e = self.n, self.steep
+        largest = 0.0
+        for i in range(n):
+            largest = max(largest, abs(self.K[i * n + i]))
+        steepest = self.K[e * n + e]
+        slope = singular_equations.length_of(self.along, n)
+        low = max(-steepest, 0.0) + BOUND * largest
+        # The multiplier's: the larger, the less x is, and the more of f is left.
+        high = low + 2.0 * largest + (slope * slope / self.f if self.f > 0.0 else 0.0)
+        if self._left(low) < 0.0:
+            for _ in range(HALVINGS):
+                multiplier = 0.5 * (low + high)
+                if self._left(multiplier) < 0.0:
+                    low = multiplier
+                else:
+                    high = multiplier
+            left = self._left(high)
+        else:
+            left = self._left(low)
+        if steepest < 0.0:
+            # Where nothing slopes towards the steepest direction both ways along it lead there.
+            root = math.sqrt(self.x[e] * self.x[e] + max(left, 0.0) / -steepest)
+            self.x[e] = root if self.x[e] >= 0.0 else -root
+            if other:
+                self.x[e] = -self.along[e] / steepest - self.x[e]
+        elif other or left > 0.1 * self.f:
+            return places.INFINITY
+        for j in range(n):
+            x[j] = 0.0
+            for i in range(n):
+                x[j] += self.x[i] * self.Z[i * n + j]
+        return singular_equations.length_of(self.x, n)
+
+    def write_along_axis(self, i: int, x: Floats) -> float:
+        """Fill the motion x (n,) along an axis of the quadric to it, and return its length."""
+        curved, along = self.K[i * self.n + i], self.along[i]
+        inside = along * along - 4.0 * curved * self.f
+        if not inside >= 0.0:
+            return places.INFINITY
+        total = along + math.sqrt(inside) if along >= 0.0 else along - math.sqrt(inside)
+        if total == 0.0:
+            return places.INFINITY
+        root = -2.0 * self.f / total
+        for j in range(self.n):
+            x[j] = root * self.Z[i * self.n + j]
+        return abs(root)
+
+    def _left(self, multiplier: float) -> float:
+        # Fills x for a multiplier, and returns what is left of f there.
+        n, left = self.n, self.f
+        for i in range(n):
+            curved = self.K[i * n + i]
+            x = -0.5 * self.along[i] / (multiplier + curved) if self.along[i] != 0.0 else 0.0
+            left += (self.along[i] + curved * x) * x
+            self.x[i] = x
+        return left
