@@ -90,11 +90,9 @@ def measured(
             f'not {positions_of_joints.shape} and {given.shape}'
         )
     positions = given.ndim == 2
-    T = np.tile(np.eye(4), (count, 1, 1))
-    if positions:
-        T[:, :3, 3] = given
-    else:
-        T[:, :3] = given[:, :3]
+    T = rigid_positions(given if positions else given[:, :3, 3])
+    if not positions:
+        T[:, :3, :3] = given[:, :3, :3]
     if not (np.all(np.isfinite(positions_of_joints)) and np.all(np.isfinite(T))):
         raise CalibrationError('joint positions and poses must be finite')
     groups = np.zeros(count, dtype=np.int64) if sets is None else np.array(sets, dtype=np.int64)
@@ -109,6 +107,13 @@ def measured(
     for k in range(result.set_count if count else 1):
         _check_set(robot, result, k)
     return result
+
+
+def rigid_positions(points: Floats) -> Floats:
+    """Return points (N, 3) as poses (N, 4, 4) without a rotation."""
+    T = np.tile(np.eye(4), (len(points), 1, 1))
+    T[:, :3, 3] = points
+    return T
 
 
 def _check_set(robot: Robot, given: Measured, k: int) -> None:

@@ -40,6 +40,7 @@ from .checking import (
     Measured,
     check_different,
     explained_by_joints,
+    rigid_positions,
     value_in_words,
 )
 from .chosen_parameters import ANYWHERE, ChosenParameters, TouchedPoint
@@ -144,8 +145,7 @@ class SamePointParameters(ChosenParameters):
         apart: Mapping[tuple[str, str], float],
     ) -> None:
         self.touches, self.arm, self.apart = touches, arm, _checked(apart, touches.names)
-        count = len(touches.q)
-        poses = np.tile(np.eye(4), (count, 1, 1))
+        poses = rigid_positions(np.zeros((len(touches.q), 3)))
         super().__init__(robot, Measured(touches.q, poses, True, touches.point), (), arm.table)
         self.every = (
             *arm.table,
@@ -204,7 +204,7 @@ class SamePointParameters(ChosenParameters):
             tuple(self._chain(k, start.tip) for k in range(len(names))),
             point,
             q,
-            _positions(start.points[point]),
+            rigid_positions(start.points[point]),
             True,
             known_distances=tuple(
                 KnownDistance(
@@ -273,7 +273,7 @@ class SamePointParameters(ChosenParameters):
             problem,
             q=touching[exact],
             sets=point[exact],
-            poses=_positions(self.start.points[point[exact]]),
+            poses=rigid_positions(self.start.points[point[exact]]),
         )
         scales = np.array([one.scale for one in problem.parameters]) / problem.prior
         zero = np.zeros(len(scales))
@@ -367,12 +367,6 @@ def _on_deviations(problem: FitProblem, found: Identified) -> list[str]:
         'them may be off by many of their deviations; a tip that the robot file has (--fix tool) '
         'tells more'
     ]
-
-
-def _positions(points: Floats) -> Floats:
-    T = np.tile(np.eye(4), (len(points), 1, 1))
-    T[:, :3, 3] = points
-    return T
 
 
 def _started(robot: Robot, q: Floats, point: Integers, free: bool) -> _Start:
