@@ -10,7 +10,7 @@ from .options import WrongUsage
 
 if TYPE_CHECKING:
     from ..diagnosis.audit.frames import FrameSettings
-    from ..diagnosis.frame_check import PoseLimit
+    from ..diagnosis.frame_check.errors import PoseLimit
     from ..formats.recordings.pose_format import PoseFormat
 
 LIMIT = re.compile(r'([0-9.]+(?:[eE][-+]?[0-9]+)?)\s*(mm|m|deg|rad)')
@@ -68,7 +68,7 @@ def given_format(text: str | None) -> 'PoseFormat':
 def given_frames(gap: float | None, warn: str, stop: str) -> 'FrameSettings':
     """Return how poses are matched and judged."""
     from ..diagnosis.audit.frames import FrameSettings
-    from ..diagnosis.frame_check import FrameLimits
+    from ..diagnosis.frame_check.judgement import FrameLimits
 
     if gap is not None and not 0.0 < gap <= LONGEST_GAP:
         raise WrongUsage(f'--pose-gap: {gap:g} is not within 0 and {LONGEST_GAP:g} s')
@@ -80,7 +80,7 @@ def given_frames(gap: float | None, warn: str, stop: str) -> 'FrameSettings':
 
 def given_limit(option: str, text: str) -> 'PoseLimit':
     """Return a length, an angle, or both; one that is not given is infinite."""
-    from ..diagnosis.frame_check import PoseLimit
+    from ..diagnosis.frame_check.errors import PoseLimit
 
     found = {'m': math.inf, 'rad': math.inf}
     for part in text.split(','):

@@ -13,7 +13,8 @@ from ...kinematics.tool_state import evaluate
 from ...rigid_motion import rotation_vector
 from ...robot.measures import Level
 from ...robot.robot import Robot
-from ..frame_check import FrameDiagnosis, FrameLimits, diagnose_frames
+from ..frame_check.diagnosis import FrameDiagnosis, diagnose_frames
+from ..frame_check.judgement import FrameLimits
 from .neighbourhoods import Track, joined
 from .timeline import Timeline
 

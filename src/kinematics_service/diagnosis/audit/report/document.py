@@ -14,7 +14,7 @@ from ....kinematics.tool_state import evaluate
 from ....rigid_motion import roll_pitch_yaw
 from ....robot.measures import MEASURES, Level
 from ....version import __version__
-from ...frame_check import TestedCause
+from ...frame_check.causes import TestedCause
 from ..auditing import Audit
 from ..frames import NotCompared
 from ..stretches import badness, watched_values
