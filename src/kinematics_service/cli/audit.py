@@ -26,8 +26,8 @@ from .plan_options import given_plans
 from .recording_options import ColumnsOption, PrefixOption, TopicOption
 
 if TYPE_CHECKING:
+    from ..diagnosis.audit.report.audit_runs import Outcome
     from ..robot.robot import Robot
-    from .audit_runs import Outcome
 
 FAILURES = ('never', 'warn', 'stop', 'undecided', 'limits', 'speed', 'frames')
 
@@ -169,9 +169,9 @@ def audit(
     frames = given_frames(pose_gap, pose_warn, pose_stop)
     plans = given_plans(arm, failures, speed_limit, speed_of)
     form = given_format(pose_format)
+    from ..diagnosis.audit.report.audit_runs import Run, outcomes
     from ..estimation.estimator import EstimatorSettings
     from ..formats.recordings.source import Selection
-    from .audit_runs import Run, outcomes
 
     reading = Selection(arm, topic, pose_topic, columns, joint_prefix, form)
     settings = EstimatorSettings(joint_prefix, velocity_source.value, round(timeout * 1e9))

@@ -10,13 +10,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
-    from ..diagnosis.audit.auditing import Audit
-    from ..diagnosis.audit.frames import FrameSettings
-    from ..diagnosis.audit.planned import PlanSettings
-    from ..diagnosis.audit.report.summary import Summary
-    from ..estimation.estimator import EstimatorSettings
-    from ..formats.recordings.source import Selection
-    from ..kinematics.plans.verdicts import PlanCheck
+    from ....estimation.estimator import EstimatorSettings
+    from ....formats.recordings.source import Selection
+    from ....kinematics.plans.verdicts import PlanCheck
+    from ..auditing import Audit
+    from ..frames import FrameSettings
+    from ..planned import PlanSettings
+    from .summary import Summary
 
 Progress = Callable[[int], None]
 
@@ -70,12 +70,12 @@ class Outcome(NamedTuple):
 
 def outcome_of(run: Run, bar: 'Callable[[int | None], Any] | None' = None) -> Outcome:
     """Return the outcome of one run; a fault of its file is an outcome, too."""
-    from ..diagnosis.audit.report.document import document_of
-    from ..diagnosis.audit.report.page import page_of
-    from ..diagnosis.audit.report.page_header import origin_of
-    from ..diagnosis.audit.report.summary import summary_of
-    from ..errors import KinematicsError
-    from ..printing import json_text
+    from ....errors import KinematicsError
+    from ....printing import json_text
+    from .document import document_of
+    from .page import page_of
+    from .page_header import origin_of
+    from .summary import summary_of
 
     try:
         finished = _audited(run, bar or _no_bar)
@@ -92,15 +92,15 @@ def outcome_of(run: Run, bar: 'Callable[[int | None], Any] | None' = None) -> Ou
 
 
 def _audited(run: Run, bar: Callable[[int | None], Any]) -> 'Audit':
-    from ..diagnosis.audit.auditing import AuditProgress, audit
-    from ..formats.recordings.open_file import open_source
+    from ....formats.recordings.open_file import open_source
+    from ..auditing import AuditProgress, audit
 
     reading = run.reading
     with ExitStack() as stack:
         source = stack.enter_context(open_source(run.file, reading))
         part: Callable[[Any], None] = lambda _: None  # noqa: E731
         if run.out is not None:
-            from ..diagnosis.audit.report.bag_writer import open_writer
+            from .bag_writer import open_writer
 
             writer = open_writer(run.out, reading.robot, reading.joint_prefix)
             part = stack.enter_context(writer).write
@@ -118,8 +118,8 @@ def _audited(run: Run, bar: Callable[[int | None], Any]) -> 'Audit':
 
 
 def _failed(finished: 'Audit', wanted: tuple[str, ...] | None) -> bool:
-    from ..diagnosis.audit.plan_findings import joints_refuted
-    from ..robot.measures import Level
+    from ....robot.measures import Level
+    from ..plan_findings import joints_refuted
 
     wanted = wanted or _usual_failures(finished)
     worst = max((stretch.level for stretch in finished.stretches), default=Level.OK)
@@ -173,7 +173,7 @@ def _no_frames(finished: 'Audit', run: Run) -> str:
 def outcomes(runs: Sequence[Run], jobs: int, workers: str | None) -> Iterator[Outcome]:
     """Yield the outcome of each run, in their order."""
     if workers is not None:
-        from ..kinematics.sweep import results_of_workers
+        from ....kinematics.sweep import results_of_workers
 
         yield from _counted(results_of_workers(outcome_of, runs, workers), len(runs))
     elif jobs == 1 or len(runs) == 1:
