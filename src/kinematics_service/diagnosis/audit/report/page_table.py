@@ -1,9 +1,25 @@
 """Tables of the audit page."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any, NamedTuple
 
 # Most rows of a table.
 MOST = 60
+
+
+class Column(NamedTuple):
+    """A column: its header, the HTML of its cell for what a row is of, whether it is a number."""
+
+    header: str
+    cell: Callable[[Any], str]
+    number: bool = False
+
+
+def table_of(columns: Sequence[Column], found: Iterable[object]) -> str:
+    """Return a table with a row for each thing that was found."""
+    rows = ([column.cell(one) for column in columns] for one in found)
+    numbers = [k for k, column in enumerate(columns) if column.number]
+    return table([column.header for column in columns], rows, numbers)
 
 
 def table(headers: Sequence[str], rows: Iterable[Sequence[str]], numbers: Sequence[int]) -> str:
